@@ -1,0 +1,2 @@
+//! Baselines for the Fetch tasks.
+#![forbid(unsafe_code)]

@@ -1,0 +1,2 @@
+//! The Fetch environments.
+#![forbid(unsafe_code)]

@@ -1,0 +1,1 @@
+//! The Fetch robot on MuJoCo.

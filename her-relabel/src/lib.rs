@@ -1,0 +1,2 @@
+//! Hindsight Experience Replay.
+#![forbid(unsafe_code)]

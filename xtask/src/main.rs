@@ -1,0 +1,4 @@
+//! The commands of the workspace.
+#![forbid(unsafe_code)]
+
+fn main() {}
