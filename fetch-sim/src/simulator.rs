@@ -1,0 +1,101 @@
+use nalgebra::{Matrix3, Vector3};
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::{SimError, Task};
+
+/// What an environment needs of a simulated Fetch robot.
+///
+/// One value is one robot in one scene. Positions are metres in the world frame (x forward from
+/// the base, y to its left, z up), velocities metres or radians per second.
+///
+/// A failed call leaves the simulation in an unspecified but valid state: call
+/// [`reset`](Self::reset) or [`restore`](Self::restore) before anything else.
+pub trait Simulator {
+    /// The complete state of a simulation, exact to the last bit.
+    type Snapshot: Clone + std::fmt::Debug + PartialEq + Serialize + DeserializeOwned;
+
+    /// The task whose scene is simulated.
+    fn task(&self) -> Task;
+
+    /// Duration of one control step, in seconds: substeps times the physics time step.
+    fn control_period(&self) -> f64;
+
+    /// Where things rest once the scene has settled; the same after every reset.
+    fn settled(&self) -> Settled;
+
+    /// Returns to the settled state, with the object at `object_xy` (metres).
+    ///
+    /// `None` leaves the object where it settled. The object keeps its settled height and
+    /// orientation.
+    ///
+    /// # Errors
+    /// [`SimError::NoObject`] if the scene has no object to place.
+    fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError>;
+
+    /// Simulates one control step.
+    ///
+    /// # Errors
+    /// [`SimError::Unstable`] if the physics diverged.
+    fn step(&mut self, control: &Control) -> Result<(), SimError>;
+
+    /// The gripper as the environment observes it.
+    fn gripper(&self) -> GripperState;
+
+    /// The object as the environment observes it; `None` for [`Task::Reach`].
+    fn object(&self) -> Option<ObjectState>;
+
+    /// Everything that decides how the simulation goes on.
+    fn snapshot(&self) -> Self::Snapshot;
+
+    /// Goes back to a snapshot of a simulator made from the same configuration.
+    ///
+    /// # Errors
+    /// [`SimError::ForeignSnapshot`] if the snapshot is not of this kind of simulation; the
+    /// simulation is then unchanged.
+    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), SimError>;
+}
+
+/// What is remembered of the settled scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settled {
+    /// Position of the grip site, in metres.
+    pub gripper_position: Vector3<f64>,
+    /// Height of the object's centre above the floor, in metres; `None` without an object.
+    pub object_height: Option<f64>,
+}
+
+/// One control step's command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Control {
+    /// Displacement of the gripper's target from its present position, in metres.
+    pub displacement: Vector3<f64>,
+    /// Displacement of both fingers' targets, in metres; positive opens. Without effect where
+    /// the gripper is blocked.
+    pub fingers: f64,
+}
+
+/// State of the gripper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GripperState {
+    /// Position of the grip site, in metres.
+    pub position: Vector3<f64>,
+    /// Linear velocity of the grip site, in metres per second.
+    pub velocity: Vector3<f64>,
+    /// Right and left finger joint positions, in metres; 0 is closed.
+    pub finger_positions: [f64; 2],
+    /// Right and left finger joint velocities, in metres per second.
+    pub finger_velocities: [f64; 2],
+}
+
+/// State of the object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectState {
+    /// Position of the object's centre, in metres.
+    pub position: Vector3<f64>,
+    /// Orientation: columns are the object's axes in the world frame.
+    pub rotation: Matrix3<f64>,
+    /// Linear velocity, in metres per second.
+    pub linear_velocity: Vector3<f64>,
+    /// Angular velocity, in radians per second.
+    pub angular_velocity: Vector3<f64>,
+}
