@@ -17,7 +17,9 @@ pub enum SimError {
         reason: String,
     },
     /// A snapshot of another task, model or version.
-    #[error("the snapshot does not fit this simulation ({reason}): restore it into the configuration it was taken from")]
+    #[error(
+        "the snapshot does not fit this simulation ({reason}): restore it into the configuration it was taken from"
+    )]
     ForeignSnapshot {
         /// What differs.
         reason: String,

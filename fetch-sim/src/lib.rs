@@ -1,9 +1,11 @@
 //! The Fetch robot on MuJoCo.
 
+mod config;
 mod error;
 mod simulator;
 mod task;
 
+pub use config::SimConfig;
 pub use error::SimError;
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::Task;

@@ -1,0 +1,22 @@
+use std::num::NonZeroU32;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Task;
+
+/// What a simulator is made from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SimConfig {
+    /// The task whose scene is simulated.
+    pub task: Task,
+    /// Physics steps of 0.002 s per control step.
+    pub n_substeps: NonZeroU32,
+}
+
+impl SimConfig {
+    /// The reference's configuration: 20 substeps, 25 Hz control.
+    #[must_use]
+    pub const fn new(task: Task) -> Self {
+        Self { task, n_substeps: NonZeroU32::new(20).expect("20 is not 0") }
+    }
+}
