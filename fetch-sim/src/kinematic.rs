@@ -1,0 +1,261 @@
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::{Control, GripperState, ObjectState, Settled, SimConfig, SimError, Simulator, Task};
+
+/// Duration of a substep, in seconds; MuJoCo's time step in the Fetch scenes.
+const TIME_STEP: f64 = 0.002;
+/// Where the grip site can be brought, in metres: above the table and within the arm's reach.
+const REACHABLE: [[f64; 2]; 3] = [[0.75, 1.6], [0.35, 1.15], [0.41, 1.1]];
+/// Extent of the table's top, in metres: x and y.
+const TABLE: [[f64; 2]; 2] = [[1.05, 1.55], [0.4, 1.1]];
+/// The table of the Slide scene is longer.
+const SLIDE_TABLE: [[f64; 2]; 2] = [[0.7, 1.95], [0.3, 1.2]];
+/// Half of the object's width, in metres.
+const OBJECT_RADIUS: f64 = 0.025;
+/// Half of the closed gripper's width, in metres.
+const GRIPPER_RADIUS: f64 = 0.015;
+/// How far above or below the object's centre the grip site still touches it, in metres.
+const GRIP_REACH: f64 = 0.03;
+/// A finger's joint position when the gripper is open, in metres.
+const FINGER_OPEN: f64 = 0.05;
+/// Largest speed of a finger, in metres per second: 0.04 m in one control step of 0.04 s.
+const FINGER_SPEED: f64 = 1.0;
+/// Deceleration of a sliding puck, in metres per second squared.
+const SLIDE_FRICTION: f64 = 1.0;
+/// Free fall, in metres per second squared.
+const GRAVITY: f64 = 9.81;
+
+/// A stand-in for the physics: a gripper that goes where it is told and an object that is pushed,
+/// carried, dropped and slid by simple rules.
+///
+/// It needs no library, costs next to nothing and is exact to the last bit everywhere, so that
+/// whatever is built upon a [`Simulator`] can be tested without MuJoCo. It starts where the real
+/// scenes settle, but its trajectories are not the benchmark's: publish no result made with it.
+///
+/// It is its own snapshot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KinematicSimulator {
+    config: SimConfig,
+    gripper: Gripper,
+    object: Option<Object>,
+}
+
+/// As [`GripperState`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Gripper {
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+    finger_positions: [f64; 2],
+    finger_velocities: [f64; 2],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Object {
+    position: Vector3<f64>,
+    /// Mean velocity over the last control step, as observed.
+    velocity: Vector3<f64>,
+    /// Velocity at this instant, by which it slides or falls on.
+    motion: Vector3<f64>,
+}
+
+impl KinematicSimulator {
+    /// A settled scene.
+    #[must_use]
+    pub fn new(config: &SimConfig) -> Self {
+        Self {
+            config: config.clone(),
+            gripper: settled_gripper(config.task),
+            object: settled_object(config.task),
+        }
+    }
+
+    /// Advances by one substep; displacements in metres.
+    fn substep(&mut self, displacement: Vector3<f64>, finger_displacement: f64) {
+        let before = self.gripper.position;
+        for (axis, [low, high]) in REACHABLE.into_iter().enumerate() {
+            let moved = self.gripper.position[axis] + displacement[axis];
+            self.gripper.position[axis] = moved.clamp(low, high);
+        }
+        let held = self.object.is_some_and(|object| self.between_fingers(&object));
+        let closed = if held { OBJECT_RADIUS } else { 0.0 };
+        let limit = FINGER_SPEED * TIME_STEP;
+        for finger in &mut self.gripper.finger_positions {
+            let change = finger_displacement.clamp(-limit, limit);
+            *finger = (*finger + change).clamp(closed.min(*finger), FINGER_OPEN);
+        }
+        let Some(mut object) = self.object else { return };
+        let moved = self.gripper.position - before;
+        let grasped = held && self.gripper.finger_positions.iter().all(|&q| q <= OBJECT_RADIUS);
+        if grasped {
+            object.position += moved;
+            object.position.z = object.position.z.max(self.support(&object));
+            object.motion = Vector3::zeros();
+        } else {
+            self.slide_and_fall(&mut object);
+            if !held {
+                self.push(&mut object, moved / TIME_STEP);
+            }
+        }
+        self.object = Some(object);
+    }
+
+    /// Whether the object's centre is where the fingers can close on it.
+    fn between_fingers(&self, object: &Object) -> bool {
+        let offset = object.position - self.gripper.position;
+        // Blocked fingers never open, so nothing comes between them.
+        !self.config.task.block_gripper()
+            && self.gripper.finger_positions.iter().all(|&q| q >= OBJECT_RADIUS)
+            && offset.iter().all(|distance| distance.abs() <= GRIP_REACH)
+    }
+
+    /// Moves the object out of the gripper's way, along the axis on which that is the shortest.
+    fn push(&self, object: &mut Object, gripper_motion: Vector3<f64>) {
+        let reach = OBJECT_RADIUS + GRIPPER_RADIUS;
+        let offset = object.position - self.gripper.position;
+        if offset.x.abs() >= reach || offset.y.abs() >= reach || offset.z.abs() > GRIP_REACH {
+            return;
+        }
+        let axis = if offset.x.abs() > offset.y.abs() { 0 } else { 1 };
+        object.position[axis] = self.gripper.position[axis] + reach.copysign(offset[axis]);
+        if self.config.task == Task::Slide {
+            object.motion[axis] = gripper_motion[axis];
+        }
+    }
+
+    /// Height at which the object comes to rest below where it is: on the table or on the floor.
+    fn support(&self, object: &Object) -> f64 {
+        let table = if self.config.task == Task::Slide { SLIDE_TABLE } else { TABLE };
+        let above_table =
+            (0..2).all(|axis| (table[axis][0]..=table[axis][1]).contains(&object.position[axis]));
+        match settled_object(self.config.task) {
+            Some(settled) if above_table => settled.position.z,
+            _ => OBJECT_RADIUS,
+        }
+    }
+
+    fn slide_and_fall(&self, object: &mut Object) {
+        let speed = object.motion.xy().norm();
+        let slower = (speed - SLIDE_FRICTION * TIME_STEP).max(0.0);
+        let keep = if speed > 0.0 { slower / speed } else { 0.0 };
+        object.motion.x *= keep;
+        object.motion.y *= keep;
+        object.motion.z -= GRAVITY * TIME_STEP;
+        object.position += object.motion * TIME_STEP;
+        let support = self.support(object);
+        if object.position.z <= support {
+            object.position.z = support;
+            object.motion.z = 0.0;
+        }
+    }
+}
+
+impl Simulator for KinematicSimulator {
+    type Snapshot = Self;
+
+    fn task(&self) -> Task {
+        self.config.task
+    }
+
+    fn control_period(&self) -> f64 {
+        f64::from(self.config.n_substeps.get()) * TIME_STEP
+    }
+
+    fn settled(&self) -> Settled {
+        Settled {
+            gripper_position: settled_gripper(self.config.task).position,
+            object_height: settled_object(self.config.task).map(|object| object.position.z),
+        }
+    }
+
+    fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
+        let mut settled = Self::new(&self.config);
+        if let Some([x, y]) = object_xy {
+            let object =
+                settled.object.as_mut().ok_or(SimError::NoObject { task: self.config.task })?;
+            object.position.x = x;
+            object.position.y = y;
+        }
+        *self = settled;
+        Ok(())
+    }
+
+    fn step(&mut self, control: &Control) -> Result<(), SimError> {
+        if !control.displacement.iter().chain([&control.fingers]).all(|value| value.is_finite()) {
+            return Err(SimError::Unstable { reason: format!("{control:?} is not finite") });
+        }
+        let (gripper, object) = (self.gripper, self.object);
+        let fingers = if self.config.task.block_gripper() { 0.0 } else { control.fingers };
+        let n_substeps = self.config.n_substeps.get();
+        let share = 1.0 / f64::from(n_substeps);
+        for _ in 0..n_substeps {
+            self.substep(control.displacement * share, fingers * share);
+        }
+        let period = self.control_period();
+        self.gripper.velocity = (self.gripper.position - gripper.position) / period;
+        for finger in 0..2 {
+            let moved = self.gripper.finger_positions[finger] - gripper.finger_positions[finger];
+            self.gripper.finger_velocities[finger] = moved / period;
+        }
+        if let (Some(now), Some(then)) = (&mut self.object, object) {
+            now.velocity = (now.position - then.position) / period;
+        }
+        Ok(())
+    }
+
+    fn gripper(&self) -> GripperState {
+        let Gripper { position, velocity, finger_positions, finger_velocities } = self.gripper;
+        GripperState { position, velocity, finger_positions, finger_velocities }
+    }
+
+    fn object(&self) -> Option<ObjectState> {
+        self.object.map(|object| ObjectState {
+            position: object.position,
+            rotation: Matrix3::identity(),
+            linear_velocity: object.velocity,
+            angular_velocity: Vector3::zeros(),
+        })
+    }
+
+    fn snapshot(&self) -> Self {
+        self.clone()
+    }
+
+    fn restore(&mut self, snapshot: &Self) -> Result<(), SimError> {
+        if snapshot.config != self.config || snapshot.object.is_some() != self.object.is_some() {
+            let (theirs, ours) = (&snapshot.config, &self.config);
+            return Err(SimError::ForeignSnapshot {
+                reason: format!("it was taken from {theirs:?}, this is {ours:?}"),
+            });
+        }
+        self.clone_from(snapshot);
+        Ok(())
+    }
+}
+
+/// The gripper where the reference environment's settles, at rest and closed.
+fn settled_gripper(task: Task) -> Gripper {
+    let position = match task {
+        Task::Reach => [1.341_855_02, 0.749_100_51, 0.534_706_95],
+        Task::Push => [1.348_205_77, 0.748_948_84, 0.413_618_29],
+        Task::PickAndPlace => [1.341_955_02, 0.749_100_5, 0.534_706_95],
+        Task::Slide => [0.996_119_83, 0.748_905_87, 0.412_666_18],
+    };
+    Gripper {
+        position: position.into(),
+        velocity: Vector3::zeros(),
+        finger_positions: [0.0; 2],
+        finger_velocities: [0.0; 2],
+    }
+}
+
+/// The object where the reference environment's settles, at rest.
+fn settled_object(task: Task) -> Option<Object> {
+    let position = match task {
+        Task::Reach => return None,
+        Task::Push | Task::PickAndPlace => [1.25, 0.53, 0.424_699_749_459_536],
+        Task::Slide => [1.7, 1.1, 0.414_018_943_520_539_75],
+    };
+    let rest = Vector3::zeros();
+    Some(Object { position: position.into(), velocity: rest, motion: rest })
+}
