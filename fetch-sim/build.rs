@@ -7,7 +7,7 @@
 use std::{
     env, fs,
     path::{Path, PathBuf},
-    process::{Command, exit},
+    process::Command,
 };
 
 const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
@@ -22,13 +22,13 @@ fn main() {
     match find_mujoco() {
         Ok(installation) => compile(&installation),
         Err(missing) => {
+            // Cargo shows this as the error, and stops.
             println!(
                 "cargo::error={missing}. Either install Debian's library (apt-get update && \
                  apt-get install -y libmujoco-dev), or set MUJOCO_DIR to an installation of \
                  MuJoCo 2.2 or later: a directory with include/mujoco/mujoco.h, and libmujoco.so \
                  in it or in its lib (the folder `mujoco` of the PyPI wheel is one)."
             );
-            exit(1);
         }
     }
 }
@@ -57,7 +57,6 @@ fn find_in(dir: &Path) -> Result<Installation, String> {
         .iter()
         .find_map(|folder| library_in(folder))
         .ok_or_else(|| format!("MUJOCO_DIR names {}, which has no libmujoco.so", dir.display()))?;
-    println!("cargo::rerun-if-changed={}", library.display());
     Ok(Installation { include, library })
 }
 
@@ -102,6 +101,9 @@ fn library_in(folder: &Path) -> Option<PathBuf> {
 }
 
 fn compile(installation: &Installation) {
+    let header = installation.include.join("mujoco/mujoco.h");
+    println!("cargo::rerun-if-changed={}", header.display());
+    println!("cargo::rerun-if-changed={}", installation.library.display());
     cc::Build::new()
         .file("shim/fetch_shim.c")
         .include(&installation.include)
