@@ -1,2 +1,75 @@
-//! Pure reward, success and termination functions of goal-conditioned tasks.
+//! Pure reward, success, termination and truncation functions of goal-conditioned tasks.
+//!
+//! A goal-conditioned task asks for a `desired_goal` and reports the `achieved_goal`; both are
+//! slices of `f64` with one meaning per element. Everything here is a function of those two slices
+//! and of nothing else, so that hindsight relabelling may ask what the reward *would have been* for
+//! another goal and get, bit for bit, what the environment would have given.
+//!
+//! [`DistanceReward`] is the reward of the Fetch tasks, with the comparisons of
+//! gymnasium-robotics at the threshold:
+//!
+//! | distance `d`, threshold `t` | sparse | dense | success |
+//! |---|---|---|---|
+//! | `d < t` | `-0.0` | `-d` | yes |
+//! | `d == t` | `-0.0` | `-d` | **no** |
+//! | `d > t` | `-1.0` | `-d` | no |
+//! | NaN | `-1.0` | NaN | no |
+//!
+//! The zero is negative because the reference negates a boolean turned into a float. The last row is
+//! the one deliberate difference: the reference gives `-0.0` for NaN, which reads as "solved".
+//!
+//! # Example
+//! ```
+//! use goal_reward::{DistanceReward, GoalPairs, GoalReward};
+//!
+//! let reward = DistanceReward::sparse(); // 0.05 m, as all Fetch tasks
+//! let gripper = [1.34, 0.75, 0.53];
+//! assert_eq!(reward.reward(&gripper, &[1.34, 0.75, 0.56]), 0.0);
+//! assert_eq!(reward.reward(&gripper, &[1.34, 0.75, 0.63]), -1.0);
+//!
+//! // A batch: two goals of three elements, row after row.
+//! let achieved = [1.34, 0.75, 0.53, 1.34, 0.75, 0.53];
+//! let desired = [1.34, 0.75, 0.56, 1.34, 0.75, 0.63];
+//! let mut rewards = [0.0; 2];
+//! reward.reward_batch(GoalPairs::new(&achieved, &desired, 3)?, &mut rewards)?;
+//! assert_eq!(rewards, [0.0, -1.0]);
+//!
+//! // Checked calls say what is wrong with a goal.
+//! let error = reward.try_reward(&gripper, &[1.34, f64::NAN, 0.63]).unwrap_err();
+//! assert!(error.to_string().contains("desired_goal[1] is NaN"));
+//! # Ok::<(), goal_reward::GoalError>(())
+//! ```
+//!
+//! # A reward of your own
+//! Implement [`GoalReward`] with two methods; the batched, checked and termination forms follow.
+//! ```
+//! use goal_reward::GoalReward;
+//!
+//! /// Bit flipping: every bit must be as desired.
+//! struct AllBits;
+//!
+//! impl GoalReward for AllBits {
+//!     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
+//!         if self.is_success(achieved_goal, desired_goal) { 0.0 } else { -1.0 }
+//!     }
+//!     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+//!         achieved_goal == desired_goal
+//!     }
+//! }
+//! assert_eq!(AllBits.try_reward(&[1.0, 0.0], &[1.0, 1.0]), Ok(-1.0));
+//! ```
 #![forbid(unsafe_code)]
+
+mod distance;
+mod distance_reward;
+mod error;
+mod pairs;
+mod reward;
+mod threshold;
+
+pub use distance::goal_distance;
+pub use distance_reward::{DistanceReward, ParseRewardKindError, RewardKind};
+pub use error::{GoalError, GoalRole, check_goals};
+pub use pairs::GoalPairs;
+pub use reward::GoalReward;
+pub use threshold::{DistanceThreshold, ThresholdError};

@@ -1,0 +1,103 @@
+//! What can be wrong with a goal, and the check that finds it.
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// Which of the two goals an error is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GoalRole {
+    /// What the state amounts to.
+    Achieved,
+    /// What was asked for.
+    Desired,
+}
+
+impl fmt::Display for GoalRole {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Achieved => "achieved_goal",
+            Self::Desired => "desired_goal",
+        })
+    }
+}
+
+/// Goals that no reward can be computed for.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum GoalError {
+    /// A goal has no element.
+    #[error("a goal has no element; pass goals with at least one")]
+    Empty,
+    /// The two goals, or the two sides of a batch, differ in length.
+    #[error("achieved_goal has {achieved} elements and desired_goal {desired}; pass equally many")]
+    LengthMismatch {
+        /// The number of elements of the achieved goal or goals.
+        achieved: usize,
+        /// The number of elements of the desired goal or goals.
+        desired: usize,
+    },
+    /// A batch does not divide into goals of the given dimension.
+    #[error("{len} elements do not divide into goals of {dim}; pass whole goals, row after row")]
+    PartialRow {
+        /// The number of elements passed.
+        len: usize,
+        /// The goal's dimension.
+        dim: usize,
+    },
+    /// The caller's output slice does not hold one element per pair.
+    #[error("the output holds {actual} elements for {expected} pairs of goals; pass one per pair")]
+    OutputLength {
+        /// The number of pairs.
+        expected: usize,
+        /// The length of the output slice.
+        actual: usize,
+    },
+    /// An element of a goal is NaN or infinite.
+    #[error(
+        "{role}[{index}] is {value} (pair {row} of the call); look for the step that made it, or \
+         drop the transition"
+    )]
+    NotFinite {
+        /// Which goal.
+        role: GoalRole,
+        /// Which pair of the batch; 0 in a call about one pair.
+        row: usize,
+        /// Which element of that goal.
+        index: usize,
+        /// The element.
+        value: f64,
+    },
+}
+
+/// Checks that two goals can be compared.
+///
+/// # Errors
+/// [`GoalError::LengthMismatch`], [`GoalError::Empty`], or [`GoalError::NotFinite`] for the first
+/// element that is NaN or infinite, the achieved goal's first.
+pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), GoalError> {
+    if achieved_goal.len() != desired_goal.len() {
+        return Err(GoalError::LengthMismatch {
+            achieved: achieved_goal.len(),
+            desired: desired_goal.len(),
+        });
+    }
+    if achieved_goal.is_empty() {
+        return Err(GoalError::Empty);
+    }
+    check_finite(GoalRole::Achieved, achieved_goal, achieved_goal.len())?;
+    check_finite(GoalRole::Desired, desired_goal, desired_goal.len())
+}
+
+/// Finds the first element of goals of `dim` elements that is not finite.
+pub(crate) fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<(), GoalError> {
+    match goals.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(at) => Err(GoalError::NotFinite {
+            role,
+            row: at / dim,
+            index: at % dim,
+            value: goals[at],
+        }),
+    }
+}
