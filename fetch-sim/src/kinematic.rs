@@ -37,17 +37,8 @@ const GRAVITY: f64 = 9.81;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KinematicSimulator {
     config: SimConfig,
-    gripper: Gripper,
+    gripper: GripperState,
     object: Option<Object>,
-}
-
-/// As [`GripperState`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Gripper {
-    position: Vector3<f64>,
-    velocity: Vector3<f64>,
-    finger_positions: [f64; 2],
-    finger_velocities: [f64; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -204,8 +195,7 @@ impl Simulator for KinematicSimulator {
     }
 
     fn gripper(&self) -> GripperState {
-        let Gripper { position, velocity, finger_positions, finger_velocities } = self.gripper;
-        GripperState { position, velocity, finger_positions, finger_velocities }
+        self.gripper
     }
 
     fn object(&self) -> Option<ObjectState> {
@@ -234,14 +224,14 @@ impl Simulator for KinematicSimulator {
 }
 
 /// The gripper where the reference environment's settles, at rest and closed.
-fn settled_gripper(task: Task) -> Gripper {
+fn settled_gripper(task: Task) -> GripperState {
     let position = match task {
         Task::Reach => [1.341_855_02, 0.749_100_51, 0.534_706_95],
         Task::Push => [1.348_205_77, 0.748_948_84, 0.413_618_29],
         Task::PickAndPlace => [1.341_955_02, 0.749_100_5, 0.534_706_95],
         Task::Slide => [0.996_119_83, 0.748_905_87, 0.412_666_18],
     };
-    Gripper {
+    GripperState {
         position: position.into(),
         velocity: Vector3::zeros(),
         finger_positions: [0.0; 2],

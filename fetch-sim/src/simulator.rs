@@ -1,5 +1,5 @@
 use nalgebra::{Matrix3, Vector3};
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{SimError, Task};
 
@@ -75,7 +75,7 @@ pub struct Control {
 }
 
 /// State of the gripper.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GripperState {
     /// Position of the grip site, in metres.
     pub position: Vector3<f64>,
@@ -88,7 +88,7 @@ pub struct GripperState {
 }
 
 /// State of the object.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectState {
     /// Position of the object's centre, in metres.
     pub position: Vector3<f64>,

@@ -1,0 +1,190 @@
+use std::{path::Path, sync::Arc};
+
+use nalgebra::{Quaternion, Vector3};
+
+use super::{
+    builtin,
+    data::Data,
+    model::{BodyId, Model, SiteId},
+};
+use crate::{Settled, SimConfig, SimError, Task};
+
+/// Orientation of the gripper, pointing down: a quaternion (w, x, y, z), deliberately not of unit
+/// length, as in the reference.
+pub(super) const GRIPPER_DOWN: [f64; 4] = [1.0, 0.0, 1.0, 0.0];
+
+/// Where the gripper is first moved, relative to where the joints put it (metres).
+const GRIPPER_OFFSET: [f64; 3] = [-0.498, 0.005, -0.431];
+
+/// How many control steps the scene is given to settle.
+const SETTLING_STEPS: u32 = 10;
+
+/// A compiled model of a Fetch task, with everything that is looked up or computed once: ids and
+/// the settled state. Share it through an `Arc` to make many simulators cheaply.
+#[derive(Debug)]
+pub struct FetchModel {
+    pub(super) config: SimConfig,
+    pub(super) model: Arc<Model>,
+    pub(super) ids: Ids,
+    pub(super) settled: Settled,
+    pub(super) start: Start,
+}
+
+/// The state to which a reset returns.
+#[derive(Debug)]
+pub(super) struct Start {
+    pub(super) time: f64,
+    pub(super) qpos: Vec<f64>,
+    pub(super) qvel: Vec<f64>,
+}
+
+/// What the Fetch operations address.
+#[derive(Debug)]
+pub(super) struct Ids {
+    pub(super) grip: SiteId,
+    pub(super) gripper_link: BodyId,
+    pub(super) mocap: usize,
+    /// Position and velocity addresses of the right and the left finger.
+    pub(super) fingers: [JointAddress; 2],
+    pub(super) object: Option<ObjectIds>,
+    /// For each actuator, where the position of its joint stands in `qpos`.
+    pub(super) actuated_qpos: Vec<usize>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointAddress {
+    pub(super) qpos: usize,
+    pub(super) dof: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ObjectIds {
+    pub(super) site: SiteId,
+    pub(super) qpos: usize,
+}
+
+impl FetchModel {
+    /// Compiles the built-in model of the configured task and lets it settle.
+    ///
+    /// # Errors
+    /// [`SimError::Library`] or [`SimError::VersionMismatch`] if MuJoCo cannot be used.
+    pub fn builtin(config: &SimConfig) -> Result<Arc<Self>, SimError> {
+        Self::settle(builtin::load(config.task)?, config).map(Arc::new)
+    }
+
+    /// Compiles an MJCF file that has the reference's names, and lets it settle.
+    ///
+    /// # Errors
+    /// [`SimError::Model`] if it cannot be compiled, [`SimError::MissingName`] if it is not a model
+    /// of the task, [`SimError::Library`] or [`SimError::VersionMismatch`] if MuJoCo cannot be used.
+    pub fn from_path(config: &SimConfig, path: &Path) -> Result<Arc<Self>, SimError> {
+        Self::settle(Model::from_path(path)?, config).map(Arc::new)
+    }
+
+    /// The compiled model.
+    #[must_use]
+    pub const fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    /// The state to which a reset returns: positions (`nq`) and velocities (`nv`).
+    #[must_use]
+    pub fn start(&self) -> (&[f64], &[f64]) {
+        (&self.start.qpos, &self.start.qvel)
+    }
+
+    /// The reference's construction: joints, welds, one move of the gripper, 200 time steps.
+    fn settle(mut model: Model, config: &SimConfig) -> Result<Self, SimError> {
+        // The weld holds the gripper at the mocap body's pose: no offset, and an orientation of
+        // which only the real part is overwritten, because the reference's numbers are meant for
+        // an older layout of a weld's data.
+        model.set_weld_data(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        let model = Arc::new(model);
+        let ids = Ids::resolve(&model, config.task)?;
+        let mut data = Data::new(Arc::clone(&model))?;
+        for (joint, value) in BASE_JOINTS.into_iter().zip(base_position(config.task)) {
+            data.qpos_mut()[model.qpos_address(model.joint(joint)?)] = value;
+        }
+        if let (Some(object), Some(pose)) = (ids.object, object_pose(config.task)) {
+            data.qpos_mut()[object.qpos..][..7].copy_from_slice(&pose);
+        }
+        data.forward()?;
+        let [x, y, z] = GRIPPER_OFFSET;
+        let offset = Vector3::new(x, y, z + gripper_extra_height(config.task));
+        let [qw, qx, qy, qz] = GRIPPER_DOWN;
+        let target = offset + data.site_position(ids.grip);
+        data.set_mocap_pose(ids.mocap, target, Quaternion::new(qw, qx, qy, qz));
+        for _ in 0..SETTLING_STEPS {
+            data.step(config.n_substeps.get())?;
+        }
+        let settled = Settled {
+            gripper_position: data.site_position(ids.grip),
+            object_height: ids.object.map(|object| data.site_position(object.site).z),
+        };
+        let start =
+            Start { time: data.time(), qpos: data.qpos().to_vec(), qvel: data.qvel().to_vec() };
+        Ok(Self { config: config.clone(), model, ids, settled, start })
+    }
+}
+
+impl Ids {
+    fn resolve(model: &Model, task: Task) -> Result<Self, SimError> {
+        let address = |name| {
+            let joint = model.joint(name)?;
+            Ok(JointAddress { qpos: model.qpos_address(joint), dof: model.dof_address(joint) })
+        };
+        let mocap = "robot0:mocap";
+        let object = if task.has_object() {
+            Some(ObjectIds {
+                site: model.site("object0")?,
+                qpos: model.qpos_address(model.joint("object0:joint")?),
+            })
+        } else {
+            None
+        };
+        Ok(Self {
+            grip: model.site("robot0:grip")?,
+            gripper_link: model.body("robot0:gripper_link")?,
+            mocap: model
+                .mocap_index(model.body(mocap)?)
+                .ok_or_else(|| SimError::MissingName { kind: "mocap body", name: mocap.into() })?,
+            fingers: [
+                address("robot0:r_gripper_finger_joint")?,
+                address("robot0:l_gripper_finger_joint")?,
+            ],
+            object,
+            actuated_qpos: (0..model.nu())
+                .map(|actuator| model.qpos_address(model.actuator_joint(actuator)))
+                .collect(),
+        })
+    }
+}
+
+const BASE_JOINTS: [&str; 3] = ["robot0:slide0", "robot0:slide1", "robot0:slide2"];
+
+/// Where the robot's base stands, relative to its place in the model (metres).
+const fn base_position(task: Task) -> [f64; 3] {
+    match task {
+        Task::Reach => [0.4049, 0.48, 0.0],
+        Task::Push | Task::PickAndPlace => [0.405, 0.48, 0.0],
+        Task::Slide => [0.05, 0.48, 0.0],
+    }
+}
+
+/// How much higher than the lowest pose the gripper starts (metres).
+const fn gripper_extra_height(task: Task) -> f64 {
+    match task {
+        Task::Reach | Task::PickAndPlace => 0.2,
+        Task::Push => 0.0,
+        Task::Slide => -0.02,
+    }
+}
+
+/// From where the object falls onto the table: position (metres) and quaternion (w, x, y, z).
+const fn object_pose(task: Task) -> Option<[f64; 7]> {
+    match task {
+        Task::Reach => None,
+        Task::Push | Task::PickAndPlace => Some([1.25, 0.53, 0.4, 1.0, 0.0, 0.0, 0.0]),
+        Task::Slide => Some([1.7, 1.1, 0.41, 1.0, 0.0, 0.0, 0.0]),
+    }
+}

@@ -1,0 +1,85 @@
+//! The functions of `shim/fetch_shim.c`, one to one. Their contracts are told there.
+
+use std::ffi::{c_char, c_int};
+
+/// MuJoCo's `mjModel`, never looked into from Rust.
+#[repr(C)]
+pub(super) struct RawModel {
+    _opaque: [u8; 0],
+}
+
+/// MuJoCo's `mjData`, never looked into from Rust.
+#[repr(C)]
+pub(super) struct RawData {
+    _opaque: [u8; 0],
+}
+
+pub(super) const FAILED: c_int = 1;
+pub(super) const WARNED: c_int = 2;
+
+/// The shim's `fs_sizes`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sizes {
+    pub(super) nq: c_int,
+    pub(super) nv: c_int,
+    pub(super) nu: c_int,
+    pub(super) nbody: c_int,
+    pub(super) njnt: c_int,
+    pub(super) ngeom: c_int,
+    pub(super) nsite: c_int,
+    pub(super) nmocap: c_int,
+    pub(super) timestep: f64,
+}
+
+unsafe extern "C" {
+    pub(super) safe fn fs_header_version() -> c_int;
+    pub(super) fn fs_load(
+        path: *const c_char,
+        plugins: *const c_char,
+        version: *mut c_int,
+        reason: *mut c_char,
+        reason_size: usize,
+    ) -> c_int;
+    pub(super) safe fn fs_error_text() -> *const c_char;
+    pub(super) safe fn fs_warning_text() -> *const c_char;
+
+    pub(super) fn fs_load_path(path: *const c_char, model: *mut *mut RawModel) -> c_int;
+    pub(super) fn fs_load_files(
+        names: *const *const c_char,
+        bytes: *const *const u8,
+        sizes: *const c_int,
+        count: c_int,
+        model: *mut *mut RawModel,
+    ) -> c_int;
+    pub(super) fn fs_delete_model(model: *mut RawModel);
+    pub(super) fn fs_model_sizes(model: *const RawModel, sizes: *mut Sizes);
+    pub(super) fn fs_name_to_id(model: *const RawModel, kind: c_int, name: *const c_char) -> c_int;
+    pub(super) fn fs_id_to_name(model: *const RawModel, kind: c_int, id: c_int) -> *const c_char;
+    pub(super) fn fs_model_field(model: *const RawModel, field: c_int) -> *const c_int;
+    pub(super) fn fs_set_weld_data(model: *mut RawModel, values: *const f64, count: c_int);
+
+    pub(super) fn fs_make_data(model: *const RawModel, data: *mut *mut RawData) -> c_int;
+    pub(super) fn fs_delete_data(data: *mut RawData);
+    pub(super) fn fs_reset(model: *const RawModel, data: *mut RawData) -> c_int;
+    pub(super) fn fs_forward(model: *const RawModel, data: *mut RawData) -> c_int;
+    pub(super) fn fs_step(model: *const RawModel, data: *mut RawData, count: c_int) -> c_int;
+    pub(super) fn fs_site_jacobian(
+        model: *const RawModel,
+        data: *const RawData,
+        site: c_int,
+        translation: *mut f64,
+        rotation: *mut f64,
+    );
+    pub(super) fn fs_time(data: *const RawData) -> f64;
+    pub(super) fn fs_set_time(data: *mut RawData, time: f64);
+    pub(super) fn fs_data_field(data: *const RawData, field: c_int) -> *mut f64;
+    pub(super) fn fs_contact_count(data: *const RawData) -> c_int;
+    pub(super) fn fs_contact_geoms(
+        data: *const RawData,
+        contact: c_int,
+        geom1: *mut c_int,
+        geom2: *mut c_int,
+    );
+    pub(super) fn fs_warning_count(data: *const RawData, kind: c_int) -> c_int;
+}

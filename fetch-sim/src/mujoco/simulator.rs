@@ -1,0 +1,254 @@
+use std::sync::Arc;
+
+use nalgebra::{Quaternion, Vector3};
+
+use super::{
+    data::Data,
+    fetch_model::{FetchModel, GRIPPER_DOWN},
+    library::MujocoVersion,
+    model::SiteId,
+    snapshot::MujocoSnapshot,
+};
+use crate::{Control, GripperState, ObjectState, Settled, SimConfig, SimError, Simulator, Task};
+
+/// A Fetch robot simulated by MuJoCo, step by step as the reference does it.
+#[derive(Debug)]
+pub struct MujocoSimulator {
+    fetch: Arc<FetchModel>,
+    data: Data,
+    /// Room for one site's Jacobians, `[3][nv]` each.
+    jacobians: [Vec<f64>; 2],
+    gripper: GripperState,
+    object: Option<ObjectState>,
+}
+
+impl MujocoSimulator {
+    /// A simulator of the built-in model, settled and ready.
+    ///
+    /// # Errors
+    /// As [`FetchModel::builtin`].
+    pub fn new(config: &SimConfig) -> Result<Self, SimError> {
+        Self::with_model(FetchModel::builtin(config)?)
+    }
+
+    /// A simulator of a model that others may share.
+    ///
+    /// # Errors
+    /// [`SimError::Mujoco`] if there is no memory for it.
+    pub fn with_model(fetch: Arc<FetchModel>) -> Result<Self, SimError> {
+        let data = Data::new(Arc::clone(fetch.model()))?;
+        let jacobian = vec![0.0; 3 * fetch.model().nv()];
+        let mut simulator = Self {
+            fetch,
+            data,
+            jacobians: [jacobian.clone(), jacobian],
+            gripper: GripperState {
+                position: Vector3::zeros(),
+                velocity: Vector3::zeros(),
+                finger_positions: [0.0; 2],
+                finger_velocities: [0.0; 2],
+            },
+            object: None,
+        };
+        simulator.reset(None)?;
+        Ok(simulator)
+    }
+
+    /// The model, to be shared with further simulators.
+    #[must_use]
+    pub const fn fetch_model(&self) -> &Arc<FetchModel> {
+        &self.fetch
+    }
+
+    /// The simulation below.
+    #[must_use]
+    pub const fn data(&self) -> &Data {
+        &self.data
+    }
+
+    /// [`step`](Simulator::step) that shows the simulation after every substep.
+    ///
+    /// # Errors
+    /// As [`step`](Simulator::step).
+    pub fn step_inspected(
+        &mut self,
+        control: &Control,
+        mut inspect: impl FnMut(&Data),
+    ) -> Result<(), SimError> {
+        self.command(control);
+        for _ in 0..self.fetch.config.n_substeps.get() {
+            self.data.step(1)?;
+            inspect(&self.data);
+        }
+        self.finish_step()
+    }
+
+    /// Moves the mocap body, and sets the fingers' targets where there are actuators.
+    fn command(&mut self, control: &Control) {
+        let ids = &self.fetch.ids;
+        // The mocap body starts from where the gripper is, not from where it was sent before.
+        let (position, orientation) = self.data.body_pose(ids.gripper_link);
+        let [w, x, y, z] = GRIPPER_DOWN;
+        self.data.set_mocap_pose(
+            ids.mocap,
+            position + control.displacement,
+            // Added, not multiplied, and not normalised: so does the reference.
+            orientation + Quaternion::new(w, x, y, z),
+        );
+        for (actuator, &qpos) in ids.actuated_qpos.iter().enumerate() {
+            self.data.ctrl_mut()[actuator] = self.data.qpos()[qpos] + control.fingers;
+        }
+    }
+
+    fn finish_step(&mut self) -> Result<(), SimError> {
+        if self.fetch.config.task.block_gripper() {
+            for finger in self.fetch.ids.fingers {
+                self.data.qpos_mut()[finger.qpos] = 0.0;
+            }
+            // Also changes the solver's warm start: the next step depends on this call.
+            self.data.forward()?;
+        }
+        self.observe();
+        Ok(())
+    }
+
+    fn observe(&mut self) {
+        let fetch = Arc::clone(&self.fetch);
+        let (velocity, _) = self.site_velocity(fetch.ids.grip);
+        self.gripper = GripperState {
+            position: self.data.site_position(fetch.ids.grip),
+            velocity,
+            finger_positions: fetch.ids.fingers.map(|finger| self.data.qpos()[finger.qpos]),
+            finger_velocities: fetch.ids.fingers.map(|finger| self.data.qvel()[finger.dof]),
+        };
+        self.object = fetch.ids.object.map(|object| {
+            let (linear_velocity, angular_velocity) = self.site_velocity(object.site);
+            ObjectState {
+                position: self.data.site_position(object.site),
+                rotation: self.data.site_rotation(object.site),
+                linear_velocity,
+                angular_velocity,
+            }
+        });
+    }
+
+    /// Linear and angular velocity of a site: its Jacobians, as old as its position, times `qvel`.
+    fn site_velocity(&mut self, site: SiteId) -> (Vector3<f64>, Vector3<f64>) {
+        let [translation, rotation] = &mut self.jacobians;
+        self.data.site_jacobian(site, translation, rotation);
+        let qvel = self.data.qvel();
+        let times_qvel = |jacobian: &[f64]| {
+            Vector3::from_iterator(
+                jacobian
+                    .chunks_exact(qvel.len())
+                    .map(|row| row.iter().zip(qvel).map(|(j, v)| j * v).sum()),
+            )
+        };
+        (times_qvel(translation), times_qvel(rotation))
+    }
+
+    fn check_snapshot(&self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
+        let foreign = |reason: String| Err(SimError::ForeignSnapshot { reason });
+        let config = &self.fetch.config;
+        if snapshot.config != *config {
+            return foreign(format!("it is of {:?}, this of {config:?}", snapshot.config));
+        }
+        let version = MujocoVersion::of_headers().to_string();
+        if snapshot.mujoco != version {
+            return foreign(format!("it is of MuJoCo {}, this of {version}", snapshot.mujoco));
+        }
+        let fits = snapshot.qpos.len() == self.data.qpos().len()
+            && snapshot.qvel.len() == self.data.qvel().len()
+            && snapshot.qacc_warmstart.len() == self.data.qacc_warmstart().len()
+            && snapshot.ctrl.len() == self.data.ctrl().len()
+            && snapshot.object.is_some() == config.task.has_object();
+        if !fits {
+            return foreign("its arrays are of other lengths".into());
+        }
+        Ok(())
+    }
+}
+
+impl Simulator for MujocoSimulator {
+    type Snapshot = MujocoSnapshot;
+
+    fn task(&self) -> Task {
+        self.fetch.config.task
+    }
+
+    fn control_period(&self) -> f64 {
+        f64::from(self.fetch.config.n_substeps.get()) * self.fetch.model().timestep()
+    }
+
+    fn settled(&self) -> Settled {
+        self.fetch.settled
+    }
+
+    fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
+        let FetchModel { ids, start, config, .. } = &*self.fetch;
+        if object_xy.is_some() && ids.object.is_none() {
+            return Err(SimError::NoObject { task: config.task });
+        }
+        self.data.reset()?;
+        self.data.set_time(start.time);
+        self.data.qpos_mut().copy_from_slice(&start.qpos);
+        self.data.qvel_mut().copy_from_slice(&start.qvel);
+        if let (Some(object), Some(xy)) = (ids.object, object_xy) {
+            self.data.qpos_mut()[object.qpos..][..2].copy_from_slice(&xy);
+        }
+        self.data.forward()?;
+        self.observe();
+        Ok(())
+    }
+
+    fn step(&mut self, control: &Control) -> Result<(), SimError> {
+        self.command(control);
+        self.data.step(self.fetch.config.n_substeps.get())?;
+        self.finish_step()
+    }
+
+    fn gripper(&self) -> GripperState {
+        self.gripper
+    }
+
+    fn object(&self) -> Option<ObjectState> {
+        self.object
+    }
+
+    fn snapshot(&self) -> MujocoSnapshot {
+        let ids = &self.fetch.ids;
+        MujocoSnapshot {
+            config: self.fetch.config.clone(),
+            mujoco: MujocoVersion::of_headers().to_string(),
+            time: self.data.time(),
+            qpos: self.data.qpos().to_vec(),
+            qvel: self.data.qvel().to_vec(),
+            ctrl: self.data.ctrl().to_vec(),
+            qacc_warmstart: self.data.qacc_warmstart().to_vec(),
+            mocap_pose: self.data.mocap_pose(ids.mocap),
+            gripper_link_pose: self.data.body_pose(ids.gripper_link),
+            gripper: self.gripper,
+            object: self.object,
+        }
+    }
+
+    fn restore(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
+        self.check_snapshot(snapshot)?;
+        let ids = &self.fetch.ids;
+        self.data.reset()?;
+        self.data.set_time(snapshot.time);
+        self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
+        self.data.qvel_mut().copy_from_slice(&snapshot.qvel);
+        self.data.ctrl_mut().copy_from_slice(&snapshot.ctrl);
+        let (position, orientation) = snapshot.mocap_pose;
+        self.data.set_mocap_pose(ids.mocap, position, orientation);
+        self.data.forward()?;
+        // What `forward` has made fresh goes back to what the next step starts from.
+        self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
+        let (position, orientation) = snapshot.gripper_link_pose;
+        self.data.set_body_pose(ids.gripper_link, position, orientation);
+        self.gripper = snapshot.gripper;
+        self.object = snapshot.object;
+        Ok(())
+    }
+}

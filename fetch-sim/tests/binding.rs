@@ -1,0 +1,170 @@
+//! The safe binding: what goes wrong inside MuJoCo comes out as a typed error.
+#![cfg(feature = "mujoco")]
+
+use std::{path::Path, sync::Arc, thread};
+
+use fetch_sim::{Data, Model, MujocoVersion, SimError};
+
+/// A box that falls onto a floor.
+const FALLING_BOX: &str = r#"
+<mujoco>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body name="box" pos="0 0 0.2">
+      <freejoint name="free"/>
+      <geom name="box" type="box" size="0.05 0.05 0.05"/>
+      <site name="top" pos="0 0 0.05"/>
+    </body>
+  </worldbody>
+</mujoco>"#;
+
+fn falling_box() -> Arc<Model> {
+    Arc::new(Model::from_files(&[("box.xml", FALLING_BOX)]).unwrap())
+}
+
+fn with_size(size: &str) -> Result<Data, SimError> {
+    let xml = FALLING_BOX.replace("<worldbody>", &format!("<size {size}/><worldbody>"));
+    Data::new(Arc::new(Model::from_files(&[("box.xml", &xml)])?))
+}
+
+/// The least memory with which the model compiles: enough until there are contacts.
+fn with_least_memory() -> Data {
+    let attribute = if old_sizes() { "nstack" } else { "memory" };
+    (1..1000)
+        .find_map(|size| with_size(&format!(r#"{attribute}="{}""#, 64 * size)).ok())
+        .expect("some size is enough")
+}
+
+/// Until 2.x every buffer has a size of its own; since 3.0 they share one memory.
+fn old_sizes() -> bool {
+    MujocoVersion::of_headers().to_string().starts_with('2')
+}
+
+/// Steps until something goes wrong.
+fn first_error(data: &mut Data) -> Option<SimError> {
+    (0..500).find_map(|_| data.step(1).err())
+}
+
+#[test]
+fn the_library_is_the_one_of_the_headers() {
+    assert_eq!(MujocoVersion::of_library().unwrap(), MujocoVersion::of_headers());
+}
+
+#[test]
+fn a_box_falls_onto_the_floor_and_stays() {
+    let model = falling_box();
+    let mut data = Data::new(Arc::clone(&model)).unwrap();
+    data.step(1000).unwrap();
+    assert!((data.qpos()[2] - 0.05).abs() < 1e-3, "rests at {}", data.qpos()[2]);
+    assert!((data.site_position(model.site("top").unwrap()).z - 0.1).abs() < 1e-3);
+    let (floor, body) = (model.geom("floor").unwrap(), model.geom("box").unwrap());
+    assert!(data.contacts().len() >= 3);
+    assert!(data.contacts().all(|pair| pair == (floor, body)));
+    assert!((data.time() - 1000.0 * model.timestep()).abs() < 1e-9);
+}
+
+#[test]
+fn damaged_and_missing_models_are_errors() {
+    let damaged = Model::from_files(&[("damaged.xml", "<mujoco><worldbody></mujoco>")]);
+    let Err(SimError::Model { name, reason }) = damaged else { panic!("{damaged:?}") };
+    assert_eq!(name, "damaged.xml");
+    assert!(!reason.is_empty());
+    let unknown = Model::from_files(&[("unknown.xml", "<mujoco><nothing/></mujoco>")]);
+    assert!(matches!(unknown, Err(SimError::Model { .. })));
+    let included = Model::from_files(&[("a.xml", r#"<mujoco><include file="b.xml"/></mujoco>"#)]);
+    assert!(matches!(included, Err(SimError::Model { .. })));
+    let missing = Model::from_path(Path::new("/no/such/model.xml"));
+    assert!(matches!(missing, Err(SimError::Model { .. })));
+    assert!(matches!(Model::from_files(&[]), Err(SimError::Model { .. })));
+}
+
+#[test]
+fn included_files_come_from_memory() {
+    let body = FALLING_BOX.replace("box.xml", "body.xml");
+    let model = Model::from_files(&[
+        ("main.xml", r#"<mujoco><include file="body.xml"/></mujoco>"#),
+        ("body.xml", &body),
+    ]);
+    assert_eq!(model.unwrap().nq(), 7);
+}
+
+#[test]
+fn unknown_names_are_errors() {
+    let error = falling_box().site("bottom").unwrap_err();
+    assert_eq!(error, SimError::MissingName { kind: "site", name: "bottom".into() });
+    assert!(falling_box().site("with\0nul").is_err());
+}
+
+#[test]
+fn a_diverged_simulation_is_an_error_until_reset() {
+    let mut data = Data::new(falling_box()).unwrap();
+    data.qvel_mut()[0] = 1e12;
+    assert!(matches!(data.step(1), Err(SimError::Unstable { .. })));
+    data.reset().unwrap();
+    data.step(10).unwrap();
+    data.qpos_mut()[2] = f64::NAN;
+    assert!(matches!(data.step(1), Err(SimError::Unstable { .. })));
+}
+
+#[test]
+fn an_error_inside_mujoco_is_returned_and_can_be_recovered_from() {
+    let mut data = with_least_memory();
+    let error = first_error(&mut data).expect("contacts need more memory");
+    let expected = match &error {
+        SimError::Mujoco { message } => message.to_lowercase().contains("stack"),
+        SimError::BufferFull { .. } => !old_sizes(),
+        _ => false,
+    };
+    assert!(expected, "{error}");
+    data.reset().unwrap();
+    assert_eq!(data.time(), 0.0);
+    Data::new(falling_box()).unwrap().step(10).unwrap();
+}
+
+#[test]
+fn full_buffers_are_errors() {
+    if !old_sizes() {
+        return; // one memory for all: see the test above
+    }
+    for size in [r#"nconmax="2" njmax="100""#, r#"nconmax="100" njmax="5""#] {
+        let error = first_error(&mut with_size(size).unwrap()).unwrap();
+        assert!(matches!(error, SimError::BufferFull { .. }), "{error}");
+    }
+}
+
+#[test]
+fn nothing_is_logged_to_a_file() {
+    let mut data = Data::new(falling_box()).unwrap();
+    data.qvel_mut()[0] = 1e12;
+    data.step(1).unwrap_err();
+    assert!(!Path::new("MUJOCO_LOG.TXT").exists());
+}
+
+#[test]
+fn threads_that_share_a_model_compute_the_same_bits() {
+    let model = falling_box();
+    let run = |model: Arc<Model>| {
+        let mut data = Data::new(model).unwrap();
+        data.qvel_mut()[3] = 5.0;
+        data.step(500).unwrap();
+        data.qpos().to_vec()
+    };
+    let expected = run(Arc::clone(&model));
+    let threads: Vec<_> = (0..4)
+        .map(|_| {
+            let model = Arc::clone(&model);
+            thread::spawn(move || run(model))
+        })
+        .collect();
+    for thread in threads {
+        assert_eq!(thread.join().unwrap(), expected);
+    }
+}
+
+#[test]
+#[should_panic(expected = "Jacobians are 3 x nv")]
+fn jacobians_of_a_wrong_size_are_refused() {
+    let model = falling_box();
+    let data = Data::new(Arc::clone(&model)).unwrap();
+    data.site_jacobian(model.site("top").unwrap(), &mut [0.0; 18], &mut [0.0; 3]);
+}
