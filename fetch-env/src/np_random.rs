@@ -1,0 +1,253 @@
+//! numpy's random numbers: the generator that Gymnasium seeds an environment with.
+
+use rand::{TryRng, rngs::SysRng};
+use rand_core::Rng;
+use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
+
+use crate::EnvError;
+
+/// numpy's `Generator(PCG64(SeedSequence(seed)))`, as far as the environments draw from it.
+///
+/// The same seed gives the same numbers as in Python, bit for bit. The serialised state is the seed
+/// and the number of draws since, from which the rest follows.
+///
+/// # Example
+/// ```
+/// # use fetch_env::NpRandom;
+/// // numpy: np.random.Generator(np.random.PCG64(0)).random()
+/// assert_eq!(NpRandom::new(0).random(), 0.6369616873214543);
+/// ```
+#[derive(Clone, Debug)]
+pub struct NpRandom {
+    seed: u64,
+    draws: u64,
+    pcg: Pcg64,
+}
+
+impl NpRandom {
+    /// The generator that numpy makes of `seed`.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        let [s0, s1, i0, i1] = SeedSequence::new(seed).generate_state();
+        // numpy reads the four words as two big-endian pairs: the state and the stream.
+        Self { seed, draws: 0, pcg: Pcg64::new(join(s0, s1), join(i0, i1)) }
+    }
+
+    /// A generator with a seed from the operating system; [`seed`](Self::seed) tells it.
+    ///
+    /// # Errors
+    /// [`EnvError::Entropy`] if the operating system has none to give.
+    pub fn from_entropy() -> Result<Self, EnvError> {
+        let seed = SysRng
+            .try_next_u64()
+            .map_err(|error| EnvError::Entropy { reason: error.to_string() })?;
+        Ok(Self::new(seed))
+    }
+
+    /// The seed that it was made from.
+    #[must_use]
+    pub const fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// numpy's `random()`: uniform over the multiples of 2^-53 in [0, 1).
+    pub fn random(&mut self) -> f64 {
+        self.draws += 1;
+        unit_interval(self.pcg.next_u64())
+    }
+
+    /// numpy's `uniform(low, high)`: `low + (high - low) * random()`, rounded after each operation.
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.random()
+    }
+}
+
+impl PartialEq for NpRandom {
+    fn eq(&self, other: &Self) -> bool {
+        (self.seed, self.draws) == (other.seed, other.draws)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "NpRandom", deny_unknown_fields)]
+struct Position {
+    seed: u64,
+    draws: u64,
+}
+
+impl Serialize for NpRandom {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Position { seed: self.seed, draws: self.draws }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for NpRandom {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Position { seed, draws } = Position::deserialize(deserializer)?;
+        let mut random = Self::new(seed);
+        random.pcg.advance(draws.into());
+        random.draws = draws;
+        Ok(random)
+    }
+}
+
+/// The upper 53 bits as a number in [0, 1).
+pub(crate) fn unit_interval(bits: u64) -> f64 {
+    const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
+    (bits >> 11) as f64 * UNIT
+}
+
+const fn join(high: u64, low: u64) -> u128 {
+    (high as u128) << 64 | low as u128
+}
+
+/// numpy's `SeedSequence` of one integer, after M. O'Neill's `seed_seq_fe`.
+///
+/// Source: <https://numpy.org/doc/stable/reference/random/bit_generators/generated/numpy.random.SeedSequence.html>
+/// and <https://www.pcg-random.org/posts/developing-a-seed_seq-alternative.html>.
+struct SeedSequence {
+    pool: [u32; 4],
+}
+
+impl SeedSequence {
+    const INIT_A: u32 = 0x43b0_d7e5;
+    const MULT_A: u32 = 0x931e_8875;
+    const INIT_B: u32 = 0x8b51_f9dd;
+    const MULT_B: u32 = 0x58f3_8ded;
+    const MIX_L: u32 = 0xca01_f9dd;
+    const MIX_R: u32 = 0x4973_f715;
+
+    fn new(seed: u64) -> Self {
+        let mut hash = Hash { constant: Self::INIT_A, multiplier: Self::MULT_A };
+        // A missing high word hashes as zero, so that every seed is two words.
+        let mut pool = [seed as u32, (seed >> 32) as u32, 0, 0].map(|word| hash.mix(word));
+        for source in 0..pool.len() {
+            for target in 0..pool.len() {
+                if source != target {
+                    let hashed = hash.mix(pool[source]);
+                    let mixed = pool[target]
+                        .wrapping_mul(Self::MIX_L)
+                        .wrapping_sub(hashed.wrapping_mul(Self::MIX_R));
+                    pool[target] = mixed ^ (mixed >> 16);
+                }
+            }
+        }
+        Self { pool }
+    }
+
+    /// Four 64-bit words, the lower half of each first.
+    fn generate_state(&self) -> [u64; 4] {
+        let mut hash = Hash { constant: Self::INIT_B, multiplier: Self::MULT_B };
+        let words: [u32; 8] = std::array::from_fn(|i| hash.mix(self.pool[i % self.pool.len()]));
+        std::array::from_fn(|i| u64::from(words[2 * i]) | u64::from(words[2 * i + 1]) << 32)
+    }
+}
+
+/// A hash of 32-bit words whose constant changes with every word.
+struct Hash {
+    constant: u32,
+    multiplier: u32,
+}
+
+impl Hash {
+    fn mix(&mut self, word: u32) -> u32 {
+        let word = word ^ self.constant;
+        self.constant = self.constant.wrapping_mul(self.multiplier);
+        let word = word.wrapping_mul(self.constant);
+        word ^ (word >> 16)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct Golden {
+        seeds: BTreeMap<u64, Recorded>,
+    }
+
+    #[derive(Deserialize)]
+    struct Recorded {
+        state: String,
+        inc: String,
+        raw_u64: Vec<String>,
+        random: Vec<String>,
+        uniform_pm_0p15_3: Vec<String>,
+    }
+
+    /// How rand_pcg serialises its generator.
+    #[derive(Deserialize)]
+    struct PcgState {
+        state: u128,
+        increment: u128,
+    }
+
+    /// Reads C99's hexadecimal notation, such as `-0x1.8p-3`.
+    fn hex_float(text: &str) -> f64 {
+        let (sign, text) = text.strip_prefix('-').map_or((1.0, text), |rest| (-1.0, rest));
+        let (mantissa, exponent) =
+            text.strip_prefix("0x1.").and_then(|rest| rest.split_once('p')).expect("0x1.…p…");
+        let fraction = u64::from_str_radix(mantissa, 16).expect("hexadecimal digits");
+        let fraction = fraction as f64 / 16_f64.powi(mantissa.len().try_into().expect("short"));
+        sign * (1.0 + fraction) * 2_f64.powi(exponent.parse().expect("an exponent"))
+    }
+
+    #[test]
+    fn every_recorded_number_of_numpy_is_reproduced() {
+        let golden = include_str!("../tests/fixtures/numpy_pcg64.json");
+        let golden: Golden = serde_json::from_str(golden).expect("the fixture's format");
+        assert!(!golden.seeds.is_empty());
+        for (seed, recorded) in golden.seeds {
+            let mut random = NpRandom::new(seed);
+            let pcg = serde_json::to_string(&random.pcg).expect("serialisable");
+            let pcg: PcgState = serde_json::from_str(&pcg).expect("rand_pcg's format");
+            assert_eq!(pcg.state.to_string(), recorded.state, "state of seed {seed}");
+            assert_eq!(pcg.increment.to_string(), recorded.inc, "increment of seed {seed}");
+
+            let mut raw = random.pcg.clone();
+            for word in &recorded.raw_u64 {
+                assert_eq!(raw.next_u64().to_string(), *word, "raw draw of seed {seed}");
+            }
+            for number in &recorded.random {
+                assert_eq!(random.random(), hex_float(number), "random() of seed {seed}");
+            }
+            for number in &recorded.uniform_pm_0p15_3 {
+                assert_eq!(random.uniform(-0.15, 0.15), hex_float(number), "uniform of {seed}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_deserialised_generator_goes_on_with_the_stream(seed: u64, draws in 0..1000_u32) {
+            let mut random = NpRandom::new(seed);
+            for _ in 0..draws {
+                random.random();
+            }
+            let json = serde_json::to_string(&random).expect("serialisable");
+            let mut copy: NpRandom = serde_json::from_str(&json).expect("deserialisable");
+            prop_assert_eq!(&copy, &random);
+            prop_assert_eq!(&copy.pcg, &random.pcg);
+            prop_assert_eq!(copy.random().to_bits(), random.random().to_bits());
+        }
+
+        #[test]
+        fn draws_stay_in_their_interval(seed: u64, low in -1e3..1e3, width in 0.0..1e3) {
+            let mut random = NpRandom::new(seed);
+            prop_assert!((0.0..1.0).contains(&random.random()));
+            prop_assert!((low..=low + width).contains(&random.uniform(low, low + width)));
+        }
+    }
+
+    #[test]
+    fn the_operating_system_gives_different_seeds() {
+        let seeds = [0; 2].map(|_| NpRandom::from_entropy().expect("entropy").seed());
+        assert_ne!(seeds[0], seeds[1]);
+    }
+}

@@ -1,0 +1,78 @@
+use fetch_sim::{Settled, SimError, Task};
+use serde::{Deserialize, Serialize};
+
+use crate::{EnvError, FetchConfig, NpRandom, config};
+
+/// What can be asked of the reset of a Fetch environment.
+///
+/// What is not asked for is drawn at random. What is asked for is drawn as well and then replaced,
+/// so that the stream of random numbers is the same with and without options.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FetchResetOptions {
+    /// The goal, in metres in the world frame.
+    pub desired_goal: Option<[f64; 3]>,
+    /// Where the object starts: x and y in metres in the world frame. Taken as it is, also off the
+    /// table or under the gripper.
+    pub object_position: Option<[f64; 2]>,
+}
+
+impl FetchResetOptions {
+    pub(crate) fn check(&self, task: Task) -> Result<(), EnvError> {
+        if self.object_position.is_some() && !task.has_object() {
+            return Err(SimError::NoObject { task }.into());
+        }
+        let goal = self.desired_goal.as_ref().map(|goal| ("desired_goal", &goal[..]));
+        let object = self.object_position.as_ref().map(|xy| ("object_position", &xy[..]));
+        for (option, numbers) in [goal, object].into_iter().flatten() {
+            if let Some(index) = numbers.iter().position(|number| !number.is_finite()) {
+                return Err(EnvError::OptionNotFinite { option, index, value: numbers[index] });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where an episode starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Start {
+    pub(crate) object_position: Option<[f64; 2]>,
+    pub(crate) desired_goal: [f64; 3],
+}
+
+impl Start {
+    /// Draws a start in the reference's order: the object's place, then the goal.
+    ///
+    /// Source: `_reset_sim` and `_sample_goal` of gymnasium-robotics 1.4.2.
+    pub(crate) fn draw(config: &FetchConfig, settled: &Settled, random: &mut NpRandom) -> Self {
+        let gripper: [f64; 3] = settled.gripper_position.into();
+        let object_position =
+            config.object_range().map(|range| draw_object(range, [gripper[0], gripper[1]], random));
+
+        let range = config.target_range();
+        let offset = config.target_offset();
+        let mut goal = gripper.map(|coordinate| coordinate + random.uniform(-range, range));
+        for (coordinate, offset) in goal.iter_mut().zip(offset) {
+            *coordinate += offset;
+        }
+        if let Some(height) = settled.object_height {
+            goal[2] = height;
+            if config.target_in_the_air() && random.random() < 0.5 {
+                goal[2] += random.uniform(0.0, config::MAX_TARGET_RISE);
+            }
+        }
+        Self { object_position, desired_goal: goal }
+    }
+}
+
+/// Draws the object's place around the gripper's until it is far enough away.
+fn draw_object(range: f64, gripper: [f64; 2], random: &mut NpRandom) -> [f64; 2] {
+    loop {
+        let place = gripper.map(|coordinate| coordinate + random.uniform(-range, range));
+        // The offset is taken back out of the sum, rounding included, as the reference does.
+        let [x, y] = [place[0] - gripper[0], place[1] - gripper[1]];
+        if (x * x + y * y).sqrt() >= config::MIN_OBJECT_DISTANCE {
+            return place;
+        }
+    }
+}

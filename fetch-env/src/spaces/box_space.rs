@@ -1,0 +1,235 @@
+use std::fmt;
+
+use rand_core::Rng;
+use serde::{Deserialize, Serialize};
+
+use super::SpaceError;
+use crate::np_random::unit_interval;
+
+/// A precision that the elements of a [`BoxSpace`] can have: `f32` or `f64`.
+pub trait Element: Copy + PartialOrd + fmt::Debug + Into<f64> + private::Sealed {
+    /// Negative infinity: no lower bound.
+    const NEG_INFINITY: Self;
+    /// Infinity: no upper bound.
+    const INFINITY: Self;
+
+    /// The nearest number of this precision.
+    fn from_f64(value: f64) -> Self;
+}
+
+mod private {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+impl Element for f32 {
+    const NEG_INFINITY: Self = Self::NEG_INFINITY;
+    const INFINITY: Self = Self::INFINITY;
+
+    fn from_f64(value: f64) -> Self {
+        value as Self
+    }
+}
+
+impl Element for f64 {
+    const NEG_INFINITY: Self = Self::NEG_INFINITY;
+    const INFINITY: Self = Self::INFINITY;
+
+    fn from_f64(value: f64) -> Self {
+        value
+    }
+}
+
+/// Arrays of a fixed shape, each element within its own closed, possibly unbounded interval.
+///
+/// Every interval holds at least one finite number. Serialises with `null` for an infinite bound.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Bounds<T>", into = "Bounds<T>")]
+#[serde(bound(
+    serialize = "T: Element + Serialize",
+    deserialize = "T: Element + Deserialize<'de>"
+))]
+pub struct BoxSpace<T> {
+    shape: Vec<usize>,
+    low: Vec<T>,
+    high: Vec<T>,
+}
+
+impl<T: Element> BoxSpace<T> {
+    /// Arrays of `shape` between `low` and `high`, row-major; infinite bounds mean none.
+    ///
+    /// # Errors
+    /// [`SpaceError::BoundCount`] if `low` or `high` has not one element for each of the shape's;
+    /// [`SpaceError::EmptyInterval`] if a bound is NaN or no finite number lies between two.
+    pub fn new(shape: Vec<usize>, low: Vec<T>, high: Vec<T>) -> Result<Self, SpaceError> {
+        let expected = shape.iter().product();
+        if low.len() != expected || high.len() != expected {
+            return Err(SpaceError::BoundCount {
+                shape,
+                expected,
+                low: low.len(),
+                high: high.len(),
+            });
+        }
+        for (index, (&low, &high)) in low.iter().zip(&high).enumerate() {
+            if !(low <= high && low < T::INFINITY && high > T::NEG_INFINITY) {
+                return Err(SpaceError::EmptyInterval {
+                    index,
+                    low: low.into(),
+                    high: high.into(),
+                });
+            }
+        }
+        Ok(Self { shape, low, high })
+    }
+
+    /// Arrays of `shape` with the same bounds for every element.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn uniform(shape: Vec<usize>, low: T, high: T) -> Result<Self, SpaceError> {
+        let len = shape.iter().product();
+        Self::new(shape, vec![low; len], vec![high; len])
+    }
+
+    /// Vectors of `len` finite numbers.
+    #[must_use]
+    pub fn unbounded(len: usize) -> Self {
+        Self { shape: vec![len], low: vec![T::NEG_INFINITY; len], high: vec![T::INFINITY; len] }
+    }
+
+    /// The length of each axis.
+    #[must_use]
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// The number of elements.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.low.len()
+    }
+
+    /// Whether its arrays have no element.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.low.is_empty()
+    }
+
+    /// The lower bounds, row-major; negative infinity where there is none.
+    #[must_use]
+    pub fn low(&self) -> &[T] {
+        &self.low
+    }
+
+    /// The upper bounds, row-major; infinity where there is none.
+    #[must_use]
+    pub fn high(&self) -> &[T] {
+        &self.high
+    }
+
+    /// Whether every element has both bounds.
+    #[must_use]
+    pub fn is_bounded(&self) -> bool {
+        self.intervals().all(|(low, high)| low > T::NEG_INFINITY && high < T::INFINITY)
+    }
+
+    /// Whether `array`, row-major, has the right length and lies within all bounds.
+    ///
+    /// NaN lies in no box; infinity, as in Gymnasium, in one that is unbounded on its side.
+    #[must_use]
+    pub fn contains(&self, array: &[T]) -> bool {
+        array.len() == self.len()
+            && array.iter().zip(self.intervals()).all(|(&x, (low, high))| low <= x && x <= high)
+    }
+
+    /// Draws a member, each element independently, from the distributions that Gymnasium uses:
+    /// uniform between two bounds, exponential away from a single one, standard normal without any.
+    pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<T> {
+        self.intervals().map(|interval| sample_interval(interval, rng)).collect()
+    }
+
+    /// Draws a member as [`sample`](Self::sample) does, without allocating.
+    ///
+    /// # Errors
+    /// [`SpaceError::SampleLength`] if `out` has not [`len`](Self::len) elements.
+    pub fn sample_into<R: Rng + ?Sized>(
+        &self,
+        rng: &mut R,
+        out: &mut [T],
+    ) -> Result<(), SpaceError> {
+        let (expected, actual) = (self.len(), out.len());
+        if actual != expected {
+            return Err(SpaceError::SampleLength { expected, actual });
+        }
+        for (element, interval) in out.iter_mut().zip(self.intervals()) {
+            *element = sample_interval(interval, rng);
+        }
+        Ok(())
+    }
+
+    fn intervals(&self) -> impl Iterator<Item = (T, T)> + '_ {
+        self.low.iter().copied().zip(self.high.iter().copied())
+    }
+}
+
+fn sample_interval<T: Element, R: Rng + ?Sized>((low, high): (T, T), rng: &mut R) -> T {
+    let mut uniform = || unit_interval(rng.next_u64());
+    let value = match (low > T::NEG_INFINITY, high < T::INFINITY) {
+        (true, true) => {
+            let share = uniform();
+            // Not low + (high - low) * share, whose difference can overflow.
+            low.into() * (1.0 - share) + high.into() * share
+        }
+        (true, false) => low.into() + exponential(uniform()),
+        (false, true) => high.into() - exponential(uniform()),
+        (false, false) => standard_normal(uniform(), uniform()),
+    };
+    // Rounding can lead just out of the interval.
+    let value = T::from_f64(value);
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}
+
+/// Inverse of the exponential distribution function; `share` is in [0, 1).
+fn exponential(share: f64) -> f64 {
+    -(-share).ln_1p()
+}
+
+/// Box and Muller, "A note on the generation of random normal deviates", 1958.
+fn standard_normal(radius: f64, angle: f64) -> f64 {
+    (2.0 * exponential(radius)).sqrt() * (std::f64::consts::TAU * angle).cos()
+}
+
+/// The serialised form; `None` is no bound, as JSON has no infinity.
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "BoxSpace", deny_unknown_fields)]
+struct Bounds<T> {
+    shape: Vec<usize>,
+    low: Vec<Option<T>>,
+    high: Vec<Option<T>>,
+}
+
+impl<T: Element> From<BoxSpace<T>> for Bounds<T> {
+    fn from(space: BoxSpace<T>) -> Self {
+        let low = space.low.into_iter().map(|low| (low > T::NEG_INFINITY).then_some(low));
+        let high = space.high.into_iter().map(|high| (high < T::INFINITY).then_some(high));
+        Self { shape: space.shape, low: low.collect(), high: high.collect() }
+    }
+}
+
+impl<T: Element> TryFrom<Bounds<T>> for BoxSpace<T> {
+    type Error = SpaceError;
+
+    fn try_from(bounds: Bounds<T>) -> Result<Self, SpaceError> {
+        let low = bounds.low.into_iter().map(|low| low.unwrap_or(T::NEG_INFINITY));
+        let high = bounds.high.into_iter().map(|high| high.unwrap_or(T::INFINITY));
+        Self::new(bounds.shape, low.collect(), high.collect())
+    }
+}
