@@ -38,7 +38,8 @@ pub(super) fn limit<E: GoalEnv>(
     let mut rng = subject.rng();
     for elapsed in 1..=limit.get() {
         let step = env.step(&env.action_space().sample(&mut rng))?;
-        if elapsed < limit.get() && step.is_last() {
+        let goals = (step.observation.achieved_goal(), step.observation.desired_goal());
+        if env.compute_terminated(goals.0, goals.1) || env.compute_truncated(goals.0, goals.1) {
             return Ok(format!("not reached: the episode ended by its own rules at {elapsed}"));
         }
         ensure(step.truncated == (elapsed == limit.get()), || {

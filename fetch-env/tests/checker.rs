@@ -1,0 +1,326 @@
+//! The checker can fail: each fault is found by the check that is about it.
+
+use fetch_env::{
+    BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv, GoalObservation, Info,
+    KinematicEnv, Reset, SnapshotEnv, Space, Step,
+    check::{CheckOptions, check_snapshot_env},
+    make_kinematic,
+};
+use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
+
+/// What is wrong with an environment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fault {
+    None,
+    WideActionSpace,
+    LopsidedActionSpace,
+    MissingKey,
+    GoalsOfTwoShapes,
+    StepsBeforeReset,
+    TakesNan,
+    TakesAnyLength,
+    BadActionsMove,
+    ShortObservation,
+    IgnoresTheSeed,
+    StartsTheStreamAnew,
+    KnowsOneSeed,
+    UnseededIsZero,
+    DefaultsMatter,
+    NanReward,
+    RemembersEpisodes,
+    MovesTheGoal,
+    RewardOffByABit,
+    BatchOffByABit,
+    TakesBadGoals,
+    LiesAboutSuccess,
+    LiesAboutDistance,
+    Terminates,
+    TruncatesEarly,
+    TruncatesLate,
+    StepsAfterTheEnd,
+    RestoresNothing,
+    ForgetsTheEpisodes,
+    RestoresANewEnvironmentAsRunning,
+}
+
+/// The faults, and which checks must find them.
+const FAULTS: [(Fault, &[&str]); 29] = [
+    (Fault::WideActionSpace, &["spaces/action"]),
+    (Fault::LopsidedActionSpace, &["spaces/action"]),
+    (Fault::MissingKey, &["spaces/observation"]),
+    (Fault::GoalsOfTwoShapes, &["spaces/observation"]),
+    (Fault::StepsBeforeReset, &["order/step-before-reset", "snapshot/before-reset"]),
+    (Fault::TakesNan, &["order/bad-actions"]),
+    (Fault::TakesAnyLength, &["order/bad-actions"]),
+    (Fault::BadActionsMove, &["order/bad-actions"]),
+    (Fault::ShortObservation, &["reset/in-space", "step/in-space"]),
+    (Fault::IgnoresTheSeed, &["reset/deterministic", "step/deterministic"]),
+    (Fault::StartsTheStreamAnew, &["reset/deterministic"]),
+    (Fault::KnowsOneSeed, &["reset/seeds-differ"]),
+    (Fault::UnseededIsZero, &["reset/unseeded"]),
+    (Fault::DefaultsMatter, &["reset/options"]),
+    (Fault::NanReward, &["step/in-space"]),
+    (Fault::RemembersEpisodes, &["step/deterministic"]),
+    (Fault::MovesTheGoal, &["goal/constant"]),
+    (Fault::RewardOffByABit, &["goal/reward-law"]),
+    (Fault::BatchOffByABit, &["goal/any-goal"]),
+    (Fault::TakesBadGoals, &["goal/bad-goals"]),
+    (Fault::LiesAboutSuccess, &["goal/info"]),
+    (Fault::LiesAboutDistance, &["goal/info"]),
+    (Fault::Terminates, &["end/laws"]),
+    (Fault::TruncatesEarly, &["end/laws", "end/limit"]),
+    (Fault::TruncatesLate, &["end/laws", "end/limit"]),
+    (Fault::StepsAfterTheEnd, &["end/step-after-end"]),
+    (Fault::RestoresNothing, &["snapshot/replay", "snapshot/other-environment"]),
+    (Fault::ForgetsTheEpisodes, &["snapshot/replay"]),
+    (Fault::RestoresANewEnvironmentAsRunning, &["snapshot/before-reset"]),
+];
+
+#[test]
+fn a_faultless_environment_passes_every_check() {
+    let report = check(Fault::None);
+    assert!(report.passed(), "{report}");
+}
+
+#[test]
+fn every_fault_is_found_by_the_checks_about_it() {
+    for (fault, checks) in FAULTS {
+        let report = check(fault);
+        for name in checks {
+            let found = report.failures().any(|check| check.name == *name);
+            assert!(found, "{name} does not see {fault:?}:\n{report}");
+        }
+    }
+}
+
+#[test]
+fn every_check_finds_some_fault() {
+    for check in check(Fault::None).checks {
+        let found = FAULTS.iter().any(|(_, checks)| checks.contains(&check.name));
+        assert!(found, "no fault makes {} fail", check.name);
+    }
+}
+
+fn check(fault: Fault) -> fetch_env::check::CheckReport {
+    check_snapshot_env(|| Faulty::new(fault), &CheckOptions::default())
+}
+
+struct Faulty {
+    env: KinematicEnv,
+    fault: Fault,
+    action_space: BoxSpace<f32>,
+    observation_space: Space,
+    last_seed: u64,
+    episodes: u32,
+    elapsed: u32,
+}
+
+impl Faulty {
+    fn new(fault: Fault) -> Result<Self, EnvError> {
+        let env = make_kinematic("FetchPushDense-v4")?;
+        let (low, high) = match fault {
+            Fault::WideActionSpace => (-2.0, 2.0),
+            Fault::LopsidedActionSpace => (0.0, 1.0),
+            _ => (-1.0, 1.0),
+        };
+        let action_space = BoxSpace::uniform(vec![4], low, high).expect("low < high");
+        let observation_space = match fault {
+            Fault::MissingKey => dict(&[("achieved_goal", 3), ("observation", 25)]),
+            Fault::GoalsOfTwoShapes => {
+                dict(&[("achieved_goal", 3), ("desired_goal", 2), ("observation", 25)])
+            }
+            _ => env.observation_space().clone(),
+        };
+        let (last_seed, episodes, elapsed) = (0, 0, 0);
+        Ok(Self { env, fault, action_space, observation_space, last_seed, episodes, elapsed })
+    }
+
+    fn is(&self, fault: Fault) -> bool {
+        self.fault == fault
+    }
+
+    fn observation(&self, observation: &impl GoalObservation) -> Observation {
+        let mut copy = Observation {
+            observation: observation.observation().into(),
+            achieved_goal: observation.achieved_goal().into(),
+            desired_goal: observation.desired_goal().into(),
+        };
+        if self.is(Fault::ShortObservation) {
+            copy.observation.pop();
+        }
+        if self.is(Fault::RemembersEpisodes) {
+            copy.observation[0] += 1e-9 * f64::from(self.episodes);
+        }
+        if self.is(Fault::MovesTheGoal) {
+            copy.desired_goal[0] += 1e-9 * f64::from(self.elapsed);
+        }
+        copy
+    }
+}
+
+fn dict(lengths: &[(&str, usize)]) -> Space {
+    let space = |&(key, len)| (key, BoxSpace::<f64>::unbounded(len).into());
+    DictSpace::new(lengths.iter().map(space)).expect("different keys").into()
+}
+
+fn next_up(reward: f64) -> f64 {
+    reward.next_up()
+}
+
+impl Env for Faulty {
+    type Observation = Observation;
+    type Info = Info;
+    type ResetOptions = FetchResetOptions;
+
+    fn reset(&mut self, seed: Option<u64>) -> Result<Reset<Observation, Info>, EnvError> {
+        let seed = match self.fault {
+            Fault::DefaultsMatter => Some(7),
+            _ => seed,
+        };
+        self.reset_with(seed, &FetchResetOptions::default())
+    }
+
+    fn reset_with(
+        &mut self,
+        seed: Option<u64>,
+        options: &FetchResetOptions,
+    ) -> Result<Reset<Observation, Info>, EnvError> {
+        let seed = match (self.fault, seed) {
+            (Fault::IgnoresTheSeed, _) => None,
+            (Fault::StartsTheStreamAnew, None) => Some(self.last_seed),
+            (Fault::KnowsOneSeed, Some(_)) => Some(0),
+            (Fault::UnseededIsZero, None) if self.episodes == 0 => Some(0),
+            _ => seed,
+        };
+        self.last_seed = seed.unwrap_or(self.last_seed);
+        self.episodes += 1;
+        self.elapsed = 0;
+        let Reset { observation, info } = self.env.reset_with(seed, options)?;
+        Ok(Reset { observation: self.observation(&observation), info })
+    }
+
+    fn step(&mut self, action: &[f32]) -> Result<Step<Observation, Info>, EnvError> {
+        let mut action = action.to_vec();
+        match self.fault {
+            Fault::TakesNan => action.iter_mut().for_each(|a| *a = a.clamp(-1.0, 1.0).max(-1.0)),
+            Fault::TakesAnyLength => action.resize(4, 0.0),
+            Fault::BadActionsMove if action.iter().any(|a| a.is_nan()) => {
+                self.env.step(&[1.0; 4])?;
+            }
+            _ => {}
+        }
+        let step = match self.env.step(&action) {
+            Err(EnvError::ResetNeeded) if self.is(Fault::StepsBeforeReset) => {
+                self.env.reset(None)?;
+                self.env.step(&action)
+            }
+            Err(EnvError::EpisodeOver) if self.is(Fault::StepsAfterTheEnd) => {
+                self.env.reset(None)?;
+                self.env.step(&action)
+            }
+            step => step,
+        }?;
+        self.elapsed += 1;
+        let mut info = step.info;
+        match self.fault {
+            Fault::LiesAboutSuccess => info.is_success = !info.is_success,
+            Fault::LiesAboutDistance => info.distance = next_up(info.distance),
+            _ => {}
+        }
+        Ok(Step {
+            observation: self.observation(&step.observation),
+            reward: match self.fault {
+                Fault::NanReward => f64::NAN,
+                Fault::RewardOffByABit => next_up(step.reward),
+                _ => step.reward,
+            },
+            terminated: step.terminated || (self.is(Fault::Terminates) && self.elapsed == 20),
+            truncated: match self.fault {
+                Fault::TruncatesEarly => self.elapsed == 49,
+                Fault::TruncatesLate => false,
+                _ => step.truncated,
+            },
+            info,
+        })
+    }
+
+    fn action_space(&self) -> &BoxSpace<f32> {
+        &self.action_space
+    }
+
+    fn observation_space(&self) -> &Space {
+        &self.observation_space
+    }
+}
+
+impl GoalEnv for Faulty {
+    type GoalReward = DistanceReward;
+
+    fn goal_reward(&self) -> &DistanceReward {
+        self.env.goal_reward()
+    }
+
+    fn compute_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64, GoalError> {
+        if self.is(Fault::TakesBadGoals) {
+            return Ok(self.goal_reward().reward(achieved, desired));
+        }
+        self.env.compute_reward(achieved, desired)
+    }
+
+    fn compute_reward_batch(
+        &self,
+        pairs: GoalPairs<'_>,
+        rewards: &mut [f64],
+    ) -> Result<(), GoalError> {
+        self.env.compute_reward_batch(pairs, rewards)?;
+        if self.is(Fault::BatchOffByABit) {
+            rewards[1] = next_up(rewards[1]);
+        }
+        Ok(())
+    }
+}
+
+impl SnapshotEnv for Faulty {
+    type Snapshot = (<KinematicEnv as SnapshotEnv>::Snapshot, u32, u32);
+
+    fn snapshot(&self) -> Self::Snapshot {
+        (self.env.snapshot(), self.episodes, self.elapsed)
+    }
+
+    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
+        if self.is(Fault::RestoresNothing) {
+            return Ok(());
+        }
+        self.env.restore(&snapshot.0)?;
+        if self.is(Fault::ForgetsTheEpisodes) {
+            self.env.reset(Some(0))?;
+        }
+        if self.is(Fault::RestoresANewEnvironmentAsRunning) && snapshot.1 == 0 {
+            self.env.reset(None)?;
+        }
+        (self.episodes, self.elapsed) = (snapshot.1, snapshot.2);
+        Ok(())
+    }
+}
+
+/// An observation that can be tampered with.
+#[derive(Clone, Debug, PartialEq)]
+struct Observation {
+    observation: Vec<f64>,
+    achieved_goal: Vec<f64>,
+    desired_goal: Vec<f64>,
+}
+
+impl GoalObservation for Observation {
+    fn observation(&self) -> &[f64] {
+        &self.observation
+    }
+
+    fn achieved_goal(&self) -> &[f64] {
+        &self.achieved_goal
+    }
+
+    fn desired_goal(&self) -> &[f64] {
+        &self.desired_goal
+    }
+}

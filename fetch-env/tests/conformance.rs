@@ -1,0 +1,41 @@
+//! Every law of the Fetch environments, over all eight ids, on every simulator.
+
+mod laws;
+
+/// One test for each law, on one simulator.
+macro_rules! conformance {
+    ($name:ident, $backend:ty) => {
+        mod $name {
+            use super::laws;
+
+            conformance!(@tests $backend:
+                check::the_checker_finds_nothing,
+                action::actions_are_clipped_to_the_action_space,
+                action::the_fourth_element_moves_the_fingers_where_they_are_free,
+                action::each_axis_moves_the_gripper_its_way,
+                episode::observations_are_made_as_documented,
+                episode::goals_and_objects_start_where_the_reference_puts_them,
+                episode::an_episode_lasts_fifty_steps_and_is_never_terminated,
+                reset::wished_goals_and_objects_are_granted,
+                reset::wishes_do_not_disturb_the_random_numbers,
+                reset::impossible_wishes_are_refused_and_change_nothing,
+                reset::the_seed_can_be_told,
+                reward::the_step_reward_is_the_reward_of_its_goals,
+                reward::dense_and_sparse_see_the_same_trajectory,
+                snapshot::snapshots_survive_json_to_the_last_bit,
+                snapshot::foreign_snapshots_are_refused_and_change_nothing,
+                snapshot::a_restored_environment_observes_what_it_did,
+            );
+        }
+    };
+    (@tests $backend:ty: $($module:ident::$law:ident,)*) => {$(
+        #[test]
+        fn $law() {
+            laws::$module::$law::<$backend>();
+        }
+    )*};
+}
+
+conformance!(kinematic, laws::Kinematic);
+#[cfg(feature = "mujoco")]
+conformance!(mujoco, laws::Mujoco);

@@ -1,0 +1,13 @@
+use fetch_env::{
+    EnvId,
+    check::{CheckOptions, check_snapshot_env},
+};
+
+use super::{Backend, make};
+
+pub(crate) fn the_checker_finds_nothing<B: Backend>() {
+    for id in EnvId::ALL {
+        let report = check_snapshot_env(|| Ok(make::<B>(id)), &CheckOptions::default());
+        assert!(report.passed(), "{id}:\n{report}");
+    }
+}

@@ -1,0 +1,111 @@
+//! The laws, generic over the simulator.
+
+pub(crate) mod action;
+pub(crate) mod check;
+pub(crate) mod episode;
+pub(crate) mod reset;
+pub(crate) mod reward;
+pub(crate) mod snapshot;
+
+use fetch_env::{
+    Env, EnvId, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info, Step, TimeLimit,
+};
+use fetch_sim::{KinematicSimulator, SimConfig, Simulator};
+use rand_pcg::Pcg64;
+
+/// A kind of simulator to run the laws on.
+pub(crate) trait Backend {
+    type Sim: Simulator + std::fmt::Debug;
+
+    fn simulator(config: &SimConfig) -> Self::Sim;
+}
+
+/// The stand-in.
+pub(crate) struct Kinematic;
+
+impl Backend for Kinematic {
+    type Sim = KinematicSimulator;
+
+    fn simulator(config: &SimConfig) -> KinematicSimulator {
+        KinematicSimulator::new(config)
+    }
+}
+
+/// MuJoCo with the built-in model.
+#[cfg(feature = "mujoco")]
+pub(crate) struct Mujoco;
+
+#[cfg(feature = "mujoco")]
+impl Backend for Mujoco {
+    type Sim = fetch_sim::MujocoSimulator;
+
+    fn simulator(config: &SimConfig) -> Self::Sim {
+        use fetch_sim::{FetchModel, MujocoSimulator, Task};
+        use std::sync::{Arc, OnceLock};
+
+        // Settling takes longer than most laws.
+        static MODELS: OnceLock<Vec<Arc<FetchModel>>> = OnceLock::new();
+        let models = MODELS.get_or_init(|| {
+            let settle = |task| FetchModel::builtin(&SimConfig::new(task)).expect("MuJoCo");
+            Task::ALL.map(settle).into()
+        });
+        if *config != SimConfig::new(config.task) {
+            return MujocoSimulator::new(config).expect("MuJoCo");
+        }
+        let at = Task::ALL.iter().position(|&task| task == config.task).expect("a task");
+        MujocoSimulator::with_model(Arc::clone(&models[at])).expect("memory")
+    }
+}
+
+pub(crate) type TestEnv<B> = TimeLimit<FetchEnv<<B as Backend>::Sim>>;
+pub(crate) type FetchStep = Step<FetchObservation, Info>;
+
+/// An environment of the reference's configuration.
+pub(crate) fn make<B: Backend>(id: EnvId) -> TestEnv<B> {
+    make_config::<B>(id.config())
+}
+
+pub(crate) fn make_config<B: Backend>(config: FetchConfig) -> TestEnv<B> {
+    let simulator = B::simulator(config.sim());
+    FetchEnv::new(config, simulator).expect("a fitting simulator").time_limited()
+}
+
+/// Takes `steps` random steps, with a reset where an episode ends.
+pub(crate) fn random_steps<B: Backend>(
+    env: &mut TestEnv<B>,
+    seed: u64,
+    steps: usize,
+) -> Vec<FetchStep> {
+    let mut rng = Pcg64::new(seed.into(), 0xac7);
+    (0..steps)
+        .map(|_| {
+            let step = env.step(&env.action_space().sample(&mut rng)).expect("a step");
+            if step.is_last() {
+                env.reset(None).expect("a reset");
+            }
+            step
+        })
+        .collect()
+}
+
+/// All numbers of an observation, as bits.
+pub(crate) fn bits(observation: &FetchObservation) -> Vec<u64> {
+    [observation.observation(), observation.achieved_goal(), observation.desired_goal()]
+        .concat()
+        .into_iter()
+        .map(f64::to_bits)
+        .collect()
+}
+
+/// All of a trajectory, as bits.
+pub(crate) fn trajectory_bits(steps: &[FetchStep]) -> Vec<(Vec<u64>, u64, bool, bool, bool, u64)> {
+    steps
+        .iter()
+        .map(|step| {
+            let Info { is_success, distance } = step.info;
+            let observation = bits(&step.observation);
+            let (reward, distance) = (step.reward.to_bits(), distance.to_bits());
+            (observation, reward, step.terminated, step.truncated, is_success, distance)
+        })
+        .collect()
+}
