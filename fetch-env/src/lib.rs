@@ -1,6 +1,7 @@
 //! The eight Fetch environments, goal-conditioned, with Gymnasium's semantics.
 #![forbid(unsafe_code)]
 
+pub mod check;
 mod config;
 mod env;
 mod error;

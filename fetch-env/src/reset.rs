@@ -35,6 +35,7 @@ impl FetchResetOptions {
 
 /// Where an episode starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(test, derive(Deserialize))]
 pub(crate) struct Start {
     pub(crate) object_position: Option<[f64; 2]>,
     pub(crate) desired_goal: [f64; 3],
@@ -73,6 +74,93 @@ fn draw_object(range: f64, gripper: [f64; 2], random: &mut NpRandom) -> [f64; 2]
         let [x, y] = [place[0] - gripper[0], place[1] - gripper[1]];
         if (x * x + y * y).sqrt() >= config::MIN_OBJECT_DISTANCE {
             return place;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use goal_reward::RewardKind;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct Recording {
+        tasks: HashMap<Task, RecordedTask>,
+    }
+
+    #[derive(Deserialize)]
+    struct RecordedTask {
+        initial_gripper_xpos: [f64; 3],
+        height_offset: Option<f64>,
+        starts: Vec<RecordedStarts>,
+    }
+
+    #[derive(Deserialize)]
+    struct RecordedStarts {
+        seed: u64,
+        episodes: [Start; 2],
+    }
+
+    #[test]
+    fn every_recorded_start_of_the_reference_is_reproduced_to_the_last_bit() {
+        let recording = include_str!("../tests/fixtures/episode_starts.json");
+        let recording: Recording = serde_json::from_str(recording).expect("the fixture's format");
+        assert_eq!(recording.tasks.len(), Task::ALL.len());
+        for (task, recorded) in recording.tasks {
+            let config = FetchConfig::new(task, RewardKind::Sparse);
+            let settled = Settled {
+                gripper_position: recorded.initial_gripper_xpos.into(),
+                object_height: recorded.height_offset,
+            };
+            for RecordedStarts { seed, episodes } in recorded.starts {
+                let mut random = NpRandom::new(seed);
+                for start in episodes {
+                    let drawn = Start::draw(&config, &settled, &mut random);
+                    assert_eq!(drawn, start, "{task}, seed {seed}");
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn starts_lie_in_the_configured_ranges(
+            seed: u64,
+            task in prop::sample::select(Task::ALL.to_vec()),
+            gripper in prop::array::uniform3(-2.0..2.0),
+            object_range in 0.075..0.3,
+            target_range in 0.0..0.3,
+            target_offset in prop::array::uniform3(-0.5..0.5),
+        ) {
+            const ROUNDING: f64 = 1e-15;
+            let mut builder =
+                FetchConfig::builder(task).target_range(target_range).target_offset(target_offset);
+            if task.has_object() {
+                builder = builder.object_range(object_range).target_in_the_air(true);
+            }
+            let config = builder.build().expect("valid numbers");
+            let object_height = task.has_object().then_some(0.4);
+            let settled = Settled { gripper_position: gripper.into(), object_height };
+            let start = Start::draw(&config, &settled, &mut NpRandom::new(seed));
+
+            prop_assert_eq!(start.object_position.is_some(), task.has_object());
+            if let Some([x, y]) = start.object_position {
+                let (dx, dy) = (x - gripper[0], y - gripper[1]);
+                prop_assert!(dx.hypot(dy) >= 0.1 - ROUNDING);
+                prop_assert!(dx.abs().max(dy.abs()) <= object_range + ROUNDING);
+            }
+            let free_axes = if task.has_object() { 2 } else { 3 };
+            for axis in 0..free_axes {
+                let offset = start.desired_goal[axis] - gripper[axis] - target_offset[axis];
+                prop_assert!(offset.abs() <= target_range + ROUNDING);
+            }
+            if task.has_object() {
+                prop_assert!((0.4..0.85).contains(&start.desired_goal[2]));
+            }
         }
     }
 }
