@@ -28,7 +28,7 @@ pub struct Evaluation {
 }
 
 /// The figures of an evaluation, each with its 95 % interval.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Share of episodes whose last step was a success.
     pub success_rate: Estimate,

@@ -29,9 +29,7 @@ impl Estimate {
         };
         let variance = sample.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (count - 1.0);
         let half_width = match StudentsT::new(0.0, 1.0, count - 1.0) {
-            Ok(student) => {
-                student.inverse_cdf(0.5 + 0.5 * CONFIDENCE) * (variance / count).sqrt()
-            }
+            Ok(student) => student.inverse_cdf(0.5 + 0.5 * CONFIDENCE) * (variance / count).sqrt(),
             Err(_) => f64::INFINITY, // one value, no degree of freedom
         };
         Ok(Self { value, low: value - half_width, high: value + half_width })

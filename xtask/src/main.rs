@@ -2,8 +2,8 @@
 //!
 //! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
 #![forbid(unsafe_code)]
-// A command line speaks to its user.
-#![allow(clippy::print_stdout, clippy::print_stderr)]
+// A command line speaks to its user, and a binary's items are public to its own modules only.
+#![allow(clippy::print_stdout, clippy::print_stderr, unreachable_pub)]
 
 mod all;
 mod bridge;

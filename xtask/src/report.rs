@@ -58,10 +58,7 @@ impl Figure {
 
 impl Versions {
     pub fn current() -> Self {
-        Self {
-            project: env!("CARGO_PKG_VERSION"),
-            mujoco: MujocoVersion::of_headers().to_string(),
-        }
+        Self { project: env!("CARGO_PKG_VERSION"), mujoco: MujocoVersion::of_headers().to_string() }
     }
 }
 

@@ -20,12 +20,17 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
 fn space(env: &MujocoEnv) -> Check {
     let space = env.action_space();
     let passed = space.shape() == [4] && space.low() == [-1.0; 4] && space.high() == [1.0; 4];
-    let seen = format!("action_shape={:?}, bounds {:?} to {:?}", space.shape(), space.low(), space.high());
+    let seen =
+        format!("action_shape={:?}, bounds {:?} to {:?}", space.shape(), space.low(), space.high());
     Check::new("action/space", passed, seen, Figure::count(space.low().len()))
 }
 
 /// What one step with an action leads to from a fresh reset.
-fn after(env: &mut MujocoEnv, seed: u64, action: [f32; 4]) -> anyhow::Result<[FetchObservation; 2]> {
+fn after(
+    env: &mut MujocoEnv,
+    seed: u64,
+    action: [f32; 4],
+) -> anyhow::Result<[FetchObservation; 2]> {
     let before = env.reset(Some(seed))?.observation;
     Ok([before, env.step(&action)?.observation])
 }
@@ -49,7 +54,8 @@ fn displacement(env: &mut MujocoEnv, seed: u64, axis: usize, name: &str) -> anyh
 fn moving_gripper(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let [_, opened] = after(env, seed, [0.0, 0.0, 0.0, 1.0])?.map(|o| o.finger_positions());
     let closed = env.step(&[0.0, 0.0, 0.0, -1.0])?.observation.finger_positions();
-    let passed = opened[0] > 0.03 && opened[1] > 0.03 && closed[0] < opened[0] && closed[1] < opened[1];
+    let passed =
+        opened[0] > 0.03 && opened[1] > 0.03 && closed[0] < opened[0] && closed[1] < opened[1];
     let seen = format!(
         "+1 opens the fingers to {:.4} m, -1 closes them to {:.4} m (the chapter's sign is reversed)",
         opened[0], closed[0]
@@ -62,5 +68,10 @@ fn blocked_gripper(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let [_, without] = after(env, seed, [0.0; 4])?;
     let widest = with.finger_positions().into_iter().fold(0.0, f64::max);
     let seen = format!("no effect: the fingers are held at {widest:.4} m");
-    Ok(Check::new("action/gripper", with == without && widest == 0.0, seen, Figure::new(widest, "m")))
+    Ok(Check::new(
+        "action/gripper",
+        with == without && widest == 0.0,
+        seen,
+        Figure::new(widest, "m"),
+    ))
 }

@@ -24,7 +24,8 @@ pub fn check(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<C
         Figure::new(lengths.value, "steps"),
     )];
     for comparison in RandomReference::new(id.task, id.reward).compare(&evaluation)? {
-        let (measured, reference, p) = (comparison.measured, comparison.reference, comparison.p_value);
+        let (measured, reference, p) =
+            (comparison.measured, comparison.reference, comparison.p_value);
         let chapter = chapters_range(id, comparison.name).map_or(String::new(), |(low, high)| {
             let verdict = if (low..=high).contains(&reference) { "agrees" } else { "differs" };
             format!("; the chapter's {low} to {high} {verdict}")

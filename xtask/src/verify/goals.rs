@@ -18,7 +18,8 @@ impl GoalSampler {
     }
 
     pub fn sample(&mut self) -> [f64; 3] {
-        [(1.0, 1.6), (0.4, 1.1), (0.3, 0.9)].map(|(low, high)| self.generator.random_range(low..high))
+        [(1.0, 1.6), (0.4, 1.1), (0.3, 0.9)]
+            .map(|(low, high)| self.generator.random_range(low..high))
     }
 
     /// A goal within `radius` metres of a point along each axis.

@@ -77,8 +77,9 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     println!("\n{} checks, {failed} failed", all.len());
     if let Some(path) = &args.json {
         let settings = Settings { env_ids: ids, seed: args.seed };
-        let results =
-            all.into_iter().map(|(id, check)| (format!("verify/{id}/{}", check.name), check.figure));
+        let results = all
+            .into_iter()
+            .map(|(id, check)| (format!("verify/{id}/{}", check.name), check.figure));
         write_json(path, &Report::new(settings, results))?;
     }
     Ok(passed)

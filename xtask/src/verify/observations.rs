@@ -36,18 +36,21 @@ fn shapes(id: EnvId, observation: &FetchObservation) -> Check {
 }
 
 fn finite(resets: &[FetchObservation]) -> Check {
-    let values = |o: &FetchObservation| [o.observation(), o.achieved_goal(), o.desired_goal()].concat();
+    let values =
+        |o: &FetchObservation| [o.observation(), o.achieved_goal(), o.desired_goal()].concat();
     let faults = resets.iter().flat_map(values).filter(|value| !value.is_finite()).count();
-    Check::none_of("observation/finite", faults, format!("{faults} values not finite, {RESETS} resets"))
+    Check::none_of(
+        "observation/finite",
+        faults,
+        format!("{faults} values not finite, {RESETS} resets"),
+    )
 }
 
 /// The goal is what the gripper achieves in Reach, and what the object does elsewhere.
 fn achieved_goal(id: EnvId, resets: &[FetchObservation]) -> Check {
     let (first, what) = if id.task.has_object() { (3, "object") } else { (0, "gripper") };
-    let faults = resets
-        .iter()
-        .filter(|o| o.achieved_goal() != &o.observation()[first..first + 3])
-        .count();
+    let faults =
+        resets.iter().filter(|o| o.achieved_goal() != &o.observation()[first..first + 3]).count();
     let seen = format!("phi(s) = obs[{first}:{}], the {what}; {faults} mismatches", first + 3);
     Check::none_of("goal-space/phi", faults, seen)
 }
@@ -65,16 +68,16 @@ fn goals_within_range(id: EnvId, env: &MujocoEnv, resets: &[FetchObservation]) -
             let aside = (goal - centre).xy().amax() > reach;
             let height = match settled.object_height {
                 None => (goal.z - centre.z).abs() > reach,
-                Some(table) if config.target_in_the_air() => !(table..table + 0.45).contains(&goal.z),
+                Some(table) if config.target_in_the_air() => {
+                    !(table..table + 0.45).contains(&goal.z)
+                }
                 Some(table) => goal.z != table,
             };
             aside || height
         })
         .count();
     let bounds = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
-        std::array::from_fn(|axis| {
-            resets.iter().map(|o| o.desired_goal()[axis]).fold(start, pick)
-        })
+        std::array::from_fn(|axis| resets.iter().map(|o| o.desired_goal()[axis]).fold(start, pick))
     };
     let (low, high) = (bounds(f64::min, f64::INFINITY), bounds(f64::max, f64::NEG_INFINITY));
     let seen = format!("{low:.2?} to {high:.2?} m, {faults} outside the task's range");

@@ -46,7 +46,9 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
         Check::none_of(
             "reward/three-ways",
             mismatches,
-            format!("manual = compute_reward = step over {STEPS} steps, {mismatches} mismatches at {TOLERANCE:e}"),
+            format!(
+                "manual = compute_reward = step over {STEPS} steps, {mismatches} mismatches at {TOLERANCE:e}"
+            ),
         ),
         Check::none_of(
             "reward/law",

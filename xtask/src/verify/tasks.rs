@@ -16,7 +16,8 @@ pub fn check(seed: u64) -> anyhow::Result<Vec<Check>> {
         let observation = env.reset(Some(seed))?.observation;
         let obs_dim = observation.observation().len();
         let ag_matches_grip = observation.achieved_goal() == &observation.observation()[..3];
-        let (expected_dim, expected_match) = if task.has_object() { (25, false) } else { (10, true) };
+        let (expected_dim, expected_match) =
+            if task.has_object() { (25, false) } else { (10, true) };
         checks.push(Check::new(
             format!("tasks/{task}"),
             obs_dim == expected_dim && ag_matches_grip == expected_match,
