@@ -57,10 +57,7 @@ fn sum_of_squares(a: &[f64], b: &[f64]) -> f64 {
     }
     let [s0, s1, s2, s3, s4, s5, s6, s7] = lanes;
     let lanes = ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7));
-    a_rest
-        .iter()
-        .zip(b_rest)
-        .fold(lanes, |sum, (a, b)| sum + square(a - b))
+    a_rest.iter().zip(b_rest).fold(lanes, |sum, (a, b)| sum + square(a - b))
 }
 
 #[inline(always)]

@@ -37,9 +37,7 @@ impl FromStr for RewardKind {
         match name {
             "sparse" => Ok(Self::Sparse),
             "dense" => Ok(Self::Dense),
-            _ => Err(ParseRewardKindError {
-                name: name.to_owned(),
-            }),
+            _ => Err(ParseRewardKindError { name: name.to_owned() }),
         }
     }
 }
@@ -105,11 +103,7 @@ impl DistanceReward {
     #[inline(always)]
     fn sparse_of(&self, distance: f64) -> f64 {
         // `<=`, not `>`, so that NaN falls on the side of failure.
-        if distance <= self.threshold.get() {
-            -0.0
-        } else {
-            -1.0
-        }
+        if distance <= self.threshold.get() { -0.0 } else { -1.0 }
     }
 }
 

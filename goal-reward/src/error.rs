@@ -93,11 +93,8 @@ pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), Go
 pub(crate) fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<(), GoalError> {
     match goals.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
-        Some(at) => Err(GoalError::NotFinite {
-            role,
-            row: at / dim,
-            index: at % dim,
-            value: goals[at],
-        }),
+        Some(at) => {
+            Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value: goals[at] })
+        }
     }
 }

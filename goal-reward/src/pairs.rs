@@ -39,16 +39,9 @@ impl<'a> GoalPairs<'a> {
             });
         }
         if !achieved.len().is_multiple_of(dim) {
-            return Err(GoalError::PartialRow {
-                len: achieved.len(),
-                dim,
-            });
+            return Err(GoalError::PartialRow { len: achieved.len(), dim });
         }
-        Ok(Self {
-            achieved,
-            desired,
-            dim,
-        })
+        Ok(Self { achieved, desired, dim })
     }
 
     /// The number of pairs.
@@ -124,10 +117,6 @@ impl<'a> GoalPairs<'a> {
     #[inline]
     pub(crate) fn check_output(&self, actual: usize) -> Result<(), GoalError> {
         let expected = self.len();
-        if actual == expected {
-            Ok(())
-        } else {
-            Err(GoalError::OutputLength { expected, actual })
-        }
+        if actual == expected { Ok(()) } else { Err(GoalError::OutputLength { expected, actual }) }
     }
 }

@@ -25,18 +25,9 @@ fn the_threshold_is_compared_as_the_reference_compares_it() {
             achieved[dim - 1] = distance;
             let got = DistanceReward::sparse().reward(&achieved, &desired);
             assert_eq!(got.to_bits(), reward.to_bits(), "d = {distance}, dim {dim}");
-            assert_eq!(
-                DistanceReward::sparse().is_success(&achieved, &desired),
-                success
-            );
-            assert_eq!(
-                DistanceReward::dense().is_success(&achieved, &desired),
-                success
-            );
-            assert_eq!(
-                DistanceReward::dense().reward(&achieved, &desired),
-                -distance
-            );
+            assert_eq!(DistanceReward::sparse().is_success(&achieved, &desired), success);
+            assert_eq!(DistanceReward::dense().is_success(&achieved, &desired), success);
+            assert_eq!(DistanceReward::dense().reward(&achieved, &desired), -distance);
         }
     }
 }
@@ -72,17 +63,9 @@ fn unchecked_calls_never_call_a_bad_goal_a_success() {
     ];
     for (achieved, desired) in bad {
         let sparse = DistanceReward::sparse();
-        assert_eq!(
-            sparse.reward(achieved, desired),
-            -1.0,
-            "{achieved:?} {desired:?}"
-        );
+        assert_eq!(sparse.reward(achieved, desired), -1.0, "{achieved:?} {desired:?}");
         assert!(!sparse.is_success(achieved, desired));
-        assert!(
-            !DistanceReward::dense()
-                .reward(achieved, desired)
-                .is_finite()
-        );
+        assert!(!DistanceReward::dense().reward(achieved, desired).is_finite());
     }
     assert!(DistanceReward::dense().reward(&[f64::NAN], &[0.0]).is_nan());
     assert!(goal_distance(&[0.0, 0.0], &[0.0]).is_nan());
@@ -91,26 +74,14 @@ fn unchecked_calls_never_call_a_bad_goal_a_success() {
 #[test]
 fn checked_calls_name_the_goal_the_element_and_the_value() {
     let reward = DistanceReward::sparse();
-    let error = reward
-        .try_reward(&[0.0, f64::INFINITY], &[0.0, 0.0])
-        .unwrap_err();
-    let expected = GoalError::NotFinite {
-        role: GoalRole::Achieved,
-        row: 0,
-        index: 1,
-        value: f64::INFINITY,
-    };
+    let error = reward.try_reward(&[0.0, f64::INFINITY], &[0.0, 0.0]).unwrap_err();
+    let expected =
+        GoalError::NotFinite { role: GoalRole::Achieved, row: 0, index: 1, value: f64::INFINITY };
     assert_eq!(error, expected);
     assert!(error.to_string().starts_with("achieved_goal[1] is inf"));
-    assert_eq!(
-        reward.try_is_success(&[0.0, f64::INFINITY], &[0.0, 0.0]),
-        Err(expected)
-    );
+    assert_eq!(reward.try_is_success(&[0.0, f64::INFINITY], &[0.0, 0.0]), Err(expected));
 
-    let mismatch = GoalError::LengthMismatch {
-        achieved: 2,
-        desired: 3,
-    };
+    let mismatch = GoalError::LengthMismatch { achieved: 2, desired: 3 };
     assert_eq!(reward.try_reward(&[0.0; 2], &[0.0; 3]), Err(mismatch));
     assert_eq!(check_goals(&[], &[]), Err(GoalError::Empty));
     assert_eq!(reward.try_reward(&[0.0; 3], &[0.0; 3]), Ok(0.0));
@@ -124,22 +95,13 @@ fn a_checked_batch_names_the_row_and_leaves_the_output() {
     desired[5] = f64::NAN;
     let pairs = GoalPairs::new(&achieved, &desired, 3).unwrap();
     let mut out = [7.0; 2];
-    let error = DistanceReward::sparse()
-        .try_reward_batch(pairs, &mut out)
-        .unwrap_err();
+    let error = DistanceReward::sparse().try_reward_batch(pairs, &mut out).unwrap_err();
     assert!(matches!(
         error,
-        GoalError::NotFinite {
-            role: GoalRole::Desired,
-            row: 1,
-            index: 2,
-            ..
-        }
+        GoalError::NotFinite { role: GoalRole::Desired, row: 1, index: 2, .. }
     ));
     assert_eq!(out, [7.0; 2]);
-    DistanceReward::sparse()
-        .reward_batch(pairs, &mut out)
-        .unwrap();
+    DistanceReward::sparse().reward_batch(pairs, &mut out).unwrap();
     assert_eq!(out, [0.0, -1.0]);
 }
 
@@ -152,31 +114,16 @@ fn sizes_that_do_not_fit_are_errors() {
     );
     assert_eq!(
         GoalPairs::new(&[0.0; 3], &[0.0; 6], 3),
-        Err(GoalError::LengthMismatch {
-            achieved: 3,
-            desired: 6
-        })
+        Err(GoalError::LengthMismatch { achieved: 3, desired: 6 })
     );
     let pairs = GoalPairs::new(&[0.0; 6], &[0.0; 6], 3).unwrap();
-    let too_long = GoalError::OutputLength {
-        expected: 2,
-        actual: 3,
-    };
+    let too_long = GoalError::OutputLength { expected: 2, actual: 3 };
     let reward = DistanceReward::sparse();
     assert_eq!(reward.reward_batch(pairs, &mut [0.0; 3]), Err(too_long));
     assert_eq!(reward.try_reward_batch(pairs, &mut [0.0; 3]), Err(too_long));
-    assert_eq!(
-        reward.is_success_batch(pairs, &mut [false; 3]),
-        Err(too_long)
-    );
-    assert_eq!(
-        reward.terminated_batch(pairs, &mut [false; 3]),
-        Err(too_long)
-    );
-    assert_eq!(
-        reward.truncated_batch(pairs, &mut [false; 3]),
-        Err(too_long)
-    );
+    assert_eq!(reward.is_success_batch(pairs, &mut [false; 3]), Err(too_long));
+    assert_eq!(reward.terminated_batch(pairs, &mut [false; 3]), Err(too_long));
+    assert_eq!(reward.truncated_batch(pairs, &mut [false; 3]), Err(too_long));
     let empty = GoalPairs::new(&[], &[], 3).unwrap();
     assert!(empty.is_empty());
     assert_eq!(reward.reward_batch(empty, &mut []), Ok(()));
@@ -185,15 +132,9 @@ fn sizes_that_do_not_fit_are_errors() {
 #[test]
 fn a_threshold_is_finite_and_not_negative() {
     for bad in [-1e-300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert!(
-            matches!(DistanceThreshold::new(bad), Err(ThresholdError { .. })),
-            "{bad}"
-        );
+        assert!(matches!(DistanceThreshold::new(bad), Err(ThresholdError { .. })), "{bad}");
     }
-    assert_eq!(
-        DistanceThreshold::FETCH,
-        DistanceThreshold::new(0.05).unwrap()
-    );
+    assert_eq!(DistanceThreshold::FETCH, DistanceThreshold::new(0.05).unwrap());
 }
 
 #[test]
@@ -201,16 +142,9 @@ fn settings_survive_serde_and_bad_ones_are_refused() {
     let reward = DistanceReward::new(RewardKind::Dense, DistanceThreshold::new(0.02).unwrap());
     let text = serde_json::to_string(&reward).unwrap();
     assert_eq!(text, r#"{"kind":"dense","threshold":0.02}"#);
-    assert_eq!(
-        serde_json::from_str::<DistanceReward>(&text).unwrap(),
-        reward
-    );
+    assert_eq!(serde_json::from_str::<DistanceReward>(&text).unwrap(), reward);
     let error = serde_json::from_str::<DistanceThreshold>("-0.02").unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("must be finite and not negative")
-    );
+    assert!(error.to_string().contains("must be finite and not negative"));
 }
 
 #[test]
@@ -249,11 +183,8 @@ impl GoalReward for Overridden {
 #[test]
 fn rewards_behind_pointers_keep_their_overrides() {
     let pairs = GoalPairs::new(&[1.0, -1.0], &[0.0, 0.0], 1).unwrap();
-    let through: [Box<dyn GoalReward>; 3] = [
-        Box::new(&Overridden),
-        Box::new(Arc::new(Overridden)),
-        Box::new(Overridden),
-    ];
+    let through: [Box<dyn GoalReward>; 3] =
+        [Box::new(&Overridden), Box::new(Arc::new(Overridden)), Box::new(Overridden)];
     for reward in through {
         let (mut rewards, mut flags) = ([0.0; 2], [false; 2]);
         reward.reward_batch(pairs, &mut rewards).unwrap();

@@ -31,9 +31,7 @@ const NORMS: [(usize, u64); 20] = [
 fn distances_have_the_bits_of_numpy() {
     for (dim, expected) in NORMS {
         let goal = |factor: usize, offset: usize, modulus: usize, divisor: f64| -> Vec<f64> {
-            (0..dim)
-                .map(|i| ((i * factor + offset) % modulus) as f64 / divisor)
-                .collect()
+            (0..dim).map(|i| ((i * factor + offset) % modulus) as f64 / divisor).collect()
         };
         let distance = goal_distance(&goal(37, 11, 101, 97.0), &goal(53, 29, 103, 89.0));
         assert_eq!(distance.to_bits(), expected, "{dim} elements: {distance}");

@@ -13,7 +13,7 @@ pub(super) fn load(task: Task) -> Result<Model, SimError> {
     };
     Model::from_files(&[
         scene,
-        ("scene.xml", include_str!("../../model/scene.xml")),
+        ("settings.xml", include_str!("../../model/settings.xml")),
         ("robot.xml", include_str!("../../model/robot.xml")),
     ])
 }

@@ -1,0 +1,70 @@
+use nalgebra::Vector3;
+
+use super::{
+    CLOSE, Command, OPEN,
+    view::{ObjectView, View},
+};
+
+/// How near the gripper must be to the object's centre to grasp it (metres).
+const GRASP_DISTANCE: f64 = 0.01;
+
+/// From how far aside the gripper comes down onto the object (metres).
+const DESCENT_DISTANCE: f64 = 0.02;
+
+/// How far above the object's centre the open fingers pass over it (metres).
+const HOVER_HEIGHT: f64 = 0.08;
+
+/// Control steps that the fingers need to close.
+const CLOSING_STEPS: u32 = 4;
+
+/// Farther than this from the gripper, the object has slipped (metres).
+const SLIP_DISTANCE: f64 = 0.03;
+
+/// Grasps the object from above and carries it to the goal.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PickAndPlace {
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+enum Phase {
+    #[default]
+    Approach,
+    Grasp {
+        steps: u32,
+    },
+    Carry,
+}
+
+impl PickAndPlace {
+    pub(super) fn act(&mut self, view: &View, object: &ObjectView) -> Command {
+        let to_object = object.position - view.gripper;
+        match self.phase {
+            Phase::Approach => self.approach(to_object),
+            Phase::Grasp { steps } => {
+                self.phase = if steps == CLOSING_STEPS {
+                    Phase::Carry
+                } else {
+                    Phase::Grasp { steps: steps + 1 }
+                };
+                Command::toward(to_object, CLOSE)
+            }
+            Phase::Carry => {
+                if to_object.norm() > SLIP_DISTANCE {
+                    self.phase = Phase::Approach;
+                }
+                Command::toward(view.goal - object.position, CLOSE)
+            }
+        }
+    }
+
+    fn approach(&mut self, to_object: Vector3<f64>) -> Command {
+        let aside = to_object.xy().norm();
+        if aside < GRASP_DISTANCE && to_object.z.abs() < GRASP_DISTANCE {
+            self.phase = Phase::Grasp { steps: 1 };
+            return Command::toward(to_object, CLOSE);
+        }
+        let height = if aside > DESCENT_DISTANCE { HOVER_HEIGHT } else { 0.0 };
+        Command::toward(to_object + Vector3::new(0.0, 0.0, height), OPEN)
+    }
+}

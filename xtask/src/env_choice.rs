@@ -1,0 +1,40 @@
+//! The flag `--env-id`.
+
+use std::{fmt, str::FromStr};
+
+use fetch_env::{EnvId, UnknownEnvId};
+use fetch_sim::Task;
+use goal_reward::RewardKind;
+
+/// An environment id, or `auto`: FetchReachDense-v4, as in the chapter.
+#[derive(Clone, Copy, Debug)]
+pub enum EnvChoice {
+    Auto,
+    Id(EnvId),
+}
+
+impl EnvChoice {
+    pub fn id(self) -> EnvId {
+        match self {
+            Self::Auto => EnvId { task: Task::Reach, reward: RewardKind::Dense },
+            Self::Id(id) => id,
+        }
+    }
+}
+
+impl FromStr for EnvChoice {
+    type Err = UnknownEnvId;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text == "auto" { Ok(Self::Auto) } else { text.parse().map(Self::Id) }
+    }
+}
+
+impl fmt::Display for EnvChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Id(id) => id.fmt(f),
+        }
+    }
+}

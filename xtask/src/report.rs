@@ -1,0 +1,89 @@
+//! The object that every `--json` writes.
+
+use std::{fs, path::Path};
+
+use anyhow::Context;
+use fetch_sim::MujocoVersion;
+use serde::Serialize;
+
+/// Versions, machine, settings and results of one command.
+#[derive(Debug, Serialize)]
+pub struct Report<S> {
+    versions: Versions,
+    machine: Machine,
+    settings: S,
+    results: Vec<Named>,
+}
+
+/// What ran.
+#[derive(Clone, Debug, Serialize)]
+pub struct Versions {
+    project: &'static str,
+    mujoco: String,
+}
+
+/// Where it ran.
+#[derive(Clone, Debug, Serialize)]
+pub struct Machine {
+    os: &'static str,
+    arch: &'static str,
+    cores: usize,
+}
+
+/// A figure with its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Figure {
+    value: f64,
+    unit: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Named {
+    name: String,
+    #[serde(flatten)]
+    figure: Figure,
+}
+
+impl Figure {
+    /// A figure with a unit, `1` for a pure number.
+    pub const fn new(value: f64, unit: &'static str) -> Self {
+        Self { value, unit }
+    }
+
+    /// How many.
+    pub const fn count(value: usize) -> Self {
+        Self::new(value as f64, "1")
+    }
+}
+
+impl Versions {
+    pub fn current() -> Self {
+        Self { project: env!("CARGO_PKG_VERSION"), mujoco: MujocoVersion::of_headers().to_string() }
+    }
+}
+
+impl<S: Serialize> Report<S> {
+    /// A report of this process.
+    pub fn new(settings: S, results: impl IntoIterator<Item = (String, Figure)>) -> Self {
+        Self {
+            versions: Versions::current(),
+            machine: Machine {
+                os: std::env::consts::OS,
+                arch: std::env::consts::ARCH,
+                cores: std::thread::available_parallelism().map_or(1, usize::from),
+            },
+            settings,
+            results: results.into_iter().map(|(name, figure)| Named { name, figure }).collect(),
+        }
+    }
+}
+
+/// Writes a value as JSON, making the folders on the way.
+pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    let mut text = serde_json::to_string_pretty(value)?;
+    text.push('\n');
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}

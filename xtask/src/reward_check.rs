@@ -1,0 +1,64 @@
+//! `reward-check`: step, compute_reward and the formula agree, relabelled goals included.
+
+use baselines::{Policy, RandomPolicy};
+use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config};
+
+use crate::{
+    env_choice::EnvChoice,
+    verify::goals::{GoalSampler, expected_reward},
+};
+
+const TOLERANCE: f64 = 1e-6;
+const STEPS: usize = 500;
+const RANDOM_GOALS: usize = 3;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Environment, or auto for FetchReachDense-v4
+    #[arg(long, default_value_t = EnvChoice::Auto)]
+    env_id: EnvChoice,
+    /// Seed of resets, actions and goals
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    reward_check(args.env_id.id(), args.seed)
+}
+
+pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<bool> {
+    let mut env = make_config(id.config())?;
+    let mut policy = RandomPolicy::new(seed);
+    let mut goals = GoalSampler::new(seed);
+    let mut observation = env.reset(Some(seed))?.observation;
+    let mut mismatches = 0;
+    for t in 0..STEPS as u64 {
+        let step = env.step(&policy.act(&observation))?;
+        observation = step.observation;
+        let achieved = observation.achieved_goal();
+        let desired = observation.desired_goal();
+        let mut agree = |given: f64, goal: &[f64]| -> anyhow::Result<()> {
+            let manual = expected_reward(env.goal_reward(), achieved, goal);
+            let computed = env.compute_reward(achieved, goal)?;
+            if (computed - manual).abs() > TOLERANCE || (given - manual).abs() > TOLERANCE {
+                mismatches += 1;
+            }
+            Ok(())
+        };
+        agree(step.reward, desired)?;
+        for _ in 0..RANDOM_GOALS {
+            let goal = goals.sample();
+            agree(env.compute_reward(achieved, &goal)?, &goal)?;
+        }
+        if step.is_last() {
+            observation = env.reset(Some(seed + t + 1))?.observation;
+        }
+    }
+    let settings = format!("atol={TOLERANCE:e}, n_steps={STEPS}, n_random_goals={RANDOM_GOALS}");
+    if mismatches > 0 {
+        println!("FAIL: reward checks of {id}: {mismatches} mismatches ({settings})");
+        return Ok(false);
+    }
+    println!("OK: reward checks passed ({settings})");
+    Ok(true)
+}

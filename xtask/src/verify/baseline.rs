@@ -1,0 +1,51 @@
+//! Section 2.9: the random baseline, held against the real environment's.
+
+use baselines::RandomReference;
+use fetch_env::{EnvId, MujocoEnv};
+use fetch_sim::Task;
+use goal_reward::RewardKind;
+
+use crate::{check::Check, random_episodes::evaluate_random, report::Figure};
+
+const EPISODES: usize = 100;
+
+/// Below this, a difference from the reference is no chance: with a few dozen such tests, one run
+/// in 400 would fail by chance.
+const LEAST_P_VALUE: f64 = 1e-4;
+
+pub fn check(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+    let evaluation = evaluate_random(id, seed, EPISODES)?;
+    let summary = evaluation.summary()?;
+    let lengths = summary.ep_len_mean;
+    let mut checks = vec![Check::new(
+        "baseline/ep_len_mean",
+        lengths.value == 50.0 && lengths.low == lengths.high,
+        format!("{} steps in each of {EPISODES} episodes", lengths.value),
+        Figure::new(lengths.value, "steps"),
+    )];
+    for comparison in RandomReference::new(id.task, id.reward).compare(&evaluation)? {
+        let (measured, reference, p) =
+            (comparison.measured, comparison.reference, comparison.p_value);
+        let chapter = chapters_range(id, comparison.name).map_or(String::new(), |(low, high)| {
+            let verdict = if (low..=high).contains(&reference) { "agrees" } else { "differs" };
+            format!("; the chapter's {low} to {high} {verdict}")
+        });
+        checks.push(Check::new(
+            format!("baseline/{}", comparison.name),
+            p >= LEAST_P_VALUE,
+            format!("{measured:.3} (reference {reference:.3}, p = {p:.2}{chapter})"),
+            Figure::new(measured, if comparison.name == "final_distance_mean" { "m" } else { "1" }),
+        ));
+    }
+    Ok(checks)
+}
+
+/// What section 2.9 expects of ten episodes of dense Reach.
+fn chapters_range(id: EnvId, figure: &str) -> Option<(f64, f64)> {
+    match (id.task, id.reward, figure) {
+        (Task::Reach, _, "success_rate") => Some((0.0, 0.1)),
+        (Task::Reach, RewardKind::Dense, "return_mean") => Some((-25.0, -10.0)),
+        (Task::Reach, _, "final_distance_mean") => Some((0.05, 0.15)),
+        _ => None,
+    }
+}
