@@ -81,6 +81,12 @@ impl FetchModel {
         Self::settle(Model::from_path(path)?, config).map(Arc::new)
     }
 
+    /// What the model was made from.
+    #[must_use]
+    pub const fn config(&self) -> &SimConfig {
+        &self.config
+    }
+
     /// The compiled model.
     #[must_use]
     pub const fn model(&self) -> &Arc<Model> {
