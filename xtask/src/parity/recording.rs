@@ -39,6 +39,7 @@ pub struct Recording {
 #[derive(Clone, Debug, Deserialize)]
 pub struct Meta {
     pub env: String,
+    pub kind: String,
     pub mujoco: String,
 }
 

@@ -1,5 +1,7 @@
 //! A recording replayed: what differs, by how much, and where.
 
+use std::ops::Range;
+
 use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation};
 use fetch_sim::{MujocoSimulator, Simulator, Task};
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
@@ -44,8 +46,9 @@ impl Deviation {
         }
     }
 
-    pub fn max<'a>(all: impl IntoIterator<Item = &'a Self>) -> Self {
-        all.into_iter().max_by(|a, b| a.size.total_cmp(&b.size)).cloned().unwrap_or_default()
+    /// The largest of some; `None` of none.
+    pub fn max<'a>(all: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+        all.into_iter().max_by(|a, b| a.size.total_cmp(&b.size)).cloned()
     }
 }
 
@@ -122,7 +125,7 @@ impl EpisodeParity {
         let data = env.simulator().mujoco().data();
         let velocities = site_velocities(env.simulator().task());
         let observed = ours.observation().iter().zip(observation).enumerate().all(|(i, (a, b))| {
-            if velocities.iter().any(|range| range.contains(&i)) {
+            if velocities.contains(&i) {
                 (a - b).abs() <= VELOCITY_TOLERANCE
             } else {
                 a.to_bits() == b.to_bits()
@@ -137,8 +140,8 @@ impl EpisodeParity {
 }
 
 /// Where velocities of sites stand in an observation.
-fn site_velocities(task: Task) -> &'static [std::ops::Range<usize>] {
-    if task.has_object() { &[14..23] } else { &[5..8] }
+fn site_velocities(task: Task) -> Range<usize> {
+    if task.has_object() { 14..23 } else { 5..8 }
 }
 
 fn same_bits(a: &[f64], b: &[f64]) -> bool {
