@@ -37,7 +37,7 @@ pub struct CheckOptions {
 
 impl Default for CheckOptions {
     fn default() -> Self {
-        Self { seed: 0, steps: 120, max_episode_steps: NonZeroU32::new(50) }
+        Self { seed: 0, steps: 60, max_episode_steps: NonZeroU32::new(50) }
     }
 }
 

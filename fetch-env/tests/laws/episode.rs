@@ -2,6 +2,7 @@ use std::collections::HashMap;
 
 use fetch_env::{Env, EnvError, EnvId, FetchObservation, GoalObservation, observation_fields};
 use fetch_sim::{Simulator, Task};
+use nalgebra::{Rotation3, Vector3};
 use serde::Deserialize;
 
 use super::{Backend, make, random_steps};
@@ -48,9 +49,12 @@ pub(crate) fn observations_are_made_as_documented<B: Backend>() {
             let velocity = object.linear_velocity * PERIOD - gripper.velocity * PERIOD;
             assert_eq!(get("object_velp"), velocity.as_slice(), "{id}");
             assert_eq!(get("object_velr"), scaled(object.angular_velocity.as_slice()), "{id}");
-            // The yaw of a body that stands upright.
-            let yaw = object.rotation[(1, 0)].atan2(object.rotation[(0, 0)]);
-            assert!((get("object_rot")[2] - yaw).abs() < 1e-3, "{id}");
+            let [x, y, z] = get("object_rot").try_into().expect("three angles");
+            let turn = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
+            let rotation = turn(Vector3::x_axis(), x)
+                * turn(Vector3::y_axis(), y)
+                * turn(Vector3::z_axis(), z);
+            assert!((rotation.matrix() - object.rotation).abs().max() < 1e-9, "{id}");
         }
     }
 }

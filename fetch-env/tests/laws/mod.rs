@@ -17,6 +17,9 @@ use rand_pcg::Pcg64;
 pub(crate) trait Backend {
     type Sim: Simulator + std::fmt::Debug;
 
+    /// How many random steps it can take in a second or so, unoptimised.
+    const STEPS: usize;
+
     fn simulator(config: &SimConfig) -> Self::Sim;
 }
 
@@ -25,6 +28,8 @@ pub(crate) struct Kinematic;
 
 impl Backend for Kinematic {
     type Sim = KinematicSimulator;
+
+    const STEPS: usize = 10_000;
 
     fn simulator(config: &SimConfig) -> KinematicSimulator {
         KinematicSimulator::new(config)
@@ -38,6 +43,8 @@ pub(crate) struct Mujoco;
 #[cfg(feature = "mujoco")]
 impl Backend for Mujoco {
     type Sim = fetch_sim::MujocoSimulator;
+
+    const STEPS: usize = 1_000;
 
     fn simulator(config: &SimConfig) -> Self::Sim {
         use fetch_sim::{FetchModel, MujocoSimulator, Task};

@@ -4,14 +4,11 @@ use goal_reward::{GoalPairs, RewardKind};
 
 use super::{Backend, bits, make, random_steps};
 
-/// Random steps of each id: fewer in unoptimised builds, whose tests should stay quick.
-const STEPS: usize = if cfg!(debug_assertions) { 2_000 } else { 10_000 };
-
 pub(crate) fn the_step_reward_is_the_reward_of_its_goals<B: Backend>() {
     for id in EnvId::ALL {
         let mut env = make::<B>(id);
         env.reset(Some(11)).expect("a reset");
-        let steps = random_steps::<B>(&mut env, 11, STEPS);
+        let steps = random_steps::<B>(&mut env, 11, B::STEPS);
         let (mut achieved, mut desired) = (Vec::new(), Vec::new());
         for step in &steps {
             let observation = &step.observation;
@@ -29,7 +26,7 @@ pub(crate) fn the_step_reward_is_the_reward_of_its_goals<B: Backend>() {
             desired.extend_from_slice(goals.1);
         }
         let pairs = GoalPairs::new(&achieved, &desired, 3).expect("whole goals");
-        let mut rewards = vec![0.0; STEPS];
+        let mut rewards = vec![0.0; B::STEPS];
         env.compute_reward_batch(pairs, &mut rewards).expect("finite goals");
         let step_rewards: Vec<f64> = steps.iter().map(|step| step.reward).collect();
         assert_eq!(rewards, step_rewards, "{id}");

@@ -244,6 +244,8 @@ impl Simulator for MujocoSimulator {
         self.data.set_mocap_pose(ids.mocap, position, orientation);
         self.data.forward()?;
         // What `forward` has made fresh goes back to what the next step starts from.
+        // That includes the object's quaternion: normalising it twice is not normalising it once.
+        self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
         let (position, orientation) = snapshot.gripper_link_pose;
         self.data.set_body_pose(ids.gripper_link, position, orientation);
