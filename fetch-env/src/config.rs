@@ -1,6 +1,6 @@
 use std::num::NonZeroU32;
 
-use fetch_sim::{SimConfig, Task};
+use fetch_sim::{ModelSource, SimConfig, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind, ThresholdError};
 use serde::{Deserialize, Serialize};
 
@@ -137,6 +137,8 @@ fn default_object_range(task: Task) -> Option<f64> {
 #[must_use]
 pub struct FetchConfigBuilder {
     task: Task,
+    #[serde(default)]
+    model: ModelSource,
     n_substeps: u32,
     reward: RewardKind,
     distance_threshold: f64,
@@ -151,6 +153,12 @@ impl FetchConfigBuilder {
     /// Physics steps of 0.002 s per control step; 20 by default.
     pub const fn n_substeps(mut self, n_substeps: u32) -> Self {
         self.n_substeps = n_substeps;
+        self
+    }
+
+    /// Where the robot's model comes from; the built-in one by default.
+    pub fn model(mut self, model: ModelSource) -> Self {
+        self.model = model;
         self
     }
 
@@ -229,7 +237,11 @@ impl FetchConfigBuilder {
         }
         let threshold = DistanceThreshold::new(self.distance_threshold)?;
         Ok(FetchConfig {
-            sim: SimConfig { task, n_substeps: not_zero("n_substeps", self.n_substeps)? },
+            sim: SimConfig {
+                task,
+                n_substeps: not_zero("n_substeps", self.n_substeps)?,
+                model: self.model,
+            },
             reward: DistanceReward::new(self.reward, threshold),
             object_range,
             target_range: self.target_range,
@@ -244,6 +256,7 @@ impl From<FetchConfig> for FetchConfigBuilder {
     fn from(config: FetchConfig) -> Self {
         Self {
             task: config.sim.task,
+            model: config.sim.model,
             n_substeps: config.sim.n_substeps.get(),
             reward: config.reward.kind(),
             distance_threshold: config.reward.threshold().get(),

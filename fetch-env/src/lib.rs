@@ -58,7 +58,7 @@ mod reset;
 pub mod spaces;
 mod time_limit;
 
-pub use ::fetch_sim::Task;
+pub use ::fetch_sim::{ModelSource, Task};
 pub use config::{ConfigError, FetchConfig, FetchConfigBuilder};
 pub use env::{Env, Reset, SnapshotEnv, Step};
 pub use error::EnvError;

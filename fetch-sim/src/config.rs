@@ -2,7 +2,7 @@ use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Task;
+use crate::{ModelSource, Task};
 
 /// What a simulator is made from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -11,12 +11,19 @@ pub struct SimConfig {
     pub task: Task,
     /// Physics steps of 0.002 s per control step.
     pub n_substeps: NonZeroU32,
+    /// Where the model comes from.
+    #[serde(default)]
+    pub model: ModelSource,
 }
 
 impl SimConfig {
-    /// The reference's configuration: 20 substeps, 25 Hz control.
+    /// The reference's configuration (20 substeps, 25 Hz control) of the built-in model.
     #[must_use]
     pub const fn new(task: Task) -> Self {
-        Self { task, n_substeps: NonZeroU32::new(20).expect("20 is not 0") }
+        Self {
+            task,
+            n_substeps: NonZeroU32::new(20).expect("20 is not 0"),
+            model: ModelSource::Builtin,
+        }
     }
 }

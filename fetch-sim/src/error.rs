@@ -50,6 +50,14 @@ pub enum SimError {
         /// MuJoCo's message.
         reason: String,
     },
+    /// The files of a model are not there.
+    #[error(
+        "there is no model at {path}: run `cargo xtask assets`, or set FETCH_ASSETS_DIR to where it put them"
+    )]
+    NoAssets {
+        /// Where it was looked for.
+        path: String,
+    },
     /// A model lacks something that the Fetch tasks need.
     #[error("the model has no {kind} named {name}: it is not a model of the Fetch tasks")]
     MissingName {

@@ -1,5 +1,6 @@
 //! The Fetch robot on MuJoCo.
 
+mod assets;
 mod config;
 mod error;
 mod kinematic;
@@ -8,6 +9,7 @@ mod mujoco;
 mod simulator;
 mod task;
 
+pub use assets::{ModelSource, reference_folder};
 pub use config::SimConfig;
 pub use error::SimError;
 pub use kinematic::KinematicSimulator;

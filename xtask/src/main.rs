@@ -13,6 +13,7 @@ mod describe;
 mod doctor;
 mod env_choice;
 mod exercise;
+mod parity;
 mod progress;
 mod random_episodes;
 mod report;
@@ -44,6 +45,8 @@ enum Command {
     RandomEpisodes(random_episodes::Args),
     /// describe, reward-check and random-episodes in one go
     All(all::Args),
+    /// Replay recordings of the real environment and compare
+    Parity(parity::Args),
     /// Answer one of the chapter's exercises, 1 to 4
     Exercise(exercise::Args),
     /// Look for the usual troubles, and say how to mend them
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         Command::RewardCheck(args) => reward_check::run(&args),
         Command::RandomEpisodes(args) => random_episodes::run(&args),
         Command::All(args) => all::run(&args),
+        Command::Parity(args) => parity::run(&args),
         Command::Exercise(args) => exercise::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Ci(args) => ci::run(&args),

@@ -53,7 +53,7 @@ impl Backend for Mujoco {
         // Settling takes longer than most laws.
         static MODELS: OnceLock<Vec<Arc<FetchModel>>> = OnceLock::new();
         let models = MODELS.get_or_init(|| {
-            let settle = |task| FetchModel::builtin(&SimConfig::new(task)).expect("MuJoCo");
+            let settle = |task| FetchModel::load(&SimConfig::new(task)).expect("MuJoCo");
             Task::ALL.map(settle).into()
         });
         if *config != SimConfig::new(config.task) {

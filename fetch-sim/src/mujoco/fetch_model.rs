@@ -1,4 +1,4 @@
-use std::{path::Path, sync::Arc};
+use std::sync::Arc;
 
 use nalgebra::{Quaternion, Vector3};
 
@@ -64,21 +64,24 @@ pub(super) struct ObjectIds {
 }
 
 impl FetchModel {
-    /// Compiles the built-in model of the configured task and lets it settle.
+    /// Compiles the configured model and lets it settle.
     ///
     /// # Errors
-    /// [`SimError::Library`] or [`SimError::VersionMismatch`] if MuJoCo cannot be used.
-    pub fn builtin(config: &SimConfig) -> Result<Arc<Self>, SimError> {
-        Self::settle(builtin::load(config.task)?, config).map(Arc::new)
+    /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
+    /// compiled, [`SimError::MissingName`] if it is not a model of the task, [`SimError::Library`]
+    /// or [`SimError::VersionMismatch`] if MuJoCo cannot be used.
+    pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
+        let model = match config.model.scene_path(config.task)? {
+            None => builtin::load(config.task)?,
+            Some(path) => Model::from_path(&path)?,
+        };
+        Self::settle(model, config).map(Arc::new)
     }
 
-    /// Compiles an MJCF file that has the reference's names, and lets it settle.
-    ///
-    /// # Errors
-    /// [`SimError::Model`] if it cannot be compiled, [`SimError::MissingName`] if it is not a model
-    /// of the task, [`SimError::Library`] or [`SimError::VersionMismatch`] if MuJoCo cannot be used.
-    pub fn from_path(config: &SimConfig, path: &Path) -> Result<Arc<Self>, SimError> {
-        Self::settle(Model::from_path(path)?, config).map(Arc::new)
+    /// What the model was made from.
+    #[must_use]
+    pub const fn config(&self) -> &SimConfig {
+        &self.config
     }
 
     /// The compiled model.

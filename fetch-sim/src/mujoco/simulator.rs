@@ -23,12 +23,12 @@ pub struct MujocoSimulator {
 }
 
 impl MujocoSimulator {
-    /// A simulator of the built-in model, settled and ready.
+    /// A simulator with a model of its own, settled and ready.
     ///
     /// # Errors
-    /// As [`FetchModel::builtin`].
+    /// As [`FetchModel::load`].
     pub fn new(config: &SimConfig) -> Result<Self, SimError> {
-        Self::with_model(FetchModel::builtin(config)?)
+        Self::with_model(FetchModel::load(config)?)
     }
 
     /// A simulator of a model that others may share.

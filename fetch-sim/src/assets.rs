@@ -1,0 +1,76 @@
+use std::{
+    env,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{SimError, Task};
+
+/// Where the model of the robot comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ModelSource {
+    /// The crate's own model: the reference's numbers, simple shapes.
+    #[default]
+    Builtin,
+    /// The reference's model with the vendor's meshes, from the user's cache:
+    /// `cargo xtask assets` puts it there.
+    Reference,
+    /// A folder with `reach.xml`, `push.xml`, `pick_and_place.xml` and `slide.xml`, which have the
+    /// reference's names of bodies, joints and sites.
+    Folder(PathBuf),
+}
+
+impl ModelSource {
+    /// The file of a task's scene; `None` for the built-in model, which is no file.
+    ///
+    /// # Errors
+    /// [`SimError::NoAssets`] if there is no such file.
+    pub fn scene_path(&self, task: Task) -> Result<Option<PathBuf>, SimError> {
+        let folder = match self {
+            Self::Builtin => return Ok(None),
+            Self::Reference => reference_folder()?.join("fetch"),
+            Self::Folder(folder) => folder.clone(),
+        };
+        let path = folder.join(scene_file(task));
+        if path.is_file() {
+            Ok(Some(path))
+        } else {
+            Err(SimError::NoAssets { path: path.display().to_string() })
+        }
+    }
+}
+
+/// The folder of the reference model, whether or not it is there: `FETCH_ASSETS_DIR` if that is
+/// set, and a folder in the user's cache otherwise (`XDG_CACHE_HOME`, or `.cache` at home).
+///
+/// # Errors
+/// [`SimError::NoAssets`] if the user has no home.
+pub fn reference_folder() -> Result<PathBuf, SimError> {
+    if let Some(folder) = non_empty("FETCH_ASSETS_DIR") {
+        return Ok(folder);
+    }
+    let cache = non_empty("XDG_CACHE_HOME")
+        .filter(|path| path.is_absolute())
+        .or_else(|| Some(env::home_dir()?.join(".cache")))
+        .ok_or_else(|| SimError::NoAssets { path: "the user's cache".into() })?;
+    Ok(cache.join("fetch-env").join("gymnasium-robotics-1.4.2"))
+}
+
+fn non_empty(variable: &str) -> Option<PathBuf> {
+    env::var_os(variable)
+        .filter(|value| !value.is_empty())
+        .map(|value| Path::new(&value).to_path_buf())
+}
+
+/// The file name of a task's scene, here and in the reference.
+pub(crate) const fn scene_file(task: Task) -> &'static str {
+    match task {
+        Task::Reach => "reach.xml",
+        Task::Push => "push.xml",
+        Task::PickAndPlace => "pick_and_place.xml",
+        Task::Slide => "slide.xml",
+    }
+}

@@ -1,0 +1,211 @@
+//! Recorded trajectories of the real environment: one `.npz` file a task and kind.
+
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail, ensure};
+use fetch_sim::Task;
+use serde::Deserialize;
+use zip::ZipArchive;
+
+/// The arrays of a file, checked to fit each other. `E` episodes of `T` steps; index 0 along `T + 1`
+/// is the state after the reset.
+pub struct Recording {
+    pub path: PathBuf,
+    pub meta: Meta,
+    pub task: Task,
+    pub episodes: usize,
+    pub steps: usize,
+    pub seeds: Vec<u64>,
+    pub initial_gripper_xpos: Vec<f64>,
+    pub height_offset: Option<f64>,
+    actions: Array<f32>,
+    pub observation: Array<f64>,
+    pub achieved_goal: Array<f64>,
+    pub desired_goal: Array<f64>,
+    pub qpos: Array<f64>,
+    pub qvel: Array<f64>,
+    reward_dense: Array<f64>,
+    reward_sparse: Array<f32>,
+    is_success: Array<f32>,
+    contacts: Array<i32>,
+    self_contacts: Array<i32>,
+}
+
+/// What the file says of itself.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Meta {
+    pub env: String,
+    pub kind: String,
+    pub mujoco: String,
+}
+
+/// What the recording says of one step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepRecord {
+    pub reward_dense: f64,
+    pub reward_sparse: f64,
+    pub is_success: bool,
+    pub contacts: usize,
+    pub self_contacts: usize,
+}
+
+/// Rows of equal length, one for each episode and step.
+pub struct Array<T> {
+    values: Vec<T>,
+    rows: usize,
+    width: usize,
+}
+
+impl<T> Array<T> {
+    pub fn row(&self, episode: usize, step: usize) -> &[T] {
+        let first = (episode * self.rows + step) * self.width;
+        &self.values[first..first + self.width]
+    }
+}
+
+impl Recording {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it is no recording, or a damaged one: which array is wrong, and how.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        Self::read_archive(path).with_context(|| format!("{} is no recording", path.display()))
+    }
+
+    fn read_archive(path: &Path) -> anyhow::Result<Self> {
+        let mut file = Npz(ZipArchive::new(File::open(path)?)?);
+        let meta: Meta = serde_json::from_str(&file.text("meta")?).context("meta")?;
+        let task = task_of(&meta.env)?;
+        let (nq, nv, dim) = if task.has_object() { (22, 21, 25) } else { (15, 15, 10) };
+        let (_, action_shape) = file.array::<f32>("actions")?;
+        let &[episodes, steps, 4] = action_shape.as_slice() else {
+            bail!("the array actions has the shape {action_shape:?}, not (E, T, 4)");
+        };
+        let seeds = file
+            .vector::<i64>("seeds", episodes)?
+            .into_iter()
+            .map(|seed| u64::try_from(seed).with_context(|| format!("seed {seed}")))
+            .collect::<anyhow::Result<_>>()?;
+        let states = [episodes, steps + 1];
+        let each = [episodes, steps];
+        let recording = Self {
+            path: path.to_path_buf(),
+            task,
+            episodes,
+            steps,
+            seeds,
+            initial_gripper_xpos: file.vector("initial_gripper_xpos", 3)?,
+            height_offset: file
+                .vector("height_offset", 1)?
+                .first()
+                .copied()
+                .filter(|height: &f64| height.is_finite()),
+            actions: file.rows("actions", each, Some(4))?,
+            observation: file.rows("observation", states, Some(dim))?,
+            achieved_goal: file.rows("achieved_goal", states, Some(3))?,
+            desired_goal: file.rows("desired_goal", states, Some(3))?,
+            qpos: file.rows("qpos", states, Some(nq))?,
+            qvel: file.rows("qvel", states, Some(nv))?,
+            reward_dense: file.rows("reward_dense", each, None)?,
+            reward_sparse: file.rows("reward_sparse", each, None)?,
+            is_success: file.rows("is_success", each, None)?,
+            contacts: file.rows("contacts", each, None)?,
+            self_contacts: file.rows("self_contacts", each, None)?,
+            meta,
+        };
+        ensure!(recording.actions.values.iter().all(|a| a.is_finite()), "an action is not finite");
+        Ok(recording)
+    }
+
+    /// The action before a step's state.
+    pub fn action(&self, episode: usize, step: usize) -> &[f32] {
+        self.actions.row(episode, step)
+    }
+
+    /// What a step gave.
+    pub fn step(&self, episode: usize, step: usize) -> StepRecord {
+        StepRecord {
+            reward_dense: self.reward_dense.row(episode, step)[0],
+            reward_sparse: self.reward_sparse.row(episode, step)[0].into(),
+            is_success: self.is_success.row(episode, step)[0] != 0.0,
+            contacts: self.contacts.row(episode, step)[0].max(0) as usize,
+            self_contacts: self.self_contacts.row(episode, step)[0].max(0) as usize,
+        }
+    }
+}
+
+fn task_of(env: &str) -> anyhow::Result<Task> {
+    Task::ALL
+        .into_iter()
+        .find(|task| env == format!("Fetch{task}Dense-v4"))
+        .with_context(|| format!("it was recorded from {env}, which is no dense Fetch environment"))
+}
+
+/// A zip archive of `.npy` files.
+struct Npz(ZipArchive<File>);
+
+impl Npz {
+    fn bytes(&mut self, name: &str) -> anyhow::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.0
+            .by_name(&format!("{name}.npy"))
+            .with_context(|| format!("it has no array {name}"))?
+            .read_to_end(&mut bytes)
+            .with_context(|| format!("the array {name} is damaged"))?;
+        Ok(bytes)
+    }
+
+    fn array<T: npyz::Deserialize>(&mut self, name: &str) -> anyhow::Result<(Vec<T>, Vec<usize>)> {
+        let bytes = self.bytes(name)?;
+        let array = npyz::NpyFile::new(bytes.as_slice())
+            .with_context(|| format!("the array {name} is damaged"))?;
+        ensure!(array.order() == npyz::Order::C, "the array {name} is in Fortran's order");
+        let shape = array.shape().iter().map(|&n| n as usize).collect();
+        let values = array.into_vec().with_context(|| format!("the array {name}"))?;
+        Ok((values, shape))
+    }
+
+    /// An array of one dimension, or of none.
+    fn vector<T: npyz::Deserialize>(&mut self, name: &str, len: usize) -> anyhow::Result<Vec<T>> {
+        let (values, shape) = self.array(name)?;
+        ensure!(values.len() == len, "the array {name} has the shape {shape:?}, not [{len}]");
+        Ok(values)
+    }
+
+    /// An array of the shape `[outer.., width]`, or `outer` without a width.
+    fn rows<T: npyz::Deserialize>(
+        &mut self,
+        name: &str,
+        outer: [usize; 2],
+        width: Option<usize>,
+    ) -> anyhow::Result<Array<T>> {
+        let (values, shape) = self.array(name)?;
+        let expected: Vec<usize> = outer.into_iter().chain(width).collect();
+        ensure!(shape == expected, "the array {name} has the shape {shape:?}, not {expected:?}");
+        Ok(Array { values, rows: outer[1], width: width.unwrap_or(1) })
+    }
+
+    /// A string, which numpy keeps as UTF-32.
+    fn text(&mut self, name: &str) -> anyhow::Result<String> {
+        let bytes = self.bytes(name)?;
+        let header = npyz::NpyFile::new(bytes.as_slice())
+            .with_context(|| format!("the array {name} is damaged"))?;
+        let length = match header.dtype() {
+            npyz::DType::Plain(text) if text.type_char() == npyz::TypeChar::UnicodeStr => {
+                4 * text.size_field() as usize
+            }
+            other => bail!("the array {name} is no string, but {}", other.descr()),
+        };
+        ensure!(bytes.len() >= length, "the array {name} is damaged");
+        bytes[bytes.len() - length..]
+            .chunks_exact(4)
+            .map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]))
+            .take_while(|&c| c != 0)
+            .map(|c| char::from_u32(c).context("the text is damaged"))
+            .collect()
+    }
+}
