@@ -4,8 +4,9 @@ use nalgebra::Matrix3;
 ///
 /// Near the singularity, where the cosine of the second angle vanishes, the first is taken as 0.
 ///
-/// Source: `mat2euler` of gymnasium-robotics 1.4.2, operation for operation, so that it is equal
-/// to the last bit; the convention is transforms3d's, with the signs turned.
+/// Source: `mat2euler` of gymnasium-robotics 1.4.2, operation for operation. It is equal to the
+/// last bit where numpy calls the C library's arctangent; numpy's own for AVX-512 gives another last
+/// bit for one number in thirteen.
 pub(crate) fn matrix_to_euler(matrix: &Matrix3<f64>) -> [f64; 3] {
     const SINGULAR: f64 = 4.0 * f64::EPSILON;
     let m = |row, column| matrix[(row, column)];

@@ -7,8 +7,8 @@ use crate::{EnvError, NpRandom};
 /// numbers.
 ///
 /// `S` is the simulator's own snapshot. Formats that write every bit of a number keep it exact: with
-/// serde_json, switch its feature `float_roundtrip` on. It fits every environment of the same task
-/// and number of substeps, whatever their rewards and ranges.
+/// serde_json, switch its feature `float_roundtrip` on. It fits every environment whose simulator
+/// was made the same way (task, model, number of substeps), whatever the rewards and ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FetchSnapshot<S> {

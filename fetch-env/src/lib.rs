@@ -1,4 +1,46 @@
-//! The eight Fetch environments, goal-conditioned, with Gymnasium's semantics.
+//! The eight Fetch environments of gymnasium-robotics 1.4.2, goal-conditioned, native in Rust.
+//!
+//! A [`FetchEnv`] is a configuration, a simulator and a reward. [`Env`] says what can be done with
+//! it, [`GoalEnv`] what its goals and rewards have to do with each other, [`SnapshotEnv`] that its
+//! state can be kept; [`TimeLimit`] ends its episodes. The semantics are Gymnasium's, with typed
+//! errors in place of exceptions and of silence. [`check`] tests whether an environment, also one
+//! that is not from here, keeps the laws that its users rely upon.
+//!
+//! ```
+//! use fetch_env::{Env, GoalEnv, GoalObservation, make_kinematic};
+//!
+//! // `make` is the same on MuJoCo; this is a stand-in for the physics that needs no library.
+//! let mut env = make_kinematic("FetchReachDense-v4")?;
+//! let mut observation = env.reset(Some(42))?.observation;
+//! loop {
+//!     // Straight to the goal; one unit of an action is 5 cm.
+//!     let mut action = [0.0; 4];
+//!     for axis in 0..3 {
+//!         let distance = observation.desired_goal()[axis] - observation.achieved_goal()[axis];
+//!         action[axis] = (distance / 0.05) as f32;
+//!     }
+//!     let step = env.step(&action)?;
+//!     observation = step.observation;
+//!     // The law that hindsight relabelling lives by.
+//!     let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+//!     assert_eq!(step.reward, env.compute_reward(achieved, desired)?);
+//!     if step.is_last() {
+//!         assert!(step.truncated && !step.terminated && step.info.is_success);
+//!         break;
+//!     }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Seeds
+//! `reset(Some(seed))` starts the random numbers anew, as numpy's `PCG64(SeedSequence(seed))`: the
+//! same seed gives the same goals and places as in Python. `reset(None)` goes on with them. Take a
+//! policy's random numbers from another generator: from one with the same seed they would be those
+//! that the goal was drawn from.
+//!
+//! # Features
+//! `mujoco` (default): `make`, on MuJoCo. Without it everything else is there, and no library is
+//! needed.
 #![forbid(unsafe_code)]
 
 pub mod check;

@@ -244,3 +244,52 @@ const fn field(
 ) -> ObservationField {
     ObservationField { name, range, unit, description }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+
+    fn observation(task: Task) -> FetchObservation {
+        let gripper = GripperState {
+            position: Vector3::new(1.3, 0.7, 0.5),
+            velocity: Vector3::new(0.1, -0.2, 0.3),
+            finger_positions: [0.01, 0.02],
+            finger_velocities: [0.5, -0.5],
+        };
+        let object = ObjectState {
+            position: Vector3::new(1.2, 0.8, 0.4),
+            rotation: Matrix3::identity(),
+            linear_velocity: Vector3::new(1.0, 2.0, 3.0),
+            angular_velocity: Vector3::new(4.0, 5.0, 6.0),
+        };
+        let object = task.has_object().then_some(&object);
+        FetchObservation::new(&gripper, object, [1.0, 0.9, 0.8], 0.04)
+    }
+
+    #[test]
+    fn the_fields_follow_each_other_without_a_gap() {
+        for task in Task::ALL {
+            let mut next = 0;
+            for field in observation_fields(task) {
+                assert_eq!(field.range.start, next, "{task}: {}", field.name);
+                next = field.range.end;
+            }
+            assert_eq!(next, FetchObservation::len_of(task), "{task}");
+            assert_eq!(observation(task).observation().len(), next, "{task}");
+        }
+    }
+
+    #[test]
+    fn an_observation_survives_json() {
+        for task in Task::ALL {
+            let observation = observation(task);
+            let json = serde_json::to_string(&observation).expect("serialisable");
+            assert_eq!(serde_json::from_str::<FetchObservation>(&json).expect("one"), observation);
+        }
+        let json = r#"{"observation":[1.0],"achieved_goal":[0,0,0],"desired_goal":[0,0,0]}"#;
+        let refusal = serde_json::from_str::<FetchObservation>(json).expect_err("1 element");
+        assert!(refusal.to_string().contains("10 or 25 elements, not 1"), "{refusal}");
+    }
+}
