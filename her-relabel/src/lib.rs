@@ -1,2 +1,68 @@
-//! Hindsight Experience Replay.
+//! Hindsight Experience Replay: a buffer of episodes that relabels goals.
+//!
+//! An agent that fails to reach its goal has still reached *something*. [`HerBuffer`] stores the
+//! episodes of a goal-conditioned task, and [`Sampler`] draws transitions from it whose desired goal
+//! is replaced, for a share of them, by a goal that was achieved later in the same episode, with the
+//! reward that this goal would have given. It needs no environment: any task with an achieved and a
+//! desired goal can use it, with any [`GoalReward`](goal_reward::GoalReward).
+//!
+//! It is not a learner, and sampling is a few per cent of a training step: a faster buffer does not
+//! make a training run much faster.
+//!
+//! # Example
+//! ```
+//! use goal_reward::DistanceReward;
+//! use her_relabel::{Batch, BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
+//! use her_relabel::{GoalStrategy, RelabelRatio, Sampler};
+//!
+//! // A point walks along a line for five steps; its goal is far away.
+//! let dims = Dims { observation: 1, goal: 1, action: 1 };
+//! let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(1000, dims))?;
+//! buffer.begin_episode(0, &EpisodeStart {
+//!     observation: &[0.0],
+//!     achieved_goal: &[0.0],
+//!     desired_goal: &[100.0],
+//! })?;
+//! for step in 1..=5_u8 {
+//!     let place = f32::from(step);
+//!     buffer.add_step(0, &Step {
+//!         action: &[1.0],
+//!         reward: -1.0,
+//!         next_observation: &[place],
+//!         next_achieved_goal: &[place],
+//!         terminated: false,
+//!         truncated: step == 5,
+//!     })?;
+//! }
+//!
+//! // Four relabelled transitions for each that is left alone.
+//! let sampler = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
+//! let mut batch = Batch::new();
+//! sampler.sample_seeded(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
+//! // Seen in hindsight, some steps reached their goal.
+//! assert!(batch.reward().contains(&0.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
+
+mod add;
+mod batch;
+mod buffer;
+mod config;
+mod draws;
+mod episodes;
+mod recorder;
+mod sampler;
+mod scalar;
+mod storage;
+mod strategy;
+mod tape;
+
+pub use add::{AddError, EpisodeData, EpisodeStart, Step};
+pub use batch::Batch;
+pub use buffer::HerBuffer;
+pub use config::{BufferConfig, ConfigError, Dims};
+pub use sampler::{SampleError, Sampler};
+pub use scalar::Scalar;
+pub use storage::TransitionId;
+pub use strategy::{GoalStrategy, RatioError, RelabelRatio};

@@ -1,0 +1,207 @@
+//! The buffer: adding episodes, and what is kept of them.
+
+use crate::add::{AddError, EpisodeData, EpisodeStart, Step};
+use crate::config::Layout;
+use crate::episodes::Ending;
+use crate::recorder::Recorder;
+use crate::storage::{Storage, TransitionId};
+use crate::{BufferConfig, ConfigError, Scalar};
+
+/// A replay buffer for goal-conditioned tasks that keeps the newest `capacity` transitions of
+/// finished episodes.
+///
+/// An episode enters the buffer when it ends, all its transitions at once; until then its steps are
+/// set aside, environment by environment, and are never sampled. So *newest* is in the order in which
+/// episodes ended, and within an episode in the order of its steps. Each state is stored once:
+/// an episode of `T` steps takes `T + 1` rows.
+///
+/// [`Sampler`](crate::Sampler) draws batches from a shared reference. For one writer and
+/// concurrent readers put the buffer into an [`RwLock`](std::sync::RwLock).
+///
+/// # Example
+/// ```
+/// use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
+///
+/// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
+/// buffer.begin_episode(0, &EpisodeStart {
+///     observation: &[0.0, 0.0],
+///     achieved_goal: &[0.0],
+///     desired_goal: &[2.0],
+/// })?;
+/// buffer.add_step(0, &Step {
+///     action: &[1.0],
+///     reward: -1.0,
+///     next_observation: &[1.0, 1.0],
+///     next_achieved_goal: &[1.0],
+///     terminated: false,
+///     truncated: true,
+/// })?;
+/// assert_eq!((buffer.len(), buffer.n_episodes()), (1, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct HerBuffer<T> {
+    config: BufferConfig,
+    pub(crate) storage: Storage<T>,
+    recorders: Vec<Recorder<T>>,
+    /// Where whole episodes are put into rows.
+    whole: Recorder<T>,
+}
+
+impl<T: Scalar> HerBuffer<T> {
+    /// An empty buffer. Memory is taken as transitions come.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a size is 0 or beyond what can be addressed.
+    pub fn new(config: BufferConfig) -> Result<Self, ConfigError> {
+        let layout = Layout::new::<T>(&config)?;
+        Ok(Self {
+            storage: Storage::new(layout, config.capacity),
+            recorders: vec![Recorder::default(); config.n_envs],
+            whole: Recorder::default(),
+            config,
+        })
+    }
+
+    /// The sizes the buffer was made with.
+    #[must_use]
+    pub fn config(&self) -> &BufferConfig {
+        &self.config
+    }
+
+    /// The number of transitions that can be sampled, at most the capacity.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        let live = self.storage.episodes.live();
+        (live.end - live.start) as usize
+    }
+
+    /// Whether nothing can be sampled.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.storage.episodes.live().is_empty()
+    }
+
+    /// The number of finished episodes of which at least one transition is kept.
+    #[must_use]
+    pub fn n_episodes(&self) -> usize {
+        self.storage.episodes.len()
+    }
+
+    /// The oldest and the newest transition that can be sampled; all numbers between can be as well.
+    #[must_use]
+    pub fn transition_ids(&self) -> Option<(TransitionId, TransitionId)> {
+        let live = self.storage.episodes.live();
+        let ids = (TransitionId::of(live.start), TransitionId::of(live.end.saturating_sub(1)));
+        (!live.is_empty()).then_some(ids)
+    }
+
+    /// The number of steps of environment `env`'s unfinished episode; `None` if none is under way.
+    ///
+    /// # Errors
+    /// [`AddError::UnknownEnv`].
+    pub fn unfinished_steps(&self, env: usize) -> Result<Option<usize>, AddError> {
+        let recorder = self.recorders.get(env).ok_or(self.unknown(env))?;
+        let steps = recorder.steps(&self.storage.layout).min(self.config.capacity);
+        Ok(recorder.is_recording().then_some(steps))
+    }
+
+    /// Begins an episode of environment `env`, after its reset.
+    ///
+    /// # Errors
+    /// [`AddError::EpisodeUnderWay`], or what is wrong with the state.
+    pub fn begin_episode<S: Scalar>(
+        &mut self,
+        env: usize,
+        start: &EpisodeStart<'_, S>,
+    ) -> Result<(), AddError> {
+        let unknown = self.unknown(env);
+        let recorder = self.recorders.get_mut(env).ok_or(unknown)?;
+        if recorder.is_recording() {
+            return Err(AddError::EpisodeUnderWay { env });
+        }
+        start.check::<T>(&self.storage.layout)?;
+        recorder.begin(&self.storage.layout, start);
+        Ok(())
+    }
+
+    /// Adds a step of environment `env`. A terminated or truncated step ends the episode, whose
+    /// transitions can be sampled from then on.
+    ///
+    /// # Errors
+    /// [`AddError::NoEpisode`], or what is wrong with the step.
+    pub fn add_step<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>) -> Result<(), AddError> {
+        self.check_recording(env)?;
+        step.check::<T>(&self.storage.layout)?;
+        self.recorders[env].step(&self.storage.layout, self.config.capacity, step);
+        if step.terminated || step.truncated {
+            let Step { terminated, truncated, .. } = *step;
+            self.store(env, Ending { terminated, truncated });
+        }
+        Ok(())
+    }
+
+    /// Ends the episode of environment `env` where it is, as truncated. Without a step nothing is
+    /// stored.
+    ///
+    /// # Errors
+    /// [`AddError::UnknownEnv`] or [`AddError::NoEpisode`].
+    pub fn end_episode(&mut self, env: usize) -> Result<(), AddError> {
+        self.check_recording(env)?;
+        if self.recorders[env].steps(&self.storage.layout) == 0 {
+            self.recorders[env].discard();
+        } else {
+            self.store(env, Ending { terminated: false, truncated: true });
+        }
+        Ok(())
+    }
+
+    /// Forgets the unfinished episode of environment `env`.
+    ///
+    /// # Errors
+    /// [`AddError::UnknownEnv`] or [`AddError::NoEpisode`].
+    pub fn discard_episode(&mut self, env: usize) -> Result<(), AddError> {
+        self.check_recording(env)?;
+        self.recorders[env].discard();
+        Ok(())
+    }
+
+    /// Adds a whole episode, whatever the environments are doing. Of an episode longer than the
+    /// capacity the newest transitions are kept.
+    ///
+    /// # Errors
+    /// What is wrong with the episode.
+    pub fn add_episode<S: Scalar>(&mut self, episode: &EpisodeData<'_, S>) -> Result<(), AddError> {
+        episode.check::<T>(&self.storage.layout)?;
+        let Storage { layout, capacity, .. } = self.storage;
+        self.whole.record(&layout, capacity, episode);
+        let EpisodeData { terminated, truncated, .. } = *episode;
+        let rows = self.whole.finish(&layout, capacity);
+        self.storage.push_episode(rows, Ending { terminated, truncated });
+        Ok(())
+    }
+
+    /// Forgets everything, unfinished episodes too. The memory is kept for what comes.
+    pub fn clear(&mut self) {
+        self.storage.clear();
+        self.recorders.iter_mut().for_each(Recorder::discard);
+    }
+
+    fn unknown(&self, env: usize) -> AddError {
+        AddError::UnknownEnv { env, n_envs: self.config.n_envs }
+    }
+
+    fn check_recording(&self, env: usize) -> Result<(), AddError> {
+        let recorder = self.recorders.get(env).ok_or(self.unknown(env))?;
+        if recorder.is_recording() { Ok(()) } else { Err(AddError::NoEpisode { env }) }
+    }
+
+    /// Stores the episode of environment `env`, which has a step at least.
+    fn store(&mut self, env: usize, ending: Ending) {
+        let Storage { layout, capacity, .. } = self.storage;
+        let recorder = &mut self.recorders[env];
+        self.storage.push_episode(recorder.finish(&layout, capacity), ending);
+        recorder.discard();
+    }
+}

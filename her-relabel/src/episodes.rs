@@ -1,0 +1,132 @@
+//! Which episode a transition belongs to.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+/// Transitions are numbered in the order in which they were stored, and so are episodes. A cell is
+/// a run of this many transition numbers, as a power of two.
+const CELL_SHIFT: u32 = 6;
+
+/// The stored episodes, in order: a map from transitions to episodes that takes a fraction of a byte
+/// for each transition and finds an episode among the few that share a cell.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Episodes {
+    /// The transitions that are live.
+    live: Range<u64>,
+    records: VecDeque<Record>,
+    /// The number of the first record.
+    first_episode: u64,
+    /// For every cell, the episode of the cell's first transition.
+    cells: VecDeque<u64>,
+    first_cell: u64,
+}
+
+/// How an episode ended. At least one is true.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Ending {
+    pub(crate) terminated: bool,
+    pub(crate) truncated: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    /// The first transition that was stored of the episode, live or not.
+    first: u64,
+    ending: Ending,
+}
+
+/// A stored episode.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Episode {
+    number: u64,
+    /// Its live transitions.
+    pub(crate) live: Range<u64>,
+    pub(crate) ending: Ending,
+}
+
+impl Episode {
+    /// The row of the state in which transition `transition` of this episode starts. Every earlier
+    /// episode has one row more than it has transitions.
+    #[inline(always)]
+    pub(crate) fn row(&self, transition: u64) -> u64 {
+        transition + self.number
+    }
+
+    /// The row of the episode's last state.
+    #[inline(always)]
+    pub(crate) fn last_row(&self) -> u64 {
+        self.row(self.live.end)
+    }
+}
+
+impl Episodes {
+    /// The numbers of the live transitions.
+    #[inline(always)]
+    pub(crate) fn live(&self) -> Range<u64> {
+        self.live.clone()
+    }
+
+    /// The number of episodes of which a transition is live.
+    pub(crate) fn len(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Appends an episode of `len` transitions, at least 1.
+    pub(crate) fn push(&mut self, len: u64, ending: Ending) {
+        debug_assert!(len > 0);
+        let first = self.live.end;
+        let number = self.first_episode + self.records.len() as u64;
+        self.records.push_back(Record { first, ending });
+        self.live.end += len;
+        let cells = first.div_ceil(1 << CELL_SHIFT)..self.live.end.div_ceil(1 << CELL_SHIFT);
+        self.cells.extend(cells.map(|_| number));
+    }
+
+    /// Lets go of the transitions below `start` and returns the first row that is still needed.
+    pub(crate) fn drop_before(&mut self, start: u64) -> u64 {
+        debug_assert!(start <= self.live.end);
+        let start = self.live.start.max(start);
+        self.live.start = start;
+        while !self.records.is_empty() {
+            let next = self.records.get(1).map_or(self.live.end, |record| record.first);
+            if next > start {
+                break;
+            }
+            self.records.pop_front();
+            self.first_episode += 1;
+        }
+        while !self.cells.is_empty() && (self.first_cell + 1) << CELL_SHIFT <= start {
+            self.cells.pop_front();
+            self.first_cell += 1;
+        }
+        start + self.first_episode
+    }
+
+    /// The episode of a live transition.
+    #[inline(always)]
+    pub(crate) fn of(&self, transition: u64) -> Episode {
+        debug_assert!(self.live.contains(&transition));
+        let cell = ((transition >> CELL_SHIFT) - self.first_cell) as usize;
+        // The cell's first transition may lie in an episode that is gone.
+        let mut at = self.cells[cell].saturating_sub(self.first_episode) as usize;
+        let mut beyond = match self.cells.get(cell + 1) {
+            Some(episode) => (episode - self.first_episode) as usize + 1,
+            None => self.records.len(),
+        };
+        while beyond - at > 1 {
+            let middle = usize::midpoint(at, beyond);
+            if self.records[middle].first <= transition {
+                at = middle;
+            } else {
+                beyond = middle;
+            }
+        }
+        let Record { first, ending } = self.records[at];
+        let end = self.records.get(at + 1).map_or(self.live.end, |record| record.first);
+        Episode {
+            number: self.first_episode + at as u64,
+            live: first.max(self.live.start)..end,
+            ending,
+        }
+    }
+}

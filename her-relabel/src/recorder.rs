@@ -1,0 +1,103 @@
+//! The unfinished episode of one environment.
+
+use crate::add::{EpisodeStart, Step};
+use crate::config::Layout;
+use crate::{Scalar, add::EpisodeData};
+
+/// The rows of an episode that has not ended, or none if no episode is under way.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Recorder<T> {
+    rows: Vec<T>,
+    desired_goal: Vec<T>,
+}
+
+impl<T: Scalar> Recorder<T> {
+    pub(crate) fn is_recording(&self) -> bool {
+        !self.rows.is_empty()
+    }
+
+    /// The number of steps recorded, of which at most the newest `capacity` are kept.
+    pub(crate) fn steps(&self, layout: &Layout) -> usize {
+        (self.rows.len() / layout.row()).saturating_sub(1)
+    }
+
+    /// Forgets the episode.
+    pub(crate) fn discard(&mut self) {
+        self.rows.clear();
+    }
+
+    /// Begins an episode with a checked state.
+    pub(crate) fn begin<S: Scalar>(&mut self, layout: &Layout, start: &EpisodeStart<'_, S>) {
+        self.rows.clear();
+        self.push_state(layout, start.observation, start.achieved_goal);
+        self.desired_goal.clear();
+        self.desired_goal
+            .extend(start.desired_goal.iter().map(|value| T::from_f64(value.to_f64())));
+    }
+
+    /// Adds a checked step.
+    pub(crate) fn step<S: Scalar>(&mut self, layout: &Layout, capacity: usize, step: &Step<'_, S>) {
+        self.set_action(layout, step.action, step.reward);
+        self.push_state(layout, step.next_observation, step.next_achieved_goal);
+        let steps = self.steps(layout);
+        if steps >= 2 * capacity {
+            // An episode without end must not grow without end. Half at a time, so that a step
+            // moves a constant number of rows on average.
+            self.rows.drain(..(steps - capacity) * layout.row());
+        }
+    }
+
+    /// Records a checked episode from beginning to end.
+    pub(crate) fn record<S: Scalar>(
+        &mut self,
+        layout: &Layout,
+        capacity: usize,
+        episode: &EpisodeData<'_, S>,
+    ) {
+        let dims = layout.dims();
+        let skipped = episode.rewards.len().saturating_sub(capacity);
+        let states = episode
+            .observations
+            .chunks_exact(dims.observation)
+            .zip(episode.achieved_goals.chunks_exact(dims.goal));
+        let steps = episode.actions.chunks_exact(dims.action).zip(episode.rewards);
+        let mut states = states.skip(skipped);
+        if let Some((observation, achieved_goal)) = states.next() {
+            let desired_goal = episode.desired_goal;
+            self.begin(layout, &EpisodeStart { observation, achieved_goal, desired_goal });
+        }
+        for ((action, reward), (observation, achieved_goal)) in steps.skip(skipped).zip(states) {
+            self.set_action(layout, action, *reward);
+            self.push_state(layout, observation, achieved_goal);
+        }
+    }
+
+    /// The rows of the newest `capacity` steps as the tape keeps them, ready to be stored.
+    pub(crate) fn finish(&mut self, layout: &Layout, capacity: usize) -> &[T] {
+        let skipped = self.steps(layout).saturating_sub(capacity);
+        let last = self.rows.len() - layout.row();
+        self.rows[last..][layout.desired_goal()].copy_from_slice(&self.desired_goal);
+        &self.rows[skipped * layout.row()..]
+    }
+
+    fn set_action<S: Scalar>(&mut self, layout: &Layout, action: &[S], reward: S) {
+        let last = self.rows.len() - layout.row();
+        let row = &mut self.rows[last..];
+        fill(&mut row[layout.action()], action);
+        row[layout.reward()] = T::from_f64(reward.to_f64());
+    }
+
+    fn push_state<S: Scalar>(&mut self, layout: &Layout, observation: &[S], achieved_goal: &[S]) {
+        let at = self.rows.len();
+        self.rows.resize(at + layout.row(), T::default());
+        let row = &mut self.rows[at..];
+        fill(&mut row[layout.observation()], observation);
+        fill(&mut row[layout.achieved_goal()], achieved_goal);
+    }
+}
+
+fn fill<T: Scalar, S: Scalar>(target: &mut [T], source: &[S]) {
+    for (target, source) in target.iter_mut().zip(source) {
+        *target = T::from_f64(source.to_f64());
+    }
+}

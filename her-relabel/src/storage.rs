@@ -1,0 +1,66 @@
+//! The finished episodes of a buffer.
+
+use std::num::NonZeroU64;
+
+use crate::Scalar;
+use crate::config::Layout;
+use crate::episodes::{Ending, Episodes};
+use crate::tape::Tape;
+
+/// The number of a stored transition. Numbers rise in the order of storing and are never used
+/// again, not even after [`HerBuffer::clear`]. The transitions of an episode have consecutive
+/// numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TransitionId(NonZeroU64);
+
+impl TransitionId {
+    /// The number, at least 1.
+    #[inline]
+    #[must_use]
+    pub const fn get(self) -> u64 {
+        self.0.get()
+    }
+
+    /// The identity of the transition that the buffer counts as `number`, from 0.
+    #[inline(always)]
+    pub(crate) fn of(number: u64) -> Self {
+        Self(NonZeroU64::MIN.saturating_add(number))
+    }
+}
+
+/// The newest `capacity` transitions of finished episodes.
+#[derive(Clone, Debug)]
+pub(crate) struct Storage<T> {
+    pub(crate) layout: Layout,
+    pub(crate) capacity: usize,
+    pub(crate) episodes: Episodes,
+    pub(crate) tape: Tape<T>,
+}
+
+impl<T: Scalar> Storage<T> {
+    pub(crate) fn new(layout: Layout, capacity: usize) -> Self {
+        let tape = Tape::new(layout.row());
+        Self { layout, capacity, episodes: Episodes::default(), tape }
+    }
+
+    /// Adds the rows of an episode of 1 to `capacity` transitions, and drops what it pushes out.
+    pub(crate) fn push_episode(&mut self, rows: &[T], ending: Ending) {
+        let steps = (rows.len() / self.layout.row() - 1) as u64;
+        let kept = self.capacity as u64 - steps;
+        let live = self.episodes.live();
+        // Room is made first, so that the tape can use it again.
+        self.drop_before(live.end.saturating_sub(kept));
+        self.tape.push_rows(rows);
+        self.episodes.push(steps, ending);
+    }
+
+    /// Drops everything.
+    pub(crate) fn clear(&mut self) {
+        self.drop_before(self.episodes.live().end);
+    }
+
+    fn drop_before(&mut self, transition: u64) {
+        let row = self.episodes.drop_before(transition);
+        self.tape.drop_before(row);
+    }
+}

@@ -1,0 +1,124 @@
+//! Rows of equal length, added at the back and dropped at the front.
+
+use std::collections::VecDeque;
+
+use crate::Scalar;
+
+/// The memory of one block, at most, unless a single row needs more.
+const BLOCK_BYTES: usize = 1 << 18;
+
+/// Rows that keep their number for ever: rows are appended at the back, which numbers them on, and
+/// dropped at the front.
+///
+/// Rows live in blocks, made when first needed and used again once all their rows are dropped. So a
+/// tape takes the memory of the most rows it ever held, never moves a row, and does not allocate
+/// while its length is steady.
+#[derive(Clone, Debug)]
+pub(crate) struct Tape<T> {
+    row_len: usize,
+    /// Rows of a block, as a power of two.
+    block_shift: u32,
+    blocks: VecDeque<Box<[T]>>,
+    /// The number of the first block.
+    first_block: u64,
+    /// The first row kept and the row after the last.
+    start: u64,
+    end: u64,
+}
+
+impl<T: Scalar> Tape<T> {
+    pub(crate) fn new(row_len: usize) -> Self {
+        let rows = (BLOCK_BYTES / (row_len * size_of::<T>())).max(1);
+        Self {
+            row_len,
+            block_shift: rows.ilog2(),
+            blocks: VecDeque::new(),
+            first_block: 0,
+            start: 0,
+            end: 0,
+        }
+    }
+
+    /// The row with this number, which must be kept still.
+    #[inline(always)]
+    pub(crate) fn row(&self, number: u64) -> &[T] {
+        debug_assert!((self.start..self.end).contains(&number));
+        let (block, at) = self.place(number);
+        &self.blocks[block][at..at + self.row_len]
+    }
+
+    /// Appends rows, given as one slice.
+    pub(crate) fn push_rows(&mut self, rows: &[T]) {
+        let mut rest = rows;
+        while !rest.is_empty() {
+            let room = self.back_room();
+            let (now, later) = rest.split_at(rest.len().min(room.len()));
+            room[..now.len()].copy_from_slice(now);
+            self.end += (now.len() / self.row_len) as u64;
+            rest = later;
+        }
+    }
+
+    /// Drops all rows below `start`, which is at most the number of the next row.
+    pub(crate) fn drop_before(&mut self, start: u64) {
+        debug_assert!(start <= self.end);
+        self.start = self.start.max(start);
+        while (self.first_block + 1) << self.block_shift <= self.start {
+            // The block waits behind the last one until the tape comes to it.
+            self.blocks.rotate_left(1);
+            self.first_block += 1;
+        }
+    }
+
+    /// The rest of the block that the next row goes to, at least one row.
+    fn back_room(&mut self) -> &mut [T] {
+        let (block, at) = self.place(self.end);
+        if block == self.blocks.len() {
+            let elements = self.row_len << self.block_shift;
+            self.blocks.push_back(vec![T::default(); elements].into_boxed_slice());
+        }
+        &mut self.blocks[block][at..]
+    }
+
+    #[inline(always)]
+    fn place(&self, number: u64) -> (usize, usize) {
+        let block = (number >> self.block_shift) - self.first_block;
+        let row = number & ((1 << self.block_shift) - 1);
+        (block as usize, row as usize * self.row_len)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Two such rows fill a block.
+    const ROW_LEN: usize = 10_000;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn rows_keep_their_numbers(pushes in prop::collection::vec((1_u64..6, 0_u64..6), 1..12)) {
+            let mut tape = Tape::<f64>::new(ROW_LEN);
+            let (mut start, mut end) = (0, 0);
+            let mut most = 0;
+            for (pushed, dropped) in pushes {
+                let rows: Vec<f64> =
+                    (end..end + pushed).flat_map(|row| [row as f64; ROW_LEN]).collect();
+                tape.push_rows(&rows);
+                end += pushed;
+                most = most.max(end - start);
+                start = (start + dropped).min(end);
+                tape.drop_before(start);
+                for number in start..end {
+                    prop_assert!(tape.row(number).iter().all(|value| *value == number as f64));
+                }
+                // The rows of `most`, which may begin and end inside a block.
+                prop_assert!(tape.blocks.len() as u64 <= most / 2 + 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! What cannot be added, and that trying changes nothing.
+
+use crate::common::{DIMS, add, begin, buffer, step};
+use her_relabel::{
+    AddError, BufferConfig, ConfigError, Dims, EpisodeData, EpisodeStart, HerBuffer, Step,
+};
+
+#[test]
+fn sizes_of_zero_and_sizes_beyond_memory_are_refused() {
+    let zero = |config| match HerBuffer::<f32>::new(config) {
+        Err(ConfigError::Zero { name }) => name,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(zero(BufferConfig::new(0, DIMS)), "capacity");
+    assert_eq!(zero(BufferConfig::new(1, DIMS).with_n_envs(0)), "n_envs");
+    assert_eq!(zero(BufferConfig::new(1, Dims { observation: 0, ..DIMS })), "dims.observation");
+    assert_eq!(zero(BufferConfig::new(1, Dims { goal: 0, ..DIMS })), "dims.goal");
+    assert_eq!(zero(BufferConfig::new(1, Dims { action: 0, ..DIMS })), "dims.action");
+    for config in [
+        BufferConfig::new(usize::MAX, DIMS),
+        BufferConfig::new(1, Dims { observation: usize::MAX, ..DIMS }),
+    ] {
+        assert_eq!(HerBuffer::<f32>::new(config).unwrap_err(), ConfigError::TooLarge);
+    }
+}
+
+#[test]
+fn a_large_capacity_costs_nothing_until_it_is_used() {
+    let mut buffer = buffer(1 << 50);
+    add(&mut buffer, 1, 3, (false, true));
+    assert_eq!(buffer.len(), 3);
+}
+
+#[test]
+fn calls_out_of_order_are_errors() {
+    let mut buffer = buffer(10);
+    assert_eq!(step(&mut buffer, 0, 1, 0, (false, false)), Err(AddError::NoEpisode { env: 0 }));
+    assert_eq!(buffer.end_episode(0), Err(AddError::NoEpisode { env: 0 }));
+    assert_eq!(buffer.discard_episode(0), Err(AddError::NoEpisode { env: 0 }));
+    let unknown = AddError::UnknownEnv { env: 1, n_envs: 1 };
+    assert_eq!(begin(&mut buffer, 1, 1), Err(unknown.clone()));
+    assert_eq!(step(&mut buffer, 1, 1, 0, (false, false)), Err(unknown.clone()));
+    assert_eq!(buffer.unfinished_steps(1), Err(unknown));
+    begin(&mut buffer, 0, 1).unwrap();
+    assert_eq!(begin(&mut buffer, 0, 2), Err(AddError::EpisodeUnderWay { env: 0 }));
+    step(&mut buffer, 0, 1, 0, (false, true)).unwrap();
+    assert_eq!(
+        step(&mut buffer, 0, 1, 1, (false, true)),
+        Err(AddError::NoEpisode { env: 0 }),
+        "no step after the end"
+    );
+    assert_eq!(buffer.len(), 1);
+}
+
+#[test]
+fn an_episode_without_a_step_leaves_no_trace() {
+    let mut buffer = buffer(10);
+    begin(&mut buffer, 0, 1).unwrap();
+    buffer.end_episode(0).unwrap();
+    assert!(buffer.is_empty());
+    begin(&mut buffer, 0, 2).unwrap();
+}
+
+#[test]
+fn a_bad_step_is_refused_whole() {
+    let mut buffer = buffer(10);
+    begin(&mut buffer, 0, 1).unwrap();
+    let good = Step {
+        action: &[0.0],
+        reward: 0.0,
+        next_observation: &[0.0, 0.0],
+        next_achieved_goal: &[0.0; 3],
+        terminated: true,
+        truncated: false,
+    };
+    let not_finite = |error| match error {
+        Err(AddError::NotFinite { field, index, .. }) => (field, index),
+        other => panic!("{other:?}"),
+    };
+    let too_short = Step { action: &[], ..good };
+    assert_eq!(
+        buffer.add_step(0, &too_short),
+        Err(AddError::WrongLength { field: "action", expected: 1, actual: 0 })
+    );
+    let bad = Step { reward: f64::NAN, ..good };
+    assert_eq!(not_finite(buffer.add_step(0, &bad)), ("reward", 0));
+    let bad = Step { next_observation: &[0.0, f64::INFINITY], ..good };
+    assert_eq!(not_finite(buffer.add_step(0, &bad)), ("next_observation", 1));
+    let bad = Step { next_achieved_goal: &[0.0, 0.0, f64::NAN], ..good };
+    assert_eq!(not_finite(buffer.add_step(0, &bad)), ("next_achieved_goal", 2));
+    assert_eq!(buffer.unfinished_steps(0), Ok(Some(0)));
+    assert!(buffer.is_empty());
+    buffer.add_step(0, &good).unwrap();
+    assert_eq!(buffer.len(), 1);
+}
+
+#[test]
+fn a_bad_start_begins_nothing() {
+    let mut buffer = buffer(10);
+    let start = EpisodeStart {
+        observation: &[0.0, 0.0],
+        achieved_goal: &[0.0; 3],
+        desired_goal: &[0.0; 2],
+    };
+    assert_eq!(
+        buffer.begin_episode(0, &start),
+        Err(AddError::WrongLength { field: "desired_goal", expected: 3, actual: 2 })
+    );
+    assert_eq!(buffer.unfinished_steps(0), Ok(None));
+}
+
+#[test]
+fn a_bad_whole_episode_is_refused() {
+    let mut buffer = buffer(10);
+    let good = EpisodeData {
+        observations: &[0.0; 4],
+        achieved_goals: &[0.0; 6],
+        desired_goal: &[0.0; 3],
+        actions: &[0.0],
+        rewards: &[0.0],
+        terminated: true,
+        truncated: false,
+    };
+    let empty = EpisodeData { rewards: &[], ..good };
+    assert_eq!(buffer.add_episode(&empty), Err(AddError::EmptyEpisode));
+    let endless = EpisodeData { terminated: false, ..good };
+    assert_eq!(buffer.add_episode(&endless), Err(AddError::NotEnded));
+    let short = EpisodeData { observations: &[0.0; 2], ..good };
+    assert_eq!(
+        buffer.add_episode(&short),
+        Err(AddError::WrongLength { field: "observations", expected: 4, actual: 2 })
+    );
+    assert!(buffer.is_empty());
+    buffer.add_episode(&good).unwrap();
+}
+
+#[test]
+fn a_number_that_f32_cannot_hold_is_refused_and_named() {
+    let dims = Dims { observation: 1, goal: 1, action: 1 };
+    let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims)).unwrap();
+    let start = EpisodeStart { observation: &[1e300], achieved_goal: &[0.0], desired_goal: &[0.0] };
+    let error = buffer.begin_episode(0, &start).unwrap_err();
+    assert_eq!(error, AddError::NotFinite { field: "observation", index: 0, value: 1e300 });
+    assert!(error.to_string().contains("`observation[0]` is 1000"));
+}

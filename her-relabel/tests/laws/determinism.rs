@@ -1,0 +1,119 @@
+//! A seed decides a batch, and readers see whole rows.
+
+use std::sync::RwLock;
+use std::thread;
+
+use crate::common::{Telling, add, begin, buffer, rows, step};
+use her_relabel::{Batch, GoalStrategy, RelabelRatio, SampleError, Sampler};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+const SAMPLER: Sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::ALL);
+
+#[test]
+fn the_same_generator_gives_the_same_batches_and_another_gives_others() {
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 50, (false, true));
+    let draw = |seed| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut batches = [Batch::new(), Batch::new()];
+        for batch in &mut batches {
+            SAMPLER.sample(&buffer, &Telling, &mut rng, batch).unwrap();
+        }
+        batches
+    };
+    let [first, second] = draw(1);
+    assert_eq!([first.clone(), second.clone()], draw(1));
+    assert_ne!(first, second);
+    assert_ne!(first, draw(2)[0]);
+}
+
+#[test]
+fn a_batch_is_a_function_of_one_word_of_the_generator() {
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 50, (false, true));
+    let (mut drawn, mut seeded) = (Batch::new(), Batch::new());
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    SAMPLER.sample(&buffer, &Telling, &mut rng, &mut drawn).unwrap();
+    let mut same = ChaCha8Rng::seed_from_u64(3);
+    SAMPLER.sample_seeded(&buffer, &Telling, same.next_u64(), &mut seeded).unwrap();
+    assert_eq!(drawn, seeded);
+    assert_eq!(rng.next_u64(), same.next_u64());
+}
+
+#[test]
+fn a_used_batch_gives_what_a_new_one_gives() {
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 50, (false, true));
+    let (mut used, mut new) = (Batch::new(), Batch::new());
+    let larger = SAMPLER.with_batch_size(500);
+    larger.sample_seeded(&buffer, &Telling, 1, &mut used).unwrap();
+    SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut used).unwrap();
+    SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut new).unwrap();
+    assert_eq!(used, new);
+}
+
+#[test]
+fn seeded_batches_are_pinned() {
+    // A change of these numbers changes every user's results: it belongs into the changelog.
+    let mut buffer = buffer(1000);
+    for episode in 0..20 {
+        add(&mut buffer, episode, 50, (false, true));
+    }
+    let sampler = Sampler::new(6, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let mut batch = Batch::new();
+    sampler.sample_seeded(&buffer, &Telling, 42, &mut batch).unwrap();
+    let drawn: Vec<_> = rows(&batch).iter().map(|row| (row.id, row.ahead)).collect();
+    // Worked out by another program from the definition of SplitMix64.
+    let expected = [
+        (742, Some(2)),
+        (39, None),
+        (340, Some(2)),
+        (514, Some(24)),
+        (104, Some(4)),
+        (958, Some(25)),
+    ];
+    assert_eq!(drawn, expected);
+}
+
+#[test]
+fn nothing_can_be_drawn_before_an_episode_ends() {
+    let mut buffer = buffer(100);
+    let mut batch = Batch::new();
+    let result = SAMPLER.sample_seeded(&buffer, &Telling, 0, &mut batch);
+    assert_eq!(result, Err(SampleError::NoFinishedEpisode));
+    begin(&mut buffer, 0, 1).unwrap();
+    step(&mut buffer, 0, 1, 0, (false, false)).unwrap();
+    let error = SAMPLER.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap_err();
+    assert!(error.to_string().contains("call end_episode"));
+    let none = SAMPLER.with_batch_size(0);
+    add(&mut buffer, 2, 3, (false, true));
+    assert_eq!(none.sample_seeded(&buffer, &Telling, 0, &mut batch), Err(SampleError::EmptyBatch));
+}
+
+#[test]
+fn readers_beside_a_writer_never_see_a_torn_row() {
+    let mut first = buffer(300);
+    add(&mut first, 0, 20, (false, true));
+    let shared = RwLock::new(first);
+    thread::scope(|scope| {
+        for reader in 0..2 {
+            let shared = &shared;
+            scope.spawn(move || {
+                let mut batch = Batch::new();
+                for seed in 0..300 {
+                    let buffer = shared.read().unwrap();
+                    SAMPLER
+                        .sample_seeded(&buffer, &Telling, reader * 1000 + seed, &mut batch)
+                        .unwrap();
+                    drop(buffer);
+                    // Checks that every number of a row belongs to one transition.
+                    rows(&batch);
+                }
+            });
+        }
+        for episode in 1..400 {
+            add(&mut shared.write().unwrap(), episode, 1 + episode % 30, (false, true));
+        }
+    });
+}

@@ -1,0 +1,8 @@
+//! The laws of the buffer, one module a subject.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+mod adding;
+mod common;
+mod determinism;
+mod relabelling;
+mod ring;

@@ -1,0 +1,286 @@
+//! The laws of hindsight relabelling.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::common::{Row, Telling, add, assert_uniform, buffer, rows};
+use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
+use her_relabel::{
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, RelabelRatio, SampleError,
+    Sampler,
+};
+
+const STRATEGIES: [GoalStrategy; 3] =
+    [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode];
+
+fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Vec<Row> {
+    let mut batch = Batch::new();
+    sampler.sample_seeded(buffer, &Telling, seed, &mut batch).unwrap();
+    rows(&batch)
+}
+
+fn relabel_all(batch_size: usize, strategy: GoalStrategy) -> Sampler {
+    Sampler::new(batch_size, strategy, RelabelRatio::ALL)
+}
+
+#[test]
+fn future_goals_are_uniform_over_the_states_after_the_step() {
+    const LEN: u32 = 12;
+    let mut buffer = buffer(100);
+    add(&mut buffer, 3, LEN, (false, true));
+    let drawn = draw(&buffer, &relabel_all(60_000, GoalStrategy::Future), 1);
+    for t in 0..LEN {
+        let mut counts = vec![0; (LEN - t) as usize];
+        for row in drawn.iter().filter(|row| row.t == t) {
+            let (_, state) = row.new_goal.unwrap();
+            counts[(state - t - 1) as usize] += 1;
+            assert_eq!(row.ahead, Some(i64::from(state - t - 1)));
+        }
+        assert_uniform(&counts, &format!("future goals of step {t}"));
+    }
+}
+
+#[test]
+fn final_goals_are_the_last_state() {
+    let mut buffer = buffer(100);
+    for (episode, len) in [(1, 7), (2, 1), (3, 4)] {
+        add(&mut buffer, episode, len, (false, true));
+    }
+    for row in draw(&buffer, &relabel_all(2000, GoalStrategy::Final), 2) {
+        let last = [7, 1, 4][row.episode as usize - 1];
+        assert_eq!(row.new_goal, Some((row.episode, last)));
+    }
+}
+
+#[test]
+fn episode_goals_are_uniform_over_all_states_but_the_first() {
+    const LEN: u32 = 9;
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, LEN, (false, true));
+    let drawn = draw(&buffer, &relabel_all(60_000, GoalStrategy::Episode), 3);
+    for t in 0..LEN {
+        let mut counts = vec![0; LEN as usize];
+        for row in drawn.iter().filter(|row| row.t == t) {
+            counts[row.new_goal.unwrap().1 as usize - 1] += 1;
+        }
+        assert_uniform(&counts, &format!("episode goals of step {t}"));
+    }
+}
+
+#[test]
+fn goals_of_neighbouring_rows_are_independent() {
+    const LEN: u32 = 5;
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, LEN, (false, true));
+    let drawn = draw(&buffer, &relabel_all(100_000, GoalStrategy::Episode), 4);
+    let mut goals = vec![0; (LEN * LEN) as usize];
+    let mut step_and_goal = vec![0; (LEN * LEN) as usize];
+    for pair in drawn.chunks_exact(2) {
+        let [first, second] = [pair[0], pair[1]].map(|row| row.new_goal.unwrap().1 - 1);
+        goals[(first * LEN + second) as usize] += 1;
+        step_and_goal[(pair[0].t * LEN + second) as usize] += 1;
+    }
+    assert_uniform(&goals, "pairs of goals");
+    assert_uniform(&step_and_goal, "a step and the goal of the next row");
+}
+
+#[test]
+fn an_episode_of_one_step_has_one_hindsight_goal() {
+    let mut buffer = buffer(10);
+    add(&mut buffer, 8, 1, (true, false));
+    for strategy in STRATEGIES {
+        for row in draw(&buffer, &relabel_all(64, strategy), 5) {
+            assert_eq!(row.new_goal, Some((8, 1)));
+            assert_eq!(row.ends, (true, false));
+        }
+    }
+}
+
+#[test]
+fn goals_come_from_the_same_episode_at_every_offset_of_the_ring() {
+    for capacity in [1, 7, 64, 65, 200] {
+        let mut buffer = buffer(capacity);
+        for episode in 0..90 {
+            add(&mut buffer, episode, 1 + episode * 7 % 11, (episode % 3 == 0, true));
+            for strategy in STRATEGIES {
+                for row in draw(&buffer, &relabel_all(50, strategy), u64::from(episode)) {
+                    let (goal_episode, state) = row.new_goal.unwrap();
+                    assert_eq!(goal_episode, row.episode);
+                    assert!(state >= 1 && state <= 1 + row.episode * 7 % 11);
+                    assert!(strategy != GoalStrategy::Future || state > row.t);
+                    // The source is the transition that leads to the goal's state.
+                    assert_eq!(row.ahead, Some(i64::from(state) - 1 - i64::from(row.t)));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_ratio_holds_for_batches_of_one() {
+    const BATCHES: u64 = 20_000;
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 6, (false, true));
+    for k in [0, 1, 4] {
+        let ratio = RelabelRatio::from_k(k);
+        let sampler = Sampler::new(1, GoalStrategy::Future, ratio);
+        let relabelled = (0..BATCHES)
+            .filter(|seed| draw(&buffer, &sampler, *seed)[0].new_goal.is_some())
+            .count() as f64;
+        let expected = BATCHES as f64 * ratio.get();
+        let deviation = (expected * (1.0 - ratio.get())).sqrt();
+        assert!((relabelled - expected).abs() <= 5.0 * deviation, "k = {k}: {relabelled}");
+    }
+    assert!((RelabelRatio::from_k(4).get() - 0.8).abs() < 1e-15);
+    let all = draw(&buffer, &relabel_all(5000, GoalStrategy::Future), 6);
+    assert!(all.iter().all(|row| row.new_goal.is_some()));
+}
+
+#[test]
+fn ratios_outside_of_zero_to_one_are_refused() {
+    for bad in [-0.1, 1.5, f64::NAN] {
+        assert!(RelabelRatio::new(bad).is_err());
+    }
+}
+
+/// Counts calls, and remembers how many rows came.
+#[derive(Default)]
+struct Counting {
+    calls: AtomicUsize,
+    rows: AtomicUsize,
+}
+
+impl GoalReward for Counting {
+    fn reward(&self, _: &[f64], _: &[f64]) -> f64 {
+        unreachable!("the buffer asks for whole batches")
+    }
+    fn is_success(&self, _: &[f64], _: &[f64]) -> bool {
+        unreachable!("the buffer does not ask for success")
+    }
+    fn reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) -> Result<(), GoalError> {
+        self.calls.fetch_add(1, Ordering::Relaxed);
+        self.rows.store(pairs.len(), Ordering::Relaxed);
+        pairs.map_into(out, |achieved, desired| Telling.reward(achieved, desired))
+    }
+}
+
+#[test]
+fn the_reward_is_called_once_with_the_relabelled_rows_or_not_at_all() {
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 6, (false, true));
+    let mut batch = Batch::new();
+    let counting = Counting::default();
+    let sampler = Sampler::new(64, GoalStrategy::Future, RelabelRatio::from_k(1));
+    sampler.sample_seeded(&buffer, &counting, 7, &mut batch).unwrap();
+    assert_eq!(counting.calls.load(Ordering::Relaxed), 1);
+    let relabelled = batch.relabelled().filter(|relabelled| *relabelled).count();
+    assert_eq!(counting.rows.load(Ordering::Relaxed), relabelled);
+    assert!((1..64).contains(&relabelled));
+    rows(&batch);
+
+    let none = sampler.with_ratio(RelabelRatio::NONE);
+    none.sample_seeded(&buffer, &counting, 7, &mut batch).unwrap();
+    assert_eq!(counting.calls.load(Ordering::Relaxed), 1);
+}
+
+/// A reward that misbehaves.
+enum Bad {
+    Panics,
+    Fails,
+    IsNan,
+}
+
+impl GoalReward for Bad {
+    fn reward(&self, _: &[f64], _: &[f64]) -> f64 {
+        f64::NAN
+    }
+    fn is_success(&self, _: &[f64], _: &[f64]) -> bool {
+        false
+    }
+    fn reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) -> Result<(), GoalError> {
+        match self {
+            Self::Panics => panic!("a user's function may panic"),
+            Self::Fails => Err(GoalError::Empty),
+            Self::IsNan => pairs.map_into(out, |achieved, desired| self.reward(achieved, desired)),
+        }
+    }
+}
+
+#[test]
+fn a_bad_reward_function_harms_nothing() {
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 6, (false, true));
+    let sampler = relabel_all(8, GoalStrategy::Future);
+    let expected = draw(&buffer, &sampler, 8);
+    let mut batch = Batch::new();
+    let result = sampler.sample_seeded(&buffer, &Bad::Fails, 8, &mut batch);
+    assert_eq!(result, Err(SampleError::Reward(GoalError::Empty)));
+    assert!(batch.is_empty());
+    let result = sampler.sample_seeded(&buffer, &Bad::IsNan, 8, &mut batch);
+    assert!(matches!(result, Err(SampleError::RewardNotFinite { row: 0, .. })));
+    assert!(batch.is_empty());
+    let panicked = catch_unwind(AssertUnwindSafe(|| {
+        sampler.sample_seeded(&buffer, &Bad::Panics, 8, &mut batch)
+    }));
+    assert!(panicked.is_err());
+    sampler.sample_seeded(&buffer, &Telling, 8, &mut batch).unwrap();
+    assert_eq!(rows(&batch), expected);
+}
+
+/// Two states of one dimension whose distance is `distance`, in hindsight of the second.
+fn reward_at(distance: f64) -> f64 {
+    let dims = Dims { observation: 1, goal: 1, action: 1 };
+    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(10, dims)).unwrap();
+    buffer
+        .add_episode(&EpisodeData {
+            observations: &[0.0; 3],
+            achieved_goals: &[5.0, 0.0, distance],
+            desired_goal: &[0.0],
+            actions: &[0.0; 2],
+            rewards: &[7.0; 2],
+            terminated: false,
+            truncated: true,
+        })
+        .unwrap();
+    let mut batch = Batch::new();
+    let sampler = relabel_all(32, GoalStrategy::Final);
+    sampler.sample_seeded(&buffer, &DistanceReward::sparse(), 0, &mut batch).unwrap();
+    let first = batch.next_achieved_goal().iter().position(|goal| *goal == 0.0).unwrap();
+    batch.reward()[first]
+}
+
+#[test]
+fn goals_are_not_rounded_before_the_threshold() {
+    // Both are 0.05 in f32.
+    let (at, above) = (0.05, 0.050_000_000_000_000_01);
+    assert_eq!(at as f32, above as f32);
+    assert_eq!(reward_at(at).to_bits(), (-0.0_f64).to_bits());
+    assert_eq!(reward_at(above), -1.0);
+}
+
+#[test]
+fn f32_goals_are_widened_for_the_reward() {
+    let dims = Dims { observation: 1, goal: 1, action: 1 };
+    let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims)).unwrap();
+    buffer
+        .add_episode(&EpisodeData {
+            observations: &[0.1_f64, 0.2],
+            achieved_goals: &[0.0, 0.3],
+            desired_goal: &[0.7],
+            actions: &[0.1],
+            rewards: &[-0.4],
+            terminated: false,
+            truncated: true,
+        })
+        .unwrap();
+    let mut batch = Batch::new();
+    let sampler = relabel_all(1, GoalStrategy::Future);
+    sampler.sample_seeded(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
+    assert_eq!(batch.next_achieved_goal(), [0.3_f32]);
+    assert_eq!(batch.desired_goal(), [0.3_f32]);
+    assert_eq!(batch.reward(), [0.0_f32]);
+    let plain = sampler.with_ratio(RelabelRatio::NONE);
+    plain.sample_seeded(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
+    assert_eq!(batch.reward(), [-0.4_f32]);
+    assert_eq!(batch.desired_goal(), [0.7_f32]);
+}
