@@ -19,7 +19,7 @@ const FALLING_BOX: &str = r#"
 </mujoco>"#;
 
 fn falling_box() -> Arc<Model> {
-    Arc::new(Model::from_files(&[("box.xml", FALLING_BOX)]).unwrap())
+    Arc::new(Model::from_files(&[("box.xml", FALLING_BOX)]).expect("a sound model"))
 }
 
 fn with_size(size: &str) -> Result<Data, SimError> {

@@ -79,13 +79,9 @@ pub fn random_episodes(id: EnvId, seed: u64, count: usize, out: &Path) -> anyhow
 /// Runs the random policy for `count` episodes.
 pub fn evaluate_random(id: EnvId, seed: u64, count: usize) -> anyhow::Result<Evaluation> {
     let bar = progress::bar(count, "random episodes");
-    let evaluation = evaluate(
-        &mut make_config(id.config())?,
-        &mut RandomPolicy::new(seed),
-        count,
-        seed,
-        |_| bar.inc(1),
-    )?;
+    let mut policy = RandomPolicy::new(seed);
+    let evaluation =
+        evaluate(&mut make_config(id.config())?, &mut policy, count, seed, |_| bar.inc(1))?;
     bar.finish_and_clear();
     Ok(evaluation)
 }

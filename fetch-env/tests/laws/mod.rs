@@ -44,7 +44,7 @@ pub(crate) struct Mujoco;
 impl Backend for Mujoco {
     type Sim = fetch_sim::MujocoSimulator;
 
-    const STEPS: usize = 1_000;
+    const STEPS: usize = 10_000;
 
     fn simulator(config: &SimConfig) -> Self::Sim {
         use fetch_sim::{FetchModel, MujocoSimulator, Task};

@@ -1,11 +1,11 @@
 //! Section 2.9: the random baseline, held against the real environment's.
 
-use baselines::RandomReference;
+use baselines::{RandomPolicy, RandomReference, evaluate};
 use fetch_env::{EnvId, MujocoEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use crate::{check::Check, random_episodes::evaluate_random, report::Figure};
+use crate::{check::Check, report::Figure};
 
 const EPISODES: usize = 100;
 
@@ -13,8 +13,8 @@ const EPISODES: usize = 100;
 /// in 400 would fail by chance.
 const LEAST_P_VALUE: f64 = 1e-4;
 
-pub fn check(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
-    let evaluation = evaluate_random(id, seed, EPISODES)?;
+pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+    let evaluation = evaluate(env, &mut RandomPolicy::new(seed), EPISODES, seed, |_| ())?;
     let summary = evaluation.summary()?;
     let lengths = summary.ep_len_mean;
     let mut checks = vec![Check::new(

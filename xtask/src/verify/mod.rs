@@ -9,9 +9,14 @@ mod relabelling;
 mod rewards;
 mod tasks;
 
-use std::path::PathBuf;
+use std::{
+    path::PathBuf,
+    sync::atomic::{AtomicUsize, Ordering},
+};
 
+use anyhow::anyhow;
 use fetch_env::{EnvId, MujocoEnv, make_config};
+use indicatif::ProgressBar;
 use serde::Serialize;
 
 use crate::{
@@ -53,34 +58,68 @@ const PARTS: [Part; 6] = [
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let ids = args.env_id.map_or_else(|| EnvId::ALL.to_vec(), |id| vec![id]);
-    let mut all = Vec::new();
-    let mut passed = true;
-    let bar = progress::bar(ids.len() * PARTS.len() + 1, "verify");
-    for &id in &ids {
-        let mut env = make_config(id.config())?;
-        let mut checks = Vec::new();
-        for part in PARTS {
-            checks.extend(part(id, &mut env, args.seed)?);
-            bar.inc(1);
-        }
-        passed &= bar.suspend(|| check::print(&id.to_string(), &checks));
-        all.extend(checks.into_iter().map(|check| (id.to_string(), check)));
-    }
+    let bar = progress::bar(ids.len() * PARTS.len(), "verify");
+    let mut all = check_all(&ids, args.seed, &bar)?;
     if args.env_id.is_none() {
-        let checks = tasks::check(args.seed)?;
-        passed &= bar.suspend(|| check::print("All tasks", &checks));
-        all.extend(checks.into_iter().map(|check| ("all".into(), check)));
+        all.push(("All tasks".into(), tasks::check(args.seed)?));
     }
     bar.finish_and_clear();
 
-    let failed = all.iter().filter(|(_, check)| !check.passed).count();
-    println!("\n{} checks, {failed} failed", all.len());
+    for (heading, checks) in &all {
+        check::print(heading, checks);
+    }
+    let count = all.iter().map(|(_, checks)| checks.len()).sum::<usize>();
+    let failed = all.iter().flat_map(|(_, checks)| checks).filter(|check| !check.passed).count();
+    println!("\n{count} checks, {failed} failed");
     if let Some(path) = &args.json {
         let settings = Settings { env_ids: ids, seed: args.seed };
-        let results = all
-            .into_iter()
-            .map(|(id, check)| (format!("verify/{id}/{}", check.name), check.figure));
+        let results = all.into_iter().flat_map(|(heading, checks)| {
+            let figure = move |check: Check| {
+                (format!("verify/{}/{}", heading.replace(' ', "-"), check.name), check.figure)
+            };
+            checks.into_iter().map(figure)
+        });
         write_json(path, &Report::new(settings, results))?;
     }
-    Ok(passed)
+    Ok(failed == 0)
+}
+
+/// The checks of each environment, in the order of `ids`, on all cores.
+fn check_all(
+    ids: &[EnvId],
+    seed: u64,
+    bar: &ProgressBar,
+) -> anyhow::Result<Vec<(String, Vec<Check>)>> {
+    let next = AtomicUsize::new(0);
+    let work = || -> anyhow::Result<Vec<(usize, Vec<Check>)>> {
+        let mut done = Vec::new();
+        while let Some((index, &id)) = {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            ids.get(index).map(|id| (index, id))
+        } {
+            done.push((index, check_one(id, seed, bar)?));
+        }
+        Ok(done)
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(ids.len());
+    let mut done = std::thread::scope(|scope| -> anyhow::Result<Vec<_>> {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let mut done = Vec::new();
+        for worker in workers {
+            done.extend(worker.join().map_err(|_| anyhow!("a check panicked"))??);
+        }
+        Ok(done)
+    })?;
+    done.sort_by_key(|(index, _)| *index);
+    Ok(done.into_iter().map(|(index, checks)| (ids[index].to_string(), checks)).collect())
+}
+
+fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Check>> {
+    let mut env = make_config(id.config())?;
+    let mut checks = Vec::new();
+    for part in PARTS {
+        checks.extend(part(id, &mut env, seed)?);
+        bar.inc(1);
+    }
+    Ok(checks)
 }

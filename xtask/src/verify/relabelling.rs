@@ -1,16 +1,21 @@
 //! Section 2.6: rewards for goals that the environment never set.
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, MujocoEnv};
+use fetch_env::{Env, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv};
+use her_relabel::{
+    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Step,
+};
 
 use super::goals::{GoalSampler, expected_reward};
 use crate::check::Check;
 
 const GOALS: usize = 10;
 const TOLERANCE: f64 = 1e-10;
+const EPISODES: usize = 3;
+const BATCH: usize = 1000;
 
 pub fn check(_id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
-    Ok(vec![arbitrary_goals(env, seed)?])
+    Ok(vec![arbitrary_goals(env, seed)?, hindsight(env, seed)?])
 }
 
 fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
@@ -29,7 +34,67 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
             mismatches += 1;
         }
     }
-    let seen =
-        format!("{} arbitrary goals, {mismatches} mismatches at {TOLERANCE:e}", 2 * GOALS + 1);
+    let count = 2 * GOALS + 1;
+    let seen = format!("{count} arbitrary goals, {mismatches} mismatches at {TOLERANCE:e}");
     Ok(Check::none_of("relabel/arbitrary-goals", mismatches, seen))
+}
+
+/// Random episodes through the replay buffer: every reward in a batch is the environment's, for
+/// goals left alone and for goals achieved later.
+fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
+    let buffer = collect(env, seed)?;
+    let sampler = Sampler::new(BATCH, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let mut batch = Batch::new();
+    sampler.sample_seeded(&buffer, env.goal_reward(), seed, &mut batch)?;
+    let mut mismatches = 0;
+    let goals =
+        batch.next_achieved_goal().chunks_exact(3).zip(batch.desired_goal().chunks_exact(3));
+    for ((achieved, desired), reward) in goals.zip(batch.reward()) {
+        if env.compute_reward(achieved, desired)?.to_bits() != reward.to_bits() {
+            mismatches += 1;
+        }
+    }
+    let relabelled = batch.relabelled().filter(|relabelled| *relabelled).count();
+    let seen = format!(
+        "{relabelled} of {BATCH} transitions relabelled with later goals, {mismatches} rewards differ in any bit"
+    );
+    Ok(Check::none_of("relabel/hindsight", mismatches, seen))
+}
+
+fn collect(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<HerBuffer<f64>> {
+    let mut policy = RandomPolicy::new(seed);
+    let first = env.reset(Some(seed))?.observation;
+    let dims = Dims { observation: first.observation().len(), goal: 3, action: 4 };
+    let mut buffer = HerBuffer::new(BufferConfig::new(50 * EPISODES, dims))?;
+    for seed in (seed..).take(EPISODES) {
+        let mut observation: FetchObservation = env.reset(Some(seed))?.observation;
+        buffer.begin_episode(
+            0,
+            &EpisodeStart {
+                observation: observation.observation(),
+                achieved_goal: observation.achieved_goal(),
+                desired_goal: observation.desired_goal(),
+            },
+        )?;
+        loop {
+            let action = policy.act(&observation);
+            let step = env.step(&action)?;
+            observation = step.observation;
+            buffer.add_step(
+                0,
+                &Step {
+                    action: &action.map(f64::from),
+                    reward: step.reward,
+                    next_observation: observation.observation(),
+                    next_achieved_goal: observation.achieved_goal(),
+                    terminated: step.terminated,
+                    truncated: step.truncated,
+                },
+            )?;
+            if step.is_last() {
+                break;
+            }
+        }
+    }
+    Ok(buffer)
 }
