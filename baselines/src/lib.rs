@@ -20,5 +20,5 @@ pub use policy::{Action, Policy};
 pub use random::RandomPolicy;
 pub use reference::{Comparison, RandomReference, Sample};
 pub use scripted::ScriptedPolicy;
-pub use statistics::Estimate;
+pub use statistics::{Estimate, fisher_exact, kolmogorov_smirnov};
 pub use zero::ZeroPolicy;

@@ -1,5 +1,8 @@
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::{
+    distribution::{ContinuousCDF, Normal, StudentsT},
+    stats_tests::{Alternative, fisher::fishers_exact},
+};
 
 use crate::EvaluationError;
 
@@ -56,9 +59,51 @@ impl Estimate {
     }
 }
 
+/// The p-value of Fisher's exact test, two-sided: whether `a` of `a_total` and `b` of `b_total` are
+/// shares of the same size.
+#[must_use]
+pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> f64 {
+    let table = [a, b, a_total.saturating_sub(a), b_total.saturating_sub(b)];
+    if table[..2] == [0, 0] || table[2..] == [0, 0] {
+        return 1.0; // all alike
+    }
+    fishers_exact(&table, Alternative::TwoSided).unwrap_or(1.0)
+}
+
+/// The two-sample Kolmogorov-Smirnov test: the largest difference between the two samples'
+/// distribution functions, and its asymptotic p-value. Samples without numbers differ in nothing.
+///
+/// Source: W. H. Press et al., "Numerical Recipes", 3rd edition (2007), section 14.3.3.
+#[must_use]
+pub fn kolmogorov_smirnov(a: &[f64], b: &[f64]) -> (f64, f64) {
+    let sorted = |sample: &[f64]| {
+        let mut sample = sample.to_vec();
+        sample.sort_by(f64::total_cmp);
+        sample
+    };
+    let (a, b) = (sorted(a), sorted(b));
+    let share = |sample: &[f64], x: f64| {
+        sample.partition_point(|value| *value <= x) as f64 / sample.len().max(1) as f64
+    };
+    let differences = a.iter().chain(&b).map(|&x| (share(&a, x) - share(&b, x)).abs());
+    let statistic = differences.fold(0.0, f64::max);
+    let (n, m) = (a.len() as f64, b.len() as f64);
+    let root = (n * m / (n + m)).sqrt();
+    let lambda = (root + 0.12 + 0.11 / root) * statistic;
+    if lambda < 0.2 {
+        return (statistic, 1.0); // to 12 digits; the series below does not converge there
+    }
+    let terms = (1..=100).map(|k| {
+        let k = f64::from(k);
+        let sign = if k % 2.0 == 1.0 { 2.0 } else { -2.0 };
+        sign * (-2.0 * k * k * lambda * lambda).exp()
+    });
+    (statistic, terms.sum::<f64>().clamp(0.0, 1.0))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Estimate;
+    use super::{Estimate, fisher_exact, kolmogorov_smirnov};
 
     #[test]
     fn the_interval_of_a_mean_is_students() {
@@ -84,5 +129,23 @@ mod tests {
         assert!(Estimate::mean(&[]).is_err());
         assert!(Estimate::share(0, 0).is_err());
         assert_eq!(Estimate::mean(&[2.0]).unwrap().high, f64::INFINITY);
+    }
+
+    #[test]
+    fn fishers_test_is_the_tea_tasters() {
+        // 3 of 4 against 1 of 4.
+        assert!((fisher_exact(3, 4, 1, 4) - 0.485_714).abs() < 1e-6);
+        assert!(fisher_exact(40, 100, 0, 400) < 1e-20);
+        assert_eq!(fisher_exact(0, 100, 0, 400), 1.0);
+    }
+
+    #[test]
+    fn the_kolmogorov_smirnov_test_is_scipys() {
+        let a: Vec<f64> = (0..50).map(|i| f64::from(i * i % 97)).collect();
+        let b: Vec<f64> = (0..80).map(|i| f64::from(i * 7 % 60)).collect();
+        let (statistic, p) = kolmogorov_smirnov(&a, &b);
+        assert!((statistic - 0.42).abs() < 1e-12, "{statistic}");
+        assert!((p - 1.798e-5).abs() < 1e-5, "{p}");
+        assert_eq!(kolmogorov_smirnov(&a, &a), (0.0, 1.0));
     }
 }

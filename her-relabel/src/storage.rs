@@ -8,7 +8,7 @@ use crate::episodes::{Ending, Episodes};
 use crate::tape::Tape;
 
 /// The number of a stored transition. Numbers rise in the order of storing and are never used
-/// again, not even after [`HerBuffer::clear`]. The transitions of an episode have consecutive
+/// again, not even after [`HerBuffer::clear`](crate::HerBuffer::clear). The transitions of an episode have consecutive
 /// numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TransitionId(NonZeroU64);

@@ -1,7 +1,9 @@
 //! `parity`: recordings of the real environment, replayed.
 
 mod counting;
+mod distributions;
 mod file_parity;
+mod npz;
 mod recording;
 mod replay;
 
@@ -16,15 +18,22 @@ use serde::Serialize;
 
 use self::{file_parity::FileParity, recording::Recording};
 use crate::{
+    check::{self, Check},
     progress,
     report::{Report, write_json},
 };
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of recordings (*.npz)
+    /// Folder of recorded trajectories (*.npz)
+    #[arg(long, required_unless_present = "distributions")]
+    fixtures: Option<PathBuf>,
+    /// File of recorded distributions (*.npz)
     #[arg(long)]
-    fixtures: PathBuf,
+    distributions: Option<PathBuf>,
+    /// How many of the recorded episodes of each task's distributions to run
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u16).range(2..))]
+    episodes: u16,
     /// Which model to replay them on
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
@@ -50,20 +59,53 @@ impl ModelChoice {
 }
 
 #[derive(Serialize)]
-struct Settings {
-    fixtures: PathBuf,
+struct Settings<'a> {
+    fixtures: &'a Option<PathBuf>,
+    distributions: &'a Option<PathBuf>,
+    episodes: u16,
     model: ModelChoice,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let paths = recordings_in(&args.fixtures)?;
-    // Read all before anything is replayed: a damaged file is told at once.
-    let recordings =
-        paths.iter().map(|path| Recording::read(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let mut models = Models { source: args.model.source(), loaded: Vec::new() };
+    let mut figures = Vec::new();
+    let mut bad = Vec::new();
+    if let Some(folder) = &args.fixtures {
+        for file in replay_all(folder, &mut models)? {
+            if !file.passed() {
+                bad.push(file.name.clone());
+            }
+            figures.extend(file.figures());
+        }
+    }
+    if let Some(path) = &args.distributions {
+        for check in compare_all(path, &mut models, args.episodes.into())? {
+            if !check.passed {
+                bad.push(check.name.clone());
+            }
+            figures.push((format!("distributions/{}", check.name), check.figure));
+        }
+    }
+    if let Some(path) = &args.json {
+        let Args { fixtures, distributions, episodes, model, .. } = args;
+        let settings = Settings { fixtures, distributions, episodes: *episodes, model: *model };
+        write_json(path, &Report::new(settings, figures))?;
+    }
+    if !bad.is_empty() {
+        println!("\nnot as close as it should be: {}", bad.join(", "));
+    }
+    Ok(bad.is_empty())
+}
+
+fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FileParity>> {
+    // Read all before anything is replayed: a damaged file is told at once.
+    let recordings = recordings_in(folder)?
+        .iter()
+        .map(|path| Recording::read(path))
+        .collect::<anyhow::Result<Vec<_>>>()?;
     let bar = progress::bar(recordings.len(), "parity");
-    let mut files = Vec::new();
     println!("{}", FileParity::HEADING);
+    let mut files = Vec::new();
     for recording in &recordings {
         let file = FileParity::measure(recording, models.get(recording.task)?)?;
         bar.suspend(|| println!("{}", file.line()));
@@ -71,15 +113,19 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    if let Some(path) = &args.json {
-        let settings = Settings { fixtures: args.fixtures.clone(), model: args.model };
-        write_json(path, &Report::new(settings, files.iter().flat_map(FileParity::figures)))?;
+    Ok(files)
+}
+
+fn compare_all(path: &Path, models: &mut Models, episodes: usize) -> anyhow::Result<Vec<Check>> {
+    let bar = progress::bar(Task::ALL.len() * episodes, "distributions");
+    let mut all = Vec::new();
+    for task in Task::ALL {
+        let checks = distributions::compare(path, task, models.get(task)?, episodes, &bar)?;
+        bar.suspend(|| check::print(&format!("{task}, {episodes} episodes"), &checks));
+        all.extend(checks);
     }
-    let bad: Vec<&str> = files.iter().filter(|f| !f.passed()).map(|f| f.name.as_str()).collect();
-    if !bad.is_empty() {
-        println!("\nnot as close as it should be: {}", bad.join(", "));
-    }
-    Ok(bad.is_empty())
+    bar.finish_and_clear();
+    Ok(all)
 }
 
 fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {

@@ -1,15 +1,12 @@
 //! Recorded trajectories of the real environment: one `.npz` file a task and kind.
 
-use std::{
-    fs::File,
-    io::Read,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use fetch_sim::Task;
 use serde::Deserialize;
-use zip::ZipArchive;
+
+use super::npz::{Array, Npz};
 
 /// The arrays of a file, checked to fit each other. `E` episodes of `T` steps; index 0 along `T + 1`
 /// is the state after the reset.
@@ -53,20 +50,6 @@ pub struct StepRecord {
     pub self_contacts: usize,
 }
 
-/// Rows of equal length, one for each episode and step.
-pub struct Array<T> {
-    values: Vec<T>,
-    rows: usize,
-    width: usize,
-}
-
-impl<T> Array<T> {
-    pub fn row(&self, episode: usize, step: usize) -> &[T] {
-        let first = (episode * self.rows + step) * self.width;
-        &self.values[first..first + self.width]
-    }
-}
-
 impl Recording {
     /// Reads a file.
     ///
@@ -77,7 +60,7 @@ impl Recording {
     }
 
     fn read_archive(path: &Path) -> anyhow::Result<Self> {
-        let mut file = Npz(ZipArchive::new(File::open(path)?)?);
+        let mut file = Npz::open(path)?;
         let meta: Meta = serde_json::from_str(&file.text("meta")?).context("meta")?;
         let task = task_of(&meta.env)?;
         let (nq, nv, dim) = if task.has_object() { (22, 21, 25) } else { (15, 15, 10) };
@@ -143,69 +126,4 @@ fn task_of(env: &str) -> anyhow::Result<Task> {
         .into_iter()
         .find(|task| env == format!("Fetch{task}Dense-v4"))
         .with_context(|| format!("it was recorded from {env}, which is no dense Fetch environment"))
-}
-
-/// A zip archive of `.npy` files.
-struct Npz(ZipArchive<File>);
-
-impl Npz {
-    fn bytes(&mut self, name: &str) -> anyhow::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.0
-            .by_name(&format!("{name}.npy"))
-            .with_context(|| format!("it has no array {name}"))?
-            .read_to_end(&mut bytes)
-            .with_context(|| format!("the array {name} is damaged"))?;
-        Ok(bytes)
-    }
-
-    fn array<T: npyz::Deserialize>(&mut self, name: &str) -> anyhow::Result<(Vec<T>, Vec<usize>)> {
-        let bytes = self.bytes(name)?;
-        let array = npyz::NpyFile::new(bytes.as_slice())
-            .with_context(|| format!("the array {name} is damaged"))?;
-        ensure!(array.order() == npyz::Order::C, "the array {name} is in Fortran's order");
-        let shape = array.shape().iter().map(|&n| n as usize).collect();
-        let values = array.into_vec().with_context(|| format!("the array {name}"))?;
-        Ok((values, shape))
-    }
-
-    /// An array of one dimension, or of none.
-    fn vector<T: npyz::Deserialize>(&mut self, name: &str, len: usize) -> anyhow::Result<Vec<T>> {
-        let (values, shape) = self.array(name)?;
-        ensure!(values.len() == len, "the array {name} has the shape {shape:?}, not [{len}]");
-        Ok(values)
-    }
-
-    /// An array of the shape `[outer.., width]`, or `outer` without a width.
-    fn rows<T: npyz::Deserialize>(
-        &mut self,
-        name: &str,
-        outer: [usize; 2],
-        width: Option<usize>,
-    ) -> anyhow::Result<Array<T>> {
-        let (values, shape) = self.array(name)?;
-        let expected: Vec<usize> = outer.into_iter().chain(width).collect();
-        ensure!(shape == expected, "the array {name} has the shape {shape:?}, not {expected:?}");
-        Ok(Array { values, rows: outer[1], width: width.unwrap_or(1) })
-    }
-
-    /// A string, which numpy keeps as UTF-32.
-    fn text(&mut self, name: &str) -> anyhow::Result<String> {
-        let bytes = self.bytes(name)?;
-        let header = npyz::NpyFile::new(bytes.as_slice())
-            .with_context(|| format!("the array {name} is damaged"))?;
-        let length = match header.dtype() {
-            npyz::DType::Plain(text) if text.type_char() == npyz::TypeChar::UnicodeStr => {
-                4 * text.size_field() as usize
-            }
-            other => bail!("the array {name} is no string, but {}", other.descr()),
-        };
-        ensure!(bytes.len() >= length, "the array {name} is damaged");
-        bytes[bytes.len() - length..]
-            .chunks_exact(4)
-            .map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]))
-            .take_while(|&c| c != 0)
-            .map(|c| char::from_u32(c).context("the text is damaged"))
-            .collect()
-    }
 }
