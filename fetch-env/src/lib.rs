@@ -73,3 +73,8 @@ pub use registry::{MujocoEnv, make, make_config};
 pub use reset::FetchResetOptions;
 pub use spaces::{BoxSpace, DictSpace, Space};
 pub use time_limit::{TimeLimit, TimeLimitSnapshot};
+
+/// The README's example, run as a test.
+#[cfg(all(doctest, feature = "mujoco"))]
+#[doc = include_str!("../../README.md")]
+struct Readme;

@@ -8,7 +8,7 @@ use anyhow::Context;
 pub struct Args {}
 
 /// A command line, and what it is for.
-const STEPS: [(&str, &str); 8] = [
+const STEPS: [(&str, &str); 9] = [
     ("formatting", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
@@ -16,6 +16,10 @@ const STEPS: [(&str, &str); 8] = [
         "clippy -p fetch-sim -p fetch-env -p baselines --no-default-features --all-targets -- -D warnings",
     ),
     ("documentation", "doc --workspace --no-deps"),
+    (
+        "documentation without MuJoCo",
+        "doc -p fetch-sim -p fetch-env -p baselines --no-deps --no-default-features",
+    ),
     ("tests without MuJoCo", "test -p fetch-sim -p fetch-env -p baselines --no-default-features"),
     ("tests", "test --workspace"),
     ("verify", "xtask verify"),
