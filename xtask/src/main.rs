@@ -6,6 +6,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, unreachable_pub)]
 
 mod all;
+mod assets;
 mod bridge;
 mod check;
 mod ci;
@@ -13,12 +14,14 @@ mod describe;
 mod doctor;
 mod env_choice;
 mod exercise;
+mod mujoco;
 mod parity;
 mod progress;
 mod random_episodes;
 mod report;
 mod reward_check;
 mod verify;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -45,6 +48,10 @@ enum Command {
     RandomEpisodes(random_episodes::Args),
     /// describe, reward-check and random-episodes in one go
     All(all::Args),
+    /// Fetch the reference's model into the cache
+    Assets(assets::Args),
+    /// Fetch another version of MuJoCo into the cache
+    Mujoco(mujoco::Args),
     /// Replay recordings of the real environment and compare
     Parity(parity::Args),
     /// Answer one of the chapter's exercises, 1 to 4
@@ -63,6 +70,8 @@ fn main() -> ExitCode {
         Command::RewardCheck(args) => reward_check::run(&args),
         Command::RandomEpisodes(args) => random_episodes::run(&args),
         Command::All(args) => all::run(&args),
+        Command::Assets(args) => assets::run(&args),
+        Command::Mujoco(args) => mujoco::run(&args),
         Command::Parity(args) => parity::run(&args),
         Command::Exercise(args) => exercise::run(&args),
         Command::Doctor(args) => doctor::run(&args),

@@ -154,3 +154,34 @@ fn wrong_usage_is_exit_code_2() {
     let error = String::from_utf8_lossy(&xtask("verify --env-id FetchPsh-v4").stderr).into_owned();
     assert!(error.contains("FetchPush-v4"), "{error}");
 }
+
+/// `assets` with a wheel of the test's own, into a folder of the test's own.
+fn assets_from(wheel: &Path, folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(["assets", "--from"])
+        .arg(wheel)
+        .env("FETCH_ASSETS_DIR", folder)
+        .output()
+        .expect("the command starts")
+}
+
+#[test]
+fn a_foreign_or_damaged_wheel_leaves_the_cache_as_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cache = folder.path().join("cache");
+    fs::create_dir(&cache).expect("a folder");
+    fs::write(cache.join("kept"), "as it was").expect("a file");
+    let wheel = folder.path().join("foreign.whl");
+    // An archive, but not of the reference: and then no archive at all.
+    fs::copy("tests/recordings/mujoco-2.2.2/reach-still.npz", &wheel).expect("a file");
+    for contents in [None, Some("no archive")] {
+        if let Some(contents) = contents {
+            fs::write(&wheel, contents).expect("a file");
+        }
+        let output = assets_from(&wheel, &cache);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(String::from_utf8_lossy(&output.stderr).contains("foreign.whl"));
+        assert_eq!(fs::read_to_string(cache.join("kept")).expect("a file"), "as it was");
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2, "nothing left over");
+    }
+}
