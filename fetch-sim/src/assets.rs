@@ -44,19 +44,27 @@ impl ModelSource {
 }
 
 /// The folder of the reference model, whether or not it is there: `FETCH_ASSETS_DIR` if that is
-/// set, and a folder in the user's cache otherwise (`XDG_CACHE_HOME`, or `.cache` at home).
+/// set, and a folder in [`cache_folder`] otherwise.
 ///
 /// # Errors
 /// [`SimError::NoAssets`] if the user has no home.
 pub fn reference_folder() -> Result<PathBuf, SimError> {
-    if let Some(folder) = non_empty("FETCH_ASSETS_DIR") {
-        return Ok(folder);
+    match non_empty("FETCH_ASSETS_DIR") {
+        Some(folder) => Ok(folder),
+        None => Ok(cache_folder()?.join("gymnasium-robotics-1.4.2")),
     }
+}
+
+/// The folder `fetch-env` in the user's cache: `XDG_CACHE_HOME`, or `.cache` at home.
+///
+/// # Errors
+/// [`SimError::NoAssets`] if the user has no home.
+pub fn cache_folder() -> Result<PathBuf, SimError> {
     let cache = non_empty("XDG_CACHE_HOME")
         .filter(|path| path.is_absolute())
         .or_else(|| Some(env::home_dir()?.join(".cache")))
         .ok_or_else(|| SimError::NoAssets { path: "the user's cache".into() })?;
-    Ok(cache.join("fetch-env").join("gymnasium-robotics-1.4.2"))
+    Ok(cache.join("fetch-env"))
 }
 
 fn non_empty(variable: &str) -> Option<PathBuf> {

@@ -1,4 +1,33 @@
-//! The Fetch robot on MuJoCo.
+//! The Fetch robot on MuJoCo: a safe binding, the robot's model, and the operations of the tasks.
+//!
+//! [`Simulator`] says what an environment needs of a simulated robot. [`MujocoSimulator`] (feature
+//! `mujoco`, on by default) is the physics, step by step as gymnasium-robotics 1.4.2 does it;
+//! [`KinematicSimulator`] is a stand-in without physics, for tests where there is no MuJoCo.
+//!
+//! Below it lie [`Model`], shared by any number of simulations on any number of threads, and
+//! [`Data`], one simulation. What goes wrong inside MuJoCo comes out as a [`SimError`]; its
+//! warnings go to `tracing` (target `mujoco`), never to a file.
+//!
+//! ```
+//! # #[cfg(feature = "mujoco")] {
+//! use fetch_sim::{Control, FetchModel, MujocoSimulator, SimConfig, Simulator, Task};
+//! use nalgebra::Vector3;
+//!
+//! let model = FetchModel::load(&SimConfig::new(Task::Push))?;
+//! let mut simulator = MujocoSimulator::with_model(model.clone())?; // as many as you like
+//! simulator.reset(Some([1.30, 0.60]))?;
+//! let before = simulator.gripper().position;
+//! simulator.step(&Control { displacement: Vector3::new(0.05, 0.0, 0.0), fingers: 0.0 })?;
+//! assert!(simulator.gripper().position.x > before.x + 0.02);
+//! # }
+//! # Ok::<(), fetch_sim::SimError>(())
+//! ```
+//!
+//! # Finding MuJoCo
+//! The build finds Debian's `libmujoco-dev`, or the installation that `MUJOCO_DIR` names: a
+//! directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`. The library
+//! is loaded from there when it is first used. Headers and library of different versions are
+//! [`SimError::VersionMismatch`].
 
 mod assets;
 mod config;
@@ -9,7 +38,7 @@ mod mujoco;
 mod simulator;
 mod task;
 
-pub use assets::{ModelSource, reference_folder};
+pub use assets::{ModelSource, cache_folder, reference_folder};
 pub use config::SimConfig;
 pub use error::SimError;
 pub use kinematic::KinematicSimulator;

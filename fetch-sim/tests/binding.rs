@@ -1,7 +1,11 @@
 //! The safe binding: what goes wrong inside MuJoCo comes out as a typed error.
 #![cfg(feature = "mujoco")]
 
-use std::{path::Path, sync::Arc, thread};
+use std::{
+    path::Path,
+    sync::{Arc, Mutex},
+    thread,
+};
 
 use fetch_sim::{Data, Model, MujocoVersion, SimError};
 
@@ -132,11 +136,46 @@ fn full_buffers_are_errors() {
     }
 }
 
+/// Keeps what is logged.
+#[derive(Default)]
+struct Log(Mutex<Vec<String>>);
+
+impl tracing::Subscriber for &'static Log {
+    fn enabled(&self, metadata: &tracing::Metadata<'_>) -> bool {
+        metadata.target() == "mujoco"
+    }
+
+    fn event(&self, event: &tracing::Event<'_>) {
+        struct Text<'a>(&'a mut String);
+        impl tracing::field::Visit for Text<'_> {
+            fn record_debug(&mut self, _: &tracing::field::Field, value: &dyn std::fmt::Debug) {
+                self.0.push_str(&format!("{value:?}"));
+            }
+        }
+        let mut text = String::new();
+        event.record(&mut Text(&mut text));
+        self.0.lock().expect("no panic").push(text);
+    }
+
+    fn new_span(&self, _: &tracing::span::Attributes<'_>) -> tracing::span::Id {
+        tracing::span::Id::from_u64(1)
+    }
+    fn record(&self, _: &tracing::span::Id, _: &tracing::span::Record<'_>) {}
+    fn record_follows_from(&self, _: &tracing::span::Id, _: &tracing::span::Id) {}
+    fn enter(&self, _: &tracing::span::Id) {}
+    fn exit(&self, _: &tracing::span::Id) {}
+}
+
 #[test]
-fn nothing_is_logged_to_a_file() {
-    let mut data = Data::new(falling_box()).unwrap();
-    data.qvel_mut()[0] = 1e12;
-    data.step(1).unwrap_err();
+fn warnings_are_traced_and_not_written_to_a_file() {
+    let log: &'static Log = Box::leak(Box::default());
+    tracing::subscriber::with_default(log, || {
+        let mut data = Data::new(falling_box()).unwrap();
+        data.qvel_mut()[0] = 1e12;
+        data.step(1).unwrap_err();
+    });
+    let lines = log.0.lock().unwrap();
+    assert!(lines.iter().any(|line| line.contains("QVEL")), "{lines:?}");
     assert!(!Path::new("MUJOCO_LOG.TXT").exists());
 }
 

@@ -3,37 +3,68 @@
 use std::process::Command;
 
 use anyhow::Context;
+use fetch_sim::cache_folder;
 
 #[derive(clap::Args)]
 pub struct Args {}
 
-/// A command line, and what it is for.
-const STEPS: [(&str, &str); 9] = [
-    ("formatting", "fmt --all --check"),
-    ("lints", "clippy --workspace --all-targets -- -D warnings"),
-    (
+/// A cargo command, and what it is for.
+struct Step {
+    purpose: &'static str,
+    command: &'static str,
+    /// The version of MuJoCo from the cache; `None` for the one of the build.
+    mujoco: Option<&'static str>,
+}
+
+const fn step(purpose: &'static str, command: &'static str) -> Step {
+    Step { purpose, command, mujoco: None }
+}
+
+const fn step_on_3(purpose: &'static str, command: &'static str) -> Step {
+    Step { purpose, command, mujoco: Some("3.6.0") }
+}
+
+const STEPS: [Step; 14] = [
+    step("formatting", "fmt --all --check"),
+    step("lints", "clippy --workspace --all-targets -- -D warnings"),
+    step(
         "lints without MuJoCo",
         "clippy -p fetch-sim -p fetch-env -p baselines --no-default-features --all-targets -- -D warnings",
     ),
-    ("documentation", "doc --workspace --no-deps"),
-    (
+    step("documentation", "doc --workspace --no-deps"),
+    step(
         "documentation without MuJoCo",
         "doc -p fetch-sim -p fetch-env -p baselines --no-deps --no-default-features",
     ),
-    ("tests without MuJoCo", "test -p fetch-sim -p fetch-env -p baselines --no-default-features"),
-    ("tests", "test --workspace"),
-    ("verify", "xtask verify"),
-    ("bridge", "xtask bridge"),
+    step(
+        "tests without MuJoCo",
+        "test -p fetch-sim -p fetch-env -p baselines --no-default-features",
+    ),
+    step("tests", "test --workspace"),
+    step("verify", "xtask verify"),
+    step("the reference's model", "xtask assets"),
+    step(
+        "bit for bit the reference",
+        "xtask parity --fixtures xtask/tests/recordings/mujoco-2.2.2 --model reference",
+    ),
+    step("MuJoCo 3.6.0", "xtask mujoco 3.6.0"),
+    step_on_3("tests on MuJoCo 3.6.0", "test -p fetch-sim -p fetch-env"),
+    step_on_3(
+        "bit for bit the reference on MuJoCo 3.6.0",
+        "xtask parity --fixtures xtask/tests/recordings/mujoco-3.6.0 --model reference",
+    ),
+    step_on_3("verify on MuJoCo 3.6.0", "xtask verify"),
 ];
 
 pub fn run(_args: &Args) -> anyhow::Result<bool> {
-    for (purpose, command) in STEPS {
+    for Step { purpose, command, mujoco } in STEPS {
         println!("== {purpose}: cargo {command}");
-        let status = Command::new(env!("CARGO"))
-            .args(command.split(' '))
-            .env("RUSTDOCFLAGS", "-D warnings")
-            .status()
-            .with_context(|| format!("cargo {command} did not start"))?;
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
+        if let Some(version) = mujoco {
+            cargo.env("MUJOCO_DIR", cache_folder()?.join(format!("mujoco-{version}")));
+        }
+        let status = cargo.status().with_context(|| format!("cargo {command} did not start"))?;
         if !status.success() {
             println!("== {purpose}: failed");
             return Ok(false);

@@ -3,17 +3,27 @@
 use std::{fs, path::PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use fetch_sim::reference_folder;
+use fetch_sim::cache_folder;
 
 use crate::wheel::{Wheel, check_sha256, replace_folder, write};
 
 #[derive(clap::Args)]
 pub struct Args {
     /// The version, such as 3.6.0
+    #[arg(value_parser = parse_version)]
     version: String,
     /// A wheel of that version that is already there
     #[arg(long)]
     from: Option<PathBuf>,
+}
+
+fn parse_version(text: &str) -> Result<String, String> {
+    let parts: Vec<&str> = text.split('.').collect();
+    if parts.len() == 3 && parts.iter().all(|part| part.parse::<u16>().is_ok()) {
+        Ok(text.to_owned())
+    } else {
+        Err("no version such as 3.6.0".into())
+    }
 }
 
 /// What of the wheel's folder `mujoco` is needed: headers, the library and the mesh decoders.
@@ -24,13 +34,7 @@ fn is_wanted(name: &str) -> bool {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    ensure!(
-        args.version.split('.').count() == 3
-            && args.version.split('.').all(|part| part.parse::<u16>().is_ok()),
-        "{:?} is no version such as 3.6.0",
-        args.version
-    );
-    let folder = reference_folder()?.with_file_name(format!("mujoco-{}", args.version));
+    let folder = cache_folder()?.join(format!("mujoco-{}", args.version));
     if args.from.is_some() || !folder.exists() {
         let download = tempfile::tempdir()?;
         let mut wheel = match &args.from {

@@ -1,0 +1,146 @@
+//! The Fetch operations on MuJoCo, with the built-in model.
+#![cfg(feature = "mujoco")]
+
+use std::{sync::Arc, thread};
+
+use fetch_sim::{
+    Control, FetchModel, ModelSource, MujocoSimulator, SimConfig, SimError, Simulator, Task,
+};
+use nalgebra::Vector3;
+
+fn simulator(task: Task) -> MujocoSimulator {
+    MujocoSimulator::new(&SimConfig::new(task)).expect("MuJoCo")
+}
+
+fn start(simulator: &mut MujocoSimulator) {
+    let object = simulator.task().has_object().then_some([1.30, 0.70]);
+    simulator.reset(object).expect("a reset");
+}
+
+/// A command that is different in every step and reaches everything.
+fn control(step: u32) -> Control {
+    let phase = f64::from(step);
+    Control {
+        displacement: 0.05 * Vector3::new(phase.sin(), (0.7 * phase).cos(), (1.3 * phase).sin()),
+        fingers: (0.4 * phase).cos(),
+    }
+}
+
+fn run(simulator: &mut MujocoSimulator, steps: std::ops::Range<u32>) -> Vec<f64> {
+    for step in steps {
+        simulator.step(&control(step)).expect("a stable step");
+    }
+    [simulator.data().qpos(), simulator.data().qvel()].concat()
+}
+
+/// The reference's numbers, as recorded from gymnasium-robotics 1.4.2 on MuJoCo 2.2.2.
+#[test]
+fn the_scene_settles_where_the_reference_does() {
+    for (task, gripper, height) in [
+        (Task::Reach, [1.34185502, 0.74910051, 0.53470695], None),
+        (Task::Push, [1.34820577, 0.74894884, 0.41361829], Some(0.424699749459536)),
+        (Task::PickAndPlace, [1.34195502, 0.7491005, 0.53470695], Some(0.424699749459536)),
+        (Task::Slide, [0.99611983, 0.74890587, 0.41266618], Some(0.41401894352053975)),
+    ] {
+        let settled = simulator(task).settled();
+        let off = (settled.gripper_position - Vector3::from(gripper)).amax();
+        assert!(off < 1e-6, "{task}: {off}");
+        match (settled.object_height, height) {
+            (Some(ours), Some(theirs)) => assert!((ours - theirs).abs() < 1e-6, "{task}: {ours}"),
+            (ours, theirs) => assert_eq!(ours, theirs, "{task}"),
+        }
+    }
+}
+
+#[test]
+fn a_restored_snapshot_goes_on_to_the_last_bit() {
+    for task in Task::ALL {
+        let mut original = simulator(task);
+        start(&mut original);
+        run(&mut original, 0..17);
+        let snapshot = original.snapshot();
+        let expected = run(&mut original, 17..40);
+        // Into another simulator, and into the same one, wherever they are.
+        let mut other = simulator(task);
+        for simulator in [&mut original, &mut other] {
+            simulator.restore(&snapshot).expect("its own snapshot");
+            assert_eq!(simulator.snapshot(), snapshot, "{task}");
+            assert_eq!(run(simulator, 17..40), expected, "{task}");
+        }
+    }
+}
+
+#[test]
+fn foreign_snapshots_are_refused_and_change_nothing() {
+    let mut push = simulator(Task::Push);
+    start(&mut push);
+    let before = push.snapshot();
+    let foreign = simulator(Task::Slide).snapshot();
+    assert!(matches!(push.restore(&foreign), Err(SimError::ForeignSnapshot { .. })));
+    assert_eq!(push.snapshot(), before);
+}
+
+#[test]
+fn simulators_of_one_model_do_not_disturb_each_other() {
+    let model = FetchModel::load(&SimConfig::new(Task::PickAndPlace)).expect("MuJoCo");
+    let run = move || {
+        let mut simulator = MujocoSimulator::with_model(Arc::clone(&model)).expect("memory");
+        start(&mut simulator);
+        run(&mut simulator, 0..30)
+    };
+    let expected = run();
+    let threads: Vec<_> = (0..3).map(|_| thread::spawn(run.clone())).collect();
+    for thread in threads {
+        assert_eq!(thread.join().expect("no panic"), expected);
+    }
+}
+
+#[test]
+fn an_inspected_step_is_a_step() {
+    let [mut plain, mut inspected] = [simulator(Task::Push), simulator(Task::Push)];
+    start(&mut plain);
+    start(&mut inspected);
+    for step in 0..5 {
+        plain.step(&control(step)).expect("a step");
+        let mut substeps = 0;
+        inspected.step_inspected(&control(step), |_| substeps += 1).expect("a step");
+        assert_eq!(substeps, 20);
+        assert_eq!(plain.snapshot(), inspected.snapshot());
+    }
+}
+
+#[test]
+fn only_scenes_with_an_object_can_place_one() {
+    let mut reach = simulator(Task::Reach);
+    assert_eq!(reach.reset(Some([1.3, 0.7])), Err(SimError::NoObject { task: Task::Reach }));
+    assert_eq!(reach.object(), None);
+    let mut push = simulator(Task::Push);
+    push.reset(Some([1.3, 0.7])).expect("a reset");
+    let position = push.object().expect("an object").position;
+    assert!((position.xy() - nalgebra::Vector2::new(1.3, 0.7)).amax() < 1e-12);
+}
+
+#[test]
+fn a_diverged_step_is_an_error_until_the_next_reset() {
+    let mut push = simulator(Task::Push);
+    start(&mut push);
+    let wild = Control { displacement: Vector3::repeat(1e9), fingers: 0.0 };
+    let error = (0..50).find_map(|_| push.step(&wild).err()).expect("it diverges");
+    assert!(matches!(error, SimError::Unstable { .. } | SimError::BufferFull { .. }), "{error}");
+    start(&mut push);
+    push.step(&control(0)).expect("as if nothing had happened");
+}
+
+#[test]
+fn missing_and_foreign_models_are_errors_that_say_what_to_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let load = || {
+        let model = ModelSource::Folder(folder.path().into());
+        FetchModel::load(&SimConfig { model, ..SimConfig::new(Task::Reach) })
+    };
+    let error = load().expect_err("nothing there");
+    assert!(error.to_string().contains("cargo xtask assets"), "{error}");
+    std::fs::write(folder.path().join("reach.xml"), "<mujoco/>").expect("a file");
+    let error = load().expect_err("no robot in it");
+    assert!(matches!(error, SimError::MissingName { .. }), "{error}");
+}
