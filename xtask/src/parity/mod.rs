@@ -3,6 +3,7 @@
 mod counting;
 mod distributions;
 mod file_parity;
+mod live;
 mod npz;
 mod recording;
 mod replay;
@@ -26,14 +27,20 @@ use crate::{
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder of recorded trajectories (*.npz)
-    #[arg(long, required_unless_present = "distributions")]
+    #[arg(long, required_unless_present_any = ["distributions", "live"])]
     fixtures: Option<PathBuf>,
+    /// Run the real environment in Python on fresh seeds, and compare bit for bit
+    #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model"])]
+    live: bool,
+    /// First seed of the live episodes
+    #[arg(long, default_value_t = 0, requires = "live")]
+    seed: u64,
     /// File of recorded distributions (*.npz)
     #[arg(long)]
     distributions: Option<PathBuf>,
-    /// How many of the recorded episodes of each task's distributions to run
-    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u16).range(2..))]
-    episodes: u16,
+    /// Episodes: of each task's distributions (400 by default), or live of each task and kind (3)
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    episodes: Option<u16>,
     /// Which model to replay them on
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
@@ -60,17 +67,25 @@ impl ModelChoice {
 
 #[derive(Serialize)]
 struct Settings<'a> {
+    live: bool,
+    seed: u64,
     fixtures: &'a Option<PathBuf>,
     distributions: &'a Option<PathBuf>,
-    episodes: u16,
+    episodes: Option<u16>,
     model: ModelChoice,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let mut models = Models { source: args.model.source(), loaded: Vec::new() };
+    let model = if args.live { ModelChoice::Reference } else { args.model };
+    let mut models = Models { source: model.source(), loaded: Vec::new() };
+    let recorded = tempfile::tempdir()?;
+    let live = args.live.then(|| recorded.path().to_path_buf());
+    if let Some(folder) = &live {
+        live::record(folder, args.episodes.unwrap_or(3), args.seed)?;
+    }
     let mut figures = Vec::new();
     let mut bad = Vec::new();
-    if let Some(folder) = &args.fixtures {
+    if let Some(folder) = args.fixtures.as_ref().or(live.as_ref()) {
         for file in replay_all(folder, &mut models)? {
             if !file.passed() {
                 bad.push(file.name.clone());
@@ -79,7 +94,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     if let Some(path) = &args.distributions {
-        for check in compare_all(path, &mut models, args.episodes.into())? {
+        for check in compare_all(path, &mut models, args.episodes.unwrap_or(400).into())? {
             if !check.passed {
                 bad.push(check.name.clone());
             }
@@ -87,8 +102,9 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     if let Some(path) = &args.json {
-        let Args { fixtures, distributions, episodes, model, .. } = args;
-        let settings = Settings { fixtures, distributions, episodes: *episodes, model: *model };
+        let Args { fixtures, live, seed, distributions, episodes, .. } = args;
+        let (live, seed, episodes) = (*live, *seed, *episodes);
+        let settings = Settings { live, seed, fixtures, distributions, episodes, model };
         write_json(path, &Report::new(settings, figures))?;
     }
     if !bad.is_empty() {

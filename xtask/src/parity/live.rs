@@ -1,0 +1,60 @@
+//! The real environment, run beside ours.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use anyhow::{Context, ensure};
+use fetch_sim::{MujocoVersion, cache_folder};
+
+const PACKAGES: [&str; 3] = ["gymnasium-robotics==1.4.2", "gymnasium==1.4.0", "mujoco==3.6.0"];
+const MUJOCO: &str = "3.6.0";
+const SCRIPT: &str = include_str!("../../scripts/record.py");
+
+/// Records fresh episodes of every task into a folder.
+pub fn record(into: &Path, episodes: u16, seed: u64) -> anyhow::Result<()> {
+    let version = MujocoVersion::of_library()?.to_string();
+    ensure!(
+        version == MUJOCO,
+        "this is built on MuJoCo {version}, and the live environment runs on {MUJOCO}: run \
+         `cargo xtask mujoco {MUJOCO}` and set MUJOCO_DIR as it says"
+    );
+    let python = python()?;
+    let script = into.join("record.py");
+    fs::write(&script, SCRIPT)?;
+    println!("recording {episodes} episodes a task and kind from seed {seed} in Python");
+    let status = Command::new(python)
+        .arg(&script)
+        .arg("--out")
+        .arg(into)
+        .args(["--episodes", &episodes.to_string(), "--seed", &seed.to_string()])
+        .env("MUJOCO_GL", "disable")
+        .env("PYTHONWARNINGS", "ignore")
+        .status()
+        .context("the Python environment did not start")?;
+    ensure!(status.success(), "the recording failed");
+    Ok(())
+}
+
+/// The interpreter of a Python environment in the cache, made on first use.
+fn python() -> anyhow::Result<PathBuf> {
+    let folder = cache_folder()?.join("python");
+    let python = folder.join("bin/python");
+    let complete = folder.join("complete");
+    if complete.is_file() {
+        return Ok(python);
+    }
+    println!("making a Python environment in {}", folder.display());
+    run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
+    run(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES))?;
+    fs::write(complete, PACKAGES.join("\n"))?;
+    Ok(python)
+}
+
+fn run(command: &mut Command) -> anyhow::Result<()> {
+    let status = command.status().with_context(|| format!("{command:?} did not start"))?;
+    ensure!(status.success(), "{command:?} failed: run this again");
+    Ok(())
+}
