@@ -26,7 +26,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let id = args.env_id.id();
     let described = describe(id, args.seed, &args.describe_out)?;
-    let agreed = reward_check(id, args.seed)?;
+    let agreed = reward_check(id, args.seed)? == 0;
     let measured = random_episodes(id, args.seed, 10, &args.random_out)?;
     Ok(described && agreed && measured)
 }

@@ -1,10 +1,13 @@
 //! `bridge`: the bridging proof of section 2.8.
 
+use std::path::PathBuf;
+
 use baselines::{Policy, RandomPolicy};
 use fetch_env::{Env, GoalEnv, GoalObservation, make_config};
 
 use crate::{
     env_choice::EnvChoice,
+    report::{EnvSettings, Figure, Report, write_json},
     verify::goals::{GoalSampler, expected_reward},
 };
 
@@ -20,6 +23,9 @@ pub struct Args {
     /// Seed of resets, actions and goals
     #[arg(long, default_value_t = 42)]
     seed: u64,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
@@ -58,6 +64,16 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
 
     let relabelled = STEPS * GOALS_PER_STEP;
+    if let Some(path) = &args.json {
+        let count = |name: &str, value| (format!("bridge/{name}"), Figure::count(value));
+        let results = [
+            count("step-checks", STEPS),
+            count("step-mismatches", step_mismatches),
+            count("relabel-checks", relabelled),
+            count("relabel-mismatches", relabel_mismatches),
+        ];
+        write_json(path, &Report::new(EnvSettings { env_id: id, seed }, results))?;
+    }
     println!("Step reward checks:    {STEPS} steps, mismatches={step_mismatches}");
     println!("Relabel reward checks: {relabelled} checks, mismatches={relabel_mismatches}\n");
     if step_mismatches + relabel_mismatches > 0 {

@@ -1,17 +1,32 @@
 //! `doctor`: the troubles of section 2.10, each looked for, with its fix.
 
+use std::path::PathBuf;
+
 use baselines::{Policy, RandomPolicy};
 use fetch_env::{
     Env, EnvError, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv, Space, make,
 };
 use fetch_sim::MujocoVersion;
 
-use crate::random_episodes::evaluate_random;
+use serde::Serialize;
+
+use crate::{
+    random_episodes::evaluate_random,
+    report::{Figure, Report, write_json},
+};
 
 #[derive(clap::Args)]
 pub struct Args {
     /// Seed of resets and actions
     #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Also write what was found as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Settings {
     seed: u64,
 }
 
@@ -93,6 +108,7 @@ const SYMPTOMS: [Symptom; 12] = [
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut healthy = true;
+    let mut results = Vec::new();
     for symptom in &SYMPTOMS {
         let finding = (symptom.look)(args.seed)
             .unwrap_or_else(|error| Finding { healthy: false, seen: error.to_string() });
@@ -102,6 +118,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             println!("      fix: {}", symptom.fix);
         }
         healthy &= finding.healthy;
+        let faults = Figure::count(usize::from(!finding.healthy));
+        results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &Report::new(Settings { seed: args.seed }, results))?;
     }
     Ok(healthy)
 }

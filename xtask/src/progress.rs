@@ -10,3 +10,10 @@ pub fn bar(total: usize, what: &'static str) -> ProgressBar {
         .with_style(style)
         .with_message(what)
 }
+
+/// Says in a plain line what has been done, where there is no bar to show it.
+pub fn note(bar: &ProgressBar, what: impl std::fmt::Display) {
+    if bar.is_hidden() {
+        eprintln!("{what}");
+    }
+}

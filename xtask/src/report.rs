@@ -3,6 +3,7 @@
 use std::{fs, path::Path};
 
 use anyhow::Context;
+use fetch_env::EnvId;
 use fetch_sim::MujocoVersion;
 use serde::Serialize;
 
@@ -13,6 +14,13 @@ pub struct Report<S> {
     machine: Machine,
     settings: S,
     results: Vec<Named>,
+}
+
+/// The settings of a command about one environment.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct EnvSettings {
+    pub env_id: EnvId,
+    pub seed: u64,
 }
 
 /// What ran.

@@ -1,10 +1,13 @@
 //! `reward-check`: step, compute_reward and the formula agree, relabelled goals included.
 
+use std::path::PathBuf;
+
 use baselines::{Policy, RandomPolicy};
 use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config};
 
 use crate::{
     env_choice::EnvChoice,
+    report::{EnvSettings, Figure, Report, write_json},
     verify::goals::{GoalSampler, expected_reward},
 };
 
@@ -20,13 +23,25 @@ pub struct Args {
     /// Seed of resets, actions and goals
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    reward_check(args.env_id.id(), args.seed)
+    let (id, seed) = (args.env_id.id(), args.seed);
+    let mismatches = reward_check(id, seed)?;
+    if let Some(path) = &args.json {
+        let count = |name: &str, value| (format!("reward-check/{name}"), Figure::count(value));
+        let checks = STEPS * (1 + RANDOM_GOALS);
+        let results = [count("checks", checks), count("mismatches", mismatches)];
+        write_json(path, &Report::new(EnvSettings { env_id: id, seed }, results))?;
+    }
+    Ok(mismatches == 0)
 }
 
-pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<bool> {
+/// Runs the check, prints its line and returns how often it did not hold.
+pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<usize> {
     let mut env = make_config(id.config())?;
     let mut policy = RandomPolicy::new(seed);
     let mut goals = GoalSampler::new(seed);
@@ -57,8 +72,8 @@ pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<bool> {
     let settings = format!("atol={TOLERANCE:e}, n_steps={STEPS}, n_random_goals={RANDOM_GOALS}");
     if mismatches > 0 {
         println!("FAIL: reward checks of {id}: {mismatches} mismatches ({settings})");
-        return Ok(false);
+    } else {
+        println!("OK: reward checks passed ({settings})");
     }
-    println!("OK: reward checks passed ({settings})");
-    Ok(true)
+    Ok(mismatches)
 }

@@ -121,5 +121,6 @@ fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Chec
         checks.extend(part(id, &mut env, seed)?);
         bar.inc(1);
     }
+    progress::note(bar, format_args!("verified {id}"));
     Ok(checks)
 }
