@@ -58,6 +58,9 @@ mod reset;
 pub mod spaces;
 mod time_limit;
 
+#[doc = include_str!("../DIFFERENCES.md")]
+pub mod differences {}
+
 pub use ::fetch_sim::{ModelSource, Task};
 pub use config::{ConfigError, FetchConfig, FetchConfigBuilder};
 pub use env::{Env, Reset, SnapshotEnv, Step};

@@ -122,6 +122,14 @@ fn recordings_of_the_real_environment_are_reproduced() {
     assert!(text.contains("reach-random"), "{text}");
 }
 
+/// CI fetches the reference's model and runs this comparison as a command of its own.
+#[test]
+fn recordings_are_reproduced_to_the_last_bit_where_the_reference_model_is() {
+    if fetch_sim::reference_folder().is_ok_and(|folder| folder.is_dir()) {
+        output_of("parity --fixtures tests/recordings/mujoco-2.2.2 --model reference");
+    }
+}
+
 #[test]
 fn damaged_and_foreign_recordings_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
