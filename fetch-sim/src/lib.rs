@@ -1,11 +1,11 @@
 //! The Fetch robot on MuJoCo: a safe binding, the robot's model, and the operations of the tasks.
 //!
-//! [`Simulator`] says what an environment needs of a simulated robot. [`MujocoSimulator`] (feature
+//! [`Simulator`] says what an environment needs of a simulated robot. `MujocoSimulator` (feature
 //! `mujoco`, on by default) is the physics, step by step as gymnasium-robotics 1.4.2 does it;
 //! [`KinematicSimulator`] is a stand-in without physics, for tests where there is no MuJoCo.
 //!
-//! Below it lie [`Model`], shared by any number of simulations on any number of threads, and
-//! [`Data`], one simulation. What goes wrong inside MuJoCo comes out as a [`SimError`]; its
+//! Below it lie `Model`, shared by any number of simulations on any number of threads, and
+//! `Data`, one simulation. What goes wrong inside MuJoCo comes out as a [`SimError`]; its
 //! warnings go to `tracing` (target `mujoco`), never to a file.
 //!
 //! ```
