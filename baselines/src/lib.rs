@@ -18,7 +18,7 @@ pub use error::EvaluationError;
 pub use evaluate::{Episode, Evaluation, Summary, evaluate};
 pub use policy::{Action, Policy};
 pub use random::RandomPolicy;
-pub use reference::{Comparison, RandomReference, Sample};
+pub use reference::{Comparison, RandomReference, Sample, ScriptedReference};
 pub use scripted::ScriptedPolicy;
 pub use statistics::{Estimate, fisher_exact, kolmogorov_smirnov};
 pub use zero::ZeroPolicy;

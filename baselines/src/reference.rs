@@ -100,6 +100,33 @@ impl RandomReference {
     }
 }
 
+/// Successes of [`ScriptedPolicy`](crate::ScriptedPolicy) on the reference's own model.
+///
+/// MuJoCo 2.2.2, resets seeded from [`FIRST_SEED`](Self::FIRST_SEED) on, success at the last step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct ScriptedReference {
+    /// Episodes whose last step was a success.
+    pub successes: u64,
+    /// Episodes run.
+    pub episodes: u64,
+}
+
+impl ScriptedReference {
+    /// Seed of the first episode's reset.
+    pub const FIRST_SEED: u64 = 30_000;
+
+    /// The figures of a task.
+    #[must_use]
+    pub const fn new(task: Task) -> Self {
+        let successes = match task {
+            Task::Reach | Task::PickAndPlace => 300,
+            Task::Push => 286,
+            Task::Slide => 49,
+        };
+        Self { successes, episodes: 300 }
+    }
+}
+
 fn two_sided_normal(z: f64) -> f64 {
     statrs::function::erf::erfc(z.abs() / std::f64::consts::SQRT_2)
 }

@@ -6,25 +6,21 @@ use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config, observation_f
 use serde_json::{Value, json};
 
 use crate::{
-    env_choice::EnvChoice,
+    env_choice::EnvArgs,
     report::{Versions, write_json},
 };
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, default_value_t = EnvChoice::Auto)]
-    env_id: EnvChoice,
-    /// Seed of the reset that is shown
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    env: EnvArgs,
     /// Where to write the description
     #[arg(long, default_value = "results/ch01_env_describe.json")]
     describe_out: PathBuf,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    describe(args.env_id.id(), args.seed, &args.describe_out)
+    describe(args.env.id(), args.env.seed, &args.describe_out)
 }
 
 pub fn describe(id: EnvId, seed: u64, out: &std::path::Path) -> anyhow::Result<bool> {

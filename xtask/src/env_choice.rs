@@ -1,10 +1,27 @@
-//! The flag `--env-id`.
+//! The flags `--env-id` and `--seed`.
 
 use std::{fmt, str::FromStr};
 
 use fetch_env::{EnvId, UnknownEnvId};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
+
+/// Which environment, and how it is seeded.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct EnvArgs {
+    /// Environment, or auto for FetchReachDense-v4
+    #[arg(long, default_value_t = EnvChoice::Auto)]
+    env_id: EnvChoice,
+    /// Seed of resets, actions and goals
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+}
+
+impl EnvArgs {
+    pub fn id(&self) -> EnvId {
+        self.env_id.id()
+    }
+}
 
 /// An environment id, or `auto`: FetchReachDense-v4, as in the chapter.
 #[derive(Clone, Copy, Debug)]

@@ -8,19 +8,15 @@ use fetch_env::{EnvId, make_config};
 use serde::Serialize;
 
 use crate::{
-    env_choice::EnvChoice,
+    env_choice::EnvArgs,
     progress,
     report::{Versions, write_json},
 };
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, default_value_t = EnvChoice::Auto)]
-    env_id: EnvChoice,
-    /// Seed of the first episode's reset, and of the policy
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    env: EnvArgs,
     /// Number of episodes
     #[arg(long, default_value_t = 10)]
     episodes: usize,
@@ -44,7 +40,7 @@ struct Metrics {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    random_episodes(args.env_id.id(), args.seed, args.episodes, &args.random_out)
+    random_episodes(args.env.id(), args.env.seed, args.episodes, &args.random_out)
 }
 
 pub fn random_episodes(id: EnvId, seed: u64, count: usize, out: &Path) -> anyhow::Result<bool> {

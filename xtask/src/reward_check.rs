@@ -6,7 +6,7 @@ use baselines::{Policy, RandomPolicy};
 use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config};
 
 use crate::{
-    env_choice::EnvChoice,
+    env_choice::EnvArgs,
     report::{EnvSettings, Figure, Report, write_json},
     verify::goals::{GoalSampler, expected_reward},
 };
@@ -17,19 +17,15 @@ const RANDOM_GOALS: usize = 3;
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, default_value_t = EnvChoice::Auto)]
-    env_id: EnvChoice,
-    /// Seed of resets, actions and goals
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    env: EnvArgs,
     /// Also write the figures as JSON
     #[arg(long)]
     json: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let (id, seed) = (args.env_id.id(), args.seed);
+    let (id, seed) = (args.env.id(), args.env.seed);
     let mismatches = reward_check(id, seed)?;
     if let Some(path) = &args.json {
         let count = |name: &str, value| (format!("reward-check/{name}"), Figure::count(value));

@@ -1,11 +1,11 @@
 //! Recorded distributions of the real environment against ours, on the same seeds and actions.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, ensure};
-use baselines::{fisher_exact, kolmogorov_smirnov};
+use baselines::{ScriptedPolicy, ScriptedReference, evaluate, fisher_exact, kolmogorov_smirnov};
 use fetch_env::{Env, EnvId, FetchEnv, GoalObservation, NpRandom};
-use fetch_sim::{MujocoSimulator, Task};
+use fetch_sim::{FetchModel, MujocoSimulator, Simulator, Task};
 use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 
@@ -19,8 +19,8 @@ const FIRST_ACTION_SEED: u64 = 20_000;
 
 const STEPS: usize = 50;
 
-/// Below this, a difference is no chance.
-const LEAST_P_VALUE: f64 = 1e-4;
+/// Below this, two distributions are told apart.
+const LEAST_P_VALUE: f64 = 0.01;
 
 /// The figures of some episodes, one entry an episode.
 #[derive(Default)]
@@ -39,13 +39,13 @@ struct Sample {
 pub fn compare(
     path: &Path,
     task: Task,
-    simulator: MujocoSimulator,
+    model: Arc<FetchModel>,
     episodes: usize,
     bar: &ProgressBar,
 ) -> anyhow::Result<Vec<Check>> {
     let theirs = Sample::read(path, task, episodes)
         .with_context(|| format!("{} holds no recorded distributions", path.display()))?;
-    let ours = Sample::run(task, simulator, episodes, bar)?;
+    let ours = Sample::run(MujocoSimulator::with_model(Arc::clone(&model))?, episodes, bar)?;
     let mut checks = Vec::new();
     for ((name, ours), (_, theirs)) in ours.continuous().into_iter().zip(theirs.continuous()) {
         if !theirs.is_empty() {
@@ -56,7 +56,35 @@ pub fn compare(
         checks.push(same_share(task, name, ours, theirs));
     }
     checks.push(same_mean_return(task, &ours.return_dense, &theirs.return_dense));
+    checks.push(same_scripted_success(task, MujocoSimulator::with_model(model)?, episodes)?);
     Ok(checks)
+}
+
+/// The scripted policy succeeds as often as it does on the reference's own model.
+fn same_scripted_success(
+    task: Task,
+    simulator: MujocoSimulator,
+    episodes: usize,
+) -> anyhow::Result<Check> {
+    let theirs = ScriptedReference::new(task);
+    let config = EnvId { task, reward: RewardKind::Sparse }.config();
+    let mut env = FetchEnv::new(config, simulator)?.time_limited();
+    let mut policy = ScriptedPolicy::new(task);
+    let episodes = episodes.min(theirs.episodes as usize);
+    let evaluation =
+        evaluate(&mut env, &mut policy, episodes, ScriptedReference::FIRST_SEED, |_| ())?;
+    let successes = evaluation.episodes.iter().filter(|e| e.success).count() as u64;
+    let p = fisher_exact(successes, episodes as u64, theirs.successes, theirs.episodes);
+    let seen = format!(
+        "{successes} of {episodes}, reference {} of {}; Fisher's p = {p:.3}",
+        theirs.successes, theirs.episodes
+    );
+    Ok(Check::new(
+        format!("{task}/scripted-success"),
+        p >= LEAST_P_VALUE,
+        seen,
+        Figure::new(p, "1"),
+    ))
 }
 
 /// The two-sample Kolmogorov-Smirnov test.
@@ -148,13 +176,8 @@ impl Sample {
         })
     }
 
-    fn run(
-        task: Task,
-        simulator: MujocoSimulator,
-        episodes: usize,
-        bar: &ProgressBar,
-    ) -> anyhow::Result<Self> {
-        let config = EnvId { task, reward: RewardKind::Dense }.config();
+    fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow::Result<Self> {
+        let config = EnvId { task: simulator.task(), reward: RewardKind::Dense }.config();
         let threshold = config.reward().threshold().get();
         let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
         let mut sample = Self::default();

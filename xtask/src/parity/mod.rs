@@ -123,7 +123,8 @@ fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FilePari
     println!("{}", FileParity::HEADING);
     let mut files = Vec::new();
     for recording in &recordings {
-        let file = FileParity::measure(recording, models.get(recording.task)?)?;
+        let simulator = MujocoSimulator::with_model(models.get(recording.task)?)?;
+        let file = FileParity::measure(recording, simulator)?;
         bar.suspend(|| println!("{}", file.line()));
         files.push(file);
         bar.inc(1);
@@ -162,13 +163,13 @@ struct Models {
 }
 
 impl Models {
-    fn get(&mut self, task: Task) -> anyhow::Result<MujocoSimulator> {
+    fn get(&mut self, task: Task) -> anyhow::Result<Arc<FetchModel>> {
         if let Some(model) = self.loaded.iter().find(|model| model.config().task == task) {
-            return Ok(MujocoSimulator::with_model(Arc::clone(model))?);
+            return Ok(Arc::clone(model));
         }
         let config = SimConfig { model: self.source.clone(), ..SimConfig::new(task) };
         let model = FetchModel::load(&config)?;
         self.loaded.push(Arc::clone(&model));
-        Ok(MujocoSimulator::with_model(model)?)
+        Ok(model)
     }
 }
