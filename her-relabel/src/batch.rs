@@ -1,16 +1,24 @@
 //! A batch of sampled transitions, in memory that is used again.
 
-use crate::Scalar;
 use crate::config::Dims;
+use crate::rows::{Relabelled, Rows};
 use crate::storage::TransitionId;
+use crate::{Sampler, Scalar};
 
 /// Sampled transitions, column by column: each column is one contiguous row-major matrix, as
 /// networks want it.
 ///
 /// Make it once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again; its
 /// memory is used again. A batch owns its numbers: nothing in it refers to the buffer.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Batch<T> {
+    pub(crate) columns: Columns<T>,
+    pub(crate) scratch: Scratch,
+}
+
+/// What a batch holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Columns<T> {
     pub(crate) observation: Vec<T>,
     pub(crate) achieved_goal: Vec<T>,
     pub(crate) desired_goal: Vec<T>,
@@ -20,26 +28,26 @@ pub struct Batch<T> {
     pub(crate) next_achieved_goal: Vec<T>,
     pub(crate) terminated: Vec<bool>,
     pub(crate) truncated: Vec<bool>,
+    pub(crate) discount: Vec<T>,
+    pub(crate) success: Vec<bool>,
     pub(crate) transition: Vec<TransitionId>,
     pub(crate) goal_source: Vec<Option<TransitionId>>,
-    pub(crate) relabelled: Relabelled,
 }
 
-/// The relabelled rows of a batch, side by side for the reward function; empty between calls.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Relabelled {
-    pub(crate) rows: Vec<usize>,
-    pub(crate) next_achieved_goal: Vec<f64>,
-    pub(crate) desired_goal: Vec<f64>,
-    pub(crate) reward: Vec<f64>,
+/// Memory for the drawing of a batch: the relabelled rows, and side by side the pairs of goals that the
+/// reward function is to judge. What it holds between calls means nothing.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    pub(crate) relabelled: Vec<Relabelled>,
+    pub(crate) achieved_pairs: Vec<f64>,
+    pub(crate) desired_pairs: Vec<f64>,
+    pub(crate) rewards: Vec<f64>,
+    pub(crate) terminated: Vec<bool>,
 }
 
-impl Relabelled {
-    pub(crate) fn clear(&mut self) {
-        self.rows.clear();
-        self.next_achieved_goal.clear();
-        self.desired_goal.clear();
-        self.reward.clear();
+impl<T: PartialEq> PartialEq for Batch<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.columns == other.columns
     }
 }
 
@@ -53,101 +61,154 @@ impl<T: Scalar> Batch<T> {
     /// The number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.transition.len()
+        self.columns.transition.len()
     }
 
     /// Whether there is no row: nothing has been sampled into it.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.transition.is_empty()
+        self.columns.transition.is_empty()
     }
 
     /// The observations, `len * dims.observation`.
     #[must_use]
     pub fn observation(&self) -> &[T] {
-        &self.observation
+        &self.columns.observation
     }
 
     /// The goals achieved before the step, `len * dims.goal`.
     #[must_use]
     pub fn achieved_goal(&self) -> &[T] {
-        &self.achieved_goal
+        &self.columns.achieved_goal
     }
 
     /// The goals to pursue, `len * dims.goal`: the episode's own, or the new one where
     /// [`goal_source`](Self::goal_source) is set. It goes with the observation and with the next one.
     #[must_use]
     pub fn desired_goal(&self) -> &[T] {
-        &self.desired_goal
+        &self.columns.desired_goal
     }
 
     /// The actions, `len * dims.action`.
     #[must_use]
     pub fn action(&self) -> &[T] {
-        &self.action
+        &self.columns.action
     }
 
     /// The rewards, `len`: as stored, or computed for the new goal where there is one.
     #[must_use]
     pub fn reward(&self) -> &[T] {
-        &self.reward
+        &self.columns.reward
     }
 
     /// The observations after the step, `len * dims.observation`.
     #[must_use]
     pub fn next_observation(&self) -> &[T] {
-        &self.next_observation
+        &self.columns.next_observation
     }
 
     /// The goals achieved after the step, `len * dims.goal`.
     #[must_use]
     pub fn next_achieved_goal(&self) -> &[T] {
-        &self.next_achieved_goal
+        &self.columns.next_achieved_goal
     }
 
     /// Whether the task was over after the step, `len`. Do not bootstrap there.
     #[must_use]
     pub fn terminated(&self) -> &[bool] {
-        &self.terminated
+        &self.columns.terminated
     }
 
     /// Whether the episode was cut off after the step, `len`. Bootstrap there as anywhere else.
     #[must_use]
     pub fn truncated(&self) -> &[bool] {
-        &self.truncated
+        &self.columns.truncated
+    }
+
+    /// What to multiply the value of the next observation with, `len`: `gamma` to the power of the steps
+    /// that the window really has. Empty unless the sampler has an
+    /// [`n_step`](crate::Sampler::n_step).
+    #[must_use]
+    pub fn discount(&self) -> &[T] {
+        &self.columns.discount
+    }
+
+    /// Whether the next achieved goal counts as having reached the desired goal of the row, `len`. Empty
+    /// unless the sampler's [`success`](crate::Sampler::success) is on.
+    #[must_use]
+    pub fn success(&self) -> &[bool] {
+        &self.columns.success
     }
 
     /// Which transitions these are, `len`.
     #[must_use]
     pub fn transition(&self) -> &[TransitionId] {
-        &self.transition
+        &self.columns.transition
     }
 
-    /// Where each new goal comes from, `len`: the transition whose next achieved goal it is, or `None`
-    /// for a row that was left alone. The difference of the two numbers is how many steps ahead it lies.
+    /// Where each new goal comes from, `len`: the transition whose next achieved goal it is (by
+    /// [`PastDesired`](crate::GoalStrategy::PastDesired), whose desired goal), or `None` for a row that
+    /// was left alone. The difference of the two numbers is how many steps ahead it lies.
     #[must_use]
     pub fn goal_source(&self) -> &[Option<TransitionId>] {
-        &self.goal_source
+        &self.columns.goal_source
     }
 
     /// Whether each row got a new goal, `len` of them.
     pub fn relabelled(&self) -> impl ExactSizeIterator<Item = bool> + '_ {
-        self.goal_source.iter().map(Option::is_some)
+        self.columns.goal_source.iter().map(Option::is_some)
     }
 
-    /// Makes room for `size` rows; what they hold is unspecified.
-    pub(crate) fn resize(&mut self, size: usize, dims: Dims) {
+    /// Takes all rows away.
+    pub(crate) fn clear(&mut self) {
+        self.resize(0, Dims { observation: 0, goal: 0, action: 0 }, false, false);
+    }
+
+    /// Makes room for a batch of `sampler`; what the rows hold is unspecified.
+    pub(crate) fn make_room(&mut self, sampler: &Sampler, dims: Dims) -> Rows<'_, T> {
+        let (size, window) = (sampler.batch_size, sampler.window());
+        self.resize(size, dims, sampler.n_step.is_some(), sampler.success);
+        let Self { columns, scratch } = self;
+        scratch.relabelled.resize(size, Relabelled::default());
+        scratch.achieved_pairs.resize(size * window * dims.goal, 0.0);
+        scratch.desired_pairs.resize(size * window * dims.goal, 0.0);
+        Rows {
+            dims,
+            window,
+            first: 0,
+            observation: &mut columns.observation,
+            achieved_goal: &mut columns.achieved_goal,
+            desired_goal: &mut columns.desired_goal,
+            action: &mut columns.action,
+            reward: &mut columns.reward,
+            next_observation: &mut columns.next_observation,
+            next_achieved_goal: &mut columns.next_achieved_goal,
+            terminated: &mut columns.terminated,
+            truncated: &mut columns.truncated,
+            discount: &mut columns.discount,
+            transition: &mut columns.transition,
+            goal_source: &mut columns.goal_source,
+            relabelled: &mut scratch.relabelled,
+            achieved_pairs: &mut scratch.achieved_pairs,
+            desired_pairs: &mut scratch.desired_pairs,
+        }
+    }
+
+    fn resize(&mut self, size: usize, dims: Dims, has_discount: bool, has_success: bool) {
         let zero = T::default();
-        self.observation.resize(size * dims.observation, zero);
-        self.achieved_goal.resize(size * dims.goal, zero);
-        self.desired_goal.resize(size * dims.goal, zero);
-        self.action.resize(size * dims.action, zero);
-        self.reward.resize(size, zero);
-        self.next_observation.resize(size * dims.observation, zero);
-        self.next_achieved_goal.resize(size * dims.goal, zero);
-        self.terminated.resize(size, false);
-        self.truncated.resize(size, false);
-        self.transition.resize(size, TransitionId::of(0));
-        self.goal_source.resize(size, None);
+        let columns = &mut self.columns;
+        columns.observation.resize(size * dims.observation, zero);
+        columns.achieved_goal.resize(size * dims.goal, zero);
+        columns.desired_goal.resize(size * dims.goal, zero);
+        columns.action.resize(size * dims.action, zero);
+        columns.reward.resize(size, zero);
+        columns.next_observation.resize(size * dims.observation, zero);
+        columns.next_achieved_goal.resize(size * dims.goal, zero);
+        columns.terminated.resize(size, false);
+        columns.truncated.resize(size, false);
+        columns.discount.resize(if has_discount { size } else { 0 }, zero);
+        columns.success.resize(if has_success { size } else { 0 }, false);
+        columns.transition.resize(size, TransitionId::of(0));
+        columns.goal_source.resize(size, None);
     }
 }

@@ -131,6 +131,12 @@ impl Layout {
         self.tail()..self.tail() + self.dims.goal
     }
 
+    /// A goal: the desired one, in an episode's last row only, or the achieved one.
+    #[inline(always)]
+    pub(crate) fn goal(&self, is_desired: bool) -> Range<usize> {
+        if is_desired { self.desired_goal() } else { self.achieved_goal() }
+    }
+
     /// Where the state ends.
     fn tail(&self) -> usize {
         self.dims.observation + self.dims.goal

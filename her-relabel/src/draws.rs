@@ -19,6 +19,7 @@ pub(crate) enum Purpose {
     Transition,
     Relabel,
     Goal,
+    Strategy,
 }
 
 impl Draws {

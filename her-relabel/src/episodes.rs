@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use crate::draws::below;
+
 /// Transitions are numbered in the order in which they were stored, and so are episodes. A cell is
 /// a run of this many transition numbers, as a power of two.
 const CELL_SHIFT: u32 = 6;
@@ -28,11 +30,25 @@ pub(crate) struct Ending {
     pub(crate) truncated: bool,
 }
 
+/// The first transition that was stored of an episode, live or not, and how the episode ended, in one
+/// word: 62 bits of transition number are more than a computer can count up to.
 #[derive(Clone, Copy, Debug)]
-struct Record {
-    /// The first transition that was stored of the episode, live or not.
-    first: u64,
-    ending: Ending,
+struct Record(u64);
+
+impl Record {
+    fn new(first: u64, ending: Ending) -> Self {
+        Self(first << 2 | u64::from(ending.terminated) << 1 | u64::from(ending.truncated))
+    }
+
+    #[inline(always)]
+    fn first(self) -> u64 {
+        self.0 >> 2
+    }
+
+    #[inline(always)]
+    fn ending(self) -> Ending {
+        Ending { terminated: self.0 & 2 != 0, truncated: self.0 & 1 != 0 }
+    }
 }
 
 /// A stored episode.
@@ -76,7 +92,7 @@ impl Episodes {
         debug_assert!(len > 0);
         let first = self.live.end;
         let number = self.first_episode + self.records.len() as u64;
-        self.records.push_back(Record { first, ending });
+        self.records.push_back(Record::new(first, ending));
         self.live.end += len;
         let cells = first.div_ceil(1 << CELL_SHIFT)..self.live.end.div_ceil(1 << CELL_SHIFT);
         self.cells.extend(cells.map(|_| number));
@@ -88,7 +104,7 @@ impl Episodes {
         let start = self.live.start.max(start);
         self.live.start = start;
         while !self.records.is_empty() {
-            let next = self.records.get(1).map_or(self.live.end, |record| record.first);
+            let next = self.records.get(1).map_or(self.live.end, |record| record.first());
             if next > start {
                 break;
             }
@@ -102,6 +118,12 @@ impl Episodes {
         start + self.first_episode
     }
 
+    /// A live transition, each with the same probability, from a random word. At least one must live.
+    #[inline(always)]
+    pub(crate) fn pick(&self, word: u64) -> u64 {
+        self.live.start + below(word, self.live.end - self.live.start)
+    }
+
     /// The episode of a live transition.
     #[inline(always)]
     pub(crate) fn of(&self, transition: u64) -> Episode {
@@ -109,24 +131,33 @@ impl Episodes {
         let cell = ((transition >> CELL_SHIFT) - self.first_cell) as usize;
         // The cell's first transition may lie in an episode that is gone.
         let mut at = self.cells[cell].saturating_sub(self.first_episode) as usize;
-        let mut beyond = match self.cells.get(cell + 1) {
-            Some(episode) => (episode - self.first_episode) as usize + 1,
-            None => self.records.len(),
-        };
-        while beyond - at > 1 {
-            let middle = usize::midpoint(at, beyond);
-            if self.records[middle].first <= transition {
-                at = middle;
-            } else {
-                beyond = middle;
+        let last = self.records.len() - 1;
+        // Two episodes on without a branch that could be mispredicted: seldom do more begin in a cell.
+        for _ in 0..2 {
+            let next = (at + 1).min(last);
+            at = if self.records[next].first() <= transition { next } else { at };
+        }
+        let is_after = |at: usize| self.records.get(at).is_none_or(|r| r.first() > transition);
+        if !is_after(at + 1) {
+            let mut beyond = match self.cells.get(cell + 1) {
+                Some(episode) => (episode - self.first_episode) as usize + 1,
+                None => self.records.len(),
+            };
+            while beyond - at > 1 {
+                let middle = usize::midpoint(at, beyond);
+                if is_after(middle) {
+                    beyond = middle;
+                } else {
+                    at = middle;
+                }
             }
         }
-        let Record { first, ending } = self.records[at];
-        let end = self.records.get(at + 1).map_or(self.live.end, |record| record.first);
+        let record = self.records[at];
+        let end = self.records.get(at + 1).map_or(self.live.end, |record| record.first());
         Episode {
             number: self.first_episode + at as u64,
-            live: first.max(self.live.start)..end,
-            ending,
+            live: record.first().max(self.live.start)..end,
+            ending: record.ending(),
         }
     }
 }

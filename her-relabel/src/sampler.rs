@@ -1,14 +1,30 @@
 //! Drawing batches: which transitions, which goals, what rewards.
 
-use goal_reward::{GoalError, GoalPairs, GoalReward};
+use std::num::NonZeroUsize;
+
+use goal_reward::GoalReward;
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use crate::draws::{Draws, Purpose, below, unit};
-use crate::episodes::Episode;
-use crate::storage::{Storage, TransitionId};
-use crate::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Scalar};
+use crate::config::Dims;
+use crate::draws::Draws;
+use crate::gather::{Counts, gather};
+use crate::outcome;
+use crate::parallel::gather_parallel;
+use crate::rows::Rows;
+use crate::storage::Storage;
+use crate::{
+    Batch, Discount, GoalMixture, GoalStrategy, HerBuffer, RelabelRatio, SampleError, Scalar,
+};
+
+/// Windows of several steps, for n-step returns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NStep {
+    /// The most steps of a window. It is shorter where the episode ends.
+    pub steps: NonZeroUsize,
+    /// The discount of each further reward.
+    pub gamma: Discount,
+}
 
 /// How batches are drawn. A small value: to change something for one call, use another, such as
 /// `sampler.with_ratio(RelabelRatio::NONE)`.
@@ -16,7 +32,7 @@ use crate::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Scalar};
 /// Every row is drawn on its own: a live transition, uniformly and with replacement; then, with the
 /// probability of the ratio, a new goal by the strategy. A relabelled row gets the new goal and
 /// the reward `f(next_achieved_goal, new_goal)`; everything else in it, and all of the other rows, is
-/// as it was stored.
+/// as it was stored, unless the sampler is told otherwise.
 ///
 /// The time of a draw is proportional to the batch and does not depend on how much is stored.
 ///
@@ -51,16 +67,30 @@ pub struct Sampler {
     /// The number of rows of a batch; at least 1.
     pub batch_size: usize,
     /// Where new goals come from.
-    pub strategy: GoalStrategy,
+    pub goals: GoalMixture,
     /// The share of rows that get one.
     pub ratio: RelabelRatio,
+    /// Whether the relabelled rows are terminated as the reward function says of their new goal, in
+    /// place of what was stored. Off in a new sampler, as in the paper.
+    pub recompute_terminated: bool,
+    /// Whether [`Batch::success`] is computed. Off in a new sampler.
+    pub success: bool,
+    /// Rows of several steps instead of one. `None` in a new sampler.
+    pub n_step: Option<NStep>,
 }
 
 impl Sampler {
     /// Batches of `batch_size` rows.
     #[must_use]
     pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: RelabelRatio) -> Self {
-        Self { batch_size, strategy, ratio }
+        Self {
+            batch_size,
+            goals: GoalMixture::only(strategy),
+            ratio,
+            recompute_terminated: false,
+            success: false,
+            n_step: None,
+        }
     }
 
     /// The same with batches of `batch_size` rows.
@@ -72,8 +102,14 @@ impl Sampler {
 
     /// The same with new goals by `strategy`.
     #[must_use]
-    pub const fn with_strategy(mut self, strategy: GoalStrategy) -> Self {
-        self.strategy = strategy;
+    pub const fn with_strategy(self, strategy: GoalStrategy) -> Self {
+        self.with_goals(GoalMixture::only(strategy))
+    }
+
+    /// The same with new goals by several strategies.
+    #[must_use]
+    pub const fn with_goals(mut self, goals: GoalMixture) -> Self {
+        self.goals = goals;
         self
     }
 
@@ -81,6 +117,35 @@ impl Sampler {
     #[must_use]
     pub const fn with_ratio(mut self, ratio: RelabelRatio) -> Self {
         self.ratio = ratio;
+        self
+    }
+
+    /// The same with the termination of relabelled rows computed for their new goal, or as it was
+    /// stored.
+    #[must_use]
+    pub const fn with_recomputed_terminated(mut self, recompute: bool) -> Self {
+        self.recompute_terminated = recompute;
+        self
+    }
+
+    /// The same with [`Batch::success`], or without.
+    #[must_use]
+    pub const fn with_success(mut self, success: bool) -> Self {
+        self.success = success;
+        self
+    }
+
+    /// The same with rows of up to `n_step.steps` steps.
+    ///
+    /// A row's window begins with its transition and ends with the episode at the latest. It has one
+    /// goal, for which all of its rewards are computed if the row is relabelled; a goal of the future
+    /// is one of the states after the first step. [`Batch::reward`] is the discounted sum of the
+    /// rewards, the next observation and the flags belong to the last step, and [`Batch::discount`] is
+    /// what to multiply the next value with. If termination is recomputed, a window ends with the first
+    /// step that terminates.
+    #[must_use]
+    pub const fn with_n_step(mut self, n_step: NStep) -> Self {
+        self.n_step = Some(n_step);
         self
     }
 
@@ -125,6 +190,28 @@ impl Sampler {
         self.draw(&buffer.storage, reward, Draws::new(seed), batch)
     }
 
+    /// [`sample_seeded`](Self::sample_seeded) on the threads of the current rayon pool: the same batch,
+    /// whatever their number. The reward function is called on the calling thread.
+    ///
+    /// Worth it for large batches; one of 512 rows or fewer is drawn on one thread.
+    ///
+    /// # Errors
+    /// [`SampleError`]; the batch is empty then.
+    pub fn sample_parallel<T, F>(
+        &self,
+        buffer: &HerBuffer<T>,
+        reward: &F,
+        seed: u64,
+        batch: &mut Batch<T>,
+    ) -> Result<(), SampleError>
+    where
+        T: Scalar,
+        F: GoalReward + ?Sized,
+    {
+        let (storage, draws) = (&buffer.storage, Draws::new(seed));
+        self.draw_with(storage, reward, batch, |rows| gather_parallel(storage, self, draws, rows))
+    }
+
     fn draw<T: Scalar, F: GoalReward + ?Sized>(
         &self,
         storage: &Storage<T>,
@@ -132,128 +219,45 @@ impl Sampler {
         draws: Draws,
         batch: &mut Batch<T>,
     ) -> Result<(), SampleError> {
-        let dims = storage.layout.dims();
-        batch.resize(0, dims);
-        batch.relabelled.clear();
+        self.draw_with(storage, reward, batch, |rows| gather(storage, self, draws, rows))
+    }
+
+    fn draw_with<T: Scalar, F: GoalReward + ?Sized>(
+        &self,
+        storage: &Storage<T>,
+        reward: &F,
+        batch: &mut Batch<T>,
+        gather: impl FnOnce(&mut Rows<'_, T>) -> Counts,
+    ) -> Result<(), SampleError> {
+        let drawn = self.check(storage).and_then(|()| {
+            let counts = gather(&mut batch.make_room(self, storage.layout.dims()));
+            outcome::compute(storage, self, reward, counts, batch)
+        });
+        if drawn.is_err() {
+            batch.clear();
+        }
+        drawn
+    }
+
+    fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), SampleError> {
         if self.batch_size == 0 {
             return Err(SampleError::EmptyBatch);
         }
-        let live = storage.episodes.live();
-        if live.is_empty() {
+        if storage.episodes.live().is_empty() {
             return Err(SampleError::NoFinishedEpisode);
         }
-        batch.resize(self.batch_size, dims);
-        for row in 0..self.batch_size {
-            let word = draws.word(row, Purpose::Transition);
-            let transition = live.start + below(word, live.end - live.start);
-            let episode = storage.episodes.of(transition);
-            let relabel = unit(draws.word(row, Purpose::Relabel)) < self.ratio.get();
-            let source = relabel.then(|| {
-                self.strategy.source(transition, &episode, draws.word(row, Purpose::Goal))
-            });
-            gather(storage, &episode, transition, source, row, batch);
+        let Dims { observation, goal, action } = storage.layout.dims();
+        let most = observation.max(action).max(goal.saturating_mul(self.window()));
+        let bytes = self.batch_size.checked_mul(most).and_then(|n| n.checked_mul(size_of::<f64>()));
+        match bytes {
+            Some(bytes) if bytes <= isize::MAX.unsigned_abs() => Ok(()),
+            _ => Err(SampleError::TooLarge),
         }
-        let rewarded = reward_relabelled(reward, dims.goal, batch);
-        batch.relabelled.clear();
-        if rewarded.is_err() {
-            batch.resize(0, dims);
-        }
-        rewarded
     }
-}
 
-/// Copies a transition to row `row` of the batch.
-#[inline(always)]
-fn gather<T: Scalar>(
-    storage: &Storage<T>,
-    episode: &Episode,
-    transition: u64,
-    source: Option<u64>,
-    row: usize,
-    batch: &mut Batch<T>,
-) {
-    let Storage { layout, tape, .. } = storage;
-    let state = tape.row(episode.row(transition));
-    let next = tape.row(episode.row(transition) + 1);
-    let goal = match source {
-        Some(source) => &tape.row(episode.row(source) + 1)[layout.achieved_goal()],
-        None => &tape.row(episode.last_row())[layout.desired_goal()],
-    };
-    put(&mut batch.observation, row, &state[layout.observation()]);
-    put(&mut batch.achieved_goal, row, &state[layout.achieved_goal()]);
-    put(&mut batch.desired_goal, row, goal);
-    put(&mut batch.action, row, &state[layout.action()]);
-    batch.reward[row] = state[layout.reward()];
-    put(&mut batch.next_observation, row, &next[layout.observation()]);
-    put(&mut batch.next_achieved_goal, row, &next[layout.achieved_goal()]);
-    let is_last = transition + 1 == episode.live.end;
-    batch.terminated[row] = is_last && episode.ending.terminated;
-    batch.truncated[row] = is_last && episode.ending.truncated;
-    batch.transition[row] = TransitionId::of(transition);
-    batch.goal_source[row] = source.map(TransitionId::of);
-    if source.is_some() {
-        batch.relabelled.rows.push(row);
-        batch
-            .relabelled
-            .next_achieved_goal
-            .extend(next[layout.achieved_goal()].iter().map(|value| value.to_f64()));
-        batch.relabelled.desired_goal.extend(goal.iter().map(|value| value.to_f64()));
+    /// The most steps of a row.
+    #[inline(always)]
+    pub(crate) fn window(&self) -> usize {
+        self.n_step.map_or(1, |n_step| n_step.steps.get())
     }
-}
-
-#[inline(always)]
-fn put<T: Copy>(column: &mut [T], row: usize, values: &[T]) {
-    column[row * values.len()..][..values.len()].copy_from_slice(values);
-}
-
-/// Computes the rewards of the relabelled rows and puts them where they belong.
-fn reward_relabelled<T: Scalar, F: GoalReward + ?Sized>(
-    reward: &F,
-    goal_dim: usize,
-    batch: &mut Batch<T>,
-) -> Result<(), SampleError> {
-    let relabelled = &mut batch.relabelled;
-    if relabelled.rows.is_empty() {
-        return Ok(());
-    }
-    let pairs = GoalPairs::new(&relabelled.next_achieved_goal, &relabelled.desired_goal, goal_dim)?;
-    relabelled.reward.resize(relabelled.rows.len(), f64::NAN);
-    reward.reward_batch(pairs, &mut relabelled.reward)?;
-    for (row, reward) in relabelled.rows.iter().zip(&relabelled.reward) {
-        let rounded = T::from_f64(*reward);
-        if !rounded.to_f64().is_finite() {
-            return Err(SampleError::RewardNotFinite { row: *row, reward: *reward });
-        }
-        batch.reward[*row] = rounded;
-    }
-    Ok(())
-}
-
-/// Why no batch can be drawn.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum SampleError {
-    /// A batch of no rows was asked for.
-    #[error("`batch_size` is 0; ask for at least one row")]
-    EmptyBatch,
-    /// Nothing is stored yet.
-    #[error(
-        "the buffer holds no finished episode, and only finished episodes can be relabelled; step \
-         the environments until one ends, or call end_episode"
-    )]
-    NoFinishedEpisode,
-    /// The reward function refused the goals of the batch.
-    #[error("the reward function failed on the relabelled goals: {0}")]
-    Reward(#[from] GoalError),
-    /// The reward function gave NaN or infinity, or a number beyond the buffer's type.
-    #[error(
-        "the reward of row {row} is {reward}, which the buffer's type cannot hold as a finite \
-         number; check the reward function"
-    )]
-    RewardNotFinite {
-        /// The row of the batch.
-        row: usize,
-        /// The reward.
-        reward: f64,
-    },
 }

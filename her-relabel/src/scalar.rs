@@ -13,6 +13,9 @@ pub trait Scalar:
 
     /// The nearest number of this type.
     fn from_f64(value: f64) -> Self;
+
+    /// The number's bits, in the lowest places.
+    fn bits(self) -> u64;
 }
 
 impl Scalar for f32 {
@@ -25,6 +28,11 @@ impl Scalar for f32 {
     fn from_f64(value: f64) -> Self {
         value as Self
     }
+
+    #[inline(always)]
+    fn bits(self) -> u64 {
+        u64::from(self.to_bits())
+    }
 }
 
 impl Scalar for f64 {
@@ -36,6 +44,11 @@ impl Scalar for f64 {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u64 {
+        self.to_bits()
     }
 }
 

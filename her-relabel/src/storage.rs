@@ -26,6 +26,12 @@ impl TransitionId {
     pub(crate) fn of(number: u64) -> Self {
         Self(NonZeroU64::MIN.saturating_add(number))
     }
+
+    /// The number that the buffer counts the transition as, from 0.
+    #[inline(always)]
+    pub(crate) fn number(self) -> u64 {
+        self.get() - 1
+    }
 }
 
 /// The newest `capacity` transitions of finished episodes.

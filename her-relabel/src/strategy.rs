@@ -3,37 +3,85 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::draws::below;
-use crate::episodes::Episode;
+use crate::Discount;
+use crate::draws::{below, unit};
+use crate::episodes::{Episode, Episodes};
 
-/// Which later achieved goal replaces the desired goal of a relabelled transition.
+/// Where the goal comes from that replaces the desired goal of a relabelled transition.
 ///
 /// The states of an episode of `T` transitions are `0..=T`, and transition `t` leads from state `t`
-/// to state `t + 1`. All draws are uniform and independent of each other. Of an episode whose oldest
-/// transitions have been overwritten, only the goals achieved by what is left are drawn.
+/// to state `t + 1`. All draws are independent of each other, and uniform but for
+/// [`Geometric`](Self::Geometric). Of an episode whose oldest transitions have been overwritten, only
+/// the goals achieved by what is left are drawn.
 ///
-/// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5.
+/// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5, for the first four.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum GoalStrategy {
-    /// A state from `t + 1` to `T`: the transition's own next state is among them.
+    /// Achieved in a state from `t + 1` to `T`: the transition's own next state is among them.
     Future,
-    /// State `T`.
+    /// Achieved in state `T`.
     Final,
-    /// A state from 1 to `T`.
+    /// Achieved in a state from 1 to `T`.
     Episode,
+    /// Achieved after any transition of the buffer.
+    Random,
+    /// Achieved in state `t + j`, with a probability proportional to `gamma^(j - 1)` for `j` from 1 to
+    /// `T - t`: near goals are likelier. A `gamma` of 1 is [`Future`](Self::Future) in distribution,
+    /// and 0 is always the next state.
+    ///
+    /// Source: Eysenbach et al., *Contrastive learning as goal-conditioned reinforcement learning*,
+    /// 2022; the distribution is cut off at the end of the episode and normalised.
+    Geometric {
+        /// The discount of each further step.
+        gamma: Discount,
+    },
+    /// The desired goal of the episode of any transition of the buffer.
+    ///
+    /// Source: Pitis et al., *Maximum entropy gain exploration for long horizon multi-goal
+    /// reinforcement learning*, 2020, where it is called past.
+    PastDesired,
+}
+
+/// A drawn goal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    /// The transition that it was achieved by, or that pursued it.
+    pub(crate) source: u64,
+    /// The tape's row that holds it: as desired goal if it is an episode's own, else as achieved goal.
+    pub(crate) row: u64,
+    pub(crate) is_desired: bool,
 }
 
 impl GoalStrategy {
-    /// The transition whose next achieved goal becomes the goal of `transition` of `episode`.
+    /// Draws the goal of `transition` of `episode`.
     #[inline(always)]
-    pub(crate) fn source(self, transition: u64, episode: &Episode, word: u64) -> u64 {
+    pub(crate) fn draw(
+        self,
+        transition: u64,
+        episode: &Episode,
+        episodes: &Episodes,
+        word: u64,
+    ) -> Goal {
         let live = &episode.live;
+        let achieved_by = |source| Goal { source, row: episode.row(source) + 1, is_desired: false };
         match self {
-            Self::Future => transition + below(word, live.end - transition),
-            Self::Final => live.end - 1,
-            Self::Episode => live.start + below(word, live.end - live.start),
+            Self::Future => achieved_by(transition + below(word, live.end - transition)),
+            Self::Final => achieved_by(live.end - 1),
+            Self::Episode => achieved_by(live.start + below(word, live.end - live.start)),
+            Self::Geometric { gamma } => {
+                achieved_by(transition + gamma.steps_below(live.end - transition, unit(word)))
+            }
+            Self::Random => {
+                let source = episodes.pick(word);
+                let row = episodes.of(source).row(source) + 1;
+                Goal { source, row, is_desired: false }
+            }
+            Self::PastDesired => {
+                let source = episodes.pick(word);
+                Goal { source, row: episodes.of(source).last_row(), is_desired: true }
+            }
         }
     }
 }

@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 
 use crate::Scalar;
 
-/// The memory of one block, at most, unless a single row needs more.
-const BLOCK_BYTES: usize = 1 << 18;
+/// The memory of one block, at most, unless a single row needs more. The system gives it page by page
+/// when it is first written, so a large block costs nothing until it is used.
+const BLOCK_BYTES: usize = 1 << 23;
 
 /// Rows that keep their number for ever: rows are appended at the back, which numbers them on, and
 /// dropped at the front.
@@ -28,7 +29,11 @@ pub(crate) struct Tape<T> {
 
 impl<T: Scalar> Tape<T> {
     pub(crate) fn new(row_len: usize) -> Self {
-        let rows = (BLOCK_BYTES / (row_len * size_of::<T>())).max(1);
+        Self::with_block_bytes(row_len, BLOCK_BYTES)
+    }
+
+    fn with_block_bytes(row_len: usize, block_bytes: usize) -> Self {
+        let rows = (block_bytes / (row_len * size_of::<T>())).max(1);
         Self {
             row_len,
             block_shift: rows.ilog2(),
@@ -95,14 +100,14 @@ mod tests {
     use super::*;
 
     /// Two such rows fill a block.
-    const ROW_LEN: usize = 10_000;
+    const ROW_LEN: usize = 10;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
         #[test]
         fn rows_keep_their_numbers(pushes in prop::collection::vec((1_u64..6, 0_u64..6), 1..12)) {
-            let mut tape = Tape::<f64>::new(ROW_LEN);
+            let mut tape = Tape::<f64>::with_block_bytes(ROW_LEN, 200);
             let (mut start, mut end) = (0, 0);
             let mut most = 0;
             for (pushed, dropped) in pushes {

@@ -1,10 +1,11 @@
 //! A seed decides a batch, and readers see whole rows.
 
+use std::num::NonZeroUsize;
 use std::sync::RwLock;
 use std::thread;
 
 use crate::common::{Telling, add, begin, buffer, rows, step};
-use her_relabel::{Batch, GoalStrategy, RelabelRatio, SampleError, Sampler};
+use her_relabel::{Batch, Discount, GoalStrategy, NStep, RelabelRatio, SampleError, Sampler};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -51,6 +52,37 @@ fn a_used_batch_gives_what_a_new_one_gives() {
     SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut used).unwrap();
     SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut new).unwrap();
     assert_eq!(used, new);
+}
+
+#[test]
+fn any_number_of_threads_draws_the_same_batch() {
+    let mut buffer = buffer(1000);
+    for episode in 0..40 {
+        add(&mut buffer, episode, 1 + episode % 30, (episode % 2 == 0, true));
+    }
+    let n_step =
+        NStep { steps: NonZeroUsize::MIN.saturating_add(3), gamma: Discount::new(0.9).unwrap() };
+    let sampler = Sampler::new(5001, GoalStrategy::Random, RelabelRatio::from_k(4));
+    for sampler in [sampler, sampler.with_n_step(n_step).with_success(true)] {
+        let (mut alone, mut together) = (Batch::new(), Batch::new());
+        sampler.sample_seeded(&buffer, &Telling, 5, &mut alone).unwrap();
+        for threads in 1..=4 {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| sampler.sample_parallel(&buffer, &Telling, 5, &mut together)).unwrap();
+            assert_eq!(alone, together);
+        }
+    }
+}
+
+#[test]
+fn batches_beyond_memory_are_refused() {
+    let mut buffer = buffer(10);
+    add(&mut buffer, 1, 5, (false, true));
+    let n_step = NStep { steps: NonZeroUsize::MAX, gamma: Discount::new(0.9).unwrap() };
+    for sampler in [SAMPLER.with_batch_size(usize::MAX), SAMPLER.with_n_step(n_step)] {
+        let result = sampler.sample_seeded(&buffer, &Telling, 0, &mut Batch::new());
+        assert_eq!(result, Err(SampleError::TooLarge));
+    }
 }
 
 #[test]

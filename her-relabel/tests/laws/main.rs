@@ -4,5 +4,7 @@
 mod adding;
 mod common;
 mod determinism;
+mod goals;
+mod outcomes;
 mod relabelling;
 mod ring;

@@ -90,7 +90,7 @@ impl Model {
         assert_eq!(buffer.is_empty(), live.is_empty());
         let episodes: BTreeSet<u32> = live.iter().map(|(episode, ..)| *episode).collect();
         assert_eq!(buffer.n_episodes(), episodes.len());
-        let sampler = Sampler::new(60 * live.len().max(1), GoalStrategy::Future, RelabelRatio::ALL);
+        let sampler = Sampler::new(30 * live.len().max(1), GoalStrategy::Future, RelabelRatio::ALL);
         let mut batch = Batch::new();
         if live.is_empty() {
             let result = sampler.sample_seeded(buffer, &Telling, 0, &mut batch);
@@ -152,7 +152,7 @@ proptest! {
         let mut model = Model { capacity, ..Model::default() };
         for (at, op) in ops.iter().enumerate() {
             model.apply(&mut buffer, op);
-            if at % 16 == 0 {
+            if at % 40 == 0 {
                 model.check(&buffer);
             }
         }

@@ -1,0 +1,107 @@
+//! What the new goals mean: rewards, termination and success.
+
+use goal_reward::{GoalPairs, GoalReward};
+
+use crate::batch::Batch;
+use crate::gather::Counts;
+use crate::rows::Relabelled;
+use crate::sample_error::SampleError;
+use crate::sampler::Sampler;
+use crate::storage::Storage;
+use crate::{Scalar, copy::copy};
+
+/// Computes what depends on the goals of the gathered rows and puts it where it belongs.
+pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
+    storage: &Storage<T>,
+    sampler: &Sampler,
+    reward: &F,
+    counts: Counts,
+    batch: &mut Batch<T>,
+) -> Result<(), SampleError> {
+    if counts.rows > 0 {
+        let goal_dim = storage.layout.dims().goal;
+        let scratch = &mut batch.scratch;
+        let elements = counts.pairs * goal_dim;
+        let achieved = &scratch.achieved_pairs[..elements];
+        let pairs = GoalPairs::new(achieved, &scratch.desired_pairs[..elements], goal_dim)?;
+        // NaN and `false` tell a reward function that leaves elements out.
+        scratch.rewards.clear();
+        scratch.rewards.resize(counts.pairs, f64::NAN);
+        reward.reward_batch(pairs, &mut scratch.rewards)?;
+        if sampler.recompute_terminated {
+            scratch.terminated.clear();
+            scratch.terminated.resize(counts.pairs, false);
+            reward.terminated_batch(pairs, &mut scratch.terminated)?;
+            terminate(storage, counts, batch);
+        }
+        put_rewards(sampler, counts, batch)?;
+    }
+    if sampler.success { judge(storage, reward, batch) } else { Ok(()) }
+}
+
+/// Ends each relabelled window where the new goal ends the task, if it does.
+fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<T>) {
+    let Batch { columns, scratch } = batch;
+    let Storage { layout, tape, episodes, .. } = storage;
+    let dims = layout.dims();
+    let mut rest = &scratch.terminated[..];
+    for relabelled in &mut scratch.relabelled[..counts.rows] {
+        let (terminated, later) = rest.split_at(relabelled.pairs);
+        rest = later;
+        let row = relabelled.row;
+        let end = terminated.iter().position(|terminated| *terminated);
+        columns.terminated[row] = end.is_some();
+        let Some(used) = end.map(|end| end + 1).filter(|used| *used < relabelled.pairs) else {
+            continue;
+        };
+        relabelled.used = used;
+        columns.truncated[row] = false;
+        let transition = columns.transition[row].number();
+        let next = tape.row(episodes.of(transition).row(transition) + used as u64);
+        let observation = &next[layout.observation()];
+        copy(&mut columns.next_observation[row * dims.observation..], observation);
+        copy(&mut columns.next_achieved_goal[row * dims.goal..], &next[layout.achieved_goal()]);
+    }
+}
+
+/// Puts the rewards of the windows, whose lengths are final, into the relabelled rows.
+fn put_rewards<T: Scalar>(
+    sampler: &Sampler,
+    counts: Counts,
+    batch: &mut Batch<T>,
+) -> Result<(), SampleError> {
+    let Batch { columns, scratch } = batch;
+    let mut rest = &scratch.rewards[..];
+    for Relabelled { row, pairs, used } in &scratch.relabelled[..counts.rows] {
+        let (rewards, later) = rest.split_at(*pairs);
+        rest = later;
+        let mut value = rewards[0];
+        if let Some(n_step) = sampler.n_step {
+            let (sum, discount) = n_step.gamma.sum(rewards[..*used].iter().copied());
+            value = sum;
+            columns.discount[*row] = T::from_f64(discount);
+        }
+        let rounded = T::from_f64(value);
+        if !rounded.to_f64().is_finite() {
+            return Err(SampleError::RewardNotFinite { row: *row, reward: value });
+        }
+        columns.reward[*row] = rounded;
+    }
+    Ok(())
+}
+
+/// Computes the success of all rows.
+fn judge<T: Scalar, F: GoalReward + ?Sized>(
+    storage: &Storage<T>,
+    reward: &F,
+    batch: &mut Batch<T>,
+) -> Result<(), SampleError> {
+    let Batch { columns, scratch } = batch;
+    scratch.achieved_pairs.clear();
+    scratch.achieved_pairs.extend(columns.next_achieved_goal.iter().map(|value| value.to_f64()));
+    scratch.desired_pairs.clear();
+    scratch.desired_pairs.extend(columns.desired_goal.iter().map(|value| value.to_f64()));
+    let goal_dim = storage.layout.dims().goal;
+    let pairs = GoalPairs::new(&scratch.achieved_pairs, &scratch.desired_pairs, goal_dim)?;
+    Ok(reward.is_success_batch(pairs, &mut columns.success)?)
+}
