@@ -4,9 +4,11 @@ use std::{
     path::Path,
     ptr::{self, NonNull},
     slice,
+    sync::OnceLock,
 };
 
 use super::{
+    contact_filter::Shapes,
     ffi::{self, RawModel, Sizes},
     library::{check, library},
 };
@@ -19,6 +21,7 @@ use crate::SimError;
 pub struct Model {
     raw: NonNull<RawModel>,
     sizes: Sizes,
+    shapes: OnceLock<Result<Shapes, SimError>>,
 }
 
 // SAFETY: an mjModel is plain memory that belongs to no thread, and `Model` owns it.
@@ -148,7 +151,7 @@ impl Model {
         let mut sizes = Sizes::default();
         // SAFETY: `raw` is a model that MuJoCo just made, and `sizes` is valid for writes.
         unsafe { ffi::fs_model_sizes(raw.as_ptr(), &raw mut sizes) };
-        Ok(Self { raw, sizes })
+        Ok(Self { raw, sizes, shapes: OnceLock::new() })
     }
 
     pub(super) const fn as_ptr(&self) -> *const RawModel {
@@ -295,6 +298,13 @@ impl Model {
     /// The joint that an actuator drives; meaningless if it drives something else.
     pub(super) fn actuator_joint(&self, actuator: usize) -> JointId {
         JointId(self.array(ModelArray::ActuatorTrnid, 2 * self.sizes.nu)[2 * actuator] as usize)
+    }
+
+    /// The shapes of its geoms, made when they are first asked for.
+    pub(super) fn shapes(&self) -> Result<&Shapes, SimError> {
+        // SAFETY: the model is alive, and the shapes, dropped with it, are lent no longer than it.
+        let make = || unsafe { Shapes::new(self.as_ptr()) };
+        self.shapes.get_or_init(make).as_ref().map_err(SimError::clone)
     }
 
     fn array(&self, array: ModelArray, len: c_int) -> &[c_int] {
