@@ -249,6 +249,27 @@ void fs_set_weld_data(mjModel* m, const double* values, int count) {
   }
 }
 
+// Lowers the numbers of constraints and of stack entries (8 bytes each) that every mjData of 2.x has
+// room for. Later versions take memory as they need it.
+void fs_limit_sizes(mjModel* m, int njmax, int nstack) {
+#if mjVERSION_HEADER < 300
+  if (m->njmax > njmax) m->njmax = njmax;
+  if (m->nstack > nstack) m->nstack = nstack;
+#else
+  (void)m, (void)njmax, (void)nstack;
+#endif
+}
+
+// Tests each pair of geoms of two bodies that are near each other, instead of looking for pairs in
+// trees of boxes, as 2.x always does. Finds the same contacts in the same order.
+void fs_disable_midphase(mjModel* m) {
+#if mjVERSION_HEADER >= 300
+  m->opt.disableflags |= mjDSBL_MIDPHASE;
+#else
+  (void)m;
+#endif
+}
+
 // ------------------------------------------------------------------------------------------- data
 
 int fs_make_data(const mjModel* m, mjData** data) {
@@ -300,6 +321,7 @@ double* fs_data_field(const mjData* d, int field) {
   }
 }
 
+int fs_constraint_count(const mjData* d) { return d->nefc; }
 int fs_contact_count(const mjData* d) { return d->ncon; }
 void fs_contact_geoms(const mjData* d, int contact, int* geom1, int* geom2) {
   *geom1 = d->contact[contact].geom1;

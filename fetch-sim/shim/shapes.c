@@ -34,16 +34,14 @@ static int cell_of(const double direction[3]) {
   return (face * FS_CELLS_PER_EDGE + u) * FS_CELLS_PER_EDGE + v;
 }
 
-// The directions at the corners of a cell, and last the one in its middle.
-static void corners_of(int cell, double corners[5][3]) {
-  const int v = cell % FS_CELLS_PER_EDGE, u = cell / FS_CELLS_PER_EDGE % FS_CELLS_PER_EDGE;
-  const int face = cell / (FS_CELLS_PER_EDGE * FS_CELLS_PER_EDGE);
+// The directions at the corners of a square on a face, and last the one in its middle. The face's
+// edges are 2 long; its middle is at 0, 0.
+static void corners_of(int face, double u, double v, double width, double corners[5][3]) {
   static const double offsets[5][2] = {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {0.5, 0.5}};
   for (int i = 0; i < 5; i++) {
-    const double width = 2.0 / FS_CELLS_PER_EDGE;
     corners[i][face / 2] = face % 2 ? -1 : 1;
-    corners[i][(face / 2 + 1) % 3] = (u + offsets[i][0]) * width - 1;
-    corners[i][(face / 2 + 2) % 3] = (v + offsets[i][1]) * width - 1;
+    corners[i][(face / 2 + 1) % 3] = u + offsets[i][0] * width;
+    corners[i][(face / 2 + 2) % 3] = v + offsets[i][1] * width;
   }
 }
 
@@ -53,11 +51,11 @@ static void project(const float* vertex, const double directions[5][3], double p
   for (int i = 0; i < 5; i++) projections[i] = dot(directions[i], point);
 }
 
-// Writes the candidates of a cell, and returns how many there are.
-static int candidates_of(int cell, const float* vertices, const int* ids, int count,
-                         int* candidates) {
-  double directions[5][3], farthest[5][5], projections[5];
-  corners_of(cell, directions);
+// Writes the vertices that can be the farthest in a direction between some corners, and returns how
+// many they are.
+static int candidates_of(const double directions[5][3], double error, const float* vertices,
+                         const int* ids, int count, int* candidates) {
+  double farthest[5][5], projections[5];
   int best[5] = {0};
   for (int j = 0; j < 5; j++) farthest[j][j] = -HUGE_VAL;
   for (int i = 0; i < count; i++) {
@@ -82,7 +80,7 @@ static int candidates_of(int cell, const float* vertices, const int* ids, int co
     int needed = 1;
     for (int j = 0; j < 5 && needed; j++) {
       int beaten = 1;
-      for (int k = 0; k < 4; k++) beaten &= projections[k] <= farthest[j][k] + FS_SUPPORT_ERROR;
+      for (int k = 0; k < 4; k++) beaten &= projections[k] <= farthest[j][k] + error;
       needed = !beaten;
     }
     for (int j = 0; j < kept && needed; j++) needed = ids[i] != candidates[j];
@@ -106,30 +104,39 @@ static int colliding_vertices(const mjModel* m, int mesh, int* ids) {
   return graph[0];
 }
 
+static int append(fs_hull* hull, int cell, const int* candidates, int count) {
+  const int start = hull->start[cell], end = start + count;
+  int* longer = realloc(hull->candidates, (size_t)end * sizeof *longer);
+  if (!longer) return 0;
+  memcpy(longer + start, candidates, (size_t)count * sizeof *longer);
+  hull->candidates = longer;
+  hull->start[cell + 1] = end;
+  return 1;
+}
+
 static int make_hull(const mjModel* m, int mesh, fs_hull* hull) {
   const int vertices = (int)m->mesh_vertnum[mesh];
   hull->vertices = (const float*)(m->mesh_vert + 3 * m->mesh_vertadr[mesh]);
-  int* ids = malloc(2 * (size_t)vertices * sizeof *ids);
-  if (!ids || vertices == 0) {
-    free(ids);
-    return 0;
-  }
-  const int count = colliding_vertices(m, mesh, ids);
-  for (int cell = 0; cell < FS_CELLS; cell++) {
-    int* candidates = ids + vertices;
-    const int found = candidates_of(cell, hull->vertices, ids, count, candidates);
-    const size_t size = (size_t)(hull->start[cell] + found) * sizeof *ids;
-    int* longer = realloc(hull->candidates, size);
-    if (!longer) {
-      free(ids);
-      return 0;
+  int* ids = malloc(3 * (size_t)vertices * sizeof *ids);
+  int sound = ids && vertices > 0;
+  const int count = sound ? colliding_vertices(m, mesh, ids) : 0;
+  int *of_face = ids + vertices, *of_cell = of_face + vertices, in_face = 0;
+  for (int cell = 0; cell < FS_CELLS && sound; cell++) {
+    const int v = cell % FS_CELLS_PER_EDGE, u = cell / FS_CELLS_PER_EDGE % FS_CELLS_PER_EDGE;
+    const int face = cell / (FS_CELLS_PER_EDGE * FS_CELLS_PER_EDGE);
+    const double width = 2.0 / FS_CELLS_PER_EDGE;
+    double corners[5][3];
+    if (u == 0 && v == 0) {
+      corners_of(face, -1, -1, 2, corners);
+      in_face = candidates_of(corners, 0, hull->vertices, ids, count, of_face);
     }
-    hull->candidates = longer;
-    memcpy(longer + hull->start[cell], candidates, (size_t)found * sizeof *ids);
-    hull->start[cell + 1] = hull->start[cell] + found;
+    corners_of(face, u * width - 1, v * width - 1, width, corners);
+    const int found =
+        candidates_of(corners, FS_SUPPORT_ERROR, hull->vertices, of_face, in_face, of_cell);
+    sound = append(hull, cell, of_cell, found);
   }
   free(ids);
-  return 1;
+  return sound;
 }
 
 static double hull_radius(const fs_hull* hull) {

@@ -276,6 +276,13 @@ impl Data {
         }
     }
 
+    /// How many scalar constraints the solver had: of welds, joint limits, friction and contacts.
+    #[must_use]
+    pub fn constraint_count(&self) -> usize {
+        // SAFETY: the data is alive.
+        unsafe { ffi::fs_constraint_count(self.raw.as_ptr()) }.max(0) as usize
+    }
+
     /// The pairs of geoms in contact.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = (GeomId, GeomId)> + '_ {
         // SAFETY: the data is alive.

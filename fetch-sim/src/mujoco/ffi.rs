@@ -71,6 +71,8 @@ unsafe extern "C" {
     pub(super) fn fs_name_to_id(model: *const RawModel, kind: c_int, name: *const c_char) -> c_int;
     pub(super) fn fs_id_to_name(model: *const RawModel, kind: c_int, id: c_int) -> *const c_char;
     pub(super) fn fs_model_field(model: *const RawModel, field: c_int) -> *const c_int;
+    pub(super) fn fs_limit_sizes(model: *mut RawModel, njmax: c_int, nstack: c_int);
+    pub(super) fn fs_disable_midphase(model: *mut RawModel);
     pub(super) fn fs_set_weld_data(model: *mut RawModel, values: *const f64, count: c_int);
 
     pub(super) fn fs_make_data(model: *const RawModel, data: *mut *mut RawData) -> c_int;
@@ -97,6 +99,7 @@ unsafe extern "C" {
     pub(super) fn fs_time(data: *const RawData) -> f64;
     pub(super) fn fs_set_time(data: *mut RawData, time: f64);
     pub(super) fn fs_data_field(data: *const RawData, field: c_int) -> *mut f64;
+    pub(super) fn fs_constraint_count(data: *const RawData) -> c_int;
     pub(super) fn fs_contact_count(data: *const RawData) -> c_int;
     pub(super) fn fs_contact_geoms(
         data: *const RawData,

@@ -318,6 +318,22 @@ impl Model {
         unsafe { slice::from_raw_parts(first, len as usize) }
     }
 
+    /// Lowers how many constraints, and how many numbers on the stack, each [`Data`](super::Data)
+    /// has room for, where MuJoCo reserves it beforehand (until 2.x). More of them are an error.
+    pub(super) fn limit_sizes(&mut self, constraints: u16, stack: u32) {
+        // SAFETY: the model is alive and not shared (`&mut`), and no data was made from it yet.
+        unsafe {
+            ffi::fs_limit_sizes(self.raw.as_ptr(), c_int::from(constraints), stack as c_int);
+        }
+    }
+
+    /// Lets the collision search test every pair of geoms of two bodies near each other. That is
+    /// faster than its trees where tests are cheap and geoms are few, and finds the same contacts.
+    pub(super) fn disable_midphase(&mut self) {
+        // SAFETY: the model is alive and not shared (`&mut`).
+        unsafe { ffi::fs_disable_midphase(self.raw.as_ptr()) };
+    }
+
     /// Overwrites the leading numbers of every weld's data (`eq_data`).
     pub(super) fn set_weld_data(&mut self, values: &[f64; 7]) {
         // SAFETY: the model is alive and not shared (`&mut`); `eq_data` has at least 7 numbers for
