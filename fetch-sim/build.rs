@@ -12,6 +12,10 @@ use std::{
 
 const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
 
+/// The shim.
+const SOURCES: [&str; 4] =
+    ["shim/fetch_shim.c", "shim/contact_filter.c", "shim/separation.c", "shim/shapes.c"];
+
 fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
     println!("cargo::rerun-if-changed=build.rs");
@@ -105,11 +109,12 @@ fn compile(installation: &Installation) {
     println!("cargo::rerun-if-changed={}", header.display());
     println!("cargo::rerun-if-changed={}", installation.library.display());
     cc::Build::new()
-        .file("shim/fetch_shim.c")
+        .files(SOURCES)
         .include(&installation.include)
         .std("gnu11")
         .warnings(true)
         .extra_warnings(true)
+        .opt_level(3) // the filter is in the hot path of debug builds, too
         .compile("fetch_shim");
     if env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "linux") {
         println!("cargo::rustc-link-lib=dl");

@@ -139,6 +139,8 @@ pub struct FetchConfigBuilder {
     task: Task,
     #[serde(default)]
     model: ModelSource,
+    #[serde(default = "on")]
+    contact_filter: bool,
     n_substeps: u32,
     reward: RewardKind,
     distance_threshold: f64,
@@ -147,6 +149,10 @@ pub struct FetchConfigBuilder {
     target_offset: [f64; 3],
     target_in_the_air: bool,
     max_episode_steps: u32,
+}
+
+const fn on() -> bool {
+    true
 }
 
 impl FetchConfigBuilder {
@@ -159,6 +165,13 @@ impl FetchConfigBuilder {
     /// Where the robot's model comes from; the built-in one by default.
     pub fn model(mut self, model: ModelSource) -> Self {
         self.model = model;
+        self
+    }
+
+    /// Whether MuJoCo's collision tests that would find nothing are left out, which changes no
+    /// result; true by default.
+    pub const fn contact_filter(mut self, contact_filter: bool) -> Self {
+        self.contact_filter = contact_filter;
         self
     }
 
@@ -241,6 +254,7 @@ impl FetchConfigBuilder {
                 task,
                 n_substeps: not_zero("n_substeps", self.n_substeps)?,
                 model: self.model,
+                contact_filter: self.contact_filter,
             },
             reward: DistanceReward::new(self.reward, threshold),
             object_range,
@@ -257,6 +271,7 @@ impl From<FetchConfig> for FetchConfigBuilder {
         Self {
             task: config.sim.task,
             model: config.sim.model,
+            contact_filter: config.sim.contact_filter,
             n_substeps: config.sim.n_substeps.get(),
             reward: config.reward.kind(),
             distance_threshold: config.reward.threshold().get(),

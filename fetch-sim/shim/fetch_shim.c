@@ -15,6 +15,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "contact_filter.h"
+
 enum { FS_OK = 0, FS_FAILED = 1, FS_WARNED = 2 };
 enum { FS_TEXT_SIZE = 1024 };
 
@@ -94,6 +96,7 @@ int fs_load(const char* path, const char* plugins, int* version, char* reason, s
   if (plugins && fs_symbol(library, "mj_loadAllPluginLibraries", &load_plugins)) {
     load_plugins(plugins, NULL);
   }
+  fs_install_filter(library);
   return FS_OK;
 }
 
@@ -116,10 +119,12 @@ static void fs_on_warning(const char* message) {
   snprintf(fs_warning + used, sizeof fs_warning - used, "%s%s", used ? "; " : "", message);
 }
 
-// Runs a statement of MuJoCo calls with this thread's handlers in place. mju_error must not
-// return, so its handler jumps back to here; only frames of MuJoCo lie in between.
-#define FS_GUARDED(statement)                                                                      \
+// Runs a statement of MuJoCo calls with this thread's handlers and a contact filter (or NULL) in
+// place. mju_error must not return, so its handler jumps back to here; only frames of MuJoCo, and of
+// the filter between them, lie in between.
+#define FS_GUARDED(filter, statement)                                                              \
   do {                                                                                             \
+    fs_filter* const outer_filter = fs_use_filter(filter);                                         \
     const fs_handler outer_error = mj.get_error_handler();                                         \
     const fs_handler outer_warning = mj.get_warning_handler();                                     \
     volatile int failed = FS_OK;                                                                   \
@@ -131,6 +136,7 @@ static void fs_on_warning(const char* message) {
     } else {                                                                                       \
       failed = FS_FAILED;                                                                          \
     }                                                                                              \
+    fs_use_filter(outer_filter);                                                                   \
     mj.set_error_handler(outer_error);                                                             \
     mj.set_warning_handler(outer_warning);                                                         \
     return failed | (fs_warning[0] ? FS_WARNED : FS_OK);                                           \
@@ -161,7 +167,7 @@ static int fs_guarded_load(const char* name, const mjVFS* vfs, mjModel** model) 
   static _Thread_local char message[FS_TEXT_SIZE];
   message[0] = '\0';
   *model = NULL;
-  FS_GUARDED({
+  FS_GUARDED(NULL, {
     *model = mj.mj_loadXML(name, vfs, message, sizeof message);
     if (!*model) fs_on_error(message);
     if (message[0]) fs_on_warning(message);
@@ -243,11 +249,32 @@ void fs_set_weld_data(mjModel* m, const double* values, int count) {
   }
 }
 
+// Lowers the numbers of constraints and of stack entries (8 bytes each) that every mjData of 2.x has
+// room for. Later versions take memory as they need it.
+void fs_limit_sizes(mjModel* m, int njmax, int nstack) {
+#if mjVERSION_HEADER < 300
+  if (m->njmax > njmax) m->njmax = njmax;
+  if (m->nstack > nstack) m->nstack = nstack;
+#else
+  (void)m, (void)njmax, (void)nstack;
+#endif
+}
+
+// Tests each pair of geoms of two bodies that are near each other, instead of looking for pairs in
+// trees of boxes, as 2.x always does. Finds the same contacts in the same order.
+void fs_disable_midphase(mjModel* m) {
+#if mjVERSION_HEADER >= 300
+  m->opt.disableflags |= mjDSBL_MIDPHASE;
+#else
+  (void)m;
+#endif
+}
+
 // ------------------------------------------------------------------------------------------- data
 
 int fs_make_data(const mjModel* m, mjData** data) {
   *data = NULL;
-  FS_GUARDED({
+  FS_GUARDED(NULL, {
     *data = mj.mj_makeData(m);
     if (!*data) fs_on_error("no memory for the simulation's data");
   });
@@ -255,10 +282,12 @@ int fs_make_data(const mjModel* m, mjData** data) {
 
 void fs_delete_data(mjData* d) { mj.mj_deleteData(d); }
 
-int fs_reset(const mjModel* m, mjData* d) { FS_GUARDED(mj.mj_resetData(m, d)); }
-int fs_forward(const mjModel* m, mjData* d) { FS_GUARDED(mj.mj_forward(m, d)); }
-int fs_step(const mjModel* m, mjData* d, int count) {
-  FS_GUARDED(for (int i = 0; i < count; i++) mj.mj_step(m, d));
+int fs_reset(const mjModel* m, mjData* d) { FS_GUARDED(NULL, mj.mj_resetData(m, d)); }
+int fs_forward(const mjModel* m, mjData* d, fs_filter* filter) {
+  FS_GUARDED(filter, mj.mj_forward(m, d));
+}
+int fs_step(const mjModel* m, mjData* d, fs_filter* filter, int count) {
+  FS_GUARDED(filter, for (int i = 0; i < count; i++) mj.mj_step(m, d));
 }
 
 // Site Jacobians, 3 x nv each, at the positions last computed.
@@ -292,6 +321,7 @@ double* fs_data_field(const mjData* d, int field) {
   }
 }
 
+int fs_constraint_count(const mjData* d) { return d->nefc; }
 int fs_contact_count(const mjData* d) { return d->ncon; }
 void fs_contact_geoms(const mjData* d, int contact, int* geom1, int* geom2) {
   *geom1 = d->contact[contact].geom1;

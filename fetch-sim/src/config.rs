@@ -14,6 +14,14 @@ pub struct SimConfig {
     /// Where the model comes from.
     #[serde(default)]
     pub model: ModelSource,
+    /// Whether collision tests that would find nothing are left out: faster, and the same to the
+    /// last bit.
+    #[serde(default = "on")]
+    pub contact_filter: bool,
+}
+
+const fn on() -> bool {
+    true
 }
 
 impl SimConfig {
@@ -24,6 +32,13 @@ impl SimConfig {
             task,
             n_substeps: NonZeroU32::new(20).expect("20 is not 0"),
             model: ModelSource::Builtin,
+            contact_filter: true,
         }
+    }
+
+    /// Whether the same steps follow from the same state.
+    pub(crate) fn same_physics(&self, other: &Self) -> bool {
+        let Self { task, n_substeps, model, contact_filter: _ } = self;
+        *task == other.task && *n_substeps == other.n_substeps && *model == other.model
     }
 }

@@ -44,8 +44,8 @@ pub use error::SimError;
 pub use kinematic::KinematicSimulator;
 #[cfg(feature = "mujoco")]
 pub use mujoco::{
-    BodyId, Data, FetchModel, GeomId, JointId, Model, MujocoSimulator, MujocoSnapshot,
-    MujocoVersion, SiteId,
+    BodyId, ContactFilter, ContactFilterCounts, Data, FetchModel, GeomId, JointId, Model,
+    MujocoSimulator, MujocoSnapshot, MujocoVersion, SiteId,
 };
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::Task;

@@ -10,12 +10,14 @@ pub(super) fn load(task: Task) -> Result<Model, SimError> {
         Task::PickAndPlace => include_str!("../../model/pick_and_place.xml"),
         Task::Slide => include_str!("../../model/slide.xml"),
     };
-    Model::from_files(&[
+    let mut model = Model::from_files(&[
         ("physics.xml", PHYSICS),
         ("scene.xml", scene),
         ("settings.xml", include_str!("../../model/settings.xml")),
         ("robot.xml", include_str!("../../model/robot.xml")),
-    ])
+    ])?;
+    model.disable_midphase();
+    Ok(model)
 }
 
 const PHYSICS: &str = r#"

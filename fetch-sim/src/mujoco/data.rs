@@ -9,7 +9,8 @@ use std::{
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 use super::{
-    ffi::{self, RawData},
+    contact_filter::ContactFilter,
+    ffi::{self, RawData, RawFilter},
     library::check,
     model::{BodyId, GeomId, Model, SiteId},
 };
@@ -23,6 +24,7 @@ use crate::SimError;
 pub struct Data {
     model: Arc<Model>,
     raw: NonNull<RawData>,
+    filter: Option<ContactFilter>,
 }
 
 // SAFETY: an mjData is plain memory that belongs to no thread, and `Data` owns it.
@@ -74,7 +76,32 @@ impl Data {
         check(status)?;
         let raw = NonNull::new(raw)
             .ok_or_else(|| SimError::Mujoco { message: "mj_makeData returned nothing".into() })?;
-        Ok(Self { model, raw })
+        Ok(Self { model, raw, filter: None })
+    }
+
+    /// Gives the simulation a [`ContactFilter`], or takes it away. Without one, as at first, a
+    /// [`step`](Self::step) is MuJoCo's own, and as slow.
+    ///
+    /// # Errors
+    /// [`SimError::Mujoco`] if there is no memory for it.
+    pub fn set_contact_filter(&mut self, filter: bool) -> Result<(), SimError> {
+        self.filter = filter.then(|| ContactFilter::new(&self.model, self.raw)).transpose()?;
+        Ok(())
+    }
+
+    /// The contact filter, if there is one.
+    #[must_use]
+    pub const fn contact_filter(&self) -> Option<&ContactFilter> {
+        self.filter.as_ref()
+    }
+
+    /// The contact filter, to be checked.
+    pub const fn contact_filter_mut(&mut self) -> Option<&mut ContactFilter> {
+        self.filter.as_mut()
+    }
+
+    fn filter_ptr(&self) -> *mut RawFilter {
+        self.filter.as_ref().map_or(ptr::null_mut(), ContactFilter::as_ptr)
     }
 
     /// The model that is simulated.
@@ -97,8 +124,9 @@ impl Data {
     /// # Errors
     /// [`SimError::Mujoco`], [`SimError::Unstable`] or [`SimError::BufferFull`].
     pub fn forward(&mut self) -> Result<(), SimError> {
-        // SAFETY: the data is alive and was made from this model.
-        check(unsafe { ffi::fs_forward(self.model.as_ptr(), self.raw.as_ptr()) })?;
+        let (model, data) = (self.model.as_ptr(), self.raw.as_ptr());
+        // SAFETY: the data is alive and was made from this model; so was the filter, if any.
+        check(unsafe { ffi::fs_forward(model, data, self.filter_ptr()) })?;
         self.check_stable()
     }
 
@@ -109,8 +137,9 @@ impl Data {
     /// be [`reset`](Self::reset).
     pub fn step(&mut self, count: u32) -> Result<(), SimError> {
         let count = c_int::try_from(count).unwrap_or(c_int::MAX);
-        // SAFETY: the data is alive and was made from this model.
-        check(unsafe { ffi::fs_step(self.model.as_ptr(), self.raw.as_ptr(), count) })?;
+        let (model, data) = (self.model.as_ptr(), self.raw.as_ptr());
+        // SAFETY: the data is alive and was made from this model; so was the filter, if any.
+        check(unsafe { ffi::fs_step(model, data, self.filter_ptr(), count) })?;
         self.check_stable()
     }
 
@@ -245,6 +274,13 @@ impl Data {
                 rotation.as_mut_ptr(),
             );
         }
+    }
+
+    /// How many scalar constraints the solver had: of welds, joint limits, friction and contacts.
+    #[must_use]
+    pub fn constraint_count(&self) -> usize {
+        // SAFETY: the data is alive.
+        unsafe { ffi::fs_constraint_count(self.raw.as_ptr()) }.max(0) as usize
     }
 
     /// The pairs of geoms in contact.

@@ -1,6 +1,8 @@
-//! The functions of `shim/fetch_shim.c`, one to one. Their contracts are told there.
+//! The functions of the shim, one to one. Their contracts are told there.
 
 use std::ffi::{c_char, c_int};
+
+use super::contact_filter::ContactFilterCounts;
 
 /// MuJoCo's `mjModel`, never looked into from Rust.
 #[repr(C)]
@@ -11,6 +13,18 @@ pub(super) struct RawModel {
 /// MuJoCo's `mjData`, never looked into from Rust.
 #[repr(C)]
 pub(super) struct RawData {
+    _opaque: [u8; 0],
+}
+
+/// The shim's `fs_shapes`.
+#[repr(C)]
+pub(super) struct RawShapes {
+    _opaque: [u8; 0],
+}
+
+/// The shim's `fs_filter`.
+#[repr(C)]
+pub(super) struct RawFilter {
     _opaque: [u8; 0],
 }
 
@@ -57,13 +71,24 @@ unsafe extern "C" {
     pub(super) fn fs_name_to_id(model: *const RawModel, kind: c_int, name: *const c_char) -> c_int;
     pub(super) fn fs_id_to_name(model: *const RawModel, kind: c_int, id: c_int) -> *const c_char;
     pub(super) fn fs_model_field(model: *const RawModel, field: c_int) -> *const c_int;
+    pub(super) fn fs_limit_sizes(model: *mut RawModel, njmax: c_int, nstack: c_int);
+    pub(super) fn fs_disable_midphase(model: *mut RawModel);
     pub(super) fn fs_set_weld_data(model: *mut RawModel, values: *const f64, count: c_int);
 
     pub(super) fn fs_make_data(model: *const RawModel, data: *mut *mut RawData) -> c_int;
     pub(super) fn fs_delete_data(data: *mut RawData);
     pub(super) fn fs_reset(model: *const RawModel, data: *mut RawData) -> c_int;
-    pub(super) fn fs_forward(model: *const RawModel, data: *mut RawData) -> c_int;
-    pub(super) fn fs_step(model: *const RawModel, data: *mut RawData, count: c_int) -> c_int;
+    pub(super) fn fs_forward(
+        model: *const RawModel,
+        data: *mut RawData,
+        filter: *mut RawFilter,
+    ) -> c_int;
+    pub(super) fn fs_step(
+        model: *const RawModel,
+        data: *mut RawData,
+        filter: *mut RawFilter,
+        count: c_int,
+    ) -> c_int;
     pub(super) fn fs_site_jacobian(
         model: *const RawModel,
         data: *const RawData,
@@ -74,6 +99,7 @@ unsafe extern "C" {
     pub(super) fn fs_time(data: *const RawData) -> f64;
     pub(super) fn fs_set_time(data: *mut RawData, time: f64);
     pub(super) fn fs_data_field(data: *const RawData, field: c_int) -> *mut f64;
+    pub(super) fn fs_constraint_count(data: *const RawData) -> c_int;
     pub(super) fn fs_contact_count(data: *const RawData) -> c_int;
     pub(super) fn fs_contact_geoms(
         data: *const RawData,
@@ -82,4 +108,11 @@ unsafe extern "C" {
         geom2: *mut c_int,
     );
     pub(super) fn fs_warning_count(data: *const RawData, kind: c_int) -> c_int;
+
+    pub(super) fn fs_make_shapes(model: *const RawModel) -> *mut RawShapes;
+    pub(super) fn fs_delete_shapes(shapes: *mut RawShapes);
+    pub(super) fn fs_make_filter(shapes: *const RawShapes, data: *const RawData) -> *mut RawFilter;
+    pub(super) fn fs_delete_filter(filter: *mut RawFilter);
+    pub(super) fn fs_check_filter(filter: *mut RawFilter, check: c_int);
+    pub(super) fn fs_get_filter_counts(filter: *const RawFilter, counts: *mut ContactFilterCounts);
 }

@@ -1,6 +1,7 @@
 //! The MuJoCo implementation of [`Simulator`](crate::Simulator), and the safe binding below it.
 
 mod builtin;
+mod contact_filter;
 mod data;
 mod fetch_model;
 mod ffi;
@@ -9,6 +10,7 @@ mod model;
 mod simulator;
 mod snapshot;
 
+pub use contact_filter::{ContactFilter, ContactFilterCounts};
 pub use data::Data;
 pub use fetch_model::FetchModel;
 pub use library::MujocoVersion;

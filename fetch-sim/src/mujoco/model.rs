@@ -4,9 +4,11 @@ use std::{
     path::Path,
     ptr::{self, NonNull},
     slice,
+    sync::OnceLock,
 };
 
 use super::{
+    contact_filter::Shapes,
     ffi::{self, RawModel, Sizes},
     library::{check, library},
 };
@@ -19,6 +21,7 @@ use crate::SimError;
 pub struct Model {
     raw: NonNull<RawModel>,
     sizes: Sizes,
+    shapes: OnceLock<Result<Shapes, SimError>>,
 }
 
 // SAFETY: an mjModel is plain memory that belongs to no thread, and `Model` owns it.
@@ -148,7 +151,7 @@ impl Model {
         let mut sizes = Sizes::default();
         // SAFETY: `raw` is a model that MuJoCo just made, and `sizes` is valid for writes.
         unsafe { ffi::fs_model_sizes(raw.as_ptr(), &raw mut sizes) };
-        Ok(Self { raw, sizes })
+        Ok(Self { raw, sizes, shapes: OnceLock::new() })
     }
 
     pub(super) const fn as_ptr(&self) -> *const RawModel {
@@ -297,6 +300,13 @@ impl Model {
         JointId(self.array(ModelArray::ActuatorTrnid, 2 * self.sizes.nu)[2 * actuator] as usize)
     }
 
+    /// The shapes of its geoms, made when they are first asked for.
+    pub(super) fn shapes(&self) -> Result<&Shapes, SimError> {
+        // SAFETY: the model is alive, and the shapes, dropped with it, are lent no longer than it.
+        let make = || unsafe { Shapes::new(self.as_ptr()) };
+        self.shapes.get_or_init(make).as_ref().map_err(SimError::clone)
+    }
+
     fn array(&self, array: ModelArray, len: c_int) -> &[c_int] {
         // SAFETY: the model is alive and the field is one of the shim's.
         let first = unsafe { ffi::fs_model_field(self.as_ptr(), array as c_int) };
@@ -306,6 +316,22 @@ impl Model {
         // SAFETY: the array has the length that the model's sizes give it (mjxmacro.h), and lives
         // and stays as long as the model.
         unsafe { slice::from_raw_parts(first, len as usize) }
+    }
+
+    /// Lowers how many constraints, and how many numbers on the stack, each [`Data`](super::Data)
+    /// has room for, where MuJoCo reserves it beforehand (until 2.x). More of them are an error.
+    pub(super) fn limit_sizes(&mut self, constraints: u16, stack: u32) {
+        // SAFETY: the model is alive and not shared (`&mut`), and no data was made from it yet.
+        unsafe {
+            ffi::fs_limit_sizes(self.raw.as_ptr(), c_int::from(constraints), stack as c_int);
+        }
+    }
+
+    /// Lets the collision search test every pair of geoms of two bodies near each other. That is
+    /// faster than its trees where tests are cheap and geoms are few, and finds the same contacts.
+    pub(super) fn disable_midphase(&mut self) {
+        // SAFETY: the model is alive and not shared (`&mut`).
+        unsafe { ffi::fs_disable_midphase(self.raw.as_ptr()) };
     }
 
     /// Overwrites the leading numbers of every weld's data (`eq_data`).

@@ -36,7 +36,8 @@ impl MujocoSimulator {
     /// # Errors
     /// [`SimError::Mujoco`] if there is no memory for it.
     pub fn with_model(fetch: Arc<FetchModel>) -> Result<Self, SimError> {
-        let data = Data::new(Arc::clone(fetch.model()))?;
+        let mut data = Data::new(Arc::clone(fetch.model()))?;
+        data.set_contact_filter(fetch.config.contact_filter)?;
         let jacobian = vec![0.0; 3 * fetch.model().nv()];
         let mut simulator = Self {
             fetch,
@@ -64,6 +65,13 @@ impl MujocoSimulator {
     #[must_use]
     pub const fn data(&self) -> &Data {
         &self.data
+    }
+
+    /// The simulation below, for what a [`Simulator`] does not do, such as checking the contact
+    /// filter. Positions and velocities changed here are those of the next step.
+    #[must_use]
+    pub const fn data_mut(&mut self) -> &mut Data {
+        &mut self.data
     }
 
     /// [`step`](Simulator::step) that shows the simulation after every substep.
@@ -150,7 +158,7 @@ impl MujocoSimulator {
     fn check_snapshot(&self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
         let foreign = |reason: String| Err(SimError::ForeignSnapshot { reason });
         let config = &self.fetch.config;
-        if snapshot.config != *config {
+        if !snapshot.config.same_physics(config) {
             return foreign(format!("it is of {:?}, this of {config:?}", snapshot.config));
         }
         let version = MujocoVersion::of_headers().to_string();

@@ -1,0 +1,91 @@
+//! A control step of 20 substeps with and without the contact filter: the same trajectory, bit for
+//! bit, of random actions and of the gripper pressed onto the object or the table.
+//!
+//! `cargo bench -p fetch-sim --bench contact_filter`; the reference's model only if it is there.
+
+use std::{hint::black_box, sync::Arc};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use fetch_sim::{
+    Control, FetchModel, ModelSource, MujocoSimulator, SimConfig, SimError, Simulator, Task,
+};
+use nalgebra::Vector3;
+
+const EPISODE: u32 = 50;
+
+#[derive(Clone, Copy)]
+enum Actions {
+    /// Different in every step, of any direction.
+    Spread,
+    /// Down onto the object, or onto the table.
+    Press,
+}
+
+struct Run {
+    simulator: MujocoSimulator,
+    actions: Actions,
+    step: u32,
+}
+
+impl Run {
+    fn new(model: &Arc<FetchModel>, filter: bool, actions: Actions) -> Result<Self, SimError> {
+        let mut simulator = MujocoSimulator::with_model(Arc::clone(model))?;
+        simulator.data_mut().set_contact_filter(filter)?;
+        Ok(Self { simulator, actions, step: 0 })
+    }
+
+    fn step(&mut self) -> Result<(), SimError> {
+        if self.step.is_multiple_of(EPISODE) {
+            let object = self.simulator.task().has_object().then_some([1.30, 0.70]);
+            self.simulator.reset(object)?;
+        }
+        self.step += 1;
+        self.simulator.step(&black_box(self.control()))
+    }
+
+    fn control(&self) -> Control {
+        let phase = f64::from(self.step % EPISODE);
+        let spread = Vector3::new((7.0 * phase).sin(), (11.0 * phase).cos(), (13.0 * phase).sin());
+        let gripper = self.simulator.gripper().position;
+        let target =
+            self.simulator.object().map_or(Vector3::new(1.3, 0.7, 0.38), |object| object.position);
+        let displacement = match self.actions {
+            Actions::Spread => 0.05 * spread,
+            Actions::Press => (target - gripper).map(|d| d.clamp(-0.05, 0.05)) + 0.01 * spread,
+        };
+        Control { displacement, fingers: (3.0 * phase).sin() }
+    }
+}
+
+fn steps(criterion: &mut Criterion) {
+    for (source, model_name) in
+        [(ModelSource::Reference, "reference"), (ModelSource::Builtin, "builtin")]
+    {
+        for task in Task::ALL {
+            let config = SimConfig { model: source.clone(), ..SimConfig::new(task) };
+            let model = match FetchModel::load(&config) {
+                Err(SimError::NoAssets { .. }) => continue,
+                model => model.expect("MuJoCo"),
+            };
+            for (actions, actions_name) in [(Actions::Spread, "spread"), (Actions::Press, "press")]
+            {
+                let mut group =
+                    criterion.benchmark_group(format!("step/{task}/{model_name}/{actions_name}"));
+                for (filter, name) in [(false, "plain"), (true, "filtered")] {
+                    let mut run = Run::new(&model, filter, actions).expect("memory");
+                    group.bench_function(name, |bencher| {
+                        bencher.iter(|| run.step().expect("a stable step"));
+                    });
+                }
+                group.finish();
+            }
+        }
+    }
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20).without_plots();
+    targets = steps
+}
+criterion_main!(benches);

@@ -1,0 +1,260 @@
+// The contact filter: leaves out MuJoCo's collision routine for pairs of geoms that it would find
+// apart. Results stay the same to the last bit.
+//
+// WHERE. MuJoCo calls its routines through the table mjCOLLISIONFUNC, which it exports to be
+// changed. Every entry is replaced by `collide`, which calls the routine that stood there unless
+// this thread is in a step of a simulation with a filter. So other users of MuJoCo in the process
+// see what they always saw; mjcb_contactfilter stays theirs; and MuJoCo's own tests (bit masks, welded
+// bodies, parents, excluded pairs, bounding spheres) come first, with the margin of its version. An
+// entry that somebody replaced before by a routine of their own is left alone: nothing is known of
+// what it finds. A routine that returns 0 leaves no trace, so neither does not calling it.
+//
+// WHY IT IS SAFE. Let D be the distance of two convex shapes.
+// 1. For every direction of unit length, the gap between the two planes across it that touch the
+//    shapes is at most D. So any gap ever computed was a lower bound of D when it was.
+// 2. D changes by at most as much as the points of both shapes move. A point at most r from its
+//    frame's origin moves by at most |x' - x| + r |R' - R|, and for rotations the spectral norm
+//    |R' - R| is the Frobenius norm divided by sqrt(2). `travel` adds this up for each geom from one
+//    look at its pose to the next, whatever happened in between: steps, a reset, a restored
+//    snapshot. A pair keeps `clear_until` = gap + travel of both at that time; D is at least
+//    clear_until - travel of both now.
+// 3. A routine returns no contact if D exceeds the margin that it is called with; between two boxes
+//    if D exceeds sqrt(3) times that. (They are tested along 15 axes, the face normals of their
+//    Minkowski difference. The direction of D is a sum, with weights that are not negative, of at
+//    most three of them, which lie in one octant and so make no obtuse angles; hence the weights add
+//    up to at most sqrt(3), and along one of the axes the gap is at least D / sqrt(3).)
+// 4. What is computed is off by rounding, some 1e-15 of metres; by FS_SUPPORT_ERROR for each mesh; and
+//    MuJoCo's routines for general convex shapes find what they find with a tolerance of 1e-6.
+//    SLACK is greater than all of these together. `travel` is rounded up, and starts afresh before
+//    it gets so long that adding to it would lose digits. What is not a number rejects nothing.
+//
+// WHEN IT PAYS. A look at two poses is cheap, a gap is dearer, a new direction dearer still and
+// still cheaper than MuJoCo's routines. So a pair whose bound has run out first tries its old
+// direction, then looks for a new one; it does neither while its last test found contacts, and ever
+// more rarely while it fails.
+
+#define _GNU_SOURCE  // dladdr
+
+#include "contact_filter.h"
+
+#include <dlfcn.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "separation.h"
+
+static const double SLACK = 1e-5;        // metres
+static const double MAX_TRAVEL = 1000;   // metres
+static const double ROUNDING = 1e-12;    // metres
+enum { MAX_WAIT = 15 };
+
+typedef struct {
+  double pose[12];  // position and rotation when last looked at
+  double travel;
+} geom_state;
+
+typedef struct {
+  double clear_until;
+  double best_gap;      // of the last search for a direction
+  double direction[3];  // a unit vector, from the second geom to the first
+  int touching;         // whether the last test found contacts
+  int wait, last_wait;  // tests until the next try
+} pair_state;
+
+struct fs_filter {
+  const fs_shapes* shapes;
+  const mjData* data;
+  int check;
+  fs_filter_counts counts;
+  geom_state* geoms;
+  pair_state* pairs;  // as the shapes number them
+};
+
+// -------------------------------------------------------------------------------- filters' lives
+
+fs_filter* fs_make_filter(const fs_shapes* shapes, const mjData* d) {
+  fs_filter* filter = calloc(1, sizeof *filter);
+  if (!filter) return NULL;
+  filter->shapes = shapes;
+  filter->data = d;
+  filter->geoms = calloc((size_t)shapes->ngeom + 1, sizeof *filter->geoms);
+  filter->pairs = calloc((size_t)shapes->npair + 1, sizeof *filter->pairs);
+  if (filter->geoms && filter->pairs) return filter;
+  fs_delete_filter(filter);
+  return NULL;
+}
+
+void fs_delete_filter(fs_filter* filter) {
+  if (!filter) return;
+  free(filter->geoms);
+  free(filter->pairs);
+  free(filter);
+}
+
+void fs_check_filter(fs_filter* filter, int check) { filter->check = check; }
+
+void fs_get_filter_counts(const fs_filter* filter, fs_filter_counts* counts) {
+  *counts = filter->counts;
+}
+
+// ----------------------------------------------------------------------------------- the filter
+
+// Forgets all bounds, so that the travels can start afresh.
+static void start_afresh(fs_filter* filter) {
+  for (int i = 0; i < filter->shapes->ngeom; i++) filter->geoms[i].travel = 0;
+  for (int i = 0; i < filter->shapes->npair; i++) filter->pairs[i].clear_until = -HUGE_VAL;
+}
+
+// Adds to a geom's travel how far it has moved since the last look. True if all travels started
+// afresh instead.
+static int look_at(fs_filter* filter, int geom) {
+  const double* position = filter->data->geom_xpos + 3 * geom;
+  const double* rotation = filter->data->geom_xmat + 9 * geom;
+  geom_state* state = filter->geoms + geom;
+  if (memcmp(state->pose, position, 3 * sizeof *position) == 0 &&
+      memcmp(state->pose + 3, rotation, 9 * sizeof *rotation) == 0) {
+    return 0;
+  }
+  double moved = 0, turned = 0;
+  for (int i = 0; i < 3; i++) {
+    const double change = position[i] - state->pose[i];
+    moved += change * change;
+    state->pose[i] = position[i];
+  }
+  for (int i = 0; i < 9; i++) {
+    const double change = rotation[i] - state->pose[3 + i];
+    turned += change * change;
+    state->pose[3 + i] = rotation[i];
+  }
+  const double radius = filter->shapes->geoms[geom].radius;
+  state->travel += (sqrt(moved) + radius * sqrt(turned / 2)) * (1 + 1e-9) + ROUNDING;
+  if (state->travel < MAX_TRAVEL) return 0;
+  start_afresh(filter);
+  return 1;
+}
+
+static fs_placed placed(const fs_filter* filter, int geom) {
+  return (fs_placed){
+      .shape = filter->shapes->geoms + geom,
+      .position = filter->data->geom_xpos + 3 * geom,
+      .rotation = filter->data->geom_xmat + 9 * geom,
+  };
+}
+
+// A direction to begin with.
+static void direction_between(const fs_placed* first, const fs_placed* second, double direction[3]) {
+  double length = 0;
+  for (int i = 0; i < 3; i++) {
+    direction[i] = first->position[i] - second->position[i];
+    length += direction[i] * direction[i];
+  }
+  if (!(length > 0)) direction[0] = length = 1;
+  for (int i = 0; i < 3; i++) direction[i] /= sqrt(length);
+}
+
+// Looks for a gap greater than `least`, and keeps what it finds.
+static double find_gap(pair_state* pair, const fs_placed* first, const fs_placed* second,
+                       double least) {
+  if (first->shape->type == mjGEOM_PLANE) {
+    const double below[3] = {-first->rotation[2], -first->rotation[5], -first->rotation[8]};
+    return fs_gap(first, second, below);
+  }
+  if (pair->best_gap > 0) {
+    // The old direction wears out as the shapes move: look for a new one in time.
+    const double gap = fs_gap(first, second, pair->direction);
+    if (gap > least && gap > pair->best_gap / 4) return gap;
+  } else {
+    direction_between(first, second, pair->direction);
+  }
+  return pair->best_gap = fs_separate(first, second, least, pair->direction);
+}
+
+// Whether two geoms are farther apart than `least`, as far as is known or worth finding out.
+static int apart(fs_filter* filter, pair_state* pair, int geom1, int geom2, double least) {
+  if (look_at(filter, geom1) | look_at(filter, geom2)) look_at(filter, geom1);
+  const double travel = filter->geoms[geom1].travel + filter->geoms[geom2].travel;
+  if (pair->clear_until > travel + least) return 1;
+  if (pair->touching) return 0;
+  if (pair->wait > 0) {
+    pair->wait--;
+    return 0;
+  }
+  const fs_placed first = placed(filter, geom1), second = placed(filter, geom2);
+  pair->clear_until = travel + find_gap(pair, &first, &second, least);
+  if (pair->clear_until > travel + least) {
+    pair->last_wait = 0;
+    return 1;
+  }
+  pair->wait = pair->last_wait = pair->last_wait < MAX_WAIT ? 2 * pair->last_wait + 1 : MAX_WAIT;
+  return 0;
+}
+
+// ------------------------------------------------------------------------------------- the table
+
+static mjfCollision originals[mjNGEOMTYPES][mjNGEOMTYPES];
+static _Thread_local fs_filter* in_use;
+
+fs_filter* fs_use_filter(fs_filter* filter) {
+  fs_filter* before = in_use;
+  in_use = filter;
+  return before;
+}
+
+// What a distance must exceed for a routine to find nothing within a margin; see 3 above.
+static double factor(const mjModel* m, int geom1, int geom2) {
+  return m->geom_type[geom1] == mjGEOM_BOX && m->geom_type[geom2] == mjGEOM_BOX ? sqrt(3) : 1;
+}
+
+// Checks a rejection: nowhere within the gap that is believed in must MuJoCo find a contact.
+static void check(fs_filter* filter, mjfCollision original, const mjModel* m,
+                  const pair_state* pair, int geom1, int geom2) {
+  mjContact contacts[mjMAXCONPAIR];
+  const double travel = filter->geoms[geom1].travel + filter->geoms[geom2].travel;
+  const double margin = (pair->clear_until - travel - SLACK) / factor(m, geom1, geom2);
+  filter->counts.checked++;
+  filter->counts.refuted += original(m, filter->data, contacts, geom1, geom2, margin) > 0;
+}
+
+static int collide(const mjModel* m, const mjData* d, mjContact* contacts, int geom1, int geom2,
+                   mjtNum margin) {
+  const mjfCollision original = originals[m->geom_type[geom1]][m->geom_type[geom2]];
+  fs_filter* filter = in_use;
+  if (!filter || filter->data != d) return original(m, d, contacts, geom1, geom2, margin);
+  const int number = fs_pair(filter->shapes, geom1, geom2);
+  filter->counts.pairs++;
+  if (number < 0) return original(m, d, contacts, geom1, geom2, margin);
+  pair_state* pair = filter->pairs + number;
+  if (apart(filter, pair, geom1, geom2, factor(m, geom1, geom2) * margin + SLACK)) {
+    filter->counts.rejected++;
+    if (filter->check) check(filter, original, m, pair, geom1, geom2);
+    return 0;
+  }
+  const int found = original(m, d, contacts, geom1, geom2, margin);
+  pair->touching = found > 0;
+  return found;
+}
+
+// Whether a routine is one of the library's own, and not one that somebody put in its place.
+static int is_own(mjfCollision routine, const void* base) {
+  Dl_info info;
+  void* address;
+  memcpy(&address, &routine, sizeof address);
+  return dladdr(address, &info) && info.dli_fbase == base;
+}
+
+void fs_install_filter(void* library) {
+  mjfCollision(*table)[mjNGEOMTYPES] = dlsym(library, "mjCOLLISIONFUNC");
+  Dl_info info;
+  if (!table || !dladdr((void*)table, &info)) return;
+  for (int i = 0; i < mjNGEOMTYPES; i++) {
+    for (int j = 0; j < mjNGEOMTYPES; j++) {
+      originals[i][j] = table[i][j];
+      if (table[i][j] && is_own(table[i][j], info.dli_fbase)) {
+        __atomic_store_n(&table[i][j], collide, __ATOMIC_RELEASE);
+      }
+    }
+  }
+  // The table outlives a plugin that holds this code, so the code must stay as long.
+  if (dladdr((void*)&originals, &info)) dlopen(info.dli_fname, RTLD_NOW | RTLD_NOLOAD | RTLD_NODELETE);
+}
