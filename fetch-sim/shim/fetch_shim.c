@@ -22,12 +22,18 @@ enum { FS_TEXT_SIZE = 1024 };
 
 // ---------------------------------------------------------------- the library, loaded at run time
 
-typedef void (*fs_handler)(const char*);
-
 // MuJoCo's own bindings use these thread-local hooks too: other users of MuJoCo in the process
 // keep their handlers. They are exported since 2.2, but are in no public header.
-typedef fs_handler (*fs_get_handler)(void);
-typedef void (*fs_set_handler)(fs_handler);
+#if mjVERSION_HEADER >= 3010000  // one handler for messages of all levels
+#define FS_HOOKS(X) X(mjfLogHandler, exchange_handler, (mjfLogHandler), "_mjPRIVATE_setTlsLogHandler")
+#else
+typedef void (*fs_handler)(const char*);
+#define FS_HOOKS(X)                                                                                \
+  X(fs_handler, get_error_handler, (void), "_mjPRIVATE__get_tls_error_fn")                         \
+  X(void, set_error_handler, (fs_handler), "_mjPRIVATE__set_tls_error_fn")                         \
+  X(fs_handler, get_warning_handler, (void), "_mjPRIVATE__get_tls_warning_fn")                     \
+  X(void, set_warning_handler, (fs_handler), "_mjPRIVATE__set_tls_warning_fn")
+#endif
 
 #define FS_COMMON_FUNCTIONS(X)                                                                     \
   X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_loadXML)                 \
@@ -46,8 +52,9 @@ static struct {
 #define X(name) __typeof__(&name) name;
   FS_FUNCTIONS(X)
 #undef X
-  fs_get_handler get_error_handler, get_warning_handler;
-  fs_set_handler set_error_handler, set_warning_handler;
+#define X(result, field, arguments, name) result (*field) arguments;
+  FS_HOOKS(X)
+#undef X
 } mj;
 
 static int fs_symbol(void* library, const char* name, void* target) {
@@ -82,12 +89,9 @@ int fs_load(const char* path, const char* plugins, int* version, char* reason, s
 #define X(name) if (!fs_symbol(library, #name, &mj.name)) missing = #name;
   FS_FUNCTIONS(X)
 #undef X
-#define HOOK(field, name) if (!fs_symbol(library, name, &mj.field)) missing = name;
-  HOOK(get_error_handler, "_mjPRIVATE__get_tls_error_fn")
-  HOOK(set_error_handler, "_mjPRIVATE__set_tls_error_fn")
-  HOOK(get_warning_handler, "_mjPRIVATE__get_tls_warning_fn")
-  HOOK(set_warning_handler, "_mjPRIVATE__set_tls_warning_fn")
-#undef HOOK
+#define X(result, field, arguments, name) if (!fs_symbol(library, name, &mj.field)) missing = name;
+  FS_HOOKS(X)
+#undef X
   if (missing) {
     snprintf(reason, reason_size, "%s has no function %s", path, missing);
     return FS_FAILED;
@@ -119,26 +123,50 @@ static void fs_on_warning(const char* message) {
   snprintf(fs_warning + used, sizeof fs_warning - used, "%s%s", used ? "; " : "", message);
 }
 
+#if mjVERSION_HEADER >= 3010000
+typedef mjfLogHandler fs_handlers;
+
+static void fs_on_message(const mjLogMessage* message) {
+  if (message->level == mjLOG_ERROR) fs_on_error(message->subject);
+  if (message->level == mjLOG_WARNING) fs_on_warning(message->subject);
+}
+
+static const fs_handlers fs_our_handlers = fs_on_message;
+
+static fs_handlers fs_exchange_handlers(fs_handlers handlers) {
+  return mj.exchange_handler(handlers);
+}
+#else
+typedef struct {
+  fs_handler error, warning;
+} fs_handlers;
+
+static const fs_handlers fs_our_handlers = {fs_on_error, fs_on_warning};
+
+static fs_handlers fs_exchange_handlers(fs_handlers handlers) {
+  const fs_handlers before = {mj.get_error_handler(), mj.get_warning_handler()};
+  mj.set_error_handler(handlers.error);
+  mj.set_warning_handler(handlers.warning);
+  return before;
+}
+#endif
+
 // Runs a statement of MuJoCo calls with this thread's handlers and a contact filter (or NULL) in
 // place. mju_error must not return, so its handler jumps back to here; only frames of MuJoCo, and of
 // the filter between them, lie in between.
 #define FS_GUARDED(filter, statement)                                                              \
   do {                                                                                             \
     fs_filter* const outer_filter = fs_use_filter(filter);                                         \
-    const fs_handler outer_error = mj.get_error_handler();                                         \
-    const fs_handler outer_warning = mj.get_warning_handler();                                     \
+    const fs_handlers outer_handlers = fs_exchange_handlers(fs_our_handlers);                      \
     volatile int failed = FS_OK;                                                                   \
     fs_error[0] = fs_warning[0] = '\0';                                                            \
-    mj.set_error_handler(fs_on_error);                                                             \
-    mj.set_warning_handler(fs_on_warning);                                                         \
     if (setjmp(fs_after_error) == 0) {                                                             \
       statement;                                                                                   \
     } else {                                                                                       \
       failed = FS_FAILED;                                                                          \
     }                                                                                              \
     fs_use_filter(outer_filter);                                                                   \
-    mj.set_error_handler(outer_error);                                                             \
-    mj.set_warning_handler(outer_warning);                                                         \
+    fs_exchange_handlers(outer_handlers);                                                          \
     return failed | (fs_warning[0] ? FS_WARNED : FS_OK);                                           \
   } while (0)
 
