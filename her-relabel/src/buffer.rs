@@ -42,11 +42,11 @@ use crate::{BufferConfig, ConfigError, Scalar};
 /// ```
 #[derive(Clone, Debug)]
 pub struct HerBuffer<T> {
-    config: BufferConfig,
+    pub(crate) config: BufferConfig,
     pub(crate) storage: Storage<T>,
-    recorders: Vec<Recorder<T>>,
+    pub(crate) recorders: Vec<Recorder<T>>,
     /// Where whole episodes are put into rows.
-    whole: Recorder<T>,
+    pub(crate) whole: Recorder<T>,
 }
 
 impl<T: Scalar> HerBuffer<T> {

@@ -76,6 +76,39 @@ impl Episode {
 }
 
 impl Episodes {
+    /// What [`records`](Self::records) gave, if that describes episodes with these live transitions.
+    /// Episodes are numbered from 0, so that the first live row has the first live transition's number.
+    pub(crate) fn restore(live: Range<u64>, records: &[u64]) -> Option<Self> {
+        let Range { start, end } = live;
+        let mut episodes = Self {
+            live: start..start,
+            first_cell: start >> CELL_SHIFT,
+            // The cell that begins before the live transitions.
+            cells: (!start.is_multiple_of(1 << CELL_SHIFT)).then_some(0).into_iter().collect(),
+            ..Self::default()
+        };
+        for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
+            let next = records.get(at + 1).map_or(end, |record| Record(*record).first());
+            // Only the first episode may have lost transitions.
+            let begins = if at == 0 { record.first() <= start } else { record.first() > start };
+            let Ending { terminated, truncated } = record.ending();
+            let ends = episodes.live.end < next && next <= end && (terminated || truncated);
+            if !(begins && ends) {
+                return None;
+            }
+            let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
+            episodes.cells.extend(cells.map(|_| at as u64));
+            episodes.records.push_back(record);
+            episodes.live.end = next;
+        }
+        (episodes.live.end == end).then_some(episodes)
+    }
+
+    /// The episodes, each in one word.
+    pub(crate) fn records(&self) -> impl Iterator<Item = u64> + '_ {
+        self.records.iter().map(|record| record.0)
+    }
+
     /// The numbers of the live transitions.
     #[inline(always)]
     pub(crate) fn live(&self) -> Range<u64> {

@@ -7,8 +7,8 @@ use crate::{Scalar, add::EpisodeData};
 /// The rows of an episode that has not ended, or none if no episode is under way.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recorder<T> {
-    rows: Vec<T>,
-    desired_goal: Vec<T>,
+    pub(crate) rows: Vec<T>,
+    pub(crate) desired_goal: Vec<T>,
 }
 
 impl<T: Scalar> Recorder<T> {

@@ -44,6 +44,17 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
+    /// An empty tape whose first row has the number `start`.
+    pub(crate) fn starting_at(row_len: usize, start: u64) -> Self {
+        let tape = Self::new(row_len);
+        Self { first_block: start >> tape.block_shift, start, end: start, ..tape }
+    }
+
+    /// All rows, in order.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[T]> {
+        (self.start..self.end).map(|number| self.row(number))
+    }
+
     /// The row with this number, which must be kept still.
     #[inline(always)]
     pub(crate) fn row(&self, number: u64) -> &[T] {

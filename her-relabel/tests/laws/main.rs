@@ -8,3 +8,4 @@ mod goals;
 mod outcomes;
 mod relabelling;
 mod ring;
+mod saving;

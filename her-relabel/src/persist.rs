@@ -1,0 +1,209 @@
+//! Saving a buffer and loading it again.
+//!
+//! The file, all numbers little-endian: eight bytes of magic, version (`u32`), bytes of an element (`u32`);
+//! capacity, observation, goal, action, environments, first and next live transition, episodes (`u64`
+//! each); a record of each episode (`u64`); the rows of the live states; for each environment the number
+//! of rows of its unfinished episode (`u64`), the rows and, if there are any, the desired goal; and the
+//! CRC-32 of all that (`u32`).
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::path::Path;
+
+use tempfile::NamedTempFile;
+use thiserror::Error;
+
+use crate::config::Layout;
+use crate::episodes::Episodes;
+use crate::recorder::Recorder;
+use crate::storage::Storage;
+use crate::stream::{Source, Target};
+use crate::tape::Tape;
+use crate::{BufferConfig, ConfigError, Dims, HerBuffer, Scalar};
+
+const MAGIC: [u8; 8] = *b"HERBUF\r\n";
+const VERSION: u32 = 1;
+
+/// The highest number of a transition, beyond what anyone can count up to and far from overflow.
+const LAST: u64 = 1 << 60;
+
+impl<T: Scalar> HerBuffer<T> {
+    /// Saves everything, unfinished episodes too, to a file. A buffer that is loaded from it gives the
+    /// batches that this one would have given, seed by seed.
+    ///
+    /// The file is written beside its place and then put there, so that a crash or a full disk leaves
+    /// a previous file as it was.
+    ///
+    /// # Errors
+    /// What the file system reports.
+    pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        let path = path.as_ref();
+        let directory = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut file = NamedTempFile::new_in(directory)?;
+        self.write_to(BufWriter::new(&mut file))?;
+        file.as_file().sync_all()?;
+        file.persist(path)?;
+        // On Unix the new name is safe once its directory is; elsewhere directories cannot be opened.
+        if cfg!(unix) { File::open(directory)?.sync_all() } else { Ok(()) }
+    }
+
+    /// Loads what [`save`](Self::save) saved. Memory is taken as the file's contents come, so that no
+    /// file can ask for much more than its own size.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        Self::read_from(BufReader::new(File::open(path)?))
+    }
+
+    /// Writes what [`save`](Self::save) would save.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn write_to(&self, writer: impl Write) -> io::Result<()> {
+        let Storage { layout, capacity, episodes, tape } = &self.storage;
+        let dims = layout.dims();
+        let mut target = Target::new(writer);
+        target.bytes(&MAGIC)?;
+        target.bytes(&VERSION.to_le_bytes())?;
+        target.bytes(&(size_of::<T>() as u32).to_le_bytes())?;
+        let live = episodes.live();
+        for size in [*capacity, dims.observation, dims.goal, dims.action, self.recorders.len()] {
+            target.number(size as u64)?;
+        }
+        for number in [live.start, live.end, episodes.len() as u64] {
+            target.number(number)?;
+        }
+        for record in episodes.records() {
+            target.number(record)?;
+        }
+        for row in tape.rows() {
+            target.elements(row)?;
+        }
+        for Recorder { rows, desired_goal } in &self.recorders {
+            target.number((rows.len() / layout.row()) as u64)?;
+            if !rows.is_empty() {
+                target.elements(rows)?;
+                target.elements(desired_goal)?;
+            }
+        }
+        target.finish()
+    }
+
+    /// Reads what [`write_to`](Self::write_to) wrote, to the end of the reader.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn read_from(reader: impl Read) -> Result<Self, LoadError> {
+        let mut source = Source::new(reader);
+        if source.bytes::<8>()? != MAGIC {
+            return Err(LoadError::Foreign);
+        }
+        let version = u32::from_le_bytes(source.bytes()?);
+        if version != VERSION {
+            return Err(LoadError::Version { version });
+        }
+        let actual = u32::from_le_bytes(source.bytes()?);
+        if actual as usize != size_of::<T>() {
+            return Err(LoadError::ElementSize { expected: size_of::<T>(), actual });
+        }
+        let [capacity, observation, goal, action, n_envs] = source.sizes()?;
+        let dims = Dims { observation, goal, action };
+        let config = BufferConfig::new(capacity, dims).with_n_envs(n_envs);
+        let layout = Layout::new::<T>(&config)?;
+        let live = source.number()?..source.number()?;
+        let n_live = live.end.checked_sub(live.start).ok_or(LoadError::Damaged)?;
+        let [n_episodes] = source.sizes()?;
+        if n_live > capacity as u64 || n_episodes > capacity || live.end > LAST {
+            return Err(LoadError::Damaged);
+        }
+        let mut records = Vec::new();
+        for _ in 0..n_episodes {
+            records.push(source.number()?);
+        }
+        let mut tape = Tape::starting_at(layout.row(), live.start);
+        let mut row = Vec::new();
+        for _ in 0..n_live + n_episodes as u64 {
+            source.elements(layout.row(), &mut row)?;
+            tape.push_rows(&row);
+        }
+        // The rows have come, so there is memory for what is made of their number.
+        let episodes = Episodes::restore(live, &records).ok_or(LoadError::Damaged)?;
+        let mut recorders = Vec::new();
+        for _ in 0..n_envs {
+            recorders.push(read_recorder(&mut source, &layout, capacity)?);
+        }
+        source.finish()?;
+        let storage = Storage { layout, capacity, episodes, tape };
+        Ok(Self { config, storage, recorders, whole: Recorder::default() })
+    }
+}
+
+fn read_recorder<T: Scalar, R: Read>(
+    source: &mut Source<R>,
+    layout: &Layout,
+    capacity: usize,
+) -> Result<Recorder<T>, LoadError> {
+    let mut recorder = Recorder::default();
+    let [n_rows] = source.sizes()?;
+    if n_rows > capacity.saturating_mul(2) {
+        return Err(LoadError::Damaged);
+    }
+    if n_rows > 0 {
+        let elements = n_rows.checked_mul(layout.row()).ok_or(LoadError::Damaged)?;
+        source.elements(elements, &mut recorder.rows)?;
+        source.elements(layout.dims().goal, &mut recorder.desired_goal)?;
+    }
+    Ok(recorder)
+}
+
+/// Why no buffer can be loaded.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// The file cannot be read.
+    #[error("the buffer cannot be read: {0}")]
+    Io(#[source] io::Error),
+    /// The file is something else.
+    #[error("this is no saved replay buffer; pass a file that HerBuffer::save wrote")]
+    Foreign,
+    /// The file was written by another version of this crate.
+    #[error(
+        "the buffer was saved in format {version}, and this is format {VERSION}; load it with the version of her-relabel that saved it"
+    )]
+    Version {
+        /// The version of the file's format.
+        version: u32,
+    },
+    /// The buffer was saved with elements of the other type.
+    #[error(
+        "the buffer has elements of {actual} bytes, not {expected}; load it as HerBuffer<f32> for 4 and HerBuffer<f64> for 8"
+    )]
+    ElementSize {
+        /// The size asked for, in bytes.
+        expected: usize,
+        /// The size in the file.
+        actual: u32,
+    },
+    /// The file ends too early.
+    #[error("the file ends before the buffer does; it was not copied whole")]
+    Truncated,
+    /// The file is not what was saved.
+    #[error("the file is damaged; use an older copy")]
+    Damaged,
+    /// The file holds sizes that no buffer can have.
+    #[error("the file is damaged: {0}")]
+    Config(#[from] ConfigError),
+}
+
+impl From<io::Error> for LoadError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::Truncated,
+            _ => Self::Io(error),
+        }
+    }
+}
