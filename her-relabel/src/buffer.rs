@@ -3,6 +3,7 @@
 use crate::add::{AddError, EpisodeData, EpisodeStart, Step};
 use crate::config::Layout;
 use crate::episodes::Ending;
+use crate::field::Fields;
 use crate::recorder::Recorder;
 use crate::storage::{Storage, TransitionId};
 use crate::{BufferConfig, ConfigError, Scalar};
@@ -36,6 +37,7 @@ use crate::{BufferConfig, ConfigError, Scalar};
 ///     next_achieved_goal: &[1.0],
 ///     terminated: false,
 ///     truncated: true,
+///     fields: &[],
 /// })?;
 /// assert_eq!((buffer.len(), buffer.n_episodes()), (1, 1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -56,8 +58,9 @@ impl<T: Scalar> HerBuffer<T> {
     /// [`ConfigError`] if a size is 0 or beyond what can be addressed.
     pub fn new(config: BufferConfig) -> Result<Self, ConfigError> {
         let layout = Layout::new::<T>(&config)?;
+        let fields = Fields::new(&config.fields)?;
         Ok(Self {
-            storage: Storage::new(layout, config.capacity),
+            storage: Storage::new(layout, fields, config.capacity),
             recorders: vec![Recorder::default(); config.n_envs],
             whole: Recorder::default(),
             config,
@@ -133,12 +136,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// [`AddError::NoEpisode`], or what is wrong with the step.
     pub fn add_step<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>) -> Result<(), AddError> {
         self.check_recording(env)?;
-        step.check::<T>(&self.storage.layout)?;
-        self.recorders[env].step(&self.storage.layout, self.config.capacity, step);
-        if step.terminated || step.truncated {
-            let Step { terminated, truncated, .. } = *step;
-            self.store(env, Ending { terminated, truncated });
-        }
+        step.check::<T>(&self.storage.layout, &self.storage.fields)?;
+        self.record(env, step, 0);
         Ok(())
     }
 
@@ -173,9 +172,9 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// What is wrong with the episode.
     pub fn add_episode<S: Scalar>(&mut self, episode: &EpisodeData<'_, S>) -> Result<(), AddError> {
-        episode.check::<T>(&self.storage.layout)?;
-        let Storage { layout, capacity, .. } = self.storage;
-        self.whole.record(&layout, capacity, episode);
+        let Storage { layout, capacity, ref fields, .. } = self.storage;
+        episode.check::<T>(&layout, fields)?;
+        self.whole.record(&layout, fields, capacity, episode);
         let EpisodeData { terminated, truncated, .. } = *episode;
         let rows = self.whole.finish(&layout, capacity);
         self.storage.push_episode(rows, Ending { terminated, truncated });
@@ -192,9 +191,19 @@ impl<T: Scalar> HerBuffer<T> {
         AddError::UnknownEnv { env, n_envs: self.config.n_envs }
     }
 
-    fn check_recording(&self, env: usize) -> Result<(), AddError> {
+    pub(crate) fn check_recording(&self, env: usize) -> Result<(), AddError> {
         let recorder = self.recorders.get(env).ok_or(self.unknown(env))?;
         if recorder.is_recording() { Ok(()) } else { Err(AddError::NoEpisode { env }) }
+    }
+
+    /// Adds a checked step to the episode under way, with row `at` of the fields that are given.
+    pub(crate) fn record<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>, at: usize) {
+        let Storage { layout, capacity, ref fields, .. } = self.storage;
+        self.recorders[env].step(&layout, fields, capacity, step, at);
+        let Step { terminated, truncated, .. } = *step;
+        if terminated || truncated {
+            self.store(env, Ending { terminated, truncated });
+        }
     }
 
     /// Stores the episode of environment `env`, which has a step at least.

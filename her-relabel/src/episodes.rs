@@ -77,14 +77,15 @@ impl Episode {
 
 impl Episodes {
     /// What [`records`](Self::records) gave, if that describes episodes with these live transitions.
-    /// Episodes are numbered from 0, so that the first live row has the first live transition's number.
-    pub(crate) fn restore(live: Range<u64>, records: &[u64]) -> Option<Self> {
+    pub(crate) fn restore(live: Range<u64>, first_episode: u64, records: &[u64]) -> Option<Self> {
         let Range { start, end } = live;
+        let is_amid_cell = !start.is_multiple_of(1 << CELL_SHIFT);
         let mut episodes = Self {
             live: start..start,
+            first_episode,
             first_cell: start >> CELL_SHIFT,
             // The cell that begins before the live transitions.
-            cells: (!start.is_multiple_of(1 << CELL_SHIFT)).then_some(0).into_iter().collect(),
+            cells: is_amid_cell.then_some(first_episode).into_iter().collect(),
             ..Self::default()
         };
         for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
@@ -97,7 +98,7 @@ impl Episodes {
                 return None;
             }
             let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
-            episodes.cells.extend(cells.map(|_| at as u64));
+            episodes.cells.extend(cells.map(|_| first_episode + at as u64));
             episodes.records.push_back(record);
             episodes.live.end = next;
         }
@@ -113,6 +114,11 @@ impl Episodes {
     #[inline(always)]
     pub(crate) fn live(&self) -> Range<u64> {
         self.live.clone()
+    }
+
+    /// The numbers of the episodes of which a transition is live.
+    pub(crate) fn numbers(&self) -> Range<u64> {
+        self.first_episode..self.first_episode + self.records.len() as u64
     }
 
     /// The number of episodes of which a transition is live.

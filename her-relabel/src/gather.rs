@@ -61,6 +61,7 @@ pub(crate) fn gather<T: Scalar>(
         for (at, planned) in chunk.iter().enumerate() {
             put(storage, sampler, planned, start + at, rows, &mut counts);
         }
+        put_fields(storage, chunk, start, rows);
     }
     counts
 }
@@ -148,6 +149,24 @@ fn put<T: Scalar>(
     }
     counts.rows += usize::from(planned.relabelled);
     counts.pairs = if planned.relabelled { pair } else { counts.pairs };
+}
+
+/// Copies the fields of some rows to those from `start` on.
+#[inline(always)]
+fn put_fields<T: Scalar>(
+    storage: &Storage<T>,
+    chunk: &[Planned],
+    start: usize,
+    rows: &mut Rows<'_, T>,
+) {
+    let fields = storage.layout.fields();
+    if fields.is_empty() {
+        return;
+    }
+    let targets = rows.fields[start * fields.len()..].chunks_exact_mut(fields.len());
+    for (target, planned) in targets.zip(chunk) {
+        copy(target, &storage.tape.row(planned.row)[fields.clone()]);
+    }
 }
 
 #[inline(always)]

@@ -32,6 +32,7 @@
 //!         next_achieved_goal: &[place],
 //!         terminated: false,
 //!         truncated: step == 5,
+//!         fields: &[],
 //!     })?;
 //! }
 //!
@@ -53,16 +54,19 @@ mod copy;
 mod discount;
 mod draws;
 mod episodes;
+mod field;
 mod gather;
 mod mixture;
 mod outcome;
 mod parallel;
 mod persist;
 mod recorder;
+mod replace;
 mod rows;
 mod sample_error;
 mod sampler;
 mod scalar;
+mod step_batch;
 mod storage;
 mod strategy;
 mod stream;
@@ -73,10 +77,12 @@ pub use batch::Batch;
 pub use buffer::HerBuffer;
 pub use config::{BufferConfig, ConfigError, Dims};
 pub use discount::{Discount, DiscountError};
+pub use field::{Field, FieldRows, UnknownField};
 pub use mixture::{GoalMixture, GoalPart, MixtureError};
 pub use persist::LoadError;
 pub use sample_error::SampleError;
 pub use sampler::{NStep, Sampler};
 pub use scalar::Scalar;
+pub use step_batch::{StartBatch, StepBatch};
 pub use storage::TransitionId;
 pub use strategy::{GoalStrategy, RatioError, RelabelRatio};

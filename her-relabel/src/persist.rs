@@ -1,21 +1,23 @@
 //! Saving a buffer and loading it again.
 //!
-//! The file, all numbers little-endian: eight bytes of magic, version (`u32`), bytes of an element (`u32`);
-//! capacity, observation, goal, action, environments, first and next live transition, episodes (`u64`
-//! each); a record of each episode (`u64`); the rows of the live states; for each environment the number
-//! of rows of its unfinished episode (`u64`), the rows and, if there are any, the desired goal; and the
-//! CRC-32 of all that (`u32`).
+//! The file, all numbers little-endian and of 64 bits where nothing else is said: eight bytes of magic,
+//! version (32 bits), bytes of an element (32 bits); capacity, observation, goal, action, environments,
+//! number of fields; of each field the bytes of its name, the name and its length; first and next live
+//! transition, first and next kept episode; a record of each episode; the rows of the live states; for
+//! each environment the number of rows of its unfinished episode, the rows and, if there are any, the
+//! desired goal; and the CRC-32 of all that (32 bits).
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-use tempfile::NamedTempFile;
 use thiserror::Error;
 
 use crate::config::Layout;
 use crate::episodes::Episodes;
+use crate::field::{Field, Fields};
 use crate::recorder::Recorder;
+use crate::replace::replace;
 use crate::storage::Storage;
 use crate::stream::{Source, Target};
 use crate::tape::Tape;
@@ -37,17 +39,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// What the file system reports.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
-        let path = path.as_ref();
-        let directory = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut file = NamedTempFile::new_in(directory)?;
-        self.write_to(BufWriter::new(&mut file))?;
-        file.as_file().sync_all()?;
-        file.persist(path)?;
-        // On Unix the new name is safe once its directory is; elsewhere directories cannot be opened.
-        if cfg!(unix) { File::open(directory)?.sync_all() } else { Ok(()) }
+        replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
     }
 
     /// Loads what [`save`](Self::save) saved. Memory is taken as the file's contents come, so that no
@@ -64,19 +56,21 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// What the writer reports.
     pub fn write_to(&self, writer: impl Write) -> io::Result<()> {
-        let Storage { layout, capacity, episodes, tape } = &self.storage;
-        let dims = layout.dims();
+        let Storage { layout, episodes, tape, .. } = &self.storage;
+        let BufferConfig { capacity, dims, n_envs, fields } = &self.config;
         let mut target = Target::new(writer);
         target.bytes(&MAGIC)?;
         target.bytes(&VERSION.to_le_bytes())?;
         target.bytes(&(size_of::<T>() as u32).to_le_bytes())?;
-        let live = episodes.live();
-        for size in [*capacity, dims.observation, dims.goal, dims.action, self.recorders.len()] {
-            target.number(size as u64)?;
+        let sizes = [*capacity, dims.observation, dims.goal, dims.action, *n_envs, fields.len()];
+        target.numbers(sizes.map(|size| size as u64))?;
+        for Field { name, len } in fields {
+            target.number(name.len() as u64)?;
+            target.bytes(name.as_bytes())?;
+            target.number(*len as u64)?;
         }
-        for number in [live.start, live.end, episodes.len() as u64] {
-            target.number(number)?;
-        }
+        let (live, kept) = (episodes.live(), episodes.numbers());
+        target.numbers([live.start, live.end, kept.start, kept.end])?;
         for record in episodes.records() {
             target.number(record)?;
         }
@@ -110,36 +104,50 @@ impl<T: Scalar> HerBuffer<T> {
         if actual as usize != size_of::<T>() {
             return Err(LoadError::ElementSize { expected: size_of::<T>(), actual });
         }
-        let [capacity, observation, goal, action, n_envs] = source.sizes()?;
-        let dims = Dims { observation, goal, action };
-        let config = BufferConfig::new(capacity, dims).with_n_envs(n_envs);
-        let layout = Layout::new::<T>(&config)?;
+        let config = read_config(&mut source)?;
+        let (layout, fields) = (Layout::new::<T>(&config)?, Fields::new(&config.fields)?);
+        let capacity = config.capacity;
         let live = source.number()?..source.number()?;
+        let kept = source.number()?..source.number()?;
         let n_live = live.end.checked_sub(live.start).ok_or(LoadError::Damaged)?;
-        let [n_episodes] = source.sizes()?;
-        if n_live > capacity as u64 || n_episodes > capacity || live.end > LAST {
+        let n_kept = kept.end.checked_sub(kept.start).ok_or(LoadError::Damaged)?;
+        // An episode that is gone had a transition at least.
+        let is_early = live.end <= LAST && kept.start <= live.start;
+        if n_live > capacity as u64 || n_kept > n_live || !is_early {
             return Err(LoadError::Damaged);
         }
         let mut records = Vec::new();
-        for _ in 0..n_episodes {
+        for _ in kept.clone() {
             records.push(source.number()?);
         }
-        let mut tape = Tape::starting_at(layout.row(), live.start);
+        let mut tape = Tape::starting_at(layout.row(), live.start + kept.start);
         let mut row = Vec::new();
-        for _ in 0..n_live + n_episodes as u64 {
+        for _ in 0..n_live + n_kept {
             source.elements(layout.row(), &mut row)?;
             tape.push_rows(&row);
         }
         // The rows have come, so there is memory for what is made of their number.
-        let episodes = Episodes::restore(live, &records).ok_or(LoadError::Damaged)?;
+        let episodes = Episodes::restore(live, kept.start, &records).ok_or(LoadError::Damaged)?;
         let mut recorders = Vec::new();
-        for _ in 0..n_envs {
+        for _ in 0..config.n_envs {
             recorders.push(read_recorder(&mut source, &layout, capacity)?);
         }
         source.finish()?;
-        let storage = Storage { layout, capacity, episodes, tape };
+        let storage = Storage { layout, fields, capacity, episodes, tape };
         Ok(Self { config, storage, recorders, whole: Recorder::default() })
     }
+}
+
+fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadError> {
+    let [capacity, observation, goal, action, n_envs, n_fields] = source.sizes()?;
+    let dims = Dims { observation, goal, action };
+    let mut config = BufferConfig::new(capacity, dims).with_n_envs(n_envs);
+    for _ in 0..n_fields {
+        let name = source.text()?;
+        let [len] = source.sizes()?;
+        config = config.with_field(name, len);
+    }
+    Ok(config)
 }
 
 fn read_recorder<T: Scalar, R: Read>(

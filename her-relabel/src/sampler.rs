@@ -54,6 +54,7 @@ pub struct NStep {
 ///     rewards: &[-1.0, -1.0],
 ///     terminated: false,
 ///     truncated: true,
+///     fields: &[],
 /// })?;
 /// let sampler = Sampler::new(256, GoalStrategy::Final, RelabelRatio::ALL);
 /// let mut batch = Batch::new();
@@ -230,7 +231,8 @@ impl Sampler {
         gather: impl FnOnce(&mut Rows<'_, T>) -> Counts,
     ) -> Result<(), SampleError> {
         let drawn = self.check(storage).and_then(|()| {
-            let counts = gather(&mut batch.make_room(self, storage.layout.dims()));
+            let counts = gather(&mut batch.make_room(self, storage));
+            batch.part_fields();
             outcome::compute(storage, self, reward, counts, batch)
         });
         if drawn.is_err() {
@@ -247,7 +249,8 @@ impl Sampler {
             return Err(SampleError::NoFinishedEpisode);
         }
         let Dims { observation, goal, action } = storage.layout.dims();
-        let most = observation.max(action).max(goal.saturating_mul(self.window()));
+        let goals = goal.saturating_mul(self.window());
+        let most = observation.max(action).max(goals).max(storage.layout.fields().len());
         let bytes = self.batch_size.checked_mul(most).and_then(|n| n.checked_mul(size_of::<f64>()));
         match bytes {
             Some(bytes) if bytes <= isize::MAX.unsigned_abs() => Ok(()),

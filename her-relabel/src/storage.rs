@@ -5,6 +5,7 @@ use std::num::NonZeroU64;
 use crate::Scalar;
 use crate::config::Layout;
 use crate::episodes::{Ending, Episodes};
+use crate::field::Fields;
 use crate::tape::Tape;
 
 /// The number of a stored transition. Numbers rise in the order of storing and are never used
@@ -38,15 +39,16 @@ impl TransitionId {
 #[derive(Clone, Debug)]
 pub(crate) struct Storage<T> {
     pub(crate) layout: Layout,
+    pub(crate) fields: Fields,
     pub(crate) capacity: usize,
     pub(crate) episodes: Episodes,
     pub(crate) tape: Tape<T>,
 }
 
 impl<T: Scalar> Storage<T> {
-    pub(crate) fn new(layout: Layout, capacity: usize) -> Self {
+    pub(crate) fn new(layout: Layout, fields: Fields, capacity: usize) -> Self {
         let tape = Tape::new(layout.row());
-        Self { layout, capacity, episodes: Episodes::default(), tape }
+        Self { layout, fields, capacity, episodes: Episodes::default(), tape }
     }
 
     /// Adds the rows of an episode of 1 to `capacity` transitions, and drops what it pushes out.

@@ -2,6 +2,7 @@
 
 use std::io::{self, Read, Write};
 
+use crate::field::MAX_NAME;
 use crate::{LoadError, Scalar};
 
 /// How many elements are converted at a time, which bounds what a wrong length can allocate.
@@ -26,6 +27,10 @@ impl<W: Write> Target<W> {
 
     pub(crate) fn number(&mut self, number: u64) -> io::Result<()> {
         self.bytes(&number.to_le_bytes())
+    }
+
+    pub(crate) fn numbers<const N: usize>(&mut self, numbers: [u64; N]) -> io::Result<()> {
+        numbers.into_iter().try_for_each(|number| self.number(number))
     }
 
     pub(crate) fn elements<T: Scalar>(&mut self, elements: &[T]) -> io::Result<()> {
@@ -69,6 +74,18 @@ impl<R: Read> Source<R> {
 
     pub(crate) fn number(&mut self) -> Result<u64, LoadError> {
         Ok(u64::from_le_bytes(self.bytes()?))
+    }
+
+    /// The name of a field, after its length.
+    pub(crate) fn text(&mut self) -> Result<String, LoadError> {
+        let [len] = self.sizes()?;
+        if len > MAX_NAME {
+            return Err(LoadError::Damaged);
+        }
+        let mut bytes = vec![0; len];
+        self.reader.read_exact(&mut bytes)?;
+        self.checksum.update(&bytes);
+        String::from_utf8(bytes).map_err(|_| LoadError::Damaged)
     }
 
     /// Numbers that must fit into memory.

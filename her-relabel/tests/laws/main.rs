@@ -4,8 +4,10 @@
 mod adding;
 mod common;
 mod determinism;
+mod fields;
 mod goals;
 mod outcomes;
 mod relabelling;
 mod ring;
 mod saving;
+mod vectorised;

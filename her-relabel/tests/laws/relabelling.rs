@@ -240,6 +240,7 @@ fn reward_at(distance: f64) -> f64 {
             rewards: &[7.0; 2],
             terminated: false,
             truncated: true,
+            fields: &[],
         })
         .unwrap();
     let mut batch = Batch::new();
@@ -271,6 +272,7 @@ fn f32_goals_are_widened_for_the_reward() {
             rewards: &[-0.4],
             terminated: false,
             truncated: true,
+            fields: &[],
         })
         .unwrap();
     let mut batch = Batch::new();
