@@ -36,6 +36,7 @@ pub(crate) struct Columns<T> {
     pub(crate) fields: Fields,
     /// The fields, one contiguous matrix after the other.
     pub(crate) field_values: Vec<T>,
+    pub(crate) importance_weight: Vec<T>,
 }
 
 /// Memory for the drawing of a batch: the relabelled rows, and side by side the pairs of goals that the
@@ -49,6 +50,8 @@ pub(crate) struct Scratch<T> {
     pub(crate) terminated: Vec<bool>,
     /// The fields row by row, if there are several.
     pub(crate) field_rows: Vec<T>,
+    /// The probabilities of the rows, but for a common factor.
+    pub(crate) shares: Vec<f64>,
 }
 
 impl<T: PartialEq> PartialEq for Batch<T> {
@@ -175,10 +178,18 @@ impl<T: Scalar> Batch<T> {
         Ok(&self.columns.field_values[place.start * self.len()..place.end * self.len()])
     }
 
+    /// What to multiply each row's loss with, `len`: see [`Beta`](crate::Beta). Empty unless the sampler is
+    /// [prioritized](crate::Sampler::prioritized).
+    #[must_use]
+    pub fn importance_weight(&self) -> &[T] {
+        &self.columns.importance_weight
+    }
+
     /// Takes all rows away.
     pub(crate) fn clear(&mut self) {
         self.resize(0, Dims { observation: 0, goal: 0, action: 0 }, false, false);
         self.columns.field_values.clear();
+        self.columns.importance_weight.clear();
     }
 
     /// Makes room for a batch of `sampler`; what the rows hold is unspecified.
@@ -190,6 +201,8 @@ impl<T: Scalar> Batch<T> {
         if !columns.fields.is_same(&storage.fields) {
             columns.fields = storage.fields.clone();
         }
+        let n_weights = if sampler.prioritized.is_some() { size } else { 0 };
+        columns.importance_weight.resize(n_weights, T::default());
         let n_fields = size * storage.layout.fields().len();
         columns.field_values.resize(n_fields, T::default());
         let fields = if storage.fields.is_plain() {

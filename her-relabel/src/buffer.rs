@@ -1,9 +1,7 @@
 //! The buffer: adding episodes, and what is kept of them.
 
 use crate::add::{AddError, EpisodeData, EpisodeStart, Step};
-use crate::config::Layout;
 use crate::episodes::Ending;
-use crate::field::Fields;
 use crate::recorder::Recorder;
 use crate::storage::{Storage, TransitionId};
 use crate::{BufferConfig, ConfigError, Scalar};
@@ -57,10 +55,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`ConfigError`] if a size is 0 or beyond what can be addressed.
     pub fn new(config: BufferConfig) -> Result<Self, ConfigError> {
-        let layout = Layout::new::<T>(&config)?;
-        let fields = Fields::new(&config.fields)?;
         Ok(Self {
-            storage: Storage::new(layout, fields, config.capacity),
+            storage: Storage::new(&config)?,
             recorders: vec![Recorder::default(); config.n_envs],
             whole: Recorder::default(),
             config,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::field::Field;
+use crate::priority::{NewPriority, Priorities, PriorityUnit};
 
 /// The lengths of the vectors of a task, in elements; each at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -28,7 +29,7 @@ pub struct Dims {
 /// let config = BufferConfig::new(1_000_000, dims).with_n_envs(8).with_field("log_prob", 1);
 /// assert_eq!(config.n_envs, 8);
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct BufferConfig {
     /// How many transitions the buffer keeps at most; at least 1.
@@ -39,13 +40,15 @@ pub struct BufferConfig {
     pub n_envs: usize,
     /// What every transition has besides; nothing in a new configuration.
     pub fields: Vec<Field>,
+    /// Priorities, for sampling by them. `None` in a new configuration.
+    pub priorities: Option<Priorities>,
 }
 
 impl BufferConfig {
     /// A buffer of `capacity` transitions for one environment.
     #[must_use]
     pub const fn new(capacity: usize, dims: Dims) -> Self {
-        Self { capacity, dims, n_envs: 1, fields: Vec::new() }
+        Self { capacity, dims, n_envs: 1, fields: Vec::new(), priorities: None }
     }
 
     /// The same for `n_envs` environments that add side by side.
@@ -61,10 +64,17 @@ impl BufferConfig {
         self.fields.push(Field { name: name.into(), len });
         self
     }
+
+    /// The same with priorities.
+    #[must_use]
+    pub const fn with_priorities(mut self, unit: PriorityUnit, new: NewPriority) -> Self {
+        self.priorities = Some(Priorities { unit, new });
+        self
+    }
 }
 
 /// Sizes that no buffer can have.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// A size is 0.
@@ -80,6 +90,12 @@ pub enum ConfigError {
     FieldName {
         /// The name.
         name: String,
+    },
+    /// The priority of what is added is negative, NaN, infinite or enormous.
+    #[error("the new priority is {priority}; use a finite number from 0 to 1e200")]
+    BadPriority {
+        /// The priority.
+        priority: f64,
     },
     /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed.
     #[error("a buffer of these sizes exceeds the address space; check `capacity` and `dims`")]

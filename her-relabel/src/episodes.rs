@@ -54,7 +54,7 @@ impl Record {
 /// A stored episode.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Episode {
-    number: u64,
+    pub(crate) number: u64,
     /// Its live transitions.
     pub(crate) live: Range<u64>,
     pub(crate) ending: Ending,
@@ -163,6 +163,12 @@ impl Episodes {
         self.live.start + below(word, self.live.end - self.live.start)
     }
 
+    /// [`pick`](Self::pick) as a function.
+    #[inline(always)]
+    pub(crate) fn picker(&self) -> impl Fn(u64) -> u64 + Copy {
+        |word| self.pick(word)
+    }
+
     /// The episode of a live transition.
     #[inline(always)]
     pub(crate) fn of(&self, transition: u64) -> Episode {
@@ -191,6 +197,16 @@ impl Episodes {
                 }
             }
         }
+        self.at(at)
+    }
+
+    /// The episode with this number, of which a transition must be live.
+    pub(crate) fn get(&self, number: u64) -> Episode {
+        self.at((number - self.first_episode) as usize)
+    }
+
+    #[inline(always)]
+    fn at(&self, at: usize) -> Episode {
         let record = self.records[at];
         let end = self.records.get(at + 1).map_or(self.live.end, |record| record.first());
         Episode {

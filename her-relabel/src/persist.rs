@@ -2,29 +2,35 @@
 //!
 //! The file, all numbers little-endian and of 64 bits where nothing else is said: eight bytes of magic,
 //! version (32 bits), bytes of an element (32 bits); capacity, observation, goal, action, environments,
-//! number of fields; of each field the bytes of its name, the name and its length; first and next live
+//! number of fields; of each field the bytes of its name, the name and its length; 0, or 1 or 2 for
+//! priorities of transitions or of episodes, and the new one (a double, negative for the highest); first and next live
 //! transition, first and next kept episode; a record of each episode; the rows of the live states; for
 //! each environment the number of rows of its unfinished episode, the rows and, if there are any, the
-//! desired goal; and the CRC-32 of all that (32 bits).
+//! desired goal; if there are priorities the highest one, the places of their tree and all of them; and the
+//! CRC-32 of all that (32 bits).
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-use thiserror::Error;
-
 use crate::config::Layout;
 use crate::episodes::Episodes;
 use crate::field::{Field, Fields};
+use crate::load_error::LoadError;
+use crate::priority::{NewPriority, Priorities, PriorityTable, PriorityUnit, is_priority};
 use crate::recorder::Recorder;
 use crate::replace::replace;
 use crate::storage::Storage;
 use crate::stream::{Source, Target};
+use crate::sum_tree::SumTree;
 use crate::tape::Tape;
-use crate::{BufferConfig, ConfigError, Dims, HerBuffer, Scalar};
+use crate::{BufferConfig, Dims, HerBuffer, Scalar};
 
 const MAGIC: [u8; 8] = *b"HERBUF\r\n";
-const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
+
+/// Stands for [`NewPriority::Highest`].
+const HIGHEST: f64 = -1.0;
 
 /// The highest number of a transition, beyond what anyone can count up to and far from overflow.
 const LAST: u64 = 1 << 60;
@@ -57,7 +63,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// What the writer reports.
     pub fn write_to(&self, writer: impl Write) -> io::Result<()> {
         let Storage { layout, episodes, tape, .. } = &self.storage;
-        let BufferConfig { capacity, dims, n_envs, fields } = &self.config;
+        let BufferConfig { capacity, dims, n_envs, fields, priorities } = &self.config;
         let mut target = Target::new(writer);
         target.bytes(&MAGIC)?;
         target.bytes(&VERSION.to_le_bytes())?;
@@ -69,6 +75,7 @@ impl<T: Scalar> HerBuffer<T> {
             target.bytes(name.as_bytes())?;
             target.number(*len as u64)?;
         }
+        target.numbers(code(*priorities))?;
         let (live, kept) = (episodes.live(), episodes.numbers());
         target.numbers([live.start, live.end, kept.start, kept.end])?;
         for record in episodes.records() {
@@ -82,6 +89,12 @@ impl<T: Scalar> HerBuffer<T> {
             if !rows.is_empty() {
                 target.elements(rows)?;
                 target.elements(desired_goal)?;
+            }
+        }
+        if let Some(PriorityTable { highest, tree, .. }) = &self.storage.priorities {
+            target.numbers([highest.to_bits(), tree.size() as u64])?;
+            for priority in tree.weights() {
+                target.number(priority.to_bits())?;
             }
         }
         target.finish()
@@ -132,8 +145,12 @@ impl<T: Scalar> HerBuffer<T> {
         for _ in 0..config.n_envs {
             recorders.push(read_recorder(&mut source, &layout, capacity)?);
         }
+        let priorities = match config.priorities {
+            Some(settings) => Some(read_priorities(&mut source, settings, &episodes)?),
+            None => None,
+        };
         source.finish()?;
-        let storage = Storage { layout, fields, capacity, episodes, tape };
+        let storage = Storage { layout, fields, capacity, episodes, tape, priorities };
         Ok(Self { config, storage, recorders, whole: Recorder::default() })
     }
 }
@@ -147,7 +164,55 @@ fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadErro
         let [len] = source.sizes()?;
         config = config.with_field(name, len);
     }
+    let unit = match source.number()? {
+        0 => None,
+        1 => Some(PriorityUnit::Transition),
+        2 => Some(PriorityUnit::Episode),
+        _ => return Err(LoadError::Damaged),
+    };
+    let new = match f64::from_bits(source.number()?) {
+        HIGHEST => NewPriority::Highest,
+        priority => NewPriority::Given(priority),
+    };
+    config.priorities = unit.map(|unit| Priorities { unit, new });
+    config.priorities.map_or(Ok(()), Priorities::check)?;
     Ok(config)
+}
+
+/// What the file says of priorities: the unit and the new one.
+fn code(priorities: Option<Priorities>) -> [u64; 2] {
+    let unit = match priorities.map(|priorities| priorities.unit) {
+        None => 0,
+        Some(PriorityUnit::Transition) => 1,
+        Some(PriorityUnit::Episode) => 2,
+    };
+    let new = match priorities.map(|priorities| priorities.new) {
+        Some(NewPriority::Given(priority)) => priority,
+        None | Some(NewPriority::Highest) => HIGHEST,
+    };
+    [unit, new.to_bits()]
+}
+
+fn read_priorities<R: Read>(
+    source: &mut Source<R>,
+    settings: Priorities,
+    episodes: &Episodes,
+) -> Result<PriorityTable, LoadError> {
+    let highest = f64::from_bits(source.number()?);
+    let [size] = source.sizes()?;
+    let live = settings.unit.live(episodes);
+    let mut weights = Vec::new();
+    for _ in live.clone() {
+        weights.push(f64::from_bits(source.number()?));
+    }
+    let transitions = episodes.live();
+    // There were never more episodes than there are transitions now.
+    let is_needed = size <= SumTree::size_for((transitions.end - transitions.start) as usize);
+    if !(is_needed && is_priority(highest) && weights.iter().copied().all(is_priority)) {
+        return Err(LoadError::Damaged);
+    }
+    let tree = SumTree::restore(size, live, &weights).ok_or(LoadError::Damaged)?;
+    Ok(PriorityTable { settings, highest, tree })
 }
 
 fn read_recorder<T: Scalar, R: Read>(
@@ -166,52 +231,4 @@ fn read_recorder<T: Scalar, R: Read>(
         source.elements(layout.dims().goal, &mut recorder.desired_goal)?;
     }
     Ok(recorder)
-}
-
-/// Why no buffer can be loaded.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum LoadError {
-    /// The file cannot be read.
-    #[error("the buffer cannot be read: {0}")]
-    Io(#[source] io::Error),
-    /// The file is something else.
-    #[error("this is no saved replay buffer; pass a file that HerBuffer::save wrote")]
-    Foreign,
-    /// The file was written by another version of this crate.
-    #[error(
-        "the buffer was saved in format {version}, and this is format {VERSION}; load it with the version of her-relabel that saved it"
-    )]
-    Version {
-        /// The version of the file's format.
-        version: u32,
-    },
-    /// The buffer was saved with elements of the other type.
-    #[error(
-        "the buffer has elements of {actual} bytes, not {expected}; load it as HerBuffer<f32> for 4 and HerBuffer<f64> for 8"
-    )]
-    ElementSize {
-        /// The size asked for, in bytes.
-        expected: usize,
-        /// The size in the file.
-        actual: u32,
-    },
-    /// The file ends too early.
-    #[error("the file ends before the buffer does; it was not copied whole")]
-    Truncated,
-    /// The file is not what was saved.
-    #[error("the file is damaged; use an older copy")]
-    Damaged,
-    /// The file holds sizes that no buffer can have.
-    #[error("the file is damaged: {0}")]
-    Config(#[from] ConfigError),
-}
-
-impl From<io::Error> for LoadError {
-    fn from(error: io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::UnexpectedEof => Self::Truncated,
-            _ => Self::Io(error),
-        }
-    }
 }

@@ -7,6 +7,7 @@ mod determinism;
 mod fields;
 mod goals;
 mod outcomes;
+mod priorities;
 mod relabelling;
 mod ring;
 mod saving;
