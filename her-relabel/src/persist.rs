@@ -133,7 +133,7 @@ impl<T: Scalar> HerBuffer<T> {
         for _ in kept.clone() {
             records.push(source.number()?);
         }
-        let mut tape = Tape::starting_at(layout.row(), live.start + kept.start);
+        let mut tape = Tape::starting_at(layout.row(), capacity, live.start + kept.start);
         let mut row = Vec::new();
         for _ in 0..n_live + n_kept {
             source.elements(layout.row(), &mut row)?;

@@ -32,3 +32,30 @@ fn create_in(directory: &Path) -> io::Result<NamedTempFile> {
     let builder = builder.permissions(permissions);
     builder.tempfile_in(directory)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::Write;
+    use std::panic::catch_unwind;
+
+    use super::*;
+
+    #[test]
+    fn a_failure_halfway_leaves_the_previous_file_and_nothing_else() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("file");
+        replace(&path, |file| file.write_all(b"whole")).expect("a file");
+        let full = |file: &mut File| {
+            file.write_all(b"ha")?;
+            Err(io::Error::from(io::ErrorKind::StorageFull))
+        };
+        let error = replace(&path, full).expect_err("no room");
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+        let panicked =
+            catch_unwind(|| replace(&path, |_| -> io::Result<()> { panic!("a writer may panic") }));
+        assert!(panicked.is_err());
+        assert_eq!(fs::read(&path).expect("the file"), b"whole");
+        assert_eq!(fs::read_dir(directory.path()).expect("the directory").count(), 1);
+    }
+}

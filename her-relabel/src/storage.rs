@@ -56,7 +56,7 @@ impl<T: Scalar> Storage<T> {
             fields: Fields::new(&config.fields)?,
             capacity: config.capacity,
             episodes: Episodes::default(),
-            tape: Tape::new(layout.row()),
+            tape: Tape::new(layout.row(), config.capacity),
             priorities: config.priorities.map(PriorityTable::new),
         })
     }

@@ -122,6 +122,23 @@ fn fields_go_with_their_transition_however_they_came() {
 }
 
 #[test]
+fn a_loaded_buffer_has_the_fields_of_the_saved_one() {
+    let mut buffer = HerBuffer::<f64>::new(config(30)).unwrap();
+    for episode in 0..7 {
+        add_whole(&mut buffer, episode, 9);
+    }
+    let mut bytes = Vec::new();
+    buffer.write_to(&mut bytes).unwrap();
+    let loaded = HerBuffer::<f64>::read_from(&bytes[..]).unwrap();
+    let sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let (mut batch, mut expected) = (Batch::new(), Batch::new());
+    sampler.sample_seeded(&loaded, &Telling, 0, &mut batch).unwrap();
+    sampler.sample_seeded(&buffer, &Telling, 0, &mut expected).unwrap();
+    assert_fields(&batch);
+    assert_eq!(batch, expected);
+}
+
+#[test]
 fn an_episode_longer_than_the_buffer_keeps_the_fields_of_its_end() {
     let mut buffer = HerBuffer::<f64>::new(config(7)).unwrap();
     let sampler = Sampler::new(100, GoalStrategy::Final, RelabelRatio::ALL);

@@ -2,9 +2,15 @@
 
 use std::fs;
 use std::io::{self, Write};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use crate::common::{DIMS, Telling, add, begin, buffer, rows, step};
-use her_relabel::{Batch, BufferConfig, GoalStrategy, HerBuffer, LoadError, RelabelRatio, Sampler};
+use her_relabel::{
+    Batch, Beta, BufferConfig, EpisodeData, EpisodeStart, GoalStrategy, HerBuffer, LoadError,
+    NewPriority, PriorityUnit, RelabelRatio, Sampler, Step,
+};
 use proptest::prelude::*;
 
 fn saved(buffer: &HerBuffer<f64>) -> Vec<u8> {
@@ -22,6 +28,13 @@ fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, b
     match len {
         0..4 => add(buffer, at, len + 1, (ends, true)),
         4 if at.is_multiple_of(7) => buffer.clear(),
+        4 => {
+            let ends = buffer.transition_ids().filter(|_| buffer.config().priorities.is_some());
+            if let Some((oldest, newest)) = ends {
+                let priorities = [f64::from(at % 3), f64::from(at) / 7.0];
+                buffer.set_priorities(&[oldest, newest], &priorities).unwrap();
+            }
+        }
         _ => {
             let t = match buffer.unfinished_steps(env).unwrap() {
                 Some(steps) => steps as u32,
@@ -41,14 +54,16 @@ fn assert_same(one: &HerBuffer<f64>, other: &HerBuffer<f64>) {
     assert_eq!(one.config(), other.config());
     assert_eq!(one.transition_ids(), other.transition_ids());
     assert_eq!(one.n_episodes(), other.n_episodes());
-    let sampler = Sampler::new(200, GoalStrategy::Random, RelabelRatio::from_k(1));
+    let mut sampler = Sampler::new(200, GoalStrategy::Random, RelabelRatio::from_k(1));
+    sampler.prioritized = one.config().priorities.map(|_| Beta::FULL);
     let mut batches = [Batch::new(), Batch::new()];
     let [a, b] = [one, other].map(|buffer| {
         let [batch, _] = &mut batches;
         let drawn = sampler.sample_seeded(buffer, &Telling, 9, batch);
         drawn.map(|()| batch.clone())
     });
-    if let Ok(batch) = &a {
+    // Only episodes without fields tell where their numbers come from.
+    if let (Ok(batch), true) = (&a, one.config().fields.is_empty()) {
         rows(batch);
     }
     assert_eq!(a, b);
@@ -60,10 +75,18 @@ proptest! {
     #[test]
     fn a_loaded_buffer_goes_on_as_the_saved_one(
         capacity in prop_oneof![3_usize..12, 60_usize..70, Just(130)],
+        unit in prop_oneof![
+            Just(None),
+            Just(Some(PriorityUnit::Transition)),
+            Just(Some(PriorityUnit::Episode)),
+        ],
         before in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
         after in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
     ) {
-        let config = BufferConfig::new(capacity, DIMS).with_n_envs(2);
+        let mut config = BufferConfig::new(capacity, DIMS).with_n_envs(2);
+        if let Some(unit) = unit {
+            config = config.with_priorities(unit, NewPriority::Highest);
+        }
         let mut buffer = HerBuffer::<f64>::new(config).unwrap();
         for (at, event) in before.into_iter().enumerate() {
             happen(&mut buffer, at as u32, event);
@@ -79,7 +102,48 @@ proptest! {
     }
 }
 
+/// A buffer of everything: a ring that has wrapped, a field, priorities, an unfinished episode.
 fn small() -> HerBuffer<f64> {
+    let config = BufferConfig::new(8, DIMS)
+        .with_field("value", 1)
+        .with_priorities(PriorityUnit::Episode, NewPriority::Given(0.5));
+    let mut buffer = HerBuffer::new(config).unwrap();
+    for episode in 0..4_u8 {
+        buffer
+            .add_episode(&EpisodeData {
+                observations: &[f64::from(episode); 8],
+                achieved_goals: &[0.25; 12],
+                desired_goal: &[0.5; 3],
+                actions: &[0.0; 3],
+                rewards: &[-1.0; 3],
+                terminated: false,
+                truncated: true,
+                fields: &[("value", &[1.0, 2.0, 3.0])],
+            })
+            .unwrap();
+    }
+    let (_, newest) = buffer.transition_ids().unwrap();
+    buffer.set_priorities(&[newest], &[2.0]).unwrap();
+    begin(&mut buffer, 0, 7).unwrap();
+    let fields: &[(&str, &[f64])] = &[("value", &[4.0])];
+    buffer.add_step(0, &Step { fields, ..plain_step() }).unwrap();
+    buffer
+}
+
+fn plain_step() -> Step<'static, f64> {
+    Step {
+        action: &[0.0],
+        reward: -1.0,
+        next_observation: &[7.0, 1.0],
+        next_achieved_goal: &[0.0; 3],
+        terminated: false,
+        truncated: false,
+        fields: &[],
+    }
+}
+
+/// The same without a field and priorities, which tells where its numbers come from.
+fn plain() -> HerBuffer<f64> {
     let mut buffer = buffer(8);
     for episode in 0..4 {
         add(&mut buffer, episode, 3, (false, true));
@@ -123,20 +187,76 @@ fn foreign_files_say_what_they_are() {
     assert!(other.to_string().contains("HerBuffer<f64>"));
 }
 
+/// Gives a changed file the checksum that belongs to it, as a hostile writer would.
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let end = bytes.len() - 4;
+    let checksum = crc32fast::hash(&bytes[..end]);
+    bytes[end..].copy_from_slice(&checksum.to_le_bytes());
+    bytes
+}
+
+/// Where the numbers of [`small`]'s file are that are no elements: the sizes and the field, and at the end the
+/// priorities.
+fn numbers(bytes: &[u8]) -> Vec<usize> {
+    let field = 16 + 6 * 8;
+    let after_name = field + 8 + "value".len();
+    let head = (16..=field).step_by(8).chain((after_name..after_name + 10 * 8).step_by(8));
+    let tail = (1..7).map(|back| bytes.len() - 4 - 8 * back);
+    head.chain(tail).collect()
+}
+
+#[test]
+fn hostile_numbers_with_the_right_checksum_are_refused_or_harmless() {
+    let bytes = saved(&small());
+    let mut refused = 0;
+    for at in numbers(&bytes) {
+        for shift in 0..64 {
+            for number in [1_u64 << shift, (1_u64 << shift) - 1, !(1_u64 << shift)] {
+                let mut changed = bytes.clone();
+                changed[at..at + 8].copy_from_slice(&number.to_le_bytes());
+                match load(&sealed(changed)) {
+                    Ok(mut buffer) => use_it(&mut buffer),
+                    Err(_) => refused += 1,
+                }
+            }
+        }
+    }
+    assert!(refused > 2000, "{refused}");
+}
+
 proptest! {
-    /// The sizes are the ten numbers after the first 16 bytes, and the unfinished episode comes last.
     #[test]
-    fn a_hostile_file_asks_for_no_memory(
-        sizes in prop::collection::vec((0_usize..10, 0_u32..64), 1..4),
-        recorder in any::<u64>(),
+    fn several_hostile_bytes_are_refused_or_harmless(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
         let mut bytes = saved(&small());
-        for (at, shift) in sizes {
-            bytes[16 + 8 * at..][..8].copy_from_slice(&(1_u64 << shift).to_le_bytes());
+        for (index, byte) in changes {
+            let at = index.index(bytes.len());
+            bytes[at] = byte;
         }
-        let at = bytes.len() - 4 - 8 * (1 + 2 * 8 + 3);
-        bytes[at..at + 8].copy_from_slice(&recorder.to_le_bytes());
-        prop_assert!(load(&bytes).is_err());
+        if let Ok(mut buffer) = load(&sealed(bytes)) {
+            use_it(&mut buffer);
+        }
+    }
+}
+
+/// Whatever was loaded must work like any buffer.
+fn use_it(buffer: &mut HerBuffer<f64>) {
+    let mut sampler = Sampler::new(20, GoalStrategy::Random, RelabelRatio::from_k(1));
+    let mut batch = Batch::new();
+    for _ in 0..5 {
+        sampler.prioritized = buffer.config().priorities.map(|_| Beta::FULL);
+        let _may_have_nothing = sampler.sample_seeded(buffer, &Telling, 1, &mut batch);
+        let _may_need_other_fields = buffer.add_step(0, &plain_step());
+        let _may_be_recording_nothing = buffer.end_episode(0);
+        let _may_have_other_sizes = buffer.begin_episode(
+            0,
+            &EpisodeStart {
+                observation: &[0.0; 2],
+                achieved_goal: &[0.0; 3],
+                desired_goal: &[0.0; 3],
+            },
+        );
     }
 }
 
@@ -147,7 +267,7 @@ fn saving_replaces_the_file_whole_or_not_at_all() {
     small().save(&path).unwrap();
     assert_same(&HerBuffer::load(&path).unwrap(), &small());
     let mut later = small();
-    add(&mut later, 9, 2, (true, false));
+    later.end_episode(0).unwrap();
     later.save(&path).unwrap();
     assert_same(&HerBuffer::load(&path).unwrap(), &later);
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "nothing is left over");
@@ -172,6 +292,43 @@ impl Write for Disk {
     }
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
+    }
+}
+
+/// What the next test runs in another process, which it kills.
+#[test]
+#[ignore = "runs until it is killed"]
+fn saves_for_ever() {
+    let path = std::env::var_os("HER_RELABEL_SAVES_TO").unwrap();
+    loop {
+        small().save(&path).unwrap();
+        plain().save(&path).unwrap();
+    }
+}
+
+#[test]
+fn a_crash_while_saving_leaves_a_whole_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("replay.her");
+    small().save(&path).unwrap();
+    for wait in 0..12 {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "saving::saves_for_ever", "--ignored"])
+            .env("HER_RELABEL_SAVES_TO", &path)
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        // It is at work as soon as its first temporary file or a replaced file shows.
+        let before = fs::metadata(&path).unwrap().modified().unwrap();
+        while fs::metadata(&path).unwrap().modified().unwrap() == before {
+            assert!(child.try_wait().unwrap().is_none(), "it saves until it is killed");
+        }
+        thread::sleep(Duration::from_micros(wait * 300));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let loaded = HerBuffer::load(&path).unwrap();
+        let expected = if loaded.config().priorities.is_some() { small() } else { plain() };
+        assert_same(&loaded, &expected);
     }
 }
 
