@@ -59,6 +59,8 @@ mod gather;
 mod importance;
 mod load_error;
 mod mixture;
+#[cfg(feature = "npz")]
+mod npz;
 mod outcome;
 mod parallel;
 mod persist;
@@ -85,6 +87,8 @@ pub use field::{Field, FieldRows, UnknownField};
 pub use importance::{Beta, BetaError};
 pub use load_error::LoadError;
 pub use mixture::{GoalMixture, GoalPart, MixtureError};
+#[cfg(feature = "npz")]
+pub use npz::NpzError;
 pub use priority::{NewPriority, Priorities, PriorityError, PriorityUnit};
 pub use sample_error::SampleError;
 pub use sampler::{NStep, Sampler};
