@@ -14,8 +14,45 @@ use crate::{BufferConfig, ConfigError, Scalar};
 /// episodes ended, and within an episode in the order of its steps. Each state is stored once:
 /// an episode of `T` steps takes `T + 1` rows.
 ///
-/// [`Sampler`](crate::Sampler) draws batches from a shared reference. For one writer and
-/// concurrent readers put the buffer into an [`RwLock`](std::sync::RwLock).
+/// [`Sampler`](crate::Sampler) draws batches from a shared reference, and nothing is changed
+/// through one. So for one writer and concurrent readers the buffer goes into an
+/// [`RwLock`](std::sync::RwLock): readers sample side by side, and no reader ever sees half of a step.
+/// ```
+/// use std::{sync::RwLock, thread};
+///
+/// use goal_reward::DistanceReward;
+/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+/// use her_relabel::{RelabelRatio, Sampler};
+///
+/// let episode = EpisodeData {
+///     observations: &[0.0, 1.0],
+///     achieved_goals: &[0.0, 1.0],
+///     desired_goal: &[9.0],
+///     actions: &[1.0],
+///     rewards: &[-1.0],
+///     terminated: false,
+///     truncated: true,
+///     fields: &[],
+/// };
+/// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
+/// buffer.add_episode(&episode)?;
+/// let shared = RwLock::new(buffer);
+/// thread::scope(|scope| {
+///     for reader in 0..2 {
+///         let shared = &shared;
+///         scope.spawn(move || {
+///             let sampler = Sampler::new(64, GoalStrategy::Future, RelabelRatio::from_k(4));
+///             let mut batch = Batch::new();
+///             let buffer = shared.read().expect("no writer panicked");
+///             sampler.sample_seeded(&buffer, &DistanceReward::sparse(), reader, &mut batch)
+///         });
+///     }
+///     // The batch is the reader's own: only sampling needs the lock, not learning.
+///     shared.write().expect("no writer panicked").add_episode(&episode)
+/// })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Example
 /// ```
