@@ -9,6 +9,14 @@
 //! It is not a learner, and sampling is a few per cent of a training step: a faster buffer does not
 //! make a training run much faster.
 //!
+//! - Episodes come [step by step](HerBuffer::add_step), a step of
+//!   [all environments at once](HerBuffer::add_steps), or [whole](HerBuffer::add_episode), with
+//!   [fields](BufferConfig::with_field) of your own beside the usual ones.
+//! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), alone or in
+//!   [windows](Sampler::with_n_step), for goals of any [mixture](GoalMixture).
+//! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished episodes, and
+//!   goes on as if nothing had happened. The feature `npz` exchanges episodes with numpy.
+//!
 //! # Example
 //! ```
 //! use goal_reward::DistanceReward;

@@ -10,7 +10,7 @@
 //!    `tests/allocation.rs`. That its time does not grow is for a benchmark to show.
 //! 6. A cleared buffer gives nothing, and environments do not mix: `ring`, `vectorised`.
 //! 7. A loaded buffer is the saved one, amid an episode too; a wrong file is an error, and a crash leaves the
-//!    old one: `saving`, and for numpy archives `tests/npz.rs`.
+//!    old one: `saving`, `damaged`, and for numpy archives `tests/npz.rs`.
 //! 8. A seed decides a batch, on any number of threads: `determinism`, `priorities`.
 //! 9. A window has one goal, all of its rewards, and ends with the episode: `outcomes`.
 //! 10. Weight 0 is never drawn, and weights of overwritten transitions are ignored: `priorities`.
@@ -21,6 +21,7 @@
 
 mod adding;
 mod common;
+mod damaged;
 mod determinism;
 mod fields;
 mod goals;
