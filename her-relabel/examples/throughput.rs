@@ -73,6 +73,7 @@ impl<T: Scalar> Episode<T> {
             rewards: &self.rewards,
             terminated: false,
             truncated: true,
+            fields: &[],
         }
     }
 
@@ -92,6 +93,7 @@ impl<T: Scalar> Episode<T> {
             next_achieved_goal: &self.achieved_goals[(t + 1) * DIMS.goal..][..DIMS.goal],
             terminated: false,
             truncated: t + 1 == STEPS,
+            fields: &[],
         }
     }
 }

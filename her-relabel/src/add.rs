@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::Scalar;
 use crate::config::Layout;
+use crate::field::{FieldRows, Fields, UnknownField};
 
 /// The first state of an episode and the goal that it is about.
 ///
@@ -34,6 +35,8 @@ pub struct Step<'a, S> {
     pub terminated: bool,
     /// The episode was cut off here, by a time limit for example, though the task goes on.
     pub truncated: bool,
+    /// The fields of the configuration, by name, in any order.
+    pub fields: &'a [FieldRows<'a, S>],
 }
 
 /// A whole episode of `T` steps and `T + 1` states, in row-major matrices.
@@ -53,6 +56,8 @@ pub struct EpisodeData<'a, S> {
     pub terminated: bool,
     /// The last step was cut off.
     pub truncated: bool,
+    /// The fields of the configuration, by name, in any order; `T * len` elements each.
+    pub fields: &'a [FieldRows<'a, S>],
 }
 
 /// Something that cannot be added. The buffer is as it was before the call.
@@ -90,10 +95,12 @@ pub enum AddError {
     #[error("the episode is neither terminated nor truncated; set `truncated` if it was cut off")]
     NotEnded,
     /// A vector has the wrong length.
-    #[error("`{field}` has {actual} elements and should have {expected}; check `dims`")]
+    #[error(
+        "`{field}` has {actual} elements and should have {expected}; check the sizes of the configuration"
+    )]
     WrongLength {
         /// The field.
-        field: &'static str,
+        field: String,
         /// The length it should have.
         expected: usize,
         /// Its length.
@@ -105,11 +112,26 @@ pub enum AddError {
     )]
     NotFinite {
         /// The field.
-        field: &'static str,
+        field: String,
         /// The element.
         index: usize,
         /// Its value.
         value: f64,
+    },
+    /// A field is given that the buffer was not configured with.
+    #[error(transparent)]
+    UnknownField(#[from] UnknownField),
+    /// A field of the configuration is not given.
+    #[error("the field `{name}` is missing; every step needs all fields of the configuration")]
+    MissingField {
+        /// Its name.
+        name: String,
+    },
+    /// A field is given twice.
+    #[error("the field `{name}` is given twice; leave one out")]
+    RepeatedField {
+        /// Its name.
+        name: String,
     },
 }
 
@@ -125,18 +147,27 @@ impl<S: Scalar> EpisodeStart<'_, S> {
 
 impl<S: Scalar> Step<'_, S> {
     /// Checks everything, as elements of `T`.
-    pub(crate) fn check<T: Scalar>(&self, layout: &Layout) -> Result<(), AddError> {
+    pub(crate) fn check<T: Scalar>(
+        &self,
+        layout: &Layout,
+        fields: &Fields,
+    ) -> Result<(), AddError> {
         let dims = layout.dims();
         check::<T, S>("action", self.action, dims.action)?;
         check::<T, S>("reward", &[self.reward], 1)?;
         check::<T, S>("next_observation", self.next_observation, dims.observation)?;
-        check::<T, S>("next_achieved_goal", self.next_achieved_goal, dims.goal)
+        check::<T, S>("next_achieved_goal", self.next_achieved_goal, dims.goal)?;
+        fields.check::<T, S>(self.fields, 1)
     }
 }
 
 impl<S: Scalar> EpisodeData<'_, S> {
     /// Checks everything, as elements of `T`.
-    pub(crate) fn check<T: Scalar>(&self, layout: &Layout) -> Result<(), AddError> {
+    pub(crate) fn check<T: Scalar>(
+        &self,
+        layout: &Layout,
+        fields: &Fields,
+    ) -> Result<(), AddError> {
         let dims = layout.dims();
         let steps = self.rewards.len();
         if steps == 0 {
@@ -145,28 +176,44 @@ impl<S: Scalar> EpisodeData<'_, S> {
         if !(self.terminated || self.truncated) {
             return Err(AddError::NotEnded);
         }
-        check::<T, S>("observations", self.observations, (steps + 1) * dims.observation)?;
-        check::<T, S>("achieved_goals", self.achieved_goals, (steps + 1) * dims.goal)?;
+        check::<T, S>(
+            "observations",
+            self.observations,
+            (steps + 1).saturating_mul(dims.observation),
+        )?;
+        check::<T, S>(
+            "achieved_goals",
+            self.achieved_goals,
+            (steps + 1).saturating_mul(dims.goal),
+        )?;
         check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
-        check::<T, S>("actions", self.actions, steps * dims.action)?;
-        check::<T, S>("rewards", self.rewards, steps)
+        check::<T, S>("actions", self.actions, steps.saturating_mul(dims.action))?;
+        check::<T, S>("rewards", self.rewards, steps)?;
+        fields.check::<T, S>(self.fields, steps)
     }
 }
 
 /// Checks the length of a vector and that each element is finite as a `T`.
-fn check<T: Scalar, S: Scalar>(
-    field: &'static str,
+pub(crate) fn check<T: Scalar, S: Scalar>(
+    field: &str,
     values: &[S],
     expected: usize,
 ) -> Result<(), AddError> {
-    if values.len() != expected {
-        return Err(AddError::WrongLength { field, expected, actual: values.len() });
-    }
+    check_len(field, values.len(), expected)?;
     let is_bad = |value: &S| !T::from_f64(value.to_f64()).to_f64().is_finite();
     // Looks at every element, so that the loop is compiled to vector instructions.
     if values.iter().fold(false, |bad, value| bad | is_bad(value)) {
         let index = values.iter().position(is_bad).unwrap_or_default();
+        let field = field.to_owned();
         return Err(AddError::NotFinite { field, index, value: values[index].to_f64() });
     }
     Ok(())
+}
+
+/// Checks the length of a vector.
+pub(crate) fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
+    if actual == expected {
+        return Ok(());
+    }
+    Err(AddError::WrongLength { field: field.to_owned(), expected, actual })
 }

@@ -1,8 +1,9 @@
 //! A batch of sampled transitions, in memory that is used again.
 
 use crate::config::Dims;
+use crate::field::{Fields, UnknownField};
 use crate::rows::{Relabelled, Rows};
-use crate::storage::TransitionId;
+use crate::storage::{Storage, TransitionId};
 use crate::{Sampler, Scalar};
 
 /// Sampled transitions, column by column: each column is one contiguous row-major matrix, as
@@ -13,7 +14,7 @@ use crate::{Sampler, Scalar};
 #[derive(Clone, Debug, Default)]
 pub struct Batch<T> {
     pub(crate) columns: Columns<T>,
-    pub(crate) scratch: Scratch,
+    pub(crate) scratch: Scratch<T>,
 }
 
 /// What a batch holds.
@@ -32,17 +33,25 @@ pub(crate) struct Columns<T> {
     pub(crate) success: Vec<bool>,
     pub(crate) transition: Vec<TransitionId>,
     pub(crate) goal_source: Vec<Option<TransitionId>>,
+    pub(crate) fields: Fields,
+    /// The fields, one contiguous matrix after the other.
+    pub(crate) field_values: Vec<T>,
+    pub(crate) importance_weight: Vec<T>,
 }
 
 /// Memory for the drawing of a batch: the relabelled rows, and side by side the pairs of goals that the
 /// reward function is to judge. What it holds between calls means nothing.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
+pub(crate) struct Scratch<T> {
     pub(crate) relabelled: Vec<Relabelled>,
     pub(crate) achieved_pairs: Vec<f64>,
     pub(crate) desired_pairs: Vec<f64>,
     pub(crate) rewards: Vec<f64>,
     pub(crate) terminated: Vec<bool>,
+    /// The fields row by row, if there are several.
+    pub(crate) field_rows: Vec<T>,
+    /// The probabilities of the rows, but for a common factor.
+    pub(crate) shares: Vec<f64>,
 }
 
 impl<T: PartialEq> PartialEq for Batch<T> {
@@ -159,16 +168,49 @@ impl<T: Scalar> Batch<T> {
         self.columns.goal_source.iter().map(Option::is_some)
     }
 
+    /// A field of the buffer's configuration, `len * field.len`; of a window of several steps, that of the
+    /// first one.
+    ///
+    /// # Errors
+    /// [`UnknownField`] if the buffer that was sampled has no such field.
+    pub fn field(&self, name: &str) -> Result<&[T], UnknownField> {
+        let place = self.columns.fields.place(name)?;
+        Ok(&self.columns.field_values[place.start * self.len()..place.end * self.len()])
+    }
+
+    /// What to multiply each row's loss with, `len`: see [`Beta`](crate::Beta). Empty unless the sampler is
+    /// [prioritized](crate::Sampler::prioritized).
+    #[must_use]
+    pub fn importance_weight(&self) -> &[T] {
+        &self.columns.importance_weight
+    }
+
     /// Takes all rows away.
     pub(crate) fn clear(&mut self) {
         self.resize(0, Dims { observation: 0, goal: 0, action: 0 }, false, false);
+        self.columns.field_values.clear();
+        self.columns.importance_weight.clear();
     }
 
     /// Makes room for a batch of `sampler`; what the rows hold is unspecified.
-    pub(crate) fn make_room(&mut self, sampler: &Sampler, dims: Dims) -> Rows<'_, T> {
+    pub(crate) fn make_room(&mut self, sampler: &Sampler, storage: &Storage<T>) -> Rows<'_, T> {
+        let dims = storage.layout.dims();
         let (size, window) = (sampler.batch_size, sampler.window());
         self.resize(size, dims, sampler.n_step.is_some(), sampler.success);
         let Self { columns, scratch } = self;
+        if !columns.fields.is_same(&storage.fields) {
+            columns.fields = storage.fields.clone();
+        }
+        let n_weights = if sampler.prioritized.is_some() { size } else { 0 };
+        columns.importance_weight.resize(n_weights, T::default());
+        let n_fields = size * storage.layout.fields().len();
+        columns.field_values.resize(n_fields, T::default());
+        let fields = if storage.fields.is_plain() {
+            &mut columns.field_values
+        } else {
+            scratch.field_rows.resize(n_fields, T::default());
+            &mut scratch.field_rows
+        };
         scratch.relabelled.resize(size, Relabelled::default());
         scratch.achieved_pairs.resize(size * window * dims.goal, 0.0);
         scratch.desired_pairs.resize(size * window * dims.goal, 0.0);
@@ -191,6 +233,24 @@ impl<T: Scalar> Batch<T> {
             relabelled: &mut scratch.relabelled,
             achieved_pairs: &mut scratch.achieved_pairs,
             desired_pairs: &mut scratch.desired_pairs,
+            fields,
+        }
+    }
+
+    /// Makes columns of the fields that were gathered row by row.
+    pub(crate) fn part_fields(&mut self) {
+        let Self { columns, scratch } = self;
+        if columns.fields.is_plain() {
+            return;
+        }
+        let size = columns.transition.len();
+        let all = scratch.field_rows.len() / size.max(1);
+        for (field, place) in columns.fields.places() {
+            let column = &mut columns.field_values[place.start * size..place.end * size];
+            let rows = scratch.field_rows.chunks_exact(all);
+            for (to, from) in column.chunks_exact_mut(field.len).zip(rows) {
+                to.copy_from_slice(&from[place.clone()]);
+            }
         }
     }
 

@@ -1,7 +1,6 @@
 //! The buffer: adding episodes, and what is kept of them.
 
 use crate::add::{AddError, EpisodeData, EpisodeStart, Step};
-use crate::config::Layout;
 use crate::episodes::Ending;
 use crate::recorder::Recorder;
 use crate::storage::{Storage, TransitionId};
@@ -15,8 +14,45 @@ use crate::{BufferConfig, ConfigError, Scalar};
 /// episodes ended, and within an episode in the order of its steps. Each state is stored once:
 /// an episode of `T` steps takes `T + 1` rows.
 ///
-/// [`Sampler`](crate::Sampler) draws batches from a shared reference. For one writer and
-/// concurrent readers put the buffer into an [`RwLock`](std::sync::RwLock).
+/// [`Sampler`](crate::Sampler) draws batches from a shared reference, and nothing is changed
+/// through one. So for one writer and concurrent readers the buffer goes into an
+/// [`RwLock`](std::sync::RwLock): readers sample side by side, and no reader ever sees half of a step.
+/// ```
+/// use std::{sync::RwLock, thread};
+///
+/// use goal_reward::DistanceReward;
+/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+/// use her_relabel::{RelabelRatio, Sampler};
+///
+/// let episode = EpisodeData {
+///     observations: &[0.0, 1.0],
+///     achieved_goals: &[0.0, 1.0],
+///     desired_goal: &[9.0],
+///     actions: &[1.0],
+///     rewards: &[-1.0],
+///     terminated: false,
+///     truncated: true,
+///     fields: &[],
+/// };
+/// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
+/// buffer.add_episode(&episode)?;
+/// let shared = RwLock::new(buffer);
+/// thread::scope(|scope| {
+///     for reader in 0..2 {
+///         let shared = &shared;
+///         scope.spawn(move || {
+///             let sampler = Sampler::new(64, GoalStrategy::Future, RelabelRatio::from_k(4));
+///             let mut batch = Batch::new();
+///             let buffer = shared.read().expect("no writer panicked");
+///             sampler.sample_seeded(&buffer, &DistanceReward::sparse(), reader, &mut batch)
+///         });
+///     }
+///     // The batch is the reader's own: only sampling needs the lock, not learning.
+///     shared.write().expect("no writer panicked").add_episode(&episode)
+/// })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Example
 /// ```
@@ -36,17 +72,18 @@ use crate::{BufferConfig, ConfigError, Scalar};
 ///     next_achieved_goal: &[1.0],
 ///     terminated: false,
 ///     truncated: true,
+///     fields: &[],
 /// })?;
 /// assert_eq!((buffer.len(), buffer.n_episodes()), (1, 1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct HerBuffer<T> {
-    config: BufferConfig,
+    pub(crate) config: BufferConfig,
     pub(crate) storage: Storage<T>,
-    recorders: Vec<Recorder<T>>,
+    pub(crate) recorders: Vec<Recorder<T>>,
     /// Where whole episodes are put into rows.
-    whole: Recorder<T>,
+    pub(crate) whole: Recorder<T>,
 }
 
 impl<T: Scalar> HerBuffer<T> {
@@ -55,9 +92,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`ConfigError`] if a size is 0 or beyond what can be addressed.
     pub fn new(config: BufferConfig) -> Result<Self, ConfigError> {
-        let layout = Layout::new::<T>(&config)?;
         Ok(Self {
-            storage: Storage::new(layout, config.capacity),
+            storage: Storage::new(&config)?,
             recorders: vec![Recorder::default(); config.n_envs],
             whole: Recorder::default(),
             config,
@@ -133,12 +169,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// [`AddError::NoEpisode`], or what is wrong with the step.
     pub fn add_step<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>) -> Result<(), AddError> {
         self.check_recording(env)?;
-        step.check::<T>(&self.storage.layout)?;
-        self.recorders[env].step(&self.storage.layout, self.config.capacity, step);
-        if step.terminated || step.truncated {
-            let Step { terminated, truncated, .. } = *step;
-            self.store(env, Ending { terminated, truncated });
-        }
+        step.check::<T>(&self.storage.layout, &self.storage.fields)?;
+        self.record(env, step, 0);
         Ok(())
     }
 
@@ -173,9 +205,9 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// What is wrong with the episode.
     pub fn add_episode<S: Scalar>(&mut self, episode: &EpisodeData<'_, S>) -> Result<(), AddError> {
-        episode.check::<T>(&self.storage.layout)?;
-        let Storage { layout, capacity, .. } = self.storage;
-        self.whole.record(&layout, capacity, episode);
+        let Storage { layout, capacity, ref fields, .. } = self.storage;
+        episode.check::<T>(&layout, fields)?;
+        self.whole.record(&layout, fields, capacity, episode);
         let EpisodeData { terminated, truncated, .. } = *episode;
         let rows = self.whole.finish(&layout, capacity);
         self.storage.push_episode(rows, Ending { terminated, truncated });
@@ -192,9 +224,19 @@ impl<T: Scalar> HerBuffer<T> {
         AddError::UnknownEnv { env, n_envs: self.config.n_envs }
     }
 
-    fn check_recording(&self, env: usize) -> Result<(), AddError> {
+    pub(crate) fn check_recording(&self, env: usize) -> Result<(), AddError> {
         let recorder = self.recorders.get(env).ok_or(self.unknown(env))?;
         if recorder.is_recording() { Ok(()) } else { Err(AddError::NoEpisode { env }) }
+    }
+
+    /// Adds a checked step to the episode under way, with row `at` of the fields that are given.
+    pub(crate) fn record<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>, at: usize) {
+        let Storage { layout, capacity, ref fields, .. } = self.storage;
+        self.recorders[env].step(&layout, fields, capacity, step, at);
+        let Step { terminated, truncated, .. } = *step;
+        if terminated || truncated {
+            self.store(env, Ending { terminated, truncated });
+        }
     }
 
     /// Stores the episode of environment `env`, which has a step at least.

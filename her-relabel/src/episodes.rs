@@ -54,7 +54,7 @@ impl Record {
 /// A stored episode.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Episode {
-    number: u64,
+    pub(crate) number: u64,
     /// Its live transitions.
     pub(crate) live: Range<u64>,
     pub(crate) ending: Ending,
@@ -76,10 +76,49 @@ impl Episode {
 }
 
 impl Episodes {
+    /// What [`records`](Self::records) gave, if that describes episodes with these live transitions.
+    pub(crate) fn restore(live: Range<u64>, first_episode: u64, records: &[u64]) -> Option<Self> {
+        let Range { start, end } = live;
+        let is_amid_cell = !start.is_multiple_of(1 << CELL_SHIFT);
+        let mut episodes = Self {
+            live: start..start,
+            first_episode,
+            first_cell: start >> CELL_SHIFT,
+            // The cell that begins before the live transitions.
+            cells: is_amid_cell.then_some(first_episode).into_iter().collect(),
+            ..Self::default()
+        };
+        for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
+            let next = records.get(at + 1).map_or(end, |record| Record(*record).first());
+            // Only the first episode may have lost transitions.
+            let begins = if at == 0 { record.first() <= start } else { record.first() > start };
+            let Ending { terminated, truncated } = record.ending();
+            let ends = episodes.live.end < next && next <= end && (terminated || truncated);
+            if !(begins && ends) {
+                return None;
+            }
+            let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
+            episodes.cells.extend(cells.map(|_| first_episode + at as u64));
+            episodes.records.push_back(record);
+            episodes.live.end = next;
+        }
+        (episodes.live.end == end).then_some(episodes)
+    }
+
+    /// The episodes, each in one word.
+    pub(crate) fn records(&self) -> impl Iterator<Item = u64> + '_ {
+        self.records.iter().map(|record| record.0)
+    }
+
     /// The numbers of the live transitions.
     #[inline(always)]
     pub(crate) fn live(&self) -> Range<u64> {
         self.live.clone()
+    }
+
+    /// The numbers of the episodes of which a transition is live.
+    pub(crate) fn numbers(&self) -> Range<u64> {
+        self.first_episode..self.first_episode + self.records.len() as u64
     }
 
     /// The number of episodes of which a transition is live.
@@ -124,6 +163,12 @@ impl Episodes {
         self.live.start + below(word, self.live.end - self.live.start)
     }
 
+    /// [`pick`](Self::pick) as a function.
+    #[inline(always)]
+    pub(crate) fn picker(&self) -> impl Fn(u64) -> u64 + Copy {
+        |word| self.pick(word)
+    }
+
     /// The episode of a live transition.
     #[inline(always)]
     pub(crate) fn of(&self, transition: u64) -> Episode {
@@ -152,6 +197,16 @@ impl Episodes {
                 }
             }
         }
+        self.at(at)
+    }
+
+    /// The episode with this number, of which a transition must be live.
+    pub(crate) fn get(&self, number: u64) -> Episode {
+        self.at((number - self.first_episode) as usize)
+    }
+
+    #[inline(always)]
+    fn at(&self, at: usize) -> Episode {
         let record = self.records[at];
         let end = self.records.get(at + 1).map_or(self.live.end, |record| record.first());
         Episode {

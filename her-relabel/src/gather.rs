@@ -40,12 +40,13 @@ pub(crate) struct Counts {
     pub(crate) pairs: usize,
 }
 
-/// Draws rows and copies their transitions, with rewards as stored. The relabelled rows and their pairs
+/// Draws rows and copies their transitions, which `pick` takes from random words, with rewards as stored. The relabelled rows and their pairs
 /// of goals are put at the front of their scratch memory.
 pub(crate) fn gather<T: Scalar>(
     storage: &Storage<T>,
     sampler: &Sampler,
     draws: Draws,
+    pick: impl Fn(u64) -> u64 + Copy,
     rows: &mut Rows<'_, T>,
 ) -> Counts {
     let mut counts = Counts::default();
@@ -53,7 +54,7 @@ pub(crate) fn gather<T: Scalar>(
         let len = CHUNK.min(rows.len() - start);
         let first = rows.first + start;
         let mut chunk: [Planned; CHUNK] =
-            std::array::from_fn(|at| plan(storage, sampler, draws, first + at.min(len - 1)));
+            std::array::from_fn(|at| plan(storage, sampler, draws, pick, first + at.min(len - 1)));
         let chunk = &mut chunk[..len];
         // The processor waits for one cache line after another while it copies, because a row's copies
         // fill its window of instructions. Loads alone are waited for together.
@@ -61,14 +62,21 @@ pub(crate) fn gather<T: Scalar>(
         for (at, planned) in chunk.iter().enumerate() {
             put(storage, sampler, planned, start + at, rows, &mut counts);
         }
+        put_fields(storage, chunk, start, rows);
     }
     counts
 }
 
 #[inline(always)]
-fn plan<T: Scalar>(storage: &Storage<T>, sampler: &Sampler, draws: Draws, row: usize) -> Planned {
+fn plan<T: Scalar>(
+    storage: &Storage<T>,
+    sampler: &Sampler,
+    draws: Draws,
+    pick: impl Fn(u64) -> u64,
+    row: usize,
+) -> Planned {
     let episodes = &storage.episodes;
-    let transition = episodes.pick(draws.word(row, Purpose::Transition));
+    let transition = pick(draws.word(row, Purpose::Transition));
     let episode = episodes.of(transition);
     let relabelled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio.get();
     let goal = if relabelled {
@@ -148,6 +156,24 @@ fn put<T: Scalar>(
     }
     counts.rows += usize::from(planned.relabelled);
     counts.pairs = if planned.relabelled { pair } else { counts.pairs };
+}
+
+/// Copies the fields of some rows to those from `start` on.
+#[inline(always)]
+fn put_fields<T: Scalar>(
+    storage: &Storage<T>,
+    chunk: &[Planned],
+    start: usize,
+    rows: &mut Rows<'_, T>,
+) {
+    let fields = storage.layout.fields();
+    if fields.is_empty() {
+        return;
+    }
+    let targets = rows.fields[start * fields.len()..].chunks_exact_mut(fields.len());
+    for (target, planned) in targets.zip(chunk) {
+        copy(target, &storage.tape.row(planned.row)[fields.clone()]);
+    }
 }
 
 #[inline(always)]

@@ -9,6 +9,14 @@
 //! It is not a learner, and sampling is a few per cent of a training step: a faster buffer does not
 //! make a training run much faster.
 //!
+//! - Episodes come [step by step](HerBuffer::add_step), a step of
+//!   [all environments at once](HerBuffer::add_steps), or [whole](HerBuffer::add_episode), with
+//!   [fields](BufferConfig::with_field) of your own beside the usual ones.
+//! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), alone or in
+//!   [windows](Sampler::with_n_step), for goals of any [mixture](GoalMixture).
+//! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished episodes, and
+//!   goes on as if nothing had happened. The feature `npz` exchanges episodes with numpy.
+//!
 //! # Example
 //! ```
 //! use goal_reward::DistanceReward;
@@ -32,6 +40,7 @@
 //!         next_achieved_goal: &[place],
 //!         terminated: false,
 //!         truncated: step == 5,
+//!         fields: &[],
 //!     })?;
 //! }
 //!
@@ -53,17 +62,28 @@ mod copy;
 mod discount;
 mod draws;
 mod episodes;
+mod field;
 mod gather;
+mod importance;
+mod load_error;
 mod mixture;
+#[cfg(feature = "npz")]
+mod npz;
 mod outcome;
 mod parallel;
+mod persist;
+mod priority;
 mod recorder;
+mod replace;
 mod rows;
 mod sample_error;
 mod sampler;
 mod scalar;
+mod step_batch;
 mod storage;
 mod strategy;
+mod stream;
+mod sum_tree;
 mod tape;
 
 pub use add::{AddError, EpisodeData, EpisodeStart, Step};
@@ -71,9 +91,16 @@ pub use batch::Batch;
 pub use buffer::HerBuffer;
 pub use config::{BufferConfig, ConfigError, Dims};
 pub use discount::{Discount, DiscountError};
+pub use field::{Field, FieldRows, UnknownField};
+pub use importance::{Beta, BetaError};
+pub use load_error::LoadError;
 pub use mixture::{GoalMixture, GoalPart, MixtureError};
+#[cfg(feature = "npz")]
+pub use npz::NpzError;
+pub use priority::{NewPriority, Priorities, PriorityError, PriorityUnit};
 pub use sample_error::SampleError;
 pub use sampler::{NStep, Sampler};
 pub use scalar::Scalar;
+pub use step_batch::{StartBatch, StepBatch};
 pub use storage::TransitionId;
 pub use strategy::{GoalStrategy, RatioError, RelabelRatio};

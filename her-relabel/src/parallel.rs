@@ -16,16 +16,17 @@ pub(crate) fn gather_parallel<T: Scalar>(
     storage: &Storage<T>,
     sampler: &Sampler,
     draws: Draws,
+    pick: impl Fn(u64) -> u64 + Copy + Sync,
     rows: &mut Rows<'_, T>,
 ) -> Counts {
     if rows.len() <= PART {
-        return gather(storage, sampler, draws, rows);
+        return gather(storage, sampler, draws, pick, rows);
     }
     let middle = rows.len() / 2;
     let (mut front, mut back) = rows.split_at(middle);
     let (first, second) = rayon::join(
-        || gather_parallel(storage, sampler, draws, &mut front),
-        || gather_parallel(storage, sampler, draws, &mut back),
+        || gather_parallel(storage, sampler, draws, pick, &mut front),
+        || gather_parallel(storage, sampler, draws, pick, &mut back),
     );
     // The back's relabelled rows follow the front's, as in a batch of one part.
     let goal = rows.dims.goal;

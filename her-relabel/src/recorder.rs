@@ -2,13 +2,14 @@
 
 use crate::add::{EpisodeStart, Step};
 use crate::config::Layout;
+use crate::field::{FieldRows, Fields};
 use crate::{Scalar, add::EpisodeData};
 
 /// The rows of an episode that has not ended, or none if no episode is under way.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recorder<T> {
-    rows: Vec<T>,
-    desired_goal: Vec<T>,
+    pub(crate) rows: Vec<T>,
+    pub(crate) desired_goal: Vec<T>,
 }
 
 impl<T: Scalar> Recorder<T> {
@@ -35,9 +36,18 @@ impl<T: Scalar> Recorder<T> {
             .extend(start.desired_goal.iter().map(|value| T::from_f64(value.to_f64())));
     }
 
-    /// Adds a checked step.
-    pub(crate) fn step<S: Scalar>(&mut self, layout: &Layout, capacity: usize, step: &Step<'_, S>) {
+    /// Adds a checked step, whose fields are row `at` of those given.
+    pub(crate) fn step<S: Scalar>(
+        &mut self,
+        layout: &Layout,
+        fields: &Fields,
+        capacity: usize,
+        step: &Step<'_, S>,
+        at: usize,
+    ) {
         self.set_action(layout, step.action, step.reward);
+        let last = self.rows.len() - layout.row();
+        set_fields(layout, fields, &mut self.rows[last..], step.fields, at);
         self.push_state(layout, step.next_observation, step.next_achieved_goal);
         let steps = self.steps(layout);
         if steps >= 2 * capacity {
@@ -51,6 +61,7 @@ impl<T: Scalar> Recorder<T> {
     pub(crate) fn record<S: Scalar>(
         &mut self,
         layout: &Layout,
+        fields: &Fields,
         capacity: usize,
         episode: &EpisodeData<'_, S>,
     ) {
@@ -70,6 +81,8 @@ impl<T: Scalar> Recorder<T> {
             self.set_action(layout, action, *reward);
             self.push_state(layout, observation, achieved_goal);
         }
+        let last = self.rows.len() - layout.row();
+        set_fields(layout, fields, &mut self.rows[..last], episode.fields, skipped);
     }
 
     /// The rows of the newest `capacity` steps as the tape keeps them, ready to be stored.
@@ -93,6 +106,25 @@ impl<T: Scalar> Recorder<T> {
         let row = &mut self.rows[at..];
         fill(&mut row[layout.observation()], observation);
         fill(&mut row[layout.achieved_goal()], achieved_goal);
+    }
+}
+
+/// Writes the given fields into consecutive rows, from row `at` of those given.
+fn set_fields<T: Scalar, S: Scalar>(
+    layout: &Layout,
+    fields: &Fields,
+    rows: &mut [T],
+    given: &[FieldRows<'_, S>],
+    at: usize,
+) {
+    for (field, place) in fields.places() {
+        let Some((_, values)) = given.iter().find(|(name, _)| *name == field.name) else {
+            continue;
+        };
+        let values = values.chunks_exact(field.len).skip(at);
+        for (row, values) in rows.chunks_exact_mut(layout.row()).zip(values) {
+            fill(&mut row[layout.fields()][place.clone()], values);
+        }
     }
 }
 

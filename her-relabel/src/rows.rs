@@ -25,6 +25,8 @@ pub(crate) struct Rows<'a, T> {
     pub(crate) relabelled: &'a mut [Relabelled],
     pub(crate) achieved_pairs: &'a mut [f64],
     pub(crate) desired_pairs: &'a mut [f64],
+    /// All fields, row by row.
+    pub(crate) fields: &'a mut [T],
 }
 
 /// A relabelled row of a batch, and its window.
@@ -46,6 +48,7 @@ impl<T> Rows<'_, T> {
     pub(crate) fn split_at(&mut self, rows: usize) -> (Rows<'_, T>, Rows<'_, T>) {
         let Dims { observation, goal, action } = self.dims;
         let pair = goal * self.window;
+        let fields = self.fields.len() / self.len().max(1);
         let observations = self.observation.split_at_mut(rows * observation);
         let achieved_goals = self.achieved_goal.split_at_mut(rows * goal);
         let desired_goals = self.desired_goal.split_at_mut(rows * goal);
@@ -62,6 +65,7 @@ impl<T> Rows<'_, T> {
         let relabelled = self.relabelled.split_at_mut(rows);
         let achieved_pairs = self.achieved_pairs.split_at_mut(rows * pair);
         let desired_pairs = self.desired_pairs.split_at_mut(rows * pair);
+        let fields = self.fields.split_at_mut(rows * fields);
         let front = Rows {
             dims: self.dims,
             window: self.window,
@@ -81,6 +85,7 @@ impl<T> Rows<'_, T> {
             relabelled: relabelled.0,
             achieved_pairs: achieved_pairs.0,
             desired_pairs: desired_pairs.0,
+            fields: fields.0,
         };
         let back = Rows {
             dims: self.dims,
@@ -101,6 +106,7 @@ impl<T> Rows<'_, T> {
             relabelled: relabelled.1,
             achieved_pairs: achieved_pairs.1,
             desired_pairs: desired_pairs.1,
+            fields: fields.1,
         };
         (front, back)
     }

@@ -16,6 +16,12 @@ pub enum SampleError {
          the environments until one ends, or call end_episode"
     )]
     NoFinishedEpisode,
+    /// The sampler goes by priorities, which the buffer does not have.
+    #[error("the buffer has no priorities; set `priorities` of its configuration")]
+    NoPriorities,
+    /// Every priority is 0.
+    #[error("all priorities are 0, so nothing can be drawn by them; set a positive one")]
+    ZeroPriorities,
     /// The rows of the batch, or the steps of their windows, cannot be addressed.
     #[error("a batch of this size exceeds the address space; check `batch_size` and `n_step`")]
     TooLarge,

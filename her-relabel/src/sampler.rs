@@ -11,10 +11,11 @@ use crate::draws::Draws;
 use crate::gather::{Counts, gather};
 use crate::outcome;
 use crate::parallel::gather_parallel;
+use crate::priority::PriorityTable;
 use crate::rows::Rows;
 use crate::storage::Storage;
 use crate::{
-    Batch, Discount, GoalMixture, GoalStrategy, HerBuffer, RelabelRatio, SampleError, Scalar,
+    Batch, Beta, Discount, GoalMixture, GoalStrategy, HerBuffer, RelabelRatio, SampleError, Scalar,
 };
 
 /// Windows of several steps, for n-step returns.
@@ -29,7 +30,8 @@ pub struct NStep {
 /// How batches are drawn. A small value: to change something for one call, use another, such as
 /// `sampler.with_ratio(RelabelRatio::NONE)`.
 ///
-/// Every row is drawn on its own: a live transition, uniformly and with replacement; then, with the
+/// Every row is drawn on its own: a live transition, uniformly (or by its priority) and with replacement;
+/// then, with the
 /// probability of the ratio, a new goal by the strategy. A relabelled row gets the new goal and
 /// the reward `f(next_achieved_goal, new_goal)`; everything else in it, and all of the other rows, is
 /// as it was stored, unless the sampler is told otherwise.
@@ -54,6 +56,7 @@ pub struct NStep {
 ///     rewards: &[-1.0, -1.0],
 ///     terminated: false,
 ///     truncated: true,
+///     fields: &[],
 /// })?;
 /// let sampler = Sampler::new(256, GoalStrategy::Final, RelabelRatio::ALL);
 /// let mut batch = Batch::new();
@@ -77,6 +80,9 @@ pub struct Sampler {
     pub success: bool,
     /// Rows of several steps instead of one. `None` in a new sampler.
     pub n_step: Option<NStep>,
+    /// Draws by the buffer's priorities, with [`Batch::importance_weight`]s, in place of uniform ones.
+    /// `None` in a new sampler.
+    pub prioritized: Option<Beta>,
 }
 
 impl Sampler {
@@ -90,6 +96,7 @@ impl Sampler {
             recompute_terminated: false,
             success: false,
             n_step: None,
+            prioritized: None,
         }
     }
 
@@ -146,6 +153,43 @@ impl Sampler {
     #[must_use]
     pub const fn with_n_step(mut self, n_step: NStep) -> Self {
         self.n_step = Some(n_step);
+        self
+    }
+
+    /// The same with draws by the buffer's [`Priorities`](crate::Priorities), and importance weights.
+    /// Each draw takes the logarithm of how much is stored.
+    ///
+    /// # Example
+    /// ```
+    /// use goal_reward::DistanceReward;
+    /// use her_relabel::{Batch, Beta, BufferConfig, Dims, EpisodeData, HerBuffer};
+    /// use her_relabel::{GoalStrategy, NewPriority, PriorityUnit, RelabelRatio, Sampler};
+    ///
+    /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 })
+    ///     .with_priorities(PriorityUnit::Transition, NewPriority::Highest);
+    /// let mut buffer = HerBuffer::<f32>::new(config)?;
+    /// buffer.add_episode(&EpisodeData {
+    ///     observations: &[0.0, 1.0, 2.0],
+    ///     achieved_goals: &[0.0, 1.0, 2.0],
+    ///     desired_goal: &[9.0],
+    ///     actions: &[1.0, 1.0],
+    ///     rewards: &[-1.0, -1.0],
+    ///     terminated: false,
+    ///     truncated: true,
+    ///     fields: &[],
+    /// })?;
+    /// let mut batch = Batch::new();
+    /// let sampler = Sampler::new(32, GoalStrategy::Future, RelabelRatio::from_k(4))
+    ///     .with_priorities(Beta::new(0.4)?);
+    /// sampler.sample_seeded(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
+    /// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
+    /// let errors = [0.5_f32; 32];
+    /// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub const fn with_priorities(mut self, beta: Beta) -> Self {
+        self.prioritized = Some(beta);
         self
     }
 
@@ -209,7 +253,12 @@ impl Sampler {
         F: GoalReward + ?Sized,
     {
         let (storage, draws) = (&buffer.storage, Draws::new(seed));
-        self.draw_with(storage, reward, batch, |rows| gather_parallel(storage, self, draws, rows))
+        self.draw_with(storage, reward, batch, |rows| match self.table(storage) {
+            None => gather_parallel(storage, self, draws, storage.episodes.picker(), rows),
+            Some(table) => {
+                gather_parallel(storage, self, draws, table.picker(&storage.episodes), rows)
+            }
+        })
     }
 
     fn draw<T: Scalar, F: GoalReward + ?Sized>(
@@ -219,7 +268,10 @@ impl Sampler {
         draws: Draws,
         batch: &mut Batch<T>,
     ) -> Result<(), SampleError> {
-        self.draw_with(storage, reward, batch, |rows| gather(storage, self, draws, rows))
+        self.draw_with(storage, reward, batch, |rows| match self.table(storage) {
+            None => gather(storage, self, draws, storage.episodes.picker(), rows),
+            Some(table) => gather(storage, self, draws, table.picker(&storage.episodes), rows),
+        })
     }
 
     fn draw_with<T: Scalar, F: GoalReward + ?Sized>(
@@ -230,13 +282,22 @@ impl Sampler {
         gather: impl FnOnce(&mut Rows<'_, T>) -> Counts,
     ) -> Result<(), SampleError> {
         let drawn = self.check(storage).and_then(|()| {
-            let counts = gather(&mut batch.make_room(self, storage.layout.dims()));
+            let counts = gather(&mut batch.make_room(self, storage));
+            batch.part_fields();
+            if let Some(beta) = self.prioritized {
+                beta.weigh(storage, batch);
+            }
             outcome::compute(storage, self, reward, counts, batch)
         });
         if drawn.is_err() {
             batch.clear();
         }
         drawn
+    }
+
+    /// The priorities to draw by, or `None` for uniform draws.
+    fn table<'a, T>(&self, storage: &'a Storage<T>) -> Option<&'a PriorityTable> {
+        storage.priorities.as_ref().filter(|_| self.prioritized.is_some())
     }
 
     fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), SampleError> {
@@ -246,8 +307,15 @@ impl Sampler {
         if storage.episodes.live().is_empty() {
             return Err(SampleError::NoFinishedEpisode);
         }
+        if self.prioritized.is_some() {
+            let table = storage.priorities.as_ref().ok_or(SampleError::NoPriorities)?;
+            if table.tree.total() == 0.0 {
+                return Err(SampleError::ZeroPriorities);
+            }
+        }
         let Dims { observation, goal, action } = storage.layout.dims();
-        let most = observation.max(action).max(goal.saturating_mul(self.window()));
+        let goals = goal.saturating_mul(self.window());
+        let most = observation.max(action).max(goals).max(storage.layout.fields().len());
         let bytes = self.batch_size.checked_mul(most).and_then(|n| n.checked_mul(size_of::<f64>()));
         match bytes {
             Some(bytes) if bytes <= isize::MAX.unsigned_abs() => Ok(()),

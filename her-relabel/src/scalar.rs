@@ -16,6 +16,9 @@ pub trait Scalar:
 
     /// The number's bits, in the lowest places.
     fn bits(self) -> u64;
+
+    /// The number with these bits; higher places are ignored.
+    fn from_bits(bits: u64) -> Self;
 }
 
 impl Scalar for f32 {
@@ -33,6 +36,11 @@ impl Scalar for f32 {
     fn bits(self) -> u64 {
         u64::from(self.to_bits())
     }
+
+    #[inline(always)]
+    fn from_bits(bits: u64) -> Self {
+        Self::from_bits(bits as u32)
+    }
 }
 
 impl Scalar for f64 {
@@ -49,6 +57,11 @@ impl Scalar for f64 {
     #[inline(always)]
     fn bits(self) -> u64 {
         self.to_bits()
+    }
+
+    #[inline(always)]
+    fn from_bits(bits: u64) -> Self {
+        Self::from_bits(bits)
     }
 }
 

@@ -2,10 +2,12 @@
 
 use std::num::NonZeroU64;
 
-use crate::Scalar;
 use crate::config::Layout;
 use crate::episodes::{Ending, Episodes};
+use crate::field::Fields;
+use crate::priority::{Priorities, PriorityTable};
 use crate::tape::Tape;
+use crate::{BufferConfig, ConfigError, Scalar};
 
 /// The number of a stored transition. Numbers rise in the order of storing and are never used
 /// again, not even after [`HerBuffer::clear`](crate::HerBuffer::clear). The transitions of an episode have consecutive
@@ -38,15 +40,25 @@ impl TransitionId {
 #[derive(Clone, Debug)]
 pub(crate) struct Storage<T> {
     pub(crate) layout: Layout,
+    pub(crate) fields: Fields,
     pub(crate) capacity: usize,
     pub(crate) episodes: Episodes,
     pub(crate) tape: Tape<T>,
+    pub(crate) priorities: Option<PriorityTable>,
 }
 
 impl<T: Scalar> Storage<T> {
-    pub(crate) fn new(layout: Layout, capacity: usize) -> Self {
-        let tape = Tape::new(layout.row());
-        Self { layout, capacity, episodes: Episodes::default(), tape }
+    pub(crate) fn new(config: &BufferConfig) -> Result<Self, ConfigError> {
+        let layout = Layout::new::<T>(config)?;
+        config.priorities.map_or(Ok(()), Priorities::check)?;
+        Ok(Self {
+            layout,
+            fields: Fields::new(&config.fields)?,
+            capacity: config.capacity,
+            episodes: Episodes::default(),
+            tape: Tape::new(layout.row(), config.capacity),
+            priorities: config.priorities.map(PriorityTable::new),
+        })
     }
 
     /// Adds the rows of an episode of 1 to `capacity` transitions, and drops what it pushes out.
@@ -58,11 +70,17 @@ impl<T: Scalar> Storage<T> {
         self.drop_before(live.end.saturating_sub(kept));
         self.tape.push_rows(rows);
         self.episodes.push(steps, ending);
+        if let Some(table) = &mut self.priorities {
+            table.follow(&self.episodes);
+        }
     }
 
     /// Drops everything.
     pub(crate) fn clear(&mut self) {
         self.drop_before(self.episodes.live().end);
+        if let Some(table) = &mut self.priorities {
+            table.clear(&self.episodes);
+        }
     }
 
     fn drop_before(&mut self, transition: u64) {

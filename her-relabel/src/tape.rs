@@ -28,12 +28,13 @@ pub(crate) struct Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    pub(crate) fn new(row_len: usize) -> Self {
-        Self::with_block_bytes(row_len, BLOCK_BYTES)
+    /// An empty tape. If it holds more than `usual_rows` rows, it takes several blocks.
+    pub(crate) fn new(row_len: usize, usual_rows: usize) -> Self {
+        Self::with_block_bytes(row_len, usual_rows, BLOCK_BYTES)
     }
 
-    fn with_block_bytes(row_len: usize, block_bytes: usize) -> Self {
-        let rows = (block_bytes / (row_len * size_of::<T>())).max(1);
+    fn with_block_bytes(row_len: usize, usual_rows: usize, block_bytes: usize) -> Self {
+        let rows = (block_bytes / (row_len * size_of::<T>())).min(usual_rows).max(1);
         Self {
             row_len,
             block_shift: rows.ilog2(),
@@ -42,6 +43,17 @@ impl<T: Scalar> Tape<T> {
             start: 0,
             end: 0,
         }
+    }
+
+    /// An empty tape whose first row has the number `start`.
+    pub(crate) fn starting_at(row_len: usize, usual_rows: usize, start: u64) -> Self {
+        let tape = Self::new(row_len, usual_rows);
+        Self { first_block: start >> tape.block_shift, start, end: start, ..tape }
+    }
+
+    /// All rows, in order.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[T]> {
+        (self.start..self.end).map(|number| self.row(number))
     }
 
     /// The row with this number, which must be kept still.
@@ -107,7 +119,7 @@ mod tests {
 
         #[test]
         fn rows_keep_their_numbers(pushes in prop::collection::vec((1_u64..6, 0_u64..6), 1..12)) {
-            let mut tape = Tape::<f64>::with_block_bytes(ROW_LEN, 200);
+            let mut tape = Tape::<f64>::with_block_bytes(ROW_LEN, 100, 200);
             let (mut start, mut end) = (0, 0);
             let mut most = 0;
             for (pushed, dropped) in pushes {

@@ -24,23 +24,30 @@ const fn step_on_3(purpose: &'static str, command: &'static str) -> Step {
     Step { purpose, command, mujoco: Some("3.6.0") }
 }
 
-const STEPS: [Step; 14] = [
+const STEPS: [Step; 18] = [
     step("formatting", "fmt --all --check"),
     step("lints", "clippy --workspace --all-targets -- -D warnings"),
     step(
         "lints without MuJoCo",
         "clippy -p fetch-sim -p fetch-env -p baselines --no-default-features --all-targets -- -D warnings",
     ),
+    step(
+        "lints with numpy archives",
+        "clippy -p her-relabel --features npz --all-targets -- -D warnings",
+    ),
     step("documentation", "doc --workspace --no-deps"),
     step(
         "documentation without MuJoCo",
         "doc -p fetch-sim -p fetch-env -p baselines --no-deps --no-default-features",
     ),
+    step("documentation with numpy archives", "doc -p her-relabel --no-deps --features npz"),
     step(
         "tests without MuJoCo",
         "test -p fetch-sim -p fetch-env -p baselines --no-default-features",
     ),
     step("tests", "test --workspace"),
+    step("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
+    step("fuzzing", "xtask fuzz --seconds 15"),
     step("verify", "xtask verify"),
     step("the reference's model", "xtask assets"),
     step(

@@ -72,22 +72,23 @@ fn a_bad_step_is_refused_whole() {
         next_achieved_goal: &[0.0; 3],
         terminated: true,
         truncated: false,
+        fields: &[],
     };
     let not_finite = |error| match error {
-        Err(AddError::NotFinite { field, index, .. }) => (field, index),
+        Err(AddError::NotFinite { field, index, .. }) => format!("{field}[{index}]"),
         other => panic!("{other:?}"),
     };
     let too_short = Step { action: &[], ..good };
     assert_eq!(
         buffer.add_step(0, &too_short),
-        Err(AddError::WrongLength { field: "action", expected: 1, actual: 0 })
+        Err(AddError::WrongLength { field: "action".into(), expected: 1, actual: 0 })
     );
     let bad = Step { reward: f64::NAN, ..good };
-    assert_eq!(not_finite(buffer.add_step(0, &bad)), ("reward", 0));
+    assert_eq!(not_finite(buffer.add_step(0, &bad)), "reward[0]");
     let bad = Step { next_observation: &[0.0, f64::INFINITY], ..good };
-    assert_eq!(not_finite(buffer.add_step(0, &bad)), ("next_observation", 1));
+    assert_eq!(not_finite(buffer.add_step(0, &bad)), "next_observation[1]");
     let bad = Step { next_achieved_goal: &[0.0, 0.0, f64::NAN], ..good };
-    assert_eq!(not_finite(buffer.add_step(0, &bad)), ("next_achieved_goal", 2));
+    assert_eq!(not_finite(buffer.add_step(0, &bad)), "next_achieved_goal[2]");
     assert_eq!(buffer.unfinished_steps(0), Ok(Some(0)));
     assert!(buffer.is_empty());
     buffer.add_step(0, &good).unwrap();
@@ -104,7 +105,7 @@ fn a_bad_start_begins_nothing() {
     };
     assert_eq!(
         buffer.begin_episode(0, &start),
-        Err(AddError::WrongLength { field: "desired_goal", expected: 3, actual: 2 })
+        Err(AddError::WrongLength { field: "desired_goal".into(), expected: 3, actual: 2 })
     );
     assert_eq!(buffer.unfinished_steps(0), Ok(None));
 }
@@ -120,6 +121,7 @@ fn a_bad_whole_episode_is_refused() {
         rewards: &[0.0],
         terminated: true,
         truncated: false,
+        fields: &[],
     };
     let empty = EpisodeData { rewards: &[], ..good };
     assert_eq!(buffer.add_episode(&empty), Err(AddError::EmptyEpisode));
@@ -128,7 +130,7 @@ fn a_bad_whole_episode_is_refused() {
     let short = EpisodeData { observations: &[0.0; 2], ..good };
     assert_eq!(
         buffer.add_episode(&short),
-        Err(AddError::WrongLength { field: "observations", expected: 4, actual: 2 })
+        Err(AddError::WrongLength { field: "observations".into(), expected: 4, actual: 2 })
     );
     assert!(buffer.is_empty());
     buffer.add_episode(&good).unwrap();
@@ -140,6 +142,6 @@ fn a_number_that_f32_cannot_hold_is_refused_and_named() {
     let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims)).unwrap();
     let start = EpisodeStart { observation: &[1e300], achieved_goal: &[0.0], desired_goal: &[0.0] };
     let error = buffer.begin_episode(0, &start).unwrap_err();
-    assert_eq!(error, AddError::NotFinite { field: "observation", index: 0, value: 1e300 });
+    assert_eq!(error, AddError::NotFinite { field: "observation".into(), index: 0, value: 1e300 });
     assert!(error.to_string().contains("`observation[0]` is 1000"));
 }

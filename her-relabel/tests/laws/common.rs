@@ -61,6 +61,7 @@ pub(crate) fn step(
             next_achieved_goal: &achieved_goal(episode, t + 1),
             terminated: ends.0,
             truncated: ends.1,
+            fields: &[],
         },
     )
 }
@@ -80,6 +81,7 @@ pub(crate) fn add(buffer: &mut HerBuffer<f64>, episode: u32, len: u32, ends: (bo
             rewards: &rewards,
             terminated: ends.0,
             truncated: ends.1,
+            fields: &[],
         })
         .unwrap();
 }

@@ -5,7 +5,9 @@ use std::sync::RwLock;
 use std::thread;
 
 use crate::common::{Telling, add, begin, buffer, rows, step};
-use her_relabel::{Batch, Discount, GoalStrategy, NStep, RelabelRatio, SampleError, Sampler};
+use her_relabel::{
+    Batch, Discount, GoalStrategy, HerBuffer, NStep, RelabelRatio, SampleError, Sampler,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -71,7 +73,35 @@ fn any_number_of_threads_draws_the_same_batch() {
             pool.install(|| sampler.sample_parallel(&buffer, &Telling, 5, &mut together)).unwrap();
             assert_eq!(alone, together);
         }
+        // What one thread draws is not what another draws.
+        let halves = alone.transition().split_at(2500);
+        assert_ne!(halves.0, &halves.1[..2500]);
     }
+}
+
+#[test]
+fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() {
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 50, (false, true));
+    begin(&mut buffer, 0, 2).unwrap();
+    let saved = |buffer: &HerBuffer<f64>| {
+        let mut bytes = Vec::new();
+        buffer.write_to(&mut bytes).unwrap();
+        bytes
+    };
+    let before = saved(&buffer);
+    let mut batch = Batch::new();
+    for seed in 0..10 {
+        SAMPLER.sample_parallel(&buffer, &Telling, seed, &mut batch).unwrap();
+    }
+    assert!(saved(&buffer) == before);
+    let copy = batch.clone();
+    for episode in 3..9 {
+        add(&mut buffer, episode, 50, (false, true));
+    }
+    buffer.clear();
+    assert_eq!(batch, copy);
+    rows(&batch);
 }
 
 #[test]

@@ -6,12 +6,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::common::{Row, Telling, add, assert_uniform, buffer, rows};
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, RelabelRatio, SampleError,
-    Sampler,
+    Batch, BufferConfig, Dims, Discount, EpisodeData, GoalStrategy, HerBuffer, RelabelRatio,
+    SampleError, Sampler,
 };
 
-const STRATEGIES: [GoalStrategy; 3] =
-    [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode];
+/// All strategies whose goals come from the transition's own episode.
+fn strategies() -> [GoalStrategy; 4] {
+    let geometric = GoalStrategy::Geometric { gamma: Discount::new(0.9).unwrap() };
+    [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode, geometric]
+}
 
 fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Vec<Row> {
     let mut batch = Batch::new();
@@ -88,7 +91,7 @@ fn goals_of_neighbouring_rows_are_independent() {
 fn an_episode_of_one_step_has_one_hindsight_goal() {
     let mut buffer = buffer(10);
     add(&mut buffer, 8, 1, (true, false));
-    for strategy in STRATEGIES {
+    for strategy in strategies() {
         for row in draw(&buffer, &relabel_all(64, strategy), 5) {
             assert_eq!(row.new_goal, Some((8, 1)));
             assert_eq!(row.ends, (true, false));
@@ -102,12 +105,13 @@ fn goals_come_from_the_same_episode_at_every_offset_of_the_ring() {
         let mut buffer = buffer(capacity);
         for episode in 0..90 {
             add(&mut buffer, episode, 1 + episode * 7 % 11, (episode % 3 == 0, true));
-            for strategy in STRATEGIES {
+            for strategy in strategies() {
                 for row in draw(&buffer, &relabel_all(50, strategy), u64::from(episode)) {
                     let (goal_episode, state) = row.new_goal.unwrap();
                     assert_eq!(goal_episode, row.episode);
                     assert!(state >= 1 && state <= 1 + row.episode * 7 % 11);
-                    assert!(strategy != GoalStrategy::Future || state > row.t);
+                    let may_look_back = strategy == GoalStrategy::Episode;
+                    assert!(may_look_back || state > row.t);
                     // The source is the transition that leads to the goal's state.
                     assert_eq!(row.ahead, Some(i64::from(state) - 1 - i64::from(row.t)));
                 }
@@ -240,6 +244,7 @@ fn reward_at(distance: f64) -> f64 {
             rewards: &[7.0; 2],
             terminated: false,
             truncated: true,
+            fields: &[],
         })
         .unwrap();
     let mut batch = Batch::new();
@@ -271,6 +276,7 @@ fn f32_goals_are_widened_for_the_reward() {
             rewards: &[-0.4],
             terminated: false,
             truncated: true,
+            fields: &[],
         })
         .unwrap();
     let mut batch = Batch::new();

@@ -142,6 +142,8 @@ fn op(n_envs: usize) -> impl Strategy<Value = Op> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
     #[test]
     fn the_newest_transitions_are_live(
         capacity in prop_oneof![1_usize..12, 60_usize..70, Just(200)],

@@ -89,6 +89,7 @@ fn collect(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<HerBuffer<f64>> {
                     next_achieved_goal: observation.achieved_goal(),
                     terminated: step.terminated,
                     truncated: step.truncated,
+                    fields: &[],
                 },
             )?;
             if step.is_last() {

@@ -1,0 +1,58 @@
+//! Whatever a file holds, loading it is a buffer that works or an error.
+#![no_main]
+
+mod common;
+mod files;
+
+use common::{add_whole, begin, draw};
+use files::{Input, template};
+use her_relabel::{HerBuffer, LoadError, Scalar};
+use libfuzzer_sys::fuzz_target;
+
+fn check<T: Scalar>(bytes: &[u8]) {
+    let Ok(mut buffer) = HerBuffer::<T>::read_from(bytes) else { return };
+    let drawn = draw(&buffer);
+    let mut saved = Vec::new();
+    buffer.write_to(&mut saved).expect("memory takes everything");
+    let again = HerBuffer::<T>::read_from(&saved[..]).expect("a saved buffer");
+    assert_eq!(drawn, draw(&again));
+    // It goes on, if its sizes are those of the common episodes.
+    if buffer.config().dims == common::DIMS && buffer.config().capacity < 1000 {
+        let fits =
+            buffer.config().fields.iter().all(|field| field.name == "value" && field.len == 1);
+        for episode in 0..3 {
+            let _ = begin(&mut buffer, 0, episode);
+            if fits {
+                add_whole(&mut buffer, episode, 5);
+            }
+            let _ = buffer.end_episode(0);
+        }
+        let _ = draw(&buffer);
+    }
+}
+
+fuzz_target!(|input: (bool, bool, Input)| {
+    let (is_single, is_sealed, input) = input;
+    let mut good = Vec::new();
+    if is_single {
+        template::<f32>().write_to(&mut good).expect("memory takes everything");
+    } else {
+        template::<f64>().write_to(&mut good).expect("memory takes everything");
+    }
+    let mut bytes = input.apply(good);
+    if is_sealed && bytes.len() > 4 {
+        let end = bytes.len() - 4;
+        let checksum = crc32fast::hash(&bytes[..end]);
+        bytes[end..].copy_from_slice(&checksum.to_le_bytes());
+    }
+    if is_single {
+        check::<f32>(&bytes)
+    } else {
+        check::<f64>(&bytes)
+    }
+    let cut = HerBuffer::<f64>::read_from(&bytes[..bytes.len().min(15)]);
+    assert!(matches!(
+        cut,
+        Err(LoadError::Truncated | LoadError::Foreign | LoadError::Version { .. })
+    ));
+});

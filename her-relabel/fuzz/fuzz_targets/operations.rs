@@ -1,0 +1,148 @@
+//! Any sequence of calls leaves the buffer that a plain list of episodes would be.
+#![no_main]
+
+mod common;
+
+use arbitrary::Arbitrary;
+use common::{DIMS, add_whole, begin, draw, step};
+use her_relabel::{BufferConfig, HerBuffer, NewPriority, PriorityUnit};
+use libfuzzer_sys::fuzz_target;
+
+const N_ENVS: usize = 2;
+
+#[derive(Arbitrary, Debug)]
+enum Op {
+    Step(bool, bool),
+    Begin(bool),
+    End(bool),
+    Discard(bool),
+    Whole(u8),
+    /// The priority of a live transition, counted from the oldest one.
+    Prioritize(u16, u8),
+    Clear,
+    SaveAndLoad,
+}
+
+/// What the buffer should hold: the transitions of finished episodes as (episode, step), and of each
+/// environment the episode and its steps so far.
+#[derive(Default)]
+struct Model {
+    finished: Vec<(u8, u8)>,
+    under_way: [Option<(u8, u8)>; N_ENVS],
+    episodes: u8,
+}
+
+impl Model {
+    fn next(&mut self) -> u8 {
+        self.episodes = self.episodes.wrapping_add(1);
+        self.episodes
+    }
+
+    fn finish(&mut self, episode: u8, len: u8) {
+        self.finished.extend((0..len).map(|t| (episode, t)));
+    }
+
+    fn apply(&mut self, buffer: &mut HerBuffer<f32>, op: &Op) {
+        match *op {
+            Op::Step(env, ends) => {
+                let env = usize::from(env);
+                let (episode, t) = self.under_way[env].unwrap_or_default();
+                let added = step(buffer, env, episode, t, ends || t == u8::MAX - 1);
+                assert_eq!(added.is_ok(), self.under_way[env].is_some());
+                if added.is_err() {
+                } else if ends || t == u8::MAX - 1 {
+                    self.under_way[env] = None;
+                    self.finish(episode, t + 1);
+                } else {
+                    self.under_way[env] = Some((episode, t + 1));
+                }
+            }
+            Op::Begin(env) => {
+                let env = usize::from(env);
+                let episode = self.next();
+                let begun = begin(buffer, env, episode);
+                assert_eq!(begun.is_ok(), self.under_way[env].is_none());
+                self.under_way[env].get_or_insert((episode, 0));
+            }
+            Op::End(env) => {
+                let ended = self.under_way[usize::from(env)].take();
+                assert_eq!(buffer.end_episode(usize::from(env)).is_ok(), ended.is_some());
+                if let Some((episode, len)) = ended {
+                    self.finish(episode, len);
+                }
+            }
+            Op::Discard(env) => {
+                let discarded = self.under_way[usize::from(env)].take();
+                let result = buffer.discard_episode(usize::from(env));
+                assert_eq!(result.is_ok(), discarded.is_some());
+            }
+            Op::Whole(len) => {
+                let episode = self.next();
+                add_whole(buffer, episode, len.max(1));
+                self.finish(episode, len.max(1));
+            }
+            Op::Prioritize(at, priority) => {
+                let Ok(batch) = draw(buffer) else { return };
+                let id = batch.transition()[usize::from(at) % batch.len()];
+                let result = buffer.set_priorities(&[id], &[f64::from(priority)]);
+                assert_eq!(result.is_ok(), buffer.config().priorities.is_some());
+            }
+            Op::Clear => {
+                buffer.clear();
+                *self = Self { episodes: self.episodes, ..Self::default() };
+            }
+            Op::SaveAndLoad => {
+                let mut bytes = Vec::new();
+                buffer.write_to(&mut bytes).expect("memory takes everything");
+                let loaded = HerBuffer::read_from(&bytes[..]).expect("what was saved");
+                assert_eq!(draw(buffer), draw(&loaded));
+                *buffer = loaded;
+            }
+        }
+    }
+
+    fn check(&self, buffer: &HerBuffer<f32>) {
+        let live = &self.finished[self.finished.len().saturating_sub(buffer.config().capacity)..];
+        assert_eq!(buffer.len(), live.len());
+        let mut episodes: Vec<u8> = live.iter().map(|(episode, _)| *episode).collect();
+        episodes.dedup();
+        assert_eq!(buffer.n_episodes(), episodes.len());
+        let Ok(batch) = draw(buffer) else { return };
+        let oldest = buffer.transition_ids().expect("a batch was drawn").0.get();
+        for row in 0..batch.len() {
+            let (episode, t) = live[(batch.transition()[row].get() - oldest) as usize];
+            let state = [f32::from(episode), f32::from(t)];
+            let next = [state[0], state[1] + 1.0];
+            assert_eq!(batch.observation()[2 * row..][..2], state);
+            assert_eq!(batch.next_observation()[2 * row..][..2], next);
+            assert_eq!(batch.action()[row], state[1]);
+            assert_eq!(batch.field("value").expect("the field")[row], state[1]);
+            let goal = batch.desired_goal()[row];
+            match batch.goal_source()[row] {
+                None => assert_eq!((goal, batch.reward()[row]), (state[0], state[0])),
+                Some(source) => {
+                    let (_, t) = live[(source.get() - oldest) as usize];
+                    assert_eq!(goal, f32::from(t) + 1.0);
+                }
+            }
+        }
+    }
+}
+
+fuzz_target!(|input: (u8, u8, Vec<Op>)| {
+    let (capacity, unit, ops) = input;
+    let mut config = BufferConfig::new(usize::from(capacity).max(1), DIMS)
+        .with_n_envs(N_ENVS)
+        .with_field("value", 1);
+    match unit % 3 {
+        0 => {}
+        1 => config = config.with_priorities(PriorityUnit::Transition, NewPriority::Highest),
+        _ => config = config.with_priorities(PriorityUnit::Episode, NewPriority::Given(2.0)),
+    }
+    let mut buffer = HerBuffer::new(config).expect("a buffer");
+    let mut model = Model::default();
+    for op in &ops {
+        model.apply(&mut buffer, op);
+        model.check(&buffer);
+    }
+});

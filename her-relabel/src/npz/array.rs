@@ -1,0 +1,189 @@
+//! One array of an archive, read row by row.
+
+use std::io::{self, BufReader, Read, Seek};
+
+use npyz::{NpyHeader, Order};
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use super::NpzError;
+
+/// The most bytes of an array's header, about ten times what numpy writes.
+const MAX_HEADER: usize = 1024;
+
+/// The most digits of all numbers in a header, so that no product of them overflows.
+const MAX_DIGITS: usize = 19;
+
+/// An array that is read from its first row to its last.
+pub(super) struct Array<'a, E> {
+    name: String,
+    /// What comes next.
+    reader: Box<dyn Read + 'a>,
+    encoding: Encoding<E>,
+    rows: u64,
+    /// The bytes of one row.
+    row: Vec<u8>,
+}
+
+/// How many bytes an element has, and what they mean.
+type Encoding<E> = (usize, fn(&[u8]) -> E);
+
+/// What is read from arrays.
+pub(super) trait Element: Sized {
+    /// The types that are read, in words.
+    const TYPES: &'static str;
+
+    /// The encoding of a type in numpy's notation, if it is one of these.
+    fn encoding(dtype: &str) -> Option<Encoding<Self>>;
+}
+
+impl Element for f64 {
+    const TYPES: &'static str = "float32 or float64, little-endian";
+
+    fn encoding(dtype: &str) -> Option<Encoding<Self>> {
+        match dtype {
+            "'<f4'" => Some((4, |bytes| f32::from_bits(word(bytes) as u32).into())),
+            "'<f8'" => Some((8, |bytes| Self::from_bits(word(bytes)))),
+            _ => None,
+        }
+    }
+}
+
+impl Element for u64 {
+    const TYPES: &'static str = "int64, uint64 or int32, little-endian";
+
+    fn encoding(dtype: &str) -> Option<Encoding<Self>> {
+        match dtype {
+            // Negative numbers become ones that no count can reach.
+            "'<i8'" | "'<u8'" => Some((8, word)),
+            "'<i4'" => Some((4, |bytes| i64::from(word(bytes) as i32) as Self)),
+            _ => None,
+        }
+    }
+}
+
+impl Element for bool {
+    const TYPES: &'static str = "bool";
+
+    fn encoding(dtype: &str) -> Option<Encoding<Self>> {
+        (dtype == "'|b1'").then_some((1, |bytes| word(bytes) != 0))
+    }
+}
+
+/// Up to eight bytes as a number.
+fn word(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
+}
+
+impl<'a, E: Element> Array<'a, E> {
+    /// Opens an array whose rows have `width` numbers.
+    pub(super) fn open<R: Read + Seek>(
+        archive: &'a mut ZipArchive<R>,
+        name: &str,
+        width: usize,
+    ) -> Result<Self, NpzError> {
+        let damaged = |source| NpzError::Array { array: name.to_owned(), source };
+        let file = archive.by_name(&format!("{name}.npy")).map_err(|error| match error {
+            ZipError::FileNotFound => NpzError::Missing { array: name.to_owned() },
+            error => damaged(error.into()),
+        })?;
+        let mut reader = BufReader::new(file);
+        let header = read_header(&mut reader).map_err(damaged)?;
+        let shape = header.shape().to_vec();
+        let rows = shape.first().copied().unwrap_or_default();
+        if rows.checked_mul(width as u64) != Some(header.len()) || shape.is_empty() {
+            return Err(NpzError::Shape { array: name.to_owned(), rows, width, actual: shape });
+        }
+        if header.order() == Order::Fortran && shape.len() > 1 {
+            return Err(damaged(io::Error::other("it is in Fortran's order")));
+        }
+        let dtype = header.dtype().descr();
+        let encoding = E::encoding(&dtype).ok_or_else(|| NpzError::Type {
+            array: name.to_owned(),
+            expected: E::TYPES,
+            actual: dtype,
+        })?;
+        let row = vec![0; encoding.0 * width];
+        Ok(Self { name: name.to_owned(), reader: Box::new(reader), encoding, rows, row })
+    }
+
+    /// The number of rows.
+    pub(super) fn len(&self) -> u64 {
+        self.rows
+    }
+
+    /// The same if it has so many rows.
+    pub(super) fn with_rows(self, rows: u64) -> Result<Self, NpzError> {
+        if self.rows == rows {
+            return Ok(self);
+        }
+        let width = self.row.len() / self.encoding.0;
+        let actual = vec![self.rows, width as u64];
+        Err(NpzError::Shape { array: self.name, rows, width, actual })
+    }
+
+    /// The first number of the next row.
+    pub(super) fn next(&mut self) -> Result<E, NpzError> {
+        let (size, decode) = self.encoding;
+        self.read_row()?;
+        Ok(decode(&self.row[..size]))
+    }
+
+    /// Reads the next `rows` rows and puts the last `kept` of them into `target`.
+    pub(super) fn take(
+        &mut self,
+        rows: u64,
+        kept: u64,
+        target: &mut Vec<E>,
+    ) -> Result<(), NpzError> {
+        let (size, decode) = self.encoding;
+        target.clear();
+        for left in (1..=rows).rev() {
+            self.read_row()?;
+            if left <= kept {
+                target.extend(self.row.chunks_exact(size).map(decode));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that nothing follows the last row. At the end the archive's checksum is compared, too.
+    pub(super) fn finish(mut self) -> Result<(), NpzError> {
+        let end = match self.reader.read(&mut [0]) {
+            Ok(0) => return Ok(()),
+            Ok(_) => io::Error::other("it goes on after its last row"),
+            Err(error) => error,
+        };
+        Err(NpzError::Array { array: self.name, source: end })
+    }
+
+    fn read_row(&mut self) -> Result<(), NpzError> {
+        let read = self.reader.read_exact(&mut self.row);
+        read.map_err(|source| NpzError::Array { array: self.name.clone(), source })
+    }
+}
+
+/// The header of an array, from its first byte, if it is as plain as all that can be read here. Others could
+/// make its reader take memory and stack without bounds.
+fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
+    let mut header = vec![0; 8];
+    file.read_exact(&mut header)?;
+    // From version 2 on the length has four bytes in place of two.
+    let size = if header[6] < 2 { 2 } else { 4 };
+    let mut len = [0; 4];
+    file.read_exact(&mut len[..size])?;
+    header.extend(&len[..size]);
+    let start = header.len();
+    let len = u32::from_le_bytes(len) as usize;
+    if len > MAX_HEADER {
+        return Err(io::Error::other("its header is too long"));
+    }
+    header.resize(start + len, 0);
+    file.read_exact(&mut header[start..])?;
+    let count = |is_it: fn(&u8) -> bool| header[start..].iter().filter(|byte| is_it(byte)).count();
+    let opened = count(|byte| matches!(byte, b'(' | b'[' | b'{'));
+    if !header[start..].is_ascii() || count(u8::is_ascii_digit) > MAX_DIGITS || opened > 2 {
+        return Err(io::Error::other("its header is not that of a plain matrix"));
+    }
+    NpyHeader::from_reader(header.as_slice())
+}

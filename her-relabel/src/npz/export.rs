@@ -1,0 +1,153 @@
+//! Writing episodes for Python.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::Path;
+
+use npyz::{DType, WriteOptions, WriterBuilder};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+use super::{Arrays, EPISODE_LENGTHS, TERMINATED, TRUNCATED};
+use crate::episodes::Episode;
+use crate::replace::replace;
+use crate::{HerBuffer, Scalar};
+
+impl<T: Scalar> HerBuffer<T> {
+    /// Writes all finished episodes, or what is left of them, as an archive of numpy arrays. As with
+    /// [`save`](Self::save) the file is there whole or not at all.
+    ///
+    /// For `E` episodes of `N` transitions together the arrays are, each state stored once:
+    ///
+    /// | array | shape | type |
+    /// |---|---|---|
+    /// | `episode_lengths` | `(E,)` | `i8` |
+    /// | `observations`, `achieved_goals` | `(N + E, dim)` | `f4` or `f8`, as the buffer |
+    /// | `desired_goals` | `(E, dim)` | the same |
+    /// | `actions` | `(N, dim)` | the same |
+    /// | `rewards` | `(N,)` | the same |
+    /// | `terminated`, `truncated` | `(E,)` | `bool` |
+    /// | `fields_NAME`, for each field | `(N, len)` | as the buffer |
+    ///
+    /// In Python, episode `i` is:
+    /// ```python
+    /// data = numpy.load("episodes.npz")
+    /// ends = numpy.cumsum(data["episode_lengths"])
+    /// start, end = ends[i] - data["episode_lengths"][i], ends[i]
+    /// observations = data["observations"][start + i : end + i + 1]  # a state more than steps
+    /// actions = data["actions"][start:end]
+    /// ```
+    ///
+    /// # Errors
+    /// What the file system reports.
+    pub fn export_npz(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        replace(path.as_ref(), |file: &mut File| self.write_npz(file))
+    }
+
+    /// Writes what [`export_npz`](Self::export_npz) writes.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn write_npz(&self, writer: impl Write + Seek) -> io::Result<()> {
+        let storage = &self.storage;
+        let (layout, tape) = (storage.layout, &storage.tape);
+        let arrays = Arrays::new(&self.config);
+        let (n_episodes, n_steps) = (self.n_episodes() as u64, self.len() as u64);
+        let states = |episode: &Episode| episode.row(episode.live.start)..=episode.last_row();
+        let steps = |episode: &Episode| episode.row(episode.live.start)..episode.last_row();
+        let mut archive = Archive { zip: ZipWriter::new(writer), storage: self };
+
+        archive.lengths(n_episodes)?;
+        for (name, of) in [(TERMINATED, 0), (TRUNCATED, 1)] {
+            archive.array(name, "|b1", &[n_episodes], |out, episode| {
+                let flags = [episode.ending.terminated, episode.ending.truncated];
+                out.write_all(&[u8::from(flags[of])])
+            })?;
+        }
+        for ((name, width), place) in [
+            (arrays.observations, layout.observation()),
+            (arrays.achieved_goals, layout.achieved_goal()),
+        ] {
+            let shape = [n_steps + n_episodes, width as u64];
+            archive.elements(&name, &shape, |out, episode| {
+                states(episode).try_for_each(|row| put(out, &tape.row(row)[place.clone()]))
+            })?;
+        }
+        let (name, width) = arrays.desired_goals;
+        archive.elements(&name, &[n_episodes, width as u64], |out, episode| {
+            put(out, &tape.row(episode.last_row())[layout.desired_goal()])
+        })?;
+        let (name, width) = arrays.actions;
+        archive.elements(&name, &[n_steps, width as u64], |out, episode| {
+            steps(episode).try_for_each(|row| put(out, &tape.row(row)[layout.action()]))
+        })?;
+        archive.elements(&arrays.rewards.0, &[n_steps], |out, episode| {
+            steps(episode).try_for_each(|row| put(out, &[tape.row(row)[layout.reward()]]))
+        })?;
+        for ((name, width), (_, place)) in arrays.fields.iter().zip(storage.fields.places()) {
+            archive.elements(name, &[n_steps, *width as u64], |out, episode| {
+                steps(episode)
+                    .try_for_each(|row| put(out, &tape.row(row)[layout.fields()][place.clone()]))
+            })?;
+        }
+        archive.zip.finish()?.flush()
+    }
+}
+
+/// An archive that is being written.
+struct Archive<'a, T, W: Write + Seek> {
+    zip: ZipWriter<W>,
+    storage: &'a HerBuffer<T>,
+}
+
+type Out<'a, W> = BufWriter<&'a mut ZipWriter<W>>;
+
+impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
+    fn lengths(&mut self, n_episodes: u64) -> io::Result<()> {
+        self.array(EPISODE_LENGTHS, "<i8", &[n_episodes], |out, episode| {
+            out.write_all(&(episode.live.end - episode.live.start).to_le_bytes())
+        })
+    }
+
+    /// An array of the buffer's elements, to which `write` adds those of one episode after the other.
+    fn elements(
+        &mut self,
+        name: &str,
+        shape: &[u64],
+        write: impl FnMut(&mut Out<'_, W>, &Episode) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let dtype = if size_of::<T>() == size_of::<f32>() { "<f4" } else { "<f8" };
+        self.array(name, dtype, shape, write)
+    }
+
+    fn array(
+        &mut self,
+        name: &str,
+        dtype: &str,
+        shape: &[u64],
+        mut write: impl FnMut(&mut Out<'_, W>, &Episode) -> io::Result<()>,
+    ) -> io::Result<()> {
+        // As numpy.savez does it; numbers of sensors are hardly made smaller by compression.
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(true);
+        self.zip.start_file(format!("{name}.npy"), options)?;
+        let dtype = dtype.parse().map_err(io::Error::other)?;
+        let mut out = WriteOptions::new_header_only()
+            .dtype(DType::new_scalar(dtype))
+            .shape(shape)
+            .writer(BufWriter::new(&mut self.zip))
+            .write_header_only()?;
+        let episodes = &self.storage.storage.episodes;
+        for number in episodes.numbers() {
+            write(&mut out, &episodes.get(number))?;
+        }
+        out.flush()
+    }
+}
+
+fn put<T: Scalar>(out: &mut impl Write, elements: &[T]) -> io::Result<()> {
+    elements
+        .iter()
+        .try_for_each(|element| out.write_all(&element.bits().to_le_bytes()[..size_of::<T>()]))
+}

@@ -1,0 +1,132 @@
+//! Numbers to and from a file, with a checksum of what went by.
+
+use std::io::{self, Read, Write};
+
+use crate::field::MAX_NAME;
+use crate::{LoadError, Scalar};
+
+/// How many elements are converted at a time, which bounds what a wrong length can allocate.
+const CHUNK: usize = 1 << 12;
+
+/// Where a buffer is written to.
+pub(crate) struct Target<W> {
+    writer: W,
+    checksum: crc32fast::Hasher,
+    bytes: Vec<u8>,
+}
+
+impl<W: Write> Target<W> {
+    pub(crate) fn new(writer: W) -> Self {
+        Self { writer, checksum: crc32fast::Hasher::new(), bytes: Vec::new() }
+    }
+
+    pub(crate) fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.checksum.update(bytes);
+        self.writer.write_all(bytes)
+    }
+
+    pub(crate) fn number(&mut self, number: u64) -> io::Result<()> {
+        self.bytes(&number.to_le_bytes())
+    }
+
+    pub(crate) fn numbers<const N: usize>(&mut self, numbers: [u64; N]) -> io::Result<()> {
+        numbers.into_iter().try_for_each(|number| self.number(number))
+    }
+
+    pub(crate) fn elements<T: Scalar>(&mut self, elements: &[T]) -> io::Result<()> {
+        for chunk in elements.chunks(CHUNK) {
+            self.bytes.clear();
+            for element in chunk {
+                self.bytes.extend_from_slice(&element.bits().to_le_bytes()[..size_of::<T>()]);
+            }
+            self.checksum.update(&self.bytes);
+            self.writer.write_all(&self.bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the checksum.
+    pub(crate) fn finish(mut self) -> io::Result<()> {
+        let checksum = self.checksum.finalize();
+        self.writer.write_all(&checksum.to_le_bytes())?;
+        self.writer.flush()
+    }
+}
+
+/// Where a buffer is read from.
+pub(crate) struct Source<R> {
+    reader: R,
+    checksum: crc32fast::Hasher,
+    bytes: Vec<u8>,
+}
+
+impl<R: Read> Source<R> {
+    pub(crate) fn new(reader: R) -> Self {
+        Self { reader, checksum: crc32fast::Hasher::new(), bytes: Vec::new() }
+    }
+
+    pub(crate) fn bytes<const N: usize>(&mut self) -> Result<[u8; N], LoadError> {
+        let mut bytes = [0; N];
+        self.reader.read_exact(&mut bytes)?;
+        self.checksum.update(&bytes);
+        Ok(bytes)
+    }
+
+    pub(crate) fn number(&mut self) -> Result<u64, LoadError> {
+        Ok(u64::from_le_bytes(self.bytes()?))
+    }
+
+    /// The name of a field, after its length.
+    pub(crate) fn text(&mut self) -> Result<String, LoadError> {
+        let [len] = self.sizes()?;
+        if len > MAX_NAME {
+            return Err(LoadError::Damaged);
+        }
+        let mut bytes = vec![0; len];
+        self.reader.read_exact(&mut bytes)?;
+        self.checksum.update(&bytes);
+        String::from_utf8(bytes).map_err(|_| LoadError::Damaged)
+    }
+
+    /// Numbers that must fit into memory.
+    pub(crate) fn sizes<const N: usize>(&mut self) -> Result<[usize; N], LoadError> {
+        let mut sizes = [0; N];
+        for size in &mut sizes {
+            *size = usize::try_from(self.number()?).map_err(|_| LoadError::Damaged)?;
+        }
+        Ok(sizes)
+    }
+
+    /// Replaces what `elements` holds by the next `len` elements, all of them finite.
+    pub(crate) fn elements<T: Scalar>(
+        &mut self,
+        len: usize,
+        elements: &mut Vec<T>,
+    ) -> Result<(), LoadError> {
+        elements.clear();
+        while elements.len() < len {
+            let count = CHUNK.min(len - elements.len());
+            self.bytes.resize(count * size_of::<T>(), 0);
+            self.reader.read_exact(&mut self.bytes)?;
+            self.checksum.update(&self.bytes);
+            for bytes in self.bytes.chunks_exact(size_of::<T>()) {
+                let mut word = [0; 8];
+                word[..bytes.len()].copy_from_slice(bytes);
+                let element = T::from_bits(u64::from_le_bytes(word));
+                if !element.to_f64().is_finite() {
+                    return Err(LoadError::Damaged);
+                }
+                elements.push(element);
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks the checksum, and that nothing follows it.
+    pub(crate) fn finish(mut self) -> Result<(), LoadError> {
+        let expected = self.checksum.clone().finalize();
+        let is_whole = u32::from_le_bytes(self.bytes()?) == expected;
+        let is_end = self.reader.read(&mut [0])? == 0;
+        if is_whole && is_end { Ok(()) } else { Err(LoadError::Damaged) }
+    }
+}

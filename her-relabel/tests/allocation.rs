@@ -1,0 +1,127 @@
+//! What allocates and what does not, as a counting allocator sees it.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::num::NonZeroUsize;
+
+use allocation_counter::measure;
+use goal_reward::DistanceReward;
+use her_relabel::{
+    Batch, Beta, BufferConfig, Dims, Discount, EpisodeData, GoalStrategy, HerBuffer, NStep,
+    NewPriority, PriorityUnit, RelabelRatio, Sampler, StartBatch, StepBatch,
+};
+
+const N_ENVS: usize = 4;
+const STEPS: usize = 50;
+
+fn config() -> BufferConfig {
+    BufferConfig::new(1000, Dims { observation: 25, goal: 3, action: 4 })
+        .with_n_envs(N_ENVS)
+        .with_field("log_prob", 1)
+        .with_field("latent", 8)
+        .with_priorities(PriorityUnit::Transition, NewPriority::Highest)
+}
+
+/// A step of every environment, the last one of an episode or not.
+fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
+    let starts = StartBatch {
+        observations: &[0.5; N_ENVS * 25],
+        achieved_goals: &[0.5; N_ENVS * 3],
+        desired_goals: &[0.25; N_ENVS * 3],
+    };
+    if buffer.unfinished_steps(0).unwrap().is_none() {
+        buffer.begin_episodes(&starts).unwrap();
+    }
+    let steps = StepBatch {
+        actions: &[0.0; N_ENVS * 4],
+        rewards: &[-1.0; N_ENVS],
+        next_observations: &[0.5; N_ENVS * 25],
+        next_achieved_goals: &[0.5; N_ENVS * 3],
+        terminated: &[false; N_ENVS],
+        truncated: &[is_last; N_ENVS],
+        next_starts: Some(starts),
+        fields: &[("log_prob", &[0.0; N_ENVS]), ("latent", &[0.0; N_ENVS * 8])],
+    };
+    buffer.add_steps(&steps).unwrap();
+}
+
+fn full() -> HerBuffer<f32> {
+    let mut buffer = HerBuffer::new(config()).unwrap();
+    (0..20 * STEPS).for_each(|step| add(&mut buffer, step % STEPS == STEPS - 1));
+    assert_eq!(buffer.len(), 1000);
+    buffer
+}
+
+#[test]
+fn sampling_allocates_nothing_once_the_batch_has_its_size() {
+    let buffer = full();
+    let reward = DistanceReward::sparse();
+    let n_step =
+        NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma: Discount::new(0.98).unwrap() };
+    let plain = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
+    for sampler in [
+        plain,
+        plain.with_strategy(GoalStrategy::Random).with_recomputed_terminated(true),
+        plain.with_n_step(n_step).with_success(true),
+        plain.with_priorities(Beta::FULL),
+    ] {
+        // The pairs of goals that the reward judges are as many as there are relabelled rows at most.
+        let mut batch = Batch::new();
+        let all = sampler.with_ratio(RelabelRatio::ALL);
+        (0..20).for_each(|seed| all.sample_seeded(&buffer, &reward, seed, &mut batch).unwrap());
+        let counted = measure(|| {
+            for seed in 0..50 {
+                sampler.sample_seeded(&buffer, &reward, seed, &mut batch).unwrap();
+                batch.field("latent").unwrap();
+            }
+        });
+        assert_eq!(counted.count_total, 0, "{sampler:?}: {counted:?}");
+    }
+}
+
+#[test]
+fn adding_to_a_full_ring_allocates_nothing() {
+    let mut buffer = full();
+    let ids = buffer.transition_ids().unwrap();
+    let counted = measure(|| {
+        for step in 0..10 * STEPS {
+            add(&mut buffer, step % STEPS == STEPS - 1);
+        }
+        buffer.set_priorities(&[ids.0, ids.1], &[0.5, 1.5]).unwrap();
+    });
+    assert_eq!(counted.count_total, 0, "{counted:?}");
+}
+
+#[test]
+fn no_file_asks_for_much_more_memory_than_it_has() {
+    let dims = Dims { observation: 1, goal: 1, action: 1 };
+    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(8, dims)).unwrap();
+    let episode = EpisodeData {
+        observations: &[0.0; 3],
+        achieved_goals: &[0.0; 3],
+        desired_goal: &[0.0],
+        actions: &[0.0; 2],
+        rewards: &[0.0; 2],
+        terminated: false,
+        truncated: true,
+        fields: &[],
+    };
+    buffer.add_episode(&episode).unwrap();
+    let mut bytes = Vec::new();
+    buffer.write_to(&mut bytes).unwrap();
+    // Six sizes, the number of fields among them, the priorities, and the counts.
+    for number in 0..12 {
+        for shift in 0..64 {
+            let mut hostile = bytes.clone();
+            hostile[16 + 8 * number..][..8].copy_from_slice(&(1_u64 << shift).to_le_bytes());
+            let counted = measure(|| drop(HerBuffer::<f64>::read_from(&hostile[..])));
+            // One block of the tape, of which nothing is touched, is the least there can be.
+            let most = (1 << 23) + (1 << 17);
+            assert!(counted.bytes_max < most, "number {number}, 2^{shift}: {counted:?}");
+        }
+    }
+}
+
+#[test]
+fn the_counting_allocator_counts() {
+    assert_eq!(measure(|| drop(std::hint::black_box(vec![0_u8; 10]))).count_total, 1);
+}

@@ -1,0 +1,247 @@
+//! Further named fields go with their transition, however they came.
+
+use crate::common::{
+    self, Telling, achieved_goal, action, desired_goal, observation, reward, rows,
+};
+use goal_reward::GoalReward;
+use her_relabel::{
+    AddError, Batch, BufferConfig, ConfigError, Discount, EpisodeData, GoalStrategy, HerBuffer,
+    NStep, RelabelRatio, Sampler, StartBatch, Step, StepBatch, UnknownField,
+};
+use std::num::NonZeroUsize;
+
+fn config(capacity: usize) -> BufferConfig {
+    BufferConfig::new(capacity, common::DIMS).with_field("log_prob", 1).with_field("latent", 3)
+}
+
+fn log_prob(episode: u32, t: u32) -> [f64; 1] {
+    [-f64::from(episode) - f64::from(t) / 64.0]
+}
+
+fn latent(episode: u32, t: u32) -> [f64; 3] {
+    [f64::from(t), 0.75, f64::from(episode)]
+}
+
+fn add_whole(buffer: &mut HerBuffer<f64>, episode: u32, len: u32) {
+    let flat = |part: &dyn Fn(u32) -> Vec<f64>, count| (0..count).flat_map(part).collect();
+    let observations: Vec<f64> = flat(&|t| observation(episode, t).to_vec(), len + 1);
+    let achieved_goals: Vec<f64> = flat(&|t| achieved_goal(episode, t).to_vec(), len + 1);
+    let actions: Vec<f64> = flat(&|t| action(episode, t).to_vec(), len);
+    let rewards: Vec<f64> = flat(&|t| vec![reward(episode, t)], len);
+    let log_probs: Vec<f64> = flat(&|t| log_prob(episode, t).to_vec(), len);
+    let latents: Vec<f64> = flat(&|t| latent(episode, t).to_vec(), len);
+    let data = EpisodeData {
+        observations: &observations,
+        achieved_goals: &achieved_goals,
+        desired_goal: &desired_goal(episode),
+        actions: &actions,
+        rewards: &rewards,
+        terminated: false,
+        truncated: true,
+        fields: &[("latent", &latents), ("log_prob", &log_probs)],
+    };
+    buffer.add_episode(&data).unwrap();
+}
+
+/// Adds an episode to every environment, a step of each at a time.
+fn add_vectorised(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
+    let flat = |part: &dyn Fn(u32) -> Vec<f64>| -> Vec<f64> {
+        episodes.iter().flat_map(|episode| part(*episode)).collect()
+    };
+    let starts = StartBatch {
+        observations: &flat(&|episode| observation(episode, 0).to_vec()),
+        achieved_goals: &flat(&|episode| achieved_goal(episode, 0).to_vec()),
+        desired_goals: &flat(&|episode| desired_goal(episode).to_vec()),
+    };
+    buffer.begin_episodes(&starts).unwrap();
+    for t in 0..len {
+        let log_probs = flat(&|episode| log_prob(episode, t).to_vec());
+        let latents = flat(&|episode| latent(episode, t).to_vec());
+        let steps = StepBatch {
+            actions: &flat(&|episode| action(episode, t).to_vec()),
+            rewards: &flat(&|episode| vec![reward(episode, t)]),
+            next_observations: &flat(&|episode| observation(episode, t + 1).to_vec()),
+            next_achieved_goals: &flat(&|episode| achieved_goal(episode, t + 1).to_vec()),
+            terminated: &vec![false; episodes.len()],
+            truncated: &vec![t + 1 == len; episodes.len()],
+            next_starts: None,
+            fields: &[("log_prob", &log_probs), ("latent", &latents)],
+        };
+        buffer.add_steps(&steps).unwrap();
+    }
+}
+
+fn add_steps(buffer: &mut HerBuffer<f64>, episode: u32, len: u32) {
+    common::begin(buffer, 0, episode).unwrap();
+    for t in 0..len {
+        let step = Step {
+            action: &action(episode, t),
+            reward: reward(episode, t),
+            next_observation: &observation(episode, t + 1),
+            next_achieved_goal: &achieved_goal(episode, t + 1),
+            terminated: false,
+            truncated: t + 1 == len,
+            fields: &[("log_prob", &log_prob(episode, t)), ("latent", &latent(episode, t))],
+        };
+        buffer.add_step(0, &step).unwrap();
+    }
+}
+
+/// Checks the fields of all rows by the places that the observations tell.
+fn assert_fields(batch: &Batch<f64>) {
+    let seen = batch.observation().chunks_exact(2);
+    let log_probs = batch.field("log_prob").unwrap().chunks_exact(1);
+    let latents = batch.field("latent").unwrap().chunks_exact(3);
+    assert_eq!((log_probs.len(), latents.len()), (batch.len(), batch.len()));
+    for ((seen, log_probs), latents) in seen.zip(log_probs).zip(latents) {
+        let (episode, t) = (seen[0] as u32, seen[1] as u32);
+        assert_eq!(log_probs, log_prob(episode, t));
+        assert_eq!(latents, latent(episode, t));
+    }
+}
+
+#[test]
+fn fields_go_with_their_transition_however_they_came() {
+    let mut buffer = HerBuffer::<f64>::new(config(200).with_n_envs(2)).unwrap();
+    let mut batch = Batch::new();
+    let sampler = Sampler::new(600, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let n_step =
+        NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma: Discount::new(0.9).unwrap() };
+    for round in 0..12 {
+        add_whole(&mut buffer, 4 * round, 1 + round * 5 % 17);
+        add_vectorised(&mut buffer, &[4 * round + 1, 4 * round + 2], 1 + round * 7 % 13);
+        add_steps(&mut buffer, 4 * round + 3, 1 + round * 3 % 11);
+        sampler.sample_seeded(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
+        rows(&batch);
+        assert_fields(&batch);
+        let windows = sampler.with_n_step(n_step);
+        windows.sample_parallel(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
+        assert_fields(&batch);
+    }
+    assert_eq!(buffer.len(), 200, "the ring has wrapped");
+}
+
+#[test]
+fn a_loaded_buffer_has_the_fields_of_the_saved_one() {
+    let mut buffer = HerBuffer::<f64>::new(config(30)).unwrap();
+    for episode in 0..7 {
+        add_whole(&mut buffer, episode, 9);
+    }
+    let mut bytes = Vec::new();
+    buffer.write_to(&mut bytes).unwrap();
+    let loaded = HerBuffer::<f64>::read_from(&bytes[..]).unwrap();
+    let sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let (mut batch, mut expected) = (Batch::new(), Batch::new());
+    sampler.sample_seeded(&loaded, &Telling, 0, &mut batch).unwrap();
+    sampler.sample_seeded(&buffer, &Telling, 0, &mut expected).unwrap();
+    assert_fields(&batch);
+    assert_eq!(batch, expected);
+}
+
+#[test]
+fn an_episode_longer_than_the_buffer_keeps_the_fields_of_its_end() {
+    let mut buffer = HerBuffer::<f64>::new(config(7)).unwrap();
+    let sampler = Sampler::new(100, GoalStrategy::Final, RelabelRatio::ALL);
+    let mut batch = Batch::new();
+    for add in [add_whole, add_steps] {
+        add(&mut buffer, 1, 20);
+        sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+        assert_fields(&batch);
+    }
+}
+
+#[test]
+fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() {
+    // Two elements after the state, and a desired goal of three.
+    let narrow = BufferConfig::new(50, common::DIMS);
+    let mut plain = HerBuffer::<f64>::new(narrow.clone()).unwrap();
+    let mut buffer = HerBuffer::<f64>::new(narrow.with_field("value", 1)).unwrap();
+    let sampler = Sampler::new(100, GoalStrategy::PastDesired, RelabelRatio::from_k(1));
+    let (mut batch, mut without) = (Batch::new(), Batch::new());
+    common::add(&mut plain, 1, 1, (false, true));
+    let data = EpisodeData {
+        observations: &[observation(1, 0), observation(1, 1)].concat(),
+        achieved_goals: &[achieved_goal(1, 0), achieved_goal(1, 1)].concat(),
+        desired_goal: &desired_goal(1),
+        actions: &action(1, 0),
+        rewards: &[reward(1, 0)],
+        terminated: false,
+        truncated: true,
+        fields: &[("value", &[3.5])],
+    };
+    buffer.add_episode(&data).unwrap();
+    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    sampler.sample_seeded(&plain, &Telling, 0, &mut without).unwrap();
+    assert_eq!(batch.field("value").unwrap(), [3.5; 100]);
+    assert_eq!(batch.desired_goal(), without.desired_goal());
+    assert_eq!(batch.reward(), without.reward());
+}
+
+#[test]
+fn unknown_missing_repeated_and_misshapen_fields_are_refused() {
+    let mut buffer = HerBuffer::<f64>::new(config(50)).unwrap();
+    common::begin(&mut buffer, 0, 1).unwrap();
+    let good = Step {
+        action: &[0.0],
+        reward: 0.0,
+        next_observation: &[0.0; 2],
+        next_achieved_goal: &[0.0; 3],
+        terminated: false,
+        truncated: true,
+        fields: &[("log_prob", &[0.0]), ("latent", &[0.0; 3])],
+    };
+    let refusal = |fields: &[(&str, &[f64])], buffer: &mut HerBuffer<f64>| {
+        let error = buffer.add_step(0, &Step { fields, ..good }).unwrap_err();
+        assert_eq!(buffer.unfinished_steps(0), Ok(Some(0)));
+        error
+    };
+    let unknown = refusal(&[("log_prob", &[0.0]), ("value", &[0.0])], &mut buffer);
+    assert_eq!(
+        unknown.to_string(),
+        "`value` is no field: there are [log_prob, latent]; name it in `fields` of the configuration"
+    );
+    let missing = refusal(&[("log_prob", &[0.0])], &mut buffer);
+    assert_eq!(missing, AddError::MissingField { name: "latent".into() });
+    let repeated = refusal(&[("log_prob", &[0.0]), ("log_prob", &[0.0])], &mut buffer);
+    assert_eq!(repeated, AddError::RepeatedField { name: "log_prob".into() });
+    let short = refusal(&[("log_prob", &[0.0]), ("latent", &[0.0])], &mut buffer);
+    assert_eq!(short, AddError::WrongLength { field: "latent".into(), expected: 3, actual: 1 });
+    let nan = refusal(&[("log_prob", &[f64::NAN]), ("latent", &[0.0; 3])], &mut buffer);
+    assert!(matches!(nan, AddError::NotFinite { field, index: 0, .. } if field == "log_prob"));
+    buffer.add_step(0, &good).unwrap();
+
+    let mut batch = Batch::new();
+    assert!(matches!(batch.field("log_prob"), Err(UnknownField { known, .. }) if known.is_empty()));
+    let sampler = Sampler::new(3, GoalStrategy::Final, RelabelRatio::NONE);
+    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    assert_eq!(batch.field("latent").unwrap(), [0.0; 9]);
+    assert!(matches!(batch.field("value"), Err(UnknownField { name, .. }) if name == "value"));
+}
+
+#[test]
+fn fields_need_proper_names_and_lengths() {
+    let refused = |config: BufferConfig| HerBuffer::<f32>::new(config).unwrap_err();
+    let plain = BufferConfig::new(9, common::DIMS);
+    for name in ["", "a b", "naïve", "a/b", &"x".repeat(65)] {
+        let error = refused(plain.clone().with_field(name, 1));
+        assert_eq!(error, ConfigError::FieldName { name: name.to_owned() });
+    }
+    assert!(matches!(refused(config(9).with_field("latent", 2)), ConfigError::FieldName { .. }));
+    let zero = ConfigError::Zero { name: "fields.len" };
+    assert_eq!(refused(plain.clone().with_field("none", 0)), zero);
+    let huge = plain.with_field("a", usize::MAX).with_field("b", usize::MAX);
+    assert_eq!(refused(huge), ConfigError::TooLarge);
+}
+
+#[test]
+fn the_reward_knows_nothing_of_fields() {
+    let mut buffer = HerBuffer::<f64>::new(config(50)).unwrap();
+    add_whole(&mut buffer, 2, 9);
+    let mut batch = Batch::new();
+    let sampler = Sampler::new(64, GoalStrategy::Episode, RelabelRatio::ALL);
+    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    for row in 0..batch.len() {
+        let goals = (&batch.next_achieved_goal()[3 * row..], &batch.desired_goal()[3 * row..]);
+        assert_eq!(batch.reward()[row], Telling.reward(goals.0, goals.1));
+    }
+}

@@ -1,0 +1,235 @@
+//! A loaded buffer is the saved one, and saving leaves a whole file.
+
+use std::fs;
+use std::io::{self, Write};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use crate::common::{DIMS, Telling, add, begin, buffer, rows, step};
+use her_relabel::{
+    Batch, Beta, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NewPriority,
+    PriorityUnit, RelabelRatio, Sampler, Step,
+};
+use proptest::prelude::*;
+
+pub(crate) fn saved(buffer: &HerBuffer<f64>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    buffer.write_to(&mut bytes).unwrap();
+    bytes
+}
+
+pub(crate) fn load(bytes: &[u8]) -> Result<HerBuffer<f64>, LoadError> {
+    HerBuffer::read_from(bytes)
+}
+
+/// Adds to the buffer: step `at` of all that happens.
+fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, bool)) {
+    match len {
+        0..4 => add(buffer, at, len + 1, (ends, true)),
+        4 if at.is_multiple_of(7) => buffer.clear(),
+        4 => {
+            let ends = buffer.transition_ids().filter(|_| buffer.config().priorities.is_some());
+            if let Some((oldest, newest)) = ends {
+                let priorities = [f64::from(at % 3), f64::from(at) / 7.0];
+                buffer.set_priorities(&[oldest, newest], &priorities).unwrap();
+            }
+        }
+        _ => {
+            let t = match buffer.unfinished_steps(env).unwrap() {
+                Some(steps) => steps as u32,
+                None => {
+                    begin(buffer, env, env as u32 + 900).unwrap();
+                    0
+                }
+            };
+            // The steps of a longer episode could not be counted by what is kept of it.
+            let ends = ends || t as usize + 1 == buffer.config().capacity;
+            step(buffer, env, env as u32 + 900, t, (false, ends)).unwrap();
+        }
+    }
+}
+
+fn assert_same(one: &HerBuffer<f64>, other: &HerBuffer<f64>) {
+    assert_eq!(one.config(), other.config());
+    assert_eq!(one.transition_ids(), other.transition_ids());
+    assert_eq!(one.n_episodes(), other.n_episodes());
+    let mut sampler = Sampler::new(200, GoalStrategy::Random, RelabelRatio::from_k(1));
+    sampler.prioritized = one.config().priorities.map(|_| Beta::FULL);
+    let mut batches = [Batch::new(), Batch::new()];
+    let [a, b] = [one, other].map(|buffer| {
+        let [batch, _] = &mut batches;
+        let drawn = sampler.sample_seeded(buffer, &Telling, 9, batch);
+        drawn.map(|()| batch.clone())
+    });
+    // Only episodes without fields tell where their numbers come from.
+    if let (Ok(batch), true) = (&a, one.config().fields.is_empty()) {
+        rows(batch);
+    }
+    assert_eq!(a, b);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn a_loaded_buffer_goes_on_as_the_saved_one(
+        capacity in prop_oneof![3_usize..12, 60_usize..70, Just(130)],
+        unit in prop_oneof![
+            Just(None),
+            Just(Some(PriorityUnit::Transition)),
+            Just(Some(PriorityUnit::Episode)),
+        ],
+        before in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
+        after in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
+    ) {
+        let mut config = BufferConfig::new(capacity, DIMS).with_n_envs(2);
+        if let Some(unit) = unit {
+            config = config.with_priorities(unit, NewPriority::Highest);
+        }
+        let mut buffer = HerBuffer::<f64>::new(config).unwrap();
+        for (at, event) in before.into_iter().enumerate() {
+            happen(&mut buffer, at as u32, event);
+        }
+        let mut loaded = load(&saved(&buffer)).unwrap();
+        assert_same(&buffer, &loaded);
+        for (at, event) in after.into_iter().enumerate() {
+            happen(&mut buffer, at as u32, event);
+            happen(&mut loaded, at as u32, event);
+        }
+        assert_same(&buffer, &loaded);
+        prop_assert_eq!(saved(&buffer), saved(&loaded));
+    }
+}
+
+/// A buffer of everything: a ring that has wrapped, a field, priorities, an unfinished episode.
+pub(crate) fn small() -> HerBuffer<f64> {
+    let config = BufferConfig::new(8, DIMS)
+        .with_field("value", 1)
+        .with_priorities(PriorityUnit::Episode, NewPriority::Given(0.5));
+    let mut buffer = HerBuffer::new(config).unwrap();
+    for episode in 0..4_u8 {
+        buffer
+            .add_episode(&EpisodeData {
+                observations: &[f64::from(episode); 8],
+                achieved_goals: &[0.25; 12],
+                desired_goal: &[0.5; 3],
+                actions: &[0.0; 3],
+                rewards: &[-1.0; 3],
+                terminated: false,
+                truncated: true,
+                fields: &[("value", &[1.0, 2.0, 3.0])],
+            })
+            .unwrap();
+    }
+    let (_, newest) = buffer.transition_ids().unwrap();
+    buffer.set_priorities(&[newest], &[2.0]).unwrap();
+    begin(&mut buffer, 0, 7).unwrap();
+    let fields: &[(&str, &[f64])] = &[("value", &[4.0])];
+    buffer.add_step(0, &Step { fields, ..plain_step() }).unwrap();
+    buffer
+}
+
+pub(crate) fn plain_step() -> Step<'static, f64> {
+    Step {
+        action: &[0.0],
+        reward: -1.0,
+        next_observation: &[7.0, 1.0],
+        next_achieved_goal: &[0.0; 3],
+        terminated: false,
+        truncated: false,
+        fields: &[],
+    }
+}
+
+/// The same without a field and priorities, which tells where its numbers come from.
+fn plain() -> HerBuffer<f64> {
+    let mut buffer = buffer(8);
+    for episode in 0..4 {
+        add(&mut buffer, episode, 3, (false, true));
+    }
+    begin(&mut buffer, 0, 7).unwrap();
+    step(&mut buffer, 0, 7, 0, (false, false)).unwrap();
+    buffer
+}
+
+#[test]
+fn saving_replaces_the_file_whole_or_not_at_all() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("replay.her");
+    small().save(&path).unwrap();
+    assert_same(&HerBuffer::load(&path).unwrap(), &small());
+    let mut later = small();
+    later.end_episode(0).unwrap();
+    later.save(&path).unwrap();
+    assert_same(&HerBuffer::load(&path).unwrap(), &later);
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "nothing is left over");
+    assert!(later.save(directory.path().join("missing").join("replay.her")).is_err());
+    // A directory cannot be replaced by a file: the last step fails, after everything was written.
+    let taken = directory.path().join("taken");
+    fs::create_dir(&taken).unwrap();
+    assert!(later.save(&taken).is_err());
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
+    let missing = HerBuffer::<f64>::load(directory.path().join("none")).unwrap_err();
+    assert!(matches!(missing, LoadError::Io(_)));
+}
+
+/// A disk with room for so many bytes.
+struct Disk(usize);
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = bytes.len().min(self.0);
+        self.0 -= count;
+        Ok(count)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What the next test runs in another process, which it kills.
+#[test]
+#[ignore = "runs until it is killed"]
+fn saves_for_ever() {
+    let path = std::env::var_os("HER_RELABEL_SAVES_TO").unwrap();
+    loop {
+        small().save(&path).unwrap();
+        plain().save(&path).unwrap();
+    }
+}
+
+#[test]
+fn a_crash_while_saving_leaves_a_whole_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("replay.her");
+    small().save(&path).unwrap();
+    for wait in 0..12 {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "saving::saves_for_ever", "--ignored"])
+            .env("HER_RELABEL_SAVES_TO", &path)
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        // It is at work as soon as its first temporary file or a replaced file shows.
+        let before = fs::metadata(&path).unwrap().modified().unwrap();
+        while fs::metadata(&path).unwrap().modified().unwrap() == before {
+            assert!(child.try_wait().unwrap().is_none(), "it saves until it is killed");
+        }
+        thread::sleep(Duration::from_micros(wait * 300));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let loaded = HerBuffer::load(&path).unwrap();
+        let expected = if loaded.config().priorities.is_some() { small() } else { plain() };
+        assert_same(&loaded, &expected);
+    }
+}
+
+#[test]
+fn a_full_disk_is_an_error() {
+    let size = saved(&small()).len();
+    assert!(small().write_to(Disk(size)).is_ok());
+    for room in [0, 10, size / 2, size - 1] {
+        assert!(small().write_to(Disk(room)).is_err());
+    }
+}
