@@ -55,8 +55,11 @@ mod np_random;
 mod observation;
 mod registry;
 mod reset;
+#[cfg(feature = "mujoco")]
+mod shared_model;
 pub mod spaces;
 mod time_limit;
+pub mod vec_env;
 
 #[doc = include_str!("../DIFFERENCES.md")]
 pub mod differences {}
@@ -72,10 +75,11 @@ pub use np_random::NpRandom;
 pub use observation::{FetchObservation, ObservationField, observation_fields};
 pub use registry::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic};
 #[cfg(feature = "mujoco")]
-pub use registry::{MujocoEnv, make, make_config};
+pub use registry::{MujocoEnv, make, make_config, make_vec, make_vec_config};
 pub use reset::FetchResetOptions;
 pub use spaces::{BoxSpace, DictSpace, Space};
 pub use time_limit::{TimeLimit, TimeLimitSnapshot};
+pub use vec_env::VecEnv;
 
 /// The README's example, run as a test.
 #[cfg(all(doctest, feature = "mujoco"))]

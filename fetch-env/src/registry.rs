@@ -5,6 +5,12 @@ use goal_reward::RewardKind;
 use serde::{Deserialize, Serialize};
 
 use crate::{EnvError, FetchConfig, FetchEnv, TimeLimit};
+#[cfg(feature = "mujoco")]
+use crate::{
+    VecEnv,
+    shared_model::shared_model,
+    vec_env::{VecConfig, VecEnvError},
+};
 
 /// The name of one of the eight environments, such as `FetchPush-v4` or `FetchPushDense-v4`.
 ///
@@ -126,14 +132,59 @@ pub fn make(id: &str) -> Result<MujocoEnv, EnvError> {
     make_config(id.parse::<EnvId>()?.config())
 }
 
-/// Makes an environment on MuJoCo, with the built-in model, from a configuration of one's own.
+/// Makes an environment on MuJoCo from a configuration of one's own.
+///
+/// The environments of this process that are alive share one model for each
+/// [`FetchConfig::sim`]; it is compiled, and let settle, for the first of them.
 ///
 /// # Errors
 /// [`EnvError::Sim`] if MuJoCo cannot be used.
 #[cfg(feature = "mujoco")]
 pub fn make_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
-    let simulator = fetch_sim::MujocoSimulator::new(config.sim())?;
+    let model = shared_model(config.sim())?;
+    let simulator = fetch_sim::MujocoSimulator::with_model(model)?;
     Ok(FetchEnv::new(config, simulator)?.time_limited())
+}
+
+/// Makes `num_envs` environments that are stepped together, by their name; see
+/// [`vec_env`](crate::vec_env).
+///
+/// ```
+/// use fetch_env::{make_vec, vec_env::VecConfig};
+///
+/// let mut envs = make_vec("FetchReach-v4", 4, VecConfig::default())?;
+/// envs.reset(Some(42))?;
+/// let batch = envs.step(&[0.0; 4 * 4])?;
+/// assert_eq!(batch.reward(), [-1.0; 4]);
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+///
+/// # Errors
+/// As [`make`], and [`EnvError::Vec`] if `num_envs` is 0 or the threads cannot be started.
+#[cfg(feature = "mujoco")]
+pub fn make_vec(
+    id: &str,
+    num_envs: usize,
+    vec_config: VecConfig,
+) -> Result<VecEnv<MujocoEnv>, EnvError> {
+    make_vec_config(&id.parse::<EnvId>()?.config(), num_envs, vec_config)
+}
+
+/// Makes `num_envs` environments that are stepped together, from a configuration of one's own.
+///
+/// # Errors
+/// As [`make_vec`].
+#[cfg(feature = "mujoco")]
+pub fn make_vec_config(
+    config: &FetchConfig,
+    num_envs: usize,
+    vec_config: VecConfig,
+) -> Result<VecEnv<MujocoEnv>, EnvError> {
+    if num_envs == 0 {
+        return Err(VecEnvError::NoEnvs.into());
+    }
+    let envs: Result<Vec<_>, _> = (0..num_envs).map(|_| make_config(config.clone())).collect();
+    Ok(VecEnv::new(envs?, vec_config)?)
 }
 
 /// Makes an environment by its name on the [stand-in](KinematicSimulator) for the physics, to test
