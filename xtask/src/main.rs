@@ -7,6 +7,7 @@
 
 mod all;
 mod assets;
+mod bench;
 mod bridge;
 mod check;
 mod ci;
@@ -17,6 +18,7 @@ mod exercise;
 mod mujoco;
 mod parity;
 mod progress;
+mod python;
 mod random_episodes;
 mod report;
 mod reward_check;
@@ -54,6 +56,8 @@ enum Command {
     Mujoco(mujoco::Args),
     /// Replay recordings of the real environment and compare
     Parity(parity::Args),
+    /// Measure how fast it is
+    Bench(bench::Args),
     /// Answer one of the chapter's exercises, 1 to 4
     Exercise(exercise::Args),
     /// Look for the usual troubles, and say how to mend them
@@ -73,6 +77,7 @@ fn main() -> ExitCode {
         Command::Assets(args) => assets::run(&args),
         Command::Mujoco(args) => mujoco::run(&args),
         Command::Parity(args) => parity::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Exercise(args) => exercise::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Ci(args) => ci::run(&args),
