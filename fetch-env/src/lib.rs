@@ -51,6 +51,8 @@ mod euler;
 mod fetch_env;
 mod fetch_snapshot;
 mod goal_env;
+#[cfg(feature = "mujoco")]
+mod make_vec;
 mod np_random;
 mod observation;
 mod registry;
@@ -71,11 +73,13 @@ pub use error::EnvError;
 pub use fetch_env::FetchEnv;
 pub use fetch_snapshot::FetchSnapshot;
 pub use goal_env::{GoalEnv, GoalObservation, Info};
+#[cfg(feature = "mujoco")]
+pub use make_vec::{make_vec, make_vec_config};
 pub use np_random::NpRandom;
 pub use observation::{FetchObservation, ObservationField, observation_fields};
 pub use registry::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic};
 #[cfg(feature = "mujoco")]
-pub use registry::{MujocoEnv, make, make_config, make_vec, make_vec_config};
+pub use registry::{MujocoEnv, make, make_config};
 pub use reset::FetchResetOptions;
 pub use spaces::{BoxSpace, DictSpace, Space};
 pub use time_limit::{TimeLimit, TimeLimitSnapshot};

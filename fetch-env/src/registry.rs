@@ -4,13 +4,9 @@ use fetch_sim::{KinematicSimulator, Task};
 use goal_reward::RewardKind;
 use serde::{Deserialize, Serialize};
 
-use crate::{EnvError, FetchConfig, FetchEnv, TimeLimit};
 #[cfg(feature = "mujoco")]
-use crate::{
-    VecEnv,
-    shared_model::shared_model,
-    vec_env::{VecConfig, VecEnvError},
-};
+use crate::shared_model::shared_model;
+use crate::{EnvError, FetchConfig, FetchEnv, TimeLimit};
 
 /// The name of one of the eight environments, such as `FetchPush-v4` or `FetchPushDense-v4`.
 ///
@@ -144,47 +140,6 @@ pub fn make_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
     let model = shared_model(config.sim())?;
     let simulator = fetch_sim::MujocoSimulator::with_model(model)?;
     Ok(FetchEnv::new(config, simulator)?.time_limited())
-}
-
-/// Makes `num_envs` environments that are stepped together, by their name; see
-/// [`vec_env`](crate::vec_env).
-///
-/// ```
-/// use fetch_env::{make_vec, vec_env::VecConfig};
-///
-/// let mut envs = make_vec("FetchReach-v4", 4, VecConfig::default())?;
-/// envs.reset(Some(42))?;
-/// let batch = envs.step(&[0.0; 4 * 4])?;
-/// assert_eq!(batch.reward(), [-1.0; 4]);
-/// # Ok::<(), fetch_env::EnvError>(())
-/// ```
-///
-/// # Errors
-/// As [`make`], and [`EnvError::Vec`] if `num_envs` is 0 or the threads cannot be started.
-#[cfg(feature = "mujoco")]
-pub fn make_vec(
-    id: &str,
-    num_envs: usize,
-    vec_config: VecConfig,
-) -> Result<VecEnv<MujocoEnv>, EnvError> {
-    make_vec_config(&id.parse::<EnvId>()?.config(), num_envs, vec_config)
-}
-
-/// Makes `num_envs` environments that are stepped together, from a configuration of one's own.
-///
-/// # Errors
-/// As [`make_vec`].
-#[cfg(feature = "mujoco")]
-pub fn make_vec_config(
-    config: &FetchConfig,
-    num_envs: usize,
-    vec_config: VecConfig,
-) -> Result<VecEnv<MujocoEnv>, EnvError> {
-    if num_envs == 0 {
-        return Err(VecEnvError::NoEnvs.into());
-    }
-    let envs: Result<Vec<_>, _> = (0..num_envs).map(|_| make_config(config.clone())).collect();
-    Ok(VecEnv::new(envs?, vec_config)?)
 }
 
 /// Makes an environment by its name on the [stand-in](KinematicSimulator) for the physics, to test

@@ -1,4 +1,4 @@
-use std::num::NonZeroUsize;
+use std::{num::NonZeroUsize, thread};
 
 use serde::{Deserialize, Serialize};
 
@@ -53,5 +53,10 @@ impl VecConfig {
     pub const fn pin_threads(mut self, pin: bool) -> Self {
         self.pin_threads = pin;
         self
+    }
+
+    pub(crate) fn num_threads(&self, num_envs: usize) -> usize {
+        let cores = || thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        self.threads.map_or_else(cores, NonZeroUsize::get).min(num_envs)
     }
 }

@@ -98,3 +98,9 @@ pub enum VecEnvError {
     #[error("a worker thread has died: make the environments anew")]
     WorkerLost,
 }
+
+impl VecEnvError {
+    pub(crate) fn from_spawn(error: std::io::Error) -> Self {
+        Self::Thread { reason: error.to_string() }
+    }
+}

@@ -46,7 +46,7 @@ mod pool;
 mod slot;
 mod vec_reset;
 
-use std::{fmt, num::NonZeroUsize, thread};
+use std::fmt;
 
 pub use batch::{Batch, FinalStep};
 pub use config::{AutoresetMode, VecConfig};
@@ -102,8 +102,7 @@ where
             }
         }
         let num_envs = envs.len();
-        let cores = || thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        let threads = config.threads.map_or_else(cores, NonZeroUsize::get).min(num_envs);
+        let threads = config.num_threads(num_envs);
         let slot = |(env_id, env)| Box::new(Slot::new(env_id, env, config.autoreset, dims));
         Ok(Self {
             idle: envs.into_iter().enumerate().map(slot).map(Some).collect(),

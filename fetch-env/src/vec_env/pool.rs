@@ -77,7 +77,7 @@ impl<J: Job + 'static> Pool<J> {
                     let _ = report.send(core.is_none_or(core_affinity::set_for_current));
                     shared.work(index, &parker);
                 })
-                .map_err(|error| VecEnvError::Thread { reason: error.to_string() })?;
+                .map_err(VecEnvError::from_spawn)?;
             pool.workers.push(Worker { unparker, thread: Some(thread) });
         }
         if pinned.iter().take(threads).all(|pinned| pinned) {
