@@ -1,4 +1,4 @@
-//! Construction and memory of a thousand environments, in a process of their own: what was
+//! Construction and memory of many environments, in a process of their own: what was
 //! allocated and freed before would blur them.
 
 use std::{fs, process::Command, time::Instant};
@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 
 use super::episodes::{SEED, random_actions};
 
-pub const ENVS: usize = 1000;
 /// Steps of every environment, so that it has touched what it needs.
 const STEPS: usize = 10;
 
@@ -23,9 +22,10 @@ pub struct Footprint {
 
 impl Footprint {
     /// Runs this command's own program to [measure](Self::measure).
-    pub fn of(task: &str, model: &str) -> anyhow::Result<Self> {
+    pub fn of(task: &str, model: &str, envs: u16) -> anyhow::Result<Self> {
         let output = Command::new(std::env::current_exe()?)
             .args(["bench", "env", "--footprint", "--task", task, "--model", model])
+            .args(["--footprint-envs", &envs.to_string()])
             .output()?;
         let text = String::from_utf8_lossy(&output.stdout);
         let errors = String::from_utf8_lossy(&output.stderr);
@@ -33,8 +33,9 @@ impl Footprint {
         serde_json::from_str(&text).with_context(|| format!("no measurement: {text}{errors}"))
     }
 
-    pub fn measure(config: &FetchConfig) -> anyhow::Result<Self> {
-        let actions = random_actions(ENVS)?.into_flattened();
+    pub fn measure(config: &FetchConfig, envs: u16) -> anyhow::Result<Self> {
+        let envs = usize::from(envs);
+        let actions = random_actions(envs)?.into_flattened();
         let start = Instant::now();
         let mut first = make_vec_config(config, 1, VecConfig::default())?;
         first.reset(Some(SEED))?;
@@ -44,13 +45,13 @@ impl Footprint {
         }
         let one = resident_bytes()?;
         let start = Instant::now();
-        let mut others = make_vec_config(config, ENVS - 1, VecConfig::default())?;
+        let mut others = make_vec_config(config, envs - 1, VecConfig::default())?;
         others.reset(Some(SEED))?;
         let construction = (first_made + start.elapsed()).as_secs_f64();
         for _ in 0..STEPS {
             others.step(&actions[4..])?;
         }
-        Ok(Self { construction, further_env: (resident_bytes()? - one) / (ENVS - 1) as f64 })
+        Ok(Self { construction, further_env: (resident_bytes()? - one) / (envs - 1) as f64 })
     }
 }
 

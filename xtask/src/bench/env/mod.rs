@@ -49,6 +49,9 @@ pub struct Args {
     #[arg(long)]
     #[serde(skip)]
     json: Option<PathBuf>,
+    /// Environments whose construction and memory are measured
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..))]
+    footprint_envs: u16,
     /// Measure construction and memory in this very process, and print them
     #[arg(long, hide = true, requires_all = ["task", "model"])]
     #[serde(skip)]
@@ -91,7 +94,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let both = vec![ModelChoice::Builtin, ModelChoice::Reference];
     let models = args.model.map_or(both, |model| vec![model]);
     if args.footprint {
-        let measured = Footprint::measure(&config(tasks[0], models[0])?)?;
+        let measured = Footprint::measure(&config(tasks[0], models[0])?, args.footprint_envs)?;
         println!("{}", serde_json::to_string(&measured)?);
         return Ok(true);
     }
@@ -127,9 +130,9 @@ fn measure(args: &Args, task: Task, model: ModelChoice) -> anyhow::Result<Vec<(S
     let resets = interleave(resets, Duration::from_secs_f64(args.seconds / 10.0))?;
     let mut figures: Vec<_> = steps.figures().chain(resets.figures()).collect();
     figures.extend(ratios(&steps, &resets));
-    let footprint = Footprint::of(task_name(task), model_name(model))?;
+    let footprint = Footprint::of(task_name(task), model_name(model), args.footprint_envs)?;
     figures.extend([
-        (format!("construction-{}", footprint::ENVS), Figure::new(footprint.construction, "s")),
+        (format!("construction-{}", args.footprint_envs), Figure::new(footprint.construction, "s")),
         ("memory-further-env".into(), Figure::new(footprint.further_env, "bytes")),
     ]);
     Ok(figures)
