@@ -11,26 +11,14 @@ use fetch_env::{
     EnvError, EnvId,
     vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError},
 };
-use fetch_sim::{
-    Control, GripperState, KinematicSimulator, ObjectState, Settled, SimError, Simulator, Task,
+use fetch_sim::SimError;
+
+use crate::{
+    common::{MODES, TestEnv, actions, envs, kinematic, row_of, singles, vec_env},
+    faulty::{Fault, Faulty},
 };
 
-use crate::common::{MODES, TestEnv, actions, envs, kinematic, row_of, singles, vec_env};
-
-/// What a simulator does where the gripper is told to go down.
-#[derive(Clone, Copy)]
-enum Fault {
-    Diverge,
-    Panic,
-    /// Its payload panics when it is dropped, which nothing can catch.
-    PanicTwice,
-    TakeLong,
-}
-
-struct Faulty(KinematicSimulator, Fault);
-
-static LONG_STEPS: AtomicUsize = AtomicUsize::new(0);
-
+/// Its own drop panics, which nothing can catch.
 struct Bomb;
 
 impl Drop for Bomb {
@@ -39,69 +27,22 @@ impl Drop for Bomb {
     }
 }
 
-impl Simulator for Faulty {
-    type Snapshot = KinematicSimulator;
+static LONG_STEPS: AtomicUsize = AtomicUsize::new(0);
 
-    fn task(&self) -> Task {
-        self.0.task()
-    }
-
-    fn control_period(&self) -> f64 {
-        self.0.control_period()
-    }
-
-    fn settled(&self) -> Settled {
-        self.0.settled()
-    }
-
-    fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
-        self.0.reset(object_xy)
-    }
-
-    fn step(&mut self, control: &Control) -> Result<(), SimError> {
-        if control.displacement.z >= 0.0 {
-            return self.0.step(control);
-        }
-        match self.1 {
-            Fault::Diverge => Err(diverged()),
-            Fault::Panic => panic!("told to go down"),
-            Fault::PanicTwice => panic_any(Bomb),
-            Fault::TakeLong => {
-                LONG_STEPS.fetch_add(1, SeqCst);
-                thread::sleep(Duration::from_millis(20));
-                Ok(())
-            }
-        }
-    }
-
-    fn gripper(&self) -> GripperState {
-        self.0.gripper()
-    }
-
-    fn object(&self) -> Option<ObjectState> {
-        self.0.object()
-    }
-
-    fn snapshot(&self) -> KinematicSimulator {
-        self.0.snapshot()
-    }
-
-    fn restore(&mut self, snapshot: &KinematicSimulator) -> Result<(), SimError> {
-        self.0.restore(snapshot)
-    }
+fn take_long() -> Result<(), SimError> {
+    LONG_STEPS.fetch_add(1, SeqCst);
+    thread::sleep(Duration::from_millis(20));
+    Ok(())
 }
 
 fn diverged() -> SimError {
     SimError::Unstable { reason: "told to go down".into() }
 }
 
-fn faulty(fault: Fault) -> impl Fn(EnvId) -> Faulty + Copy {
-    move |id| Faulty(kinematic(id), fault)
-}
-
 fn faulty_vec(count: usize, fault: Fault, mode: AutoresetMode) -> VecEnv<TestEnv<Faulty>> {
     let config = VecConfig::default().threads(2).autoreset(mode);
-    let mut made = VecEnv::new(envs(count, faulty(fault)), config).expect("a vector");
+    let simulator = |id: EnvId| Faulty::new(id.config().sim(), fault);
+    let mut made = VecEnv::new(envs(count, simulator), config).expect("a vector");
     made.reset(Some(0)).expect("a reset");
     made
 }
@@ -146,7 +87,7 @@ fn a_wrong_action_changes_nothing_in_its_row_and_nothing_elsewhere() {
 #[test]
 fn a_simulation_that_diverges_ends_its_episode_alone() {
     for mode in MODES {
-        let mut envs = faulty_vec(4, Fault::Diverge, mode);
+        let mut envs = faulty_vec(4, || Err(diverged()), mode);
         let goal = envs.batch().desired_goal()[6..9].to_vec();
         let batch = envs.step(&DOWN).expect("a batch");
         assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &EnvError::Sim(diverged()))]);
@@ -166,7 +107,7 @@ fn a_simulation_that_diverges_ends_its_episode_alone() {
 #[test]
 fn an_environment_that_panics_is_out_of_use_and_the_others_go_on() {
     for mode in MODES {
-        let mut envs = faulty_vec(4, Fault::Panic, mode);
+        let mut envs = faulty_vec(4, || panic!("told to go down"), mode);
         let batch = envs.step(&DOWN).expect("a batch");
         let panicked = EnvError::Panicked { message: "told to go down".into() };
         assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &panicked)]);
@@ -182,14 +123,14 @@ fn an_environment_that_panics_is_out_of_use_and_the_others_go_on() {
 
 #[test]
 fn a_thread_that_dies_does_not_hang_the_caller() {
-    let mut envs = faulty_vec(4, Fault::PanicTwice, AutoresetMode::NextStep);
+    let mut envs = faulty_vec(4, || panic_any(Bomb), AutoresetMode::NextStep);
     assert_eq!(envs.step(&DOWN).err(), Some(VecEnvError::WorkerLost));
     assert_eq!(envs.recv(4).err(), Some(VecEnvError::WorkerLost));
 }
 
 #[test]
 fn a_drop_leaves_what_is_not_yet_begun() {
-    let mut envs = faulty_vec(100, Fault::TakeLong, AutoresetMode::NextStep);
+    let mut envs = faulty_vec(100, take_long, AutoresetMode::NextStep);
     let down = [0.0, 0.0, -1.0, 0.0].repeat(100);
     envs.send(&down, &(0..100).collect::<Vec<_>>()).expect("idle environments");
     envs.recv(1).expect("the first");

@@ -4,5 +4,7 @@
 mod asynchronous;
 mod common;
 mod failures;
+#[path = "../faulty/mod.rs"]
+mod faulty;
 mod order;
 mod synchronous;
