@@ -1,6 +1,6 @@
 //! What each layer of a step costs, and of a reset: `cargo bench -p fetch-env --bench layers`.
 //!
-//! Times of a busy machine tell little; `--bench instructions` counts instructions instead.
+//! Times of a busy machine tell little; `cargo xtask bench instructions` counts instructions instead.
 #![allow(missing_docs)] // what the macros make
 
 use std::hint::black_box;

@@ -2,8 +2,10 @@
 //! machine; absolute figures want a quiet one.
 
 mod env;
+mod instructions;
 mod interleaved;
 mod reward;
+mod subject;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -15,6 +17,8 @@ pub struct Args {
 enum Benchmark {
     /// Stepping and resetting environments, their construction and their memory
     Env(env::Args),
+    /// Instructions of a step and a reset, counted by valgrind
+    Instructions(instructions::Args),
     /// Rewards of a million pairs of goals, against copying as many bytes
     Reward(reward::Args),
 }
@@ -22,6 +26,7 @@ enum Benchmark {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     match &args.what {
         Benchmark::Env(args) => env::run(args),
+        Benchmark::Instructions(args) => instructions::run(args),
         Benchmark::Reward(args) => reward::run(args),
     }
 }

@@ -8,6 +8,7 @@ use fetch_env::{FetchConfig, make_vec_config, vec_env::VecConfig};
 use serde::{Deserialize, Serialize};
 
 use super::episodes::{SEED, random_actions};
+use crate::bench::subject::Subject;
 
 /// Steps of every environment, so that it has touched what it needs.
 const STEPS: usize = 10;
@@ -22,9 +23,10 @@ pub struct Footprint {
 
 impl Footprint {
     /// Runs this command's own program to [measure](Self::measure).
-    pub fn of(task: &str, model: &str, envs: u16) -> anyhow::Result<Self> {
+    pub fn of(subject: Subject, envs: u16) -> anyhow::Result<Self> {
         let output = Command::new(std::env::current_exe()?)
-            .args(["bench", "env", "--footprint", "--task", task, "--model", model])
+            .args(["bench", "env", "--footprint"])
+            .args(subject.flags())
             .args(["--footprint-envs", &envs.to_string()])
             .output()?;
         let text = String::from_utf8_lossy(&output.stdout);

@@ -1,13 +1,13 @@
 //! `bench env`: what a step, a reset and an environment cost.
 
-mod contenders;
-mod episodes;
+pub(super) mod contenders;
+pub(super) mod episodes;
 mod footprint;
 mod peers;
 
 use std::{path::PathBuf, sync::Arc, thread, time::Duration};
 
-use fetch_env::{EnvId, FetchConfig, Task};
+use fetch_env::EnvId;
 use fetch_sim::MujocoVersion;
 use goal_reward::RewardKind;
 use serde::Serialize;
@@ -18,24 +18,23 @@ use self::{
     footprint::Footprint,
     peers::Peer,
 };
-use super::interleaved::{
-    Clock::{Cpu, Wall},
-    Entry, Rounds, interleave,
+use super::{
+    interleaved::{
+        Clock::{Cpu, Wall},
+        Entry, Rounds, interleave,
+    },
+    subject::{Subject, Subjects},
 };
 use crate::{
-    env_choice::ModelChoice,
     python,
     report::{Figure, Report, write_json},
 };
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
-    /// Only this task
-    #[arg(long, value_parser = parse_task)]
-    task: Option<Task>,
-    /// Only this model
-    #[arg(long, value_enum)]
-    model: Option<ModelChoice>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    subjects: Subjects,
     /// Seconds for the steps of each task and model
     #[arg(long, default_value_t = 10.0, value_parser = parse_seconds)]
     seconds: f64,
@@ -58,43 +57,16 @@ pub struct Args {
     footprint: bool,
 }
 
-fn parse_task(name: &str) -> Result<Task, String> {
-    let found = Task::ALL.into_iter().find(|task| task_name(*task) == name);
-    found.ok_or_else(|| format!("the tasks are {}", Task::ALL.map(task_name).join(", ")))
-}
-
 fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
     let sensible = (0.0..=86_400.0).contains(&seconds);
     sensible.then_some(seconds).ok_or_else(|| "give 0 to 86400 seconds".into())
 }
 
-const fn task_name(task: Task) -> &'static str {
-    match task {
-        Task::Reach => "reach",
-        Task::Push => "push",
-        Task::PickAndPlace => "pick-and-place",
-        Task::Slide => "slide",
-    }
-}
-
-const fn model_name(model: ModelChoice) -> &'static str {
-    match model {
-        ModelChoice::Builtin => "builtin",
-        ModelChoice::Reference => "reference",
-    }
-}
-
-fn config(task: Task, model: ModelChoice) -> anyhow::Result<FetchConfig> {
-    Ok(FetchConfig::builder(task).model(model.source()).build()?)
-}
-
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let tasks = args.task.map_or_else(|| Task::ALL.to_vec(), |task| vec![task]);
-    let both = vec![ModelChoice::Builtin, ModelChoice::Reference];
-    let models = args.model.map_or(both, |model| vec![model]);
+    let subjects = args.subjects.all();
     if args.footprint {
-        let measured = Footprint::measure(&config(tasks[0], models[0])?, args.footprint_envs)?;
+        let measured = Footprint::measure(&subjects[0].config()?, args.footprint_envs)?;
         println!("{}", serde_json::to_string(&measured)?);
         return Ok(true);
     }
@@ -103,14 +75,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         println!("this is built on MuJoCo {version}; the peers run on {}", python::MUJOCO);
     }
     let mut figures = Vec::new();
-    for task in tasks {
-        for &model in &models {
-            let prefix = format!("env/{}/{}", task_name(task), model_name(model));
-            for (name, figure) in measure(args, task, model)? {
-                let name = format!("{prefix}/{name}");
-                println!("{name:<54} {figure}");
-                figures.push((name, figure));
-            }
+    for subject in subjects {
+        for (name, figure) in measure(args, subject)? {
+            let name = format!("env/{subject}/{name}");
+            println!("{name:<54} {figure}");
+            figures.push((name, figure));
         }
     }
     if let Some(path) = &args.json {
@@ -119,9 +88,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// The figures of one task on one model.
-fn measure(args: &Args, task: Task, model: ModelChoice) -> anyhow::Result<Vec<(String, Figure)>> {
-    let episodes = Episodes::new(config(task, model)?)?;
+fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Figure)>> {
+    let episodes = Episodes::new(subject.config()?)?;
     let steps = interleave(steppers(args, &episodes)?, Duration::from_secs_f64(args.seconds))?;
     let resets = vec![
         Entry::new("reset", "resets/s", Resets(Single::new(&episodes)?)),
@@ -130,7 +98,7 @@ fn measure(args: &Args, task: Task, model: ModelChoice) -> anyhow::Result<Vec<(S
     let resets = interleave(resets, Duration::from_secs_f64(args.seconds / 10.0))?;
     let mut figures: Vec<_> = steps.figures().chain(resets.figures()).collect();
     figures.extend(ratios(&steps, &resets));
-    let footprint = Footprint::of(task_name(task), model_name(model), args.footprint_envs)?;
+    let footprint = Footprint::of(subject, args.footprint_envs)?;
     figures.extend([
         (format!("construction-{}", args.footprint_envs), Figure::new(footprint.construction, "s")),
         ("memory-further-env".into(), Figure::new(footprint.further_env, "bytes")),
