@@ -10,7 +10,13 @@ E episodes of T steps; index 0 along T + 1 is the state after reset(seed).
 
 import argparse
 import json
+import math
+import os
 import pathlib
+
+# numpy's own arctan2 for AVX-512 has other last bits, and others again in other versions: have it
+# call the C library, so that the object's Euler angles can be compared to the last bit.
+os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "X86_V4")
 
 import gymnasium
 import gymnasium_robotics
@@ -37,6 +43,11 @@ def chase_action(rng, observation):
 
 
 KINDS = {"random": random_action, "wild": wild_action, "chase": chase_action}
+
+
+def arctan2_is_the_c_librarys():
+    y, x = np.random.default_rng(0).normal(size=(2, 1000))
+    return np.arctan2(y, x).tolist() == list(map(math.atan2, y, x))
 
 
 class ContactCounter:
@@ -115,6 +126,7 @@ def record(task, kind, episodes, seed):
         "gymnasium_robotics": gymnasium_robotics.__version__,
         "mujoco": mujoco.__version__,
         "numpy": np.__version__,
+        "c_arctan2": arctan2_is_the_c_librarys(),
         "steps": STEPS,
     }
     stacked = {key: np.stack([episode[key] for episode in recorded]) for key in recorded[0]}

@@ -38,6 +38,9 @@ pub struct Meta {
     pub env: String,
     pub kind: String,
     pub mujoco: String,
+    /// Whether numpy's arctan2 was the C library's, as far as the file says.
+    #[serde(default)]
+    pub c_arctan2: bool,
 }
 
 /// What the recording says of one step.

@@ -3,20 +3,20 @@
 use std::ops::Range;
 
 use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation};
-use fetch_sim::{MujocoSimulator, Simulator, Task};
+use fetch_sim::MujocoSimulator;
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
 use super::{counting::Counting, recording::Recording};
 
-/// What Python may round differently, by the processor it runs on: a site's velocity, because its
-/// BLAS sums J times qvel in an order of its own, and the object's Euler angles, because numpy has
-/// an arctan2 of its own where there is AVX-512. Nothing feeds back from either.
+/// What Python rounds by its processor and its numpy: a site's velocity, because its BLAS sums J
+/// times qvel in an order of its own, and the object's Euler angles where numpy has an arctan2 of its
+/// own. Nothing feeds back from either.
 const ROUNDING_TOLERANCE: f64 = 1e-15;
 
 /// How an episode compares.
 #[derive(Clone, Debug)]
 pub struct EpisodeParity {
-    /// Every bit is the recording's; velocities of sites and Euler angles are within 1e-15.
+    /// Every bit is the recording's; what Python rounds by its processor is within 1e-15.
     pub bit_equal: bool,
     /// The largest deviation of an observation or a goal.
     pub deviation: Deviation,
@@ -124,7 +124,7 @@ impl EpisodeParity {
         self.deviation.note("desired_goal", t, ours.desired_goal(), desired);
 
         let data = env.simulator().mujoco().data();
-        let rounded = rounded_elements(env.simulator().task());
+        let rounded = rounded_elements(recording);
         let observed = ours.observation().iter().zip(observation).enumerate().all(|(i, (a, b))| {
             if rounded.contains(&i) {
                 (a - b).abs() <= ROUNDING_TOLERANCE
@@ -140,9 +140,13 @@ impl EpisodeParity {
     }
 }
 
-/// Where the object's Euler angles and velocities of sites stand in an observation.
-fn rounded_elements(task: Task) -> Range<usize> {
-    if task.has_object() { 11..23 } else { 5..8 }
+/// Where velocities of sites stand in an observation, and before them Euler angles of the object.
+fn rounded_elements(recording: &Recording) -> Range<usize> {
+    match (recording.task.has_object(), recording.meta.c_arctan2) {
+        (false, _) => 5..8,
+        (true, false) => 11..23,
+        (true, true) => 14..23,
+    }
 }
 
 fn same_bits(a: &[f64], b: &[f64]) -> bool {
