@@ -1,6 +1,6 @@
 use fetch_sim::SimError;
 
-use crate::{ConfigError, UnknownEnvId};
+use crate::{ConfigError, UnknownEnvId, vec_env::VecEnvError};
 
 /// Why an environment could not be made, reset, stepped or restored.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -65,12 +65,34 @@ pub enum EnvError {
     /// The simulator failed.
     #[error(transparent)]
     Sim(SimError),
+    /// The environment panicked while a [`VecEnv`](crate::VecEnv) stepped it.
+    #[error("the environment panicked ({message}) and is out of use: make the environments anew")]
+    Panicked {
+        /// What the panic said.
+        message: String,
+    },
     /// The configuration cannot be.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// There is no environment of this name.
     #[error(transparent)]
     UnknownId(#[from] UnknownEnvId),
+    /// The environments could not be made into one.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+}
+
+impl EnvError {
+    /// Whether a step that was refused so has changed nothing; see [`Env::step`](crate::Env::step).
+    pub(crate) const fn leaves_unchanged(&self) -> bool {
+        matches!(
+            self,
+            Self::ActionLength { .. }
+                | Self::ActionNotFinite { .. }
+                | Self::ResetNeeded
+                | Self::EpisodeOver
+        )
+    }
 }
 
 impl From<SimError> for EnvError {

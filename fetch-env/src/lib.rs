@@ -51,12 +51,17 @@ mod euler;
 mod fetch_env;
 mod fetch_snapshot;
 mod goal_env;
+#[cfg(feature = "mujoco")]
+mod make_vec;
 mod np_random;
 mod observation;
 mod registry;
 mod reset;
+#[cfg(feature = "mujoco")]
+mod shared_model;
 pub mod spaces;
 mod time_limit;
+pub mod vec_env;
 
 #[doc = include_str!("../DIFFERENCES.md")]
 pub mod differences {}
@@ -68,6 +73,8 @@ pub use error::EnvError;
 pub use fetch_env::FetchEnv;
 pub use fetch_snapshot::FetchSnapshot;
 pub use goal_env::{GoalEnv, GoalObservation, Info};
+#[cfg(feature = "mujoco")]
+pub use make_vec::{make_vec, make_vec_config};
 pub use np_random::NpRandom;
 pub use observation::{FetchObservation, ObservationField, observation_fields};
 pub use registry::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic};
@@ -76,6 +83,7 @@ pub use registry::{MujocoEnv, make, make_config};
 pub use reset::FetchResetOptions;
 pub use spaces::{BoxSpace, DictSpace, Space};
 pub use time_limit::{TimeLimit, TimeLimitSnapshot};
+pub use vec_env::VecEnv;
 
 /// The README's example, run as a test.
 #[cfg(all(doctest, feature = "mujoco"))]

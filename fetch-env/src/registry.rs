@@ -4,6 +4,8 @@ use fetch_sim::{KinematicSimulator, Task};
 use goal_reward::RewardKind;
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "mujoco")]
+use crate::shared_model::shared_model;
 use crate::{EnvError, FetchConfig, FetchEnv, TimeLimit};
 
 /// The name of one of the eight environments, such as `FetchPush-v4` or `FetchPushDense-v4`.
@@ -126,13 +128,17 @@ pub fn make(id: &str) -> Result<MujocoEnv, EnvError> {
     make_config(id.parse::<EnvId>()?.config())
 }
 
-/// Makes an environment on MuJoCo, with the built-in model, from a configuration of one's own.
+/// Makes an environment on MuJoCo from a configuration of one's own.
+///
+/// The environments of this process that are alive share one model for each
+/// [`FetchConfig::sim`]; it is compiled, and let settle, for the first of them.
 ///
 /// # Errors
 /// [`EnvError::Sim`] if MuJoCo cannot be used.
 #[cfg(feature = "mujoco")]
 pub fn make_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
-    let simulator = fetch_sim::MujocoSimulator::new(config.sim())?;
+    let model = shared_model(config.sim())?;
+    let simulator = fetch_sim::MujocoSimulator::with_model(model)?;
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 

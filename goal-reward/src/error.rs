@@ -91,10 +91,16 @@ pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), Go
 
 /// Finds the first element of goals of `dim` elements that is not finite.
 pub(crate) fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<(), GoalError> {
-    match goals.iter().position(|value| !value.is_finite()) {
+    // Block by block without a branch inside, so that it is compiled to vector instructions.
+    const BLOCK: usize = 64;
+    let is_bad = |block: &[f64]| block.iter().fold(false, |bad, value| bad | !value.is_finite());
+    let Some(block) = goals.chunks(BLOCK).position(is_bad) else { return Ok(()) };
+    let from = block * BLOCK;
+    match goals[from..].iter().position(|value| !value.is_finite()) {
         None => Ok(()),
         Some(at) => {
-            Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value: goals[at] })
+            let (at, value) = (from + at, goals[from + at]);
+            Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value })
         }
     }
 }

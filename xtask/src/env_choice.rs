@@ -1,10 +1,11 @@
-//! The flags `--env-id` and `--seed`.
+//! The flags `--env-id`, `--seed` and `--model`.
 
 use std::{fmt, str::FromStr};
 
 use fetch_env::{EnvId, UnknownEnvId};
-use fetch_sim::Task;
+use fetch_sim::{ModelSource, Task};
 use goal_reward::RewardKind;
+use serde::Serialize;
 
 /// Which environment, and how it is seeded.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -52,6 +53,23 @@ impl fmt::Display for EnvChoice {
         match self {
             Self::Auto => f.write_str("auto"),
             Self::Id(id) => id.fmt(f),
+        }
+    }
+}
+
+/// The flag `--model`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ModelChoice {
+    Builtin,
+    Reference,
+}
+
+impl ModelChoice {
+    pub fn source(self) -> ModelSource {
+        match self {
+            Self::Builtin => ModelSource::Builtin,
+            Self::Reference => ModelSource::Reference,
         }
     }
 }

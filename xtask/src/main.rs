@@ -7,6 +7,7 @@
 
 mod all;
 mod assets;
+mod bench;
 mod bridge;
 mod check;
 mod ci;
@@ -18,6 +19,7 @@ mod fuzz;
 mod mujoco;
 mod parity;
 mod progress;
+mod python;
 mod random_episodes;
 mod report;
 mod reward_check;
@@ -55,6 +57,8 @@ enum Command {
     Mujoco(mujoco::Args),
     /// Replay recordings of the real environment and compare
     Parity(parity::Args),
+    /// Measure how fast it is
+    Bench(bench::Args),
     /// Answer one of the chapter's exercises, 1 to 4
     Exercise(exercise::Args),
     /// Fuzz the replay buffer's file formats and sequences of its calls
@@ -76,6 +80,7 @@ fn main() -> ExitCode {
         Command::Assets(args) => assets::run(&args),
         Command::Mujoco(args) => mujoco::run(&args),
         Command::Parity(args) => parity::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Exercise(args) => exercise::run(&args),
         Command::Fuzz(args) => fuzz::run(&args),
         Command::Doctor(args) => doctor::run(&args),

@@ -1,6 +1,6 @@
 //! The object that every `--json` writes.
 
-use std::{fs, path::Path};
+use std::{fmt, fs, path::Path};
 
 use anyhow::Context;
 use fetch_env::EnvId;
@@ -61,6 +61,14 @@ impl Figure {
     /// How many.
     pub const fn count(value: usize) -> Self {
         Self::new(value as f64, "1")
+    }
+}
+
+impl fmt::Display for Figure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { value, unit } = *self;
+        let decimals = if value.abs() < 100.0 { 3 } else { 0 };
+        write!(f, "{value:>14.decimals$} {}", if unit == "1" { "" } else { unit })
     }
 }
 

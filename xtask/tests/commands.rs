@@ -154,8 +154,46 @@ fn damaged_and_foreign_recordings_are_refused() {
 }
 
 #[test]
+fn benchmarks_write_every_figure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bench.json");
+    let figures = |arguments: &str| -> Vec<String> {
+        output_of(&format!("bench {arguments} --json {}", path.display()));
+        let report = json(&path);
+        let results = report["results"].as_array().expect("a list").clone();
+        let is_positive = |value: &serde_json::Value| value.as_f64().is_some_and(|v| v > 0.0);
+        assert!(results.iter().all(|result| is_positive(&result["value"])), "{results:?}");
+        results.iter().map(|result| result["name"].as_str().expect("a name").into()).collect()
+    };
+    let short = "--task reach --model builtin --seconds 0 --num-envs 2 --footprint-envs 4";
+    let names = figures(&format!("env {short}"));
+    for name in [
+        "single",
+        "bare-loop",
+        "threads-1",
+        "reset",
+        "construction-4",
+        "memory-further-env",
+        "ratio/single-to-bare-loop",
+        "ratio/reset-cost-to-bare",
+    ] {
+        assert!(names.contains(&format!("env/reach/builtin/{name}")), "{name}: {names:?}");
+    }
+    let names = figures("reward --seconds 1");
+    assert!(names.contains(&"reward/ratio/sparse-to-copy".into()), "{names:?}");
+}
+
+#[test]
 fn wrong_usage_is_exit_code_2() {
-    for arguments in ["verify --env-id FetchPsh-v4", "exercise 5", "nothing", "bridge --seed -1"] {
+    for arguments in [
+        "verify --env-id FetchPsh-v4",
+        "exercise 5",
+        "nothing",
+        "bridge --seed -1",
+        "bench",
+        "bench env --task grasp",
+        "bench env --seconds -1",
+    ] {
         let output = xtask(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments}");
     }

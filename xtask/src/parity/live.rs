@@ -1,16 +1,12 @@
 //! The real environment, run beside ours.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::{fs, path::Path, process::Command};
 
 use anyhow::{Context, ensure};
-use fetch_sim::{MujocoVersion, cache_folder};
+use fetch_sim::MujocoVersion;
 
-const PACKAGES: [&str; 3] = ["gymnasium-robotics==1.4.2", "gymnasium==1.4.0", "mujoco==3.6.0"];
-const MUJOCO: &str = "3.6.0";
+use crate::python::{self, MUJOCO};
+
 const SCRIPT: &str = include_str!("../../scripts/record.py");
 
 /// Records fresh episodes of every task into a folder.
@@ -21,7 +17,7 @@ pub fn record(into: &Path, episodes: u16, seed: u64) -> anyhow::Result<()> {
         "this is built on MuJoCo {version}, and the live environment runs on {MUJOCO}: run \
          `cargo xtask mujoco {MUJOCO}` and set MUJOCO_DIR as it says"
     );
-    let python = python()?;
+    let python = python::environment("python", &python::REFERENCE)?;
     let script = into.join("record.py");
     fs::write(&script, SCRIPT)?;
     println!("recording {episodes} episodes a task and kind from seed {seed} in Python");
@@ -35,26 +31,5 @@ pub fn record(into: &Path, episodes: u16, seed: u64) -> anyhow::Result<()> {
         .status()
         .context("the Python environment did not start")?;
     ensure!(status.success(), "the recording failed");
-    Ok(())
-}
-
-/// The interpreter of a Python environment in the cache, made on first use.
-fn python() -> anyhow::Result<PathBuf> {
-    let folder = cache_folder()?.join("python");
-    let python = folder.join("bin/python");
-    let complete = folder.join("complete");
-    if complete.is_file() {
-        return Ok(python);
-    }
-    println!("making a Python environment in {}", folder.display());
-    run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
-    run(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES))?;
-    fs::write(complete, PACKAGES.join("\n"))?;
-    Ok(python)
-}
-
-fn run(command: &mut Command) -> anyhow::Result<()> {
-    let status = command.status().with_context(|| format!("{command:?} did not start"))?;
-    ensure!(status.success(), "{command:?} failed: run this again");
     Ok(())
 }

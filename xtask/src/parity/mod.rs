@@ -20,6 +20,7 @@ use serde::Serialize;
 use self::{file_parity::FileParity, recording::Recording};
 use crate::{
     check::{self, Check},
+    env_choice::ModelChoice,
     progress,
     report::{Report, write_json},
 };
@@ -47,22 +48,6 @@ pub struct Args {
     /// Also write the figures as JSON
     #[arg(long)]
     json: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum ModelChoice {
-    Builtin,
-    Reference,
-}
-
-impl ModelChoice {
-    fn source(self) -> ModelSource {
-        match self {
-            Self::Builtin => ModelSource::Builtin,
-            Self::Reference => ModelSource::Reference,
-        }
-    }
 }
 
 #[derive(Serialize)]

@@ -1,0 +1,265 @@
+use crate::{EnvError, GoalObservation, Info};
+
+/// The lengths of what an environment takes and gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Dims {
+    pub(super) observation: usize,
+    pub(super) achieved_goal: usize,
+    pub(super) desired_goal: usize,
+    pub(super) action: usize,
+}
+
+/// What a number of environments gave, row after row, each part contiguous.
+///
+/// After [`step`](super::VecEnv::step) and [`reset`](super::VecEnv::reset) row `i` is environment
+/// `i`; after [`recv`](super::VecEnv::recv) the rows are in the order in which the environments
+/// finished, and [`env_ids`](Self::env_ids) tells which they are. A reset gives reward 0 and ends
+/// nothing.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    len: usize,
+    env_ids: Vec<usize>,
+    state: GoalRows,
+    reward: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    success: Vec<bool>,
+    distance: Vec<f64>,
+    final_state: GoalRows,
+    final_info: Vec<Option<Info>>,
+    error: Vec<Option<EnvError>>,
+}
+
+/// Observations with their goals, row-major.
+#[derive(Clone, Debug)]
+struct GoalRows {
+    dims: Dims,
+    observation: Vec<f64>,
+    achieved_goal: Vec<f64>,
+    desired_goal: Vec<f64>,
+}
+
+/// The end of an episode whose environment has been reset in the same step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinalStep<'a> {
+    /// The last observation.
+    pub observation: &'a [f64],
+    /// The goal achieved at the end.
+    pub achieved_goal: &'a [f64],
+    /// The goal of the episode.
+    pub desired_goal: &'a [f64],
+    /// The info of the last step.
+    pub info: Info,
+}
+
+impl Batch {
+    /// `capacity` rows in which nothing has happened yet: numbers are NaN.
+    pub(super) fn new(dims: Dims, capacity: usize) -> Self {
+        Self {
+            len: capacity,
+            env_ids: (0..capacity).collect(),
+            state: GoalRows::new(dims, capacity),
+            reward: vec![f64::NAN; capacity],
+            terminated: vec![false; capacity],
+            truncated: vec![false; capacity],
+            success: vec![false; capacity],
+            distance: vec![f64::NAN; capacity],
+            final_state: GoalRows::new(dims, capacity),
+            final_info: vec![None; capacity],
+            error: vec![None; capacity],
+        }
+    }
+
+    /// The number of rows.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is no row.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Which environment each row is about.
+    #[must_use]
+    pub fn env_ids(&self) -> &[usize] {
+        &self.env_ids[..self.len]
+    }
+
+    /// The observations: `len` rows.
+    #[must_use]
+    pub fn observation(&self) -> &[f64] {
+        &self.state.observation[..self.len * self.state.dims.observation]
+    }
+
+    /// The achieved goals: `len` rows.
+    #[must_use]
+    pub fn achieved_goal(&self) -> &[f64] {
+        &self.state.achieved_goal[..self.len * self.state.dims.achieved_goal]
+    }
+
+    /// The desired goals: `len` rows.
+    #[must_use]
+    pub fn desired_goal(&self) -> &[f64] {
+        &self.state.desired_goal[..self.len * self.state.dims.desired_goal]
+    }
+
+    /// The rewards; NaN where there is an [`error`](Self::error).
+    #[must_use]
+    pub fn reward(&self) -> &[f64] {
+        &self.reward[..self.len]
+    }
+
+    /// Which tasks have ended.
+    #[must_use]
+    pub fn terminated(&self) -> &[bool] {
+        &self.terminated[..self.len]
+    }
+
+    /// Which episodes were cut off, by a time limit or by a failure of their environment.
+    #[must_use]
+    pub fn truncated(&self) -> &[bool] {
+        &self.truncated[..self.len]
+    }
+
+    /// [`Info::is_success`] of each row; the next episode's where there is a
+    /// [`final_step`](Self::final_step), as in Gymnasium.
+    #[must_use]
+    pub fn success(&self) -> &[bool] {
+        &self.success[..self.len]
+    }
+
+    /// [`Info::distance`] of each row.
+    #[must_use]
+    pub fn distance(&self) -> &[f64] {
+        &self.distance[..self.len]
+    }
+
+    /// The last step of the episode that ended in this row, where
+    /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has begun the next one already.
+    #[must_use]
+    pub fn final_step(&self, row: usize) -> Option<FinalStep<'_>> {
+        let info = self.final_info[..self.len].get(row).copied().flatten()?;
+        let [observation, achieved_goal, desired_goal] = self.final_state.row(row);
+        Some(FinalStep { observation, achieved_goal, desired_goal, info })
+    }
+
+    /// What went wrong in this row. The observation is then the environment's last one (NaN if
+    /// there was none), unless it has been reset in the same step.
+    ///
+    /// After a wrong action nothing has changed. After a failure the episode is over, `truncated`
+    /// is true, and the environment is reset as its
+    /// [`AutoresetMode`](super::AutoresetMode) says; one that has
+    /// [panicked](EnvError::Panicked) is out of use.
+    #[must_use]
+    pub fn error(&self, row: usize) -> Option<&EnvError> {
+        self.error[..self.len].get(row)?.as_ref()
+    }
+
+    /// The rows in which something went wrong.
+    pub fn errors(&self) -> impl Iterator<Item = (usize, &EnvError)> {
+        let rows = self.error[..self.len].iter().enumerate();
+        rows.filter_map(|(row, error)| Some((row, error.as_ref()?)))
+    }
+
+    pub(super) const fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Adds the row of an environment's own batch.
+    pub(super) fn push(&mut self, env_id: usize, from: &Self) {
+        let row = self.len;
+        self.len += 1;
+        self.env_ids[row] = env_id;
+        self.state.copy_row(row, &from.state);
+        self.reward[row] = from.reward[0];
+        self.terminated[row] = from.terminated[0];
+        self.truncated[row] = from.truncated[0];
+        self.success[row] = from.success[0];
+        self.distance[row] = from.distance[0];
+        self.final_info[row] = from.final_info[0];
+        if self.final_info[row].is_some() {
+            self.final_state.copy_row(row, &from.final_state);
+        }
+        self.error[row].clone_from(&from.error[0]);
+    }
+}
+
+/// What one environment writes: its batch is a single row.
+impl Batch {
+    /// Forgets the last step; the observation stays.
+    pub(super) fn begin(&mut self) {
+        self.reward[0] = 0.0;
+        self.terminated[0] = false;
+        self.truncated[0] = false;
+        self.final_info[0] = None;
+        self.error[0] = None;
+    }
+
+    pub(super) fn set_state(&mut self, observation: &impl GoalObservation, info: Info) {
+        self.state.set(observation);
+        self.success[0] = info.is_success;
+        self.distance[0] = info.distance;
+    }
+
+    pub(super) fn set_outcome(&mut self, reward: f64, terminated: bool, truncated: bool) {
+        self.reward[0] = reward;
+        self.terminated[0] = terminated;
+        self.truncated[0] = truncated;
+    }
+
+    pub(super) fn set_final(&mut self, observation: &impl GoalObservation, info: Info) {
+        self.final_state.set(observation);
+        self.final_info[0] = Some(info);
+    }
+
+    pub(super) fn set_error(&mut self, error: EnvError, ends_episode: bool) {
+        self.set_outcome(f64::NAN, false, ends_episode);
+        self.success[0] = false;
+        self.distance[0] = f64::NAN;
+        self.error[0] = Some(error);
+    }
+}
+
+impl GoalRows {
+    fn new(dims: Dims, rows: usize) -> Self {
+        let nan = |len: usize| vec![f64::NAN; rows * len];
+        Self {
+            dims,
+            observation: nan(dims.observation),
+            achieved_goal: nan(dims.achieved_goal),
+            desired_goal: nan(dims.desired_goal),
+        }
+    }
+
+    fn row(&self, row: usize) -> [&[f64]; 3] {
+        let part = |len| row_of(len, row);
+        [
+            &self.observation[part(self.dims.observation)],
+            &self.achieved_goal[part(self.dims.achieved_goal)],
+            &self.desired_goal[part(self.dims.desired_goal)],
+        ]
+    }
+
+    fn copy_row(&mut self, row: usize, from: &Self) {
+        self.write(row, from.row(0));
+    }
+
+    fn set(&mut self, from: &impl GoalObservation) {
+        self.write(0, [from.observation(), from.achieved_goal(), from.desired_goal()]);
+    }
+
+    fn write(&mut self, row: usize, [observation, achieved_goal, desired_goal]: [&[f64]; 3]) {
+        let dims = self.dims;
+        self.observation[row_of(dims.observation, row)].copy_from_slice(observation);
+        self.achieved_goal[row_of(dims.achieved_goal, row)].copy_from_slice(achieved_goal);
+        self.desired_goal[row_of(dims.desired_goal, row)].copy_from_slice(desired_goal);
+    }
+}
+
+/// Where a row of `len` elements stands.
+fn row_of(len: usize, row: usize) -> std::ops::Range<usize> {
+    row * len..(row + 1) * len
+}

@@ -1,0 +1,295 @@
+use std::fmt;
+
+use super::{
+    AutoresetMode, Batch, VecConfig, VecEnvError, VecReset,
+    batch::Dims,
+    pool::Pool,
+    slot::{Command, Slot},
+};
+use crate::{BoxSpace, GoalEnv, Space};
+
+/// Environments that are stepped together; see the [module](super).
+pub struct VecEnv<E: GoalEnv> {
+    /// By id; `None` where an environment is in flight.
+    idle: Vec<Option<Box<Slot<E>>>>,
+    pool: Pool<Slot<E>>,
+    in_flight: usize,
+    batch: Batch,
+    autoreset: AutoresetMode,
+    dims: Dims,
+    action_space: BoxSpace<f32>,
+    observation_space: Space,
+    /// The call in which each id was last named, to find one that is named twice.
+    named_in: Vec<u64>,
+    calls: u64,
+}
+
+impl<E> VecEnv<E>
+where
+    E: GoalEnv<ResetOptions: Clone + Send> + Send + 'static,
+{
+    /// Takes environments, which get the ids 0, 1, ... in their order, and starts the threads.
+    ///
+    /// # Errors
+    /// [`VecEnvError::NoEnvs`], [`VecEnvError::NoGoalSpace`] or [`VecEnvError::SpacesDiffer`] if
+    /// the environments do not make a batch; [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if
+    /// the operating system refuses.
+    pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
+        let envs: Vec<E> = envs.into_iter().collect();
+        let first = envs.first().ok_or(VecEnvError::NoEnvs)?;
+        let (action_space, observation_space) =
+            (first.action_space().clone(), first.observation_space().clone());
+        let dims = Dims {
+            observation: part_len(&observation_space, "observation")?,
+            achieved_goal: part_len(&observation_space, "achieved_goal")?,
+            desired_goal: part_len(&observation_space, "desired_goal")?,
+            action: action_space.len(),
+        };
+        for (env_id, env) in envs.iter().enumerate() {
+            if *env.action_space() != action_space || *env.observation_space() != observation_space
+            {
+                return Err(VecEnvError::SpacesDiffer { env_id });
+            }
+        }
+        let num_envs = envs.len();
+        let threads = config.num_threads(num_envs);
+        let slot = |(env_id, env)| Box::new(Slot::new(env_id, env, config.autoreset, dims));
+        Ok(Self {
+            idle: envs.into_iter().enumerate().map(slot).map(Some).collect(),
+            pool: Pool::new(threads, num_envs, config.pin_threads)?,
+            in_flight: 0,
+            batch: Batch::new(dims, num_envs),
+            autoreset: config.autoreset,
+            dims,
+            action_space,
+            observation_space,
+            named_in: vec![0; num_envs],
+            calls: 0,
+        })
+    }
+
+    /// The number of environments.
+    #[must_use]
+    pub fn num_envs(&self) -> usize {
+        self.idle.len()
+    }
+
+    /// The number of worker threads.
+    #[must_use]
+    pub fn num_threads(&self) -> usize {
+        self.pool.threads()
+    }
+
+    /// When episodes start anew.
+    #[must_use]
+    pub const fn autoreset_mode(&self) -> AutoresetMode {
+        self.autoreset
+    }
+
+    /// The action space of each environment.
+    #[must_use]
+    pub const fn single_action_space(&self) -> &BoxSpace<f32> {
+        &self.action_space
+    }
+
+    /// The observation space of each environment.
+    #[must_use]
+    pub const fn single_observation_space(&self) -> &Space {
+        &self.observation_space
+    }
+
+    /// Environments that were sent something and have not been received.
+    #[must_use]
+    pub const fn in_flight(&self) -> usize {
+        self.in_flight
+    }
+
+    /// One environment, to look at; `None` if there is none of this id, if it is in flight, or if it
+    /// has panicked.
+    #[must_use]
+    pub fn env(&self, env_id: usize) -> Option<&E> {
+        self.idle.get(env_id)?.as_ref()?.env()
+    }
+
+    /// The last batch.
+    #[must_use]
+    pub const fn batch(&self) -> &Batch {
+        &self.batch
+    }
+
+    /// Resets all environments: the first with `seed`, the next with `seed + 1`, and so on.
+    ///
+    /// # Errors
+    /// As [`reset_with`](Self::reset_with).
+    pub fn reset(&mut self, seed: Option<u64>) -> Result<&Batch, VecEnvError> {
+        self.reset_with(&VecReset { seeds: seed.into(), ..VecReset::default() })
+    }
+
+    /// Resets the environments as asked. The rows of those that the mask leaves out stay as they
+    /// were.
+    ///
+    /// # Errors
+    /// [`VecEnvError::InFlight`], and as [`send_reset`](Self::send_reset).
+    pub fn reset_with(
+        &mut self,
+        reset: &VecReset<'_, E::ResetOptions>,
+    ) -> Result<&Batch, VecEnvError> {
+        self.check_all_idle()?;
+        self.send_reset(reset)?;
+        self.receive_all()
+    }
+
+    /// Takes one action in every environment: row `i` of `actions` in environment `i`.
+    ///
+    /// # Errors
+    /// [`VecEnvError::ActionCount`] or [`VecEnvError::InFlight`]; [`VecEnvError::WorkerLost`]. What
+    /// goes wrong in one environment is in its row of the batch.
+    pub fn step(&mut self, actions: &[f32]) -> Result<&Batch, VecEnvError> {
+        self.check_all_idle()?;
+        self.check_actions(actions, self.num_envs())?;
+        for env_id in 0..self.num_envs() {
+            self.lend_action(env_id, actions, env_id);
+        }
+        self.pool.wake();
+        self.receive_all()
+    }
+
+    /// Starts a step in some environments: row `k` of `actions` in environment `env_ids[k]`.
+    ///
+    /// # Errors
+    /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`] or [`VecEnvError::EnvInFlight`];
+    /// nothing is started then.
+    pub fn send(&mut self, actions: &[f32], env_ids: &[usize]) -> Result<(), VecEnvError> {
+        self.check_actions(actions, env_ids.len())?;
+        self.check_ids(env_ids)?;
+        for (row, &env_id) in env_ids.iter().enumerate() {
+            self.lend_action(row, actions, env_id);
+        }
+        self.pool.wake();
+        Ok(())
+    }
+
+    /// Starts a reset of the environments as asked.
+    ///
+    /// # Errors
+    /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::SeedTooLarge`] or
+    /// [`VecEnvError::EnvInFlight`]; nothing is started then.
+    pub fn send_reset(&mut self, reset: &VecReset<'_, E::ResetOptions>) -> Result<(), VecEnvError> {
+        reset.check(self.num_envs())?;
+        let chosen = |env_id: &usize| reset.mask.is_none_or(|mask| mask[*env_id]);
+        if let Some(env_id) =
+            (0..self.num_envs()).filter(chosen).find(|&env_id| self.idle[env_id].is_none())
+        {
+            return Err(VecEnvError::EnvInFlight { env_id });
+        }
+        for env_id in (0..self.num_envs()).filter(chosen) {
+            let (seed, options) = (reset.seeds.of(env_id), reset.options.clone());
+            self.lend(env_id, |slot| slot.command = Command::Reset { seed, options });
+        }
+        self.pool.wake();
+        Ok(())
+    }
+
+    /// Waits for the first `batch_size` environments that finish.
+    ///
+    /// # Errors
+    /// [`VecEnvError::BatchTooLarge`] if fewer are in flight; [`VecEnvError::WorkerLost`].
+    pub fn recv(&mut self, batch_size: usize) -> Result<&Batch, VecEnvError> {
+        if batch_size > self.in_flight {
+            return Err(VecEnvError::BatchTooLarge { batch_size, in_flight: self.in_flight });
+        }
+        self.pool.wait(batch_size)?;
+        self.batch.clear();
+        while self.batch.len() < batch_size
+            && let Some(slot) = self.pool.take()
+        {
+            self.batch.push(slot.env_id, &slot.row);
+            self.take_back(slot);
+        }
+        Ok(&self.batch)
+    }
+
+    fn receive_all(&mut self) -> Result<&Batch, VecEnvError> {
+        self.pool.wait(self.in_flight)?;
+        while let Some(slot) = self.pool.take() {
+            self.take_back(slot);
+        }
+        self.batch.clear();
+        for slot in self.idle.iter().flatten() {
+            self.batch.push(slot.env_id, &slot.row);
+        }
+        Ok(&self.batch)
+    }
+
+    fn take_back(&mut self, slot: Box<Slot<E>>) {
+        self.in_flight -= 1;
+        let env_id = slot.env_id;
+        self.idle[env_id] = Some(slot);
+    }
+
+    fn lend_action(&mut self, row: usize, actions: &[f32], env_id: usize) {
+        let len = self.dims.action;
+        self.lend(env_id, |slot| {
+            slot.command = Command::Step;
+            slot.action.copy_from_slice(&actions[row * len..][..len]);
+        });
+    }
+
+    fn lend(&mut self, env_id: usize, command: impl FnOnce(&mut Slot<E>)) {
+        let threads = self.num_threads();
+        // Neighbours go to the same thread.
+        let home = env_id * threads / self.num_envs();
+        if let Some(mut slot) = self.idle[env_id].take() {
+            command(&mut slot);
+            self.in_flight += 1;
+            self.pool.lend(home, slot);
+        }
+    }
+
+    fn check_all_idle(&self) -> Result<(), VecEnvError> {
+        match self.in_flight {
+            0 => Ok(()),
+            count => Err(VecEnvError::InFlight { count }),
+        }
+    }
+
+    fn check_actions(&self, actions: &[f32], rows: usize) -> Result<(), VecEnvError> {
+        let (action_len, actual) = (self.dims.action, actions.len());
+        if rows.checked_mul(action_len) == Some(actual) {
+            Ok(())
+        } else {
+            Err(VecEnvError::ActionCount { rows, action_len, actual })
+        }
+    }
+
+    fn check_ids(&mut self, env_ids: &[usize]) -> Result<(), VecEnvError> {
+        self.calls += 1;
+        for &env_id in env_ids {
+            let num_envs = self.num_envs();
+            let slot = self.idle.get(env_id).ok_or(VecEnvError::UnknownEnv { env_id, num_envs })?;
+            if slot.is_none() || self.named_in[env_id] == self.calls {
+                return Err(VecEnvError::EnvInFlight { env_id });
+            }
+            self.named_in[env_id] = self.calls;
+        }
+        Ok(())
+    }
+}
+
+impl<E: GoalEnv> fmt::Debug for VecEnv<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("VecEnv")
+            .field("num_envs", &self.idle.len())
+            .field("in_flight", &self.in_flight)
+            .field("autoreset", &self.autoreset)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The length of a part of a goal-conditioned observation.
+fn part_len(space: &Space, key: &'static str) -> Result<usize, VecEnvError> {
+    match space.as_dict().and_then(|dict| dict.get(key)) {
+        Some(Space::BoxF64(part)) => Ok(part.len()),
+        _ => Err(VecEnvError::NoGoalSpace { key }),
+    }
+}

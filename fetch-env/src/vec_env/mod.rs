@@ -1,0 +1,54 @@
+//! Many environments at once, on several threads.
+//!
+//! A [`VecEnv`] steps `N` environments on `T` threads and gives their results as one [`Batch`] of
+//! contiguous rows. Seeds, autoreset and order are those of Gymnasium's vector environments; the
+//! results are those of `N` single environments, bit for bit, on any number of threads.
+//!
+//! ```
+//! use fetch_env::{make_kinematic, vec_env::{VecConfig, VecEnv}};
+//!
+//! // On MuJoCo, `make_vec("FetchPush-v4", 16, config)` does this with one shared model.
+//! let envs = (0..16).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
+//! let mut envs = VecEnv::new(envs, VecConfig::default().threads(2))?;
+//! envs.reset(Some(42))?; // environment i has the seed 42 + i
+//! let actions = vec![0.5; 16 * 4];
+//! for _ in 0..50 {
+//!     let batch = envs.step(&actions)?;
+//!     assert_eq!(batch.observation().len(), 16 * 25);
+//!     assert!(batch.errors().next().is_none());
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Asynchronously
+//! [`send`](VecEnv::send) starts some environments, and [`recv`](VecEnv::recv) waits for the first
+//! few that finish, as EnvPool does, so that a learner works while slower environments go on. Which
+//! environments are first is a matter of time; what each of them gives is not.
+//!
+//! ```
+//! # use fetch_env::{make_kinematic, vec_env::{VecConfig, VecEnv, VecReset}};
+//! # let envs = (0..16).map(|_| make_kinematic("FetchReach-v4")).collect::<Result<Vec<_>, _>>()?;
+//! # let mut envs = VecEnv::new(envs, VecConfig::default().threads(2))?;
+//! envs.send_reset(&VecReset::seeded(42))?;
+//! for _ in 0..100 {
+//!     let ids = envs.recv(4)?.env_ids().to_vec();
+//!     envs.send(&vec![0.1; 4 * 4], &ids)?;
+//! }
+//! let last = envs.recv(envs.in_flight())?;
+//! assert_eq!(last.len(), 16);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod batch;
+mod config;
+mod env;
+mod error;
+mod pool;
+mod slot;
+mod vec_reset;
+
+pub use batch::{Batch, FinalStep};
+pub use config::{AutoresetMode, VecConfig};
+pub use env::VecEnv;
+pub use error::VecEnvError;
+pub use vec_reset::{Seeds, VecReset};

@@ -1,0 +1,125 @@
+use std::{
+    any::Any,
+    panic::{AssertUnwindSafe, catch_unwind},
+};
+
+use super::{
+    AutoresetMode,
+    batch::{Batch, Dims},
+    pool::Job,
+};
+use crate::{EnvError, GoalEnv, Info, Step};
+
+/// An environment with what it is told and what it gives: what travels between the threads.
+pub(super) struct Slot<E: GoalEnv> {
+    pub(super) env_id: usize,
+    /// `None` once it has panicked.
+    env: Option<E>,
+    mode: AutoresetMode,
+    pub(super) command: Command<E::ResetOptions>,
+    pub(super) action: Box<[f32]>,
+    /// A batch of one row.
+    pub(super) row: Batch,
+    reset_is_due: bool,
+}
+
+pub(super) enum Command<O> {
+    Step,
+    Reset { seed: Option<u64>, options: O },
+}
+
+impl<E: GoalEnv> Slot<E> {
+    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, dims: Dims) -> Self {
+        Self {
+            env_id,
+            env: Some(env),
+            mode,
+            command: Command::Step,
+            action: vec![0.0; dims.action].into(),
+            row: Batch::new(dims, 1),
+            reset_is_due: false,
+        }
+    }
+
+    pub(super) const fn env(&self) -> Option<&E> {
+        self.env.as_ref()
+    }
+
+    fn obey(&mut self) -> Result<(), EnvError> {
+        let env = self.env.as_mut().ok_or_else(out_of_use)?;
+        match &self.command {
+            Command::Reset { seed, options } => {
+                // A reset that was asked for and fails is the caller's to repeat.
+                self.reset_is_due = false;
+                let reset = env.reset_with(*seed, options)?;
+                self.row.set_state(&reset.observation, reset.info);
+                Ok(())
+            }
+            Command::Step if self.reset_is_due => self.autoreset(),
+            Command::Step => match env.step(&self.action) {
+                Ok(step) => self.finish(&step),
+                Err(error) => {
+                    if !error.leaves_unchanged() {
+                        // Where the reset fails as well, the next step tries it again.
+                        let _ = self.end_episode();
+                    }
+                    Err(error)
+                }
+            },
+        }
+    }
+
+    fn finish(&mut self, step: &Step<E::Observation, Info>) -> Result<(), EnvError> {
+        self.row.set_state(&step.observation, step.info);
+        self.row.set_outcome(step.reward, step.terminated, step.truncated);
+        if step.is_last() {
+            if self.mode == AutoresetMode::SameStep {
+                self.row.set_final(&step.observation, step.info);
+            }
+            self.end_episode()?;
+        }
+        Ok(())
+    }
+
+    fn end_episode(&mut self) -> Result<(), EnvError> {
+        self.reset_is_due = self.mode != AutoresetMode::Disabled;
+        if self.mode == AutoresetMode::SameStep { self.autoreset() } else { Ok(()) }
+    }
+
+    fn autoreset(&mut self) -> Result<(), EnvError> {
+        let reset = self.env.as_mut().ok_or_else(out_of_use)?.reset(None)?;
+        self.reset_is_due = false;
+        self.row.set_state(&reset.observation, reset.info);
+        Ok(())
+    }
+}
+
+impl<E: GoalEnv<ResetOptions: Send> + Send> Job for Slot<E> {
+    fn run(&mut self) {
+        self.row.begin();
+        match catch_unwind(AssertUnwindSafe(|| self.obey())) {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => {
+                let ends_episode = !error.leaves_unchanged();
+                self.row.set_error(error, ends_episode);
+            }
+            Err(payload) => {
+                // Its state may be anything: it is not used again, and even dropping it may fail.
+                let env = self.env.take();
+                let _ = catch_unwind(AssertUnwindSafe(|| drop(env)));
+                self.row.set_error(EnvError::Panicked { message: message(&*payload) }, true);
+            }
+        }
+    }
+}
+
+fn out_of_use() -> EnvError {
+    EnvError::Panicked { message: "in an earlier step".into() }
+}
+
+fn message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("without a message")
+        .to_owned()
+}

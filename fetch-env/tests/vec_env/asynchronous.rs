@@ -1,0 +1,113 @@
+use fetch_env::vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset};
+use fetch_sim::KinematicSimulator;
+use proptest::prelude::*;
+
+use crate::common::{MODES, Row, TestEnv, action, kinematic, row_of, rows, singles, vec_env};
+
+/// What each environment gave, in its own order.
+struct Histories {
+    envs: VecEnv<TestEnv<KinematicSimulator>>,
+    rows: Vec<Vec<Row>>,
+}
+
+impl Histories {
+    fn new(count: usize, threads: usize, mode: AutoresetMode) -> Self {
+        let config = VecConfig::default().threads(threads).autoreset(mode);
+        let mut envs = vec_env(count, config);
+        envs.send_reset(&VecReset::seeded(5)).expect("a reset");
+        Self { envs, rows: vec![Vec::new(); count] }
+    }
+
+    fn recv(&mut self, batch_size: usize) -> Vec<usize> {
+        let batch = self.envs.recv(batch_size).expect("a batch");
+        assert_eq!(batch.len(), batch_size);
+        for (row, &env_id) in batch.env_ids().iter().enumerate() {
+            assert_eq!(batch.error(row), None);
+            self.rows[env_id].push(row_of(batch, row));
+        }
+        batch.env_ids().to_vec()
+    }
+
+    /// Each environment's next action: its own number of steps decides it.
+    fn send(&mut self, env_ids: &[usize]) {
+        let next = |&env_id: &usize| action(env_id, self.rows[env_id].len() - 1);
+        let actions: Vec<f32> = env_ids.iter().flat_map(next).collect();
+        self.envs.send(&actions, env_ids).expect("idle environments");
+    }
+
+    fn check(&self, mode: AutoresetMode) {
+        let singles = singles(self.rows.len(), mode, kinematic);
+        for (env_id, (mut single, rows)) in singles.into_iter().zip(&self.rows).enumerate() {
+            let mut expected = Vec::with_capacity(rows.len());
+            for row in 0..rows.len() {
+                expected.push(match row {
+                    0 => single.reset(Some(5 + env_id as u64)),
+                    _ => single.step(env_id),
+                });
+            }
+            assert_eq!(*rows, expected, "environment {env_id}, {mode:?}");
+        }
+    }
+}
+
+#[test]
+fn batches_of_those_that_finish_first_have_the_bits_of_single_environments() {
+    for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep] {
+        for threads in [1, 2, 3, 8] {
+            let mut histories = Histories::new(10, threads, mode);
+            for _ in 0..60 {
+                let ids = histories.recv(3);
+                histories.send(&ids);
+            }
+            histories.recv(histories.envs.in_flight());
+            histories.check(mode);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn any_interleaving_gives_the_same_bits(
+        count in 1_usize..12,
+        threads in 1_usize..5,
+        mode in prop::sample::select(MODES.to_vec()),
+        moves in prop::collection::vec((any::<prop::sample::Index>(), any::<bool>()), 1..60),
+    ) {
+        let mut histories = Histories::new(count, threads, mode);
+        let mut idle: Vec<usize> = Vec::new();
+        for (amount, sends) in moves {
+            if sends && !idle.is_empty() {
+                let ids: Vec<usize> = idle.drain(..=amount.index(idle.len())).collect();
+                // A reset by hand is another test's; here those stay idle.
+                let over = |id: &usize| {
+                    mode == AutoresetMode::Disabled
+                        && histories.rows[*id].last().is_some_and(|row| row.truncated)
+                };
+                let ids: Vec<usize> = ids.into_iter().filter(|id| !over(id)).collect();
+                histories.send(&ids);
+            } else {
+                let in_flight = histories.envs.in_flight();
+                idle.extend(histories.recv(amount.index(in_flight + 1)));
+            }
+        }
+        histories.recv(histories.envs.in_flight());
+        prop_assert_eq!(histories.envs.in_flight(), 0);
+        histories.check(mode);
+    }
+}
+
+#[test]
+fn a_masked_reset_can_be_in_flight_beside_steps() {
+    let mut envs = vec_env(3, VecConfig::default().threads(2));
+    let expected = rows(envs.reset(Some(0)).expect("a reset"));
+    envs.send(&action(1, 0), &[1]).expect("an idle environment");
+    let mask = [true, false, true];
+    let again = VecReset { mask: Some(&mask), ..VecReset::seeded(0) };
+    envs.send_reset(&again).expect("idle environments");
+    let batch = envs.recv(3).expect("a batch");
+    for (row, &env_id) in batch.env_ids().iter().enumerate() {
+        assert_eq!(row_of(batch, row) == expected[env_id], env_id != 1);
+    }
+}

@@ -1,0 +1,158 @@
+//! Single environments with Gymnasium's rules written out, to compare with.
+
+use fetch_env::{
+    Env, EnvId, FetchEnv, FetchObservation, GoalObservation, Info, TimeLimit,
+    vec_env::{AutoresetMode, Batch, VecConfig, VecEnv},
+};
+use fetch_sim::{KinematicSimulator, Simulator};
+
+pub(crate) const MODES: [AutoresetMode; 3] =
+    [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled];
+
+pub(crate) type TestEnv<S> = TimeLimit<FetchEnv<S>>;
+
+/// Environments of which every other has shorter episodes: their ends do not coincide.
+pub(crate) fn envs<S: Simulator>(
+    count: usize,
+    simulator: impl Fn(EnvId) -> S,
+) -> impl Iterator<Item = TestEnv<S>> {
+    let id: EnvId = "FetchPushDense-v4".parse().expect("an id");
+    (0..count).map(move |i| {
+        let env = FetchEnv::new(id.config(), simulator(id)).expect("a fitting simulator");
+        let steps = if i % 2 == 0 { 5 } else { 7 };
+        TimeLimit::new(env, steps.try_into().expect("not 0"))
+    })
+}
+
+pub(crate) fn kinematic(id: EnvId) -> KinematicSimulator {
+    KinematicSimulator::new(id.config().sim())
+}
+
+pub(crate) fn vec_env(count: usize, config: VecConfig) -> VecEnv<TestEnv<KinematicSimulator>> {
+    VecEnv::new(envs(count, kinematic), config).expect("a vector of environments")
+}
+
+/// The action of an environment's `step`-th step.
+pub(crate) fn action(env_id: usize, step: usize) -> [f32; 4] {
+    let angle = (env_id * 37 + step * 11) as f32;
+    [angle.sin(), (1.7 * angle).sin(), (0.3 * angle).cos() - 0.5, angle.cos()]
+}
+
+pub(crate) fn actions(count: usize, step: usize) -> Vec<f32> {
+    (0..count).flat_map(|env_id| action(env_id, step)).collect()
+}
+
+/// All that a row holds, as bits.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Row {
+    pub(crate) state: Vec<u64>,
+    pub(crate) reward: u64,
+    pub(crate) terminated: bool,
+    pub(crate) truncated: bool,
+    pub(crate) info: (bool, u64),
+    pub(crate) last: Option<(Vec<u64>, (bool, u64))>,
+}
+
+fn bits(parts: [&[f64]; 3]) -> Vec<u64> {
+    parts.concat().into_iter().map(f64::to_bits).collect()
+}
+
+fn info_bits(info: Info) -> (bool, u64) {
+    (info.is_success, info.distance.to_bits())
+}
+
+fn observation_bits(observation: &FetchObservation) -> Vec<u64> {
+    bits([observation.observation(), observation.achieved_goal(), observation.desired_goal()])
+}
+
+/// The rows of a batch that has no error.
+pub(crate) fn rows(batch: &Batch) -> Vec<Row> {
+    assert_eq!(batch.errors().collect::<Vec<_>>(), []);
+    (0..batch.len()).map(|row| row_of(batch, row)).collect()
+}
+
+pub(crate) fn row_of(batch: &Batch, row: usize) -> Row {
+    fn part(all: &[f64], len: usize, row: usize) -> &[f64] {
+        all.chunks_exact(all.len() / len).nth(row).expect("a row")
+    }
+    let part = |all| part(all, batch.len(), row);
+    let parts =
+        [part(batch.observation()), part(batch.achieved_goal()), part(batch.desired_goal())];
+    Row {
+        state: bits(parts),
+        reward: batch.reward()[row].to_bits(),
+        terminated: batch.terminated()[row],
+        truncated: batch.truncated()[row],
+        info: (batch.success()[row], batch.distance()[row].to_bits()),
+        last: batch.final_step(row).map(|last| {
+            let state = bits([last.observation, last.achieved_goal, last.desired_goal]);
+            (state, info_bits(last.info))
+        }),
+    }
+}
+
+/// One environment under Gymnasium's autoreset, as its `SyncVectorEnv` (1.4.0) writes it.
+pub(crate) struct Single<E> {
+    env: E,
+    mode: AutoresetMode,
+    autoreset: bool,
+    steps: usize,
+}
+
+impl<E: Env<Observation = FetchObservation, Info = Info>> Single<E> {
+    pub(crate) fn new(env: E, mode: AutoresetMode) -> Self {
+        Self { env, mode, autoreset: false, steps: 0 }
+    }
+
+    pub(crate) fn reset(&mut self, seed: Option<u64>) -> Row {
+        self.autoreset = false;
+        let reset = self.env.reset(seed).expect("a reset");
+        Row {
+            state: observation_bits(&reset.observation),
+            reward: 0.0_f64.to_bits(),
+            terminated: false,
+            truncated: false,
+            info: info_bits(reset.info),
+            last: None,
+        }
+    }
+
+    /// Whether its episode is over and nobody will reset it.
+    pub(crate) fn needs_reset(&self) -> bool {
+        self.autoreset && self.mode == AutoresetMode::Disabled
+    }
+
+    pub(crate) fn step(&mut self, env_id: usize) -> Row {
+        let action = action(env_id, self.steps);
+        self.steps += 1;
+        if self.autoreset {
+            return self.reset(None);
+        }
+        let step = self.env.step(&action).expect("a step");
+        let over = step.is_last();
+        let mut row = Row {
+            state: observation_bits(&step.observation),
+            reward: step.reward.to_bits(),
+            terminated: step.terminated,
+            truncated: step.truncated,
+            info: info_bits(step.info),
+            last: None,
+        };
+        if over && self.mode == AutoresetMode::SameStep {
+            let last = (row.state, row.info);
+            let reset = self.reset(None);
+            row = Row { state: reset.state, info: reset.info, last: Some(last), ..row };
+        } else {
+            self.autoreset = over;
+        }
+        row
+    }
+}
+
+pub(crate) fn singles<S: Simulator>(
+    count: usize,
+    mode: AutoresetMode,
+    simulator: impl Fn(EnvId) -> S,
+) -> Vec<Single<TestEnv<S>>> {
+    envs(count, simulator).map(|env| Single::new(env, mode)).collect()
+}

@@ -1,0 +1,10 @@
+//! Environments stepped together give what each gives alone, on any number of threads, and fail
+//! alone as well.
+
+mod asynchronous;
+mod common;
+mod failures;
+#[path = "../faulty/mod.rs"]
+mod faulty;
+mod order;
+mod synchronous;

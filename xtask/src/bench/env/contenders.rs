@@ -1,0 +1,202 @@
+//! Who steps: an environment, a bare loop of `mj_step`, many environments together.
+
+use std::sync::Arc;
+
+use anyhow::ensure;
+use fetch_env::{
+    Env, MujocoEnv,
+    vec_env::{AutoresetMode, VecConfig, VecEnv},
+};
+use fetch_sim::{BodyId, Data};
+use nalgebra::{Quaternion, Vector3};
+
+use super::episodes::{Episodes, STEPS};
+use crate::bench::interleaved::Contender;
+
+/// A single environment; its resets are counted in.
+pub struct Single {
+    episodes: Arc<Episodes>,
+    env: MujocoEnv,
+    episode: usize,
+}
+
+impl Single {
+    pub fn new(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
+        Ok(Self { episodes: Arc::clone(episodes), env: episodes.env()?, episode: 0 })
+    }
+}
+
+impl Contender for Single {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        self.env.reset(self.episodes.seed(self.episode))?;
+        for action in self.episodes.actions(self.episode) {
+            self.env.step(action)?;
+        }
+        self.episode += 1;
+        Ok(STEPS)
+    }
+}
+
+/// What a step needs of MuJoCo at least: the gripper's target, the fingers' and 20 x `mj_step`.
+pub struct BareLoop {
+    episodes: Arc<Episodes>,
+    data: Data,
+    mocap: usize,
+    gripper: BodyId,
+    fingers: [usize; 2],
+    forward: bool,
+    episode: usize,
+}
+
+impl BareLoop {
+    /// Plain MuJoCo.
+    pub fn new(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
+        let model = episodes.model.model();
+        let mocap = model.mocap_index(model.body("robot0:mocap")?);
+        let finger = |side| -> anyhow::Result<usize> {
+            Ok(model.qpos_address(model.joint(&format!("robot0:{side}_gripper_finger_joint"))?))
+        };
+        Ok(Self {
+            data: Data::new(Arc::clone(model))?,
+            mocap: mocap.ok_or_else(|| anyhow::anyhow!("the model has no mocap body"))?,
+            gripper: model.body("robot0:gripper_link")?,
+            fingers: [finger("r")?, finger("l")?],
+            forward: false,
+            episode: 0,
+            episodes: Arc::clone(episodes),
+        })
+    }
+
+    /// The whole physics of an environment's step: where the fingers are held closed, the reference
+    /// computes `mj_forward` after it.
+    pub fn with_forward(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
+        let forward = episodes.config.task().block_gripper();
+        Ok(Self { forward, ..Self::new(episodes)? })
+    }
+
+    pub fn reset(&mut self) -> anyhow::Result<()> {
+        self.data.reset()?;
+        self.data.qpos_mut().copy_from_slice(self.episodes.start(self.episode));
+        self.data.qvel_mut().copy_from_slice(self.episodes.model.start().1);
+        self.data.forward()?;
+        Ok(())
+    }
+
+    pub fn step(&mut self, action: [f32; 4]) -> anyhow::Result<()> {
+        let [x, y, z] = [0, 1, 2].map(|axis| f64::from(action[axis] * 0.05));
+        let fingers = f64::from(action[3]);
+        let (position, orientation) = self.data.body_pose(self.gripper);
+        let target = position + Vector3::new(x, y, z);
+        // The reference adds this to the gripper's quaternion.
+        let down = Quaternion::new(1.0, 0.0, 1.0, 0.0);
+        self.data.set_mocap_pose(self.mocap, target, orientation + down);
+        let blocked = self.episodes.config.task().block_gripper();
+        if !blocked {
+            let targets = self.fingers.map(|qpos| self.data.qpos()[qpos] + fingers);
+            self.data.ctrl_mut().copy_from_slice(&targets);
+        }
+        self.data.step(self.episodes.config.sim().n_substeps.get())?;
+        if blocked {
+            for qpos in self.fingers {
+                self.data.qpos_mut()[qpos] = 0.0;
+            }
+        }
+        if self.forward {
+            self.data.forward()?;
+        }
+        Ok(())
+    }
+}
+
+impl Contender for BareLoop {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        self.reset()?;
+        for step in 0..STEPS {
+            self.step(self.episodes.actions(self.episode)[step])?;
+        }
+        self.episode += 1;
+        Ok(STEPS)
+    }
+}
+
+/// Many environments together, each for one episode.
+pub struct Together {
+    envs: VecEnv<MujocoEnv>,
+    actions: Vec<f32>,
+    step: usize,
+}
+
+impl Together {
+    pub fn new(episodes: &Episodes, num_envs: usize, threads: usize) -> anyhow::Result<Self> {
+        let envs: anyhow::Result<Vec<_>> = (0..num_envs).map(|_| episodes.env()).collect();
+        // Every step is a transition in every environment; the resets are counted in.
+        let config = VecConfig::default().threads(threads).autoreset(AutoresetMode::SameStep);
+        let mut envs = VecEnv::new(envs?, config)?;
+        envs.reset(Some(super::episodes::SEED))?;
+        let actions = super::episodes::random_actions((num_envs + 1) * STEPS)?;
+        Ok(Self { envs, actions: actions.into_flattened(), step: 0 })
+    }
+}
+
+impl Contender for Together {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        let num_envs = self.envs.num_envs();
+        for _ in 0..STEPS {
+            let from = 4 * num_envs * (self.step % STEPS);
+            let batch = self.envs.step(&self.actions[from..][..4 * num_envs])?;
+            ensure!(batch.errors().next().is_none(), "{:?}", batch.errors().next());
+            self.step += 1;
+        }
+        Ok(num_envs * STEPS)
+    }
+}
+
+/// Resets of an environment.
+pub struct Resets(pub Single);
+
+impl Contender for Resets {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        for _ in 0..STEPS {
+            self.0.env.reset(self.0.episodes.seed(self.0.episode))?;
+            self.0.episode += 1;
+        }
+        Ok(STEPS)
+    }
+}
+
+/// What a reset needs of MuJoCo at least: `mj_resetData` and `mj_forward`.
+pub struct BareResets(pub BareLoop);
+
+impl Contender for BareResets {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        for _ in 0..STEPS {
+            self.0.reset()?;
+            self.0.episode += 1;
+        }
+        Ok(STEPS)
+    }
+}
+
+/// The bare loop ends where the environment does, so both simulate the same.
+#[cfg(test)]
+mod tests {
+    use fetch_env::EnvId;
+
+    use super::*;
+
+    #[test]
+    fn the_whole_physics_ends_where_the_environment_does() {
+        for id in EnvId::ALL.into_iter().step_by(2) {
+            let episodes = Episodes::new(id.config()).expect("MuJoCo");
+            let mut single = Single::new(&episodes).expect("an environment");
+            let mut physics = BareLoop::with_forward(&episodes).expect("a simulation");
+            for _ in 0..2 {
+                single.work().expect("an episode");
+                physics.work().expect("an episode");
+                let simulated = single.env.inner().simulator();
+                assert_eq!(simulated.data().qpos(), physics.data.qpos(), "{id}");
+                assert_eq!(simulated.data().qvel(), physics.data.qvel(), "{id}");
+            }
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Contenders that take turns.
+
+use std::time::{Duration, Instant};
+
+use rustix::time::{ClockId, clock_gettime};
+
+use crate::report::Figure;
+
+/// Something whose speed is measured.
+pub trait Contender {
+    /// Works once, and tells how much was done.
+    ///
+    /// # Errors
+    /// Whatever goes wrong; the benchmark ends then.
+    fn work(&mut self) -> anyhow::Result<usize>;
+
+    /// [`work`](Self::work), timed. Those that work in another process time themselves there.
+    ///
+    /// # Errors
+    /// As [`work`](Self::work).
+    fn timed(&mut self) -> anyhow::Result<(usize, Duration)> {
+        let start = Instant::now();
+        let done = self.work()?;
+        Ok((done, start.elapsed()))
+    }
+}
+
+/// A contender and what its figure is called.
+pub struct Entry {
+    pub name: String,
+    pub unit: &'static str,
+    pub contender: Box<dyn Contender>,
+}
+
+impl Entry {
+    pub fn new(name: &str, unit: &'static str, contender: impl Contender + 'static) -> Self {
+        Self { name: name.into(), unit, contender: Box::new(contender) }
+    }
+}
+
+/// Which time counts.
+#[derive(Clone, Copy, Debug)]
+pub enum Clock {
+    /// That of the wall.
+    Wall,
+    /// That of the processor, as far as it worked for the calling thread: what else runs on the
+    /// machine hardly disturbs it. For contenders without threads of their own.
+    Cpu,
+}
+
+/// The speed of every contender in every round.
+pub struct Rounds {
+    names: Vec<(String, &'static str)>,
+    /// By contender, then by round.
+    wall: Vec<Vec<f64>>,
+    cpu: Vec<Vec<f64>>,
+}
+
+/// Lets the contenders take turns for a time, at least three rounds; the round before warms up.
+pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result<Rounds> {
+    const LEAST_ROUNDS: usize = 3;
+    let mut wall = vec![Vec::new(); entries.len()];
+    let mut cpu = wall.clone();
+    for entry in &mut entries {
+        entry.contender.work()?;
+    }
+    let start = Instant::now();
+    let mut round = 0;
+    while round < LEAST_ROUNDS || start.elapsed() < duration {
+        for turn in 0..entries.len() {
+            // Nobody always follows the same one.
+            let at = (turn + round) % entries.len();
+            let before = cpu_seconds();
+            let (done, elapsed) = entries[at].contender.timed()?;
+            cpu[at].push(done as f64 / (cpu_seconds() - before));
+            wall[at].push(done as f64 / elapsed.as_secs_f64());
+        }
+        round += 1;
+    }
+    let names = entries.into_iter().map(|entry| (entry.name, entry.unit)).collect();
+    Ok(Rounds { names, wall, cpu })
+}
+
+fn cpu_seconds() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+impl Rounds {
+    /// The median speed of each contender, by the clock on the wall.
+    pub fn figures(&self) -> impl Iterator<Item = (String, Figure)> + '_ {
+        let rates = self.names.iter().zip(&self.wall);
+        rates.map(|((name, unit), rates)| (name.clone(), Figure::new(median(rates), unit)))
+    }
+
+    /// The median, over the rounds, of how many times faster one is than another; `None` if one of
+    /// them did not take part.
+    pub fn ratio(&self, clock: Clock, of: &str, to: &str) -> Option<f64> {
+        let all = match clock {
+            Clock::Wall => &self.wall,
+            Clock::Cpu => &self.cpu,
+        };
+        let rates = |wanted: &str| {
+            let at = self.names.iter().position(|(name, _)| name == wanted)?;
+            Some(&all[at])
+        };
+        let ratios: Vec<f64> = rates(of)?.iter().zip(rates(to)?).map(|(a, b)| a / b).collect();
+        Some(median(&ratios))
+    }
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    if sorted.len().is_multiple_of(2) {
+        (sorted[middle - 1] + sorted[middle]) / 2.0
+    } else {
+        sorted[middle]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Fixed(usize);
+
+    impl Contender for Fixed {
+        fn work(&mut self) -> anyhow::Result<usize> {
+            Ok(self.0)
+        }
+
+        fn timed(&mut self) -> anyhow::Result<(usize, Duration)> {
+            Ok((self.0, Duration::from_secs(2)))
+        }
+    }
+
+    #[test]
+    fn contenders_are_compared_round_by_round() {
+        let entries = vec![Entry::new("a", "1/s", Fixed(6)), Entry::new("b", "1/s", Fixed(2))];
+        let rounds = interleave(entries, Duration::ZERO).expect("no error");
+        assert_eq!(rounds.ratio(Clock::Wall, "a", "b"), Some(3.0));
+        assert_eq!(rounds.ratio(Clock::Cpu, "a", "c"), None);
+        let figures: Vec<_> = rounds.figures().collect();
+        assert_eq!(figures[1], ("b".into(), Figure::new(1.0, "1/s")));
+        assert_eq!(median(&[3.0, 1.0, 2.0, 10.0]), 2.5);
+    }
+}
