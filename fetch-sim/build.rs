@@ -13,8 +13,13 @@ use std::{
 const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
 
 /// The shim.
-const SOURCES: [&str; 4] =
-    ["shim/fetch_shim.c", "shim/contact_filter.c", "shim/separation.c", "shim/shapes.c"];
+const SOURCES: [&str; 5] = [
+    "shim/fetch_shim.c",
+    "shim/model_options.c",
+    "shim/contact_filter.c",
+    "shim/separation.c",
+    "shim/shapes.c",
+];
 
 fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");

@@ -23,6 +23,11 @@
 //! # Ok::<(), fetch_sim::SimError>(())
 //! ```
 //!
+//! # Speed
+//! A `MujocoSimulator` leaves out collision tests that would find nothing (`ContactFilter`), unless
+//! [`SimConfig::contact_filter`] is false; results are the same to the last bit. A `Data` made by
+//! hand has no such filter: `Data::step` is then MuJoCo's bare loop of `mj_step`.
+//!
 //! # Finding MuJoCo
 //! The build finds Debian's `libmujoco-dev`, or the installation that `MUJOCO_DIR` names: a
 //! directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`. The library

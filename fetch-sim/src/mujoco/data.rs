@@ -9,10 +9,13 @@ use std::{
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 use super::{
+    arrays::{DataArray, quaternion, set_quaternion, set_vector, vector},
     contact_filter::ContactFilter,
+    fault::find_fault,
     ffi::{self, RawData, RawFilter},
+    ids::{BodyId, GeomId, SiteId},
     library::check,
-    model::{BodyId, GeomId, Model, SiteId},
+    model::Model,
 };
 use crate::SimError;
 
@@ -31,38 +34,6 @@ pub struct Data {
 unsafe impl Send for Data {}
 // SAFETY: every method that takes `&self` only reads the mjData.
 unsafe impl Sync for Data {}
-
-/// The shim's numbering of the data's arrays.
-#[derive(Clone, Copy)]
-enum DataArray {
-    Qpos,
-    Qvel,
-    Ctrl,
-    MocapPos,
-    MocapQuat,
-    QaccWarmstart,
-    Xpos,
-    Xquat,
-    SiteXpos,
-    SiteXmat,
-}
-
-/// Indexes the shim's `fs_warning_types`.
-const WARNINGS: [(&str, Fault); 7] = [
-    ("the inertia matrix is singular", Fault::Unstable),
-    ("the contact buffer is full", Fault::Full),
-    ("the constraint buffer is full", Fault::Full),
-    ("a position is not finite or huge", Fault::Unstable),
-    ("a velocity is not finite or huge", Fault::Unstable),
-    ("an acceleration is not finite or huge", Fault::Unstable),
-    ("a control is not finite or huge", Fault::Unstable),
-];
-
-#[derive(Clone, Copy)]
-enum Fault {
-    Unstable,
-    Full,
-}
 
 impl Data {
     /// Allocates a simulation in the model's initial state.
@@ -145,16 +116,8 @@ impl Data {
 
     /// MuJoCo resets an unstable simulation and goes on: only its warning counters tell.
     fn check_stable(&self) -> Result<(), SimError> {
-        for (kind, &(reason, fault)) in (0..).zip(&WARNINGS) {
-            // SAFETY: the data is alive and `kind` indexes the shim's table of as many entries.
-            if unsafe { ffi::fs_warning_count(self.raw.as_ptr(), kind) } > 0 {
-                return Err(match fault {
-                    Fault::Unstable => SimError::Unstable { reason: reason.into() },
-                    Fault::Full => SimError::BufferFull { reason: reason.into() },
-                });
-            }
-        }
-        Ok(())
+        // SAFETY: the data is alive, and the kinds are the shim's.
+        find_fault(|kind| unsafe { ffi::fs_warning_count(self.raw.as_ptr(), kind) })
     }
 
     /// Simulated time, in seconds.
@@ -351,21 +314,4 @@ impl fmt::Debug for Data {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Data").field("time", &self.time()).finish_non_exhaustive()
     }
-}
-
-fn vector(values: &[f64], index: usize) -> Vector3<f64> {
-    Vector3::from_column_slice(&values[3 * index..][..3])
-}
-
-fn set_vector(values: &mut [f64], index: usize, value: Vector3<f64>) {
-    values[3 * index..][..3].copy_from_slice(value.as_slice());
-}
-
-fn quaternion(values: &[f64], index: usize) -> Quaternion<f64> {
-    let wxyz = &values[4 * index..][..4];
-    Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3])
-}
-
-fn set_quaternion(values: &mut [f64], index: usize, value: Quaternion<f64>) {
-    values[4 * index..][..4].copy_from_slice(&[value.w, value.i, value.j, value.k]);
 }

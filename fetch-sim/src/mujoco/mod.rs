@@ -1,10 +1,13 @@
 //! The MuJoCo implementation of [`Simulator`](crate::Simulator), and the safe binding below it.
 
+mod arrays;
 mod builtin;
 mod contact_filter;
 mod data;
+mod fault;
 mod fetch_model;
 mod ffi;
+mod ids;
 mod library;
 mod model;
 mod simulator;
@@ -13,7 +16,8 @@ mod snapshot;
 pub use contact_filter::{ContactFilter, ContactFilterCounts};
 pub use data::Data;
 pub use fetch_model::FetchModel;
+pub use ids::{BodyId, GeomId, JointId, SiteId};
 pub use library::MujocoVersion;
-pub use model::{BodyId, GeomId, JointId, Model, SiteId};
+pub use model::Model;
 pub use simulator::MujocoSimulator;
 pub use snapshot::MujocoSnapshot;

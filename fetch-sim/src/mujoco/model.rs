@@ -10,6 +10,7 @@ use std::{
 use super::{
     contact_filter::Shapes,
     ffi::{self, RawModel, Sizes},
+    ids::{BodyId, GeomId, JointId, ObjectKind, SiteId},
     library::{check, library},
 };
 use crate::SimError;
@@ -30,40 +31,6 @@ unsafe impl Send for Model {}
 // `&self` passes it as const.
 unsafe impl Sync for Model {}
 
-macro_rules! id {
-    ($(#[$doc:meta])* $name:ident) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub struct $name(pub(super) usize);
-    };
-}
-
-id!(
-    /// A body of one model.
-    BodyId
-);
-id!(
-    /// A joint of one model.
-    JointId
-);
-id!(
-    /// A collision or display shape of one model.
-    GeomId
-);
-id!(
-    /// A site (a named frame on a body) of one model.
-    SiteId
-);
-
-/// Indexes the shim's `fs_object_types`.
-#[derive(Clone, Copy)]
-enum ObjectKind {
-    Body,
-    Joint,
-    Geom,
-    Site,
-}
-
 /// The shim's numbering of the model's integer arrays.
 #[derive(Clone, Copy)]
 enum ModelArray {
@@ -73,17 +40,6 @@ enum ModelArray {
     BodyParentid,
     GeomBodyid,
     ActuatorTrnid,
-}
-
-impl ObjectKind {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Body => "body",
-            Self::Joint => "joint",
-            Self::Geom => "geom",
-            Self::Site => "site",
-        }
-    }
 }
 
 impl Model {
@@ -328,7 +284,8 @@ impl Model {
     }
 
     /// Lets the collision search test every pair of geoms of two bodies near each other. That is
-    /// faster than its trees where tests are cheap and geoms are few, and finds the same contacts.
+    /// faster than its trees where tests are cheap and geoms are few, and finds the same contacts;
+    /// those of two bodies come in the order of MuJoCo 2.
     pub(super) fn disable_midphase(&mut self) {
         // SAFETY: the model is alive and not shared (`&mut`).
         unsafe { ffi::fs_disable_midphase(self.raw.as_ptr()) };
