@@ -6,6 +6,8 @@ Resets are timed but are no transitions.
 """
 
 import argparse
+import contextlib
+import io
 import time
 
 import numpy as np
@@ -15,10 +17,10 @@ SEED = 0
 
 
 def gymnasium_robotics(env_id):
-    import gymnasium
-
-    gymnasium.logger.min_level = gymnasium.logger.ERROR
-    import gymnasium_robotics
+    # They speak of environments that are not used here.
+    with contextlib.redirect_stderr(io.StringIO()):
+        import gymnasium
+        import gymnasium_robotics
 
     gymnasium.register_envs(gymnasium_robotics)
     env = gymnasium.make(env_id, disable_env_checker=True)
