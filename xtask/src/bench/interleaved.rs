@@ -18,11 +18,19 @@ pub trait Contender {
     ///
     /// # Errors
     /// As [`work`](Self::work).
-    fn timed(&mut self) -> anyhow::Result<(usize, Duration)> {
-        let start = Instant::now();
+    fn timed(&mut self) -> anyhow::Result<Timed> {
+        let (start, cpu) = (Instant::now(), cpu_seconds());
         let done = self.work()?;
-        Ok((done, start.elapsed()))
+        Ok(Timed { done, wall: start.elapsed().as_secs_f64(), cpu: cpu_seconds() - cpu })
     }
+}
+
+/// How much was done, and in how many seconds of each [`Clock`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timed {
+    pub done: usize,
+    pub wall: f64,
+    pub cpu: f64,
 }
 
 /// A contender and what its figure is called.
@@ -43,8 +51,8 @@ impl Entry {
 pub enum Clock {
     /// That of the wall.
     Wall,
-    /// That of the processor, as far as it worked for the calling thread: what else runs on the
-    /// machine hardly disturbs it. For contenders without threads of their own.
+    /// That of the processor, as far as it worked for the calling thread, or for all of another
+    /// process: what else runs on the machine disturbs it less. For contenders of one thread.
     Cpu,
 }
 
@@ -70,10 +78,9 @@ pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result
         for turn in 0..entries.len() {
             // Nobody always follows the same one.
             let at = (turn + round) % entries.len();
-            let before = cpu_seconds();
-            let (done, elapsed) = entries[at].contender.timed()?;
-            cpu[at].push(done as f64 / (cpu_seconds() - before));
-            wall[at].push(done as f64 / elapsed.as_secs_f64());
+            let timed = entries[at].contender.timed()?;
+            cpu[at].push(timed.done as f64 / timed.cpu);
+            wall[at].push(timed.done as f64 / timed.wall);
         }
         round += 1;
     }
@@ -131,8 +138,8 @@ mod tests {
             Ok(self.0)
         }
 
-        fn timed(&mut self) -> anyhow::Result<(usize, Duration)> {
-            Ok((self.0, Duration::from_secs(2)))
+        fn timed(&mut self) -> anyhow::Result<Timed> {
+            Ok(Timed { done: self.0, wall: 2.0, cpu: 1.0 })
         }
     }
 
@@ -141,6 +148,7 @@ mod tests {
         let entries = vec![Entry::new("a", "1/s", Fixed(6)), Entry::new("b", "1/s", Fixed(2))];
         let rounds = interleave(entries, Duration::ZERO).expect("no error");
         assert_eq!(rounds.ratio(Clock::Wall, "a", "b"), Some(3.0));
+        assert_eq!(rounds.ratio(Clock::Cpu, "b", "a"), Some(1.0 / 3.0));
         assert_eq!(rounds.ratio(Clock::Cpu, "a", "c"), None);
         let figures: Vec<_> = rounds.figures().collect();
         assert_eq!(figures[1], ("b".into(), Figure::new(1.0, "1/s")));

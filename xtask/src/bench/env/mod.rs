@@ -143,7 +143,7 @@ fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Figure)> {
         ratio("single-to-bare-loop", steps, Cpu, "single", "bare-loop"),
         ratio("single-to-physics", steps, Cpu, "single", "physics"),
         ratio(&format!("{threads}-to-threads-1"), steps, Wall, &threads, "threads-1"),
-        ratio("single-to-gymnasium-robotics", steps, Wall, "single", "gymnasium-robotics"),
+        ratio("single-to-gymnasium-robotics", steps, Cpu, "single", "gymnasium-robotics"),
         ratio("single-to-envpool", steps, Wall, "single", "envpool"),
         // A cost, so the slower one is the larger.
         ratio("reset-cost-to-bare", resets, Cpu, "reset-bare", "reset"),

@@ -4,15 +4,17 @@ use std::{
     fs,
     io::{BufRead, BufReader, Write},
     process::{Child, ChildStdin, ChildStdout, Command, Stdio},
-    time::Duration,
 };
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use fetch_env::EnvId;
 use tempfile::TempDir;
 
 use super::episodes::STEPS;
-use crate::{bench::interleaved::Contender, python};
+use crate::{
+    bench::interleaved::{Contender, Timed},
+    python,
+};
 
 const ENVPOOL: &str = "envpool==1.2.5";
 const SCRIPT: &str = include_str!("../../../scripts/peers.py");
@@ -78,15 +80,17 @@ impl Peer {
 
 impl Contender for Peer {
     fn work(&mut self) -> anyhow::Result<usize> {
-        Ok(self.timed()?.0)
+        Ok(self.timed()?.done)
     }
 
-    fn timed(&mut self) -> anyhow::Result<(usize, Duration)> {
+    fn timed(&mut self) -> anyhow::Result<Timed> {
         writeln!(self.orders, "{}", self.transitions)?;
         self.orders.flush()?;
         let answer = self.answer()?;
-        let (done, seconds) = answer.split_once(' ').context("the peer's answer is damaged")?;
-        Ok((done.parse()?, Duration::try_from_secs_f64(seconds.parse()?)?))
+        let [done, wall, cpu] = answer.split(' ').collect::<Vec<_>>()[..] else {
+            bail!("the peer answered {answer:?}");
+        };
+        Ok(Timed { done: done.parse()?, wall: wall.parse()?, cpu: cpu.parse()? })
     }
 }
 
