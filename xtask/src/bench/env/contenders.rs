@@ -67,11 +67,13 @@ impl BareLoop {
         })
     }
 
-    /// The whole physics of an environment's step: where the fingers are held closed, the reference
-    /// computes `mj_forward` after it.
+    /// The whole physics of an environment's step: with the contact filter, and where the fingers are
+    /// held closed with the `mj_forward` that the reference computes after it.
     pub fn with_forward(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
         let forward = episodes.config.task().block_gripper();
-        Ok(Self { forward, ..Self::new(episodes)? })
+        let mut physics = Self { forward, ..Self::new(episodes)? };
+        physics.data.set_contact_filter(true)?;
+        Ok(physics)
     }
 
     pub fn reset(&mut self) -> anyhow::Result<()> {
