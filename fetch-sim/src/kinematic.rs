@@ -212,7 +212,8 @@ impl Simulator for KinematicSimulator {
     }
 
     fn restore(&mut self, snapshot: &Self) -> Result<(), SimError> {
-        if snapshot.config != self.config || snapshot.object.is_some() != self.object.is_some() {
+        let fits = snapshot.config.same_physics(&self.config);
+        if !fits || snapshot.object.is_some() != self.object.is_some() {
             let (theirs, ours) = (&snapshot.config, &self.config);
             return Err(SimError::ForeignSnapshot {
                 reason: format!("it was taken from {theirs:?}, this is {ours:?}"),
