@@ -100,9 +100,8 @@ impl RandomReference {
     }
 }
 
-/// Successes of [`ScriptedPolicy`](crate::ScriptedPolicy) on the reference's own model.
-///
-/// MuJoCo 2.2.2, resets seeded from [`FIRST_SEED`](Self::FIRST_SEED) on, success at the last step.
+/// Successes of [`ScriptedPolicy`](crate::ScriptedPolicy) on the reference's own model, over resets
+/// seeded from [`FIRST_SEED`](Self::FIRST_SEED) on, success at the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct ScriptedReference {
     /// Episodes whose last step was a success.
@@ -115,15 +114,18 @@ impl ScriptedReference {
     /// Seed of the first episode's reset.
     pub const FIRST_SEED: u64 = 30_000;
 
-    /// The figures of a task.
+    /// The figures of a task; `None` but for MuJoCo `2.2.2` and `3.6.0`.
     #[must_use]
-    pub const fn new(task: Task) -> Self {
-        let successes = match task {
-            Task::Reach | Task::PickAndPlace => 300,
-            Task::Push => 286,
-            Task::Slide => 49,
+    pub fn new(task: Task, mujoco: &str) -> Option<Self> {
+        let successes = match (mujoco, task) {
+            ("2.2.2" | "3.6.0", Task::Reach | Task::PickAndPlace) => 300,
+            ("2.2.2", Task::Push) => 286,
+            ("2.2.2", Task::Slide) => 49,
+            ("3.6.0", Task::Push) => 300,
+            ("3.6.0", Task::Slide) => 65,
+            _ => return None,
         };
-        Self { successes, episodes: 300 }
+        Some(Self { successes, episodes: 300 })
     }
 }
 

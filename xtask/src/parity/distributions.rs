@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc};
 use anyhow::{Context, ensure};
 use baselines::{ScriptedPolicy, ScriptedReference, evaluate, fisher_exact, kolmogorov_smirnov};
 use fetch_env::{Env, EnvId, FetchEnv, GoalObservation, NpRandom};
-use fetch_sim::{FetchModel, MujocoSimulator, Simulator, Task};
+use fetch_sim::{FetchModel, MujocoSimulator, MujocoVersion, Simulator, Task};
 use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 
@@ -66,7 +66,9 @@ fn same_scripted_success(
     simulator: MujocoSimulator,
     episodes: usize,
 ) -> anyhow::Result<Check> {
-    let theirs = ScriptedReference::new(task);
+    let mujoco = MujocoVersion::of_library()?.to_string();
+    let theirs = ScriptedReference::new(task, &mujoco)
+        .with_context(|| format!("nothing is recorded of scripted episodes on MuJoCo {mujoco}"))?;
     let config = EnvId { task, reward: RewardKind::Sparse }.config();
     let mut env = FetchEnv::new(config, simulator)?.time_limited();
     let mut policy = ScriptedPolicy::new(task);
