@@ -12,6 +12,9 @@ use std::{
 
 const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
 
+/// What the feature `render` adds to the shim.
+const RENDER_SOURCES: [&str; 2] = ["shim/render_shim.c", "shim/gl_context.c"];
+
 fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
     println!("cargo::rerun-if-changed=build.rs");
@@ -104,8 +107,10 @@ fn compile(installation: &Installation) {
     let header = installation.include.join("mujoco/mujoco.h");
     println!("cargo::rerun-if-changed={}", header.display());
     println!("cargo::rerun-if-changed={}", installation.library.display());
+    let render = env::var_os("CARGO_FEATURE_RENDER").is_some();
     cc::Build::new()
         .file("shim/fetch_shim.c")
+        .files(RENDER_SOURCES.iter().filter(|_| render))
         .include(&installation.include)
         .std("gnu11")
         .warnings(true)

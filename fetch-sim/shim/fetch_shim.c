@@ -15,7 +15,8 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { FS_OK = 0, FS_FAILED = 1, FS_WARNED = 2 };
+#include "fetch_shim.h"
+
 enum { FS_TEXT_SIZE = 1024 };
 
 // ---------------------------------------------------------------- the library, loaded at run time
@@ -48,7 +49,9 @@ static struct {
   fs_set_handler set_error_handler, set_warning_handler;
 } mj;
 
-static int fs_symbol(void* library, const char* name, void* target) {
+void* fs_mujoco;
+
+int fs_symbol(void* library, const char* name, void* target) {
   void* symbol = dlsym(library, name);
   memcpy(target, &symbol, sizeof symbol);
   return symbol != NULL;
@@ -94,6 +97,7 @@ int fs_load(const char* path, const char* plugins, int* version, char* reason, s
   if (plugins && fs_symbol(library, "mj_loadAllPluginLibraries", &load_plugins)) {
     load_plugins(plugins, NULL);
   }
+  fs_mujoco = library;
   return FS_OK;
 }
 
@@ -136,9 +140,11 @@ static void fs_on_warning(const char* message) {
     return failed | (fs_warning[0] ? FS_WARNED : FS_OK);                                           \
   } while (0)
 
+int fs_guarded(void (*body)(void*), void* argument) { FS_GUARDED(body(argument)); }
+
 // ----------------------------------------------------------------------------------------- models
 
-static int fs_fail(const char* format, ...) {
+int fs_fail(const char* format, ...) {
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(fs_error, sizeof fs_error, format, arguments);

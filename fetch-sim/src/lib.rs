@@ -47,5 +47,7 @@ pub use mujoco::{
     BodyId, Data, FetchModel, GeomId, JointId, Model, MujocoSimulator, MujocoSnapshot,
     MujocoVersion, SiteId,
 };
+#[cfg(feature = "render")]
+pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::Task;

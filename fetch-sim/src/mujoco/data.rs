@@ -10,8 +10,9 @@ use nalgebra::{Matrix3, Quaternion, Vector3};
 
 use super::{
     ffi::{self, RawData},
+    ids::{BodyId, GeomId, SiteId},
     library::check,
-    model::{BodyId, GeomId, Model, SiteId},
+    model::Model,
 };
 use crate::SimError;
 
@@ -217,6 +218,17 @@ impl Data {
     #[must_use]
     pub fn site_position(&self, site: SiteId) -> Vector3<f64> {
         vector(self.array(DataArray::SiteXpos), site.0)
+    }
+
+    /// Overwrites the derived position of a site, for a picture.
+    #[cfg(feature = "render")]
+    pub(super) fn set_site_position(&mut self, site: SiteId, position: Vector3<f64>) {
+        set_vector(self.array_mut(DataArray::SiteXpos), site.0, position);
+    }
+
+    #[cfg(feature = "render")]
+    pub(super) const fn as_ptr(&self) -> *mut RawData {
+        self.raw.as_ptr()
     }
 
     /// Orientation of a site: columns are its axes in the world frame.

@@ -5,7 +5,8 @@ use nalgebra::{Quaternion, Vector3};
 use super::{
     builtin,
     data::Data,
-    model::{BodyId, Model, SiteId},
+    ids::{BodyId, SiteId},
+    model::Model,
 };
 use crate::{Settled, SimConfig, SimError, Task};
 

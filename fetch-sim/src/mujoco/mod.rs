@@ -4,14 +4,20 @@ mod builtin;
 mod data;
 mod fetch_model;
 mod ffi;
+mod ids;
 mod library;
 mod model;
+#[cfg(feature = "render")]
+mod render;
 mod simulator;
 mod snapshot;
 
 pub use data::Data;
 pub use fetch_model::FetchModel;
+pub use ids::{BodyId, GeomId, JointId, SiteId};
 pub use library::MujocoVersion;
-pub use model::{BodyId, GeomId, JointId, Model, SiteId};
+pub use model::Model;
+#[cfg(feature = "render")]
+pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::MujocoSimulator;
 pub use snapshot::MujocoSnapshot;

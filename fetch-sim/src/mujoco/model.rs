@@ -8,6 +8,7 @@ use std::{
 
 use super::{
     ffi::{self, RawModel, Sizes},
+    ids::{BodyId, GeomId, JointId, ObjectKind, SiteId},
     library::{check, library},
 };
 use crate::SimError;
@@ -27,40 +28,6 @@ unsafe impl Send for Model {}
 // `&self` passes it as const.
 unsafe impl Sync for Model {}
 
-macro_rules! id {
-    ($(#[$doc:meta])* $name:ident) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub struct $name(pub(super) usize);
-    };
-}
-
-id!(
-    /// A body of one model.
-    BodyId
-);
-id!(
-    /// A joint of one model.
-    JointId
-);
-id!(
-    /// A collision or display shape of one model.
-    GeomId
-);
-id!(
-    /// A site (a named frame on a body) of one model.
-    SiteId
-);
-
-/// Indexes the shim's `fs_object_types`.
-#[derive(Clone, Copy)]
-enum ObjectKind {
-    Body,
-    Joint,
-    Geom,
-    Site,
-}
-
 /// The shim's numbering of the model's integer arrays.
 #[derive(Clone, Copy)]
 enum ModelArray {
@@ -70,17 +37,6 @@ enum ModelArray {
     BodyParentid,
     GeomBodyid,
     ActuatorTrnid,
-}
-
-impl ObjectKind {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Body => "body",
-            Self::Joint => "joint",
-            Self::Geom => "geom",
-            Self::Site => "site",
-        }
-    }
 }
 
 impl Model {
@@ -149,6 +105,11 @@ impl Model {
         // SAFETY: `raw` is a model that MuJoCo just made, and `sizes` is valid for writes.
         unsafe { ffi::fs_model_sizes(raw.as_ptr(), &raw mut sizes) };
         Ok(Self { raw, sizes })
+    }
+
+    #[cfg(feature = "render")]
+    pub(super) const fn as_mut_ptr(&mut self) -> *mut RawModel {
+        self.raw.as_ptr()
     }
 
     pub(super) const fn as_ptr(&self) -> *const RawModel {
@@ -243,11 +204,31 @@ impl Model {
     /// If the body is of a larger model.
     #[must_use]
     pub fn body_name(&self, body: BodyId) -> Option<&str> {
-        assert!(body.0 < self.nbody(), "a body of another model");
-        // SAFETY: the model is alive and the id is one of its bodies'.
-        let name = unsafe {
-            ffi::fs_id_to_name(self.as_ptr(), ObjectKind::Body as c_int, body.0 as c_int)
-        };
+        self.name(ObjectKind::Body, body.0, self.sizes.nbody)
+    }
+
+    /// The name of a geom, if it has one.
+    ///
+    /// # Panics
+    /// If the geom is of a larger model.
+    #[must_use]
+    pub fn geom_name(&self, geom: GeomId) -> Option<&str> {
+        self.name(ObjectKind::Geom, geom.0, self.sizes.ngeom)
+    }
+
+    /// The name of a site, if it has one.
+    ///
+    /// # Panics
+    /// If the site is of a larger model.
+    #[must_use]
+    pub fn site_name(&self, site: SiteId) -> Option<&str> {
+        self.name(ObjectKind::Site, site.0, self.sizes.nsite)
+    }
+
+    fn name(&self, kind: ObjectKind, id: usize, count: c_int) -> Option<&str> {
+        assert!(id < count as usize, "a {} of another model", kind.name());
+        // SAFETY: the model is alive and the id is one of its own of this kind.
+        let name = unsafe { ffi::fs_id_to_name(self.as_ptr(), kind as c_int, id as c_int) };
         if name.is_null() {
             return None;
         }

@@ -5,8 +5,8 @@ use nalgebra::{Quaternion, Vector3};
 use super::{
     data::Data,
     fetch_model::{FetchModel, GRIPPER_DOWN},
+    ids::SiteId,
     library::MujocoVersion,
-    model::SiteId,
     snapshot::MujocoSnapshot,
 };
 use crate::{Control, GripperState, ObjectState, Settled, SimConfig, SimError, Simulator, Task};
