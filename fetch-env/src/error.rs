@@ -65,6 +65,10 @@ pub enum EnvError {
     /// The simulator failed.
     #[error(transparent)]
     Sim(SimError),
+    /// The environment could not be drawn.
+    #[cfg(feature = "render")]
+    #[error(transparent)]
+    Render(#[from] fetch_sim::RenderError),
     /// The configuration cannot be.
     #[error(transparent)]
     Config(#[from] ConfigError),
