@@ -14,6 +14,7 @@ mod describe;
 mod doctor;
 mod env_choice;
 mod exercise;
+mod figures;
 mod mujoco;
 mod parity;
 mod progress;
@@ -56,6 +57,8 @@ enum Command {
     Parity(parity::Args),
     /// Answer one of the chapter's exercises, 1 to 4
     Exercise(exercise::Args),
+    /// Make the chapter's pictures, and Slide's
+    Figures(figures::Args),
     /// Look for the usual troubles, and say how to mend them
     Doctor(doctor::Args),
     /// What continuous integration runs, cheapest checks first
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
         Command::Mujoco(args) => mujoco::run(&args),
         Command::Parity(args) => parity::run(&args),
         Command::Exercise(args) => exercise::run(&args),
+        Command::Figures(args) => figures::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Ci(args) => ci::run(&args),
     };

@@ -20,7 +20,7 @@ impl Caption {
     fn lines(&self) -> [String; 3] {
         [
             format!("step     {:3}", self.step),
-            format!("reward   {:6.3}", self.reward),
+            format!("reward   {:6.3}", self.reward + 0.0), // not -0
             format!("distance {:6.3} m", self.distance),
         ]
     }

@@ -1,4 +1,4 @@
-use std::{borrow::Cow, collections::HashMap, io::Write};
+use std::{borrow::Cow, cmp::Reverse, collections::HashMap, io::Write};
 
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
@@ -53,6 +53,8 @@ struct Palette {
     index: HashMap<Rgb, u8>,
 }
 
+/// How many of the most common colours stay exactly as they are: the sky, the floor, the table.
+const EXACT: usize = 64;
 /// The network is shown every n-th colour: 1 is best, 30 fastest.
 const SAMPLE_FACTOR: i32 = 3;
 
@@ -62,31 +64,38 @@ impl Palette {
         for &colour in frames.iter().flat_map(|frame| frame.as_chunks::<3>().0) {
             *counts.entry(colour).or_default() += 1;
         }
-        let mut distinct: Vec<(Rgb, usize)> = counts.into_iter().collect();
-        distinct.sort_unstable();
-        if distinct.len() <= 256 {
-            let colours = distinct.iter().flat_map(|(colour, _)| *colour).collect();
-            let index = (0..=255).zip(distinct).map(|(index, (colour, _))| (colour, index));
-            return Self { colours, index: index.collect() };
+        let mut ranked: Vec<(Rgb, usize)> = counts.into_iter().collect();
+        ranked.sort_unstable_by_key(|&(colour, count)| (Reverse(count), colour));
+        let exact = if ranked.len() > 256 { EXACT } else { ranked.len() };
+        let rare = ranked.split_off(exact);
+        let mut colours: Vec<u8> = ranked.iter().flat_map(|(colour, _)| *colour).collect();
+        let mut index: HashMap<Rgb, u8> =
+            ranked.into_iter().zip(0..=255).map(|((colour, _), index)| (colour, index)).collect();
+        if !rare.is_empty() {
+            let network = network(&rare, 256 - exact);
+            colours.extend(network.color_map_rgb());
+            index.extend(rare.into_iter().map(|(colour, _)| {
+                let [red, green, blue] = colour;
+                (colour, (exact + network.index_of(&[red, green, blue, 255])) as u8)
+            }));
         }
-        // Common colours are shown more often, but not as much as they are more common: the sky
-        // would leave nothing for the robot.
-        let mut samples = Vec::new();
-        for (rgb, count) in &distinct {
-            for _ in 0..=count.ilog2() {
-                samples.extend([rgb[0], rgb[1], rgb[2], 255]);
-            }
-        }
-        let network = NeuQuant::new(SAMPLE_FACTOR, 256, &samples);
-        let index = distinct.into_iter().map(|(colour, _)| {
-            let [red, green, blue] = colour;
-            (colour, network.index_of(&[red, green, blue, 255]) as u8)
-        });
-        Self { index: index.collect(), colours: network.color_map_rgb() }
+        Self { colours, index }
     }
 
     /// The palette's colour of every pixel.
     fn indices(&self, frame: &[u8]) -> Vec<u8> {
         frame.as_chunks::<3>().0.iter().map(|colour| self.index[colour]).collect()
     }
+}
+
+/// Chooses `count` colours for all these. Common ones are shown to the network more often, but not
+/// as much as they are more common.
+fn network(colours: &[(Rgb, usize)], count: usize) -> NeuQuant {
+    let mut samples = Vec::new();
+    for &([red, green, blue], count) in colours {
+        for _ in 0..=count.ilog2() {
+            samples.extend([red, green, blue, 255]);
+        }
+    }
+    NeuQuant::new(SAMPLE_FACTOR, count, &samples)
 }
