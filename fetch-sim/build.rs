@@ -21,6 +21,9 @@ const SOURCES: [&str; 5] = [
     "shim/shapes.c",
 ];
 
+/// What the feature `render` adds to the shim.
+const RENDER_SOURCES: [&str; 2] = ["shim/render_shim.c", "shim/gl_context.c"];
+
 fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
     println!("cargo::rerun-if-changed=build.rs");
@@ -113,8 +116,10 @@ fn compile(installation: &Installation) {
     let header = installation.include.join("mujoco/mujoco.h");
     println!("cargo::rerun-if-changed={}", header.display());
     println!("cargo::rerun-if-changed={}", installation.library.display());
+    let render = env::var_os("CARGO_FEATURE_RENDER").is_some();
     cc::Build::new()
         .files(SOURCES)
+        .files(RENDER_SOURCES.iter().filter(|_| render))
         .include(&installation.include)
         .std("gnu11")
         .warnings(true)

@@ -71,6 +71,10 @@ pub enum EnvError {
         /// What the panic said.
         message: String,
     },
+    /// The environment could not be drawn.
+    #[cfg(feature = "render")]
+    #[error(transparent)]
+    Render(#[from] fetch_sim::RenderError),
     /// The configuration cannot be.
     #[error(transparent)]
     Config(#[from] ConfigError),

@@ -92,6 +92,12 @@ impl<S: Simulator> FetchEnv<S> {
         &self.simulator
     }
 
+    /// Where the goal is, in metres; `None` where a reset is needed.
+    #[must_use]
+    pub const fn desired_goal(&self) -> Option<[f64; 3]> {
+        self.goal
+    }
+
     /// The seed of the random numbers, given or taken from the operating system; `None` before the
     /// first reset.
     #[must_use]

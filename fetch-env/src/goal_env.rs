@@ -60,6 +60,46 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info = Info> {
     }
 }
 
+/// The contents of a wrapper's `impl GoalEnv`: all as its field `env` has it.
+macro_rules! as_in_the_environment_below {
+    () => {
+        type GoalReward = E::GoalReward;
+
+        fn goal_reward(&self) -> &E::GoalReward {
+            self.env.goal_reward()
+        }
+
+        fn compute_reward(
+            &self,
+            achieved: &[f64],
+            desired: &[f64],
+        ) -> Result<f64, goal_reward::GoalError> {
+            self.env.compute_reward(achieved, desired)
+        }
+
+        fn compute_reward_batch(
+            &self,
+            pairs: goal_reward::GoalPairs<'_>,
+            rewards: &mut [f64],
+        ) -> Result<(), goal_reward::GoalError> {
+            self.env.compute_reward_batch(pairs, rewards)
+        }
+
+        fn compute_terminated(&self, achieved: &[f64], desired: &[f64]) -> bool {
+            self.env.compute_terminated(achieved, desired)
+        }
+
+        fn compute_truncated(&self, achieved: &[f64], desired: &[f64]) -> bool {
+            self.env.compute_truncated(achieved, desired)
+        }
+
+        fn is_success(&self, achieved: &[f64], desired: &[f64]) -> bool {
+            self.env.is_success(achieved, desired)
+        }
+    };
+}
+pub(crate) use as_in_the_environment_below;
+
 /// An observation with the two goals beside it.
 pub trait GoalObservation: Clone + Debug + PartialEq {
     /// What a policy sees besides the goal.

@@ -39,11 +39,16 @@
 //! that the goal was drawn from.
 //!
 //! # Features
-//! `mujoco` (default): `make`, on MuJoCo. Without it everything else is there, and no library is
-//! needed.
+//! - `mujoco` (default): `make`, on MuJoCo. Without it everything else is there, and no library is
+//!   needed.
+//! - `render` (default): `RenderEnv` and observations of pixels. OpenGL is loaded when the first
+//!   renderer is made, and is not needed to build.
+//! - `clip`: GIF, APNG and PNG of what was rendered.
 #![forbid(unsafe_code)]
 
 pub mod check;
+#[cfg(feature = "clip")]
+pub mod clip;
 mod config;
 mod env;
 mod error;
@@ -55,7 +60,11 @@ mod goal_env;
 mod make_vec;
 mod np_random;
 mod observation;
+#[cfg(feature = "render")]
+mod pixels;
 mod registry;
+#[cfg(feature = "render")]
+mod render_env;
 mod reset;
 #[cfg(feature = "mujoco")]
 mod shared_model;
@@ -66,6 +75,8 @@ pub mod vec_env;
 #[doc = include_str!("../DIFFERENCES.md")]
 pub mod differences {}
 
+#[cfg(feature = "render")]
+pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use ::fetch_sim::{ModelSource, Task};
 pub use config::{ConfigError, FetchConfig, FetchConfigBuilder};
 pub use env::{Env, Reset, SnapshotEnv, Step};
@@ -77,9 +88,13 @@ pub use goal_env::{GoalEnv, GoalObservation, Info};
 pub use make_vec::{make_vec, make_vec_config};
 pub use np_random::NpRandom;
 pub use observation::{FetchObservation, ObservationField, observation_fields};
+#[cfg(feature = "render")]
+pub use pixels::{AddRenderObservation, ChannelOrder, PixelObservation, PixelOptions, Pixels};
 pub use registry::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic};
 #[cfg(feature = "mujoco")]
 pub use registry::{MujocoEnv, make, make_config};
+#[cfg(feature = "render")]
+pub use render_env::RenderEnv;
 pub use reset::FetchResetOptions;
 pub use spaces::{BoxSpace, DictSpace, Space};
 pub use time_limit::{TimeLimit, TimeLimitSnapshot};

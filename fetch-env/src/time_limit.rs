@@ -1,6 +1,5 @@
 use std::num::NonZeroU32;
 
-use goal_reward::{GoalError, GoalPairs};
 use serde::{Deserialize, Serialize};
 
 use crate::{BoxSpace, Env, EnvError, GoalEnv, Reset, SnapshotEnv, Space, Step};
@@ -103,35 +102,7 @@ impl<E: Env> Env for TimeLimit<E> {
 /// The goals are the inner environment's; [`compute_truncated`](GoalEnv::compute_truncated) knows
 /// no time.
 impl<E: GoalEnv> GoalEnv for TimeLimit<E> {
-    type GoalReward = E::GoalReward;
-
-    fn goal_reward(&self) -> &E::GoalReward {
-        self.env.goal_reward()
-    }
-
-    fn compute_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64, GoalError> {
-        self.env.compute_reward(achieved, desired)
-    }
-
-    fn compute_reward_batch(
-        &self,
-        pairs: GoalPairs<'_>,
-        rewards: &mut [f64],
-    ) -> Result<(), GoalError> {
-        self.env.compute_reward_batch(pairs, rewards)
-    }
-
-    fn compute_terminated(&self, achieved: &[f64], desired: &[f64]) -> bool {
-        self.env.compute_terminated(achieved, desired)
-    }
-
-    fn compute_truncated(&self, achieved: &[f64], desired: &[f64]) -> bool {
-        self.env.compute_truncated(achieved, desired)
-    }
-
-    fn is_success(&self, achieved: &[f64], desired: &[f64]) -> bool {
-        self.env.is_success(achieved, desired)
-    }
+    crate::goal_env::as_in_the_environment_below!();
 }
 
 /// The state of a [`TimeLimit`]: that of the environment below, and the steps taken.

@@ -16,8 +16,8 @@
 #include <string.h>
 
 #include "contact_filter.h"
+#include "fetch_shim.h"
 
-enum { FS_OK = 0, FS_FAILED = 1, FS_WARNED = 2 };
 enum { FS_TEXT_SIZE = 1024 };
 
 // ---------------------------------------------------------------- the library, loaded at run time
@@ -57,7 +57,9 @@ static struct {
 #undef X
 } mj;
 
-static int fs_symbol(void* library, const char* name, void* target) {
+void* fs_mujoco;
+
+int fs_symbol(void* library, const char* name, void* target) {
   void* symbol = dlsym(library, name);
   memcpy(target, &symbol, sizeof symbol);
   return symbol != NULL;
@@ -100,6 +102,7 @@ int fs_load(const char* path, const char* plugins, int* version, char* reason, s
   if (plugins && fs_symbol(library, "mj_loadAllPluginLibraries", &load_plugins)) {
     load_plugins(plugins, NULL);
   }
+  fs_mujoco = library;
   fs_install_filter(library);
   return FS_OK;
 }
@@ -170,9 +173,11 @@ static fs_handlers fs_exchange_handlers(fs_handlers handlers) {
     return failed | (fs_warning[0] ? FS_WARNED : FS_OK);                                           \
   } while (0)
 
+int fs_guarded(void (*body)(void*), void* argument) { FS_GUARDED(NULL, body(argument)); }
+
 // ----------------------------------------------------------------------------------------- models
 
-static int fs_fail(const char* format, ...) {
+int fs_fail(const char* format, ...) {
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(fs_error, sizeof fs_error, format, arguments);

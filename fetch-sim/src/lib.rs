@@ -52,5 +52,7 @@ pub use mujoco::{
     BodyId, ContactFilter, ContactFilterCounts, Data, FetchModel, GeomId, JointId, Model,
     MujocoSimulator, MujocoSnapshot, MujocoVersion, SiteId,
 };
+#[cfg(feature = "render")]
+pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::Task;

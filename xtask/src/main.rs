@@ -15,6 +15,7 @@ mod describe;
 mod doctor;
 mod env_choice;
 mod exercise;
+mod figures;
 mod fuzz;
 mod mujoco;
 mod parity;
@@ -61,6 +62,8 @@ enum Command {
     Bench(bench::Args),
     /// Answer one of the chapter's exercises, 1 to 4
     Exercise(exercise::Args),
+    /// Make the chapter's pictures, and Slide's
+    Figures(figures::Args),
     /// Fuzz the replay buffer's file formats and sequences of its calls
     Fuzz(fuzz::Args),
     /// Look for the usual troubles, and say how to mend them
@@ -82,6 +85,7 @@ fn main() -> ExitCode {
         Command::Parity(args) => parity::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Exercise(args) => exercise::run(&args),
+        Command::Figures(args) => figures::run(&args),
         Command::Fuzz(args) => fuzz::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Ci(args) => ci::run(&args),

@@ -2,12 +2,14 @@
 
 mod box_space;
 mod dict_space;
+mod image_space;
 
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
 pub use box_space::{BoxSpace, Element};
 pub use dict_space::DictSpace;
+pub use image_space::ImageSpace;
 
 /// What can be wrong with a space's definition.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -68,6 +70,8 @@ pub enum Space {
     BoxF32(BoxSpace<f32>),
     /// Arrays of double precision.
     BoxF64(BoxSpace<f64>),
+    /// Images of bytes.
+    Image(ImageSpace),
     /// Spaces by name.
     Dict(DictSpace),
 }
@@ -81,6 +85,8 @@ pub enum Value {
     F32(Vec<f32>),
     /// An array of double precision.
     F64(Vec<f64>),
+    /// An array of bytes.
+    U8(Vec<u8>),
     /// Values by name.
     Dict(Vec<(String, Value)>),
 }
@@ -92,16 +98,18 @@ impl Space {
         match (self, value) {
             (Self::BoxF32(space), Value::F32(array)) => space.contains(array),
             (Self::BoxF64(space), Value::F64(array)) => space.contains(array),
+            (Self::Image(space), Value::U8(array)) => space.contains(array),
             (Self::Dict(space), Value::Dict(values)) => space.contains(values),
             _ => false,
         }
     }
 
-    /// A random member, as [`BoxSpace::sample`] draws it.
+    /// A random member, as [`BoxSpace::sample`] and [`ImageSpace::sample`] draw it.
     pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Value {
         match self {
             Self::BoxF32(space) => Value::F32(space.sample(rng)),
             Self::BoxF64(space) => Value::F64(space.sample(rng)),
+            Self::Image(space) => Value::U8(space.sample(rng)),
             Self::Dict(space) => Value::Dict(space.sample(rng)),
         }
     }
@@ -125,6 +133,12 @@ impl From<BoxSpace<f32>> for Space {
 impl From<BoxSpace<f64>> for Space {
     fn from(space: BoxSpace<f64>) -> Self {
         Self::BoxF64(space)
+    }
+}
+
+impl From<ImageSpace> for Space {
+    fn from(space: ImageSpace) -> Self {
+        Self::Image(space)
     }
 }
 

@@ -211,6 +211,17 @@ impl Data {
         vector(self.array(DataArray::SiteXpos), site.0)
     }
 
+    /// Overwrites the derived position of a site, for a picture.
+    #[cfg(feature = "render")]
+    pub(super) fn set_site_position(&mut self, site: SiteId, position: Vector3<f64>) {
+        set_vector(self.array_mut(DataArray::SiteXpos), site.0, position);
+    }
+
+    #[cfg(feature = "render")]
+    pub(super) const fn as_ptr(&self) -> *mut RawData {
+        self.raw.as_ptr()
+    }
+
     /// Orientation of a site: columns are its axes in the world frame.
     #[must_use]
     pub fn site_rotation(&self, site: SiteId) -> Matrix3<f64> {

@@ -1,4 +1,5 @@
-//! The functions of the shim, one to one. Their contracts are told there.
+//! The functions of the shim, one to one (those of `shim/render_shim.c` are in `render/ffi.rs`). Their
+//! contracts are told there.
 
 use std::ffi::{c_char, c_int};
 

@@ -10,6 +10,8 @@ mod ffi;
 mod ids;
 mod library;
 mod model;
+#[cfg(feature = "render")]
+mod render;
 mod simulator;
 mod snapshot;
 
@@ -19,5 +21,7 @@ pub use fetch_model::FetchModel;
 pub use ids::{BodyId, GeomId, JointId, SiteId};
 pub use library::MujocoVersion;
 pub use model::Model;
+#[cfg(feature = "render")]
+pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::MujocoSimulator;
 pub use snapshot::MujocoSnapshot;

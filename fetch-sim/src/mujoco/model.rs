@@ -110,6 +110,11 @@ impl Model {
         Ok(Self { raw, sizes, shapes: OnceLock::new() })
     }
 
+    #[cfg(feature = "render")]
+    pub(super) const fn as_mut_ptr(&mut self) -> *mut RawModel {
+        self.raw.as_ptr()
+    }
+
     pub(super) const fn as_ptr(&self) -> *const RawModel {
         self.raw.as_ptr()
     }
@@ -202,11 +207,31 @@ impl Model {
     /// If the body is of a larger model.
     #[must_use]
     pub fn body_name(&self, body: BodyId) -> Option<&str> {
-        assert!(body.0 < self.nbody(), "a body of another model");
-        // SAFETY: the model is alive and the id is one of its bodies'.
-        let name = unsafe {
-            ffi::fs_id_to_name(self.as_ptr(), ObjectKind::Body as c_int, body.0 as c_int)
-        };
+        self.name(ObjectKind::Body, body.0, self.sizes.nbody)
+    }
+
+    /// The name of a geom, if it has one.
+    ///
+    /// # Panics
+    /// If the geom is of a larger model.
+    #[must_use]
+    pub fn geom_name(&self, geom: GeomId) -> Option<&str> {
+        self.name(ObjectKind::Geom, geom.0, self.sizes.ngeom)
+    }
+
+    /// The name of a site, if it has one.
+    ///
+    /// # Panics
+    /// If the site is of a larger model.
+    #[must_use]
+    pub fn site_name(&self, site: SiteId) -> Option<&str> {
+        self.name(ObjectKind::Site, site.0, self.sizes.nsite)
+    }
+
+    fn name(&self, kind: ObjectKind, id: usize, count: c_int) -> Option<&str> {
+        assert!(id < count as usize, "a {} of another model", kind.name());
+        // SAFETY: the model is alive and the id is one of its own of this kind.
+        let name = unsafe { ffi::fs_id_to_name(self.as_ptr(), kind as c_int, id as c_int) };
         if name.is_null() {
             return None;
         }

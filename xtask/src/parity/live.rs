@@ -11,6 +11,13 @@ const SCRIPT: &str = include_str!("../../scripts/record.py");
 
 /// Records fresh episodes of every task into a folder.
 pub fn record(into: &Path, episodes: u16, seed: u64) -> anyhow::Result<()> {
+    println!("recording {episodes} episodes a task and kind from seed {seed} in Python");
+    let (episodes, seed) = (episodes.to_string(), seed.to_string());
+    run_script(into, SCRIPT, &["--episodes", &episodes, "--seed", &seed], "disable")
+}
+
+/// Runs a script that records the real environment into a folder, with this library of OpenGL.
+pub fn run_script(into: &Path, script: &str, arguments: &[&str], gl: &str) -> anyhow::Result<()> {
     let version = MujocoVersion::of_library()?.to_string();
     ensure!(
         version == MUJOCO,
@@ -18,15 +25,14 @@ pub fn record(into: &Path, episodes: u16, seed: u64) -> anyhow::Result<()> {
          `cargo xtask mujoco {MUJOCO}` and set MUJOCO_DIR as it says"
     );
     let python = python::environment("python", &python::REFERENCE)?;
-    let script = into.join("record.py");
-    fs::write(&script, SCRIPT)?;
-    println!("recording {episodes} episodes a task and kind from seed {seed} in Python");
+    let path = into.join("record.py");
+    fs::write(&path, script)?;
     let status = Command::new(python)
-        .arg(&script)
+        .arg(&path)
         .arg("--out")
         .arg(into)
-        .args(["--episodes", &episodes.to_string(), "--seed", &seed.to_string()])
-        .env("MUJOCO_GL", "disable")
+        .args(arguments)
+        .env("MUJOCO_GL", gl)
         .env("PYTHONWARNINGS", "ignore")
         .status()
         .context("the Python environment did not start")?;

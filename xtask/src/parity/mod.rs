@@ -3,6 +3,7 @@
 mod counting;
 mod distributions;
 mod file_parity;
+mod frames;
 mod live;
 mod npz;
 mod recording;
@@ -28,13 +29,16 @@ use crate::{
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder of recorded trajectories (*.npz)
-    #[arg(long, required_unless_present_any = ["distributions", "live"])]
+    #[arg(long, required_unless_present_any = ["distributions", "live", "frames"])]
     fixtures: Option<PathBuf>,
     /// Run the real environment in Python on fresh seeds, and compare bit for bit
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model"])]
     live: bool,
-    /// First seed of the live episodes
-    #[arg(long, default_value_t = 0, requires = "live")]
+    /// Render the real environment in Python, and compare the pictures
+    #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model", "live"])]
+    frames: bool,
+    /// First seed of the live episodes, or the one of the pictures'
+    #[arg(long, default_value_t = 0)]
     seed: u64,
     /// File of recorded distributions (*.npz)
     #[arg(long)]
@@ -53,6 +57,7 @@ pub struct Args {
 #[derive(Serialize)]
 struct Settings<'a> {
     live: bool,
+    frames: bool,
     seed: u64,
     fixtures: &'a Option<PathBuf>,
     distributions: &'a Option<PathBuf>,
@@ -61,7 +66,7 @@ struct Settings<'a> {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let model = if args.live { ModelChoice::Reference } else { args.model };
+    let model = if args.live || args.frames { ModelChoice::Reference } else { args.model };
     let mut models = Models { source: model.source(), loaded: Vec::new() };
     let recorded = tempfile::tempdir()?;
     let live = args.live.then(|| recorded.path().to_path_buf());
@@ -86,10 +91,18 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((format!("distributions/{}", check.name), check.figure));
         }
     }
+    if args.frames {
+        for check in frames::compare(recorded.path(), &mut models, args.seed)? {
+            if !check.passed {
+                bad.push(check.name.clone());
+            }
+            figures.push((check.name, check.figure));
+        }
+    }
     if let Some(path) = &args.json {
-        let Args { fixtures, live, seed, distributions, episodes, .. } = args;
-        let (live, seed, episodes) = (*live, *seed, *episodes);
-        let settings = Settings { live, seed, fixtures, distributions, episodes, model };
+        let Args { fixtures, live, frames, seed, distributions, episodes, .. } = args;
+        let (live, frames, seed, episodes) = (*live, *frames, *seed, *episodes);
+        let settings = Settings { live, frames, seed, fixtures, distributions, episodes, model };
         write_json(path, &Report::new(settings, figures))?;
     }
     if !bad.is_empty() {

@@ -1,0 +1,281 @@
+use std::{collections::VecDeque, fmt, num::NonZeroU8, ops::Deref, sync::Arc};
+
+use fetch_sim::{RenderOptions, Renderer};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    BoxSpace, DictSpace, Env, EnvError, GoalEnv, GoalObservation, RenderEnv, Reset, Space, Step,
+    spaces::{ImageSpace, Value},
+};
+
+/// An environment that observes pictures of itself beside what it observes anyway.
+///
+/// As Gymnasium's wrapper of this name, with the frames stacked. Its observations hold a picture
+/// each; the memory of one that was dropped is used again.
+///
+/// ```
+/// use fetch_env::{AddRenderObservation, Env, PixelOptions, make};
+///
+/// let env = make("FetchPush-v4")?;
+/// if let Ok(mut env) = AddRenderObservation::new(env, PixelOptions::default()) {
+///     let first = env.reset(Some(0))?.observation;
+///     assert_eq!(env.image_space().shape(), [84, 84, 3]);
+///     assert_eq!(first.pixels.len(), 84 * 84 * 3);
+///     assert!(first.state.object_position().is_some());
+/// }
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+#[derive(Debug)]
+pub struct AddRenderObservation<E> {
+    env: E,
+    renderer: Renderer,
+    order: ChannelOrder,
+    image_space: ImageSpace,
+    observation_space: Space,
+    /// The last frames, the oldest first.
+    frames: VecDeque<Box<[u8]>>,
+    pool: Pool,
+}
+
+/// What pictures an [`AddRenderObservation`] observes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PixelOptions {
+    /// What the pictures are like; by default 84 x 84 pixels without smooth edges, from the
+    /// reference's camera.
+    pub render: RenderOptions,
+    /// How many frames an observation holds, the present one last; 1 by default. After a reset all
+    /// are the first.
+    pub frame_stack: NonZeroU8,
+    /// Where the channels stand; last by default.
+    pub channel_order: ChannelOrder,
+}
+
+impl Default for PixelOptions {
+    fn default() -> Self {
+        Self {
+            render: RenderOptions { width: 84, height: 84, samples: 0, ..RenderOptions::default() },
+            frame_stack: NonZeroU8::MIN,
+            channel_order: ChannelOrder::default(),
+        }
+    }
+}
+
+/// Where the channels stand: red, green and blue of the oldest frame, then of the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ChannelOrder {
+    /// Height x width x channels, as pictures are stored.
+    #[default]
+    Hwc,
+    /// Channels x height x width, as convolutions want them.
+    Chw,
+}
+
+/// The bytes of stacked pictures, row-major. A clone shares them.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Pixels(Arc<[u8]>);
+
+impl Deref for Pixels {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl fmt::Debug for Pixels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Pixels({} bytes)", self.len())
+    }
+}
+
+/// What an [`AddRenderObservation`] observes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PixelObservation<O> {
+    /// The pictures.
+    pub pixels: Pixels,
+    /// What the environment below observes.
+    pub state: O,
+}
+
+impl<E: RenderEnv> AddRenderObservation<E> {
+    /// Adds pictures to what `env` observes.
+    ///
+    /// # Errors
+    /// [`EnvError::Render`] without OpenGL, and for options that cannot be.
+    ///
+    /// # Panics
+    /// If an observation of `env` is a dictionary with the key `pixels`.
+    pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
+        let PixelOptions { render, frame_stack, channel_order } = options;
+        let renderer = env.renderer(render)?;
+        let count = usize::from(frame_stack.get());
+        let (width, height) = (renderer.options().width, renderer.options().height);
+        let (width, height) = (width as usize, height as usize);
+        let image_space = ImageSpace::new(match channel_order {
+            ChannelOrder::Hwc => [height, width, 3 * count],
+            ChannelOrder::Chw => [3 * count, height, width],
+        });
+        let frame = vec![0; width * height * 3].into_boxed_slice();
+        Ok(Self {
+            observation_space: with_pixels(env.observation_space(), image_space),
+            env,
+            renderer,
+            order: channel_order,
+            image_space,
+            frames: vec![frame; count].into(),
+            pool: Pool::default(),
+        })
+    }
+
+    /// The environment below. It is not to be had mutably: a step there would not be seen.
+    #[must_use]
+    pub const fn inner(&self) -> &E {
+        &self.env
+    }
+
+    /// Gives the environment back.
+    #[must_use]
+    pub fn into_inner(self) -> E {
+        self.env
+    }
+
+    /// The space of the pictures.
+    #[must_use]
+    pub const fn image_space(&self) -> ImageSpace {
+        self.image_space
+    }
+
+    /// Renders the present state into the frames from `first` on, and stacks them all.
+    fn observe(&mut self, first: usize) -> Result<Pixels, EnvError> {
+        let rgb = self.env.render(&mut self.renderer)?;
+        for frame in self.frames.range_mut(first..) {
+            frame.copy_from_slice(rgb);
+        }
+        let (frames, order) = (&self.frames, self.order);
+        Ok(self.pool.fill(self.image_space.len(), |out| stack(frames, order, out)))
+    }
+}
+
+/// The space of a state with pictures: a dictionary keeps its keys, anything else is `state`.
+fn with_pixels(state: &Space, image: ImageSpace) -> Space {
+    let mut spaces: Vec<(String, Space)> = match state {
+        Space::Dict(dict) => dict.iter().map(|(key, space)| (key.into(), space.clone())).collect(),
+        other => vec![("state".into(), other.clone())],
+    };
+    spaces.push(("pixels".into(), image.into()));
+    DictSpace::new(spaces).expect("no other key is `pixels`").into()
+}
+
+fn stack(frames: &VecDeque<Box<[u8]>>, order: ChannelOrder, out: &mut [u8]) {
+    let channels = 3 * frames.len();
+    for (index, frame) in frames.iter().enumerate() {
+        let (pixels, _) = frame.as_chunks::<3>();
+        match order {
+            ChannelOrder::Hwc => {
+                for (pixel, out) in pixels.iter().zip(out.chunks_exact_mut(channels)) {
+                    out[3 * index..][..3].copy_from_slice(pixel);
+                }
+            }
+            ChannelOrder::Chw => {
+                let planes = out.chunks_exact_mut(pixels.len()).skip(3 * index).take(3);
+                for (channel, plane) in planes.enumerate() {
+                    for (pixel, out) in pixels.iter().zip(plane) {
+                        *out = pixel[channel];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Memory of observations that may have been dropped.
+#[derive(Debug, Default)]
+struct Pool {
+    slots: VecDeque<Pixels>,
+}
+
+/// How many observations can be alive before their memory is no longer used again.
+const POOL_SIZE: usize = 4;
+
+impl Pool {
+    fn fill(&mut self, len: usize, write: impl FnOnce(&mut [u8])) -> Pixels {
+        let free = self.slots.iter_mut().position(|slot| Arc::get_mut(&mut slot.0).is_some());
+        let mut pixels = match free.and_then(|index| self.slots.remove(index)) {
+            Some(pixels) => pixels,
+            None => Pixels(vec![0; len].into()),
+        };
+        if let Some(bytes) = Arc::get_mut(&mut pixels.0) {
+            write(bytes);
+        }
+        if self.slots.len() == POOL_SIZE {
+            self.slots.pop_front();
+        }
+        self.slots.push_back(pixels.clone());
+        pixels
+    }
+}
+
+impl<E: RenderEnv> Env for AddRenderObservation<E> {
+    type Observation = PixelObservation<E::Observation>;
+    type Info = E::Info;
+    type ResetOptions = E::ResetOptions;
+
+    fn reset_with(
+        &mut self,
+        seed: Option<u64>,
+        options: &E::ResetOptions,
+    ) -> Result<Reset<Self::Observation, E::Info>, EnvError> {
+        let Reset { observation: state, info } = self.env.reset_with(seed, options)?;
+        let pixels = self.observe(0)?;
+        Ok(Reset { observation: PixelObservation { pixels, state }, info })
+    }
+
+    fn step(&mut self, action: &[f32]) -> Result<Step<Self::Observation, E::Info>, EnvError> {
+        let Step { observation: state, reward, terminated, truncated, info } =
+            self.env.step(action)?;
+        self.frames.rotate_left(1);
+        let pixels = self.observe(self.frames.len() - 1)?;
+        let observation = PixelObservation { pixels, state };
+        Ok(Step { observation, reward, terminated, truncated, info })
+    }
+
+    fn action_space(&self) -> &BoxSpace<f32> {
+        self.env.action_space()
+    }
+
+    fn observation_space(&self) -> &Space {
+        &self.observation_space
+    }
+}
+
+/// Goals and rewards are the environment's below.
+impl<E: RenderEnv + GoalEnv> GoalEnv for AddRenderObservation<E> {
+    crate::goal_env::as_in_the_environment_below!();
+}
+
+/// The vectors are the state's: the pixels are to be had from the field.
+impl<O: GoalObservation> GoalObservation for PixelObservation<O> {
+    fn observation(&self) -> &[f64] {
+        self.state.observation()
+    }
+
+    fn achieved_goal(&self) -> &[f64] {
+        self.state.achieved_goal()
+    }
+
+    fn desired_goal(&self) -> &[f64] {
+        self.state.desired_goal()
+    }
+
+    fn to_value(&self) -> Value {
+        let pixels = Value::U8(self.pixels.to_vec());
+        match self.state.to_value() {
+            Value::Dict(mut values) => {
+                values.push(("pixels".into(), pixels));
+                Value::Dict(values)
+            }
+            other => Value::Dict(vec![("state".into(), other), ("pixels".into(), pixels)]),
+        }
+    }
+}

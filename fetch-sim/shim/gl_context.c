@@ -1,0 +1,196 @@
+// Two libraries give OpenGL without a window: EGL (a driver's, or Mesa's in software), and else
+// OSMesa (in software only). The first that works is taken for the rest of the process: MuJoCo looks
+// its OpenGL functions up once, in the library that is loaded then. As in MuJoCo's own bindings the
+// environment variable MUJOCO_GL may name the one to use (egl, osmesa), or none (disable).
+// No headers of OpenGL are needed: the few declarations below are those of the Khronos registry and
+// of Mesa.
+
+#include "gl_context.h"
+
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "fetch_shim.h"
+
+struct fs_gl {
+  void* context;
+  unsigned char pixels[4 * 16 * 16];  // OSMesa wants a surface; nothing is drawn to it
+};
+
+typedef struct {
+  const char* name;
+  int (*load)(void);
+  void* (*create)(void);
+  int (*make_current)(fs_gl*);
+  void (*destroy)(void* context);
+} backend;
+
+// ------------------------------------------------------------------------------------------- EGL
+
+enum {
+  EGL_ALPHA_SIZE = 0x3021, EGL_BLUE_SIZE = 0x3022, EGL_GREEN_SIZE = 0x3023, EGL_RED_SIZE = 0x3024,
+  EGL_DEPTH_SIZE = 0x3025, EGL_STENCIL_SIZE = 0x3026, EGL_SURFACE_TYPE = 0x3033,
+  EGL_NONE = 0x3038, EGL_RENDERABLE_TYPE = 0x3040, EGL_PBUFFER_BIT = 0x0001, EGL_OPENGL_BIT = 0x0008,
+  EGL_OPENGL_API = 0x30A2, EGL_PLATFORM_SURFACELESS = 0x31DD, EGL_PLATFORM_DEVICE = 0x313F,
+  EGL_MAX_DEVICES = 16
+};
+
+static struct {
+  void* (*GetProcAddress)(const char*);
+  unsigned (*Initialize)(void* display, int* major, int* minor);
+  unsigned (*BindAPI)(unsigned api);
+  unsigned (*ChooseConfig)(void* display, const int* wanted, void** configs, int size, int* count);
+  void* (*CreateContext)(void* display, void* config, void* shared, const int* attributes);
+  unsigned (*MakeCurrent)(void* display, void* draw, void* read, void* context);
+  unsigned (*DestroyContext)(void* display, void* context);
+  void* (*GetPlatformDisplay)(unsigned platform, void* native, const int* attributes);
+  unsigned (*QueryDevices)(int size, void** devices, int* count);
+  void* display;
+  void* config;
+} egl;
+
+// Takes a display if it can be initialised and has desktop OpenGL.
+static int egl_use(void* display) {
+  static const int wanted[] = {
+      EGL_RED_SIZE, 8, EGL_GREEN_SIZE, 8, EGL_BLUE_SIZE, 8, EGL_ALPHA_SIZE, 8, EGL_DEPTH_SIZE, 24,
+      EGL_STENCIL_SIZE, 8, EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
+      EGL_NONE,
+  };
+  int major, minor, count = 0;
+  if (!display || !egl.Initialize(display, &major, &minor)) return 0;
+  if (!egl.ChooseConfig(display, wanted, &egl.config, 1, &count) || count < 1) return 0;
+  egl.display = display;
+  return 1;
+}
+
+static int egl_load(void) {
+  void* library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
+  if (!library) return 0;
+#define EGL(name) fs_symbol(library, "egl" #name, &egl.name)
+  const int complete = EGL(GetProcAddress) && EGL(Initialize) && EGL(BindAPI) && EGL(ChooseConfig) &&
+                       EGL(CreateContext) && EGL(MakeCurrent) && EGL(DestroyContext);
+#undef EGL
+  if (!complete) return 0;
+  void* symbol = egl.GetProcAddress("eglGetPlatformDisplayEXT");
+  if (!symbol) return 0;
+  memcpy(&egl.GetPlatformDisplay, &symbol, sizeof symbol);
+  if (egl_use(egl.GetPlatformDisplay(EGL_PLATFORM_SURFACELESS, NULL, NULL))) return 1;
+  // Drivers other than Mesa's have no such platform, but give displays of their devices.
+  symbol = egl.GetProcAddress("eglQueryDevicesEXT");
+  if (!symbol) return 0;
+  memcpy(&egl.QueryDevices, &symbol, sizeof symbol);
+  void* devices[EGL_MAX_DEVICES];
+  int count = 0;
+  if (!egl.QueryDevices(EGL_MAX_DEVICES, devices, &count)) return 0;
+  for (int i = 0; i < count; i++) {
+    if (egl_use(egl.GetPlatformDisplay(EGL_PLATFORM_DEVICE, devices[i], NULL))) return 1;
+  }
+  return 0;
+}
+
+static void* egl_create(void) {
+  if (!egl.BindAPI(EGL_OPENGL_API)) return NULL;
+  return egl.CreateContext(egl.display, egl.config, NULL, NULL);
+}
+
+static int egl_make_current(fs_gl* gl) {
+  return egl.BindAPI(EGL_OPENGL_API) && egl.MakeCurrent(egl.display, NULL, NULL, gl->context);
+}
+
+static void egl_destroy(void* context) {
+  egl.BindAPI(EGL_OPENGL_API);
+  egl.MakeCurrent(egl.display, NULL, NULL, NULL);
+  egl.DestroyContext(egl.display, context);
+}
+
+// ---------------------------------------------------------------------------------------- OSMesa
+
+enum { OSMESA_RGBA = 0x1908, OSMESA_UNSIGNED_BYTE = 0x1401 };
+
+static struct {
+  void* (*CreateContextExt)(unsigned format, int depth, int stencil, int accumulation, void* shared);
+  unsigned char (*MakeCurrent)(void* context, void* pixels, unsigned type, int width, int height);
+  void (*DestroyContext)(void* context);
+} osmesa;
+
+static int osmesa_load(void) {
+  // Global, for MuJoCo looks for the function OSMesaGetProcAddress among all libraries.
+  void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
+  if (!library) library = dlopen("libOSMesa.so.6", RTLD_NOW | RTLD_GLOBAL);
+#define OSMESA(name) fs_symbol(library, "OSMesa" #name, &osmesa.name)
+  return library && OSMESA(CreateContextExt) && OSMESA(MakeCurrent) && OSMESA(DestroyContext);
+#undef OSMESA
+}
+
+static void* osmesa_create(void) { return osmesa.CreateContextExt(OSMESA_RGBA, 24, 8, 0, NULL); }
+
+static int osmesa_make_current(fs_gl* gl) {
+  return osmesa.MakeCurrent(gl->context, gl->pixels, OSMESA_UNSIGNED_BYTE, 16, 16);
+}
+
+static void osmesa_destroy(void* context) {
+  osmesa.MakeCurrent(NULL, NULL, OSMESA_UNSIGNED_BYTE, 0, 0);
+  osmesa.DestroyContext(context);
+}
+
+// ---------------------------------------------------------------------------------- whichever works
+
+static const backend backends[] = {
+    {"EGL", egl_load, egl_create, egl_make_current, egl_destroy},
+    {"OSMesa", osmesa_load, osmesa_create, osmesa_make_current, osmesa_destroy},
+};
+
+static const backend* chosen;
+static pthread_once_t choose_once = PTHREAD_ONCE_INIT;
+
+static fs_gl* make_with(const backend* from) {
+  fs_gl* gl = calloc(1, sizeof *gl);
+  if (!gl) return NULL;
+  gl->context = from->create();
+  if (gl->context && from->make_current(gl)) return gl;
+  if (gl->context) from->destroy(gl->context);
+  free(gl);
+  return NULL;
+}
+
+// A library that loads may still give no context: only one that was made and current counts.
+static void choose(void) {
+  const char* wish = getenv("MUJOCO_GL");
+  if (!wish) wish = "";
+  const int wished = strcasecmp(wish, "egl") == 0 || strcasecmp(wish, "osmesa") == 0;
+  if (strcasecmp(wish, "disable") == 0) return;
+  for (size_t i = 0; !chosen && i < sizeof backends / sizeof *backends; i++) {
+    if ((wished && strcasecmp(wish, backends[i].name) != 0) || !backends[i].load()) continue;
+    fs_gl* trial = make_with(backends + i);
+    if (!trial) continue;
+    chosen = backends + i;
+    fs_gl_delete(trial);
+  }
+}
+
+fs_gl* fs_gl_make(void) {
+  pthread_once(&choose_once, choose);
+  fs_gl* gl = chosen ? make_with(chosen) : NULL;
+  if (!chosen) {
+    const char* wish = getenv("MUJOCO_GL");
+    fs_fail("%s%s%s", wish ? "MUJOCO_GL is " : "libEGL.so.1 and libOSMesa.so.8 are missing or do not work",
+            wish ? wish : "", wish ? ", and no library that it allows works" : "");
+  } else if (!gl) {
+    fs_fail("%s gave no OpenGL context", chosen->name);
+  }
+  return gl;
+}
+
+int fs_gl_make_current(fs_gl* gl) {
+  return chosen->make_current(gl) ? FS_OK : fs_fail("%s could not make its context current", chosen->name);
+}
+
+void fs_gl_delete(fs_gl* gl) {
+  chosen->destroy(gl->context);
+  free(gl);
+}
+
+const char* fs_gl_backend(void) { return chosen ? chosen->name : NULL; }

@@ -1,0 +1,40 @@
+//! `figures`: the chapter's pictures, and Slide's, as PNG and SVG.
+
+mod canvas;
+mod observation;
+mod rewards;
+mod scene;
+
+use std::{fs, path::PathBuf};
+
+use anyhow::Context;
+use fetch_sim::Task;
+
+use self::{canvas::save, observation::Observation, rewards::Rewards, scene::Scene};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder that the pictures are written into
+    #[arg(long)]
+    out: PathBuf,
+    /// Seed of the resets; with the default one PickAndPlace's target is in the air
+    #[arg(long, default_value_t = 3)]
+    seed: u64,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    canvas::register_font()?;
+    fs::create_dir_all(&args.out)
+        .with_context(|| format!("cannot make the folder {}", args.out.display()))?;
+    for (task, name) in [
+        (Task::Reach, "reach"),
+        (Task::Push, "push"),
+        (Task::PickAndPlace, "pick_and_place"),
+        (Task::Slide, "slide"),
+    ] {
+        save(&Scene::after_reset(task, args.seed)?, &args.out, name)?;
+    }
+    save(&Observation, &args.out, "observation")?;
+    save(&Rewards, &args.out, "rewards")?;
+    Ok(true)
+}
