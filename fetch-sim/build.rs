@@ -106,6 +106,7 @@ fn compile(installation: &Installation) {
     println!("cargo::rerun-if-changed={}", installation.library.display());
     cc::Build::new()
         .file("shim/fetch_shim.c")
+        .file("shim/visual_geoms.c")
         .include(&installation.include)
         .std("gnu11")
         .warnings(true)

@@ -45,7 +45,7 @@ pub use kinematic::KinematicSimulator;
 #[cfg(feature = "mujoco")]
 pub use mujoco::{
     BodyId, Data, FetchModel, GeomId, JointId, Model, MujocoSimulator, MujocoSnapshot,
-    MujocoVersion, SiteId,
+    MujocoVersion, Shape, SiteId, VisualGeom,
 };
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::Task;

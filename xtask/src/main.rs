@@ -15,7 +15,10 @@ mod doctor;
 mod env_choice;
 mod exercise;
 mod mujoco;
+mod page;
 mod parity;
+mod play;
+mod policy_choice;
 mod progress;
 mod random_episodes;
 mod report;
@@ -56,6 +59,10 @@ enum Command {
     Parity(parity::Args),
     /// Answer one of the chapter's exercises, 1 to 4
     Exercise(exercise::Args),
+    /// Write one page to look at: checks, baselines, plots and playbacks
+    Report(page::Args),
+    /// Write a page that plays one episode back
+    Play(play::Args),
     /// Look for the usual troubles, and say how to mend them
     Doctor(doctor::Args),
     /// What continuous integration runs, cheapest checks first
@@ -74,6 +81,8 @@ fn main() -> ExitCode {
         Command::Mujoco(args) => mujoco::run(&args),
         Command::Parity(args) => parity::run(&args),
         Command::Exercise(args) => exercise::run(&args),
+        Command::Report(args) => page::run(&args),
+        Command::Play(args) => play::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Ci(args) => ci::run(&args),
     };

@@ -4,6 +4,15 @@ use crate::{SimError, Task};
 /// The built-in model of a task's scene, from the files of the crate's folder `model`, without the
 /// shapes that are only seen: they change no bit and cost a third of the speed.
 pub(super) fn load(task: Task) -> Result<Model, SimError> {
+    load_as(PHYSICS, task)
+}
+
+/// The same model with the shapes that are only seen.
+pub(super) fn load_visible(task: Task) -> Result<Model, SimError> {
+    load_as(PICTURE, task)
+}
+
+fn load_as(main: &str, task: Task) -> Result<Model, SimError> {
     let scene = match task {
         Task::Reach => include_str!("../../model/reach.xml"),
         Task::Push => include_str!("../../model/push.xml"),
@@ -11,7 +20,7 @@ pub(super) fn load(task: Task) -> Result<Model, SimError> {
         Task::Slide => include_str!("../../model/slide.xml"),
     };
     Model::from_files(&[
-        ("physics.xml", PHYSICS),
+        ("main.xml", main),
         ("scene.xml", scene),
         ("settings.xml", include_str!("../../model/settings.xml")),
         ("robot.xml", include_str!("../../model/robot.xml")),
@@ -23,3 +32,5 @@ const PHYSICS: &str = r#"
   <compiler discardvisual="true"/>
   <include file="scene.xml"/>
 </mujoco>"#;
+
+const PICTURE: &str = r#"<mujoco><include file="scene.xml"/></mujoco>"#;

@@ -1,4 +1,4 @@
-//! The functions of `shim/fetch_shim.c`, one to one. Their contracts are told there.
+//! The functions of the shim, one to one. Their contracts are told there.
 
 use std::ffi::{c_char, c_int};
 
@@ -30,6 +30,19 @@ pub(super) struct Sizes {
     pub(super) nsite: c_int,
     pub(super) nmocap: c_int,
     pub(super) timestep: f64,
+}
+
+/// The shim's `fs_visual_geom`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RawVisualGeom {
+    pub(super) shape: c_int,
+    pub(super) group: c_int,
+    pub(super) body: c_int,
+    pub(super) rgba: [f32; 4],
+    pub(super) size: [f64; 3],
+    pub(super) position: [f64; 3],
+    pub(super) orientation: [f64; 4],
 }
 
 unsafe extern "C" {
@@ -82,4 +95,6 @@ unsafe extern "C" {
         geom2: *mut c_int,
     );
     pub(super) fn fs_warning_count(data: *const RawData, kind: c_int) -> c_int;
+
+    pub(super) fn fs_get_visual_geom(model: *const RawModel, geom: c_int, out: *mut RawVisualGeom);
 }

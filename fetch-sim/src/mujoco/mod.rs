@@ -8,6 +8,7 @@ mod library;
 mod model;
 mod simulator;
 mod snapshot;
+mod visual_geoms;
 
 pub use data::Data;
 pub use fetch_model::FetchModel;
@@ -15,3 +16,4 @@ pub use library::MujocoVersion;
 pub use model::{BodyId, GeomId, JointId, Model, SiteId};
 pub use simulator::MujocoSimulator;
 pub use snapshot::MujocoSnapshot;
+pub use visual_geoms::{Shape, VisualGeom};
