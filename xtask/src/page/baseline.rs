@@ -7,7 +7,7 @@ use goal_reward::RewardKind;
 use super::{
     document::{Column, table},
     evaluations::Outcome,
-    plot::{Axis, Plot, range},
+    plot::{Axis, Plot, number, range},
 };
 use crate::policy_choice::PolicyChoice;
 
@@ -27,9 +27,9 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
             rows.push([
                 outcome.id.to_string(),
                 name.into(),
-                format!("{:.3}", comparison.measured),
-                format!("{low:.3} to {high:.3}"),
-                format!("{:.3}", comparison.reference),
+                number(comparison.measured, 3),
+                format!("{} to {}", number(low, 3), number(high, 3)),
+                number(comparison.reference, 3),
                 format!("{:.2}", comparison.p_value),
             ]);
         }

@@ -6,6 +6,7 @@ use goal_reward::RewardKind;
 use super::{
     document::{Column, escape, table},
     evaluations::{Outcome, Ranges},
+    plot::number,
 };
 
 /// One table a task.
@@ -48,8 +49,8 @@ fn task_table(task: Task, ranges: &Ranges) -> String {
 
 fn row(indices: &str, name: &str, meaning: &str, unit: &str, seen: &[(f64, f64)]) -> [String; 5] {
     let lines = |end: fn(&(f64, f64)) -> f64| {
-        let numbers: Vec<_> = seen.iter().map(|range| format!("{:.4}", end(range))).collect();
-        numbers.join("<br>").replace('-', "\u{2212}")
+        let numbers: Vec<_> = seen.iter().map(|range| number(end(range), 4)).collect();
+        numbers.join("<br>")
     };
     let name = format!("<code>{}</code><br><small>{}</small>", escape(name), escape(meaning));
     [indices.into(), name, escape(unit), lines(|range| range.0), lines(|range| range.1)]

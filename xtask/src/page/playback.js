@@ -294,12 +294,14 @@
       show(Number(slider.value));
     });
     orbitBy(canvas, orbit, redraw);
-    new ResizeObserver(() => {
+    const fit = () => {
       const pixels = Math.min(window.devicePixelRatio || 1, 2);
       canvas.width = Math.max(1, Math.round(canvas.clientWidth * pixels));
       canvas.height = Math.max(1, Math.round(canvas.clientHeight * pixels));
       redraw();
-    }).observe(canvas);
+    };
+    new ResizeObserver(fit).observe(canvas);
+    fit();
     window.addEventListener("hashchange", goToFragment);
     show(0);
     goToFragment();

@@ -199,8 +199,8 @@ impl Plot {
     }
 }
 
-/// With a proper minus sign, and no minus before zero.
-fn number(value: f64, decimals: usize) -> String {
+/// A number with a proper minus sign, and with none before zero.
+pub fn number(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let is_zero = text.chars().all(|c| c == '0' || c == '.');
     if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }

@@ -146,8 +146,8 @@ impl View {
     /// Slide's long table.
     const fn of(task: Task) -> Self {
         match task {
-            Task::Slide => Self { at: [1.05, 0.75, 0.5], distance: 3.0 },
-            _ => Self { at: [1.0, 0.75, 0.55], distance: 2.4 },
+            Task::Slide => Self { at: [1.1, 0.75, 0.42], distance: 2.9 },
+            _ => Self { at: [1.0, 0.75, 0.46], distance: 2.5 },
         }
     }
 }

@@ -11,7 +11,7 @@ type Frame = Result<Vec<u8>, String>;
 /// One figure a scene.
 pub fn section() -> String {
     let figures = Task::ALL.map(|task| figure(task, frame(task)));
-    format!("<div class=\"grid\">\n{}</div>", figures.concat())
+    format!("<div class=\"grid four\">\n{}</div>", figures.concat())
 }
 
 fn frame(_task: Task) -> Frame {

@@ -16,9 +16,8 @@ pub fn section(seed: u64) -> anyhow::Result<String> {
          robot, y to its left, z up.</p>\n<div class=\"grid\">\n"
     );
     for task in Task::ALL {
-        for plot in Workspace::sample(task, seed)?.plots() {
-            html += &format!("<div>{}</div>\n", plot.svg());
-        }
+        let [top, side] = Workspace::sample(task, seed)?.plots();
+        html += &format!("<div>{}\n{}</div>\n", top.svg(), side.svg());
     }
     Ok(html + "</div>")
 }
@@ -69,9 +68,9 @@ impl Workspace {
         let [low, high] = &self.table;
         let points = || self.goals.iter().chain(&self.objects).chain([&self.gripper]);
         let x = Axis::around("x (m)", points().map(|p| p[0]).chain([low[0], high[0]]));
-        // From above the whole table; from the side only its upper part.
-        let floor = if up == 1 { low[up] } else { high[up] - 0.1 };
-        let y = Axis::around(label, points().map(|p| p[up]).chain([floor, high[up]]));
+        // From above the whole table; from the side its upper part, and room above it.
+        let table = if up == 1 { [low[up], high[up]] } else { [high[up] - 0.1, high[up] + 0.2] };
+        let y = Axis::around(label, points().map(|p| p[up]).chain(table));
         let mut plot = Plot::new(&format!("Fetch{}, {from}", self.task), x, y).equal_scale();
         plot.rectangle("table", (low[0], low[up]), (high[0], high[up]));
         let along = |points: &[[f64; 3]]| points.iter().map(|p| (p[0], p[up])).collect::<Vec<_>>();
