@@ -23,7 +23,7 @@ fn has_chromium() -> bool {
     found
 }
 
-/// What `look.js` saw of a page at a window's width.
+/// What `look.js` saw of a page in a frame of a width: a window has a least width of its own.
 fn look_at(page: &Path, width: u32, dark: bool) -> Value {
     let folder = tempfile::tempdir().expect("a folder");
     let watched = folder.path().join("page.html");
@@ -31,7 +31,11 @@ fn look_at(page: &Path, width: u32, dark: bool) -> Value {
     let script = |source: &str| format!("<script>{source}</script>");
     let html =
         html.replacen("<head>", &format!("<head>{}", script(include_str!("page/errors.js"))), 1);
-    fs::write(&watched, html + &script(include_str!("page/look.js"))).expect("a file");
+    let html = html + &script(include_str!("page/look.js"));
+    let inner = html.replace('&', "&amp;").replace('"', "&quot;");
+    let style = format!("border: 0; width: {width}px; height: 844px");
+    let outer = format!("<body><iframe style=\"{style}\" srcdoc=\"{inner}\"></iframe></body>");
+    fs::write(&watched, outer).expect("a file");
     let scheme = format!("--blink-settings=preferredColorScheme={}", u8::from(!dark));
     let output = Command::new("chromium")
         .args(["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"])
@@ -41,7 +45,7 @@ fn look_at(page: &Path, width: u32, dark: bool) -> Value {
             "--dump-dom",
             "--hide-scrollbars",
         ])
-        .args([&scheme, &format!("--window-size={width},844")])
+        .args([scheme.as_str(), "--window-size=1200,1000"])
         .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
         .arg(format!("file://{}", watched.display()))
         .output()

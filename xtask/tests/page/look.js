@@ -67,5 +67,5 @@
   const told = document.createElement("pre");
   told.id = "seen";
   told.textContent = JSON.stringify(seen);
-  document.body.replaceChildren(told);
+  parent.document.body.replaceChildren(told);
 });
