@@ -13,12 +13,13 @@ use std::{
 const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
 
 /// The shim.
-const SOURCES: [&str; 5] = [
+const SOURCES: [&str; 6] = [
     "shim/fetch_shim.c",
     "shim/model_options.c",
     "shim/contact_filter.c",
     "shim/separation.c",
     "shim/shapes.c",
+    "shim/visual_geoms.c",
 ];
 
 /// What the feature `render` adds to the shim.

@@ -50,7 +50,7 @@ pub use kinematic::KinematicSimulator;
 #[cfg(feature = "mujoco")]
 pub use mujoco::{
     BodyId, ContactFilter, ContactFilterCounts, Data, FetchModel, GeomId, JointId, Model,
-    MujocoSimulator, MujocoSnapshot, MujocoVersion, SiteId,
+    MujocoSimulator, MujocoSnapshot, MujocoVersion, Shape, SiteId, VisualGeom,
 };
 #[cfg(feature = "render")]
 pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};

@@ -18,7 +18,10 @@ mod exercise;
 mod figures;
 mod fuzz;
 mod mujoco;
+mod page;
 mod parity;
+mod play;
+mod policy_choice;
 mod progress;
 mod python;
 mod random_episodes;
@@ -66,6 +69,10 @@ enum Command {
     Figures(figures::Args),
     /// Fuzz the replay buffer's file formats and sequences of its calls
     Fuzz(fuzz::Args),
+    /// Write one page to look at: checks, baselines, plots and playbacks
+    Report(page::Args),
+    /// Write a page that plays one episode back
+    Play(play::Args),
     /// Look for the usual troubles, and say how to mend them
     Doctor(doctor::Args),
     /// What continuous integration runs, cheapest checks first
@@ -87,6 +94,8 @@ fn main() -> ExitCode {
         Command::Exercise(args) => exercise::run(&args),
         Command::Figures(args) => figures::run(&args),
         Command::Fuzz(args) => fuzz::run(&args),
+        Command::Report(args) => page::run(&args),
+        Command::Play(args) => play::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Ci(args) => ci::run(&args),
     };

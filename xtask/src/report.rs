@@ -26,8 +26,8 @@ pub struct EnvSettings {
 /// What ran.
 #[derive(Clone, Debug, Serialize)]
 pub struct Versions {
-    project: &'static str,
-    mujoco: String,
+    pub project: &'static str,
+    pub mujoco: String,
 }
 
 /// Where it ran.
@@ -96,10 +96,15 @@ impl<S: Serialize> Report<S> {
 
 /// Writes a value as JSON, making the folders on the way.
 pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    }
+    make_folder_of(path)?;
     let mut text = serde_json::to_string_pretty(value)?;
     text.push('\n');
     fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Makes the folders on the way to a file.
+pub fn make_folder_of(path: &Path) -> anyhow::Result<()> {
+    path.parent().map_or(Ok(()), |folder| {
+        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
+    })
 }

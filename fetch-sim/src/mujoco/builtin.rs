@@ -8,7 +8,6 @@ pub(super) fn load(task: Task) -> Result<Model, SimError> {
 }
 
 /// The same model with the shapes that are only seen.
-#[cfg(feature = "render")]
 pub(super) fn load_visible(task: Task) -> Result<Model, SimError> {
     load_as(PICTURE, task)
 }
@@ -36,5 +35,4 @@ const PHYSICS: &str = r#"
   <include file="scene.xml"/>
 </mujoco>"#;
 
-#[cfg(feature = "render")]
 const PICTURE: &str = r#"<mujoco><include file="scene.xml"/></mujoco>"#;

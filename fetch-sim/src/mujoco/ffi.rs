@@ -47,6 +47,19 @@ pub(super) struct Sizes {
     pub(super) timestep: f64,
 }
 
+/// The shim's `fs_visual_geom`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RawVisualGeom {
+    pub(super) shape: c_int,
+    pub(super) group: c_int,
+    pub(super) body: c_int,
+    pub(super) rgba: [f32; 4],
+    pub(super) size: [f64; 3],
+    pub(super) position: [f64; 3],
+    pub(super) orientation: [f64; 4],
+}
+
 unsafe extern "C" {
     pub(super) safe fn fs_header_version() -> c_int;
     pub(super) fn fs_load(
@@ -116,4 +129,6 @@ unsafe extern "C" {
     pub(super) fn fs_delete_filter(filter: *mut RawFilter);
     pub(super) fn fs_check_filter(filter: *mut RawFilter, check: c_int);
     pub(super) fn fs_get_filter_counts(filter: *const RawFilter, counts: *mut ContactFilterCounts);
+
+    pub(super) fn fs_get_visual_geom(model: *const RawModel, geom: c_int, out: *mut RawVisualGeom);
 }

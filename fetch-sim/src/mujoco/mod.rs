@@ -14,6 +14,7 @@ mod model;
 mod render;
 mod simulator;
 mod snapshot;
+mod visual_geoms;
 
 pub use contact_filter::{ContactFilter, ContactFilterCounts};
 pub use data::Data;
@@ -25,3 +26,4 @@ pub use model::Model;
 pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::MujocoSimulator;
 pub use snapshot::MujocoSnapshot;
+pub use visual_geoms::{Shape, VisualGeom};

@@ -143,6 +143,12 @@ impl Model {
         self.sizes.nbody as usize
     }
 
+    /// Number of geoms.
+    #[must_use]
+    pub const fn ngeom(&self) -> usize {
+        self.sizes.ngeom as usize
+    }
+
     /// Number of sites.
     #[must_use]
     pub const fn nsite(&self) -> usize {

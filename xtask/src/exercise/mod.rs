@@ -2,7 +2,7 @@
 
 mod observations;
 mod push;
-mod rewards;
+pub mod rewards;
 mod thresholds;
 
 #[derive(clap::Args)]

@@ -9,14 +9,11 @@ mod relabelling;
 mod rewards;
 mod tasks;
 
-use std::{
-    path::PathBuf,
-    sync::atomic::{AtomicUsize, Ordering},
-};
+use std::path::PathBuf;
 
-use anyhow::anyhow;
 use fetch_env::{EnvId, MujocoEnv, make_config};
 use indicatif::ProgressBar;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
@@ -56,24 +53,24 @@ const PARTS: [Part; 6] = [
     baseline::check,
 ];
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let ids = args.env_id.map_or_else(|| EnvId::ALL.to_vec(), |id| vec![id]);
-    let bar = progress::bar(ids.len() * PARTS.len(), "verify");
-    let mut all = check_all(&ids, args.seed, &bar)?;
-    if args.env_id.is_none() {
-        all.push(("All tasks".into(), tasks::check(args.seed)?));
-    }
-    bar.finish_and_clear();
+/// What was checked together: an environment, or what all have in common.
+pub struct Group {
+    pub heading: String,
+    pub checks: Vec<Check>,
+}
 
-    for (heading, checks) in &all {
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let ids = all_ids(args.env_id);
+    let groups = check_environments(&ids, args.seed)?;
+    for Group { heading, checks } in &groups {
         check::print(heading, checks);
     }
-    let count = all.iter().map(|(_, checks)| checks.len()).sum::<usize>();
-    let failed = all.iter().flat_map(|(_, checks)| checks).filter(|check| !check.passed).count();
+    let count = groups.iter().map(|group| group.checks.len()).sum::<usize>();
+    let failed = failed(&groups);
     println!("\n{count} checks, {failed} failed");
     if let Some(path) = &args.json {
         let settings = Settings { env_ids: ids, seed: args.seed };
-        let results = all.into_iter().flat_map(|(heading, checks)| {
+        let results = groups.into_iter().flat_map(|Group { heading, checks }| {
             let figure = move |check: Check| {
                 (format!("verify/{}/{}", heading.replace(' ', "-"), check.name), check.figure)
             };
@@ -84,34 +81,29 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     Ok(failed == 0)
 }
 
-/// The checks of each environment, in the order of `ids`, on all cores.
-fn check_all(
-    ids: &[EnvId],
-    seed: u64,
-    bar: &ProgressBar,
-) -> anyhow::Result<Vec<(String, Vec<Check>)>> {
-    let next = AtomicUsize::new(0);
-    let work = || -> anyhow::Result<Vec<(usize, Vec<Check>)>> {
-        let mut done = Vec::new();
-        while let Some((index, &id)) = {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            ids.get(index).map(|id| (index, id))
-        } {
-            done.push((index, check_one(id, seed, bar)?));
-        }
-        Ok(done)
-    };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(ids.len());
-    let mut done = std::thread::scope(|scope| -> anyhow::Result<Vec<_>> {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let mut done = Vec::new();
-        for worker in workers {
-            done.extend(worker.join().map_err(|_| anyhow!("a check panicked"))??);
-        }
-        Ok(done)
-    })?;
-    done.sort_by_key(|(index, _)| *index);
-    Ok(done.into_iter().map(|(index, checks)| (ids[index].to_string(), checks)).collect())
+/// The one environment that was asked for, or all.
+pub fn all_ids(only: Option<EnvId>) -> Vec<EnvId> {
+    only.map_or_else(|| EnvId::ALL.to_vec(), |id| vec![id])
+}
+
+/// How many checks failed.
+pub fn failed(groups: &[Group]) -> usize {
+    groups.iter().flat_map(|group| &group.checks).filter(|check| !check.passed).count()
+}
+
+/// The checks of each environment, in the order of `ids`, on all cores; then, if these are all,
+/// those of what the tasks have in common.
+pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>> {
+    let bar = progress::bar(ids.len() * PARTS.len(), "verify");
+    let mut groups = ids
+        .par_iter()
+        .map(|&id| Ok(Group { heading: id.to_string(), checks: check_one(id, seed, &bar)? }))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    if ids.len() == EnvId::ALL.len() {
+        groups.push(Group { heading: "All tasks".into(), checks: tasks::check(seed)? });
+    }
+    bar.finish_and_clear();
+    Ok(groups)
 }
 
 fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Check>> {

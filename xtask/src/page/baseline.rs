@@ -1,0 +1,142 @@
+//! The baselines: against the reference's figures, and how their episodes are spread.
+
+use baselines::{Episode, Estimate, RandomReference};
+use fetch_env::{EnvId, Task};
+use goal_reward::RewardKind;
+
+use super::{
+    document::{Column, table},
+    evaluations::Outcome,
+    plot::{Axis, Plot, number, range},
+};
+use crate::policy_choice::PolicyChoice;
+
+const BINS: usize = 24;
+
+/// The random policy against gymnasium-robotics 1.4.2, environment by environment.
+pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
+    let mut rows = Vec::new();
+    for outcome in outcomes.iter().filter(|outcome| outcome.policy == PolicyChoice::Random) {
+        let summary = outcome.evaluation.summary()?;
+        let reference = RandomReference::new(outcome.id.task, outcome.id.reward);
+        let intervals = [summary.return_mean, summary.final_distance_mean, summary.success_rate];
+        let names = ["return", "final distance (m)", "success rate"];
+        for ((comparison, Estimate { low, high, .. }), name) in
+            reference.compare(&outcome.evaluation)?.iter().zip(intervals).zip(names)
+        {
+            rows.push([
+                outcome.id.to_string(),
+                name.into(),
+                number(comparison.measured, 3),
+                format!("{} to {}", number(low, 3), number(high, 3)),
+                number(comparison.reference, 3),
+                format!("{:.2}", comparison.p_value),
+            ]);
+        }
+    }
+    let columns = [
+        Column::Text("Environment"),
+        Column::Text("Mean of"),
+        Column::Number("Here"),
+        Column::Number("95 % interval"),
+        Column::Number("Reference"),
+        Column::Number("p"),
+    ];
+    Ok(format!(
+        "<p>Uniformly random actions, here and in 400 episodes of gymnasium-robotics 1.4.2. \
+         p is the probability of a difference as large, were both the same environment: of these \
+         {} values, one in twenty is below 0.05 by chance.</p>\n{}",
+        rows.len(),
+        table(columns, rows.iter().cloned()),
+    ))
+}
+
+/// Histograms of return and final distance, and success against the threshold.
+pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
+    let mut html = String::from(
+        "<p>The random and the scripted policy with the dense reward. The dashed line is the \
+         random policy's mean in gymnasium-robotics 1.4.2, or the benchmark's threshold of 0.05 m. \
+         Success is counted at the last step; the pale areas are 95 % intervals.</p>\n\
+         <div class=\"grid\">\n",
+    );
+    for task in Task::ALL {
+        let id = EnvId { task, reward: RewardKind::Dense };
+        let policies: Vec<_> = outcomes.iter().filter(|outcome| outcome.id == id).collect();
+        let reference = RandomReference::new(task, RewardKind::Dense);
+        let returns = histogram(
+            &format!("Fetch{task}: dense return"),
+            "return (m, summed over steps)",
+            &policies,
+            |episode| episode.return_sum,
+            reference.return_sum.mean,
+        );
+        let distances = histogram(
+            &format!("Fetch{task}: final distance"),
+            "distance after the last step (m)",
+            &policies,
+            |episode| episode.final_distance,
+            reference.final_distance.mean,
+        );
+        for plot in [returns, distances, success(task, &policies)?] {
+            html += &format!("<div>{}</div>\n", plot.svg());
+        }
+    }
+    Ok(html + "</div>")
+}
+
+fn histogram(
+    title: &str,
+    label: &'static str,
+    policies: &[&Outcome],
+    value: fn(&Episode) -> f64,
+    reference: f64,
+) -> Plot {
+    let values =
+        |outcome: &Outcome| outcome.evaluation.episodes.iter().map(value).collect::<Vec<_>>();
+    let all = policies.iter().flat_map(|outcome| values(outcome)).chain([reference]);
+    let (low, high) = range(all);
+    let width = ((high - low) / BINS as f64).max(f64::MIN_POSITIVE);
+    let counts: Vec<_> = policies
+        .iter()
+        .map(|outcome| {
+            let mut counts = [0_usize; BINS];
+            for value in values(outcome) {
+                counts[(((value - low) / width) as usize).min(BINS - 1)] += 1;
+            }
+            let share = 100.0 / outcome.evaluation.episodes.len() as f64;
+            (outcome.policy.name(), counts.map(|count| share * count as f64))
+        })
+        .collect();
+    let highest = range(counts.iter().flat_map(|(_, shares)| *shares)).1;
+    let x = Axis::new(label, low, low + BINS as f64 * width);
+    let mut plot = Plot::new(title, x, Axis::new("episodes (%)", 0.0, 1.1 * highest));
+    for (name, shares) in counts {
+        for (bin, share) in shares.into_iter().enumerate().filter(|(_, share)| *share > 0.0) {
+            let left = low + bin as f64 * width;
+            plot.rectangle(&format!("bar {name}"), (left, 0.0), (left + width, share));
+        }
+        plot.legend(name, name);
+    }
+    plot.vertical("reference", reference);
+    plot
+}
+
+fn success(task: Task, policies: &[&Outcome]) -> anyhow::Result<Plot> {
+    let thresholds: Vec<f64> = (0..=100).map(|i| 0.005 * f64::from(i)).collect();
+    let mut plot = Plot::new(
+        &format!("Fetch{task}: success against threshold"),
+        Axis::new("distance threshold (m)", 0.0, 0.5),
+        Axis::new("success rate", 0.0, 1.05),
+    );
+    for outcome in policies {
+        let rates = outcome.evaluation.success_at(&thresholds)?;
+        let over = || thresholds.iter().copied().zip(&rates);
+        let name = outcome.policy.name();
+        plot.band(name, &over().map(|(x, rate)| (x, rate.low, rate.high)).collect::<Vec<_>>());
+        plot.line(name, over().map(|(x, rate)| (x, rate.value)));
+        plot.legend(name, name);
+    }
+    let id = EnvId { task, reward: RewardKind::Sparse };
+    plot.vertical("reference", id.config().reward().threshold().get());
+    Ok(plot)
+}
