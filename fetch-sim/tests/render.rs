@@ -206,16 +206,16 @@ fn renderers_do_not_disturb_each_other_on_one_thread_or_several() {
 
 /// Runs one of the tests below, which are made for it, in a process of its own.
 fn in_a_process_with(test: &str, variables: &[(&str, OsString)]) -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("the operating system helps");
     let path = folder.path().join("answer");
-    let output = Command::new(env::current_exe().unwrap())
+    let output = Command::new(env::current_exe().expect("the operating system helps"))
         .args(["--exact", test, "--ignored"])
         .env("FETCH_TEST_ANSWER", &path)
         .envs(variables.iter().map(|(name, value)| (name, value)))
         .output()
-        .unwrap();
+        .expect("the operating system helps");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
-    fs::read(path).unwrap()
+    fs::read(path).expect("the operating system helps")
 }
 
 #[test]
@@ -261,9 +261,14 @@ fn egl_and_osmesa_draw_the_same() {
 
 /// Resident memory of this process, in kB.
 fn resident() -> usize {
-    let status = fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
-    line.split_whitespace().nth(1).unwrap().parse().unwrap()
+    let status = fs::read_to_string("/proc/self/status").expect("the operating system helps");
+    let line =
+        status.lines().find(|line| line.starts_with("VmRSS")).expect("the operating system helps");
+    line.split_whitespace()
+        .nth(1)
+        .expect("the operating system helps")
+        .parse()
+        .expect("the operating system helps")
 }
 
 #[test]

@@ -10,7 +10,8 @@ use std::{fs, path::PathBuf};
 use anyhow::Context;
 use fetch_sim::Task;
 
-use self::{canvas::save, observation::Observation, rewards::Rewards, scene::Scene};
+pub use self::scene::Scene;
+use self::{canvas::save, observation::Observation, rewards::Rewards};
 
 #[derive(clap::Args)]
 pub struct Args {

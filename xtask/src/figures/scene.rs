@@ -1,5 +1,6 @@
 //! A task's scene after a reset.
 
+use fetch_env::clip::write_png;
 use fetch_env::{
     Env, EnvError, EnvId, FetchObservation, GoalObservation, RenderEnv, RenderError, RenderOptions,
     make_config,
@@ -37,6 +38,14 @@ impl Scene {
             Err(error) => return Err(error.into()),
         };
         Ok(Self { id, seed, observation, rgb })
+    }
+
+    /// The picture alone as PNG, or why there is none.
+    pub fn png(&self) -> Result<Vec<u8>, String> {
+        let rgb = self.rgb.as_ref().map_err(ToString::to_string)?;
+        let mut png = Vec::new();
+        write_png(rgb, SIDE, SIDE, &mut png).map_err(|error| error.to_string())?;
+        Ok(png)
     }
 
     fn what_to_do(&self) -> &'static str {

@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let groups = check_environments(&all_ids(args.verify_only), args.seed)?;
     let outcomes = evaluate_all(args.episodes, args.seed)?;
     let bodies = [
-        scenes::section(),
+        scenes::section(args.seed)?,
         playbacks(args.seed)?,
         checks::section(&groups),
         baseline::against_reference(&outcomes)?,

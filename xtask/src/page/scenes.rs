@@ -4,21 +4,18 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use fetch_env::Task;
 
 use super::document::escape;
+use crate::figures::Scene;
 
-/// A frame as PNG, or why there is none.
-type Frame = Result<Vec<u8>, String>;
-
-/// One figure a scene.
-pub fn section() -> String {
-    let figures = Task::ALL.map(|task| figure(task, frame(task)));
-    format!("<div class=\"grid four\">\n{}</div>", figures.concat())
+/// One figure a scene, after a reset with this seed.
+pub fn section(seed: u64) -> anyhow::Result<String> {
+    let mut figures = String::new();
+    for task in Task::ALL {
+        figures += &figure(task, Scene::after_reset(task, seed)?.png());
+    }
+    Ok(format!("<div class=\"grid four\">\n{figures}</div>"))
 }
 
-fn frame(_task: Task) -> Frame {
-    Err("No frame: this build cannot render. The playback below shows the same scene.".into())
-}
-
-fn figure(task: Task, frame: Frame) -> String {
+fn figure(task: Task, frame: Result<Vec<u8>, String>) -> String {
     let picture = match frame {
         Ok(png) => format!(
             "<img alt=\"The scene of Fetch{task} after reset\" src=\"data:image/png;base64,{}\">",
