@@ -1,13 +1,13 @@
 //! From random words to the rows of a batch.
 
 use std::hint::black_box;
+use std::ops::Range;
 
 use crate::Scalar;
-use crate::copy::copy;
+use crate::copy::copy_part;
 use crate::draws::{Draws, Purpose, unit};
-use crate::episodes::Ending;
 use crate::rows::{Relabelled, Rows};
-use crate::sampler::Sampler;
+use crate::sampler::{NStep, Sampler};
 use crate::storage::{Storage, TransitionId};
 use crate::strategy::Goal;
 
@@ -20,17 +20,32 @@ const LINE: usize = 64;
 
 /// A row of the batch: which transition, and which goal.
 #[derive(Clone, Copy)]
-struct Planned {
+struct Planned<'a, T> {
     transition: u64,
-    /// The tape's row of the state before the step.
+    /// The tape's row of the state before the step, and its number.
+    state: &'a [T],
     row: u64,
-    /// The steps of the window, at least 1.
+    /// The steps of the window, at least 1, and the tape's row of the state after them.
     steps: u64,
-    /// Whether the window ends where the episode does.
-    is_last: bool,
-    ending: Ending,
-    goal: Goal,
-    relabelled: bool,
+    next: &'a [T],
+    goal: &'a [T],
+    goal_source: Option<TransitionId>,
+    terminated: bool,
+    truncated: bool,
+}
+
+impl<T> Planned<'_, T> {
+    const NOTHING: Self = Self {
+        transition: 0,
+        state: &[],
+        row: 0,
+        steps: 0,
+        next: &[],
+        goal: &[],
+        goal_source: None,
+        terminated: false,
+        truncated: false,
+    };
 }
 
 /// How many rows were relabelled, and how many pairs of goals they have together.
@@ -50,36 +65,37 @@ pub(crate) fn gather<T: Scalar>(
     rows: &mut Rows<'_, T>,
 ) -> Counts {
     let mut counts = Counts::default();
+    let mut chunk = [Planned::NOTHING; CHUNK];
     for start in (0..rows.len()).step_by(CHUNK) {
-        let len = CHUNK.min(rows.len() - start);
-        let first = rows.first + start;
-        let mut chunk: [Planned; CHUNK] =
-            std::array::from_fn(|at| plan(storage, sampler, draws, pick, first + at.min(len - 1)));
-        let chunk = &mut chunk[..len];
+        let chunk = &mut chunk[..CHUNK.min(rows.len() - start)];
+        for (row, planned) in (rows.first + start..).zip(&mut *chunk) {
+            *planned = plan(storage, sampler, draws, pick, row);
+        }
         // The processor waits for one cache line after another while it copies, because a row's copies
         // fill its window of instructions. Loads alone are waited for together.
         black_box(chunk.iter().fold(0, |sum, planned| sum | touch(storage, planned)));
-        for (at, planned) in chunk.iter().enumerate() {
-            put(storage, sampler, planned, start + at, rows, &mut counts);
+        put(storage, chunk, start, rows);
+        if let Some(n_step) = sampler.n_step {
+            put_returns(storage, n_step, chunk, start, rows);
         }
-        put_fields(storage, chunk, start, rows);
+        put_pairs(storage, chunk, start, rows, &mut counts);
     }
     counts
 }
 
 #[inline(always)]
-fn plan<T: Scalar>(
-    storage: &Storage<T>,
+fn plan<'a, T: Scalar>(
+    storage: &'a Storage<T>,
     sampler: &Sampler,
     draws: Draws,
     pick: impl Fn(u64) -> u64,
     row: usize,
-) -> Planned {
-    let episodes = &storage.episodes;
+) -> Planned<'a, T> {
+    let Storage { layout, episodes, tape, .. } = storage;
     let transition = pick(draws.word(row, Purpose::Transition));
     let episode = episodes.of(transition);
-    let relabelled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio.get();
-    let goal = if relabelled {
+    let is_relabelled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio.get();
+    let goal = if is_relabelled {
         let strategy = sampler.goals.choose(|| draws.word(row, Purpose::Strategy));
         strategy.draw(transition, &episode, episodes, draws.word(row, Purpose::Goal))
     } else {
@@ -87,98 +103,131 @@ fn plan<T: Scalar>(
     };
     let left = episode.live.end - transition;
     let steps = left.min(sampler.window() as u64);
+    let is_last = steps == left;
+    let row = episode.row(transition);
     Planned {
         transition,
-        row: episode.row(transition),
+        state: tape.row(row),
+        row,
         steps,
-        is_last: steps == left,
-        ending: episode.ending,
-        goal,
-        relabelled,
+        next: tape.row(row + steps),
+        goal: &tape.row(goal.row)[layout.goal(goal.is_desired)],
+        goal_source: is_relabelled.then_some(TransitionId::of(goal.source)),
+        terminated: is_last & episode.ending.terminated,
+        truncated: is_last & episode.ending.truncated,
     }
 }
 
 /// Reads an element of every cache line that the row will be copied from.
 #[inline(always)]
-fn touch<T: Scalar>(storage: &Storage<T>, planned: &Planned) -> u64 {
-    let Storage { layout, tape, .. } = storage;
-    let mut sum = 0;
-    for step in 0..=planned.steps {
-        for line in tape.row(planned.row + step).chunks(LINE / size_of::<T>()) {
-            sum |= line[0].bits();
-        }
+fn touch<T: Scalar>(storage: &Storage<T>, planned: &Planned<'_, T>) -> u64 {
+    let lines = |row: &[T]| {
+        row.iter().step_by(LINE / size_of::<T>()).fold(0, |sum, element| sum | element.bits())
+    };
+    let mut sum = lines(planned.state) | lines(planned.next);
+    for step in 1..planned.steps {
+        sum |= lines(storage.tape.row(planned.row + step));
     }
-    let goal = &tape.row(planned.goal.row)[layout.goal(planned.goal.is_desired)];
-    sum | goal[0].bits() | goal[goal.len() - 1].bits()
+    sum | planned.goal[0].bits() | planned.goal[planned.goal.len() - 1].bits()
 }
 
-/// Copies a transition to row `at` of `rows`.
+/// Copies transitions to the rows from `start` on, column by column.
 #[inline(always)]
 fn put<T: Scalar>(
     storage: &Storage<T>,
-    sampler: &Sampler,
-    planned: &Planned,
-    at: usize,
+    chunk: &[Planned<'_, T>],
+    start: usize,
     rows: &mut Rows<'_, T>,
-    counts: &mut Counts,
+) {
+    let layout = &storage.layout;
+    let states = || chunk.iter().map(|planned| planned.state);
+    let nexts = || chunk.iter().map(|planned| planned.next);
+    let goals = chunk.iter().map(|planned| planned.goal);
+    column(rows.observation, start, states(), layout.observation());
+    column(rows.achieved_goal, start, states(), layout.achieved_goal());
+    column(rows.desired_goal, start, goals, 0..layout.dims().goal);
+    column(rows.action, start, states(), layout.action());
+    column(rows.reward, start, states(), layout.reward()..layout.reward() + 1);
+    column(rows.next_observation, start, nexts(), layout.observation());
+    column(rows.next_achieved_goal, start, nexts(), layout.achieved_goal());
+    column(rows.fields, start, states(), layout.fields());
+    let terminated = &mut rows.terminated[start..][..chunk.len()];
+    let truncated = &mut rows.truncated[start..][..chunk.len()];
+    let transition = &mut rows.transition[start..][..chunk.len()];
+    let goal_source = &mut rows.goal_source[start..][..chunk.len()];
+    for (at, planned) in chunk.iter().enumerate() {
+        terminated[at] = planned.terminated;
+        truncated[at] = planned.truncated;
+        transition[at] = TransitionId::of(planned.transition);
+        goal_source[at] = planned.goal_source;
+    }
+}
+
+/// Copies the same `part` of some rows to the rows of a column from `start` on.
+#[inline(always)]
+fn column<'a, T: Scalar>(
+    column: &mut [T],
+    start: usize,
+    rows: impl Iterator<Item = &'a [T]>,
+    part: Range<usize>,
+) {
+    let width = part.len();
+    copy_part(&mut column[start * width..], rows, (part.start, width));
+}
+
+/// Puts the discounted sums of the stored rewards in the place of the first rewards.
+fn put_returns<T: Scalar>(
+    storage: &Storage<T>,
+    n_step: NStep,
+    chunk: &[Planned<'_, T>],
+    start: usize,
+    rows: &mut Rows<'_, T>,
 ) {
     let Storage { layout, tape, .. } = storage;
-    let dims = layout.dims();
-    let state = tape.row(planned.row);
-    let next = tape.row(planned.row + planned.steps);
-    let goal = &tape.row(planned.goal.row)[layout.goal(planned.goal.is_desired)];
-    copy(&mut rows.observation[at * dims.observation..], &state[layout.observation()]);
-    copy(&mut rows.achieved_goal[at * dims.goal..], &state[layout.achieved_goal()]);
-    copy(&mut rows.desired_goal[at * dims.goal..], goal);
-    copy(&mut rows.action[at * dims.action..], &state[layout.action()]);
-    copy(&mut rows.next_observation[at * dims.observation..], &next[layout.observation()]);
-    copy(&mut rows.next_achieved_goal[at * dims.goal..], &next[layout.achieved_goal()]);
-    rows.reward[at] = state[layout.reward()];
-    rows.terminated[at] = planned.is_last & planned.ending.terminated;
-    rows.truncated[at] = planned.is_last & planned.ending.truncated;
-    rows.transition[at] = TransitionId::of(planned.transition);
-    rows.goal_source[at] = planned.relabelled.then_some(TransitionId::of(planned.goal.source));
-    if let Some(n_step) = sampler.n_step {
+    for (at, planned) in (start..).zip(chunk) {
         let rewards = (0..planned.steps).map(|step| tape.row(planned.row + step)[layout.reward()]);
         let (sum, discount) = n_step.gamma.sum(rewards.map(T::to_f64));
         rows.reward[at] = T::from_f64(sum);
         rows.discount[at] = T::from_f64(discount);
     }
-    // Written for every row, and kept for the relabelled ones: no branch to be mispredicted.
-    let steps = planned.steps as usize;
-    rows.relabelled[counts.rows] = Relabelled { row: rows.first + at, pairs: steps, used: steps };
-    let mut pair = counts.pairs;
-    for step in 1..=planned.steps {
-        let achieved = &tape.row(planned.row + step)[layout.achieved_goal()];
-        widen(&mut rows.achieved_pairs[pair * dims.goal..][..dims.goal], achieved);
-        widen(&mut rows.desired_pairs[pair * dims.goal..][..dims.goal], goal);
-        pair += 1;
-    }
-    counts.rows += usize::from(planned.relabelled);
-    counts.pairs = if planned.relabelled { pair } else { counts.pairs };
 }
 
-/// Copies the fields of some rows to those from `start` on.
+/// Puts the pairs of goals of the relabelled rows side by side: of each step of the window what it
+/// achieved, and the new goal.
 #[inline(always)]
-fn put_fields<T: Scalar>(
+fn put_pairs<T: Scalar>(
     storage: &Storage<T>,
-    chunk: &[Planned],
+    chunk: &[Planned<'_, T>],
     start: usize,
     rows: &mut Rows<'_, T>,
+    counts: &mut Counts,
 ) {
-    let fields = storage.layout.fields();
-    if fields.is_empty() {
-        return;
+    let mut relabelled = [0; CHUNK];
+    let (mut count, mut pairs) = (0, 0);
+    for (at, planned) in chunk.iter().enumerate() {
+        // Written for every row, and kept for the relabelled ones: no branch to be mispredicted.
+        let (row, steps) = (rows.first + start + at, planned.steps as usize);
+        relabelled[count] = at;
+        rows.relabelled[counts.rows + count] = Relabelled { row, pairs: steps, used: steps };
+        let is_relabelled = planned.goal_source.is_some();
+        count += usize::from(is_relabelled);
+        pairs += if is_relabelled { steps } else { 0 };
     }
-    let targets = rows.fields[start * fields.len()..].chunks_exact_mut(fields.len());
-    for (target, planned) in targets.zip(chunk) {
-        copy(target, &storage.tape.row(planned.row)[fields.clone()]);
+    let Storage { layout, tape, .. } = storage;
+    let dim = layout.dims().goal;
+    let achieved_pairs = &mut rows.achieved_pairs[counts.pairs * dim..];
+    let desired_pairs = &mut rows.desired_pairs[counts.pairs * dim..];
+    let (achieved, desired) = ((layout.achieved_goal().start, dim), (0, dim));
+    let relabelled = relabelled[..count].iter().map(|at| &chunk[*at]);
+    if pairs == count {
+        copy_part(achieved_pairs, relabelled.clone().map(|row| row.next), achieved);
+        copy_part(desired_pairs, relabelled.map(|row| row.goal), desired);
+    } else {
+        let steps = relabelled.flat_map(|row| (1..=row.steps).map(move |step| (row, step)));
+        let states = steps.clone().map(|(row, step)| tape.row(row.row + step));
+        copy_part(achieved_pairs, states, achieved);
+        copy_part(desired_pairs, steps.map(|(row, _)| row.goal), desired);
     }
-}
-
-#[inline(always)]
-fn widen<T: Scalar>(target: &mut [f64], source: &[T]) {
-    for (target, source) in target.iter_mut().zip(source) {
-        *target = source.to_f64();
-    }
+    counts.rows += count;
+    counts.pairs += pairs;
 }

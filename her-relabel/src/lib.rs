@@ -67,6 +67,7 @@ mod gather;
 mod importance;
 mod load_error;
 mod mixture;
+mod normalizer;
 #[cfg(feature = "npz")]
 mod npz;
 mod outcome;
@@ -95,6 +96,7 @@ pub use field::{Field, FieldRows, UnknownField};
 pub use importance::{Beta, BetaError};
 pub use load_error::LoadError;
 pub use mixture::{GoalMixture, GoalPart, MixtureError};
+pub use normalizer::{Normalizer, NormalizerError};
 #[cfg(feature = "npz")]
 pub use npz::NpzError;
 pub use priority::{NewPriority, Priorities, PriorityError, PriorityUnit};

@@ -2,13 +2,13 @@
 
 use goal_reward::{GoalPairs, GoalReward};
 
+use crate::Scalar;
 use crate::batch::Batch;
 use crate::gather::Counts;
 use crate::rows::Relabelled;
 use crate::sample_error::SampleError;
 use crate::sampler::Sampler;
 use crate::storage::Storage;
-use crate::{Scalar, copy::copy};
 
 /// Computes what depends on the goals of the gathered rows and puts it where it belongs.
 pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
@@ -22,8 +22,9 @@ pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
         let goal_dim = storage.layout.dims().goal;
         let scratch = &mut batch.scratch;
         let elements = counts.pairs * goal_dim;
-        let achieved = &scratch.achieved_pairs[..elements];
-        let pairs = GoalPairs::new(achieved, &scratch.desired_pairs[..elements], goal_dim)?;
+        widen(&mut scratch.achieved, &scratch.achieved_pairs[..elements]);
+        widen(&mut scratch.desired, &scratch.desired_pairs[..elements]);
+        let pairs = GoalPairs::new(&scratch.achieved, &scratch.desired, goal_dim)?;
         // NaN and `false` tell a reward function that leaves elements out.
         scratch.rewards.clear();
         scratch.rewards.resize(counts.pairs, f64::NAN);
@@ -58,9 +59,10 @@ fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<
         columns.truncated[row] = false;
         let transition = columns.transition[row].number();
         let next = tape.row(episodes.of(transition).row(transition) + used as u64);
-        let observation = &next[layout.observation()];
-        copy(&mut columns.next_observation[row * dims.observation..], observation);
-        copy(&mut columns.next_achieved_goal[row * dims.goal..], &next[layout.achieved_goal()]);
+        let observation = row * dims.observation..(row + 1) * dims.observation;
+        columns.next_observation[observation].copy_from_slice(&next[layout.observation()]);
+        let achieved_goal = row * dims.goal..(row + 1) * dims.goal;
+        columns.next_achieved_goal[achieved_goal].copy_from_slice(&next[layout.achieved_goal()]);
     }
 }
 
@@ -97,11 +99,14 @@ fn judge<T: Scalar, F: GoalReward + ?Sized>(
     batch: &mut Batch<T>,
 ) -> Result<(), SampleError> {
     let Batch { columns, scratch } = batch;
-    scratch.achieved_pairs.clear();
-    scratch.achieved_pairs.extend(columns.next_achieved_goal.iter().map(|value| value.to_f64()));
-    scratch.desired_pairs.clear();
-    scratch.desired_pairs.extend(columns.desired_goal.iter().map(|value| value.to_f64()));
+    widen(&mut scratch.achieved, &columns.next_achieved_goal);
+    widen(&mut scratch.desired, &columns.desired_goal);
     let goal_dim = storage.layout.dims().goal;
-    let pairs = GoalPairs::new(&scratch.achieved_pairs, &scratch.desired_pairs, goal_dim)?;
+    let pairs = GoalPairs::new(&scratch.achieved, &scratch.desired, goal_dim)?;
     Ok(reward.is_success_batch(pairs, &mut columns.success)?)
+}
+
+fn widen<T: Scalar>(target: &mut Vec<f64>, source: &[T]) {
+    target.clear();
+    target.extend(source.iter().map(|element| element.to_f64()));
 }
