@@ -1,7 +1,7 @@
-use fetch_env::{FetchObservation, GoalEnv};
+use fetch_env::{EnvError, FetchObservation, GoalEnv, Info, Step};
 use serde::{Deserialize, Serialize};
 
-use crate::{Estimate, EvaluationError, Policy};
+use crate::{Action, Estimate, EvaluationError, Policy};
 
 /// What one episode came to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,7 +60,7 @@ where
 {
     let mut episodes = Vec::with_capacity(count);
     for (episode, seed) in (0..count).zip(first_seed..) {
-        let result = run_episode(env, policy, seed)
+        let result = run_episode(env, policy, seed, |_| Ok(()))
             .map_err(|source| EvaluationError::Environment { episode, seed, source })?;
         progress(&result);
         episodes.push(result);
@@ -68,13 +68,27 @@ where
     Ok(Evaluation { episodes })
 }
 
-fn run_episode<E, P>(env: &mut E, policy: &mut P, seed: u64) -> Result<Episode, fetch_env::EnvError>
+/// What happens in an episode.
+pub(crate) enum Event<'a> {
+    Start(&'a FetchObservation),
+    Step(&'a Action, &'a Step<FetchObservation, Info>),
+}
+
+/// Runs an episode until it is terminated or truncated. `watch` is told what happens.
+pub(crate) fn run_episode<E, P, X>(
+    env: &mut E,
+    policy: &mut P,
+    seed: u64,
+    mut watch: impl FnMut(Event<'_>) -> Result<(), X>,
+) -> Result<Episode, X>
 where
     E: GoalEnv<Observation = FetchObservation>,
     P: Policy + ?Sized,
+    X: From<EnvError>,
 {
     policy.reset();
     let mut observation = env.reset(Some(seed))?.observation;
+    watch(Event::Start(&observation))?;
     let mut episode = Episode {
         seed,
         return_sum: 0.0,
@@ -84,14 +98,16 @@ where
         success_any: false,
     };
     loop {
-        let step = env.step(&policy.act(&observation))?;
+        let action = policy.act(&observation);
+        let step = env.step(&action)?;
+        watch(Event::Step(&action, &step))?;
         observation = step.observation;
         episode.return_sum += step.reward;
         episode.length += 1;
         episode.final_distance = step.info.distance;
         episode.success = step.info.is_success;
         episode.success_any |= step.info.is_success;
-        if step.terminated || step.truncated {
+        if step.is_last() {
             return Ok(episode);
         }
     }

@@ -1,0 +1,30 @@
+//! Random episodes of FetchPush into a replay buffer, and what hindsight makes of them.
+//!
+//! `cargo run --release -p baselines --example hindsight`
+#![allow(clippy::print_stdout, reason = "an example that prints is the point")]
+
+use baselines::{RandomPolicy, buffer_config, collect};
+use fetch_env::{Env, GoalEnv, make};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut env = make("FetchPush-v4")?;
+    let first = env.reset(Some(0))?.observation;
+    let mut buffer = HerBuffer::<f32>::new(buffer_config(100_000, &first))?;
+    collect(&mut env, &mut RandomPolicy::new(1), 20, 1, &mut buffer, 0)?;
+    println!("{} transitions of {} episodes", buffer.len(), buffer.n_episodes());
+
+    let sampler = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let mut batch = Batch::new();
+    for (name, ratio) in [("as it was", RelabelRatio::NONE), ("in hindsight", sampler.ratio)] {
+        sampler.with_ratio(ratio).sample_seeded(&buffer, env.goal_reward(), 2, &mut batch)?;
+        let reached = batch.reward().iter().filter(|reward| **reward == 0.0).count();
+        println!("{name}: {reached} of {} rows reach their goal", batch.len());
+    }
+    Ok(())
+}
+
+#[test]
+fn the_example_runs() {
+    main().expect("a run");
+}

@@ -1,0 +1,121 @@
+use fetch_env::{EnvError, FetchObservation, GoalEnv, GoalObservation, Info};
+use her_relabel::{AddError, BufferConfig, Dims, EpisodeStart, HerBuffer, Scalar};
+
+use crate::evaluate::{Event, run_episode};
+use crate::{Action, CollectError, Evaluation, Policy};
+
+/// The configuration of a buffer of `capacity` transitions of an environment whose observations are like
+/// this one.
+#[must_use]
+pub fn buffer_config(capacity: usize, observation: &FetchObservation) -> BufferConfig {
+    let dims = Dims {
+        observation: observation.observation().len(),
+        goal: observation.desired_goal().len(),
+        action: size_of::<Action>() / size_of::<f32>(),
+    };
+    BufferConfig::new(capacity, dims)
+}
+
+/// Runs `count` episodes into a buffer, as its environment `buffer_env`, each until it is terminated or
+/// truncated; they are reset with the seeds `first_seed`, `first_seed + 1`, ... What the episodes came to
+/// is returned.
+///
+/// The terminal observation of each is stored, and `terminated` and `truncated` as the environment says.
+///
+/// # Errors
+/// [`CollectError`]. The episode that failed is not in the buffer, those before it are.
+pub fn collect<E, P, T>(
+    env: &mut E,
+    policy: &mut P,
+    count: usize,
+    first_seed: u64,
+    buffer: &mut HerBuffer<T>,
+    buffer_env: usize,
+) -> Result<Evaluation, CollectError>
+where
+    E: GoalEnv<Observation = FetchObservation>,
+    P: Policy + ?Sized,
+    T: Scalar,
+{
+    let mut episodes = Vec::with_capacity(count);
+    for (episode, seed) in (0..count).zip(first_seed..) {
+        let mut has_begun = false;
+        let result = run_episode(env, policy, seed, |event| {
+            match event {
+                Event::Start(observation) => begin(buffer, buffer_env, observation)?,
+                Event::Step(action, step) => add(buffer, buffer_env, action, step)?,
+            }
+            has_begun = true;
+            Ok(())
+        });
+        match result {
+            Ok(result) => episodes.push(result),
+            Err(source) => {
+                if has_begun {
+                    // It cannot fail: an episode is under way.
+                    let _ = buffer.discard_episode(buffer_env);
+                }
+                return Err(match source {
+                    Source::Environment(source) => {
+                        CollectError::Environment { episode, seed, source }
+                    }
+                    Source::Buffer(source) => CollectError::Buffer { episode, seed, source },
+                });
+            }
+        }
+    }
+    Ok(Evaluation { episodes })
+}
+
+/// Where an episode failed.
+enum Source {
+    Environment(EnvError),
+    Buffer(AddError),
+}
+
+impl From<EnvError> for Source {
+    fn from(error: EnvError) -> Self {
+        Self::Environment(error)
+    }
+}
+
+impl From<AddError> for Source {
+    fn from(error: AddError) -> Self {
+        Self::Buffer(error)
+    }
+}
+
+fn begin<T: Scalar>(
+    buffer: &mut HerBuffer<T>,
+    buffer_env: usize,
+    observation: &FetchObservation,
+) -> Result<(), AddError> {
+    buffer.begin_episode(
+        buffer_env,
+        &EpisodeStart {
+            observation: observation.observation(),
+            achieved_goal: observation.achieved_goal(),
+            desired_goal: observation.desired_goal(),
+        },
+    )
+}
+
+fn add<T: Scalar>(
+    buffer: &mut HerBuffer<T>,
+    buffer_env: usize,
+    action: &Action,
+    step: &fetch_env::Step<FetchObservation, Info>,
+) -> Result<(), AddError> {
+    buffer.add_step(
+        buffer_env,
+        &her_relabel::Step {
+            action: &action.map(f64::from),
+            reward: step.reward,
+            next_observation: step.observation.observation(),
+            next_achieved_goal: step.observation.achieved_goal(),
+            terminated: step.terminated,
+            truncated: step.truncated,
+            fields: &[],
+        },
+    )
+}
