@@ -58,6 +58,11 @@ impl Figure {
         Self { value, unit }
     }
 
+    /// The number alone.
+    pub const fn value(self) -> f64 {
+        self.value
+    }
+
     /// How many.
     pub const fn count(value: usize) -> Self {
         Self::new(value as f64, "1")

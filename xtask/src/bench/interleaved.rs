@@ -100,6 +100,16 @@ impl Rounds {
         rates.map(|((name, unit), rates)| (name.clone(), Figure::new(median(rates), unit)))
     }
 
+    /// The slowest and the fastest round of each contender, by the clock on the wall.
+    pub fn ranges(&self) -> impl Iterator<Item = (String, Figure)> + '_ {
+        self.names.iter().zip(&self.wall).flat_map(|((name, unit), rates)| {
+            let least = rates.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = rates.iter().copied().fold(0.0, f64::max);
+            [("slowest", least), ("fastest", most)]
+                .map(|(end, rate)| (format!("{name}/{end}"), Figure::new(rate, unit)))
+        })
+    }
+
     /// The median, over the rounds, of how many times faster one is than another; `None` if one of
     /// them did not take part.
     pub fn ratio(&self, clock: Clock, of: &str, to: &str) -> Option<f64> {

@@ -4,6 +4,7 @@ mod counting;
 mod distributions;
 mod file_parity;
 mod frames;
+mod hindsight;
 mod live;
 mod npz;
 mod recording;
@@ -29,7 +30,7 @@ use crate::{
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder of recorded trajectories (*.npz)
-    #[arg(long, required_unless_present_any = ["distributions", "live", "frames"])]
+    #[arg(long, required_unless_present_any = ["distributions", "live", "frames", "hindsight"])]
     fixtures: Option<PathBuf>,
     /// Run the real environment in Python on fresh seeds, and compare bit for bit
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model"])]
@@ -46,6 +47,13 @@ pub struct Args {
     /// Episodes: of each task's distributions (400 by default), or live of each task and kind (3)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     episodes: Option<u16>,
+    /// Sample the replay buffer and Stable-Baselines3's in Python, and compare the distributions
+    #[arg(long, conflicts_with_all = ["fixtures", "distributions", "live", "model"])]
+    hindsight: bool,
+    /// Rows to sample from each by each strategy
+    #[arg(long, default_value_t = 100_000, requires = "hindsight")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1000..))]
+    rows: u32,
     /// Which model to replay them on
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
@@ -56,6 +64,8 @@ pub struct Args {
 
 #[derive(Serialize)]
 struct Settings<'a> {
+    hindsight: bool,
+    rows: u32,
     live: bool,
     frames: bool,
     seed: u64,
@@ -91,6 +101,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((format!("distributions/{}", check.name), check.figure));
         }
     }
+    if args.hindsight {
+        for check in hindsight::compare(args.rows as usize)? {
+            if !check.passed {
+                bad.push(check.name.clone());
+            }
+            figures.push((format!("hindsight/{}", check.name), check.figure));
+        }
+    }
     if args.frames {
         for check in frames::compare(recorded.path(), &mut models, args.seed)? {
             if !check.passed {
@@ -100,9 +118,21 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     if let Some(path) = &args.json {
-        let Args { fixtures, live, frames, seed, distributions, episodes, .. } = args;
-        let (live, frames, seed, episodes) = (*live, *frames, *seed, *episodes);
-        let settings = Settings { live, frames, seed, fixtures, distributions, episodes, model };
+        let Args { fixtures, live, frames, hindsight, rows, .. } = args;
+        let Args { seed, distributions, episodes, .. } = args;
+        let (live, frames, hindsight, rows) = (*live, *frames, *hindsight, *rows);
+        let (seed, episodes) = (*seed, *episodes);
+        let settings = Settings {
+            hindsight,
+            rows,
+            live,
+            frames,
+            seed,
+            fixtures,
+            distributions,
+            episodes,
+            model,
+        };
         write_json(path, &Report::new(settings, figures))?;
     }
     if !bad.is_empty() {

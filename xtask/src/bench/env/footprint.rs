@@ -1,12 +1,13 @@
 //! Construction and memory of many environments, in a process of their own: what was
 //! allocated and freed before would blur them.
 
-use std::{fs, process::Command, time::Instant};
+use std::{process::Command, time::Instant};
 
 use anyhow::{Context, ensure};
 use fetch_env::{FetchConfig, make_vec_config, vec_env::VecConfig};
 use serde::{Deserialize, Serialize};
 
+use super::super::resident_bytes;
 use super::episodes::{SEED, random_actions};
 use crate::bench::subject::Subject;
 
@@ -55,13 +56,4 @@ impl Footprint {
         }
         Ok(Self { construction, further_env: (resident_bytes()? - one) / (envs - 1) as f64 })
     }
-}
-
-fn resident_bytes() -> anyhow::Result<f64> {
-    let status = fs::read_to_string("/proc/self/status").context("memory is measured on Linux")?;
-    let kilobytes = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB"))
-        .context("/proc/self/status has no VmRSS")?;
-    Ok(kilobytes.trim().parse::<f64>()? * 1024.0)
 }

@@ -16,7 +16,7 @@ use self::{
     contenders::{BareLoop, BareResets, Resets, Single, Together},
     episodes::Episodes,
     footprint::Footprint,
-    peers::Peer,
+    peers::PeerEnvs,
 };
 use super::{
     interleaved::{
@@ -124,9 +124,9 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
         let id = EnvId { task: episodes.config.task(), reward: RewardKind::Sparse };
         let name = format!("envpool-{num_envs}-threads-{all}");
         entries.extend([
-            Entry::new("gymnasium-robotics", UNIT, Peer::gymnasium_robotics(id)?),
-            Entry::new("envpool", UNIT, Peer::envpool(id, 1, 1)?),
-            Entry::new(&name, UNIT, Peer::envpool(id, num_envs, all)?),
+            Entry::new("gymnasium-robotics", UNIT, PeerEnvs::gymnasium_robotics(id)?),
+            Entry::new("envpool", UNIT, PeerEnvs::envpool(id, 1, 1)?),
+            Entry::new(&name, UNIT, PeerEnvs::envpool(id, num_envs, all)?),
         ]);
     }
     Ok(entries)

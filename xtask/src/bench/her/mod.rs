@@ -1,0 +1,198 @@
+//! `bench her`: the replay buffer on one thread. The task is FetchPush's shape (observation 25, goals 3,
+//! action 4, episodes of 50 steps), k = 4, future goals, sparse reward; a step is added after each batch.
+
+mod contenders;
+mod episodes;
+mod sb3;
+
+use std::{path::PathBuf, process::Command, time::Duration};
+
+use anyhow::ensure;
+use her_relabel::Scalar;
+use serde::Serialize;
+
+use self::{
+    contenders::{BareGather, Episodes, Sampling, Steps, Table},
+    episodes::{Episode, full_buffer},
+    sb3::Sb3,
+};
+use super::{
+    interleaved::{Clock::Cpu, Entry, interleave},
+    resident_bytes,
+};
+use crate::report::{Figure, Report, write_json};
+
+const SIZES: [usize; 3] = [256, 1024, 4096];
+/// Of the batches whose time is compared between tables of [`TABLES`] transitions.
+const SIZE_OF_GROWTH: usize = 1024;
+const TABLES: [usize; 3] = [100_000, 1_000_000, 10_000_000];
+const SB3: &str = "stable-baselines3";
+
+#[derive(Debug, clap::Args, Serialize)]
+pub struct Args {
+    /// Only this element type
+    #[arg(long, value_enum)]
+    element: Option<Element>,
+    /// Transitions of the buffer
+    #[arg(long, default_value_t = 1_000_000, value_parser = parse_transitions)]
+    transitions: usize,
+    /// Seconds for each element type, and again for the growth of time with the table
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(..3600))]
+    seconds: u16,
+    /// Also the time of a batch with 100,000, 1,000,000 and 10,000,000 transitions (takes 3 GB)
+    #[arg(long)]
+    growth: bool,
+    /// Also Stable-Baselines3 with f64, from a Python environment in the cache
+    #[arg(long)]
+    peers: bool,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    #[serde(skip)]
+    json: Option<PathBuf>,
+    /// Measure memory in this very process, and print it
+    #[arg(long, hide = true, requires = "element")]
+    #[serde(skip)]
+    footprint: bool,
+}
+
+/// What the buffer stores.
+#[derive(Clone, Copy, Debug, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+enum Element {
+    F32,
+    F64,
+}
+
+impl Element {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
+fn parse_transitions(text: &str) -> Result<usize, String> {
+    let transitions: usize = text.parse().map_err(|error| format!("{error}"))?;
+    let sensible = (1000..=1_000_000_000).contains(&transitions);
+    sensible.then_some(transitions).ok_or_else(|| "give 1000 to 1000000000 transitions".into())
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    if let (true, Some(element)) = (args.footprint, args.element) {
+        let bytes = match element {
+            Element::F32 => bytes_per_transition::<f32>(args.transitions),
+            Element::F64 => bytes_per_transition::<f64>(args.transitions),
+        };
+        println!("{}", bytes?);
+        return Ok(true);
+    }
+    let sb3 = if args.peers { Some(Sb3::start(args.transitions)?) } else { None };
+    let mut figures = Vec::new();
+    for element in args.element.map_or_else(|| vec![Element::F32, Element::F64], |e| vec![e]) {
+        let measured = match element {
+            Element::F32 => measure::<f32>(args, element, sb3.as_ref()),
+            Element::F64 => measure::<f64>(args, element, sb3.as_ref()),
+        };
+        for (name, figure) in measured? {
+            let name = format!("her/{}/{name}", element.name());
+            println!("{name:<54} {figure}");
+            figures.push((name, figure));
+        }
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &Report::new(args, figures))?;
+    }
+    Ok(true)
+}
+
+/// The figures of one element type.
+fn measure<T: Scalar>(
+    args: &Args,
+    element: Element,
+    sb3: Option<&Sb3>,
+) -> anyhow::Result<Vec<(String, Figure)>> {
+    const ROWS: &str = "rows/s";
+    const ADDED: &str = "transitions/s";
+    let bytes = footprint(element, args.transitions)?;
+    let mut figures = vec![("bytes-per-transition".into(), Figure::new(bytes, "bytes"))];
+    let table = Table::<T>::full(args.transitions)?;
+    let mut entries = Vec::new();
+    for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
+        entries.push(Entry::new(&format!("batch-{size}"), ROWS, sampling));
+        let bare = BareGather::<T>::new(args.transitions, size);
+        entries.push(Entry::new(&format!("bare-gather-{size}"), ROWS, bare));
+        if let Some(sb3) = sb3 {
+            entries.push(Entry::new(&format!("{SB3}-{size}"), ROWS, sb3.sampling(size)));
+        }
+    }
+    entries.extend([
+        Entry::new("insert-steps", ADDED, Steps::of_one_env(&table)),
+        Entry::new("insert-steps-8-envs", ADDED, Steps::of_8_envs(&table)),
+        Entry::new("insert-episodes", ADDED, Episodes(table)),
+    ]);
+    if let Some(sb3) = sb3 {
+        entries.push(Entry::new(&format!("{SB3}-insert-steps"), ADDED, sb3.adding()));
+    }
+    let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
+    figures.extend(rounds.figures());
+    figures.extend(rounds.ranges());
+    for size in SIZES {
+        let ours = format!("batch-{size}");
+        for peer in ["bare-gather", SB3] {
+            let ratio = rounds.ratio(Cpu, &ours, &format!("{peer}-{size}"));
+            figures.extend(
+                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Figure::new(ratio, "1"))),
+            );
+        }
+    }
+    if args.growth {
+        figures.extend(growth::<T>(args)?);
+    }
+    Ok(figures)
+}
+
+/// The time of a batch in tables of several sizes, and that of the bare copy, which is what the caches
+/// explain.
+fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Figure)>> {
+    let mut entries = Vec::new();
+    for transitions in TABLES {
+        let table = Table::<T>::full(transitions)?;
+        for (size, sampling) in Sampling::of_sizes(&table, &[SIZE_OF_GROWTH]) {
+            entries.push(Entry::new(&format!("batch-{size}/{transitions}"), "rows/s", sampling));
+            let bare = BareGather::<T>::new(transitions, size);
+            entries.push(Entry::new(&format!("bare-gather-{size}/{transitions}"), "rows/s", bare));
+        }
+    }
+    let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
+    let time = |(name, rate): (String, Figure)| {
+        (format!("time/{name}"), Figure::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
+    };
+    let mut figures: Vec<_> = rounds.figures().map(time).collect();
+    for contender in ["batch", "bare-gather"] {
+        let name = |transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}");
+        let ratio = rounds.ratio(Cpu, &name(TABLES[0]), &name(TABLES[2]));
+        figures.extend(
+            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Figure::new(ratio, "1"))),
+        );
+    }
+    Ok(figures)
+}
+
+/// [`bytes_per_transition`] in a process of its own: what was allocated and freed before would blur it.
+fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
+    let output = Command::new(std::env::current_exe()?)
+        .args(["bench", "her", "--footprint", "--element", element.name()])
+        .args(["--transitions", &transitions.to_string()])
+        .output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "the measurement of memory failed: {errors}");
+    Ok(String::from_utf8(output.stdout)?.trim().parse()?)
+}
+
+fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {
+    let episodes = Episode::<T>::all();
+    let before = resident_bytes()?;
+    let buffer = full_buffer(transitions, 1, &episodes)?;
+    Ok((resident_bytes()? - before) / buffer.len() as f64)
+}
