@@ -1,4 +1,5 @@
-//! One episode of the scripted policy as a clip: `clip FetchPickAndPlace-v4 episode.gif [SEED]`.
+//! One episode of the scripted policy as a clip:
+//! `clip FetchPickAndPlace-v4 episode.gif [SEED [SIDE]]`, where SIDE is in pixels.
 //!
 //! A file name that ends in `.png` gets a lossless APNG, any other a GIF.
 
@@ -20,7 +21,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seed = rest.first().map_or(Ok(0), |seed| seed.parse())?;
 
     let mut env = make_config(id.config())?;
-    let options = RenderOptions::default();
+    let side = rest.get(1).map_or(Ok(480), |side| side.parse())?;
+    let options = RenderOptions { width: side, height: side, ..RenderOptions::default() };
     let mut clip = Clip::new(options.width, options.height)?;
     let mut renderer = env.renderer(options)?;
     let mut policy = ScriptedPolicy::new(id.task);

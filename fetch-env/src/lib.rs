@@ -101,6 +101,6 @@ pub use time_limit::{TimeLimit, TimeLimitSnapshot};
 pub use vec_env::VecEnv;
 
 /// The README's example, run as a test.
-#[cfg(all(doctest, feature = "mujoco"))]
+#[cfg(all(doctest, feature = "render"))]
 #[doc = include_str!("../../README.md")]
 struct Readme;

@@ -24,7 +24,7 @@ const fn step_on_3(purpose: &'static str, command: &'static str) -> Step {
     Step { purpose, command, mujoco: Some("3.6.0") }
 }
 
-const STEPS: [Step; 18] = [
+const STEPS: [Step; 20] = [
     step("formatting", "fmt --all --check"),
     step("lints", "clippy --workspace --all-targets -- -D warnings"),
     step(
@@ -34,6 +34,10 @@ const STEPS: [Step; 18] = [
     step(
         "lints with numpy archives",
         "clippy -p her-relabel --features npz --all-targets -- -D warnings",
+    ),
+    step(
+        "lints without rendering",
+        "clippy -p fetch-sim -p fetch-env -p baselines --no-default-features --features mujoco --all-targets -- -D warnings",
     ),
     step("documentation", "doc --workspace --no-deps"),
     step(
@@ -49,13 +53,14 @@ const STEPS: [Step; 18] = [
     step("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
     step("fuzzing", "xtask fuzz --seconds 15"),
     step("verify", "xtask verify"),
+    step("figures", "xtask figures --out target/figures"),
     step("the reference's model", "xtask assets"),
     step(
         "bit for bit the reference",
         "xtask parity --fixtures xtask/tests/recordings/mujoco-2.2.2 --model reference",
     ),
     step("MuJoCo 3.6.0", "xtask mujoco 3.6.0"),
-    step_on_3("tests on MuJoCo 3.6.0", "test -p fetch-sim -p fetch-env"),
+    step_on_3("tests on MuJoCo 3.6.0", "test -p fetch-sim -p fetch-env --features fetch-env/clip"),
     step_on_3(
         "bit for bit the reference on MuJoCo 3.6.0",
         "xtask parity --fixtures xtask/tests/recordings/mujoco-3.6.0 --model reference",

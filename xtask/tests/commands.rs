@@ -117,6 +117,33 @@ fn doctor_finds_nothing_wrong() {
 }
 
 #[test]
+fn figures_are_written_with_opengl_and_without() {
+    for gl in ["egl", "disable"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
+            .args(["figures", "--out"])
+            .arg(folder.path())
+            .env("MUJOCO_GL", gl)
+            .output()
+            .expect("the command starts");
+        text_of(&output, "figures");
+        for name in ["reach", "push", "pick_and_place", "slide", "observation", "rewards"] {
+            let read = |ending: &str| {
+                let path = folder.path().join(format!("{name}.{ending}"));
+                fs::read(path).expect("a file")
+            };
+            assert!(read("png").starts_with(b"\x89PNG"), "{name}");
+            let svg = String::from_utf8(read("svg")).expect("text");
+            assert!(svg.ends_with("</svg>\n") || svg.ends_with("</svg>"), "{name}");
+            let (drawn, told) = (svg.contains("data:image/png"), svg.contains("libegl1"));
+            assert!(
+                drawn || gl != "disable" || told == !["observation", "rewards"].contains(&name)
+            );
+        }
+    }
+}
+
+#[test]
 fn recordings_of_the_real_environment_are_reproduced() {
     let text = output_of("parity --fixtures tests/recordings/mujoco-2.2.2 --model builtin");
     assert!(text.contains("reach-random"), "{text}");

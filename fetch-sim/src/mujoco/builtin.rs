@@ -12,6 +12,12 @@ pub(super) fn load_visible(task: Task) -> Result<Model, SimError> {
     load_as(PICTURE, task)
 }
 
+/// The same for pictures of up to `side` pixels a side.
+#[cfg(feature = "render")]
+pub(super) fn load_for_pictures(task: Task, side: u32) -> Result<Model, SimError> {
+    if side <= SMALL_SIDE { load_as(SMALL_PICTURE, task) } else { load_visible(task) }
+}
+
 fn load_as(main: &str, task: Task) -> Result<Model, SimError> {
     let scene = match task {
         Task::Reach => include_str!("../../model/reach.xml"),
@@ -35,4 +41,20 @@ const PHYSICS: &str = r#"
   <include file="scene.xml"/>
 </mujoco>"#;
 
-const PICTURE: &str = r#"<mujoco><include file="scene.xml"/></mujoco>"#;
+/// Software OpenGL takes its time for every facet: these are fewer than MuJoCo's defaults.
+const PICTURE: &str = r#"
+<mujoco>
+  <visual><quality numslices="24" numstacks="6" numquads="1"/></visual>
+  <include file="scene.xml"/>
+</mujoco>"#;
+
+/// Pictures up to this size, in pixels a side, need fewer still.
+#[cfg(feature = "render")]
+const SMALL_SIDE: u32 = 128;
+
+#[cfg(feature = "render")]
+const SMALL_PICTURE: &str = r#"
+<mujoco>
+  <visual><quality numslices="16" numstacks="4" numquads="1"/></visual>
+  <include file="scene.xml"/>
+</mujoco>"#;

@@ -13,7 +13,7 @@ pub struct Rewards;
 
 /// Distances that are drawn, in metres.
 const DISTANCES: Range<f64> = 0.0..0.2;
-const POINTS: u32 = 2000;
+const POINTS: u32 = 400;
 
 impl Figure for Rewards {
     fn size(&self) -> (u32, u32) {

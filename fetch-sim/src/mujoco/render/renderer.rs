@@ -66,7 +66,7 @@ impl Renderer {
     pub fn new(config: &SimConfig, options: RenderOptions) -> Result<Self, RenderError> {
         options.check_size()?;
         let mut model = match config.model.scene_path(config.task)? {
-            None => builtin::load_visible(config.task)?,
+            None => builtin::load_for_pictures(config.task, options.width.max(options.height))?,
             Some(path) => Model::from_path(&path)?,
         };
         let (width, height) = (options.width as c_int, options.height as c_int);
