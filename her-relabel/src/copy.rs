@@ -25,7 +25,11 @@ pub(crate) fn copy_part<'a, T: Copy + 'a>(
             for (target, source) in targets.iter_mut().zip(sources) {
                 *target = *source;
             }
-            both_ends::<T, 8>(target, source);
+            if let (Some(target), Some(source)) =
+                (target.last_chunk_mut::<8>(), source.last_chunk::<8>())
+            {
+                *target = *source;
+            }
         }),
     }
 }

@@ -1,9 +1,9 @@
 //! Which episode a transition belongs to.
 
-use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::draws::below;
+use crate::queue::Queue;
 
 /// Transitions are numbered in the order in which they were stored, and so are episodes. A cell is
 /// a run of this many transition numbers, as a power of two.
@@ -15,11 +15,11 @@ const CELL_SHIFT: u32 = 6;
 pub(crate) struct Episodes {
     /// The transitions that are live.
     live: Range<u64>,
-    records: VecDeque<Record>,
+    records: Queue<Record>,
     /// The number of the first record.
     first_episode: u64,
     /// For every cell, the episode of the cell's first transition.
-    cells: VecDeque<u64>,
+    cells: Queue<u64>,
     first_cell: u64,
 }
 
@@ -84,10 +84,10 @@ impl Episodes {
             live: start..start,
             first_episode,
             first_cell: start >> CELL_SHIFT,
-            // The cell that begins before the live transitions.
-            cells: is_amid_cell.then_some(first_episode).into_iter().collect(),
             ..Self::default()
         };
+        // The cell that begins before the live transitions.
+        episodes.cells.extend(is_amid_cell.then_some(first_episode));
         for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
             let next = records.get(at + 1).map_or(end, |record| Record(*record).first());
             // Only the first episode may have lost transitions.
@@ -99,7 +99,7 @@ impl Episodes {
             }
             let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
             episodes.cells.extend(cells.map(|_| first_episode + at as u64));
-            episodes.records.push_back(record);
+            episodes.records.push(record);
             episodes.live.end = next;
         }
         (episodes.live.end == end).then_some(episodes)
@@ -131,7 +131,7 @@ impl Episodes {
         debug_assert!(len > 0);
         let first = self.live.end;
         let number = self.first_episode + self.records.len() as u64;
-        self.records.push_back(Record::new(first, ending));
+        self.records.push(Record::new(first, ending));
         self.live.end += len;
         let cells = first.div_ceil(1 << CELL_SHIFT)..self.live.end.div_ceil(1 << CELL_SHIFT);
         self.cells.extend(cells.map(|_| number));
@@ -173,18 +173,19 @@ impl Episodes {
     #[inline(always)]
     pub(crate) fn of(&self, transition: u64) -> Episode {
         debug_assert!(self.live.contains(&transition));
+        let (cells, records) = (&self.cells[..], &self.records[..]);
         let cell = ((transition >> CELL_SHIFT) - self.first_cell) as usize;
         // The cell's first transition may lie in an episode that is gone.
-        let mut at = self.cells[cell].saturating_sub(self.first_episode) as usize;
-        let last = self.records.len() - 1;
+        let mut at = cells[cell].saturating_sub(self.first_episode) as usize;
+        let last = records.len() - 1;
         // Two episodes on without a branch that could be mispredicted: seldom do more begin in a cell.
         for _ in 0..2 {
             let next = (at + 1).min(last);
-            at = if self.records[next].first() <= transition { next } else { at };
+            at = if records[next].first() <= transition { next } else { at };
         }
-        let is_after = |at: usize| self.records.get(at).is_none_or(|r| r.first() > transition);
+        let is_after = |at: usize| records.get(at).is_none_or(|r| r.first() > transition);
         if !is_after(at + 1) {
-            let mut beyond = match self.cells.get(cell + 1) {
+            let mut beyond = match cells.get(cell + 1) {
                 Some(episode) => (episode - self.first_episode) as usize + 1,
                 None => self.records.len(),
             };
@@ -207,8 +208,9 @@ impl Episodes {
 
     #[inline(always)]
     fn at(&self, at: usize) -> Episode {
-        let record = self.records[at];
-        let end = self.records.get(at + 1).map_or(self.live.end, |record| record.first());
+        let records = &self.records[..];
+        let record = records[at];
+        let end = records.get(at + 1).map_or(self.live.end, |record| record.first());
         Episode {
             number: self.first_episode + at as u64,
             live: record.first().max(self.live.start)..end,

@@ -1,7 +1,8 @@
 //! From random words to the rows of a batch.
 
-use std::hint::black_box;
 use std::ops::Range;
+
+use prefetch_index::prefetch_index;
 
 use crate::Scalar;
 use crate::copy::copy_part;
@@ -70,10 +71,8 @@ pub(crate) fn gather<T: Scalar>(
         let chunk = &mut chunk[..CHUNK.min(rows.len() - start)];
         for (row, planned) in (rows.first + start..).zip(&mut *chunk) {
             *planned = plan(storage, sampler, draws, pick, row);
+            prefetch(storage, planned);
         }
-        // The processor waits for one cache line after another while it copies, because a row's copies
-        // fill its window of instructions. Loads alone are waited for together.
-        black_box(chunk.iter().fold(0, |sum, planned| sum | touch(storage, planned)));
         put(storage, chunk, start, rows);
         if let Some(n_step) = sampler.n_step {
             put_returns(storage, n_step, chunk, start, rows);
@@ -118,17 +117,22 @@ fn plan<'a, T: Scalar>(
     }
 }
 
-/// Reads an element of every cache line that the row will be copied from.
+/// Asks for every cache line that the row will be copied from. The memory is far slower than the
+/// processor, which plans the other rows of the chunk meanwhile.
 #[inline(always)]
-fn touch<T: Scalar>(storage: &Storage<T>, planned: &Planned<'_, T>) -> u64 {
-    let lines = |row: &[T]| {
-        row.iter().step_by(LINE / size_of::<T>()).fold(0, |sum, element| sum | element.bits())
+fn prefetch<T: Scalar>(storage: &Storage<T>, planned: &Planned<'_, T>) {
+    let prefetch_row = |row: &[T]| {
+        for at in (0..row.len()).step_by(LINE / size_of::<T>()) {
+            prefetch_index(row, at);
+        }
     };
-    let mut sum = lines(planned.state) | lines(planned.next);
+    prefetch_row(planned.state);
     for step in 1..planned.steps {
-        sum |= lines(storage.tape.row(planned.row + step));
+        prefetch_row(storage.tape.row(planned.row + step));
     }
-    sum | planned.goal[0].bits() | planned.goal[planned.goal.len() - 1].bits()
+    prefetch_row(planned.next);
+    prefetch_index(planned.goal, 0);
+    prefetch_index(planned.goal, planned.goal.len() - 1);
 }
 
 /// Copies transitions to the rows from `start` on, column by column.

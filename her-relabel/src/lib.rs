@@ -74,6 +74,7 @@ mod outcome;
 mod parallel;
 mod persist;
 mod priority;
+mod queue;
 mod recorder;
 mod replace;
 mod rows;

@@ -1,7 +1,5 @@
 //! Rows of equal length, added at the back and dropped at the front.
 
-use std::collections::VecDeque;
-
 use crate::Scalar;
 
 /// The memory of one block, at most, unless a single row needs more. The system gives it page by page
@@ -19,7 +17,7 @@ pub(crate) struct Tape<T> {
     row_len: usize,
     /// Rows of a block, as a power of two.
     block_shift: u32,
-    blocks: VecDeque<Box<[T]>>,
+    blocks: Vec<Box<[T]>>,
     /// The number of the first block.
     first_block: u64,
     /// The first row kept and the row after the last.
@@ -38,7 +36,7 @@ impl<T: Scalar> Tape<T> {
         Self {
             row_len,
             block_shift: rows.ilog2(),
-            blocks: VecDeque::new(),
+            blocks: Vec::new(),
             first_block: 0,
             start: 0,
             end: 0,
@@ -92,7 +90,7 @@ impl<T: Scalar> Tape<T> {
         let (block, at) = self.place(self.end);
         if block == self.blocks.len() {
             let elements = self.row_len << self.block_shift;
-            self.blocks.push_back(vec![T::default(); elements].into_boxed_slice());
+            self.blocks.push(vec![T::default(); elements].into_boxed_slice());
         }
         &mut self.blocks[block][at..]
     }

@@ -206,6 +206,16 @@ fn benchmarks_write_every_figure() {
     ] {
         assert!(names.contains(&format!("env/reach/builtin/{name}")), "{name}: {names:?}");
     }
+    let names = figures("her --element f32 --transitions 5000 --seconds 0");
+    for name in [
+        "bytes-per-transition",
+        "batch-256",
+        "batch-4096/fastest",
+        "insert-episodes",
+        "ratio/batch-1024-to-bare-gather",
+    ] {
+        assert!(names.contains(&format!("her/f32/{name}")), "{name}: {names:?}");
+    }
     let names = figures("reward --seconds 1");
     assert!(names.contains(&"reward/ratio/sparse-to-copy".into()), "{names:?}");
 }
@@ -220,6 +230,9 @@ fn wrong_usage_is_exit_code_2() {
         "bench",
         "bench env --task grasp",
         "bench env --seconds -1",
+        "bench her --element f16",
+        "bench her --transitions 0",
+        "parity --hindsight --live",
     ] {
         let output = xtask(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments}");

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use self::{
     contenders::{BareGather, Episodes, Sampling, Steps, Table},
-    episodes::{Episode, full_buffer},
+    episodes::{Episode, STEPS, full_buffer},
     sb3::Sb3,
 };
 use super::{
@@ -192,6 +192,8 @@ fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
 
 fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {
     let episodes = Episode::<T>::all();
+    // The code itself is loaded as it is first used.
+    drop(full_buffer(STEPS * episodes.len(), 1, &episodes)?);
     let before = resident_bytes()?;
     let buffer = full_buffer(transitions, 1, &episodes)?;
     Ok((resident_bytes()? - before) / buffer.len() as f64)
