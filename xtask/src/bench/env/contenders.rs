@@ -43,6 +43,7 @@ pub struct BareLoop {
     data: Data,
     mocap: usize,
     gripper: BodyId,
+    /// Where the fingers are in `qpos`, in the order of their actuators.
     fingers: [usize; 2],
     forward: bool,
     episode: usize,
@@ -60,7 +61,7 @@ impl BareLoop {
             data: Data::new(Arc::clone(model))?,
             mocap: mocap.ok_or_else(|| anyhow::anyhow!("the model has no mocap body"))?,
             gripper: model.body("robot0:gripper_link")?,
-            fingers: [finger("r")?, finger("l")?],
+            fingers: [finger("l")?, finger("r")?],
             forward: false,
             episode: 0,
             episodes: Arc::clone(episodes),
