@@ -44,11 +44,8 @@ pub(crate) struct Columns<T> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch<T> {
     pub(crate) relabelled: Vec<Relabelled>,
-    pub(crate) achieved_pairs: Vec<T>,
-    pub(crate) desired_pairs: Vec<T>,
-    /// The pairs of goals as the reward function wants them.
-    pub(crate) achieved: Vec<f64>,
-    pub(crate) desired: Vec<f64>,
+    pub(crate) achieved_pairs: Vec<f64>,
+    pub(crate) desired_pairs: Vec<f64>,
     pub(crate) rewards: Vec<f64>,
     pub(crate) terminated: Vec<bool>,
     /// The fields row by row, if there are several.
@@ -215,8 +212,8 @@ impl<T: Scalar> Batch<T> {
             &mut scratch.field_rows
         };
         scratch.relabelled.resize(size, Relabelled::default());
-        scratch.achieved_pairs.resize(size * window * dims.goal, T::default());
-        scratch.desired_pairs.resize(size * window * dims.goal, T::default());
+        scratch.achieved_pairs.resize(size * window * dims.goal, 0.0);
+        scratch.desired_pairs.resize(size * window * dims.goal, 0.0);
         Rows {
             dims,
             window,

@@ -181,6 +181,11 @@ impl Layout {
         if is_desired { self.desired_goal() } else { self.achieved_goal() }
     }
 
+    /// The state: what an episode's last row has too.
+    pub(crate) fn state(&self) -> Range<usize> {
+        0..self.tail()
+    }
+
     /// Where the state ends.
     fn tail(&self) -> usize {
         self.dims.observation + self.dims.goal

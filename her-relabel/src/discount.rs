@@ -45,7 +45,7 @@ impl Discount {
 
     /// A number of steps from 0 to `n - 1`, each with a probability proportional to `gamma^steps`, from
     /// a number `unit` of `[0, 1)`; `n` is at least 1.
-    #[inline]
+    #[inline(never)]
     pub(crate) fn steps_below(self, n: u64, unit: f64) -> u64 {
         let gamma = self.0;
         if gamma == 1.0 {

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use prefetch_index::prefetch_index;
+
 use crate::draws::below;
 use crate::queue::Queue;
 
@@ -11,10 +13,11 @@ const CELL_SHIFT: u32 = 6;
 
 /// The stored episodes, in order: a map from transitions to episodes that takes a fraction of a byte
 /// for each transition and finds an episode among the few that share a cell.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Episodes {
     /// The transitions that are live.
     live: Range<u64>,
+    /// One for every episode, and one for the episode to come, which begins where the last one ends.
     records: Queue<Record>,
     /// The number of the first record.
     first_episode: u64,
@@ -23,7 +26,7 @@ pub(crate) struct Episodes {
     first_cell: u64,
 }
 
-/// How an episode ended. At least one is true.
+/// How an episode ended. At least one is true, but for the episode to come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ending {
     pub(crate) terminated: bool,
@@ -36,6 +39,11 @@ pub(crate) struct Ending {
 struct Record(u64);
 
 impl Record {
+    /// That of an episode to come.
+    fn coming(first: u64) -> Self {
+        Self::new(first, Ending { terminated: false, truncated: false })
+    }
+
     fn new(first: u64, ending: Ending) -> Self {
         Self(first << 2 | u64::from(ending.terminated) << 1 | u64::from(ending.truncated))
     }
@@ -52,15 +60,21 @@ impl Record {
 }
 
 /// A stored episode.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Episode {
     pub(crate) number: u64,
-    /// Its live transitions.
-    pub(crate) live: Range<u64>,
+    /// Its first live transition, and the one after its last.
+    pub(crate) start: u64,
+    pub(crate) end: u64,
     pub(crate) ending: Ending,
 }
 
 impl Episode {
+    /// Its live transitions.
+    pub(crate) fn live(&self) -> Range<u64> {
+        self.start..self.end
+    }
+
     /// The row of the state in which transition `transition` of this episode starts. Every earlier
     /// episode has one row more than it has transitions.
     #[inline(always)]
@@ -71,21 +85,35 @@ impl Episode {
     /// The row of the episode's last state.
     #[inline(always)]
     pub(crate) fn last_row(&self) -> u64 {
-        self.row(self.live.end)
+        self.row(self.end)
+    }
+}
+
+impl Default for Episodes {
+    fn default() -> Self {
+        Self::starting_at(0, 0)
     }
 }
 
 impl Episodes {
+    /// No episodes yet; the first one will have this number, and its first transition that.
+    fn starting_at(first_episode: u64, transition: u64) -> Self {
+        let mut records = Queue::default();
+        records.push(Record::coming(transition));
+        Self {
+            live: transition..transition,
+            records,
+            first_episode,
+            cells: Queue::default(),
+            first_cell: transition >> CELL_SHIFT,
+        }
+    }
+
     /// What [`records`](Self::records) gave, if that describes episodes with these live transitions.
     pub(crate) fn restore(live: Range<u64>, first_episode: u64, records: &[u64]) -> Option<Self> {
         let Range { start, end } = live;
         let is_amid_cell = !start.is_multiple_of(1 << CELL_SHIFT);
-        let mut episodes = Self {
-            live: start..start,
-            first_episode,
-            first_cell: start >> CELL_SHIFT,
-            ..Self::default()
-        };
+        let mut episodes = Self::starting_at(first_episode, start);
         // The cell that begins before the live transitions.
         episodes.cells.extend(is_amid_cell.then_some(first_episode));
         for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
@@ -99,7 +127,8 @@ impl Episodes {
             }
             let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
             episodes.cells.extend(cells.map(|_| first_episode + at as u64));
-            episodes.records.push(record);
+            episodes.records[at] = record;
+            episodes.records.push(Record::coming(next));
             episodes.live.end = next;
         }
         (episodes.live.end == end).then_some(episodes)
@@ -107,7 +136,7 @@ impl Episodes {
 
     /// The episodes, each in one word.
     pub(crate) fn records(&self) -> impl Iterator<Item = u64> + '_ {
-        self.records.iter().map(|record| record.0)
+        self.records[..self.len()].iter().map(|record| record.0)
     }
 
     /// The numbers of the live transitions.
@@ -118,23 +147,23 @@ impl Episodes {
 
     /// The numbers of the episodes of which a transition is live.
     pub(crate) fn numbers(&self) -> Range<u64> {
-        self.first_episode..self.first_episode + self.records.len() as u64
+        self.first_episode..self.first_episode + self.len() as u64
     }
 
     /// The number of episodes of which a transition is live.
     pub(crate) fn len(&self) -> usize {
-        self.records.len()
+        self.records.len() - 1
     }
 
     /// Appends an episode of `len` transitions, at least 1.
     pub(crate) fn push(&mut self, len: u64, ending: Ending) {
         debug_assert!(len > 0);
-        let first = self.live.end;
-        let number = self.first_episode + self.records.len() as u64;
-        self.records.push(Record::new(first, ending));
+        let (first, at) = (self.live.end, self.len());
         self.live.end += len;
+        self.records[at] = Record::new(first, ending);
+        self.records.push(Record::coming(self.live.end));
         let cells = first.div_ceil(1 << CELL_SHIFT)..self.live.end.div_ceil(1 << CELL_SHIFT);
-        self.cells.extend(cells.map(|_| number));
+        self.cells.extend(cells.map(|_| self.first_episode + at as u64));
     }
 
     /// Lets go of the transitions below `start` and returns the first row that is still needed.
@@ -142,11 +171,7 @@ impl Episodes {
         debug_assert!(start <= self.live.end);
         let start = self.live.start.max(start);
         self.live.start = start;
-        while !self.records.is_empty() {
-            let next = self.records.get(1).map_or(self.live.end, |record| record.first());
-            if next > start {
-                break;
-            }
+        while self.len() > 0 && self.records[1].first() <= start {
             self.records.pop_front();
             self.first_episode += 1;
         }
@@ -169,36 +194,56 @@ impl Episodes {
         |word| self.pick(word)
     }
 
+    /// Asks for the memory that [`prefetch_record`](Self::prefetch_record) begins with.
+    #[inline(always)]
+    pub(crate) fn prefetch_cell(&self, transition: u64) {
+        prefetch_index(&self.cells[..], self.cell(transition));
+    }
+
+    /// Asks for the memory that [`of`](Self::of) ends with.
+    #[inline(always)]
+    pub(crate) fn prefetch_record(&self, transition: u64) {
+        prefetch_index(&self.records[..], self.first_in(self.cell(transition)));
+    }
+
+    #[inline(always)]
+    fn cell(&self, transition: u64) -> usize {
+        ((transition >> CELL_SHIFT) - self.first_cell) as usize
+    }
+
+    /// The place of the episode of the first transition of a cell.
+    #[inline(always)]
+    fn first_in(&self, cell: usize) -> usize {
+        // It may be gone.
+        self.cells[cell].saturating_sub(self.first_episode) as usize
+    }
+
     /// The episode of a live transition.
     #[inline(always)]
     pub(crate) fn of(&self, transition: u64) -> Episode {
         debug_assert!(self.live.contains(&transition));
-        let (cells, records) = (&self.cells[..], &self.records[..]);
-        let cell = ((transition >> CELL_SHIFT) - self.first_cell) as usize;
-        // The cell's first transition may lie in an episode that is gone.
-        let mut at = cells[cell].saturating_sub(self.first_episode) as usize;
-        let last = records.len() - 1;
+        let records = &self.records[..];
+        let cell = self.cell(transition);
+        let mut at = self.first_in(cell);
         // Two episodes on without a branch that could be mispredicted: seldom do more begin in a cell.
         for _ in 0..2 {
-            let next = (at + 1).min(last);
-            at = if records[next].first() <= transition { next } else { at };
+            at += usize::from(records[at + 1].first() <= transition);
         }
-        let is_after = |at: usize| records.get(at).is_none_or(|r| r.first() > transition);
-        if !is_after(at + 1) {
-            let mut beyond = match cells.get(cell + 1) {
-                Some(episode) => (episode - self.first_episode) as usize + 1,
-                None => self.records.len(),
-            };
-            while beyond - at > 1 {
-                let middle = usize::midpoint(at, beyond);
-                if is_after(middle) {
-                    beyond = middle;
-                } else {
-                    at = middle;
-                }
-            }
+        if records[at + 1].first() <= transition {
+            at = self.search(cell, at, transition);
         }
         self.at(at)
+    }
+
+    /// The place of the episode of a transition of this cell, which begins after the episode at `at`.
+    #[cold]
+    fn search(&self, cell: usize, at: usize, transition: u64) -> usize {
+        let last = match self.cells.get(cell + 1) {
+            Some(episode) => (episode - self.first_episode) as usize,
+            None => self.len() - 1,
+        };
+        let begun = |record: &Record| record.first() <= transition;
+        at + self.records[at + 1..=last].partition_point(begun)
     }
 
     /// The episode with this number, of which a transition must be live.
@@ -208,12 +253,11 @@ impl Episodes {
 
     #[inline(always)]
     fn at(&self, at: usize) -> Episode {
-        let records = &self.records[..];
-        let record = records[at];
-        let end = records.get(at + 1).map_or(self.live.end, |record| record.first());
+        let [record, next] = [self.records[at], self.records[at + 1]];
         Episode {
             number: self.first_episode + at as u64,
-            live: record.first().max(self.live.start)..end,
+            start: record.first().max(self.live.start),
+            end: next.first(),
             ending: record.ending(),
         }
     }

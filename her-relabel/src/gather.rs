@@ -1,20 +1,19 @@
 //! From random words to the rows of a batch.
 
-use std::ops::Range;
+use std::iter;
 
 use prefetch_index::prefetch_index;
 
 use crate::Scalar;
-use crate::copy::copy_part;
+use crate::copy::copy;
 use crate::draws::{Draws, Purpose, unit};
 use crate::rows::{Relabelled, Rows};
 use crate::sampler::{NStep, Sampler};
 use crate::storage::{Storage, TransitionId};
 use crate::strategy::Goal;
 
-/// How many rows are worked on at a time: enough to wait for many cache lines at once, and few enough for
-/// them to stay in the first-level cache.
-const CHUNK: usize = 32;
+/// How many rows each stage of [`gather`] is ahead of the next: so long does memory take.
+const AHEAD: usize = 8;
 
 /// The bytes of a cache line.
 const LINE: usize = 64;
@@ -26,7 +25,7 @@ struct Planned<'a, T> {
     /// The tape's row of the state before the step, and its number.
     state: &'a [T],
     row: u64,
-    /// The steps of the window, at least 1, and the tape's row of the state after them.
+    /// The steps of the window, at least 1, and the state after them: the front of its row.
     steps: u64,
     next: &'a [T],
     goal: &'a [T],
@@ -56,8 +55,13 @@ pub(crate) struct Counts {
     pub(crate) pairs: usize,
 }
 
-/// Draws rows and copies their transitions, which `pick` takes from random words, with rewards as stored. The relabelled rows and their pairs
-/// of goals are put at the front of their scratch memory.
+/// Draws rows and copies their transitions, which `pick` takes from random words, with rewards as
+/// stored. The relabelled rows and their pairs of goals are put at the front of their scratch memory.
+///
+/// A row goes through four stages, `AHEAD` rows behind each other: its transition is drawn; its episode's
+/// record is looked for; its goal is drawn; it is copied. Each stage asks for the memory that the next one
+/// reads. The stages take turns row by row, for a processor has only a few requests under way at a
+/// time, and would wait for them and do nothing if many rows were planned at once.
 pub(crate) fn gather<T: Scalar>(
     storage: &Storage<T>,
     sampler: &Sampler,
@@ -66,172 +70,204 @@ pub(crate) fn gather<T: Scalar>(
     rows: &mut Rows<'_, T>,
 ) -> Counts {
     let mut counts = Counts::default();
-    let mut chunk = [Planned::NOTHING; CHUNK];
-    for start in (0..rows.len()).step_by(CHUNK) {
-        let chunk = &mut chunk[..CHUNK.min(rows.len() - start)];
-        for (row, planned) in (rows.first + start..).zip(&mut *chunk) {
-            *planned = plan(storage, sampler, draws, pick, row);
-            prefetch(storage, planned);
+    let mut transitions = [0; 2 * AHEAD];
+    let mut planned = [Planned::NOTHING; AHEAD];
+    let (episodes, len) = (&storage.episodes, rows.len());
+    for at in 0..len + 3 * AHEAD {
+        if let Some(row) = at.checked_sub(3 * AHEAD) {
+            put(storage, sampler, &planned[row % AHEAD], row, rows, &mut counts);
         }
-        put(storage, chunk, start, rows);
-        if let Some(n_step) = sampler.n_step {
-            put_returns(storage, n_step, chunk, start, rows);
+        if let Some(row) = at.checked_sub(2 * AHEAD).filter(|row| *row < len) {
+            let planned = &mut planned[row % AHEAD];
+            let transition = transitions[row % (2 * AHEAD)];
+            *planned = plan(storage, sampler, draws, transition, rows.first + row);
         }
-        put_pairs(storage, chunk, start, rows, &mut counts);
+        if let Some(row) = at.checked_sub(AHEAD).filter(|row| *row < len) {
+            episodes.prefetch_record(transitions[row % (2 * AHEAD)]);
+        }
+        if at < len {
+            let transition = pick(draws.word(rows.first + at, Purpose::Transition));
+            episodes.prefetch_cell(transition);
+            transitions[at % (2 * AHEAD)] = transition;
+        }
     }
     counts
 }
 
+/// Draws a row's goal, and asks for all that the row will be copied from.
 #[inline(always)]
 fn plan<'a, T: Scalar>(
     storage: &'a Storage<T>,
     sampler: &Sampler,
     draws: Draws,
-    pick: impl Fn(u64) -> u64,
+    transition: u64,
     row: usize,
 ) -> Planned<'a, T> {
     let Storage { layout, episodes, tape, .. } = storage;
-    let transition = pick(draws.word(row, Purpose::Transition));
     let episode = episodes.of(transition);
     let is_relabelled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio.get();
-    let goal = if is_relabelled {
-        let strategy = sampler.goals.choose(|| draws.word(row, Purpose::Strategy));
-        strategy.draw(transition, &episode, episodes, draws.word(row, Purpose::Goal))
-    } else {
-        Goal { source: transition, row: episode.last_row(), is_desired: true }
-    };
-    let left = episode.live.end - transition;
+    let strategy = sampler.goals.choose(|| draws.word(row, Purpose::Strategy));
+    let goals = [
+        Goal { source: transition, row: episode.last_row(), is_desired: true },
+        strategy.draw(transition, &episode, episodes, draws.word(row, Purpose::Goal)),
+    ];
+    // No branch, for which rows are relabelled cannot be predicted.
+    let goal = goals[usize::from(is_relabelled)];
+    let goal_source = goal.source;
+    let left = episode.end - transition;
     let steps = left.min(sampler.window() as u64);
     let is_last = steps == left;
     let row = episode.row(transition);
+    let state = tape.rows_from(row);
+    let next_at = layout.row() * steps as usize;
+    let next = match state.get(next_at..next_at + layout.state().end) {
+        Some(next) => {
+            prefetch(&state[..next_at + next.len()]);
+            next
+        }
+        None => prefetch_apart(storage, row, steps),
+    };
+    let goal = &tape.rows_from(goal.row)[layout.goal(goal.is_desired)];
+    prefetch(goal);
     Planned {
         transition,
-        state: tape.row(row),
+        state,
         row,
         steps,
-        next: tape.row(row + steps),
-        goal: &tape.row(goal.row)[layout.goal(goal.is_desired)],
-        goal_source: is_relabelled.then_some(TransitionId::of(goal.source)),
+        next,
+        goal,
+        goal_source: TransitionId::of_if(goal_source, is_relabelled),
         terminated: is_last & episode.ending.terminated,
         truncated: is_last & episode.ending.truncated,
     }
 }
 
-/// Asks for every cache line that the row will be copied from. The memory is far slower than the
-/// processor, which plans the other rows of the chunk meanwhile.
+/// Asks for every cache line of a slice.
 #[inline(always)]
-fn prefetch<T: Scalar>(storage: &Storage<T>, planned: &Planned<'_, T>) {
-    let prefetch_row = |row: &[T]| {
-        for at in (0..row.len()).step_by(LINE / size_of::<T>()) {
-            prefetch_index(row, at);
-        }
-    };
-    prefetch_row(planned.state);
-    for step in 1..planned.steps {
-        prefetch_row(storage.tape.row(planned.row + step));
+fn prefetch<T>(slice: &[T]) {
+    let mut at = 0;
+    while at < slice.len() {
+        prefetch_index(slice, at);
+        at += LINE / size_of::<T>();
     }
-    prefetch_row(planned.next);
-    prefetch_index(planned.goal, 0);
-    prefetch_index(planned.goal, planned.goal.len() - 1);
+    prefetch_index(slice, slice.len() - 1);
 }
 
-/// Copies transitions to the rows from `start` on, column by column.
+/// Asks for a window that does not lie in one piece, and returns the state after it.
+#[cold]
+fn prefetch_apart<T: Scalar>(storage: &Storage<T>, row: u64, steps: u64) -> &[T] {
+    (row..row + steps).for_each(|row| prefetch(storage.tape.row(row)));
+    let next = &storage.tape.row(row + steps)[storage.layout.state()];
+    prefetch(next);
+    next
+}
+
+/// The states of a window between its first and its last.
+fn between<'a, T: Scalar>(
+    storage: &'a Storage<T>,
+    planned: &Planned<'_, T>,
+) -> impl Iterator<Item = &'a [T]> {
+    let row = planned.row;
+    (1..planned.steps).map(move |step| storage.tape.row(row + step))
+}
+
+/// Copies a transition to the row at `at`.
 #[inline(always)]
 fn put<T: Scalar>(
     storage: &Storage<T>,
-    chunk: &[Planned<'_, T>],
-    start: usize,
-    rows: &mut Rows<'_, T>,
-) {
-    let layout = &storage.layout;
-    let states = || chunk.iter().map(|planned| planned.state);
-    let nexts = || chunk.iter().map(|planned| planned.next);
-    let goals = chunk.iter().map(|planned| planned.goal);
-    column(rows.observation, start, states(), layout.observation());
-    column(rows.achieved_goal, start, states(), layout.achieved_goal());
-    column(rows.desired_goal, start, goals, 0..layout.dims().goal);
-    column(rows.action, start, states(), layout.action());
-    column(rows.reward, start, states(), layout.reward()..layout.reward() + 1);
-    column(rows.next_observation, start, nexts(), layout.observation());
-    column(rows.next_achieved_goal, start, nexts(), layout.achieved_goal());
-    column(rows.fields, start, states(), layout.fields());
-    let terminated = &mut rows.terminated[start..][..chunk.len()];
-    let truncated = &mut rows.truncated[start..][..chunk.len()];
-    let transition = &mut rows.transition[start..][..chunk.len()];
-    let goal_source = &mut rows.goal_source[start..][..chunk.len()];
-    for (at, planned) in chunk.iter().enumerate() {
-        terminated[at] = planned.terminated;
-        truncated[at] = planned.truncated;
-        transition[at] = TransitionId::of(planned.transition);
-        goal_source[at] = planned.goal_source;
-    }
-}
-
-/// Copies the same `part` of some rows to the rows of a column from `start` on.
-#[inline(always)]
-fn column<'a, T: Scalar>(
-    column: &mut [T],
-    start: usize,
-    rows: impl Iterator<Item = &'a [T]>,
-    part: Range<usize>,
-) {
-    let width = part.len();
-    copy_part(&mut column[start * width..], rows, (part.start, width));
-}
-
-/// Puts the discounted sums of the stored rewards in the place of the first rewards.
-fn put_returns<T: Scalar>(
-    storage: &Storage<T>,
-    n_step: NStep,
-    chunk: &[Planned<'_, T>],
-    start: usize,
-    rows: &mut Rows<'_, T>,
-) {
-    let Storage { layout, tape, .. } = storage;
-    for (at, planned) in (start..).zip(chunk) {
-        let rewards = (0..planned.steps).map(|step| tape.row(planned.row + step)[layout.reward()]);
-        let (sum, discount) = n_step.gamma.sum(rewards.map(T::to_f64));
-        rows.reward[at] = T::from_f64(sum);
-        rows.discount[at] = T::from_f64(discount);
-    }
-}
-
-/// Puts the pairs of goals of the relabelled rows side by side: of each step of the window what it
-/// achieved, and the new goal.
-#[inline(always)]
-fn put_pairs<T: Scalar>(
-    storage: &Storage<T>,
-    chunk: &[Planned<'_, T>],
-    start: usize,
+    sampler: &Sampler,
+    planned: &Planned<'_, T>,
+    at: usize,
     rows: &mut Rows<'_, T>,
     counts: &mut Counts,
 ) {
-    let mut relabelled = [0; CHUNK];
-    let (mut count, mut pairs) = (0, 0);
-    for (at, planned) in chunk.iter().enumerate() {
-        // Written for every row, and kept for the relabelled ones: no branch to be mispredicted.
-        let (row, steps) = (rows.first + start + at, planned.steps as usize);
-        relabelled[count] = at;
-        rows.relabelled[counts.rows + count] = Relabelled { row, pairs: steps, used: steps };
-        let is_relabelled = planned.goal_source.is_some();
-        count += usize::from(is_relabelled);
-        pairs += if is_relabelled { steps } else { 0 };
+    let layout = &storage.layout;
+    let Planned { transition, state, next, goal, goal_source, .. } = *planned;
+    put_part(rows.observation, at, &state[layout.observation()]);
+    put_part(rows.achieved_goal, at, &state[layout.achieved_goal()]);
+    put_part(rows.desired_goal, at, goal);
+    put_part(rows.action, at, &state[layout.action()]);
+    rows.reward[at] = state[layout.reward()];
+    put_part(rows.next_observation, at, &next[layout.observation()]);
+    put_part(rows.next_achieved_goal, at, &next[layout.achieved_goal()]);
+    if !rows.fields.is_empty() {
+        put_part(rows.fields, at, &state[layout.fields()]);
     }
-    let Storage { layout, tape, .. } = storage;
-    let dim = layout.dims().goal;
-    let achieved_pairs = &mut rows.achieved_pairs[counts.pairs * dim..];
-    let desired_pairs = &mut rows.desired_pairs[counts.pairs * dim..];
-    let (achieved, desired) = ((layout.achieved_goal().start, dim), (0, dim));
-    let relabelled = relabelled[..count].iter().map(|at| &chunk[*at]);
-    if pairs == count {
-        copy_part(achieved_pairs, relabelled.clone().map(|row| row.next), achieved);
-        copy_part(desired_pairs, relabelled.map(|row| row.goal), desired);
+    rows.terminated[at] = planned.terminated;
+    rows.truncated[at] = planned.truncated;
+    rows.transition[at] = TransitionId::of(transition);
+    rows.goal_source[at] = goal_source;
+    if let Some(n_step) = sampler.n_step {
+        put_return(storage, n_step, planned, at, rows);
+    }
+    put_pairs(storage, planned, at, rows, counts);
+}
+
+/// Copies a part of a transition to the row at `at` of its column.
+#[inline(always)]
+fn put_part<T: Copy>(column: &mut [T], at: usize, part: &[T]) {
+    let width = part.len();
+    copy(&mut column[at * width..][..width], part);
+}
+
+/// Puts the discounted sum of the stored rewards in the place of the first reward.
+fn put_return<T: Scalar>(
+    storage: &Storage<T>,
+    n_step: NStep,
+    planned: &Planned<'_, T>,
+    at: usize,
+    rows: &mut Rows<'_, T>,
+) {
+    let states = iter::once(planned.state).chain(between(storage, planned));
+    let rewards = states.map(|state| state[storage.layout.reward()].to_f64());
+    let (sum, discount) = n_step.gamma.sum(rewards);
+    rows.reward[at] = T::from_f64(sum);
+    rows.discount[at] = T::from_f64(discount);
+}
+
+/// Puts the pairs of goals of a row side by side: of each step of the window what it achieved, and the
+/// new goal. They are kept if the row is relabelled.
+#[inline(always)]
+fn put_pairs<T: Scalar>(
+    storage: &Storage<T>,
+    planned: &Planned<'_, T>,
+    at: usize,
+    rows: &mut Rows<'_, T>,
+    counts: &mut Counts,
+) {
+    let achieved_goal = storage.layout.achieved_goal();
+    let steps = planned.steps as usize;
+    let last = counts.pairs + steps - 1;
+    put_wide(rows.achieved_pairs, last, &planned.next[achieved_goal.clone()]);
+    put_wide(rows.desired_pairs, last, planned.goal);
+    if steps > 1 {
+        for (pair, state) in (counts.pairs..).zip(between(storage, planned)) {
+            put_wide(rows.achieved_pairs, pair, &state[achieved_goal.clone()]);
+            put_wide(rows.desired_pairs, pair, planned.goal);
+        }
+    }
+    rows.relabelled[counts.rows] = Relabelled { row: rows.first + at, pairs: steps, used: steps };
+    // No branch, for which rows are relabelled cannot be predicted.
+    let is_relabelled = usize::from(planned.goal_source.is_some());
+    counts.rows += is_relabelled;
+    counts.pairs += is_relabelled * steps;
+}
+
+/// Puts a goal in its place among the numbers that reward functions take.
+#[inline(always)]
+fn put_wide<T: Scalar>(goals: &mut [f64], at: usize, goal: &[T]) {
+    let target = &mut goals[at * goal.len()..][..goal.len()];
+    // Most goals are places.
+    if let ([x, y, z], &[from_x, from_y, from_z]) = (&mut *target, goal) {
+        (*x, *y, *z) = (from_x.to_f64(), from_y.to_f64(), from_z.to_f64());
     } else {
-        let steps = relabelled.flat_map(|row| (1..=row.steps).map(move |step| (row, step)));
-        let states = steps.clone().map(|(row, step)| tape.row(row.row + step));
-        copy_part(achieved_pairs, states, achieved);
-        copy_part(desired_pairs, steps.map(|(row, _)| row.goal), desired);
+        widen(target, goal);
     }
-    counts.rows += count;
-    counts.pairs += pairs;
+}
+
+#[inline(never)]
+fn widen<T: Scalar>(target: &mut [f64], source: &[T]) {
+    for (target, source) in target.iter_mut().zip(source) {
+        *target = source.to_f64();
+    }
 }

@@ -56,6 +56,7 @@
 
 mod add;
 mod batch;
+mod block;
 mod buffer;
 mod config;
 mod copy;

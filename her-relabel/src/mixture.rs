@@ -87,7 +87,12 @@ impl GoalMixture {
         if self.len == 1 {
             return self.parts[0].strategy;
         }
-        let mut rest = unit(word()) * self.total;
+        self.choose_part(word())
+    }
+
+    #[inline(never)]
+    fn choose_part(&self, word: u64) -> GoalStrategy {
+        let mut rest = unit(word) * self.total;
         let mut chosen = self.parts[0].strategy;
         for part in self.parts().iter().filter(|part| part.weight > 0.0) {
             chosen = part.strategy;

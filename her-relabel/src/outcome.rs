@@ -22,9 +22,9 @@ pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
         let goal_dim = storage.layout.dims().goal;
         let scratch = &mut batch.scratch;
         let elements = counts.pairs * goal_dim;
-        widen(&mut scratch.achieved, &scratch.achieved_pairs[..elements]);
-        widen(&mut scratch.desired, &scratch.desired_pairs[..elements]);
-        let pairs = GoalPairs::new(&scratch.achieved, &scratch.desired, goal_dim)?;
+        let achieved = &scratch.achieved_pairs[..elements];
+        let desired = &scratch.desired_pairs[..elements];
+        let pairs = GoalPairs::new(achieved, desired, goal_dim)?;
         // NaN and `false` tell a reward function that leaves elements out.
         scratch.rewards.clear();
         scratch.rewards.resize(counts.pairs, f64::NAN);
@@ -99,10 +99,10 @@ fn judge<T: Scalar, F: GoalReward + ?Sized>(
     batch: &mut Batch<T>,
 ) -> Result<(), SampleError> {
     let Batch { columns, scratch } = batch;
-    widen(&mut scratch.achieved, &columns.next_achieved_goal);
-    widen(&mut scratch.desired, &columns.desired_goal);
+    widen(&mut scratch.achieved_pairs, &columns.next_achieved_goal);
+    widen(&mut scratch.desired_pairs, &columns.desired_goal);
     let goal_dim = storage.layout.dims().goal;
-    let pairs = GoalPairs::new(&scratch.achieved, &scratch.desired, goal_dim)?;
+    let pairs = GoalPairs::new(&scratch.achieved_pairs, &scratch.desired_pairs, goal_dim)?;
     Ok(reward.is_success_batch(pairs, &mut columns.success)?)
 }
 

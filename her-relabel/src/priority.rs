@@ -185,7 +185,7 @@ impl PriorityTable {
         match self.settings.unit {
             PriorityUnit::Transition => drawn,
             PriorityUnit::Episode => {
-                let live = episodes.get(drawn).live;
+                let live = episodes.get(drawn).live();
                 let another = Draws::new(word).word(0, Purpose::Transition);
                 live.start + below(another, live.end - live.start)
             }
@@ -203,7 +203,7 @@ impl PriorityTable {
             PriorityUnit::Transition => self.tree.weight(transition),
             PriorityUnit::Episode => {
                 let episode = episodes.of(transition);
-                let len = (episode.live.end - episode.live.start) as f64;
+                let len = (episode.end - episode.start) as f64;
                 // Not even the least number may become 0.
                 (self.tree.weight(episode.number) / len).max(f64::MIN_POSITIVE)
             }

@@ -1,6 +1,6 @@
 //! A queue that is one slice.
 
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 
 /// Elements that are added at the back and taken from the front. Unlike those of a `VecDeque` they always
 /// lie in one slice, which is faster to look things up in.
@@ -23,6 +23,12 @@ impl<T> Deref for Queue<T> {
     #[inline(always)]
     fn deref(&self) -> &[T] {
         &self.items[self.front..]
+    }
+}
+
+impl<T> DerefMut for Queue<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.items[self.front..]
     }
 }
 

@@ -23,8 +23,8 @@ pub(crate) struct Rows<'a, T> {
     pub(crate) transition: &'a mut [TransitionId],
     pub(crate) goal_source: &'a mut [Option<TransitionId>],
     pub(crate) relabelled: &'a mut [Relabelled],
-    pub(crate) achieved_pairs: &'a mut [T],
-    pub(crate) desired_pairs: &'a mut [T],
+    pub(crate) achieved_pairs: &'a mut [f64],
+    pub(crate) desired_pairs: &'a mut [f64],
     /// All fields, row by row.
     pub(crate) fields: &'a mut [T],
 }

@@ -66,6 +66,10 @@ impl Scalar for f64 {
 }
 
 mod sealed {
+    /// On Linux the elements lie in memory that comes as bytes.
+    #[cfg(target_os = "linux")]
+    pub trait Sealed: bytemuck::Pod {}
+    #[cfg(not(target_os = "linux"))]
     pub trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}

@@ -29,6 +29,12 @@ impl TransitionId {
         Self(NonZeroU64::MIN.saturating_add(number))
     }
 
+    /// [`of`](Self::of) if `is_some`, without a branch.
+    #[inline(always)]
+    pub(crate) fn of_if(number: u64, is_some: bool) -> Option<Self> {
+        NonZeroU64::new((number + 1) * u64::from(is_some)).map(Self)
+    }
+
     /// The number that the buffer counts the transition as, from 0.
     #[inline(always)]
     pub(crate) fn number(self) -> u64 {

@@ -64,25 +64,27 @@ impl GoalStrategy {
         episodes: &Episodes,
         word: u64,
     ) -> Goal {
-        let live = &episode.live;
+        let &Episode { start, end, .. } = episode;
         let achieved_by = |source| Goal { source, row: episode.row(source) + 1, is_desired: false };
         match self {
-            Self::Future => achieved_by(transition + below(word, live.end - transition)),
-            Self::Final => achieved_by(live.end - 1),
-            Self::Episode => achieved_by(live.start + below(word, live.end - live.start)),
+            Self::Future => achieved_by(transition + below(word, end - transition)),
+            Self::Final => achieved_by(end - 1),
+            Self::Episode => achieved_by(start + below(word, end - start)),
             Self::Geometric { gamma } => {
-                achieved_by(transition + gamma.steps_below(live.end - transition, unit(word)))
+                achieved_by(transition + gamma.steps_below(end - transition, unit(word)))
             }
-            Self::Random => {
-                let source = episodes.pick(word);
-                let row = episodes.of(source).row(source) + 1;
-                Goal { source, row, is_desired: false }
-            }
-            Self::PastDesired => {
-                let source = episodes.pick(word);
-                Goal { source, row: episodes.of(source).last_row(), is_desired: true }
-            }
+            Self::Random | Self::PastDesired => self.draw_from_any(episodes, word),
         }
+    }
+
+    /// Draws a goal of any episode.
+    #[inline(never)]
+    fn draw_from_any(self, episodes: &Episodes, word: u64) -> Goal {
+        let source = episodes.pick(word);
+        let episode = episodes.of(source);
+        let is_desired = self == Self::PastDesired;
+        let row = if is_desired { episode.last_row() } else { episode.row(source) + 1 };
+        Goal { source, row, is_desired }
     }
 }
 

@@ -1,10 +1,11 @@
 //! Rows of equal length, added at the back and dropped at the front.
 
 use crate::Scalar;
+use crate::block::Block;
 
 /// The memory of one block, at most, unless a single row needs more. The system gives it page by page
 /// when it is first written, so a large block costs nothing until it is used.
-const BLOCK_BYTES: usize = 1 << 23;
+const BLOCK_BYTES: usize = 1 << 26;
 
 /// Rows that keep their number for ever: rows are appended at the back, which numbers them on, and
 /// dropped at the front.
@@ -17,7 +18,7 @@ pub(crate) struct Tape<T> {
     row_len: usize,
     /// Rows of a block, as a power of two.
     block_shift: u32,
-    blocks: Vec<Box<[T]>>,
+    blocks: Vec<Block<T>>,
     /// The number of the first block.
     first_block: u64,
     /// The first row kept and the row after the last.
@@ -57,9 +58,15 @@ impl<T: Scalar> Tape<T> {
     /// The row with this number, which must be kept still.
     #[inline(always)]
     pub(crate) fn row(&self, number: u64) -> &[T] {
+        &self.rows_from(number)[..self.row_len]
+    }
+
+    /// The row with this number, which must be kept still, and what lies behind it in its block.
+    #[inline(always)]
+    pub(crate) fn rows_from(&self, number: u64) -> &[T] {
         debug_assert!((self.start..self.end).contains(&number));
         let (block, at) = self.place(number);
-        &self.blocks[block][at..at + self.row_len]
+        &self.blocks[block][at..]
     }
 
     /// Appends rows, given as one slice.
@@ -90,7 +97,7 @@ impl<T: Scalar> Tape<T> {
         let (block, at) = self.place(self.end);
         if block == self.blocks.len() {
             let elements = self.row_len << self.block_shift;
-            self.blocks.push(vec![T::default(); elements].into_boxed_slice());
+            self.blocks.push(Block::new(elements));
         }
         &mut self.blocks[block][at..]
     }

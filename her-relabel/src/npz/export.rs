@@ -53,8 +53,8 @@ impl<T: Scalar> HerBuffer<T> {
         let (layout, tape) = (storage.layout, &storage.tape);
         let arrays = Arrays::new(&self.config);
         let (n_episodes, n_steps) = (self.n_episodes() as u64, self.len() as u64);
-        let states = |episode: &Episode| episode.row(episode.live.start)..=episode.last_row();
-        let steps = |episode: &Episode| episode.row(episode.live.start)..episode.last_row();
+        let states = |episode: &Episode| episode.row(episode.start)..=episode.last_row();
+        let steps = |episode: &Episode| episode.row(episode.start)..episode.last_row();
         let mut archive = Archive { zip: ZipWriter::new(writer), storage: self };
 
         archive.lengths(n_episodes)?;
@@ -105,7 +105,7 @@ type Out<'a, W> = BufWriter<&'a mut ZipWriter<W>>;
 impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
     fn lengths(&mut self, n_episodes: u64) -> io::Result<()> {
         self.array(EPISODE_LENGTHS, "<i8", &[n_episodes], |out, episode| {
-            out.write_all(&(episode.live.end - episode.live.start).to_le_bytes())
+            out.write_all(&(episode.end - episode.start).to_le_bytes())
         })
     }
 

@@ -46,7 +46,7 @@ impl<T: Scalar> HerBuffer<T> {
         for number in episodes.numbers() {
             let episode = episodes.get(number);
             rows.clear();
-            for row in episode.row(episode.live.start)..=episode.last_row() {
+            for row in episode.row(episode.start)..=episode.last_row() {
                 rows.extend_from_slice(staged.storage.tape.row(row));
             }
             self.storage.push_episode(&rows, episode.ending);
