@@ -55,6 +55,6 @@ const SMALL_SIDE: u32 = 128;
 #[cfg(feature = "render")]
 const SMALL_PICTURE: &str = r#"
 <mujoco>
-  <visual><quality numslices="16" numstacks="4" numquads="1"/></visual>
+  <visual><quality numslices="8" numstacks="2" numquads="1"/></visual>
   <include file="scene.xml"/>
 </mujoco>"#;
