@@ -1,8 +1,11 @@
 //! Who steps: an environment, a bare loop of `mj_step`, many environments together.
 
-use std::sync::Arc;
+use std::{
+    sync::Arc,
+    thread::{self, ScopedJoinHandle},
+};
 
-use anyhow::ensure;
+use anyhow::{anyhow, ensure};
 use fetch_env::{
     Env, MujocoEnv,
     vec_env::{AutoresetMode, VecConfig, VecEnv},
@@ -59,7 +62,7 @@ impl BareLoop {
         };
         Ok(Self {
             data: Data::new(Arc::clone(model))?,
-            mocap: mocap.ok_or_else(|| anyhow::anyhow!("the model has no mocap body"))?,
+            mocap: mocap.ok_or_else(|| anyhow!("the model has no mocap body"))?,
             gripper: model.body("robot0:gripper_link")?,
             fingers: [finger("l")?, finger("r")?],
             forward: false,
@@ -151,6 +154,35 @@ impl Contender for Together {
             self.step += 1;
         }
         Ok(num_envs * STEPS)
+    }
+}
+
+/// As many environments, dealt out to threads that have nothing to do with each other, each for one
+/// episode: what the cores of the machine give at best.
+pub struct Apart(Vec<Vec<Single>>);
+
+impl Apart {
+    pub fn new(episodes: &Arc<Episodes>, num_envs: usize, threads: usize) -> anyhow::Result<Self> {
+        let part = |thread| {
+            let envs = (thread..num_envs).step_by(threads);
+            envs.map(|_| Single::new(episodes)).collect::<anyhow::Result<_>>()
+        };
+        Ok(Self((0..threads).map(part).collect::<anyhow::Result<_>>()?))
+    }
+}
+
+impl Contender for Apart {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        thread::scope(|scope| {
+            let work = |envs: &mut [Single]| -> anyhow::Result<usize> {
+                envs.iter_mut().map(Single::work).sum()
+            };
+            let parts: Vec<_> =
+                self.0.iter_mut().map(|envs| scope.spawn(move || work(envs))).collect();
+            let steps =
+                |part: ScopedJoinHandle<'_, _>| part.join().map_err(|_| anyhow!("a panic"))?;
+            parts.into_iter().map(steps).sum()
+        })
     }
 }
 

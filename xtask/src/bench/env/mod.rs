@@ -13,7 +13,7 @@ use goal_reward::RewardKind;
 use serde::Serialize;
 
 use self::{
-    contenders::{BareLoop, BareResets, Resets, Single, Together},
+    contenders::{Apart, BareLoop, BareResets, Resets, Single, Together},
     episodes::Episodes,
     footprint::Footprint,
     peers::PeerEnvs,
@@ -118,7 +118,11 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
     ];
     if all > 1 {
         let together = Together::new(episodes, num_envs, all)?;
-        entries.push(Entry::new(&format!("threads-{all}"), UNIT, together));
+        entries.extend([
+            Entry::new(&format!("threads-{all}"), UNIT, together),
+            Entry::new("apart-1", UNIT, Apart::new(episodes, num_envs, 1)?),
+            Entry::new(&format!("apart-{all}"), UNIT, Apart::new(episodes, num_envs, all)?),
+        ]);
     }
     if args.peers {
         let id = EnvId { task: episodes.config.task(), reward: RewardKind::Sparse };
@@ -134,7 +138,7 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
 
 /// What one figure is of another.
 fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Figure)> {
-    let threads = format!("threads-{}", threads());
+    let (threads, apart) = (format!("threads-{}", threads()), format!("apart-{}", threads()));
     let ratio = |name: &str, rounds: &Rounds, clock, of, to| {
         let value = rounds.ratio(clock, of, to)?;
         Some((format!("ratio/{name}"), Figure::new(value, "1")))
@@ -143,6 +147,7 @@ fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Figure)> {
         ratio("single-to-bare-loop", steps, Cpu, "single", "bare-loop"),
         ratio("single-to-physics", steps, Cpu, "single", "physics"),
         ratio(&format!("{threads}-to-threads-1"), steps, Wall, &threads, "threads-1"),
+        ratio(&format!("{apart}-to-apart-1"), steps, Wall, &apart, "apart-1"),
         ratio("single-to-gymnasium-robotics", steps, Cpu, "single", "gymnasium-robotics"),
         ratio("single-to-envpool", steps, Wall, "single", "envpool"),
         // A cost, so the slower one is the larger.
