@@ -48,13 +48,14 @@ const PICTURE: &str = r#"
   <include file="scene.xml"/>
 </mujoco>"#;
 
-/// Pictures up to this size, in pixels a side, need fewer still.
+/// Pictures up to this size, in pixels a side, need fewer still, but not so few that the goal's ball
+/// falls between the pixels.
 #[cfg(feature = "render")]
 const SMALL_SIDE: u32 = 128;
 
 #[cfg(feature = "render")]
 const SMALL_PICTURE: &str = r#"
 <mujoco>
-  <visual><quality numslices="8" numstacks="2" numquads="1"/></visual>
+  <visual><quality numslices="8" numstacks="4" numquads="1"/></visual>
   <include file="scene.xml"/>
 </mujoco>"#;
