@@ -16,7 +16,7 @@
 //!   [windows](Sampler::with_n_step), for goals of any [mixture](GoalMixture).
 //! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished episodes, and
 //!   goes on as if nothing had happened. The feature `npz` exchanges episodes with numpy.
-//! - On Linux the transitions lie in huge pages, if the system gives any, which makes sampling a quarter faster.
+//! - On Linux the transitions lie in huge pages, if the system gives any, which makes sampling faster.
 //!
 //! # Example
 //! ```
