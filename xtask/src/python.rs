@@ -9,11 +9,17 @@ use fetch_sim::cache_folder;
 pub const MUJOCO: &str = "3.6.0";
 /// The real environment.
 pub const REFERENCE: [&str; 3] = ["gymnasium-robotics==1.4.2", "gymnasium==1.4.0", "mujoco==3.6.0"];
+const ENVPOOL: &str = "envpool==1.2.5";
 
 /// The buffer that ours is compared with.
 pub const STABLE_BASELINES3: [&str; 1] = ["stable-baselines3==2.9.2"];
 /// What is done with it.
 pub const SB3_SCRIPT: &str = include_str!("../scripts/sb3.py");
+
+/// The interpreter of the environment of gymnasium-robotics and EnvPool.
+pub fn peers() -> anyhow::Result<PathBuf> {
+    environment("python-peers", &[&REFERENCE[..], &[ENVPOOL]].concat())
+}
 
 /// The interpreter of the environment of this name, which has these packages.
 pub fn environment(name: &str, packages: &[&str]) -> anyhow::Result<PathBuf> {

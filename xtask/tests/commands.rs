@@ -180,17 +180,22 @@ fn damaged_and_foreign_recordings_are_refused() {
     assert_eq!(output.status.code(), Some(1));
 }
 
+/// The names of a benchmark's figures, all of which must be positive.
+fn figures_in(path: &Path) -> Vec<String> {
+    let report = json(path);
+    let results = report["results"].as_array().expect("a list");
+    let is_positive = |value: &serde_json::Value| value.as_f64().is_some_and(|v| v > 0.0);
+    assert!(results.iter().all(|result| is_positive(&result["value"])), "{results:?}");
+    results.iter().map(|result| result["name"].as_str().expect("a name").into()).collect()
+}
+
 #[test]
 fn benchmarks_write_every_figure() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bench.json");
     let figures = |arguments: &str| -> Vec<String> {
         output_of(&format!("bench {arguments} --json {}", path.display()));
-        let report = json(&path);
-        let results = report["results"].as_array().expect("a list").clone();
-        let is_positive = |value: &serde_json::Value| value.as_f64().is_some_and(|v| v > 0.0);
-        assert!(results.iter().all(|result| is_positive(&result["value"])), "{results:?}");
-        results.iter().map(|result| result["name"].as_str().expect("a name").into()).collect()
+        figures_in(&path)
     };
     let short = "--task reach --model builtin --seconds 0 --num-envs 2 --footprint-envs 4";
     let names = figures(&format!("env {short}"));
@@ -221,6 +226,35 @@ fn benchmarks_write_every_figure() {
 }
 
 #[test]
+fn pictures_are_timed_with_opengl_and_refused_without() {
+    for gl in ["egl", "disable"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("render.json");
+        let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
+            .args("bench render --task reach --model builtin --seconds 0 --json".split(' '))
+            .arg(&path)
+            .env("MUJOCO_GL", gl)
+            .output()
+            .expect("the command starts");
+        if String::from_utf8_lossy(&output.stderr).contains("libegl1") {
+            assert_eq!(output.status.code(), Some(1));
+            continue;
+        }
+        text_of(&output, "bench render");
+        assert_ne!(gl, "disable");
+        let names = figures_in(&path);
+        for name in [
+            "480x480-samples-4",
+            "84x84-samples-0",
+            "sky-480x480-samples-4",
+            "ratio/480x480-samples-4-to-sky-480x480-samples-4",
+        ] {
+            assert!(names.contains(&format!("render/reach/builtin/{name}")), "{name}: {names:?}");
+        }
+    }
+}
+
+#[test]
 fn wrong_usage_is_exit_code_2() {
     for arguments in [
         "verify --env-id FetchPsh-v4",
@@ -230,6 +264,7 @@ fn wrong_usage_is_exit_code_2() {
         "bench",
         "bench env --task grasp",
         "bench env --seconds -1",
+        "bench render --seconds -1",
         "bench her --element f16",
         "bench her --transitions 0",
         "parity --hindsight --live",

@@ -1,6 +1,9 @@
 //! Contenders that take turns.
 
-use std::time::{Duration, Instant};
+use std::{
+    ops::AddAssign,
+    time::{Duration, Instant},
+};
 
 use rustix::time::{ClockId, clock_gettime};
 
@@ -19,18 +22,31 @@ pub trait Contender {
     /// # Errors
     /// As [`work`](Self::work).
     fn timed(&mut self) -> anyhow::Result<Timed> {
-        let (start, cpu) = (Instant::now(), cpu_seconds());
-        let done = self.work()?;
-        Ok(Timed { done, wall: start.elapsed().as_secs_f64(), cpu: cpu_seconds() - cpu })
+        time(|| self.work())
     }
 }
 
 /// How much was done, and in how many seconds of each [`Clock`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timed {
     pub done: usize,
     pub wall: f64,
     pub cpu: f64,
+}
+
+impl AddAssign for Timed {
+    fn add_assign(&mut self, more: Self) {
+        self.done += more.done;
+        self.wall += more.wall;
+        self.cpu += more.cpu;
+    }
+}
+
+/// Times work that tells how much was done.
+pub fn time(work: impl FnOnce() -> anyhow::Result<usize>) -> anyhow::Result<Timed> {
+    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let done = work()?;
+    Ok(Timed { done, wall: start.elapsed().as_secs_f64(), cpu: cpu_seconds() - cpu })
 }
 
 /// A contender and what its figure is called.

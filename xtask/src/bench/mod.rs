@@ -6,6 +6,7 @@ mod her;
 mod instructions;
 mod interleaved;
 mod peer;
+mod render;
 mod reward;
 mod subject;
 
@@ -27,6 +28,8 @@ enum Benchmark {
     Her(her::Args),
     /// Instructions of a step and a reset, counted by valgrind
     Instructions(instructions::Args),
+    /// Pictures a second, against those of the sky alone
+    Render(render::Args),
     /// Rewards of a million pairs of goals, against copying as many bytes
     Reward(reward::Args),
 }
@@ -36,6 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         Benchmark::Env(args) => env::run(args),
         Benchmark::Her(args) => her::run(args),
         Benchmark::Instructions(args) => instructions::run(args),
+        Benchmark::Render(args) => render::run(args),
         Benchmark::Reward(args) => reward::run(args),
     }
 }

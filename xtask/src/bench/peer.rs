@@ -8,9 +8,11 @@ use std::{
 };
 
 use anyhow::{Context, bail, ensure};
+use fetch_sim::MujocoVersion;
 use tempfile::TempDir;
 
 use super::interleaved::Timed;
+use crate::python;
 
 /// A peer that waits for its turn.
 pub struct Peer {
@@ -22,11 +24,13 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Starts a script, given by name and text, and waits until it is ready.
+    /// Starts a script, given by name and text, with this library of OpenGL, and waits until it is
+    /// ready.
     pub fn start(
         python: &Path,
         (name, text): (&str, &str),
         arguments: &[String],
+        gl: &str,
     ) -> anyhow::Result<Self> {
         let folder = tempfile::tempdir()?;
         let script = folder.path().join(name);
@@ -36,7 +40,7 @@ impl Peer {
             .args(arguments)
             // MuJoCo's log file, if there is any.
             .current_dir(folder.path())
-            .env("MUJOCO_GL", "disable")
+            .env("MUJOCO_GL", gl)
             .env("PYTHONWARNINGS", "ignore")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -72,6 +76,15 @@ impl Peer {
         }
         Ok(line.trim_end().to_owned())
     }
+}
+
+/// Tells so if the peers run on another MuJoCo.
+pub fn note_other_mujoco() -> anyhow::Result<()> {
+    let version = MujocoVersion::of_library()?.to_string();
+    if version != python::MUJOCO {
+        println!("this is built on MuJoCo {version}; the peers run on {}", python::MUJOCO);
+    }
+    Ok(())
 }
 
 impl Drop for Peer {

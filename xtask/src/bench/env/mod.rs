@@ -8,7 +8,6 @@ mod peers;
 use std::{path::PathBuf, sync::Arc, thread, time::Duration};
 
 use fetch_env::EnvId;
-use fetch_sim::MujocoVersion;
 use goal_reward::RewardKind;
 use serde::Serialize;
 
@@ -23,12 +22,10 @@ use super::{
         Clock::{Cpu, Wall},
         Entry, Rounds, interleave,
     },
+    peer::note_other_mujoco,
     subject::{Subject, Subjects},
 };
-use crate::{
-    python,
-    report::{Figure, Report, write_json},
-};
+use crate::report::{Figure, Report, write_json};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -70,9 +67,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         println!("{}", serde_json::to_string(&measured)?);
         return Ok(true);
     }
-    let version = MujocoVersion::of_library()?.to_string();
-    if args.peers && version != python::MUJOCO {
-        println!("this is built on MuJoCo {version}; the peers run on {}", python::MUJOCO);
+    if args.peers {
+        note_other_mujoco()?;
     }
     let mut figures = Vec::new();
     for subject in subjects {

@@ -11,7 +11,6 @@ use crate::{
     python,
 };
 
-const ENVPOOL: &str = "envpool==1.2.5";
 const SCRIPT: &str = include_str!("../../../scripts/peers.py");
 
 /// Environments of a peer.
@@ -30,14 +29,12 @@ impl PeerEnvs {
     }
 
     fn start(name: &str, id: EnvId, num_envs: usize, threads: usize) -> anyhow::Result<Self> {
-        let packages = [&python::REFERENCE[..], &[ENVPOOL]].concat();
-        let python = python::environment("python-peers", &packages)?;
         let arguments = [name.into(), id.to_string()]
             .into_iter()
             .chain(["--num-envs".into(), num_envs.to_string()])
             .chain(["--threads".into(), threads.to_string()])
             .collect::<Vec<String>>();
-        let peer = Peer::start(&python, ("peers.py", SCRIPT), &arguments)?;
+        let peer = Peer::start(&python::peers()?, ("peers.py", SCRIPT), &arguments, "disable")?;
         Ok(Self { peer, transitions: num_envs * STEPS })
     }
 }

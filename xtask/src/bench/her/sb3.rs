@@ -20,7 +20,8 @@ impl Sb3 {
         let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
         println!("filling the buffer of Stable-Baselines3 step by step");
         let arguments = ["time".into(), transitions.to_string()];
-        let peer = Peer::start(&python, ("sb3.py", python::SB3_SCRIPT), &arguments)?;
+        let script = ("sb3.py", python::SB3_SCRIPT);
+        let peer = Peer::start(&python, script, &arguments, "disable")?;
         Ok(Self(Rc::new(RefCell::new(peer))))
     }
 
