@@ -29,6 +29,7 @@ fn load_as(main: &str, task: Task) -> Result<Model, SimError> {
         ("main.xml", main),
         ("scene.xml", scene),
         ("settings.xml", include_str!("../../model/settings.xml")),
+        ("hulls.xml", include_str!("../../model/hulls.xml")),
         ("robot.xml", include_str!("../../model/robot.xml")),
     ])?;
     model.disable_midphase();
