@@ -61,7 +61,8 @@ pub(crate) struct Counts {
 /// A row goes through four stages, `AHEAD` rows behind each other: its transition is drawn; its episode's
 /// record is looked for; its goal is drawn; it is copied. Each stage asks for the memory that the next one
 /// reads. The stages take turns row by row, for a processor has only a few requests under way at a
-/// time, and would wait for them and do nothing if many rows were planned at once.
+/// time, and would wait for them and do nothing if many rows were planned at once. For the same reason the
+/// state after the window is asked for one row later than the rest.
 pub(crate) fn gather<T: Scalar>(
     storage: &Storage<T>,
     sampler: &Sampler,
@@ -76,6 +77,9 @@ pub(crate) fn gather<T: Scalar>(
     for at in 0..len + 3 * AHEAD {
         if let Some(row) = at.checked_sub(3 * AHEAD) {
             put(storage, sampler, &planned[row % AHEAD], row, rows, &mut counts);
+        }
+        if let Some(row) = at.checked_sub(2 * AHEAD + 1).filter(|row| *row < len) {
+            prefetch(planned[row % AHEAD].next);
         }
         if let Some(row) = at.checked_sub(2 * AHEAD).filter(|row| *row < len) {
             let planned = &mut planned[row % AHEAD];
@@ -94,7 +98,7 @@ pub(crate) fn gather<T: Scalar>(
     counts
 }
 
-/// Draws a row's goal, and asks for all that the row will be copied from.
+/// Draws a row's goal, and asks for all that the row will be copied from but the state after its window.
 #[inline(always)]
 fn plan<'a, T: Scalar>(
     storage: &'a Storage<T>,
@@ -122,7 +126,7 @@ fn plan<'a, T: Scalar>(
     let next_at = layout.row() * steps as usize;
     let next = match state.get(next_at..next_at + layout.state().end) {
         Some(next) => {
-            prefetch(&state[..next_at + next.len()]);
+            prefetch(&state[..next_at]);
             next
         }
         None => prefetch_apart(storage, row, steps),
@@ -157,9 +161,7 @@ fn prefetch<T>(slice: &[T]) {
 #[cold]
 fn prefetch_apart<T: Scalar>(storage: &Storage<T>, row: u64, steps: u64) -> &[T] {
     (row..row + steps).for_each(|row| prefetch(storage.tape.row(row)));
-    let next = &storage.tape.row(row + steps)[storage.layout.state()];
-    prefetch(next);
-    next
+    &storage.tape.row(row + steps)[storage.layout.state()]
 }
 
 /// The states of a window between its first and its last.
