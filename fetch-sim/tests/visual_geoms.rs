@@ -1,7 +1,10 @@
 //! What the built-in model shows.
 #![cfg(feature = "mujoco")]
 
+use std::collections::HashSet;
+
 use fetch_sim::{MujocoSimulator, Shape, SimConfig, Task, VisualGeom};
+use nalgebra::{UnitQuaternion, Vector3};
 
 #[test]
 fn every_scene_shows_table_robot_and_object_where_they_are_simulated() {
@@ -13,7 +16,7 @@ fn every_scene_shows_table_robot_and_object_where_they_are_simulated() {
             let body = model.body(name).expect(name);
             geoms.iter().filter(|geom| geom.body == body).collect()
         };
-        for link in ["base_link", "torso_lift_link", "head_pan_link", "gripper_link"] {
+        for link in ["base_link", "torso_lift_link", "head_pan_link"] {
             assert!(on(&format!("robot0:{link}")).len() >= 2, "{task}: {link}");
         }
         let [table] = on("table0")[..] else { panic!("{task}: one table") };
@@ -28,5 +31,53 @@ fn every_scene_shows_table_robot_and_object_where_they_are_simulated() {
             let height = simulator.data().body_pose(object.body).0.z;
             assert!((0.41..0.43).contains(&height), "{task}: on the table, at {height} m");
         }
+    }
+}
+
+const WHITE: [f32; 4] = [1.0; 4];
+const BLUE: [f32; 4] = [0.086, 0.506, 0.767, 1.0];
+
+#[test]
+fn forearm_wrist_and_palm_are_closed_surfaces_where_the_links_are() {
+    let geoms = VisualGeom::of_builtin(Task::Push).expect("MuJoCo");
+    let simulator = MujocoSimulator::new(&SimConfig::new(Task::Push)).expect("MuJoCo");
+    // Links, their colours, and from where to where the corners of `model/hulls.xml` reach (metres,
+    // in the link's frame).
+    let hulls = [
+        ("robot0:gripper_link", WHITE, [[-0.154, -0.0629, -0.0401], [-0.0324, 0.0629, 0.0394]]),
+        ("robot0:wrist_flex_link", BLUE, [[-0.052, -0.0542, -0.0519], [0.1174, 0.0672, 0.0523]]),
+        ("robot0:forearm_roll_link", WHITE, [[-0.032, -0.0873, -0.0523], [0.1764, 0.0515, 0.0525]]),
+    ];
+    for (link, rgba, [lowest, highest]) in hulls {
+        let body = simulator.data().model().body(link).expect(link);
+        let (geom, triangles) = geoms
+            .iter()
+            .find_map(|geom| match &geom.shape {
+                Shape::Mesh { triangles } if geom.body == body => Some((geom, triangles)),
+                _ => None,
+            })
+            .expect(link);
+        assert_eq!(geom.rgba, rgba, "{link}");
+
+        let mut edges = HashSet::new();
+        let rotation = UnitQuaternion::from_quaternion(geom.orientation);
+        let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
+        for triangle in triangles {
+            let bits = triangle.map(|corner| corner.map(f64::to_bits));
+            for edge in [[0, 1], [1, 2], [2, 0]] {
+                assert!(edges.insert(edge.map(|corner| bits[corner])), "{link}: an edge twice");
+            }
+            let [a, b, c] = triangle.map(Vector3::from);
+            assert!((b - a).cross(&(c - a)).dot(&a) > 0.0, "{link}: {triangle:?} faces inwards");
+            for corner in [a, b, c] {
+                let corner = geom.position + rotation * corner;
+                low = low.inf(&corner);
+                high = high.sup(&corner);
+            }
+        }
+        assert_eq!(triangles.len(), 92, "{link}: as many as 48 corners make");
+        assert!(edges.iter().all(|&[a, b]| edges.contains(&[b, a])), "{link}: a hole");
+        let off = (low - Vector3::from(lowest)).amax().max((high - Vector3::from(highest)).amax());
+        assert!(off < 1e-6, "{link}: from {low:?} to {high:?}");
     }
 }

@@ -54,6 +54,7 @@ pub(super) struct RawVisualGeom {
     pub(super) shape: c_int,
     pub(super) group: c_int,
     pub(super) body: c_int,
+    pub(super) triangle_count: c_int,
     pub(super) rgba: [f32; 4],
     pub(super) size: [f64; 3],
     pub(super) position: [f64; 3],
@@ -131,4 +132,10 @@ unsafe extern "C" {
     pub(super) fn fs_get_filter_counts(filter: *const RawFilter, counts: *mut ContactFilterCounts);
 
     pub(super) fn fs_get_visual_geom(model: *const RawModel, geom: c_int, out: *mut RawVisualGeom);
+    pub(super) fn fs_get_triangle(
+        model: *const RawModel,
+        geom: c_int,
+        triangle: c_int,
+        corners: *mut [f64; 3],
+    );
 }

@@ -14,7 +14,7 @@ use crate::{SimError, Task};
 const HIDDEN_GROUPS: c_int = 3;
 
 /// A shape to be seen, fixed to a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VisualGeom {
     /// Its form and size.
     pub shape: Shape,
@@ -29,7 +29,7 @@ pub struct VisualGeom {
 }
 
 /// The form of a geom around its own centre, sizes in metres. Long shapes lie along z.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shape {
     /// A rectangle in x and y, seen from above.
@@ -66,6 +66,12 @@ pub enum Shape {
         /// Half of its extent along each axis.
         half_size: [f64; 3],
     },
+    /// A surface of triangles. Those of the built-in model are closed and convex.
+    Mesh {
+        /// The three corners of each triangle, in metres in the geom's frame, counter-clockwise as
+        /// seen from outside.
+        triangles: Vec<[[f64; 3]; 3]>,
+    },
 }
 
 impl VisualGeom {
@@ -86,6 +92,15 @@ impl VisualGeom {
         assert!(geom < model.ngeom(), "a geom of another model");
         // SAFETY: the model is alive, the geom is one of its geoms, and `raw` is valid for writes.
         unsafe { ffi::fs_get_visual_geom(model.as_ptr(), geom as c_int, &raw mut raw) };
+        let triangle = |number| {
+            let mut corners = [[0.0; 3]; 3];
+            // SAFETY: as above, `number` is below the geom's number of triangles, which is 0 if it
+            // is no mesh, and `corners` is valid for writes of three points.
+            unsafe {
+                ffi::fs_get_triangle(model.as_ptr(), geom as c_int, number, corners.as_mut_ptr());
+            }
+            corners
+        };
         let [a, b, _] = raw.size;
         let shape = match raw.shape {
             0 => Shape::Plane { half_size: [a, b] },
@@ -94,6 +109,7 @@ impl VisualGeom {
             3 => Shape::Ellipsoid { radii: raw.size },
             4 => Shape::Cylinder { radius: a, half_length: b },
             5 => Shape::Box { half_size: raw.size },
+            6 => Shape::Mesh { triangles: (0..raw.triangle_count).map(triangle).collect() },
             _ => return None,
         };
         let [w, x, y, z] = raw.orientation;

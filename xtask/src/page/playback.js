@@ -1,5 +1,6 @@
 // Plays recorded episodes: every figure of class "playback" holds its episode as JSON, and is drawn
-// with WebGL 2 from boxes, balls and cylinders. Lengths in metres, z up, quaternions w x y z.
+// with WebGL 2 from boxes, balls, cylinders and meshes. Lengths in metres unless told otherwise, z
+// up, quaternions w x y z.
 "use strict";
 (() => {
   const VERTEX = `#version 300 es
@@ -56,8 +57,23 @@
   const cube = [0, 1, 2].flatMap((axis) => [...side(axis, 1), ...side(axis, -1)]);
   const MESHES = { ball, tube: [...tube, ...lid(1), ...lid(-1)], square, cube };
 
+  // A mesh of the episode, in tenths of a millimetre. Much as MuJoCo draws it: edges of triangles
+  // that are nearly in one plane are smooth, the others sharp.
+  const smoothed = ({ corners, triangles }) => {
+    const normals = triangles.map((triangle) => {
+      const [a, b, c] = triangle.map((corner) => corners[corner]);
+      const [ab, ac] = [b, c].map((end) => end.map((p, i) => p - a[i]));
+      return cross(ab, ac);
+    });
+    const near = (n, m) => dot(n, m) > 0.8 * Math.hypot(...n) * Math.hypot(...m);
+    return triangles.flatMap((triangle, i) => triangle.flatMap((corner) => {
+      const met = normals.filter((n, j) => triangles[j].includes(corner) && near(n, normals[i]));
+      return [...corners[corner], ...[0, 1, 2].map((k) => met.reduce((sum, n) => sum + n[k], 0))];
+    }));
+  };
+
   // The unit shapes that a shape is made of: mesh, scale, and shift along its own z axis.
-  const parts = ({ shape, size: [a, b, c] }) => {
+  const parts = ({ shape, size: [a, b, c], mesh }) => {
     switch (shape) {
       case "plane": return [["square", [a, b, 1], 0]];
       case "sphere": return [["ball", [a, a, a], 0]];
@@ -65,6 +81,7 @@
       case "cylinder": return [["tube", [a, a, b], 0]];
       case "capsule":
         return [["tube", [a, a, b], 0], ["ball", [a, a, a], b], ["ball", [a, a, a], -b]];
+      case "mesh": return [[mesh, [1e-4, 1e-4, 1e-4], 0]];
       default: return [["cube", [a, b, c], 0]];
     }
   };
@@ -134,7 +151,7 @@
       at[name] = uniform(name);
     }
     const meshes = {};
-    for (const [name, numbers] of Object.entries(MESHES)) {
+    for (const [name, numbers] of Object.entries({ ...MESHES, ...episode.meshes.map(smoothed) })) {
       const array = gl.createVertexArray();
       gl.bindVertexArray(array);
       gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());

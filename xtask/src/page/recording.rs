@@ -20,6 +20,7 @@ pub struct Recording {
     goal: [f64; 3],
     view: View,
     shapes: Vec<DrawnShape>,
+    meshes: Vec<Mesh>,
     /// For each body that carries a shape, its position and quaternion in every frame, one after
     /// the other; only the first frame's for a body that rests.
     bodies: Vec<Vec<f64>>,
@@ -41,11 +42,23 @@ struct View {
 struct DrawnShape {
     shape: &'static str,
     size: [f64; 3],
+    /// Index in `meshes`, if it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mesh: Option<usize>,
     rgba: [f64; 4],
     /// Index of its body in `bodies`.
     body: usize,
     position: [f64; 3],
     quaternion: [f64; 4],
+}
+
+/// Triangles; a corner is told once, for all that meet there.
+#[derive(Debug, Default, Serialize)]
+struct Mesh {
+    /// In tenths of a millimetre.
+    corners: Vec<[i32; 3]>,
+    /// Three indices in `corners` each.
+    triangles: Vec<[usize; 3]>,
 }
 
 impl Recording {
@@ -59,6 +72,7 @@ impl Recording {
         let mut env = make_config(id.config())?;
         let geoms = VisualGeom::of_builtin(id.task)?;
         let mut carriers: Vec<BodyId> = Vec::new();
+        let mut meshes = Vec::new();
         let shapes = geoms
             .iter()
             .map(|geom| {
@@ -67,7 +81,7 @@ impl Recording {
                     carriers.push(geom.body);
                     carriers.len() - 1
                 });
-                DrawnShape::new(geom, body)
+                DrawnShape::new(geom, body, &mut meshes)
             })
             .collect::<anyhow::Result<_>>()?;
 
@@ -82,6 +96,7 @@ impl Recording {
                 .context("a goal has three coordinates")?,
             view: View::of(id.task),
             shapes,
+            meshes,
             bodies: vec![Vec::new(); carriers.len()],
             rewards: Vec::new(),
             distances: Vec::new(),
@@ -153,7 +168,8 @@ impl View {
 }
 
 impl DrawnShape {
-    fn new(geom: &VisualGeom, body: usize) -> anyhow::Result<Self> {
+    fn new(geom: &VisualGeom, body: usize, meshes: &mut Vec<Mesh>) -> anyhow::Result<Self> {
+        let mut mesh = None;
         let (shape, size) = match geom.shape {
             Shape::Plane { half_size: [x, y] } => ("plane", [x, y, 0.0]),
             Shape::Sphere { radius } => ("sphere", [radius, 0.0, 0.0]),
@@ -161,17 +177,40 @@ impl DrawnShape {
             Shape::Ellipsoid { radii } => ("ellipsoid", radii),
             Shape::Cylinder { radius, half_length } => ("cylinder", [radius, half_length, 0.0]),
             Shape::Box { half_size } => ("box", half_size),
-            other => anyhow::bail!("the playback cannot draw {other:?}"),
+            Shape::Mesh { ref triangles } => {
+                mesh = Some(meshes.len());
+                meshes.push(Mesh::new(triangles));
+                ("mesh", [0.0; 3])
+            }
+            ref other => anyhow::bail!("the playback cannot draw {other:?}"),
         };
         let q = geom.orientation;
         Ok(Self {
             shape,
             size,
+            mesh,
             rgba: geom.rgba.map(|channel| rounded(channel.into())),
             body,
             position: geom.position.map(rounded).into(),
             quaternion: [q.w, q.i, q.j, q.k].map(rounded),
         })
+    }
+}
+
+impl Mesh {
+    fn new(triangles: &[[[f64; 3]; 3]]) -> Self {
+        let mut mesh = Self::default();
+        for corners in triangles {
+            mesh.triangles.push(corners.map(|corner| {
+                let corner = corner.map(|metres| (metres * 1e4).round() as i32);
+                let known = mesh.corners.iter().position(|&other| other == corner);
+                known.unwrap_or_else(|| {
+                    mesh.corners.push(corner);
+                    mesh.corners.len() - 1
+                })
+            }));
+        }
+        mesh
     }
 }
 
