@@ -2,7 +2,7 @@ use super::model::Model;
 use crate::{SimError, Task};
 
 /// The built-in model of a task's scene, from the files of the crate's folder `model`, without the
-/// shapes that are only seen: they change no bit and cost a third of the speed.
+/// shapes that are only seen: they change no bit, but make steps slower.
 pub(super) fn load(task: Task) -> Result<Model, SimError> {
     load_as(PHYSICS, task)
 }
