@@ -124,6 +124,18 @@ fn many_colours_of_a_gif_are_close_and_do_not_flicker() {
 }
 
 #[test]
+fn what_is_rare_and_striking_keeps_its_colour_in_a_gif() {
+    const RED: [u8; 3] = [200, 10, 10];
+    // A thousand shades of grey and green, and one red pixel.
+    let mut frame: Vec<u8> = (0..1000_u32)
+        .flat_map(|at| [(at % 250) as u8, (at % 250) as u8 / 2 + 4 * (at / 250) as u8, 90])
+        .collect();
+    frame[1500..1503].copy_from_slice(&RED);
+    let shown = read_gif(&gif_of(&clip(100, 10, &vec![frame])));
+    assert_eq!(shown[0][1500..1503], RED);
+}
+
+#[test]
 fn captions_are_written_in_the_corner_and_nowhere_else() {
     let frame = vec![30; 240 * 100 * 3];
     let mut clip = Clip::new(240, 100).unwrap();

@@ -1,6 +1,5 @@
 use std::{borrow::Cow, cmp::Reverse, collections::HashMap, io::Write};
 
-use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
 use super::{Clip, ClipError, FRAME_DELAY, changes::Rectangle};
@@ -53,12 +52,14 @@ struct Palette {
     index: HashMap<Rgb, u8>,
 }
 
+/// How many colours a GIF can have.
+const MOST: usize = 256;
 /// How many of the most common colours stay exactly as they are: the sky, the floor, the table.
 const EXACT: usize = 64;
-/// The network is shown every n-th colour: 1 is best, 30 fastest.
-const SAMPLE_FACTOR: i32 = 3;
 
 impl Palette {
+    /// The most common colours, and then always the one that is least like all chosen before: what
+    /// is rare but striking, such as the goal, keeps its colour.
     fn new(frames: &[Vec<u8>]) -> Self {
         let mut counts: HashMap<Rgb, usize> = HashMap::new();
         for &colour in frames.iter().flat_map(|frame| frame.as_chunks::<3>().0) {
@@ -66,20 +67,25 @@ impl Palette {
         }
         let mut ranked: Vec<(Rgb, usize)> = counts.into_iter().collect();
         ranked.sort_unstable_by_key(|&(colour, count)| (Reverse(count), colour));
-        let exact = if ranked.len() > 256 { EXACT } else { ranked.len() };
-        let rare = ranked.split_off(exact);
-        let mut colours: Vec<u8> = ranked.iter().flat_map(|(colour, _)| *colour).collect();
-        let mut index: HashMap<Rgb, u8> =
-            ranked.into_iter().zip(0..=255).map(|((colour, _), index)| (colour, index)).collect();
-        if !rare.is_empty() {
-            let network = network(&rare, 256 - exact);
-            colours.extend(network.color_map_rgb());
-            index.extend(rare.into_iter().map(|(colour, _)| {
-                let [red, green, blue] = colour;
-                (colour, (exact + network.index_of(&[red, green, blue, 255])) as u8)
-            }));
+        let exact = if ranked.len() > MOST { EXACT } else { ranked.len() };
+        let mut chosen: Vec<Rgb> = Vec::new();
+        // For each colour, how far the nearest chosen one is, and which.
+        let mut nearest = vec![(u32::MAX, 0); ranked.len()];
+        while chosen.len() < MOST.min(ranked.len()) {
+            let at = if chosen.len() < exact {
+                chosen.len()
+            } else {
+                (0..ranked.len()).max_by_key(|&at| (nearest[at].0, Reverse(at))).unwrap_or(0)
+            };
+            let (colour, _) = ranked[at];
+            for ((other, _), nearest) in ranked.iter().zip(&mut nearest) {
+                *nearest = (*nearest).min((distance(colour, *other), chosen.len()));
+            }
+            chosen.push(colour);
         }
-        Self { colours, index }
+        let index =
+            ranked.iter().zip(nearest).map(|(&(colour, _), (_, at))| (colour, at as u8)).collect();
+        Self { colours: chosen.concat(), index }
     }
 
     /// The palette's colour of every pixel.
@@ -88,14 +94,7 @@ impl Palette {
     }
 }
 
-/// Chooses `count` colours for all these. Common ones are shown to the network more often, but not
-/// as much as they are more common.
-fn network(colours: &[(Rgb, usize)], count: usize) -> NeuQuant {
-    let mut samples = Vec::new();
-    for &([red, green, blue], count) in colours {
-        for _ in 0..=count.ilog2() {
-            samples.extend([red, green, blue, 255]);
-        }
-    }
-    NeuQuant::new(SAMPLE_FACTOR, count, &samples)
+/// The square of the distance of two colours.
+fn distance(a: Rgb, b: Rgb) -> u32 {
+    a.into_iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(b)).pow(2)).sum()
 }
