@@ -8,8 +8,9 @@ use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Scalar}
 use super::episodes::{DIMS, Episode, STEPS, Stepper, full_buffer};
 use crate::bench::interleaved::Contender;
 
-/// Rows drawn in a turn, about.
-const ROWS: usize = 1 << 16;
+/// Rows drawn in a turn, about: as long a turn as Stable-Baselines3's, and several times what it takes to
+/// get the others' memory out of the caches and one's own in.
+const ROWS: usize = 1 << 19;
 /// Transitions added in a turn.
 const ADDED: usize = 1000 * STEPS;
 
