@@ -38,7 +38,29 @@ const WHITE: [f32; 4] = [1.0; 4];
 const BLUE: [f32; 4] = [0.086, 0.506, 0.767, 1.0];
 
 #[test]
-fn forearm_wrist_and_palm_are_closed_surfaces_where_the_links_are() {
+fn every_mesh_is_a_closed_surface_that_faces_outwards() {
+    let geoms = VisualGeom::of_builtin(Task::Push).expect("MuJoCo");
+    let meshes: Vec<_> = geoms.iter().filter_map(|geom| triangles_of(geom)).collect();
+    assert_eq!(meshes.len(), 9, "as many as `model/hulls.xml` has");
+    for triangles in meshes {
+        let mut edges = HashSet::new();
+        for triangle in triangles {
+            let bits = triangle.map(|corner| corner.map(f64::to_bits));
+            for edge in [[0, 1], [1, 2], [2, 0]] {
+                assert!(
+                    edges.insert(edge.map(|corner| bits[corner])),
+                    "{triangle:?}: an edge twice"
+                );
+            }
+            let [a, b, c] = triangle.map(Vector3::from);
+            assert!((b - a).cross(&(c - a)).dot(&a) > 0.0, "{triangle:?} faces inwards");
+        }
+        assert!(edges.iter().all(|&[a, b]| edges.contains(&[b, a])), "{triangles:?}: a hole");
+    }
+}
+
+#[test]
+fn forearm_wrist_and_palm_are_where_the_links_are() {
     let geoms = VisualGeom::of_builtin(Task::Push).expect("MuJoCo");
     let simulator = MujocoSimulator::new(&SimConfig::new(Task::Push)).expect("MuJoCo");
     // Links, their colours, and from where to where the corners of `model/hulls.xml` reach (metres,
@@ -52,32 +74,27 @@ fn forearm_wrist_and_palm_are_closed_surfaces_where_the_links_are() {
         let body = simulator.data().model().body(link).expect(link);
         let (geom, triangles) = geoms
             .iter()
-            .find_map(|geom| match &geom.shape {
-                Shape::Mesh { triangles } if geom.body == body => Some((geom, triangles)),
-                _ => None,
-            })
+            .filter(|geom| geom.body == body)
+            .find_map(|geom| Some((geom, triangles_of(geom)?)))
             .expect(link);
         assert_eq!(geom.rgba, rgba, "{link}");
+        assert_eq!(triangles.len(), 92, "{link}: as many as 48 corners make");
 
-        let mut edges = HashSet::new();
         let rotation = UnitQuaternion::from_quaternion(geom.orientation);
         let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
-        for triangle in triangles {
-            let bits = triangle.map(|corner| corner.map(f64::to_bits));
-            for edge in [[0, 1], [1, 2], [2, 0]] {
-                assert!(edges.insert(edge.map(|corner| bits[corner])), "{link}: an edge twice");
-            }
-            let [a, b, c] = triangle.map(Vector3::from);
-            assert!((b - a).cross(&(c - a)).dot(&a) > 0.0, "{link}: {triangle:?} faces inwards");
-            for corner in [a, b, c] {
-                let corner = geom.position + rotation * corner;
-                low = low.inf(&corner);
-                high = high.sup(&corner);
-            }
+        for corner in triangles.as_flattened() {
+            let corner = geom.position + rotation * Vector3::from(*corner);
+            low = low.inf(&corner);
+            high = high.sup(&corner);
         }
-        assert_eq!(triangles.len(), 92, "{link}: as many as 48 corners make");
-        assert!(edges.iter().all(|&[a, b]| edges.contains(&[b, a])), "{link}: a hole");
         let off = (low - Vector3::from(lowest)).amax().max((high - Vector3::from(highest)).amax());
         assert!(off < 1e-6, "{link}: from {low:?} to {high:?}");
+    }
+}
+
+fn triangles_of(geom: &VisualGeom) -> Option<&[[[f64; 3]; 3]]> {
+    match &geom.shape {
+        Shape::Mesh { triangles } => Some(triangles),
+        _ => None,
     }
 }

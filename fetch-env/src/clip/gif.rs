@@ -67,12 +67,11 @@ impl Palette {
         }
         let mut ranked: Vec<(Rgb, usize)> = counts.into_iter().collect();
         ranked.sort_unstable_by_key(|&(colour, count)| (Reverse(count), colour));
-        let exact = if ranked.len() > MOST { EXACT } else { ranked.len() };
         let mut chosen: Vec<Rgb> = Vec::new();
         // For each colour, how far the nearest chosen one is, and which.
         let mut nearest = vec![(u32::MAX, 0); ranked.len()];
         while chosen.len() < MOST.min(ranked.len()) {
-            let at = if chosen.len() < exact {
+            let at = if chosen.len() < EXACT {
                 chosen.len()
             } else {
                 (0..ranked.len()).max_by_key(|&at| (nearest[at].0, Reverse(at))).unwrap_or(0)
