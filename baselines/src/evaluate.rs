@@ -12,7 +12,7 @@ pub struct Episode {
     pub return_sum: f64,
     /// Number of steps.
     pub length: usize,
-    /// Distance between achieved and desired goal after the last step, in metres.
+    /// Distance between achieved and desired goal after the last step, in meters.
     pub final_distance: f64,
     /// Whether the last step was a success: the benchmark's success rate counts these.
     pub success: bool,
@@ -38,7 +38,7 @@ pub struct Summary {
     pub return_mean: Estimate,
     /// Mean number of steps.
     pub ep_len_mean: Estimate,
-    /// Mean distance at the end, in metres.
+    /// Mean distance at the end, in meters.
     pub final_distance_mean: Estimate,
 }
 
@@ -133,7 +133,7 @@ impl Evaluation {
         })
     }
 
-    /// What the success rate would be at other distance thresholds (metres): success as the
+    /// What the success rate would be at other distance thresholds (meters): success as the
     /// environment has it, a distance strictly below the threshold at the last step.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use crate::{Episode, Evaluation, EvaluationError, fisher_exact};
 pub struct RandomReference {
     /// Sum of the rewards.
     pub return_sum: Sample,
-    /// Distance at the end of an episode, in metres.
+    /// Distance at the end of an episode, in meters.
     pub final_distance: Sample,
     /// Episodes whose last step was a success.
     pub successes: u64,

@@ -53,9 +53,9 @@ impl Estimate {
         let p = successes as f64 / n;
         let z = Normal::standard().inverse_cdf(0.5 + 0.5 * CONFIDENCE);
         let z2n = z * z / n;
-        let centre = (p + 0.5 * z2n) / (1.0 + z2n);
+        let center = (p + 0.5 * z2n) / (1.0 + z2n);
         let half_width = z * (p * (1.0 - p) / n + 0.25 * z2n / n).sqrt() / (1.0 + z2n);
-        Ok(Self { value: p, low: centre - half_width, high: centre + half_width })
+        Ok(Self { value: p, low: center - half_width, high: center + half_width })
     }
 }
 

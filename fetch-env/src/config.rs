@@ -4,13 +4,13 @@ use fetch_sim::{ModelSource, SimConfig, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind, ThresholdError};
 use serde::{Deserialize, Serialize};
 
-/// The object starts at least this far from the gripper, in metres in the plane.
+/// The object starts at least this far from the gripper, in meters in the plane.
 pub(crate) const MIN_OBJECT_DISTANCE: f64 = 0.1;
-/// Goals in the air are at most this far above the table's, in metres.
+/// Goals in the air are at most this far above the table's, in meters.
 pub(crate) const MAX_TARGET_RISE: f64 = 0.45;
 /// The time step of all Fetch scenes, in seconds.
 const PHYSICS_TIME_STEP: f64 = 0.002;
-/// Below this range, in metres, hardly any draw (or none) is as far as [`MIN_OBJECT_DISTANCE`].
+/// Below this range, in meters, hardly any draw (or none) is as far as [`MIN_OBJECT_DISTANCE`].
 const MIN_OBJECT_RANGE: f64 = 0.075;
 
 /// What a Fetch environment is made from.
@@ -25,7 +25,7 @@ const MIN_OBJECT_RANGE: f64 = 0.075;
 /// assert!(FetchConfig::builder(Task::Reach).object_range(0.2).build().is_err());
 /// # Ok::<(), fetch_env::ConfigError>(())
 /// ```
-/// Serialises as its builder does, and is checked when it is deserialised.
+/// Serializes as its builder does, and is checked when it is deserialized.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "FetchConfigBuilder", into = "FetchConfigBuilder")]
 pub struct FetchConfig {
@@ -88,7 +88,7 @@ impl FetchConfig {
         self.reward
     }
 
-    /// The object starts within this distance of the gripper in x and in y, in metres; `None`
+    /// The object starts within this distance of the gripper in x and in y, in meters; `None`
     /// without an object.
     #[must_use]
     pub const fn object_range(&self) -> Option<f64> {
@@ -96,14 +96,14 @@ impl FetchConfig {
     }
 
     /// Goals lie within this distance of the gripper's start, plus
-    /// [`target_offset`](Self::target_offset), along each axis, in metres. With an object, the
+    /// [`target_offset`](Self::target_offset), along each axis, in meters. With an object, the
     /// goal's height is the object's instead.
     #[must_use]
     pub const fn target_range(&self) -> f64 {
         self.target_range
     }
 
-    /// Added to every goal, in metres; with an object, z has no effect.
+    /// Added to every goal, in meters; with an object, z has no effect.
     #[must_use]
     pub const fn target_offset(&self) -> [f64; 3] {
         self.target_offset
@@ -181,27 +181,27 @@ impl FetchConfigBuilder {
         self
     }
 
-    /// The distance within which a goal counts as reached, in metres; 0.05 by default.
-    pub const fn distance_threshold(mut self, metres: f64) -> Self {
-        self.distance_threshold = metres;
+    /// The distance within which a goal counts as reached, in meters; 0.05 by default.
+    pub const fn distance_threshold(mut self, meters: f64) -> Self {
+        self.distance_threshold = meters;
         self
     }
 
     /// See [`FetchConfig::object_range`]; 0.15 by default, 0.1 for Slide.
-    pub const fn object_range(mut self, metres: f64) -> Self {
-        self.object_range = Some(metres);
+    pub const fn object_range(mut self, meters: f64) -> Self {
+        self.object_range = Some(meters);
         self
     }
 
     /// See [`FetchConfig::target_range`]; 0.15 by default, 0.3 for Slide.
-    pub const fn target_range(mut self, metres: f64) -> Self {
-        self.target_range = metres;
+    pub const fn target_range(mut self, meters: f64) -> Self {
+        self.target_range = meters;
         self
     }
 
     /// See [`FetchConfig::target_offset`]; zero by default, 0.4 in x for Slide.
-    pub const fn target_offset(mut self, metres: [f64; 3]) -> Self {
-        self.target_offset = metres;
+    pub const fn target_offset(mut self, meters: [f64; 3]) -> Self {
+        self.target_offset = meters;
         self
     }
 
@@ -305,21 +305,21 @@ pub enum ConfigError {
         option: &'static str,
     },
     /// A range that nothing can be drawn from.
-    #[error("{option} is {value}: give a finite number of metres, at least {least}")]
+    #[error("{option} is {value}: give a finite number of meters, at least {least}")]
     Range {
         /// The option.
         option: &'static str,
-        /// Its value, in metres.
+        /// Its value, in meters.
         value: f64,
-        /// The least that it can be, in metres.
+        /// The least that it can be, in meters.
         least: f64,
     },
     /// An offset that is NaN or infinite.
-    #[error("target_offset[{axis}] is {value}: give a finite number of metres")]
+    #[error("target_offset[{axis}] is {value}: give a finite number of meters")]
     Offset {
         /// Index of the axis: x, y, z.
         axis: usize,
-        /// The offset, in metres.
+        /// The offset, in meters.
         value: f64,
     },
     /// The distance threshold is negative or not finite.

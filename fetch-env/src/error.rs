@@ -31,7 +31,7 @@ pub enum EnvError {
         value: f32,
     },
     /// A number in the reset options is NaN or infinite.
-    #[error("the reset option {option} is not finite in element {index} ({value}): give metres")]
+    #[error("the reset option {option} is not finite in element {index} ({value}): give meters")]
     OptionNotFinite {
         /// Name of the option.
         option: &'static str,

@@ -8,7 +8,7 @@ use crate::{
     TimeLimit, reset::Start,
 };
 
-/// The gripper's largest displacement along an axis in one step, in metres.
+/// The gripper's largest displacement along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
 
 /// A Fetch environment: a configuration, a simulator and a reward.
@@ -92,7 +92,7 @@ impl<S: Simulator> FetchEnv<S> {
         &self.simulator
     }
 
-    /// Where the goal is, in metres; `None` where a reset is needed.
+    /// Where the goal is, in meters; `None` where a reset is needed.
     #[must_use]
     pub const fn desired_goal(&self) -> Option<[f64; 3]> {
         self.goal

@@ -7,7 +7,7 @@ use crate::{Env, spaces::Value};
 
 /// An environment whose task is to bring about a desired goal.
 ///
-/// The law of every goal-conditioned environment, which hindsight relabelling relies upon, bit for
+/// The law of every goal-conditioned environment, which hindsight relabeling relies upon, bit for
 /// bit: the reward of a step is [`compute_reward`](Self::compute_reward) of the observed
 /// `achieved_goal` and `desired_goal`, and `terminated` is
 /// [`compute_terminated`](Self::compute_terminated) of them. A step is `truncated` where
@@ -127,6 +127,6 @@ pub trait GoalObservation: Clone + Debug + PartialEq {
 pub struct Info {
     /// Whether the achieved goal counts as the desired one.
     pub is_success: bool,
-    /// Euclidean distance between the two, in the goals' unit: metres in the Fetch tasks.
+    /// Euclidean distance between the two, in the goals' unit: meters in the Fetch tasks.
     pub distance: f64,
 }

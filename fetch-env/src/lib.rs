@@ -21,7 +21,7 @@
 //!     }
 //!     let step = env.step(&action)?;
 //!     observation = step.observation;
-//!     // The law that hindsight relabelling lives by.
+//!     // The law that hindsight relabeling lives by.
 //!     let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
 //!     assert_eq!(step.reward, env.compute_reward(achieved, desired)?);
 //!     if step.is_last() {

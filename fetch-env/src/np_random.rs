@@ -9,7 +9,7 @@ use crate::EnvError;
 
 /// numpy's `Generator(PCG64(SeedSequence(seed)))`, as far as the environments draw from it.
 ///
-/// The same seed gives the same numbers as in Python, bit for bit. The serialised state is the seed
+/// The same seed gives the same numbers as in Python, bit for bit. The serialized state is the seed
 /// and the number of draws since, from which the rest follows.
 ///
 /// # Example
@@ -181,7 +181,7 @@ mod tests {
         uniform_pm_0p15_3: Vec<String>,
     }
 
-    /// How rand_pcg serialises its generator.
+    /// How rand_pcg serializes its generator.
     #[derive(Deserialize)]
     struct PcgState {
         state: u128,
@@ -205,7 +205,7 @@ mod tests {
         assert!(!golden.seeds.is_empty());
         for (seed, recorded) in golden.seeds {
             let mut random = NpRandom::new(seed);
-            let pcg = serde_json::to_string(&random.pcg).expect("serialisable");
+            let pcg = serde_json::to_string(&random.pcg).expect("serializable");
             let pcg: PcgState = serde_json::from_str(&pcg).expect("rand_pcg's format");
             assert_eq!(pcg.state.to_string(), recorded.state, "state of seed {seed}");
             assert_eq!(pcg.increment.to_string(), recorded.inc, "increment of seed {seed}");
@@ -225,13 +225,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_deserialised_generator_goes_on_with_the_stream(seed: u64, draws in 0..1000_u32) {
+        fn a_deserialized_generator_goes_on_with_the_stream(seed: u64, draws in 0..1000_u32) {
             let mut random = NpRandom::new(seed);
             for _ in 0..draws {
                 random.random();
             }
-            let json = serde_json::to_string(&random).expect("serialisable");
-            let mut copy: NpRandom = serde_json::from_str(&json).expect("deserialisable");
+            let json = serde_json::to_string(&random).expect("serializable");
+            let mut copy: NpRandom = serde_json::from_str(&json).expect("deserializable");
             prop_assert_eq!(&copy, &random);
             prop_assert_eq!(&copy.pcg, &random.pcg);
             prop_assert_eq!(copy.random().to_bits(), random.random().to_bits());

@@ -12,14 +12,14 @@ const OBJECT_LEN: usize = 25;
 
 /// What is observed in a Fetch environment.
 ///
-/// `achieved_goal` (3 elements, metres) is the gripper's position in Reach and the object's
-/// elsewhere; `desired_goal` (3 elements, metres) is the episode's goal. `observation` holds, in
+/// `achieved_goal` (3 elements, meters) is the gripper's position in Reach and the object's
+/// elsewhere; `desired_goal` (3 elements, meters) is the episode's goal. `observation` holds, in
 /// the world frame (x forward from the base, y to its left, z up),
 ///
 /// | Push, PickAndPlace, Slide | Reach | name | unit | what |
 /// |---|---|---|---|---|
 /// | 0-2 | 0-2 | `grip_pos` | m | position of the grip site, between the fingers |
-/// | 3-5 | - | `object_pos` | m | position of the object's centre |
+/// | 3-5 | - | `object_pos` | m | position of the object's center |
 /// | 6-8 | - | `object_rel_pos` | m | `object_pos - grip_pos` |
 /// | 9-10 | 3-4 | `gripper_state` | m | right and left finger joint; 0 is closed, 0.05 open |
 /// | 11-13 | - | `object_rot` | rad | XYZ Euler angles of the object |
@@ -97,13 +97,13 @@ impl FetchObservation {
         if task.has_object() { OBJECT_LEN } else { REACH_LEN }
     }
 
-    /// Position of the gripper, in metres.
+    /// Position of the gripper, in meters.
     #[must_use]
     pub fn grip_position(&self) -> [f64; 3] {
         take(self.observation())
     }
 
-    /// Position of the object, in metres; `None` in Reach.
+    /// Position of the object, in meters; `None` in Reach.
     #[must_use]
     pub fn object_position(&self) -> Option<[f64; 3]> {
         match &self.observation {
@@ -112,7 +112,7 @@ impl FetchObservation {
         }
     }
 
-    /// Positions of the right and left finger joint, in metres.
+    /// Positions of the right and left finger joint, in meters.
     #[must_use]
     pub fn finger_positions(&self) -> [f64; 2] {
         match &self.observation {
@@ -210,7 +210,7 @@ const REACH_FIELDS: [ObservationField; 4] =
 
 const OBJECT_FIELDS: [ObservationField; 9] = [
     grip_pos(0),
-    field("object_pos", 3..6, "m", "position of the object's centre"),
+    field("object_pos", 3..6, "m", "position of the object's center"),
     field("object_rel_pos", 6..9, "m", "position of the object relative to the gripper"),
     gripper_state(9),
     field("object_rot", 11..14, "rad", "XYZ Euler angles of the object"),
@@ -285,7 +285,7 @@ mod tests {
     fn an_observation_survives_json() {
         for task in Task::ALL {
             let observation = observation(task);
-            let json = serde_json::to_string(&observation).expect("serialisable");
+            let json = serde_json::to_string(&observation).expect("serializable");
             assert_eq!(serde_json::from_str::<FetchObservation>(&json).expect("one"), observation);
         }
         let json = r#"{"observation":[1.0],"achieved_goal":[0,0,0],"desired_goal":[0,0,0]}"#;

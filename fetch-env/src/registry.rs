@@ -10,7 +10,7 @@ use crate::{EnvError, FetchConfig, FetchEnv, TimeLimit};
 
 /// The name of one of the eight environments, such as `FetchPush-v4` or `FetchPushDense-v4`.
 ///
-/// Written, parsed and serialised as Gymnasium spells it.
+/// Written, parsed and serialized as Gymnasium spells it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct EnvId {

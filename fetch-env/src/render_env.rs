@@ -34,7 +34,7 @@ pub trait RenderEnv: Env {
     /// another task or model.
     fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError>;
 
-    /// The present state as colours: height x width x 3 (red, green, blue), the top row first.
+    /// The present state as colors: height x width x 3 (red, green, blue), the top row first.
     ///
     /// # Errors
     /// As [`update_scene`](Self::update_scene); [`EnvError::Render`] if rendering fails.
@@ -43,7 +43,7 @@ pub trait RenderEnv: Env {
         Ok(renderer.rgb()?)
     }
 
-    /// How far away everything is, height x width, in metres: see [`Renderer::depth`].
+    /// How far away everything is, height x width, in meters: see [`Renderer::depth`].
     ///
     /// # Errors
     /// As [`render`](Self::render).

@@ -10,9 +10,9 @@ use crate::{EnvError, FetchConfig, NpRandom, config};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FetchResetOptions {
-    /// The goal, in metres in the world frame.
+    /// The goal, in meters in the world frame.
     pub desired_goal: Option<[f64; 3]>,
-    /// Where the object starts: x and y in metres in the world frame. Taken as it is, also off the
+    /// Where the object starts: x and y in meters in the world frame. Taken as it is, also off the
     /// table or under the gripper.
     pub object_position: Option<[f64; 2]>,
 }

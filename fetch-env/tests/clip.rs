@@ -100,13 +100,13 @@ proptest! {
     }
 
     #[test]
-    fn few_colours_stay_as_they_were_in_a_gif((width, height, frames) in frames()) {
+    fn few_colors_stay_as_they_were_in_a_gif((width, height, frames) in frames()) {
         prop_assert_eq!(read_gif(&gif_of(&clip(width, height, &frames))), frames);
     }
 }
 
 #[test]
-fn many_colours_of_a_gif_are_close_and_do_not_flicker() {
+fn many_colors_of_a_gif_are_close_and_do_not_flicker() {
     let gradient = |shift: usize| -> Vec<u8> {
         let pixels = (0..64 * 64_usize).map(|at| (at % 64, at / 64));
         pixels
@@ -124,9 +124,9 @@ fn many_colours_of_a_gif_are_close_and_do_not_flicker() {
 }
 
 #[test]
-fn what_is_rare_and_striking_keeps_its_colour_in_a_gif() {
+fn what_is_rare_and_striking_keeps_its_color_in_a_gif() {
     const RED: [u8; 3] = [200, 10, 10];
-    // A thousand shades of grey and green, and one red pixel.
+    // A thousand shades of gray and green, and one red pixel.
     let mut frame: Vec<u8> = (0..1000_u32)
         .flat_map(|at| [(at % 250) as u8, (at % 250) as u8 / 2 + 4 * (at / 250) as u8, 90])
         .collect();

@@ -23,7 +23,7 @@ fn the_names_are_gymnasiums() {
     );
     for (id, name) in EnvId::ALL.into_iter().zip(&names) {
         assert_eq!(name.parse(), Ok(id));
-        assert_eq!(serde_json::to_string(&id).expect("serialisable"), format!("{name:?}"));
+        assert_eq!(serde_json::to_string(&id).expect("serializable"), format!("{name:?}"));
         assert_eq!(serde_json::from_str::<EnvId>(&format!("{name:?}")).expect("a name"), id);
         let env = make_kinematic(name).expect("a name");
         assert_eq!(env.inner().config(), &id.config());
@@ -79,7 +79,7 @@ proptest! {
         prop_assert_eq!(built.is_ok(), valid, "{:?}", built);
         // JSON has neither NaN nor infinity.
         if range.is_finite() && threshold.is_finite() {
-            let json = serde_json::to_string(&builder).expect("serialisable");
+            let json = serde_json::to_string(&builder).expect("serializable");
             prop_assert_eq!(serde_json::from_str::<FetchConfig>(&json).ok(), built.ok());
         }
     }

@@ -104,9 +104,9 @@ fn pixels_are_what_render_shows_in_the_order_asked_for() {
         [&mut last, &mut first].map(|env| env.reset(Some(3)).unwrap().observation);
     assert_eq!(observations[0].state, start);
     for _ in 0..4 {
-        let expected = |order, row: usize, column: usize, frame: usize, colour: usize| {
-            let value = pictures[frame][(row * 40 + column) * 3 + colour];
-            let channel = 3 * frame + colour;
+        let expected = |order, row: usize, column: usize, frame: usize, color: usize| {
+            let value = pictures[frame][(row * 40 + column) * 3 + color];
+            let channel = 3 * frame + color;
             match order {
                 ChannelOrder::Hwc => ((row * 40 + column) * 6 + channel, value),
                 ChannelOrder::Chw => ((channel * 30 + row) * 40 + column, value),

@@ -83,8 +83,8 @@ proptest! {
         ])
         .expect("different keys")
         .into();
-        let json = serde_json::to_string(&space).expect("serialisable");
-        prop_assert_eq!(serde_json::from_str::<Space>(&json).expect("deserialisable"), space);
+        let json = serde_json::to_string(&space).expect("serializable");
+        prop_assert_eq!(serde_json::from_str::<Space>(&json).expect("deserializable"), space);
     }
 }
 
@@ -149,6 +149,6 @@ fn a_value_of_another_kind_lies_outside() {
 #[test]
 fn an_unbounded_box_is_written_with_null() {
     let space = Space::from(BoxSpace::<f64>::unbounded(1));
-    let json = serde_json::to_string(&space).expect("serialisable");
+    let json = serde_json::to_string(&space).expect("serializable");
     assert_eq!(json, r#"{"type":"box_f64","shape":[1],"low":[null],"high":[null]}"#);
 }

@@ -23,7 +23,7 @@
 //    Minkowski difference. The direction of D is a sum, with weights that are not negative, of at
 //    most three of them, which lie in one octant and so make no obtuse angles; hence the weights add
 //    up to at most sqrt(3), and along one of the axes the gap is at least D / sqrt(3).)
-// 4. What is computed is off by rounding, some 1e-15 of metres; by FS_SUPPORT_ERROR for each mesh; and
+// 4. What is computed is off by rounding, some 1e-15 of meters; by FS_SUPPORT_ERROR for each mesh; and
 //    MuJoCo's routines for general convex shapes find what they find with a tolerance of 1e-6.
 //    SLACK is greater than all of these together. `travel` is rounded up, and starts afresh before
 //    it gets so long that adding to it would lose digits. What is not a number rejects nothing.
@@ -44,9 +44,9 @@
 
 #include "separation.h"
 
-static const double SLACK = 1e-5;        // metres
-static const double MAX_TRAVEL = 1000;   // metres
-static const double ROUNDING = 1e-12;    // metres
+static const double SLACK = 1e-5;        // meters
+static const double MAX_TRAVEL = 1000;   // meters
+static const double ROUNDING = 1e-12;    // meters
 enum { MAX_WAIT = 15 };
 
 typedef struct {

@@ -52,7 +52,7 @@ static struct {
   void* config;
 } egl;
 
-// Takes a display if it can be initialised and has desktop OpenGL.
+// Takes a display if it can be initialized and has desktop OpenGL.
 static int egl_use(void* display) {
   static const int wanted[] = {
       EGL_RED_SIZE, 8, EGL_GREEN_SIZE, 8, EGL_BLUE_SIZE, 8, EGL_ALPHA_SIZE, 8, EGL_DEPTH_SIZE, 24,

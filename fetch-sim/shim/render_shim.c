@@ -144,7 +144,7 @@ int fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl) {
   return status;
 }
 
-// A free camera: where it looks (metres), from how far, and from which direction (degrees).
+// A free camera: where it looks (meters), from how far, and from which direction (degrees).
 void fs_set_free_camera(fs_renderer* r, const double lookat[3], double distance, double azimuth,
                         double elevation) {
   r->camera.type = mjCAMERA_FREE;
@@ -191,7 +191,7 @@ int fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments, uns
   return fs_guarded(draw, &arguments);
 }
 
-// The distances of the near and the far plane in the last picture (metres), and whether its camera
+// The distances of the near and the far plane in the last picture (meters), and whether its camera
 // projects in parallel.
 void fs_planes(const fs_renderer* r, float* near_plane, float* far_plane, int* parallel) {
   const mjvGLCamera* camera = r->scene.camera;

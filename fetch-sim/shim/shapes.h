@@ -5,7 +5,7 @@
 
 #include <mujoco/mujoco.h>
 
-// The greatest error of a support function (metres): a hull leaves out vertices that stick out less.
+// The greatest error of a support function (meters): a hull leaves out vertices that stick out less.
 #define FS_SUPPORT_ERROR 1e-6
 
 // A cell of a hull's direction map is found by the largest component of a direction, and by the

@@ -35,7 +35,7 @@ void fs_get_visual_geom(const mjModel* m, int geom, fs_visual_geom* out) {
   memcpy(out->size, m->geom_size + 3 * geom, sizeof out->size);
   memcpy(out->position, m->geom_pos + 3 * geom, sizeof out->position);
   memcpy(out->orientation, m->geom_quat + 4 * geom, sizeof out->orientation);
-  // As MuJoCo's renderer does: a colour of the geom's own comes before its material's.
+  // As MuJoCo's renderer does: a color of the geom's own comes before its material's.
   const float* rgba = m->geom_rgba + 4 * geom;
   const int material = m->geom_matid[geom];
   if (material >= 0 && memcmp(rgba, unset, sizeof unset) == 0) rgba = m->mat_rgba + 4 * material;

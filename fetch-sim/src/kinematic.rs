@@ -5,25 +5,25 @@ use crate::{Control, GripperState, ObjectState, Settled, SimConfig, SimError, Si
 
 /// Duration of a substep, in seconds; MuJoCo's time step in the Fetch scenes.
 const TIME_STEP: f64 = 0.002;
-/// Where the grip site can be brought, in metres: above the table and within the arm's reach.
+/// Where the grip site can be brought, in meters: above the table and within the arm's reach.
 const REACHABLE: [[f64; 2]; 3] = [[0.75, 1.6], [0.35, 1.15], [0.41, 1.1]];
-/// Extent of the table's top, in metres: x and y.
+/// Extent of the table's top, in meters: x and y.
 const TABLE: [[f64; 2]; 2] = [[1.05, 1.55], [0.4, 1.1]];
 /// The table of the Slide scene is longer.
 const SLIDE_TABLE: [[f64; 2]; 2] = [[0.7, 1.95], [0.3, 1.2]];
-/// Half of the object's width, in metres.
+/// Half of the object's width, in meters.
 const OBJECT_RADIUS: f64 = 0.025;
-/// Half of the closed gripper's width, in metres.
+/// Half of the closed gripper's width, in meters.
 const GRIPPER_RADIUS: f64 = 0.015;
-/// How far above or below the object's centre the grip site still touches it, in metres.
+/// How far above or below the object's center the grip site still touches it, in meters.
 const GRIP_REACH: f64 = 0.03;
-/// A finger's joint position when the gripper is open, in metres.
+/// A finger's joint position when the gripper is open, in meters.
 const FINGER_OPEN: f64 = 0.05;
-/// Largest speed of a finger, in metres per second: 0.04 m in one control step of 0.04 s.
+/// Largest speed of a finger, in meters per second: 0.04 m in one control step of 0.04 s.
 const FINGER_SPEED: f64 = 1.0;
-/// Deceleration of a sliding puck, in metres per second squared.
+/// Deceleration of a sliding puck, in meters per second squared.
 const SLIDE_FRICTION: f64 = 1.0;
-/// Free fall, in metres per second squared.
+/// Free fall, in meters per second squared.
 const GRAVITY: f64 = 9.81;
 
 /// A stand-in for the physics: a gripper that goes where it is told and an object that is pushed,
@@ -61,7 +61,7 @@ impl KinematicSimulator {
         }
     }
 
-    /// Advances by one substep; displacements in metres.
+    /// Advances by one substep; displacements in meters.
     fn substep(&mut self, displacement: Vector3<f64>, finger_displacement: f64) {
         let before = self.gripper.position;
         for (axis, [low, high]) in REACHABLE.into_iter().enumerate() {
@@ -91,7 +91,7 @@ impl KinematicSimulator {
         self.object = Some(object);
     }
 
-    /// Whether the object's centre is where the fingers can close on it.
+    /// Whether the object's center is where the fingers can close on it.
     fn between_fingers(&self, object: &Object) -> bool {
         let offset = object.position - self.gripper.position;
         // Blocked fingers never open, so nothing comes between them.

@@ -5,8 +5,8 @@ use crate::{SimError, Task};
 
 /// What an environment needs of a simulated Fetch robot.
 ///
-/// One value is one robot in one scene. Positions are metres in the world frame (x forward from
-/// the base, y to its left, z up), velocities metres or radians per second.
+/// One value is one robot in one scene. Positions are meters in the world frame (x forward from
+/// the base, y to its left, z up), velocities meters or radians per second.
 ///
 /// A failed call leaves the simulation in an unspecified but valid state: call
 /// [`reset`](Self::reset) or [`restore`](Self::restore) before anything else.
@@ -23,7 +23,7 @@ pub trait Simulator {
     /// Where things rest once the scene has settled; the same after every reset.
     fn settled(&self) -> Settled;
 
-    /// Returns to the settled state, with the object at `object_xy` (metres).
+    /// Returns to the settled state, with the object at `object_xy` (meters).
     ///
     /// `None` leaves the object where it settled. The object keeps its settled height and
     /// orientation.
@@ -58,18 +58,18 @@ pub trait Simulator {
 /// What is remembered of the settled scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
-    /// Position of the grip site, in metres.
+    /// Position of the grip site, in meters.
     pub gripper_position: Vector3<f64>,
-    /// Height of the object's centre above the floor, in metres; `None` without an object.
+    /// Height of the object's center above the floor, in meters; `None` without an object.
     pub object_height: Option<f64>,
 }
 
 /// One control step's command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Control {
-    /// Displacement of the gripper's target from its present position, in metres.
+    /// Displacement of the gripper's target from its present position, in meters.
     pub displacement: Vector3<f64>,
-    /// Displacement of both fingers' targets, in metres; positive opens. Without effect where
+    /// Displacement of both fingers' targets, in meters; positive opens. Without effect where
     /// the gripper is blocked.
     pub fingers: f64,
 }
@@ -77,24 +77,24 @@ pub struct Control {
 /// State of the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GripperState {
-    /// Position of the grip site, in metres.
+    /// Position of the grip site, in meters.
     pub position: Vector3<f64>,
-    /// Linear velocity of the grip site, in metres per second.
+    /// Linear velocity of the grip site, in meters per second.
     pub velocity: Vector3<f64>,
-    /// Right and left finger joint positions, in metres; 0 is closed.
+    /// Right and left finger joint positions, in meters; 0 is closed.
     pub finger_positions: [f64; 2],
-    /// Right and left finger joint velocities, in metres per second.
+    /// Right and left finger joint velocities, in meters per second.
     pub finger_velocities: [f64; 2],
 }
 
 /// State of the object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectState {
-    /// Position of the object's centre, in metres.
+    /// Position of the object's center, in meters.
     pub position: Vector3<f64>,
     /// Orientation: columns are the object's axes in the world frame.
     pub rotation: Matrix3<f64>,
-    /// Linear velocity, in metres per second.
+    /// Linear velocity, in meters per second.
     pub linear_velocity: Vector3<f64>,
     /// Angular velocity, in radians per second.
     pub angular_velocity: Vector3<f64>,

@@ -73,7 +73,7 @@ fn the_goal_is_drawn_where_it_is_and_the_sky_above() {
 }
 
 #[test]
-fn depth_is_the_distance_in_metres() {
+fn depth_is_the_distance_in_meters() {
     // Straight down at the table's edge nearest to -y: its top is 2 m below, the floor 2.4 m.
     let lookat = Vector3::new(1.5, 0.45, 0.4);
     let down = FreeCamera { lookat, distance: 2.0, azimuth: 90.0, elevation: -90.0 };
@@ -84,7 +84,7 @@ fn depth_is_the_distance_in_metres() {
     let at = |row: usize| depth[row * 96 + 48];
     assert!((at(32) - 2.0).abs() < 1e-3, "the table is {} m away", at(32));
     assert!((at(40) - 2.4).abs() < 1e-3, "the floor is {} m away", at(40));
-    assert!(depth.iter().all(|metres| (1.0..200.0).contains(metres)));
+    assert!(depth.iter().all(|meters| (1.0..200.0).contains(meters)));
 }
 
 #[test]

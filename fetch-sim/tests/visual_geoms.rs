@@ -21,7 +21,7 @@ fn every_scene_shows_table_robot_and_object_where_they_are_simulated() {
         }
         let [table] = on("table0")[..] else { panic!("{task}: one table") };
         assert!(matches!(table.shape, Shape::Box { half_size } if half_size[2] == 0.2));
-        assert_eq!(table.rgba, [0.93, 0.93, 0.93, 1.0], "{task}: the material's colour");
+        assert_eq!(table.rgba, [0.93, 0.93, 0.93, 1.0], "{task}: the material's color");
         assert_eq!(on("robot0:laser_link")[0].rgba, [0.7922, 0.8196, 0.9333, 1.0], "{task}");
         assert_eq!(on("robot0:mocap").len(), 0, "{task}: the mocap body is hidden");
         assert_eq!(geoms.iter().filter(|g| matches!(g.shape, Shape::Plane { .. })).count(), 1);
@@ -63,7 +63,7 @@ fn every_mesh_is_a_closed_surface_that_faces_outwards() {
 fn forearm_wrist_and_palm_are_where_the_links_are() {
     let geoms = VisualGeom::of_builtin(Task::Push).expect("MuJoCo");
     let simulator = MujocoSimulator::new(&SimConfig::new(Task::Push)).expect("MuJoCo");
-    // Links, their colours, and from where to where the corners of `model/hulls.xml` reach (metres,
+    // Links, their colors, and from where to where the corners of `model/hulls.xml` reach (meters,
     // in the link's frame).
     let hulls = [
         ("robot0:gripper_link", WHITE, [[-0.154, -0.0629, -0.0401], [-0.0324, 0.0629, 0.0394]]),

@@ -1,6 +1,6 @@
 //! The Euclidean distance of two goals, to numpy's last bit.
 
-/// The Euclidean distance of two goals, in the goals' own unit (metres for Fetch).
+/// The Euclidean distance of two goals, in the goals' own unit (meters for Fetch).
 ///
 /// Both slices hold one goal of the same length. Two empty goals are at distance 0. Goals of
 /// different lengths have no distance: the result is NaN, which no reward function calls a success

@@ -2,7 +2,7 @@
 //!
 //! A goal-conditioned task asks for a `desired_goal` and reports the `achieved_goal`; both are
 //! slices of `f64` with one meaning per element. Everything here is a function of those two slices
-//! and of nothing else, so that hindsight relabelling may ask what the reward *would have been* for
+//! and of nothing else, so that hindsight relabeling may ask what the reward *would have been* for
 //! another goal and get, bit for bit, what the environment would have given.
 //!
 //! [`DistanceReward`] is the reward of the Fetch tasks, with the comparisons of

@@ -8,7 +8,7 @@ use crate::{GoalError, GoalPairs, check_goals};
 /// The reward of a goal-conditioned task: a pure function of the achieved and the desired goal.
 ///
 /// *Pure* is the contract: equal arguments give equal bits, now and later, on any thread. Hindsight
-/// relabelling depends on it. The arguments always come in the order `achieved_goal`,
+/// relabeling depends on it. The arguments always come in the order `achieved_goal`,
 /// `desired_goal`.
 ///
 /// Only [`reward`](Self::reward) and [`is_success`](Self::is_success) must be written. The batched

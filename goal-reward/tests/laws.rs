@@ -7,7 +7,7 @@ use goal_reward::{
     ThresholdError, check_goals, goal_distance,
 };
 
-/// The neighbours of 0.05, and 0.05 itself, with the sparse reward and the success of the
+/// The neighbors of 0.05, and 0.05 itself, with the sparse reward and the success of the
 /// reference (numpy 2.4.6: `-(d > 0.05).astype(np.float32)` and `d < 0.05`).
 const AT_THE_THRESHOLD: [(u64, f64, bool); 3] = [
     (0x3fa9_9999_9999_9999, -0.0, true),

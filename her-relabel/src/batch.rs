@@ -2,7 +2,7 @@
 
 use crate::config::Dims;
 use crate::field::{Fields, UnknownField};
-use crate::rows::{Relabelled, Rows};
+use crate::rows::{Relabeled, Rows};
 use crate::storage::{Storage, TransitionId};
 use crate::{Sampler, Scalar};
 
@@ -39,11 +39,11 @@ pub(crate) struct Columns<T> {
     pub(crate) importance_weight: Vec<T>,
 }
 
-/// Memory for the drawing of a batch: the relabelled rows, and side by side the pairs of goals that the
+/// Memory for the drawing of a batch: the relabeled rows, and side by side the pairs of goals that the
 /// reward function is to judge. What it holds between calls means nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch<T> {
-    pub(crate) relabelled: Vec<Relabelled>,
+    pub(crate) relabeled: Vec<Relabeled>,
     pub(crate) achieved_pairs: Vec<f64>,
     pub(crate) desired_pairs: Vec<f64>,
     pub(crate) rewards: Vec<f64>,
@@ -164,7 +164,7 @@ impl<T: Scalar> Batch<T> {
     }
 
     /// Whether each row got a new goal, `len` of them.
-    pub fn relabelled(&self) -> impl ExactSizeIterator<Item = bool> + '_ {
+    pub fn relabeled(&self) -> impl ExactSizeIterator<Item = bool> + '_ {
         self.columns.goal_source.iter().map(Option::is_some)
     }
 
@@ -211,7 +211,7 @@ impl<T: Scalar> Batch<T> {
             scratch.field_rows.resize(n_fields, T::default());
             &mut scratch.field_rows
         };
-        scratch.relabelled.resize(size, Relabelled::default());
+        scratch.relabeled.resize(size, Relabeled::default());
         scratch.achieved_pairs.resize(size * window * dims.goal, 0.0);
         scratch.desired_pairs.resize(size * window * dims.goal, 0.0);
         Rows {
@@ -230,7 +230,7 @@ impl<T: Scalar> Batch<T> {
             discount: &mut columns.discount,
             transition: &mut columns.transition,
             goal_source: &mut columns.goal_source,
-            relabelled: &mut scratch.relabelled,
+            relabeled: &mut scratch.relabeled,
             achieved_pairs: &mut scratch.achieved_pairs,
             desired_pairs: &mut scratch.desired_pairs,
             fields,

@@ -7,7 +7,7 @@ use prefetch_index::prefetch_index;
 use crate::Scalar;
 use crate::copy::copy;
 use crate::draws::{Draws, Purpose, unit};
-use crate::rows::{Relabelled, Rows};
+use crate::rows::{Relabeled, Rows};
 use crate::sampler::{NStep, Sampler};
 use crate::storage::{Storage, TransitionId};
 use crate::strategy::Goal;
@@ -48,7 +48,7 @@ impl<T> Planned<'_, T> {
     };
 }
 
-/// How many rows were relabelled, and how many pairs of goals they have together.
+/// How many rows were relabeled, and how many pairs of goals they have together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counts {
     pub(crate) rows: usize,
@@ -56,7 +56,7 @@ pub(crate) struct Counts {
 }
 
 /// Draws rows and copies their transitions, which `pick` takes from random words, with rewards as
-/// stored. The relabelled rows and their pairs of goals are put at the front of their scratch memory.
+/// stored. The relabeled rows and their pairs of goals are put at the front of their scratch memory.
 ///
 /// A row goes through four stages, `AHEAD` rows behind each other: its transition is drawn; its episode's
 /// record is looked for; its goal is drawn; it is copied. Each stage asks for the memory that the next one
@@ -109,14 +109,14 @@ fn plan<'a, T: Scalar>(
 ) -> Planned<'a, T> {
     let Storage { layout, episodes, tape, .. } = storage;
     let episode = episodes.of(transition);
-    let is_relabelled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio.get();
+    let is_relabeled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio.get();
     let strategy = sampler.goals.choose(|| draws.word(row, Purpose::Strategy));
     let goals = [
         Goal { source: transition, row: episode.last_row(), is_desired: true },
         strategy.draw(transition, &episode, episodes, draws.word(row, Purpose::Goal)),
     ];
-    // No branch, for which rows are relabelled cannot be predicted.
-    let goal = goals[usize::from(is_relabelled)];
+    // No branch, for which rows are relabeled cannot be predicted.
+    let goal = goals[usize::from(is_relabeled)];
     let goal_source = goal.source;
     let left = episode.end - transition;
     let steps = left.min(sampler.window() as u64);
@@ -140,7 +140,7 @@ fn plan<'a, T: Scalar>(
         steps,
         next,
         goal,
-        goal_source: TransitionId::of_if(goal_source, is_relabelled),
+        goal_source: TransitionId::of_if(goal_source, is_relabeled),
         terminated: is_last & episode.ending.terminated,
         truncated: is_last & episode.ending.truncated,
     }
@@ -228,7 +228,7 @@ fn put_return<T: Scalar>(
 }
 
 /// Puts the pairs of goals of a row side by side: of each step of the window what it achieved, and the
-/// new goal. They are kept if the row is relabelled.
+/// new goal. They are kept if the row is relabeled.
 #[inline(always)]
 fn put_pairs<T: Scalar>(
     storage: &Storage<T>,
@@ -248,11 +248,11 @@ fn put_pairs<T: Scalar>(
             put_wide(rows.desired_pairs, pair, planned.goal);
         }
     }
-    rows.relabelled[counts.rows] = Relabelled { row: rows.first + at, pairs: steps, used: steps };
-    // No branch, for which rows are relabelled cannot be predicted.
-    let is_relabelled = usize::from(planned.goal_source.is_some());
-    counts.rows += is_relabelled;
-    counts.pairs += is_relabelled * steps;
+    rows.relabeled[counts.rows] = Relabeled { row: rows.first + at, pairs: steps, used: steps };
+    // No branch, for which rows are relabeled cannot be predicted.
+    let is_relabeled = usize::from(planned.goal_source.is_some());
+    counts.rows += is_relabeled;
+    counts.pairs += is_relabeled * steps;
 }
 
 /// Puts a goal in its place among the numbers that reward functions take.

@@ -10,7 +10,7 @@ use crate::storage::Storage;
 /// How far importance weights make up for the priorities: from 0, not at all, to 1, fully.
 ///
 /// A row drawn with probability `P` from `N` transitions has the weight `(N * P)^-beta`, divided by the
-/// highest weight of the batch. Prioritized replay raises beta to 1 towards the end of training.
+/// highest weight of the batch. Prioritized replay raises beta to 1 toward the end of training.
 ///
 /// Source: Schaul et al., *Prioritized experience replay*, 2016, section 3.4; there the highest weight is
 /// that of the whole buffer, whereas most libraries take the batch's, as here.

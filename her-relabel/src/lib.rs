@@ -45,7 +45,7 @@
 //!     })?;
 //! }
 //!
-//! // Four relabelled transitions for each that is left alone.
+//! // Four relabeled transitions for each that is left alone.
 //! let sampler = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
 //! let mut batch = Batch::new();
 //! sampler.sample_seeded(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;

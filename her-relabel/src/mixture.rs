@@ -18,7 +18,7 @@ const MAX_PARTS: usize = 6;
 /// ```
 /// use her_relabel::{GoalMixture, GoalPart, GoalStrategy, RelabelRatio, Sampler};
 ///
-/// // Of the relabelled rows two in three get a future goal, one in three one that was once desired.
+/// // Of the relabeled rows two in three get a future goal, one in three one that was once desired.
 /// let goals = GoalMixture::new(&[
 ///     GoalPart { strategy: GoalStrategy::Future, weight: 2.0 },
 ///     GoalPart { strategy: GoalStrategy::PastDesired, weight: 1.0 },

@@ -7,9 +7,9 @@ use crate::Scalar;
 
 /// The running mean and standard deviation of vectors, element by element.
 ///
-/// Learners normalise what a network sees: [`update`](Self::update) with observations (or goals) as they
+/// Learners normalize what a network sees: [`update`](Self::update) with observations (or goals) as they
 /// come, [`merge`](Self::merge) what several workers saw, and [`normalize`](Self::normalize) batches. A
-/// normalised element is `(x - mean) / std`, clipped to `[-clip, clip]`. The standard deviation is that
+/// normalized element is `(x - mean) / std`, clipped to `[-clip, clip]`. The standard deviation is that
 /// of the population, `sqrt(sum((x - mean)^2) / n)`, but never below `min_std`, so that an element that
 /// hardly varies is not blown up. Before the first update the mean is 0 and the standard deviation 1.
 ///
@@ -76,7 +76,7 @@ impl Normalizer {
         Ok(self)
     }
 
-    /// The same with another bound of normalised elements.
+    /// The same with another bound of normalized elements.
     ///
     /// # Errors
     /// [`NormalizerError::BadSetting`] if it is not a positive, finite number.
@@ -172,7 +172,7 @@ impl Normalizer {
         Ok(())
     }
 
-    /// Normalises vectors in place, a row-major matrix of any number of rows.
+    /// Normalizes vectors in place, a row-major matrix of any number of rows.
     ///
     /// # Errors
     /// [`NormalizerError::WrongLength`] or [`NormalizerError::NotFinite`]; nothing has changed then.

@@ -5,7 +5,7 @@ use goal_reward::{GoalPairs, GoalReward};
 use crate::Scalar;
 use crate::batch::Batch;
 use crate::gather::Counts;
-use crate::rows::Relabelled;
+use crate::rows::Relabeled;
 use crate::sample_error::SampleError;
 use crate::sampler::Sampler;
 use crate::storage::Storage;
@@ -40,22 +40,22 @@ pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
     if sampler.success { judge(storage, reward, batch) } else { Ok(()) }
 }
 
-/// Ends each relabelled window where the new goal ends the task, if it does.
+/// Ends each relabeled window where the new goal ends the task, if it does.
 fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<T>) {
     let Batch { columns, scratch } = batch;
     let Storage { layout, tape, episodes, .. } = storage;
     let dims = layout.dims();
     let mut rest = &scratch.terminated[..];
-    for relabelled in &mut scratch.relabelled[..counts.rows] {
-        let (terminated, later) = rest.split_at(relabelled.pairs);
+    for relabeled in &mut scratch.relabeled[..counts.rows] {
+        let (terminated, later) = rest.split_at(relabeled.pairs);
         rest = later;
-        let row = relabelled.row;
+        let row = relabeled.row;
         let end = terminated.iter().position(|terminated| *terminated);
         columns.terminated[row] = end.is_some();
-        let Some(used) = end.map(|end| end + 1).filter(|used| *used < relabelled.pairs) else {
+        let Some(used) = end.map(|end| end + 1).filter(|used| *used < relabeled.pairs) else {
             continue;
         };
-        relabelled.used = used;
+        relabeled.used = used;
         columns.truncated[row] = false;
         let transition = columns.transition[row].number();
         let next = tape.row(episodes.of(transition).row(transition) + used as u64);
@@ -66,7 +66,7 @@ fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<
     }
 }
 
-/// Puts the rewards of the windows, whose lengths are final, into the relabelled rows.
+/// Puts the rewards of the windows, whose lengths are final, into the relabeled rows.
 fn put_rewards<T: Scalar>(
     sampler: &Sampler,
     counts: Counts,
@@ -74,7 +74,7 @@ fn put_rewards<T: Scalar>(
 ) -> Result<(), SampleError> {
     let Batch { columns, scratch } = batch;
     let mut rest = &scratch.rewards[..];
-    for Relabelled { row, pairs, used } in &scratch.relabelled[..counts.rows] {
+    for Relabeled { row, pairs, used } in &scratch.relabeled[..counts.rows] {
         let (rewards, later) = rest.split_at(*pairs);
         rest = later;
         let mut value = rewards[0];

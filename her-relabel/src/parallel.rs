@@ -28,9 +28,9 @@ pub(crate) fn gather_parallel<T: Scalar>(
         || gather_parallel(storage, sampler, draws, pick, &mut front),
         || gather_parallel(storage, sampler, draws, pick, &mut back),
     );
-    // The back's relabelled rows follow the front's, as in a batch of one part.
+    // The back's relabeled rows follow the front's, as in a batch of one part.
     let goal = rows.dims.goal;
-    rows.relabelled.copy_within(middle..middle + second.rows, first.rows);
+    rows.relabeled.copy_within(middle..middle + second.rows, first.rows);
     let pairs = middle * rows.window * goal..(middle * rows.window + second.pairs) * goal;
     rows.achieved_pairs.copy_within(pairs.clone(), first.pairs * goal);
     rows.desired_pairs.copy_within(pairs, first.pairs * goal);

@@ -22,16 +22,16 @@ pub(crate) struct Rows<'a, T> {
     pub(crate) discount: &'a mut [T],
     pub(crate) transition: &'a mut [TransitionId],
     pub(crate) goal_source: &'a mut [Option<TransitionId>],
-    pub(crate) relabelled: &'a mut [Relabelled],
+    pub(crate) relabeled: &'a mut [Relabeled],
     pub(crate) achieved_pairs: &'a mut [f64],
     pub(crate) desired_pairs: &'a mut [f64],
     /// All fields, row by row.
     pub(crate) fields: &'a mut [T],
 }
 
-/// A relabelled row of a batch, and its window.
+/// A relabeled row of a batch, and its window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Relabelled {
+pub(crate) struct Relabeled {
     pub(crate) row: usize,
     /// How many pairs of goals it has: one for each step of the window.
     pub(crate) pairs: usize,
@@ -62,7 +62,7 @@ impl<T> Rows<'_, T> {
         let discounts = self.discount.split_at_mut(rows.min(self.discount.len()));
         let transitions = self.transition.split_at_mut(rows);
         let goal_sources = self.goal_source.split_at_mut(rows);
-        let relabelled = self.relabelled.split_at_mut(rows);
+        let relabeled = self.relabeled.split_at_mut(rows);
         let achieved_pairs = self.achieved_pairs.split_at_mut(rows * pair);
         let desired_pairs = self.desired_pairs.split_at_mut(rows * pair);
         let fields = self.fields.split_at_mut(rows * fields);
@@ -82,7 +82,7 @@ impl<T> Rows<'_, T> {
             discount: discounts.0,
             transition: transitions.0,
             goal_source: goal_sources.0,
-            relabelled: relabelled.0,
+            relabeled: relabeled.0,
             achieved_pairs: achieved_pairs.0,
             desired_pairs: desired_pairs.0,
             fields: fields.0,
@@ -103,7 +103,7 @@ impl<T> Rows<'_, T> {
             discount: discounts.1,
             transition: transitions.1,
             goal_source: goal_sources.1,
-            relabelled: relabelled.1,
+            relabeled: relabeled.1,
             achieved_pairs: achieved_pairs.1,
             desired_pairs: desired_pairs.1,
             fields: fields.1,

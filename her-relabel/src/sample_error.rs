@@ -12,7 +12,7 @@ pub enum SampleError {
     EmptyBatch,
     /// Nothing is stored yet.
     #[error(
-        "the buffer holds no finished episode, and only finished episodes can be relabelled; step \
+        "the buffer holds no finished episode, and only finished episodes can be relabeled; step \
          the environments until one ends, or call end_episode"
     )]
     NoFinishedEpisode,
@@ -26,7 +26,7 @@ pub enum SampleError {
     #[error("a batch of this size exceeds the address space; check `batch_size` and `n_step`")]
     TooLarge,
     /// The reward function refused the goals of the batch.
-    #[error("the reward function failed on the relabelled goals: {0}")]
+    #[error("the reward function failed on the relabeled goals: {0}")]
     Reward(#[from] GoalError),
     /// The reward function gave NaN or infinity, or a number beyond the buffer's type.
     #[error(

@@ -32,7 +32,7 @@ pub struct NStep {
 ///
 /// Every row is drawn on its own: a live transition, uniformly (or by its priority) and with replacement;
 /// then, with the
-/// probability of the ratio, a new goal by the strategy. A relabelled row gets the new goal and
+/// probability of the ratio, a new goal by the strategy. A relabeled row gets the new goal and
 /// the reward `f(next_achieved_goal, new_goal)`; everything else in it, and all of the other rows, is
 /// as it was stored, unless the sampler is told otherwise.
 ///
@@ -73,7 +73,7 @@ pub struct Sampler {
     pub goals: GoalMixture,
     /// The share of rows that get one.
     pub ratio: RelabelRatio,
-    /// Whether the relabelled rows are terminated as the reward function says of their new goal, in
+    /// Whether the relabeled rows are terminated as the reward function says of their new goal, in
     /// place of what was stored. Off in a new sampler, as in the paper.
     pub recompute_terminated: bool,
     /// Whether [`Batch::success`] is computed. Off in a new sampler.
@@ -127,7 +127,7 @@ impl Sampler {
         self
     }
 
-    /// The same with the termination of relabelled rows computed for their new goal, or as it was
+    /// The same with the termination of relabeled rows computed for their new goal, or as it was
     /// stored.
     #[must_use]
     pub const fn with_recomputed_terminated(mut self, recompute: bool) -> Self {
@@ -145,7 +145,7 @@ impl Sampler {
     /// The same with rows of up to `n_step.steps` steps.
     ///
     /// A row's window begins with its transition and ends with the episode at the latest. It has one
-    /// goal, for which all of its rewards are computed if the row is relabelled; a goal of the future
+    /// goal, for which all of its rewards are computed if the row is relabeled; a goal of the future
     /// is one of the states after the first step. [`Batch::reward`] is the discounted sum of the
     /// rewards, the next observation and the flags belong to the last step, and [`Batch::discount`] is
     /// what to multiply the next value with. If termination is recomputed, a window ends with the first
@@ -195,7 +195,7 @@ impl Sampler {
 
     /// Draws a batch into `batch`, with the generator `rng`, of which one word is used.
     ///
-    /// `reward` is called once, with the relabelled rows only, and not at all if there are none.
+    /// `reward` is called once, with the relabeled rows only, and not at all if there are none.
     /// Rewards are computed in `f64`. If it panics the buffer is unharmed.
     ///
     /// # Errors

@@ -53,7 +53,7 @@ pub struct StepBatch<'a, S> {
     /// The rewards for the episodes' own goals, `n_envs` elements.
     pub rewards: &'a [S],
     /// The observations after the step: of an episode that ends its terminal observation, which
-    /// vectorised environments often return apart. `n_envs * dims.observation` elements.
+    /// vectorized environments often return apart. `n_envs * dims.observation` elements.
     pub next_observations: &'a [S],
     /// The goals achieved after the step, `n_envs * dims.goal` elements.
     pub next_achieved_goals: &'a [S],

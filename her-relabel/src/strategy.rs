@@ -7,7 +7,7 @@ use crate::Discount;
 use crate::draws::{below, unit};
 use crate::episodes::{Episode, Episodes};
 
-/// Where the goal comes from that replaces the desired goal of a relabelled transition.
+/// Where the goal comes from that replaces the desired goal of a relabeled transition.
 ///
 /// The states of an episode of `T` transitions are `0..=T`, and transition `t` leads from state `t`
 /// to state `t + 1`. All draws are independent of each other, and uniform but for
@@ -32,7 +32,7 @@ pub enum GoalStrategy {
     /// and 0 is always the next state.
     ///
     /// Source: Eysenbach et al., *Contrastive learning as goal-conditioned reinforcement learning*,
-    /// 2022; the distribution is cut off at the end of the episode and normalised.
+    /// 2022; the distribution is cut off at the end of the episode and normalized.
     Geometric {
         /// The discount of each further step.
         gamma: Discount,
@@ -118,7 +118,7 @@ impl RelabelRatio {
         if (0.0..=1.0).contains(&ratio) { Ok(Self(ratio)) } else { Err(RatioError { ratio }) }
     }
 
-    /// `k` relabelled transitions for each that is left alone: the share `k / (k + 1)`. This `k` is
+    /// `k` relabeled transitions for each that is left alone: the share `k / (k + 1)`. This `k` is
     /// the paper's, and `n_sampled_goal` of other libraries.
     #[must_use]
     pub fn from_k(k: u32) -> Self {

@@ -64,7 +64,7 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() {
         plain.with_n_step(n_step).with_success(true),
         plain.with_priorities(Beta::FULL),
     ] {
-        // The pairs of goals that the reward judges are as many as there are relabelled rows at most.
+        // The pairs of goals that the reward judges are as many as there are relabeled rows at most.
         let mut batch = Batch::new();
         let all = sampler.with_ratio(RelabelRatio::ALL);
         (0..20).for_each(|seed| all.sample_seeded(&buffer, &reward, seed, &mut batch).unwrap());

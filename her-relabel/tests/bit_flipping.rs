@@ -1,4 +1,4 @@
-//! Relabelling makes learning possible: the bit flipping task with hindsight and without.
+//! Relabeling makes learning possible: the bit flipping task with hindsight and without.
 
 #[path = "../examples/bit_flipping/learner.rs"]
 mod learner;

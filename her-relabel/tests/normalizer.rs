@@ -47,12 +47,12 @@ proptest! {
     }
 
     #[test]
-    fn normalised_rows_have_mean_0_and_deviation_1(rows in rows()) {
+    fn normalized_rows_have_mean_0_and_deviation_1(rows in rows()) {
         prop_assume!(rows.len() >= 2 * DIM);
         let normalizer = normalizer(&rows).with_clip(1e9).expect("a clip");
-        let mut normalised = rows.clone();
-        normalizer.normalize(&mut normalised).expect("rows");
-        let again = self::normalizer(&normalised);
+        let mut normalized = rows.clone();
+        normalizer.normalize(&mut normalized).expect("rows");
+        let again = self::normalizer(&normalized);
         for ((mean, std), before) in again.mean().iter().zip(again.std()).zip(normalizer.std()) {
             prop_assert!(mean.abs() < 1e-6);
             prop_assert!(before == 0.01 || (std - 1.0).abs() < 1e-6);

@@ -63,19 +63,19 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
 
-    let relabelled = STEPS * GOALS_PER_STEP;
+    let relabeled = STEPS * GOALS_PER_STEP;
     if let Some(path) = &args.json {
         let count = |name: &str, value| (format!("bridge/{name}"), Figure::count(value));
         let results = [
             count("step-checks", STEPS),
             count("step-mismatches", step_mismatches),
-            count("relabel-checks", relabelled),
+            count("relabel-checks", relabeled),
             count("relabel-mismatches", relabel_mismatches),
         ];
         write_json(path, &Report::new(EnvSettings { env_id: id, seed }, results))?;
     }
     println!("Step reward checks:    {STEPS} steps, mismatches={step_mismatches}");
-    println!("Relabel reward checks: {relabelled} checks, mismatches={relabel_mismatches}\n");
+    println!("Relabel reward checks: {relabeled} checks, mismatches={relabel_mismatches}\n");
     if step_mismatches + relabel_mismatches > 0 {
         println!("[MISMATCH] Some rewards differ by more than atol={TOLERANCE:e}\n");
         println!("[BRIDGE FAILED]");
@@ -83,7 +83,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     println!("[MATCH] All rewards match within atol={TOLERANCE:e}");
     println!("  manual_reward == compute_reward == step_reward  ({STEPS} steps)");
-    println!("  relabel_reward == reward(ag, random_goal)  ({relabelled} checks)\n");
+    println!("  relabel_reward == reward(ag, random_goal)  ({relabeled} checks)\n");
     println!("[BRIDGE OK] Bridging proof passed");
     Ok(true)
 }

@@ -202,10 +202,11 @@ fn push_achieves_the_object(seed: u64) -> Result<Finding, EnvError> {
 
 fn dense_is_registered(_seed: u64) -> Result<Finding, EnvError> {
     let known = EnvId::ALL.map(|id| id.to_string());
-    let misspelt = make("FetchReachDense-v3").err().map_or(String::new(), |e| e.to_string());
+    let misspelled = make("FetchReachDense-v3").err().map_or(String::new(), |e| e.to_string());
     Ok(Finding {
-        healthy: known.iter().any(|id| id == "FetchReachDense-v4") && misspelt.contains("nearest"),
-        seen: format!("{} ids; for FetchReachDense-v3: {misspelt}", known.len()),
+        healthy: known.iter().any(|id| id == "FetchReachDense-v4")
+            && misspelled.contains("nearest"),
+        seen: format!("{} ids; for FetchReachDense-v3: {misspelled}", known.len()),
     })
 }
 

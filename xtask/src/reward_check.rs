@@ -1,4 +1,4 @@
-//! `reward-check`: step, compute_reward and the formula agree, relabelled goals included.
+//! `reward-check`: step, compute_reward and the formula agree, relabeled goals included.
 
 use std::path::PathBuf;
 

@@ -63,7 +63,7 @@ fn assert_playback_lives(playback: &Value) {
     let figure =
         |name: &str| playback[name].as_u64().unwrap_or_else(|| panic!("{name}: {playback}"));
     let share = |name: &str| figure(name) as f64 / figure("size") as f64;
-    assert!(figure("colours") > 200, "{playback}");
+    assert!(figure("colors") > 200, "{playback}");
     assert!((0.2..0.85).contains(&share("background")), "{playback}");
     assert!(share("blue") > 0.003, "the arm is blue: {playback}");
     assert!(share("red") > 0.00002, "the goal is red: {playback}");
@@ -138,5 +138,5 @@ fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() {
         playbacks.iter().for_each(assert_playback_lives);
         seen["page"].clone()
     });
-    assert_ne!(light, dark, "the page's colour follows the scheme");
+    assert_ne!(light, dark, "the page's color follows the scheme");
 }

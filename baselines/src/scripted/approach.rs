@@ -5,30 +5,30 @@ use super::{
     view::{ObjectView, View},
 };
 
-/// How far below the object's centre the closed fingers push (metres).
+/// How far below the object's center the closed fingers push (meters).
 const PUSH_DEPTH: f64 = 0.005;
 
-/// How far above the object's centre the closed fingers pass over it (metres).
+/// How far above the object's center the closed fingers pass over it (meters).
 const HOVER_HEIGHT: f64 = 0.09;
 
-/// Lower than this above the object's centre, the fingers would drag it along (metres).
+/// Lower than this above the object's center, the fingers would drag it along (meters).
 const CLEAR_HEIGHT: f64 = 0.055;
 
-/// Nearer than this to the object's centre, the fingers may touch it (metres).
+/// Nearer than this to the object's center, the fingers may touch it (meters).
 const CLEAR_DISTANCE: f64 = 0.07;
 
-/// The height at which the gripper pushes the object, as a distance from where it is (metres).
+/// The height at which the gripper pushes the object, as a distance from where it is (meters).
 pub(super) fn to_push_height(view: &View, object: &ObjectView) -> f64 {
     object.position.z - PUSH_DEPTH - view.gripper.z
 }
 
-/// How far the gripper is from the line through the object along `direction` (metres).
+/// How far the gripper is from the line through the object along `direction` (meters).
 pub(super) fn off_line(view: &View, object: &ObjectView, direction: Vector2<f64>) -> Vector2<f64> {
     let from_object = (view.gripper - object.position).xy();
     from_object - direction * from_object.dot(&direction)
 }
 
-/// Brings the closed gripper `gap` metres behind the object, ready to push it along `direction`;
+/// Brings the closed gripper `gap` meters behind the object, ready to push it along `direction`;
 /// `None` once it is there.
 ///
 /// It goes straight where that leaves the object alone, and over the object otherwise.

@@ -79,13 +79,13 @@ struct Command {
 const OPEN: f64 = 1.0;
 const CLOSE: f64 = -1.0;
 
-/// Action per metre of distance: one action moves the gripper by about 0.03 m.
+/// Action per meter of distance: one action moves the gripper by about 0.03 m.
 const GAIN: f64 = 20.0;
 
 impl Command {
     const HOLD: Self = Self { displacement: Vector3::new(0.0, 0.0, 0.0), fingers: CLOSE };
 
-    /// Towards a point that is `distance` away (metres).
+    /// Toward a point that is `distance` away (meters).
     fn toward(distance: Vector3<f64>, fingers: f64) -> Self {
         Self { displacement: GAIN * distance, fingers }
     }

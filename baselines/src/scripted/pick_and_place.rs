@@ -5,19 +5,19 @@ use super::{
     view::{ObjectView, View},
 };
 
-/// How near the gripper must be to the object's centre to grasp it (metres).
+/// How near the gripper must be to the object's center to grasp it (meters).
 const GRASP_DISTANCE: f64 = 0.01;
 
-/// From how far aside the gripper comes down onto the object (metres).
+/// From how far aside the gripper comes down onto the object (meters).
 const DESCENT_DISTANCE: f64 = 0.02;
 
-/// How far above the object's centre the open fingers pass over it (metres).
+/// How far above the object's center the open fingers pass over it (meters).
 const HOVER_HEIGHT: f64 = 0.08;
 
 /// Control steps that the fingers need to close.
 const CLOSING_STEPS: u32 = 4;
 
-/// Farther than this from the gripper, the object has slipped (metres).
+/// Farther than this from the gripper, the object has slipped (meters).
 const SLIP_DISTANCE: f64 = 0.03;
 
 /// Grasps the object from above and carries it to the goal.

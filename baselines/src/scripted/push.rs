@@ -6,16 +6,16 @@ use super::{
     view::{ObjectView, View},
 };
 
-/// Near enough: the gripper leaves the object alone (metres).
+/// Near enough: the gripper leaves the object alone (meters).
 const CLOSE_ENOUGH: f64 = 0.02;
 
-/// How far behind the object's centre the push begins (metres).
+/// How far behind the object's center the push begins (meters).
 const GAP: f64 = 0.068;
 
-/// Action per metre that the object still has to go.
+/// Action per meter that the object still has to go.
 const SPEED_GAIN: f64 = 6.0;
 
-/// Action per metre off the line of the push.
+/// Action per meter off the line of the push.
 const LINE_GAIN: f64 = 25.0;
 
 pub(super) fn act(view: &View, object: &ObjectView) -> Command {

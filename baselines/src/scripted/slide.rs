@@ -6,31 +6,31 @@ use super::{
     view::{ObjectView, View},
 };
 
-/// Near enough: the gripper leaves the puck alone (metres).
+/// Near enough: the gripper leaves the puck alone (meters).
 const CLOSE_ENOUGH: f64 = 0.02;
 
-/// How far behind the puck's centre the strike begins (metres).
+/// How far behind the puck's center the strike begins (meters).
 const GAP: f64 = 0.08;
 
-/// Slower than this, the puck rests (metres per second).
+/// Slower than this, the puck rests (meters per second).
 const RESTING_SPEED: f64 = 0.08;
 
-/// Nearer than this, gripper and puck touch (metres).
+/// Nearer than this, gripper and puck touch (meters).
 const CONTACT_DISTANCE: f64 = 0.06;
 
 /// Share of the wanted speed at which the gripper lets go.
 const RELEASE: f64 = 0.97;
 
-/// Speed of the puck after a strike with an action of 1 (metres per second).
+/// Speed of the puck after a strike with an action of 1 (meters per second).
 const STRIKE_SPEED: f64 = 0.95;
 
 /// The weakest strike, as an action.
 const LEAST_STRIKE: f64 = 0.2;
 
-/// Action per metre off the line of the strike.
+/// Action per meter off the line of the strike.
 const LINE_GAIN: f64 = 25.0;
 
-/// Deceleration of the puck by friction: 0.1 times gravity (metres per second squared).
+/// Deceleration of the puck by friction: 0.1 times gravity (meters per second squared).
 const DECELERATION: f64 = 0.981;
 
 pub(super) fn act(view: &View, object: &ObjectView) -> Command {

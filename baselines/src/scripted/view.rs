@@ -15,7 +15,7 @@ pub(super) struct View {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ObjectView {
     pub(super) position: Vector3<f64>,
-    /// Metres per second, in the world frame.
+    /// Meters per second, in the world frame.
     pub(super) velocity: Vector3<f64>,
 }
 

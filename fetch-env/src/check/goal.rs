@@ -54,9 +54,9 @@ pub(super) fn any_goal<E: GoalEnv>(
         let single = env.compute_reward(achieved, desired)?;
         ensure(single.is_finite(), || format!("{achieved:?} for {desired:?} gives {single}"))?;
         ensure(same_bits(&[single], &[batched]), || format!("{single} singly, {batched} batched"))?;
-        let relabelled = env.goal_reward().reward(achieved, desired);
-        ensure(same_bits(&[single], &[relabelled]), || {
-            format!("{single} by the environment, {relabelled} by its goal_reward")
+        let relabeled = env.goal_reward().reward(achieved, desired);
+        ensure(same_bits(&[single], &[relabeled]), || {
+            format!("{single} by the environment, {relabeled} by its goal_reward")
         })?;
         let reached = env.is_success(desired, desired) || !env.is_success(achieved, desired);
         ensure(reached, || format!("{achieved:?} counts as {desired:?}, which itself does not"))?;

@@ -7,7 +7,7 @@ pub struct Caption {
     pub step: u32,
     /// The reward of the last step.
     pub reward: f64,
-    /// Distance between achieved and desired goal, in metres.
+    /// Distance between achieved and desired goal, in meters.
     pub distance: f64,
 }
 

@@ -78,7 +78,7 @@ impl Clip {
         self.frames.iter().map(Vec::as_slice)
     }
 
-    /// Writes the clip as a GIF that repeats for ever. It has 256 colours, chosen for all frames
+    /// Writes the clip as a GIF that repeats for ever. It has 256 colors, chosen for all frames
     /// together, so that what stands still does not flicker.
     ///
     /// # Errors

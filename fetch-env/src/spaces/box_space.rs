@@ -43,7 +43,7 @@ impl Element for f64 {
 
 /// Arrays of a fixed shape, each element within its own closed, possibly unbounded interval.
 ///
-/// Every interval holds at least one finite number. Serialises with `null` for an infinite bound.
+/// Every interval holds at least one finite number. Serializes with `null` for an infinite bound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Bounds<T>", into = "Bounds<T>")]
 #[serde(bound(
@@ -207,7 +207,7 @@ fn standard_normal(radius: f64, angle: f64) -> f64 {
     (2.0 * exponential(radius)).sqrt() * (std::f64::consts::TAU * angle).cos()
 }
 
-/// The serialised form; `None` is no bound, as JSON has no infinity.
+/// The serialized form; `None` is no bound, as JSON has no infinity.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "BoxSpace", deny_unknown_fields)]
 struct Bounds<T> {

@@ -61,7 +61,7 @@ pub enum SpaceError {
 
 /// A set of values that can be described, tested and sampled.
 ///
-/// Serialises with a `type` tag; an infinite bound is `null`.
+/// Serializes with a `type` tag; an infinite bound is `null`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 #[non_exhaustive]

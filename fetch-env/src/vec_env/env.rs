@@ -237,7 +237,7 @@ where
 
     fn lend(&mut self, env_id: usize, command: impl FnOnce(&mut Slot<E>)) {
         let threads = self.num_threads();
-        // Neighbours go to the same thread.
+        // Neighbors go to the same thread.
         let home = env_id * threads / self.num_envs();
         if let Some(mut slot) = self.idle[env_id].take() {
             command(&mut slot);

@@ -17,7 +17,7 @@ use rand_pcg::Pcg64;
 pub(crate) trait Backend {
     type Sim: Simulator + std::fmt::Debug;
 
-    /// How many random steps it can take in a second or so, unoptimised.
+    /// How many random steps it can take in a second or so, unoptimized.
     const STEPS: usize;
 
     fn simulator(config: &SimConfig) -> Self::Sim;

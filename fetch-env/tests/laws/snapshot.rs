@@ -8,8 +8,8 @@ pub(crate) fn snapshots_survive_json_to_the_last_bit<B: Backend>() {
         let mut env = make::<B>(id);
         env.reset(Some(21)).expect("a reset");
         random_steps::<B>(&mut env, 21, 13);
-        let json = serde_json::to_string(&env.snapshot()).expect("serialisable");
-        let snapshot = serde_json::from_str(&json).expect("deserialisable");
+        let json = serde_json::to_string(&env.snapshot()).expect("serializable");
+        let snapshot = serde_json::from_str(&json).expect("deserializable");
         assert_eq!(env.snapshot(), snapshot, "{id}");
         let mut other = make::<B>(id);
         other.restore(&snapshot).expect("a snapshot of this environment");

@@ -175,7 +175,7 @@ impl Data {
         self.array_mut(DataArray::QaccWarmstart)
     }
 
-    /// Position (metres) and orientation of a mocap body.
+    /// Position (meters) and orientation of a mocap body.
     #[must_use]
     pub fn mocap_pose(&self, mocap: usize) -> (Vector3<f64>, Quaternion<f64>) {
         (
@@ -190,7 +190,7 @@ impl Data {
         set_quaternion(self.array_mut(DataArray::MocapQuat), mocap, quat);
     }
 
-    /// Position (metres, world frame) and orientation of a body.
+    /// Position (meters, world frame) and orientation of a body.
     #[must_use]
     pub fn body_pose(&self, body: BodyId) -> (Vector3<f64>, Quaternion<f64>) {
         (
@@ -205,7 +205,7 @@ impl Data {
         set_quaternion(self.array_mut(DataArray::Xquat), body.0, quat);
     }
 
-    /// Position of a site (metres, world frame).
+    /// Position of a site (meters, world frame).
     #[must_use]
     pub fn site_position(&self, site: SiteId) -> Vector3<f64> {
         vector(self.array(DataArray::SiteXpos), site.0)
@@ -228,7 +228,7 @@ impl Data {
         Matrix3::from_row_slice(&self.array(DataArray::SiteXmat)[9 * site.0..][..9])
     }
 
-    /// Writes a site's Jacobians, `[3][nv]` each, row by row: metres and radians per unit of
+    /// Writes a site's Jacobians, `[3][nv]` each, row by row: meters and radians per unit of
     /// velocity.
     ///
     /// # Panics

@@ -14,7 +14,7 @@ use crate::{Settled, SimConfig, SimError, Task};
 /// length, as in the reference.
 pub(super) const GRIPPER_DOWN: [f64; 4] = [1.0, 0.0, 1.0, 0.0];
 
-/// Where the gripper is first moved, relative to where the joints put it (metres).
+/// Where the gripper is first moved, relative to where the joints put it (meters).
 const GRIPPER_OFFSET: [f64; 3] = [-0.498, 0.005, -0.431];
 
 /// How many control steps the scene is given to settle.
@@ -175,7 +175,7 @@ impl Ids {
 
 const BASE_JOINTS: [&str; 3] = ["robot0:slide0", "robot0:slide1", "robot0:slide2"];
 
-/// Where the robot's base stands, relative to its place in the model (metres).
+/// Where the robot's base stands, relative to its place in the model (meters).
 const fn base_position(task: Task) -> [f64; 3] {
     match task {
         Task::Reach => [0.4049, 0.48, 0.0],
@@ -184,7 +184,7 @@ const fn base_position(task: Task) -> [f64; 3] {
     }
 }
 
-/// How much higher than the lowest pose the gripper starts (metres).
+/// How much higher than the lowest pose the gripper starts (meters).
 const fn gripper_extra_height(task: Task) -> f64 {
     match task {
         Task::Reach | Task::PickAndPlace => 0.2,
@@ -193,7 +193,7 @@ const fn gripper_extra_height(task: Task) -> f64 {
     }
 }
 
-/// From where the object falls onto the table: position (metres) and quaternion (w, x, y, z).
+/// From where the object falls onto the table: position (meters) and quaternion (w, x, y, z).
 const fn object_pose(task: Task) -> Option<[f64; 7]> {
     match task {
         Task::Reach => None,

@@ -100,7 +100,7 @@ impl MujocoSimulator {
         self.data.set_mocap_pose(
             ids.mocap,
             position + control.displacement,
-            // Added, not multiplied, and not normalised: so does the reference.
+            // Added, not multiplied, and not normalized: so does the reference.
             orientation + Quaternion::new(w, x, y, z),
         );
         for (actuator, &qpos) in ids.actuated_qpos.iter().enumerate() {
@@ -252,7 +252,7 @@ impl Simulator for MujocoSimulator {
         self.data.set_mocap_pose(ids.mocap, position, orientation);
         self.data.forward()?;
         // What `forward` has made fresh goes back to what the next step starts from.
-        // That includes the object's quaternion: normalising it twice is not normalising it once.
+        // That includes the object's quaternion: normalizing it twice is not normalizing it once.
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
         let (position, orientation) = snapshot.gripper_link_pose;

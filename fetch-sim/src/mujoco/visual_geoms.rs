@@ -22,13 +22,13 @@ pub struct VisualGeom {
     pub rgba: [f32; 4],
     /// The body that it moves with: ask [`Data::body_pose`](crate::Data::body_pose).
     pub body: BodyId,
-    /// Its centre in the body's frame, in metres.
+    /// Its center in the body's frame, in meters.
     pub position: Vector3<f64>,
     /// Its orientation in the body's frame.
     pub orientation: Quaternion<f64>,
 }
 
-/// The form of a geom around its own centre, sizes in metres. Long shapes lie along z.
+/// The form of a geom around its own center, sizes in meters. Long shapes lie along z.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shape {
@@ -68,7 +68,7 @@ pub enum Shape {
     },
     /// A surface of triangles. Those of the built-in model are closed and convex.
     Mesh {
-        /// The three corners of each triangle, in metres in the geom's frame, counter-clockwise as
+        /// The three corners of each triangle, in meters in the geom's frame, counter-clockwise as
         /// seen from outside.
         triangles: Vec<[[f64; 3]; 3]>,
     },

@@ -142,7 +142,7 @@ pub(crate) fn read(batch: &Batch<f64>, row: usize) -> Row {
 }
 
 pub(crate) fn rows(batch: &Batch<f64>) -> Vec<Row> {
-    assert!(batch.relabelled().eq(batch.goal_source().iter().map(Option::is_some)));
+    assert!(batch.relabeled().eq(batch.goal_source().iter().map(Option::is_some)));
     (0..batch.len()).map(|row| read(batch, row)).collect()
 }
 

@@ -44,7 +44,7 @@ fn add_whole(buffer: &mut HerBuffer<f64>, episode: u32, len: u32) {
 }
 
 /// Adds an episode to every environment, a step of each at a time.
-fn add_vectorised(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
+fn add_vectorized(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
     let flat = |part: &dyn Fn(u32) -> Vec<f64>| -> Vec<f64> {
         episodes.iter().flat_map(|episode| part(*episode)).collect()
     };
@@ -109,7 +109,7 @@ fn fields_go_with_their_transition_however_they_came() {
         NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma: Discount::new(0.9).unwrap() };
     for round in 0..12 {
         add_whole(&mut buffer, 4 * round, 1 + round * 5 % 17);
-        add_vectorised(&mut buffer, &[4 * round + 1, 4 * round + 2], 1 + round * 7 % 13);
+        add_vectorized(&mut buffer, &[4 * round + 1, 4 * round + 2], 1 + round * 7 % 13);
         add_steps(&mut buffer, 4 * round + 3, 1 + round * 3 % 11);
         sampler.sample_seeded(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
         rows(&batch);

@@ -98,8 +98,8 @@ fn a_mixture_uses_its_strategies_as_often_as_they_weigh() {
     let mut batch = Batch::new();
     sampler.sample_seeded(&buffer, &Telling, 4, &mut batch).unwrap();
     let mut counts = [0; 3];
-    for (goal, relabelled) in batch.desired_goal().chunks_exact(3).zip(batch.relabelled()) {
-        counts[match (relabelled, goal[1]) {
+    for (goal, relabeled) in batch.desired_goal().chunks_exact(3).zip(batch.relabeled()) {
+        counts[match (relabeled, goal[1]) {
             (false, _) => 0,
             (true, 6.0) => 1,
             (true, -1.0) => 2,

@@ -59,13 +59,13 @@ fn termination_and_success_are_those_of_the_new_goal() {
     let with_outcomes = sampler().with_recomputed_terminated(true).with_success(true);
     let batch = draw(&episodes(), &with_outcomes);
     assert_eq!(batch.success().len(), batch.len());
-    for (row, relabelled) in batch.relabelled().enumerate() {
+    for (row, relabeled) in batch.relabeled().enumerate() {
         let reached = goal(batch.next_achieved_goal(), row) == goal(batch.desired_goal(), row);
         assert_eq!(batch.success()[row], reached);
-        let expected = if relabelled { reached } else { stored.terminated()[row] };
+        let expected = if relabeled { reached } else { stored.terminated()[row] };
         assert_eq!(batch.terminated()[row], expected);
     }
-    assert!(batch.relabelled().zip(batch.terminated()).any(|(new, over)| new && *over));
+    assert!(batch.relabeled().zip(batch.terminated()).any(|(new, over)| new && *over));
     assert_eq!(batch.truncated(), stored.truncated());
     assert_eq!(batch.reward(), stored.reward());
 }

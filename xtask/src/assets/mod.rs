@@ -1,6 +1,6 @@
 //! `assets`: the reference's model, fetched into the user's cache.
 //!
-//! The vendor's meshes are under a licence that forbids commercial use: they are never part of the
+//! The vendor's meshes are under a license that forbids commercial use: they are never part of the
 //! repository, and only come to those who ask for them.
 
 mod files;

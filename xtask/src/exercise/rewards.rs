@@ -14,7 +14,7 @@ pub struct Trajectory {
 /// What a step came to.
 #[derive(Clone, Copy, Debug)]
 pub struct Rewards {
-    /// Distance to the goal, in metres.
+    /// Distance to the goal, in meters.
     pub distance: f64,
     pub dense: f64,
     pub sparse: f64,

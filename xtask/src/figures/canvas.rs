@@ -57,13 +57,13 @@ pub fn register_font() -> anyhow::Result<()> {
 }
 
 /// A text's look, anchored in the middle of its left edge.
-pub fn text(size: u32, colour: RGBColor) -> TextStyle<'static> {
-    (FONT, size).into_font().color(&colour).pos(Pos::new(HPos::Left, VPos::Center))
+pub fn text(size: u32, color: RGBColor) -> TextStyle<'static> {
+    (FONT, size).into_font().color(&color).pos(Pos::new(HPos::Left, VPos::Center))
 }
 
-/// The same, centred on its anchor.
-pub fn centred(size: u32, colour: RGBColor) -> TextStyle<'static> {
-    text(size, colour).pos(Pos::new(HPos::Center, VPos::Center))
+/// The same, centered on its anchor.
+pub fn centered(size: u32, color: RGBColor) -> TextStyle<'static> {
+    text(size, color).pos(Pos::new(HPos::Center, VPos::Center))
 }
 
 /// The same as [`text`], bold.

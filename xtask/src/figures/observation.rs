@@ -4,7 +4,7 @@ use fetch_env::{ObservationField, observation_fields};
 use fetch_sim::Task;
 use plotters::prelude::*;
 
-use super::canvas::{Area, BLUE, FAINT, Figure, INK, RED, bold, centred, text};
+use super::canvas::{Area, BLUE, FAINT, Figure, INK, RED, bold, centered, text};
 
 pub struct Observation;
 
@@ -29,27 +29,27 @@ impl Figure for Observation {
         let names =
             ["observation: 10 (25) numbers", "achieved_goal: 3 numbers", "desired_goal: 3 numbers"];
         let notes = ["", "where the gripper (the object) is, in m", "where it should be, in m"];
-        for (((corners, colour), name), note) in inputs.into_iter().zip(names).zip(notes) {
-            area.draw(&Rectangle::new(corners, colour.stroke_width(2)))?;
+        for (((corners, color), name), note) in inputs.into_iter().zip(names).zip(notes) {
+            area.draw(&Rectangle::new(corners, color.stroke_width(2)))?;
             let [(left, top), _] = corners;
-            area.draw_text(name, &bold(16).color(&colour), (left + 14, top + 20))?;
+            area.draw_text(name, &bold(16).color(&color), (left + 14, top + 20))?;
             area.draw_text(note, &text(14, INK), (left + 14, top + 42))?;
         }
         draw_fields(area)?;
 
-        let encoders = inputs.map(|([(_, top), (_, bottom)], colour)| {
+        let encoders = inputs.map(|([(_, top), (_, bottom)], color)| {
             let middle = (top + bottom) / 2;
-            ([(660, middle - 26), (760, middle + 26)], colour)
+            ([(660, middle - 26), (760, middle + 26)], color)
         });
         let concatenated: Corners = [(810, 235), (930, 385)];
-        for ((input, colour), (encoder, _)) in inputs.into_iter().zip(encoders) {
-            labelled(area, encoder, colour, &["encoder"])?;
+        for ((input, color), (encoder, _)) in inputs.into_iter().zip(encoders) {
+            labeled(area, encoder, color, &["encoder"])?;
             arrow(area, right_of(input), left_of(encoder))?;
             arrow(area, right_of(encoder), left_of(concatenated))?;
         }
-        labelled(area, concatenated, INK, &["concatenated", "16 (31)", "features"])?;
+        labeled(area, concatenated, INK, &["concatenated", "16 (31)", "features"])?;
         let policy: Corners = [(980, 235), (1100, 385)];
-        labelled(area, policy, INK, &["policy", "action: 4", "dx, dy, dz,", "gripper"])?;
+        labeled(area, policy, INK, &["policy", "action: 4", "dx, dy, dz,", "gripper"])?;
         arrow(area, right_of(concatenated), left_of(policy))?;
         let note = "HER swaps desired_goal, and computes the reward anew from both goals.";
         area.draw_text(note, &text(14, FAINT), (20, 556))?;
@@ -96,17 +96,17 @@ fn short(name: &str) -> &'static str {
     }
 }
 
-fn labelled<B: DrawingBackend<ErrorType: 'static>>(
+fn labeled<B: DrawingBackend<ErrorType: 'static>>(
     area: &Area<B>,
     corners: Corners,
-    colour: RGBColor,
+    color: RGBColor,
     lines: &[&str],
 ) -> anyhow::Result<()> {
-    area.draw(&Rectangle::new(corners, colour.stroke_width(2)))?;
+    area.draw(&Rectangle::new(corners, color.stroke_width(2)))?;
     let [(left, top), (right, bottom)] = corners;
     let first = (top + bottom) / 2 - 11 * (lines.len() as i32 - 1);
     for (y, line) in (first..).step_by(22).zip(lines) {
-        area.draw_text(line, &centred(15, INK), ((left + right) / 2, y))?;
+        area.draw_text(line, &centered(15, INK), ((left + right) / 2, y))?;
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use super::canvas::{Area, BLUE, FAINT, FONT, Figure, INK, RED, bold, text};
 
 pub struct Rewards;
 
-/// Distances that are drawn, in metres.
+/// Distances that are drawn, in meters.
 const DISTANCES: Range<f64> = 0.0..0.2;
 const POINTS: u32 = 400;
 

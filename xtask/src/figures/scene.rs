@@ -9,7 +9,7 @@ use fetch_sim::Task;
 use goal_reward::{RewardKind, goal_distance};
 use plotters::prelude::*;
 
-use super::canvas::{Area, FAINT, Figure, Frame, INK, bold, centred, text};
+use super::canvas::{Area, FAINT, Figure, Frame, INK, bold, centered, text};
 
 pub struct Scene {
     id: EnvId,
@@ -83,7 +83,7 @@ impl Figure for Scene {
             area.draw(&place)?;
             for (y, line) in (top + side / 2 - 60..).step_by(24).zip(wrapped(&missing.to_string()))
             {
-                area.draw_text(&line, &centred(16, INK), (left + side / 2, y))?;
+                area.draw_text(&line, &centered(16, INK), (left + side / 2, y))?;
             }
         }
         let mut y = (TOP + SIDE) as i32 + 22;

@@ -1,5 +1,5 @@
 // Plays recorded episodes: every figure of class "playback" holds its episode as JSON, and is drawn
-// with WebGL 2 from boxes, balls, cylinders and meshes. Lengths in metres unless told otherwise, z
+// with WebGL 2 from boxes, balls, cylinders and meshes. Lengths in meters unless told otherwise, z
 // up, quaternions w x y z.
 "use strict";
 (() => {
@@ -19,14 +19,14 @@
     in vec3 place, direction;
     uniform vec3 eye;
     uniform vec4 rgba;
-    out vec4 colour;
+    out vec4 color;
     void main() {
       vec3 n = normalize(direction), toEye = normalize(eye - place);
       if (dot(n, toEye) < 0.0) n = -n;
       vec3 sun = normalize(vec3(0.25, -0.35, 1.0));
       float light = 0.34 + 0.42 * max(dot(n, sun), 0.0) + 0.26 * max(dot(n, toEye), 0.0);
       float gloss = 0.12 * pow(max(dot(n, normalize(sun + toEye)), 0.0), 24.0);
-      colour = vec4(min(rgba.rgb * light + gloss, 1.0) * rgba.a, rgba.a);
+      color = vec4(min(rgba.rgb * light + gloss, 1.0) * rgba.a, rgba.a);
     }`;
 
   // ------------------------------------------------------------------ unit shapes, as triangles
@@ -57,7 +57,7 @@
   const cube = [0, 1, 2].flatMap((axis) => [...side(axis, 1), ...side(axis, -1)]);
   const MESHES = { ball, tube: [...tube, ...lid(1), ...lid(-1)], square, cube };
 
-  // A mesh of the episode, in tenths of a millimetre. Much as MuJoCo draws it: edges of triangles
+  // A mesh of the episode, in tenths of a millimeter. Much as MuJoCo draws it: edges of triangles
   // that are nearly in one plane are smooth, the others sharp.
   const smoothed = ({ corners, triangles }) => {
     const normals = triangles.map((triangle) => {

@@ -1,4 +1,4 @@
-//! Plots as inline SVG. Colours are classes of `style.css`, so that they follow light and dark.
+//! Plots as inline SVG. Colors are classes of `style.css`, so that they follow light and dark.
 
 use std::fmt::Write;
 
@@ -79,7 +79,7 @@ impl Plot {
         Self { title: escape(title), x, y, inner_height: INNER_HEIGHT, marks, legend }
     }
 
-    /// Makes a metre as long along y as along x.
+    /// Makes a meter as long along y as along x.
     pub fn equal_scale(mut self) -> Self {
         self.inner_height = (WIDTH - LEFT - RIGHT) * self.y.extent() / self.x.extent();
         self

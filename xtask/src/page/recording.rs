@@ -31,7 +31,7 @@ pub struct Recording {
     successes: Vec<bool>,
 }
 
-/// Where the camera looks, and from how far (metres).
+/// Where the camera looks, and from how far (meters).
 #[derive(Debug, Serialize)]
 struct View {
     at: [f64; 3],
@@ -55,7 +55,7 @@ struct DrawnShape {
 /// Triangles; a corner is told once, for all that meet there.
 #[derive(Debug, Default, Serialize)]
 struct Mesh {
-    /// In tenths of a millimetre.
+    /// In tenths of a millimeter.
     corners: Vec<[i32; 3]>,
     /// Three indices in `corners` each.
     triangles: Vec<[usize; 3]>,
@@ -202,7 +202,7 @@ impl Mesh {
         let mut mesh = Self::default();
         for corners in triangles {
             mesh.triangles.push(corners.map(|corner| {
-                let corner = corner.map(|metres| (metres * 1e4).round() as i32);
+                let corner = corner.map(|meters| (meters * 1e4).round() as i32);
                 let known = mesh.corners.iter().position(|&other| other == corner);
                 known.unwrap_or_else(|| {
                     mesh.corners.push(corner);
@@ -214,7 +214,7 @@ impl Mesh {
     }
 }
 
-/// A hundredth of a millimetre is far less than a pixel.
+/// A hundredth of a millimeter is far less than a pixel.
 fn rounded(value: f64) -> f64 {
     (value * 1e5).round() / 1e5
 }

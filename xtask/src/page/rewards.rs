@@ -19,7 +19,7 @@ pub fn section(seed: u64) -> anyhow::Result<String> {
         along(&format!("Along a trajectory: scripted, seed {seed}"), &scripted),
     ];
     let mut html = String::from(
-        "<p>The dense reward is the negative distance in metres; the sparse one is 0 up to the \
+        "<p>The dense reward is the negative distance in meters; the sparse one is 0 up to the \
          threshold of 0.05 m and −1 beyond it. The same actions in FetchReach-v4 and \
          FetchReachDense-v4 give the same trajectory and two rewards.</p>\n<div class=\"grid\">\n",
     );
@@ -36,7 +36,7 @@ fn plot(title: &str, x: Axis, low: f64) -> Plot {
     plot
 }
 
-/// The rewards' own values at every millimetre.
+/// The rewards' own values at every millimeter.
 fn over_distance() -> Plot {
     let mut plot =
         plot("Reward over distance", Axis::new("distance to the goal (m)", 0.0, 0.3), -1.1);

@@ -12,7 +12,7 @@ const RESETS: usize = 400;
 pub fn section(seed: u64) -> anyhow::Result<String> {
     let mut html = format!(
         "<p>{RESETS} resets a task, seeds from {seed} on: where the goals lie, where the object \
-         starts and where the gripper does. The grey area is the table. x points away from the \
+         starts and where the gripper does. The gray area is the table. x points away from the \
          robot, y to its left, z up.</p>\n<div class=\"grid\">\n"
     );
     for task in Task::ALL {
@@ -22,7 +22,7 @@ pub fn section(seed: u64) -> anyhow::Result<String> {
     Ok(html + "</div>")
 }
 
-/// Positions in metres.
+/// Positions in meters.
 struct Workspace {
     task: Task,
     goals: Vec<[f64; 3]>,
@@ -54,8 +54,8 @@ impl Workspace {
                 _ => None,
             })
             .ok_or_else(|| anyhow::anyhow!("the table of {task} is no box"))?;
-        let centre = data.body_pose(body).0;
-        let corner = |sign: f64| [0, 1, 2].map(|axis| centre[axis] + sign * half_size[axis]);
+        let center = data.body_pose(body).0;
+        let corner = |sign: f64| [0, 1, 2].map(|axis| center[axis] + sign * half_size[axis]);
         Ok(Self { task, goals, objects, gripper, table: [corner(-1.0), corner(1.0)] })
     }
 

@@ -91,7 +91,7 @@ fn same_scripted_success(
 
 /// The two-sample Kolmogorov-Smirnov test.
 fn same_distribution(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
-    // Where all goals have one height, a nanometre would make the distributions disjoint.
+    // Where all goals have one height, a nanometer would make the distributions disjoint.
     let rounded =
         |sample: &[f64]| sample.iter().map(|x| (x * 1e6).round() * 1e-6).collect::<Vec<_>>();
     let (statistic, p) = kolmogorov_smirnov(&rounded(ours), &rounded(theirs));

@@ -12,7 +12,7 @@ use crate::report::Figure;
 pub struct FileParity {
     pub name: String,
     episodes: Vec<EpisodeParity>,
-    /// Deviation of the settled gripper position and object height, in metres.
+    /// Deviation of the settled gripper position and object height, in meters.
     settled: f64,
     standard: Standard,
 }
@@ -28,7 +28,7 @@ enum Standard {
     Nothing,
 }
 
-/// A start state may deviate by this much (metres).
+/// A start state may deviate by this much (meters).
 const SETTLED_TOLERANCE: f64 = 1e-6;
 
 impl Standard {

@@ -51,7 +51,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
         let name = format!("frames/{}", EnvId { task, reward: RewardKind::Sparse });
         checks.push(judge(&name, &differences));
     }
-    check::print("pictures, 480 x 480, the difference of colours of 255", &checks);
+    check::print("pictures, 480 x 480, the difference of colors of 255", &checks);
     Ok(checks)
 }
 
@@ -63,7 +63,7 @@ fn judge(name: &str, differences: &[f64]) -> Check {
     Check::new(name, largest < TOLERANCE, seen, Figure::new(largest, "1"))
 }
 
-/// The mean difference of two pictures' colours.
+/// The mean difference of two pictures' colors.
 fn difference(ours: &[u8], theirs: &[u8]) -> anyhow::Result<f64> {
     ensure!(ours.len() == theirs.len(), "the pictures differ in size");
     let sum: u64 = ours.iter().zip(theirs).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();

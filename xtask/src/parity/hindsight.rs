@@ -132,7 +132,7 @@ impl Rows {
         })
     }
 
-    /// Of each row the episode, the step and, if it is relabelled, the goal's state.
+    /// Of each row the episode, the step and, if it is relabeled, the goal's state.
     fn draws(&self) -> impl Iterator<Item = Draw> + '_ {
         let goals = self.desired_goal.chunks_exact(DIMS.goal);
         self.observation.chunks_exact(DIMS.observation).zip(goals).map(|(state, goal)| Draw {
@@ -145,8 +145,8 @@ impl Rows {
     fn compare(&self, theirs: &Self, lengths: &[usize], strategy: &str) -> Vec<Check> {
         let faults = self.faults() + theirs.faults();
         let seen = format!("{faults} rows with a foreign goal, a wrong reward or an end");
-        let relabelled = |rows: &Self| rows.draws().filter(|draw| draw.goal.is_some()).count();
-        let (ours, other) = (relabelled(self) as u64, relabelled(theirs) as u64);
+        let relabeled = |rows: &Self| rows.draws().filter(|draw| draw.goal.is_some()).count();
+        let (ours, other) = (relabeled(self) as u64, relabeled(theirs) as u64);
         let (n, m) = (self.reward.len() as u64, theirs.reward.len() as u64);
         let (_, p) = chi_square(&[ours, n - ours], &[other, m - other]);
         let share = ours as f64 / n as f64;

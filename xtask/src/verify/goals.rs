@@ -22,7 +22,7 @@ impl GoalSampler {
             .map(|(low, high)| self.generator.random_range(low..high))
     }
 
-    /// A goal within `radius` metres of a point along each axis.
+    /// A goal within `radius` meters of a point along each axis.
     pub fn sample_near(&mut self, point: &[f64], radius: f64) -> [f64; 3] {
         std::array::from_fn(|axis| point[axis] + self.generator.random_range(-radius..radius))
     }

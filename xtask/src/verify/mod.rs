@@ -5,7 +5,7 @@ mod baseline;
 mod conformance;
 pub mod goals;
 mod observations;
-mod relabelling;
+mod relabeling;
 mod rewards;
 mod tasks;
 
@@ -48,7 +48,7 @@ const PARTS: [Part; 6] = [
     observations::check,
     actions::check,
     rewards::check,
-    relabelling::check,
+    relabeling::check,
     conformance::check,
     baseline::check,
 ];

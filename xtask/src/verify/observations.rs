@@ -59,15 +59,15 @@ fn achieved_goal(id: EnvId, resets: &[FetchObservation]) -> Check {
 fn goals_within_range(id: EnvId, env: &MujocoEnv, resets: &[FetchObservation]) -> Check {
     let config = id.config();
     let settled = env.inner().simulator().settled();
-    let centre = settled.gripper_position + Vector3::from(config.target_offset());
+    let center = settled.gripper_position + Vector3::from(config.target_offset());
     let reach = config.target_range();
     let faults = resets
         .iter()
         .filter(|o| {
             let goal = Vector3::from_column_slice(o.desired_goal());
-            let aside = (goal - centre).xy().amax() > reach;
+            let aside = (goal - center).xy().amax() > reach;
             let height = match settled.object_height {
-                None => (goal.z - centre.z).abs() > reach,
+                None => (goal.z - center.z).abs() > reach,
                 Some(table) if config.target_in_the_air() => {
                     !(table..table + 0.45).contains(&goal.z)
                 }

@@ -35,7 +35,7 @@
     const result = {
       title: figure.querySelector("strong").textContent,
       size: first.length,
-      colours: new Set(first).size,
+      colors: new Set(first).size,
       background: count(first, (r, g, b, a) => a === 0),
       blue: count(first, (r, g, b) => b > r + 60 && b > g + 20),
       red: count(first, (r, g, b) => r > 120 && g < 90 && b < 90),

@@ -26,9 +26,9 @@ impl Default for Camera {
 /// A camera that looks at a point of the world, upright.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeCamera {
-    /// The point that is in the middle of the picture, in metres.
+    /// The point that is in the middle of the picture, in meters.
     pub lookat: Vector3<f64>,
-    /// How far away from it the camera is, in metres.
+    /// How far away from it the camera is, in meters.
     pub distance: f64,
     /// In which direction it looks, seen from above: degrees from the x axis, counter-clockwise.
     pub azimuth: f64,

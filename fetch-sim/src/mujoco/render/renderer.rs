@@ -172,7 +172,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Takes over where everything is in a simulation, and where its goal is (metres): the next
+    /// Takes over where everything is in a simulation, and where its goal is (meters): the next
     /// pictures show that. Without a goal the red sphere is where the model has it.
     ///
     /// # Errors
@@ -202,7 +202,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// The colours: height x width x 3 (red, green, blue).
+    /// The colors: height x width x 3 (red, green, blue).
     ///
     /// # Errors
     /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message.
@@ -212,7 +212,7 @@ impl Renderer {
         Ok(&self.rgb)
     }
 
-    /// The distance of what each pixel shows, height x width: metres along the direction in which
+    /// The distance of what each pixel shows, height x width: meters along the direction in which
     /// the camera looks. The sky is as far as the camera sees.
     ///
     /// # Errors

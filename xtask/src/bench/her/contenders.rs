@@ -113,7 +113,7 @@ impl<T: Scalar> Contender for Episodes<T> {
     }
 }
 
-/// Copies two neighbouring rows and a goal near them from random places of a table as large as the
+/// Copies two neighboring rows and a goal near them from random places of a table as large as the
 /// buffer's, and does nothing else: what memory alone takes.
 pub struct BareGather<T> {
     table: Vec<T>,

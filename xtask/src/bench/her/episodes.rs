@@ -24,7 +24,7 @@ impl<T: Scalar> Episode<T> {
         (0..EPISODES).map(|_| Self::new(&mut random)).collect()
     }
 
-    /// Everything is small, and the achieved goal walks a few centimetres a step.
+    /// Everything is small, and the achieved goal walks a few centimeters a step.
     fn new(random: &mut NpRandom) -> Self {
         let mut take = |count: usize, scale: f64| -> Vec<T> {
             (0..count).map(|_| T::from_f64(random.uniform(-scale, scale))).collect()

@@ -1,4 +1,4 @@
-//! The laws of hindsight relabelling.
+//! The laws of hindsight relabeling.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -71,7 +71,7 @@ fn episode_goals_are_uniform_over_all_states_but_the_first() {
 }
 
 #[test]
-fn goals_of_neighbouring_rows_are_independent() {
+fn goals_of_neighboring_rows_are_independent() {
     const LEN: u32 = 5;
     let mut buffer = buffer(100);
     add(&mut buffer, 1, LEN, (false, true));
@@ -128,12 +128,12 @@ fn the_ratio_holds_for_batches_of_one() {
     for k in [0, 1, 4] {
         let ratio = RelabelRatio::from_k(k);
         let sampler = Sampler::new(1, GoalStrategy::Future, ratio);
-        let relabelled = (0..BATCHES)
+        let relabeled = (0..BATCHES)
             .filter(|seed| draw(&buffer, &sampler, *seed)[0].new_goal.is_some())
             .count() as f64;
         let expected = BATCHES as f64 * ratio.get();
         let deviation = (expected * (1.0 - ratio.get())).sqrt();
-        assert!((relabelled - expected).abs() <= 5.0 * deviation, "k = {k}: {relabelled}");
+        assert!((relabeled - expected).abs() <= 5.0 * deviation, "k = {k}: {relabeled}");
     }
     assert!((RelabelRatio::from_k(4).get() - 0.8).abs() < 1e-15);
     let all = draw(&buffer, &relabel_all(5000, GoalStrategy::Future), 6);
@@ -169,7 +169,7 @@ impl GoalReward for Counting {
 }
 
 #[test]
-fn the_reward_is_called_once_with_the_relabelled_rows_or_not_at_all() {
+fn the_reward_is_called_once_with_the_relabeled_rows_or_not_at_all() {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 6, (false, true));
     let mut batch = Batch::new();
@@ -177,9 +177,9 @@ fn the_reward_is_called_once_with_the_relabelled_rows_or_not_at_all() {
     let sampler = Sampler::new(64, GoalStrategy::Future, RelabelRatio::from_k(1));
     sampler.sample_seeded(&buffer, &counting, 7, &mut batch).unwrap();
     assert_eq!(counting.calls.load(Ordering::Relaxed), 1);
-    let relabelled = batch.relabelled().filter(|relabelled| *relabelled).count();
-    assert_eq!(counting.rows.load(Ordering::Relaxed), relabelled);
-    assert!((1..64).contains(&relabelled));
+    let relabeled = batch.relabeled().filter(|relabeled| *relabeled).count();
+    assert_eq!(counting.rows.load(Ordering::Relaxed), relabeled);
+    assert!((1..64).contains(&relabeled));
     rows(&batch);
 
     let none = sampler.with_ratio(RelabelRatio::NONE);

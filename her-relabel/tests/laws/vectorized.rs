@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 const N_ENVS: usize = 3;
 
-/// The rows of all environments, as a vectorised environment gives them.
+/// The rows of all environments, as a vectorized environment gives them.
 #[derive(Default)]
 struct Rows {
     observations: Vec<f64>,

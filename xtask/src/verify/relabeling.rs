@@ -54,9 +54,9 @@ fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
             mismatches += 1;
         }
     }
-    let relabelled = batch.relabelled().filter(|relabelled| *relabelled).count();
+    let relabeled = batch.relabeled().filter(|relabeled| *relabeled).count();
     let seen = format!(
-        "{relabelled} of {BATCH} transitions relabelled with later goals, {mismatches} rewards differ in any bit"
+        "{relabeled} of {BATCH} transitions relabeled with later goals, {mismatches} rewards differ in any bit"
     );
     Ok(Check::none_of("relabel/hindsight", mismatches, seen))
 }
