@@ -44,17 +44,14 @@ impl FetchConfig {
     /// Source: the constructors in `envs/fetch/*.py` of gymnasium-robotics 1.4.2 and its registry.
     #[must_use]
     pub fn new(task: Task, reward: RewardKind) -> Self {
-        let (target_range, target_offset) = match task {
-            Task::Reach | Task::Push | Task::PickAndPlace => (0.15, [0.0; 3]),
-            Task::Slide => (0.3, [0.4, 0.0, 0.0]),
-        };
+        let spec = task.spec();
         Self {
             sim: SimConfig::new(task),
             reward: DistanceReward::new(reward, DistanceThreshold::FETCH),
             object_range: default_object_range(task),
-            target_range,
-            target_offset,
-            target_in_the_air: task == Task::PickAndPlace,
+            target_range: spec.goal.range,
+            target_offset: spec.goal.offset,
+            target_in_the_air: spec.goal.in_the_air,
             max_episode_steps: NonZeroU32::new(50).expect("50 is not 0"),
         }
     }
@@ -124,11 +121,7 @@ impl FetchConfig {
 }
 
 fn default_object_range(task: Task) -> Option<f64> {
-    match task {
-        Task::Reach => None,
-        Task::Push | Task::PickAndPlace => Some(0.15),
-        Task::Slide => Some(0.1),
-    }
+    task.spec().object.map(|object| object.range)
 }
 
 /// Builds a [`FetchConfig`]; the methods are named after what they set, see there.

@@ -34,7 +34,7 @@ impl ModelSource {
             Self::Reference => reference_folder()?.join("fetch"),
             Self::Folder(folder) => folder.clone(),
         };
-        let path = folder.join(scene_file(task));
+        let path = folder.join(task.spec().scene_file);
         if path.is_file() {
             Ok(Some(path))
         } else {
@@ -71,14 +71,4 @@ fn non_empty(variable: &str) -> Option<PathBuf> {
     env::var_os(variable)
         .filter(|value| !value.is_empty())
         .map(|value| Path::new(&value).to_path_buf())
-}
-
-/// The file name of a task's scene, here and in the reference.
-pub(crate) const fn scene_file(task: Task) -> &'static str {
-    match task {
-        Task::Reach => "reach.xml",
-        Task::Push => "push.xml",
-        Task::PickAndPlace => "pick_and_place.xml",
-        Task::Slide => "slide.xml",
-    }
 }

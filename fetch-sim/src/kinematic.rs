@@ -1,16 +1,14 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Control, GripperState, ObjectState, Settled, SimConfig, SimError, Simulator, Task};
+use crate::{
+    Control, GripperState, ObjectSpec, ObjectState, Settled, SimConfig, SimError, Simulator, Task,
+};
 
 /// Duration of a substep, in seconds; MuJoCo's time step in the Fetch scenes.
 const TIME_STEP: f64 = 0.002;
 /// Where the grip site can be brought, in meters: above the table and within the arm's reach.
 const REACHABLE: [[f64; 2]; 3] = [[0.75, 1.6], [0.35, 1.15], [0.41, 1.1]];
-/// Extent of the table's top, in meters: x and y.
-const TABLE: [[f64; 2]; 2] = [[1.05, 1.55], [0.4, 1.1]];
-/// The table of the Slide scene is longer.
-const SLIDE_TABLE: [[f64; 2]; 2] = [[0.7, 1.95], [0.3, 1.2]];
 /// Half of the object's width, in meters.
 const OBJECT_RADIUS: f64 = 0.025;
 /// Half of the closed gripper's width, in meters.
@@ -109,20 +107,21 @@ impl KinematicSimulator {
         }
         let axis = if offset.x.abs() > offset.y.abs() { 0 } else { 1 };
         object.position[axis] = self.gripper.position[axis] + reach.copysign(offset[axis]);
-        if self.config.task == Task::Slide {
+        if self.config.task.spec().object.is_some_and(|spec| spec.slides) {
             object.motion[axis] = gripper_motion[axis];
         }
     }
 
     /// Height at which the object comes to rest below where it is: on the table or on the floor.
     fn support(&self, object: &Object) -> f64 {
-        let table = if self.config.task == Task::Slide { SLIDE_TABLE } else { TABLE };
-        let above_table =
-            (0..2).all(|axis| (table[axis][0]..=table[axis][1]).contains(&object.position[axis]));
-        match settled_object(self.config.task) {
-            Some(settled) if above_table => settled.position.z,
-            _ => OBJECT_RADIUS,
-        }
+        let on_table = |spec: &ObjectSpec| {
+            spec.table
+                .iter()
+                .zip(&object.position)
+                .all(|([low, high], at)| (*low..=*high).contains(at))
+        };
+        let spec = self.config.task.spec().object.filter(on_table);
+        spec.map_or(OBJECT_RADIUS, |spec| spec.settled_at[2])
     }
 
     fn slide_and_fall(&self, object: &mut Object) {
@@ -226,14 +225,8 @@ impl Simulator for KinematicSimulator {
 
 /// The gripper where the reference environment's settles, at rest and closed.
 fn settled_gripper(task: Task) -> GripperState {
-    let position = match task {
-        Task::Reach => [1.341_855_02, 0.749_100_51, 0.534_706_95],
-        Task::Push => [1.348_205_77, 0.748_948_84, 0.413_618_29],
-        Task::PickAndPlace => [1.341_955_02, 0.749_100_5, 0.534_706_95],
-        Task::Slide => [0.996_119_83, 0.748_905_87, 0.412_666_18],
-    };
     GripperState {
-        position: position.into(),
+        position: task.spec().gripper_start.into(),
         velocity: Vector3::zeros(),
         finger_positions: [0.0; 2],
         finger_velocities: [0.0; 2],
@@ -242,11 +235,11 @@ fn settled_gripper(task: Task) -> GripperState {
 
 /// The object where the reference environment's settles, at rest.
 fn settled_object(task: Task) -> Option<Object> {
-    let position = match task {
-        Task::Reach => return None,
-        Task::Push | Task::PickAndPlace => [1.25, 0.53, 0.424_699_749_459_536],
-        Task::Slide => [1.7, 1.1, 0.414_018_943_520_539_75],
-    };
     let rest = Vector3::zeros();
-    Some(Object { position: position.into(), velocity: rest, motion: rest })
+    let object = |spec: ObjectSpec| Object {
+        position: spec.settled_at.into(),
+        velocity: rest,
+        motion: rest,
+    };
+    task.spec().object.map(object)
 }

@@ -55,4 +55,4 @@ pub use mujoco::{
 #[cfg(feature = "render")]
 pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
-pub use task::Task;
+pub use task::{GoalSpec, ObjectSpec, Task, TaskSpec};

@@ -19,15 +19,9 @@ pub(super) fn load_for_pictures(task: Task, side: u32) -> Result<Model, SimError
 }
 
 fn load_as(main: &str, task: Task) -> Result<Model, SimError> {
-    let scene = match task {
-        Task::Reach => include_str!("../../model/reach.xml"),
-        Task::Push => include_str!("../../model/push.xml"),
-        Task::PickAndPlace => include_str!("../../model/pick_and_place.xml"),
-        Task::Slide => include_str!("../../model/slide.xml"),
-    };
     let mut model = Model::from_files(&[
         ("main.xml", main),
-        ("scene.xml", scene),
+        ("scene.xml", task.spec().scene_xml),
         ("settings.xml", include_str!("../../model/settings.xml")),
         ("hulls.xml", include_str!("../../model/hulls.xml")),
         ("robot.xml", include_str!("../../model/robot.xml")),

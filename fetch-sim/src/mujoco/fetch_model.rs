@@ -113,17 +113,19 @@ impl FetchModel {
         // an older layout of a weld's data.
         model.set_weld_data(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         let model = Arc::new(model);
+        let spec = config.task.spec();
         let ids = Ids::resolve(&model, config.task)?;
         let mut data = Data::new(Arc::clone(&model))?;
-        for (joint, value) in BASE_JOINTS.into_iter().zip(base_position(config.task)) {
+        for (joint, value) in BASE_JOINTS.into_iter().zip(spec.base_position) {
             data.qpos_mut()[model.qpos_address(model.joint(joint)?)] = value;
         }
-        if let (Some(object), Some(pose)) = (ids.object, object_pose(config.task)) {
-            data.qpos_mut()[object.qpos..][..7].copy_from_slice(&pose);
+        if let (Some(ids), Some(object)) = (ids.object, spec.object) {
+            let [x, y, z] = object.dropped_at;
+            data.qpos_mut()[ids.qpos..][..7].copy_from_slice(&[x, y, z, 1.0, 0.0, 0.0, 0.0]);
         }
         data.forward()?;
         let [x, y, z] = GRIPPER_OFFSET;
-        let offset = Vector3::new(x, y, z + gripper_extra_height(config.task));
+        let offset = Vector3::new(x, y, z + spec.gripper_extra_height);
         let [qw, qx, qy, qz] = GRIPPER_DOWN;
         let target = offset + data.site_position(ids.grip);
         data.set_mocap_pose(ids.mocap, target, Quaternion::new(qw, qx, qy, qz));
@@ -174,30 +176,3 @@ impl Ids {
 }
 
 const BASE_JOINTS: [&str; 3] = ["robot0:slide0", "robot0:slide1", "robot0:slide2"];
-
-/// Where the robot's base stands, relative to its place in the model (meters).
-const fn base_position(task: Task) -> [f64; 3] {
-    match task {
-        Task::Reach => [0.4049, 0.48, 0.0],
-        Task::Push | Task::PickAndPlace => [0.405, 0.48, 0.0],
-        Task::Slide => [0.05, 0.48, 0.0],
-    }
-}
-
-/// How much higher than the lowest pose the gripper starts (meters).
-const fn gripper_extra_height(task: Task) -> f64 {
-    match task {
-        Task::Reach | Task::PickAndPlace => 0.2,
-        Task::Push => 0.0,
-        Task::Slide => -0.02,
-    }
-}
-
-/// From where the object falls onto the table: position (meters) and quaternion (w, x, y, z).
-const fn object_pose(task: Task) -> Option<[f64; 7]> {
-    match task {
-        Task::Reach => None,
-        Task::Push | Task::PickAndPlace => Some([1.25, 0.53, 0.4, 1.0, 0.0, 0.0, 0.0]),
-        Task::Slide => Some([1.7, 1.1, 0.41, 1.0, 0.0, 0.0, 0.0]),
-    }
-}

@@ -1,6 +1,17 @@
+//! The four Fetch tasks; each has a file that describes it.
+
+mod pick_and_place;
+mod push;
+mod reach;
+mod slide;
+mod spec;
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+pub use self::spec::{GoalSpec, ObjectSpec, TaskSpec};
+use self::{pick_and_place::PICK_AND_PLACE, push::PUSH, reach::REACH, slide::SLIDE};
 
 /// The four Fetch tasks, each with a scene of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -20,27 +31,33 @@ impl Task {
     /// All tasks, in the order in which tables list them.
     pub const ALL: [Self; 4] = [Self::Reach, Self::Push, Self::PickAndPlace, Self::Slide];
 
-    /// The task's name as environment ids spell it, such as `PickAndPlace`.
+    /// Returns the task's description.
+    #[must_use]
+    pub const fn spec(self) -> &'static TaskSpec {
+        match self {
+            Self::Reach => &REACH,
+            Self::Push => &PUSH,
+            Self::PickAndPlace => &PICK_AND_PLACE,
+            Self::Slide => &SLIDE,
+        }
+    }
+
+    /// Returns the task's name as environment ids spell it, such as `PickAndPlace`.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Reach => "Reach",
-            Self::Push => "Push",
-            Self::PickAndPlace => "PickAndPlace",
-            Self::Slide => "Slide",
-        }
+        self.spec().name
     }
 
     /// Whether the scene holds an object to move.
     #[must_use]
     pub const fn has_object(self) -> bool {
-        !matches!(self, Self::Reach)
+        self.spec().object.is_some()
     }
 
     /// Whether the fingers are held closed, so that `action[3]` has no effect.
     #[must_use]
     pub const fn block_gripper(self) -> bool {
-        !matches!(self, Self::PickAndPlace)
+        self.spec().block_gripper
     }
 }
 
