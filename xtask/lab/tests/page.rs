@@ -4,9 +4,9 @@ use std::{fs, path::Path, process::Command};
 
 use serde_json::Value;
 
-fn xtask(arguments: &[&str]) -> String {
+fn lab(arguments: &[&str]) -> String {
     let output =
-        Command::new(env!("CARGO_BIN_EXE_xtask")).args(arguments).output().expect("it starts");
+        Command::new(env!("CARGO_BIN_EXE_lab")).args(arguments).output().expect("it starts");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{errors}");
     String::from_utf8(output.stdout).expect("UTF-8")
@@ -88,7 +88,7 @@ fn an_episode_is_played_back() {
     let folder = tempfile::tempdir().expect("a folder");
     let page = folder.path().join("new/play.html");
     let path = page.to_str().expect("UTF-8");
-    let text = xtask(&[
+    let text = lab(&[
         "play",
         "--env-id",
         "FetchPush-v4",
@@ -114,7 +114,7 @@ fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() {
     let folder = tempfile::tempdir().expect("a folder");
     let page = folder.path().join("report.html");
     let path = page.to_str().expect("UTF-8");
-    xtask(&["report", "--episodes", "3", "--verify-only", "FetchReach-v4", "--out", path]);
+    lab(&["report", "--episodes", "3", "--verify-only", "FetchReach-v4", "--out", path]);
     assert_self_contained(&page);
     let html = fs::read_to_string(&page).expect("the page");
     assert_eq!(html.matches("<svg ").count(), 12 + 8 + 3, "episodes, workspace, rewards");
