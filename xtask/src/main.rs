@@ -95,9 +95,12 @@ fn main() -> ExitCode {
         _ => run_own(name, &arguments[1..]),
     };
     outcome.unwrap_or_else(|error| {
+        if error.is::<lexopt::Error>() {
+            eprintln!("error: {error}");
+            return ExitCode::from(2);
+        }
         eprintln!("error: {error:#}");
-        // lexopt's errors are those of the command line.
-        if error.is::<lexopt::Error>() { ExitCode::from(2) } else { ExitCode::FAILURE }
+        ExitCode::FAILURE
     })
 }
 

@@ -1,10 +1,10 @@
-//! `all`: the chapter's pipeline.
+//! `all`: runs the chapter's pipeline.
 
 use std::path::PathBuf;
 
 use crate::{
-    describe::describe, env_choice::EnvArgs, random_episodes::random_episodes,
-    reward_check::reward_check,
+    describe::describe, random_episodes::random_episodes, reward_check::reward_check,
+    shared::choice::EnvArgs,
 };
 
 #[derive(clap::Args)]

@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 
-use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, GoalEnv, GoalObservation, make_config};
+use fetch_env::make_config;
 
-use crate::{
-    env_choice::EnvChoice,
-    report::{EnvSettings, Figure, Report, write_json},
-    verify::goals::{GoalSampler, expected_reward},
+use crate::shared::{
+    choice::EnvChoice,
+    json::{EnvSettings, JsonOutput, Quantity, write_json},
+    rewards::Comparison,
 };
 
 const STEPS: usize = 100;
@@ -37,46 +36,23 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     println!("Relabeled goals per step: {GOALS_PER_STEP}");
     println!("Tolerance: atol={TOLERANCE:e}\n");
 
-    let mut env = make_config(id.config())?;
-    let mut policy = RandomPolicy::new(seed);
-    let mut goals = GoalSampler::new(seed);
-    let mut observation = env.reset(Some(seed))?.observation;
-    let (mut step_mismatches, mut relabel_mismatches) = (0, 0);
-    for t in 0..STEPS as u64 {
-        let step = env.step(&policy.act(&observation))?;
-        observation = step.observation;
-        let achieved = observation.achieved_goal();
-        let manual = expected_reward(env.goal_reward(), achieved, observation.desired_goal());
-        let computed = env.compute_reward(achieved, observation.desired_goal())?;
-        if (manual - computed).abs() > TOLERANCE || (manual - step.reward).abs() > TOLERANCE {
-            step_mismatches += 1;
-        }
-        for _ in 0..GOALS_PER_STEP {
-            let goal = goals.sample();
-            let manual = expected_reward(env.goal_reward(), achieved, &goal);
-            if (env.compute_reward(achieved, &goal)? - manual).abs() > TOLERANCE {
-                relabel_mismatches += 1;
-            }
-        }
-        if step.is_last() {
-            observation = env.reset(Some(seed + t + 1))?.observation;
-        }
-    }
-
+    let comparison =
+        Comparison { steps: STEPS, goals_per_step: GOALS_PER_STEP, tolerance: TOLERANCE };
+    let mismatches = comparison.run(&mut make_config(id.config())?, seed)?;
     let relabeled = STEPS * GOALS_PER_STEP;
     if let Some(path) = &args.json {
-        let count = |name: &str, value| (format!("bridge/{name}"), Figure::count(value));
+        let count = |name: &str, value| (format!("bridge/{name}"), Quantity::count(value));
         let results = [
             count("step-checks", STEPS),
-            count("step-mismatches", step_mismatches),
+            count("step-mismatches", mismatches.steps),
             count("relabel-checks", relabeled),
-            count("relabel-mismatches", relabel_mismatches),
+            count("relabel-mismatches", mismatches.goals),
         ];
-        write_json(path, &Report::new(EnvSettings { env_id: id, seed }, results))?;
+        write_json(path, &JsonOutput::new(EnvSettings { env_id: id, seed }, results))?;
     }
-    println!("Step reward checks:    {STEPS} steps, mismatches={step_mismatches}");
-    println!("Relabel reward checks: {relabeled} checks, mismatches={relabel_mismatches}\n");
-    if step_mismatches + relabel_mismatches > 0 {
+    println!("Step reward checks:    {STEPS} steps, mismatches={}", mismatches.steps);
+    println!("Relabel reward checks: {relabeled} checks, mismatches={}\n", mismatches.goals);
+    if mismatches.steps + mismatches.goals > 0 {
         println!("[MISMATCH] Some rewards differ by more than atol={TOLERANCE:e}\n");
         println!("[BRIDGE FAILED]");
         return Ok(false);

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config, observation_fields};
 use serde_json::{Value, json};
 
-use crate::{
-    env_choice::EnvArgs,
-    report::{Versions, write_json},
+use crate::shared::{
+    choice::EnvArgs,
+    json::{Versions, write_json},
 };
 
 #[derive(clap::Args)]

@@ -1,18 +1,21 @@
-//! `doctor`: the troubles of section 2.10, each looked for, with its fix.
+//! `doctor`: looks for the problems of section 2.10, and says how to fix them.
 
 use std::path::PathBuf;
 
-use baselines::{Policy, RandomPolicy};
 use fetch_env::{
     Env, EnvError, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv, Space, make,
 };
-use fetch_sim::MujocoVersion;
-
+use fetch_sim::{MujocoVersion, Task};
+use goal_reward::RewardKind;
 use serde::Serialize;
 
 use crate::{
     random_episodes::evaluate_random,
-    report::{Figure, Report, write_json},
+    shared::{
+        check::mark,
+        json::{JsonOutput, Quantity, write_json},
+    },
+    verify::check_by_name,
 };
 
 #[derive(clap::Args)]
@@ -20,7 +23,7 @@ pub struct Args {
     /// Seed of resets and actions
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Also write what was found as JSON
+    /// Also write the findings as JSON
     #[arg(long)]
     json: Option<PathBuf>,
 }
@@ -30,18 +33,20 @@ struct Settings {
     seed: u64,
 }
 
-/// What was found: nothing to worry about, or not.
 struct Finding {
     healthy: bool,
     seen: String,
 }
 
-/// A trouble, how to look for it, and what to do about it.
+/// A problem, how to look for it, and how to fix it.
 struct Symptom {
     name: &'static str,
-    look: fn(u64) -> Result<Finding, EnvError>,
+    look: fn(u64) -> anyhow::Result<Finding>,
     fix: &'static str,
 }
+
+const DENSE_REACH: EnvId = EnvId { task: Task::Reach, reward: RewardKind::Dense };
+const PUSH: EnvId = EnvId { task: Task::Push, reward: RewardKind::Sparse };
 
 const SYMPTOMS: [Symptom; 12] = [
     Symptom {
@@ -56,7 +61,7 @@ const SYMPTOMS: [Symptom; 12] = [
     },
     Symptom {
         name: "obs[\"observation\"] shape is not (10,) for FetchReach",
-        look: reach_shape,
+        look: |seed| verified(DENSE_REACH, seed, "observation/shapes"),
         fix: "check the environment id: tasks with an object observe 25 numbers",
     },
     Symptom {
@@ -66,7 +71,7 @@ const SYMPTOMS: [Symptom; 12] = [
     },
     Symptom {
         name: "step reward and compute_reward disagree",
-        look: reward_law,
+        look: |seed| verified(DENSE_REACH, seed, "reward/law"),
         fix: "a wrapper that changes rewards must change its goal_reward() too",
     },
     Symptom {
@@ -76,7 +81,7 @@ const SYMPTOMS: [Symptom; 12] = [
     },
     Symptom {
         name: "achieved_goal does not match obs[\"observation\"][:3] for FetchPush",
-        look: push_achieves_the_object,
+        look: |seed| verified(PUSH, seed, "goal-space/phi"),
         fix: "nothing: where there is an object, achieved_goal is its position, obs[3..6]",
     },
     Symptom {
@@ -92,7 +97,7 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "is_success is true immediately after reset",
         look: success_after_reset,
-        fix: "nothing where it is rare: a goal may lie at the start. If it is not, check the seeds",
+        fix: "nothing if it is rare, because a goal may lie at the start; otherwise check the seeds",
     },
     Symptom {
         name: "workspace bounds look wrong",
@@ -102,7 +107,7 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "actions that are no numbers are taken",
         look: bad_actions,
-        fix: "check what the policy puts out: it has diverged",
+        fix: "check the policy's output: the policy has diverged",
     },
 ];
 
@@ -111,141 +116,104 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut results = Vec::new();
     for symptom in &SYMPTOMS {
         let finding = (symptom.look)(args.seed)
-            .unwrap_or_else(|error| Finding { healthy: false, seen: error.to_string() });
-        let mark = if finding.healthy { "ok  " } else { "FAIL" };
-        println!("{mark}  {}\n      {}", symptom.name, finding.seen);
+            .unwrap_or_else(|error| Finding { healthy: false, seen: format!("{error:#}") });
+        println!("{}  {}\n      {}", mark(finding.healthy), symptom.name, finding.seen);
         if !finding.healthy {
             println!("      fix: {}", symptom.fix);
         }
         healthy &= finding.healthy;
-        let faults = Figure::count(usize::from(!finding.healthy));
+        let faults = Quantity::count(usize::from(!finding.healthy));
         results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
     }
     if let Some(path) = &args.json {
-        write_json(path, &Report::new(Settings { seed: args.seed }, results))?;
+        write_json(path, &JsonOutput::new(Settings { seed: args.seed }, results))?;
     }
     Ok(healthy)
 }
 
-fn library(_seed: u64) -> Result<Finding, EnvError> {
-    let version = MujocoVersion::of_library()?;
-    Ok(Finding { healthy: true, seen: format!("MuJoCo {version}, headers and library alike") })
+fn finding(healthy: bool, seen: impl Into<String>) -> anyhow::Result<Finding> {
+    Ok(Finding { healthy, seen: seen.into() })
 }
 
-fn reach(seed: u64) -> Result<(MujocoEnv, FetchObservation), EnvError> {
+/// The finding of one of verify's checks.
+fn verified(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Finding> {
+    let check = check_by_name(id, seed, name)?;
+    finding(check.passed, check.seen)
+}
+
+fn library(_seed: u64) -> anyhow::Result<Finding> {
+    let version = MujocoVersion::of_library()?;
+    finding(true, format!("MuJoCo {version}, headers and library alike"))
+}
+
+fn reach(seed: u64) -> anyhow::Result<(MujocoEnv, FetchObservation)> {
     let mut env = make("FetchReachDense-v4")?;
     let observation = env.reset(Some(seed))?.observation;
     Ok((env, observation))
 }
 
-fn dictionary(seed: u64) -> Result<Finding, EnvError> {
+fn dictionary(seed: u64) -> anyhow::Result<Finding> {
     let (env, observation) = reach(seed)?;
     let healthy = matches!(env.observation_space(), Space::Dict(_))
         && env.observation_space().contains(&observation.to_value());
-    Ok(Finding {
-        healthy,
-        seen: "observation, achieved_goal and desired_goal, each of its own".into(),
-    })
+    finding(healthy, "observation, achieved_goal and desired_goal, each of its own")
 }
 
-fn reach_shape(seed: u64) -> Result<Finding, EnvError> {
-    let len = reach(seed)?.1.observation().len();
-    Ok(Finding { healthy: len == 10, seen: format!("({len},)") })
-}
-
-fn wrapped_compute_reward(seed: u64) -> Result<Finding, EnvError> {
+fn wrapped_compute_reward(seed: u64) -> anyhow::Result<Finding> {
     let (env, observation) = reach(seed)?;
     let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
     // `env` is the time-limited environment, `inner` the one below.
     let outer = env.compute_reward(achieved, desired);
     let inner = env.inner().compute_reward(achieved, desired);
-    Ok(Finding {
-        healthy: outer.is_ok() && outer == inner,
-        seen: format!("TimeLimit gives {outer:?}, the environment below {inner:?}"),
-    })
+    let seen = format!("TimeLimit gives {outer:?}, the environment below {inner:?}");
+    finding(outer.is_ok() && outer == inner, seen)
 }
 
-fn reward_law(seed: u64) -> Result<Finding, EnvError> {
-    let (mut env, mut observation) = reach(seed)?;
-    let mut policy = RandomPolicy::new(seed);
-    let mut differences = 0;
-    for _ in 0..50 {
-        let step = env.step(&policy.act(&observation))?;
-        observation = step.observation;
-        let computed = env.compute_reward(observation.achieved_goal(), observation.desired_goal());
-        if computed.map(f64::to_bits) != Ok(step.reward.to_bits()) {
-            differences += 1;
-        }
-    }
-    Ok(Finding { healthy: differences == 0, seen: format!("{differences} of 50 steps differ") })
-}
-
-fn goals_differ(seed: u64) -> Result<Finding, EnvError> {
+fn goals_differ(seed: u64) -> anyhow::Result<Finding> {
     let (mut env, first) = reach(seed)?;
     let again = env.reset(Some(seed))?.observation;
     let other = env.reset(Some(seed.wrapping_add(1)))?.observation;
     let next = env.reset(None)?.observation;
     let healthy = first == again && first != other && other != next;
-    Ok(Finding {
-        healthy,
-        seen: "the same for the same seed, another for another and for none".into(),
-    })
+    finding(healthy, "the same for the same seed, another for another and for none")
 }
 
-fn push_achieves_the_object(seed: u64) -> Result<Finding, EnvError> {
-    let observation = make("FetchPush-v4")?.reset(Some(seed))?.observation;
-    let achieved = observation.achieved_goal();
-    let healthy =
-        achieved == &observation.observation()[3..6] && achieved != &observation.observation()[..3];
-    Ok(Finding { healthy, seen: "achieved_goal is obs[3..6], the object, as it should be".into() })
-}
-
-fn dense_is_registered(_seed: u64) -> Result<Finding, EnvError> {
+fn dense_is_registered(_seed: u64) -> anyhow::Result<Finding> {
     let known = EnvId::ALL.map(|id| id.to_string());
     let misspelled = make("FetchReachDense-v3").err().map_or(String::new(), |e| e.to_string());
-    Ok(Finding {
-        healthy: known.iter().any(|id| id == "FetchReachDense-v4")
-            && misspelled.contains("nearest"),
-        seen: format!("{} ids; for FetchReachDense-v3: {misspelled}", known.len()),
-    })
+    let healthy =
+        known.iter().any(|id| id == "FetchReachDense-v4") && misspelled.contains("nearest");
+    finding(healthy, format!("{} ids; for FetchReachDense-v3: {misspelled}", known.len()))
 }
 
-fn random_success(seed: u64) -> Result<Finding, EnvError> {
-    let (env, _) = reach(seed)?;
-    let id =
-        EnvId { task: env.inner().config().task(), reward: env.inner().config().reward().kind() };
-    let rate = evaluate_random(id, seed, 50)
-        .and_then(|evaluation| Ok(evaluation.summary()?.success_rate.value))
-        .unwrap_or(f64::NAN);
-    let threshold = env.goal_reward().threshold().get();
+fn random_success(seed: u64) -> anyhow::Result<Finding> {
+    let rate = evaluate_random(DENSE_REACH, seed, 50)?.summary()?.success_rate.value;
+    let threshold = DENSE_REACH.config().reward().threshold().get();
     let seen = format!("{rate} in 50 episodes, threshold {threshold} m");
-    Ok(Finding { healthy: rate <= 0.1 && threshold == 0.05, seen })
+    finding(rate <= 0.1 && threshold == 0.05, seen)
 }
 
-fn success_after_reset(seed: u64) -> Result<Finding, EnvError> {
-    const RESETS: u64 = 200;
+fn success_after_reset(seed: u64) -> anyhow::Result<Finding> {
+    const RESETS: usize = 200;
     let (mut env, _) = reach(seed)?;
     let mut successes = 0;
-    for seed in (seed..).take(RESETS as usize) {
-        if env.reset(Some(seed))?.info.is_success {
-            successes += 1;
-        }
+    for seed in (seed..).take(RESETS) {
+        successes += usize::from(env.reset(Some(seed))?.info.is_success);
     }
-    let seen = format!("{successes} of {RESETS} resets");
-    Ok(Finding { healthy: successes * 20 < RESETS, seen })
+    finding(successes * 20 < RESETS, format!("{successes} of {RESETS} resets"))
 }
 
-fn workspace(seed: u64) -> Result<Finding, EnvError> {
+fn workspace(seed: u64) -> anyhow::Result<Finding> {
     let start = reach(seed)?.1.grip_position();
     let near = start.iter().zip([1.3419, 0.7491, 0.5347]).all(|(a, b)| (a - b).abs() < 1e-3);
-    Ok(Finding { healthy: near, seen: format!("the gripper starts at {start:.4?} m") })
+    finding(near, format!("the gripper starts at {start:.4?} m"))
 }
 
-fn bad_actions(seed: u64) -> Result<Finding, EnvError> {
+fn bad_actions(seed: u64) -> anyhow::Result<Finding> {
     let (mut env, _) = reach(seed)?;
-    let refused = env.step(&[0.0, f32::NAN, 0.0, 0.0]);
-    let healthy = matches!(refused, Err(EnvError::ActionNotFinite { .. }));
-    // The libraries that take them go on with finite, wrong observations.
-    let seen = refused.err().map_or_else(|| "a NaN was taken".into(), |error| error.to_string());
-    Ok(Finding { healthy, seen })
+    let rejected = env.step(&[0.0, f32::NAN, 0.0, 0.0]);
+    let healthy = matches!(rejected, Err(EnvError::ActionNotFinite { .. }));
+    // Libraries that accept them continue with finite, wrong observations.
+    let seen = rejected.err().map_or_else(|| "a NaN was taken".into(), |error| error.to_string());
+    finding(healthy, seen)
 }

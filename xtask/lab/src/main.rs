@@ -8,21 +8,16 @@
 mod all;
 mod bench;
 mod bridge;
-mod check;
 mod describe;
 mod doctor;
-mod env_choice;
 mod exercise;
 mod figures;
-mod page;
 mod parity;
 mod play;
-mod policy_choice;
-mod progress;
-mod python;
 mod random_episodes;
 mod report;
 mod reward_check;
+mod shared;
 mod verify;
 #[cfg(test)]
 #[path = "../../src/commands.rs"]
@@ -62,7 +57,7 @@ enum Command {
     /// Draw the chapter's pictures, and Slide's
     Figures(figures::Args),
     /// Write one page with checks, baselines, plots and playbacks
-    Report(page::Args),
+    Report(report::Args),
     /// Write a page that plays one episode back
     Play(play::Args),
     /// Look for the usual problems, and say how to fix them
@@ -81,7 +76,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::Exercise(args) => exercise::run(&args),
         Command::Figures(args) => figures::run(&args),
-        Command::Report(args) => page::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Play(args) => play::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     };

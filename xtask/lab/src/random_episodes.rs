@@ -7,10 +7,10 @@ use baselines::{Evaluation, RandomPolicy, Summary, evaluate};
 use fetch_env::{EnvId, make_config};
 use serde::Serialize;
 
-use crate::{
-    env_choice::EnvArgs,
+use crate::shared::{
+    choice::EnvArgs,
+    json::{Versions, write_json},
     progress,
-    report::{Versions, write_json},
 };
 
 #[derive(clap::Args)]

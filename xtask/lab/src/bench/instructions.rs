@@ -14,7 +14,7 @@ use super::{
     interleaved::Contender,
     subject::{Subject, Subjects},
 };
-use crate::report::{Figure, Report, write_json};
+use crate::shared::json::{JsonOutput, Quantity, write_json};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -66,11 +66,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         for (_, name) in PARTS {
             let count = count(subject, name)? / STEPS as f64;
             counts.push(count);
-            figures.push((format!("instructions/{subject}/{name}"), Figure::new(count, "1")));
+            figures.push((format!("instructions/{subject}/{name}"), Quantity::new(count, "1")));
         }
         let [physics, single, reset_bare, reset] = counts[..] else { bail!("a count is missing") };
         let ratio = |name: &str, value| {
-            (format!("instructions/{subject}/ratio/{name}"), Figure::new(value, "1"))
+            (format!("instructions/{subject}/ratio/{name}"), Quantity::new(value, "1"))
         };
         figures.push(ratio("above-physics", 1.0 - physics / single));
         figures.push(ratio("reset-cost-to-bare", reset / reset_bare));
@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     if let Some(path) = &args.json {
-        write_json(path, &Report::new(args, figures))?;
+        write_json(path, &JsonOutput::new(args, figures))?;
     }
     Ok(true)
 }

@@ -7,7 +7,7 @@ use std::{
 
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::report::Figure;
+use crate::shared::json::Quantity;
 
 /// Something whose speed is measured.
 pub trait Contender {
@@ -111,18 +111,18 @@ fn cpu_seconds() -> f64 {
 
 impl Rounds {
     /// The median speed of each contender, by the clock on the wall.
-    pub fn figures(&self) -> impl Iterator<Item = (String, Figure)> + '_ {
+    pub fn figures(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
         let rates = self.names.iter().zip(&self.wall);
-        rates.map(|((name, unit), rates)| (name.clone(), Figure::new(median(rates), unit)))
+        rates.map(|((name, unit), rates)| (name.clone(), Quantity::new(median(rates), unit)))
     }
 
     /// The slowest and the fastest round of each contender, by the clock on the wall.
-    pub fn ranges(&self) -> impl Iterator<Item = (String, Figure)> + '_ {
+    pub fn ranges(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
         self.names.iter().zip(&self.wall).flat_map(|((name, unit), rates)| {
             let least = rates.iter().copied().fold(f64::INFINITY, f64::min);
             let most = rates.iter().copied().fold(0.0, f64::max);
             [("slowest", least), ("fastest", most)]
-                .map(|(end, rate)| (format!("{name}/{end}"), Figure::new(rate, unit)))
+                .map(|(end, rate)| (format!("{name}/{end}"), Quantity::new(rate, unit)))
         })
     }
 
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(rounds.ratio(Clock::Cpu, "b", "a"), Some(1.0 / 3.0));
         assert_eq!(rounds.ratio(Clock::Cpu, "a", "c"), None);
         let figures: Vec<_> = rounds.figures().collect();
-        assert_eq!(figures[1], ("b".into(), Figure::new(1.0, "1/s")));
+        assert_eq!(figures[1], ("b".into(), Quantity::new(1.0, "1/s")));
         assert_eq!(median(&[3.0, 1.0, 2.0, 10.0]), 2.5);
     }
 }

@@ -12,7 +12,7 @@ use fetch_sim::MujocoVersion;
 use tempfile::TempDir;
 
 use super::interleaved::Timed;
-use crate::python;
+use crate::shared::python;
 
 /// A peer that waits for its turn.
 pub struct Peer {

@@ -5,7 +5,7 @@ use std::fmt;
 use fetch_env::{FetchConfig, Task};
 use serde::Serialize;
 
-use crate::env_choice::ModelChoice;
+use crate::shared::choice::ModelChoice;
 
 /// The flags `--task` and `--model`.
 #[derive(Clone, Copy, Debug, clap::Args, Serialize)]

@@ -10,7 +10,7 @@ use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 
 use super::{counting::Counting, npz::Npz};
-use crate::{check::Check, report::Figure};
+use crate::shared::{check::Check, json::Quantity};
 
 /// How the recordings were seeded: episode `e` is reset with the first plus `e`, and its actions
 /// are drawn by numpy's generator of the second plus `e`.
@@ -85,7 +85,7 @@ fn same_scripted_success(
         format!("{task}/scripted-success"),
         p >= LEAST_P_VALUE,
         seen,
-        Figure::new(p, "1"),
+        Quantity::new(p, "1"),
     ))
 }
 
@@ -100,7 +100,7 @@ fn same_distribution(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Ch
         mean(ours),
         mean(theirs)
     );
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Figure::new(statistic, "1"))
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(statistic, "1"))
 }
 
 fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
@@ -109,7 +109,7 @@ fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
     let p = fisher_exact(a, ours.len() as u64, b, theirs.len() as u64);
     let seen =
         format!("{a} of {}, recorded {b} of {}; Fisher's p = {p:.3}", ours.len(), theirs.len());
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Figure::new(p, "1"))
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(p, "1"))
 }
 
 /// The same episodes on both sides: the mean return within 2 %.
@@ -123,7 +123,7 @@ fn same_mean_return(task: Task, ours: &[f64], theirs: &[f64]) -> Check {
         100.0 * off,
         ours.len()
     );
-    Check::new(format!("{task}/mean-return"), off <= 0.02, seen, Figure::new(off, "1"))
+    Check::new(format!("{task}/mean-return"), off <= 0.02, seen, Quantity::new(off, "1"))
 }
 
 fn mean(sample: &[f64]) -> f64 {

@@ -8,9 +8,9 @@ use fetch_sim::{ModelSource, MujocoSimulator, Task};
 use goal_reward::RewardKind;
 
 use super::{Models, live, npz::Npz};
-use crate::{
+use crate::shared::{
     check::{self, Check},
-    report::Figure,
+    json::Quantity,
 };
 
 const SCRIPT: &str = include_str!("../../scripts/frames.py");
@@ -60,7 +60,7 @@ fn judge(name: &str, differences: &[f64]) -> Check {
     let largest = differences.iter().copied().fold(0.0, f64::max);
     let seen =
         format!("{equal} of {} equal, largest mean difference {largest:.1e}", differences.len());
-    Check::new(name, largest < TOLERANCE, seen, Figure::new(largest, "1"))
+    Check::new(name, largest < TOLERANCE, seen, Quantity::new(largest, "1"))
 }
 
 /// The mean difference of two pictures' colors.

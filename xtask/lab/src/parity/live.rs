@@ -5,7 +5,7 @@ use std::{fs, path::Path, process::Command};
 use anyhow::{Context, ensure};
 use fetch_sim::MujocoVersion;
 
-use crate::python::{self, MUJOCO};
+use crate::shared::python::{self, MUJOCO};
 
 const SCRIPT: &str = include_str!("../../scripts/record.py");
 

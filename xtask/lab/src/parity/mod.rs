@@ -20,11 +20,11 @@ use fetch_sim::{FetchModel, ModelSource, MujocoSimulator, SimConfig, Task};
 use serde::Serialize;
 
 use self::{file_parity::FileParity, recording::Recording};
-use crate::{
+use crate::shared::{
     check::{self, Check},
-    env_choice::ModelChoice,
+    choice::ModelChoice,
+    json::{JsonOutput, write_json},
     progress,
-    report::{Report, write_json},
 };
 
 #[derive(clap::Args)]
@@ -133,7 +133,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             episodes,
             model,
         };
-        write_json(path, &Report::new(settings, figures))?;
+        write_json(path, &JsonOutput::new(settings, figures))?;
     }
     if !bad.is_empty() {
         println!("\nnot as close as it should be: {}", bad.join(", "));

@@ -1,9 +1,8 @@
-//! `verify`: the chapter's lab, every check by stepping the environments.
+//! `verify`: makes every check of the chapter's lab by stepping the environments.
 
 mod actions;
 mod baseline;
 mod conformance;
-pub mod goals;
 mod observations;
 mod relabeling;
 mod rewards;
@@ -11,15 +10,16 @@ mod tasks;
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use fetch_env::{EnvId, MujocoEnv, make_config};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::{
+use crate::shared::{
     check::{self, Check},
+    json::{JsonOutput, write_json},
     progress,
-    report::{Report, write_json},
 };
 
 #[derive(clap::Args)]
@@ -41,7 +41,7 @@ struct Settings {
     seed: u64,
 }
 
-/// A part of the lab: the sections of the chapter and the checks of one environment.
+/// A part of the lab: the checks of one environment that belong to a section of the chapter.
 type Part = fn(EnvId, &mut MujocoEnv, u64) -> anyhow::Result<Vec<Check>>;
 
 const PARTS: [Part; 6] = [
@@ -53,7 +53,7 @@ const PARTS: [Part; 6] = [
     baseline::check,
 ];
 
-/// What was checked together: an environment, or what all have in common.
+/// Checks of one environment, or of what all have in common.
 pub struct Group {
     pub heading: String,
     pub checks: Vec<Check>,
@@ -76,23 +76,23 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             };
             checks.into_iter().map(figure)
         });
-        write_json(path, &Report::new(settings, results))?;
+        write_json(path, &JsonOutput::new(settings, results))?;
     }
     Ok(failed == 0)
 }
 
-/// The one environment that was asked for, or all.
+/// Returns the given environment alone, or all.
 pub fn all_ids(only: Option<EnvId>) -> Vec<EnvId> {
     only.map_or_else(|| EnvId::ALL.to_vec(), |id| vec![id])
 }
 
-/// How many checks failed.
+/// Returns the number of checks that failed.
 pub fn failed(groups: &[Group]) -> usize {
     groups.iter().flat_map(|group| &group.checks).filter(|check| !check.passed).count()
 }
 
-/// The checks of each environment, in the order of `ids`, on all cores; then, if these are all,
-/// those of what the tasks have in common.
+/// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are all
+/// environments, those of what the tasks have in common.
 pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>> {
     let bar = progress::bar(ids.len() * PARTS.len(), "verify");
     let mut groups = ids
@@ -104,6 +104,14 @@ pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>
     }
     bar.finish_and_clear();
     Ok(groups)
+}
+
+/// Makes the checks of an observation or of rewards, and returns the one of a name.
+pub fn check_by_name(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Check> {
+    let mut env = make_config(id.config())?;
+    let part = if name.starts_with("reward/") { rewards::check } else { observations::check };
+    let found = part(id, &mut env, seed)?.into_iter().find(|check| check.name == name);
+    found.with_context(|| format!("there is no check {name}"))
 }
 
 fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Check>> {

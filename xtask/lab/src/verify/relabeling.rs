@@ -1,13 +1,13 @@
 //! Section 2.6: rewards for goals that the environment never set.
 
-use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv};
-use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Step,
-};
+use baselines::{Policy, RandomPolicy, buffer_config, collect};
+use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, MujocoEnv};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
 
-use super::goals::{GoalSampler, expected_reward};
-use crate::check::Check;
+use crate::shared::{
+    check::Check,
+    rewards::{GoalSampler, formula_agrees},
+};
 
 const GOALS: usize = 10;
 const TOLERANCE: f64 = 1e-10;
@@ -29,8 +29,7 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let mut arbitrary: Vec<[f64; 3]> = (0..GOALS).map(|_| goals.sample()).collect();
     arbitrary.extend((0..GOALS).map(|_| goals.sample_near(achieved, 0.05)));
     for goal in arbitrary.iter().map(<[f64; 3]>::as_slice).chain([achieved]) {
-        let expected = expected_reward(env.goal_reward(), achieved, goal);
-        if (env.compute_reward(achieved, goal)? - expected).abs() > TOLERANCE {
+        if !formula_agrees(env, achieved, goal, None, TOLERANCE)? {
             mismatches += 1;
         }
     }
@@ -39,10 +38,12 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     Ok(Check::none_of("relabel/arbitrary-goals", mismatches, seen))
 }
 
-/// Random episodes through the replay buffer: every reward in a batch is the environment's, for
-/// goals left alone and for goals achieved later.
+/// Passes random episodes through the replay buffer: every reward of a batch must be the
+/// environment's, for original goals and for goals achieved later.
 fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
-    let buffer = collect(env, seed)?;
+    let first = env.reset(Some(seed))?.observation;
+    let mut buffer = HerBuffer::<f64>::new(buffer_config(50 * EPISODES, &first))?;
+    collect(env, &mut RandomPolicy::new(seed), EPISODES, seed, &mut buffer, 0)?;
     let sampler = Sampler::new(BATCH, GoalStrategy::Future, RelabelRatio::from_k(4));
     let mut batch = Batch::new();
     sampler.sample_seeded(&buffer, env.goal_reward(), seed, &mut batch)?;
@@ -59,43 +60,4 @@ fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
         "{relabeled} of {BATCH} transitions relabeled with later goals, {mismatches} rewards differ in any bit"
     );
     Ok(Check::none_of("relabel/hindsight", mismatches, seen))
-}
-
-fn collect(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<HerBuffer<f64>> {
-    let mut policy = RandomPolicy::new(seed);
-    let first = env.reset(Some(seed))?.observation;
-    let dims = Dims { observation: first.observation().len(), goal: 3, action: 4 };
-    let mut buffer = HerBuffer::new(BufferConfig::new(50 * EPISODES, dims))?;
-    for seed in (seed..).take(EPISODES) {
-        let mut observation: FetchObservation = env.reset(Some(seed))?.observation;
-        buffer.begin_episode(
-            0,
-            &EpisodeStart {
-                observation: observation.observation(),
-                achieved_goal: observation.achieved_goal(),
-                desired_goal: observation.desired_goal(),
-            },
-        )?;
-        loop {
-            let action = policy.act(&observation);
-            let step = env.step(&action)?;
-            observation = step.observation;
-            buffer.add_step(
-                0,
-                &Step {
-                    action: &action.map(f64::from),
-                    reward: step.reward,
-                    next_observation: observation.observation(),
-                    next_achieved_goal: observation.achieved_goal(),
-                    terminated: step.terminated,
-                    truncated: step.truncated,
-                    fields: &[],
-                },
-            )?;
-            if step.is_last() {
-                break;
-            }
-        }
-    }
-    Ok(buffer)
 }

@@ -25,7 +25,7 @@ use super::{
     peer::note_other_mujoco,
     subject::{Subject, Subjects},
 };
-use crate::report::{Figure, Report, write_json};
+use crate::shared::json::{JsonOutput, Quantity, write_json};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -79,12 +79,12 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     if let Some(path) = &args.json {
-        write_json(path, &Report::new(args, figures))?;
+        write_json(path, &JsonOutput::new(args, figures))?;
     }
     Ok(true)
 }
 
-fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Figure)>> {
+fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Quantity)>> {
     let episodes = Episodes::new(subject.config()?)?;
     let steps = interleave(steppers(args, &episodes)?, Duration::from_secs_f64(args.seconds))?;
     let resets = vec![
@@ -96,8 +96,11 @@ fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Figure)
     figures.extend(ratios(&steps, &resets));
     let footprint = Footprint::of(subject, args.footprint_envs)?;
     figures.extend([
-        (format!("construction-{}", args.footprint_envs), Figure::new(footprint.construction, "s")),
-        ("memory-further-env".into(), Figure::new(footprint.further_env, "bytes")),
+        (
+            format!("construction-{}", args.footprint_envs),
+            Quantity::new(footprint.construction, "s"),
+        ),
+        ("memory-further-env".into(), Quantity::new(footprint.further_env, "bytes")),
     ]);
     Ok(figures)
 }
@@ -133,11 +136,11 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
 }
 
 /// What one figure is of another.
-fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Figure)> {
+fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Quantity)> {
     let (threads, apart) = (format!("threads-{}", threads()), format!("apart-{}", threads()));
     let ratio = |name: &str, rounds: &Rounds, clock, of, to| {
         let value = rounds.ratio(clock, of, to)?;
-        Some((format!("ratio/{name}"), Figure::new(value, "1")))
+        Some((format!("ratio/{name}"), Quantity::new(value, "1")))
     };
     [
         ratio("single-to-bare-loop", steps, Cpu, "single", "bare-loop"),

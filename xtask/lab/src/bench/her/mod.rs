@@ -20,7 +20,7 @@ use super::{
     interleaved::{Clock::Cpu, Entry, interleave},
     resident_bytes,
 };
-use crate::report::{Figure, Report, write_json};
+use crate::shared::json::{JsonOutput, Quantity, write_json};
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
 /// Of the batches whose time is compared between tables of [`TABLES`] transitions.
@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     if let Some(path) = &args.json {
-        write_json(path, &Report::new(args, figures))?;
+        write_json(path, &JsonOutput::new(args, figures))?;
     }
     Ok(true)
 }
@@ -111,11 +111,11 @@ fn measure<T: Scalar>(
     args: &Args,
     element: Element,
     sb3: Option<&Sb3>,
-) -> anyhow::Result<Vec<(String, Figure)>> {
+) -> anyhow::Result<Vec<(String, Quantity)>> {
     const ROWS: &str = "rows/s";
     const ADDED: &str = "transitions/s";
     let bytes = footprint(element, args.transitions)?;
-    let mut figures = vec![("bytes-per-transition".into(), Figure::new(bytes, "bytes"))];
+    let mut figures = vec![("bytes-per-transition".into(), Quantity::new(bytes, "bytes"))];
     let table = Table::<T>::full(args.transitions)?;
     let mut entries = Vec::new();
     for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
@@ -142,7 +142,7 @@ fn measure<T: Scalar>(
         for peer in ["bare-gather", SB3] {
             let ratio = rounds.ratio(Cpu, &ours, &format!("{peer}-{size}"));
             figures.extend(
-                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Figure::new(ratio, "1"))),
+                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Quantity::new(ratio, "1"))),
             );
         }
     }
@@ -154,7 +154,7 @@ fn measure<T: Scalar>(
 
 /// The time of a batch in tables of several sizes, and that of the bare copy, which is what the caches
 /// explain.
-fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Figure)>> {
+fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {
         let table = Table::<T>::full(transitions)?;
@@ -165,15 +165,15 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Figure)>> {
         }
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
-    let time = |(name, rate): (String, Figure)| {
-        (format!("time/{name}"), Figure::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
+    let time = |(name, rate): (String, Quantity)| {
+        (format!("time/{name}"), Quantity::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
     };
     let mut figures: Vec<_> = rounds.figures().map(time).collect();
     for contender in ["batch", "bare-gather"] {
         let name = |transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}");
         let ratio = rounds.ratio(Cpu, &name(TABLES[0]), &name(TABLES[2]));
         figures.extend(
-            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Figure::new(ratio, "1"))),
+            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Quantity::new(ratio, "1"))),
         );
     }
     Ok(figures)

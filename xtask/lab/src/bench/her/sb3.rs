@@ -8,7 +8,7 @@ use crate::{
         interleaved::{Contender, Timed},
         peer::Peer,
     },
-    python,
+    shared::python,
 };
 
 /// A buffer that is full.

@@ -21,7 +21,7 @@ use super::{
     peer::note_other_mujoco,
     subject::{Subject, Subjects},
 };
-use crate::report::{Figure, Report, write_json};
+use crate::shared::json::{JsonOutput, Quantity, write_json};
 
 /// The reference's pictures.
 const LARGE: Format = Format { side: 480, samples: 4 };
@@ -75,18 +75,18 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let opengl = opengl()?;
     println!("drawn with {opengl}");
     if let Some(path) = &args.json {
-        write_json(path, &Report::new(Settings { args, opengl }, figures))?;
+        write_json(path, &JsonOutput::new(Settings { args, opengl }, figures))?;
     }
     Ok(true)
 }
 
-fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Figure)>> {
+fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Quantity)>> {
     let episodes = Episodes::new(subject.config()?)?;
     let entries = renderers(args, &episodes)?;
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     let ratio = |to: &str, name: &str| {
         let value = rounds.ratio(Wall, &LARGE.to_string(), name)?;
-        Some((format!("ratio/{LARGE}-to-{to}"), Figure::new(value, "1")))
+        Some((format!("ratio/{LARGE}-to-{to}"), Quantity::new(value, "1")))
     };
     let ratios = [ratio(PEER, &of_peer(LARGE.side)), ratio(&sky(), &sky())];
     Ok(rounds.figures().chain(ratios.into_iter().flatten()).collect())

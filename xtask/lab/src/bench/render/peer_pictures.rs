@@ -8,7 +8,7 @@ use crate::{
         interleaved::{Contender, Timed},
         peer::Peer,
     },
-    python,
+    shared::python,
 };
 
 const SCRIPT: &str = include_str!("../../../scripts/pictures.py");

@@ -1,27 +1,27 @@
-//! Python environments in the cache, made by pip on first use.
+//! Python environments in the cache, which pip makes on first use.
 
 use std::{fs, path::PathBuf, process::Command};
 
 use anyhow::{Context, ensure};
 use fetch_sim::cache_folder;
 
-/// The version of MuJoCo that [`REFERENCE`] has.
+/// The version of MuJoCo in [`REFERENCE`].
 pub const MUJOCO: &str = "3.6.0";
-/// The real environment.
+/// The packages of the real environment.
 pub const REFERENCE: [&str; 3] = ["gymnasium-robotics==1.4.2", "gymnasium==1.4.0", "mujoco==3.6.0"];
 const ENVPOOL: &str = "envpool==1.2.5";
 
-/// The buffer that ours is compared with.
+/// The package of the replay buffer to compare with.
 pub const STABLE_BASELINES3: [&str; 1] = ["stable-baselines3==2.9.2"];
-/// What is done with it.
-pub const SB3_SCRIPT: &str = include_str!("../scripts/sb3.py");
+/// The script that runs it.
+pub const SB3_SCRIPT: &str = include_str!("../../scripts/sb3.py");
 
-/// The interpreter of the environment of gymnasium-robotics and EnvPool.
+/// Returns the interpreter of the environment with gymnasium-robotics and EnvPool.
 pub fn peers() -> anyhow::Result<PathBuf> {
     environment("python-peers", &[&REFERENCE[..], &[ENVPOOL]].concat())
 }
 
-/// The interpreter of the environment of this name, which has these packages.
+/// Returns the interpreter of the environment of a name, with these packages.
 pub fn environment(name: &str, packages: &[&str]) -> anyhow::Result<PathBuf> {
     let folder = cache_folder()?.join(name);
     let python = folder.join("bin/python");

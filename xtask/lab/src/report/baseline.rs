@@ -1,19 +1,18 @@
-//! The baselines: against the reference's figures, and how their episodes are spread.
+//! The baselines: compared with the reference, and the distributions of their episodes.
 
-use baselines::{Episode, Estimate, RandomReference};
+use baselines::{
+    Episode, Estimate, RandomReference,
+    page::{Axis, Column, Plot, extent, number, table},
+};
 use fetch_env::{EnvId, Task};
 use goal_reward::RewardKind;
 
-use super::{
-    document::{Column, table},
-    evaluations::Outcome,
-    plot::{Axis, Plot, number, range},
-};
-use crate::policy_choice::PolicyChoice;
+use super::evaluations::Outcome;
+use crate::shared::choice::PolicyChoice;
 
 const BINS: usize = 24;
 
-/// The random policy against gymnasium-robotics 1.4.2, environment by environment.
+/// Compares the random policy with gymnasium-robotics 1.4.2 in each environment.
 pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
     let mut rows = Vec::new();
     for outcome in outcomes.iter().filter(|outcome| outcome.policy == PolicyChoice::Random) {
@@ -44,8 +43,8 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
     ];
     Ok(format!(
         "<p>Uniformly random actions, here and in 400 episodes of gymnasium-robotics 1.4.2. \
-         p is the probability of a difference as large, were both the same environment: of these \
-         {} values, one in twenty is below 0.05 by chance.</p>\n{}",
+         p is the probability of so large a difference if both were the same environment: one in \
+         twenty of these {} values is below 0.05 by chance.</p>\n{}",
         rows.len(),
         table(columns, rows.iter().cloned()),
     ))
@@ -78,7 +77,7 @@ pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
             reference.final_distance.mean,
         );
         for plot in [returns, distances, success(task, &policies)?] {
-            html += &format!("<div>{}</div>\n", plot.svg());
+            html += &format!("<div>{}</div>\n", plot.svg()?);
         }
     }
     Ok(html + "</div>")
@@ -86,7 +85,7 @@ pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
 
 fn histogram(
     title: &str,
-    label: &'static str,
+    label: &str,
     policies: &[&Outcome],
     value: fn(&Episode) -> f64,
     reference: f64,
@@ -94,7 +93,7 @@ fn histogram(
     let values =
         |outcome: &Outcome| outcome.evaluation.episodes.iter().map(value).collect::<Vec<_>>();
     let all = policies.iter().flat_map(|outcome| values(outcome)).chain([reference]);
-    let (low, high) = range(all);
+    let (low, high) = extent(all);
     let width = ((high - low) / BINS as f64).max(f64::MIN_POSITIVE);
     let counts: Vec<_> = policies
         .iter()
@@ -104,20 +103,20 @@ fn histogram(
                 counts[(((value - low) / width) as usize).min(BINS - 1)] += 1;
             }
             let share = 100.0 / outcome.evaluation.episodes.len() as f64;
-            (outcome.policy.name(), counts.map(|count| share * count as f64))
+            (outcome, counts.map(|count| share * count as f64))
         })
         .collect();
-    let highest = range(counts.iter().flat_map(|(_, shares)| *shares)).1;
+    let highest = extent(counts.iter().flat_map(|(_, shares)| *shares)).1;
     let x = Axis::new(label, low, low + BINS as f64 * width);
     let mut plot = Plot::new(title, x, Axis::new("episodes (%)", 0.0, 1.1 * highest));
-    for (name, shares) in counts {
+    for (outcome, shares) in counts {
         for (bin, share) in shares.into_iter().enumerate().filter(|(_, share)| *share > 0.0) {
             let left = low + bin as f64 * width;
-            plot.rectangle(&format!("bar {name}"), (left, 0.0), (left + width, share));
+            plot.bar(outcome.ink(), (left, 0.0), (left + width, share));
         }
-        plot.legend(name, name);
+        plot.legend(outcome.ink(), outcome.policy.name());
     }
-    plot.vertical("reference", reference);
+    plot.vertical(reference);
     plot
 }
 
@@ -131,12 +130,12 @@ fn success(task: Task, policies: &[&Outcome]) -> anyhow::Result<Plot> {
     for outcome in policies {
         let rates = outcome.evaluation.success_at(&thresholds)?;
         let over = || thresholds.iter().copied().zip(&rates);
-        let name = outcome.policy.name();
-        plot.band(name, &over().map(|(x, rate)| (x, rate.low, rate.high)).collect::<Vec<_>>());
-        plot.line(name, over().map(|(x, rate)| (x, rate.value)));
-        plot.legend(name, name);
+        let ink = outcome.ink();
+        plot.band(ink, &over().map(|(x, rate)| (x, rate.low, rate.high)).collect::<Vec<_>>());
+        plot.line(ink, over().map(|(x, rate)| (x, rate.value)));
+        plot.legend(ink, outcome.policy.name());
     }
     let id = EnvId { task, reward: RewardKind::Sparse };
-    plot.vertical("reference", id.config().reward().threshold().get());
+    plot.vertical(id.config().reward().threshold().get());
     Ok(plot)
 }

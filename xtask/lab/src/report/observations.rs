@@ -1,19 +1,16 @@
-//! The observation of each task, element by element, with the ranges that were seen.
+//! The observation of each task, element by element, with its range in the evaluated episodes.
 
+use baselines::page::{Column, escape, number, table};
 use fetch_env::{Task, observation_fields};
 use goal_reward::RewardKind;
 
-use super::{
-    document::{Column, escape, table},
-    evaluations::{Outcome, Ranges},
-    plot::number,
-};
+use super::evaluations::{Outcome, Ranges};
 
-/// One table a task.
+/// A table for each task.
 pub fn section(outcomes: &[Outcome]) -> String {
     let mut html = String::from(
         "<p>The least and the greatest value of each element in the episodes of the random and of \
-         the scripted policy, one line an element.</p>\n",
+         the scripted policy, one line for each element.</p>\n",
     );
     for task in Task::ALL {
         let ranges = outcomes

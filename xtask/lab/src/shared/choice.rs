@@ -1,13 +1,14 @@
-//! The flags `--env-id`, `--seed` and `--model`.
+//! The flags `--env-id`, `--seed`, `--model` and `--policy`.
 
 use std::{fmt, str::FromStr};
 
+use baselines::{Policy, RandomPolicy, ScriptedPolicy, ZeroPolicy};
 use fetch_env::{EnvId, UnknownEnvId};
 use fetch_sim::{ModelSource, Task};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
-/// Which environment, and how it is seeded.
+/// An environment and its seed.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct EnvArgs {
     /// Environment, or auto for FetchReachDense-v4
@@ -70,6 +71,36 @@ impl ModelChoice {
         match self {
             Self::Builtin => ModelSource::Builtin,
             Self::Reference => ModelSource::Reference,
+        }
+    }
+}
+
+/// The flag `--policy`: a policy that does not learn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum PolicyChoice {
+    /// Uniformly random actions
+    Random,
+    /// A few rules for each task
+    Scripted,
+    /// No action at all
+    Zero,
+}
+
+impl PolicyChoice {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Random => "random",
+            Self::Scripted => "scripted",
+            Self::Zero => "zero",
+        }
+    }
+
+    /// Returns the policy for a task; only the random one needs the seed.
+    pub fn policy(self, task: Task, seed: u64) -> Box<dyn Policy> {
+        match self {
+            Self::Random => Box::new(RandomPolicy::new(seed)),
+            Self::Scripted => Box::new(ScriptedPolicy::new(task)),
+            Self::Zero => Box::new(ZeroPolicy),
         }
     }
 }

@@ -1,23 +1,22 @@
-//! Where goals and objects are drawn, over the table.
+//! The sampled goals and objects over the table.
 
+use baselines::page::{Axis, Ink, Plot};
 use fetch_env::{Env, EnvId, GoalObservation, Task, make_config};
 use fetch_sim::{Shape, VisualGeom};
 use goal_reward::RewardKind;
 
-use super::plot::{Axis, Plot};
-
 const RESETS: usize = 400;
 
-/// Two plots a task: from above, and from the robot's right.
+/// Two plots for each task: from above, and from the robot's right.
 pub fn section(seed: u64) -> anyhow::Result<String> {
     let mut html = format!(
-        "<p>{RESETS} resets a task, seeds from {seed} on: where the goals lie, where the object \
-         starts and where the gripper does. The gray area is the table. x points away from the \
-         robot, y to its left, z up.</p>\n<div class=\"grid\">\n"
+        "<p>{RESETS} resets of each task, seeds from {seed} on: the goals, and where the object and \
+         the gripper start. The gray area is the table. x points away from the robot, y to its \
+         left, z up.</p>\n<div class=\"grid\">\n"
     );
     for task in Task::ALL {
         let [top, side] = Workspace::sample(task, seed)?.plots();
-        html += &format!("<div>{}\n{}</div>\n", top.svg(), side.svg());
+        html += &format!("<div>{}\n{}</div>\n", top.svg()?, side.svg()?);
     }
     Ok(html + "</div>")
 }
@@ -53,7 +52,7 @@ impl Workspace {
                 Shape::Box { half_size } if geom.body == body => Some(half_size),
                 _ => None,
             })
-            .ok_or_else(|| anyhow::anyhow!("the table of {task} is no box"))?;
+            .ok_or_else(|| anyhow::anyhow!("the table of {task} is not a box"))?;
         let center = data.body_pose(body).0;
         let corner = |sign: f64| [0, 1, 2].map(|axis| center[axis] + sign * half_size[axis]);
         Ok(Self { task, goals, objects, gripper, table: [corner(-1.0), corner(1.0)] })
@@ -64,24 +63,24 @@ impl Workspace {
     }
 
     /// x to the right, and the axis `up` upwards.
-    fn plot(&self, from: &str, up: usize, label: &'static str) -> Plot {
+    fn plot(&self, from: &str, up: usize, label: &str) -> Plot {
         let [low, high] = &self.table;
         let points = || self.goals.iter().chain(&self.objects).chain([&self.gripper]);
         let x = Axis::around("x (m)", points().map(|p| p[0]).chain([low[0], high[0]]));
         // From above the whole table; from the side its upper part, and room above it.
         let table = if up == 1 { [low[up], high[up]] } else { [high[up] - 0.1, high[up] + 0.2] };
         let y = Axis::around(label, points().map(|p| p[up]).chain(table));
-        let mut plot = Plot::new(&format!("Fetch{}, {from}", self.task), x, y).equal_scale();
-        plot.rectangle("table", (low[0], low[up]), (high[0], high[up]));
+        let mut plot = Plot::new(&format!("Fetch{}, {from}", self.task), x, y).with_equal_scale();
+        plot.area((low[0], low[up]), (high[0], high[up]));
         let along = |points: &[[f64; 3]]| points.iter().map(|p| (p[0], p[up])).collect::<Vec<_>>();
-        plot.dots("goal", along(&self.goals));
-        plot.legend("goal", "goals");
+        plot.dots(Ink::Red, along(&self.goals));
+        plot.legend(Ink::Red, "goals");
         if !self.objects.is_empty() {
-            plot.dots("object", along(&self.objects));
-            plot.legend("object", "objects");
+            plot.dots(Ink::Teal, along(&self.objects));
+            plot.legend(Ink::Teal, "objects");
         }
-        plot.dots("gripper", along(&[self.gripper]));
-        plot.legend("gripper", "gripper");
+        plot.dot(Ink::Text, (self.gripper[0], self.gripper[up]));
+        plot.legend(Ink::Text, "gripper");
         plot
     }
 }

@@ -1,9 +1,10 @@
-//! What `verify` found.
+//! The results of `verify`.
 
-use super::document::{Column, escape, table};
-use crate::{check::Check, verify::Group};
+use baselines::page::{Column, escape, table};
 
-/// A table of figures, with all checks of each environment to be unfolded.
+use crate::{shared::check::Check, verify::Group};
+
+/// The number of checks, and those of each environment to unfold.
 pub fn section(groups: &[Group]) -> String {
     let all = || groups.iter().flat_map(|group| &group.checks);
     let failed = all().filter(|check| !check.passed).count();

@@ -1,8 +1,8 @@
-//! Progress bars, where somebody is watching.
+//! Progress bars.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A bar over `total` parts on standard error; hidden where that is no terminal.
+/// Returns a bar over `total` parts on standard error; hidden where that is no terminal.
 pub fn bar(total: usize, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -11,7 +11,7 @@ pub fn bar(total: usize, what: &'static str) -> ProgressBar {
         .with_message(what)
 }
 
-/// Says in a plain line what has been done, where there is no bar to show it.
+/// Prints progress as a plain line where the bar is hidden.
 pub fn note(bar: &ProgressBar, what: impl std::fmt::Display) {
     if bar.is_hidden() {
         eprintln!("{what}");

@@ -1,4 +1,4 @@
-//! The object that every `--json` writes.
+//! The object that `--json` writes, and writing files.
 
 use std::{fmt, fs, path::Path};
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// Versions, machine, settings and results of one command.
 #[derive(Debug, Serialize)]
-pub struct Report<S> {
+pub struct JsonOutput<S> {
     versions: Versions,
     machine: Machine,
     settings: S,
@@ -23,14 +23,14 @@ pub struct EnvSettings {
     pub seed: u64,
 }
 
-/// What ran.
+/// The versions that ran.
 #[derive(Clone, Debug, Serialize)]
 pub struct Versions {
     pub project: &'static str,
     pub mujoco: String,
 }
 
-/// Where it ran.
+/// The machine that they ran on.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
     os: &'static str,
@@ -38,9 +38,9 @@ pub struct Machine {
     cores: usize,
 }
 
-/// A figure with its unit.
+/// A number with its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Figure {
+pub struct Quantity {
     value: f64,
     unit: &'static str,
 }
@@ -49,27 +49,27 @@ pub struct Figure {
 struct Named {
     name: String,
     #[serde(flatten)]
-    figure: Figure,
+    figure: Quantity,
 }
 
-impl Figure {
-    /// A figure with a unit, `1` for a pure number.
+impl Quantity {
+    /// Returns a number with a unit, which is `1` for a pure number.
     pub const fn new(value: f64, unit: &'static str) -> Self {
         Self { value, unit }
     }
 
-    /// The number alone.
+    /// Returns the number alone.
     pub const fn value(self) -> f64 {
         self.value
     }
 
-    /// How many.
+    /// Returns a number of things.
     pub const fn count(value: usize) -> Self {
         Self::new(value as f64, "1")
     }
 }
 
-impl fmt::Display for Figure {
+impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { value, unit } = *self;
         let decimals = if value.abs() < 100.0 { 3 } else { 0 };
@@ -83,9 +83,9 @@ impl Versions {
     }
 }
 
-impl<S: Serialize> Report<S> {
-    /// A report of this process.
-    pub fn new(settings: S, results: impl IntoIterator<Item = (String, Figure)>) -> Self {
+impl<S: Serialize> JsonOutput<S> {
+    /// Returns the output of this process.
+    pub fn new(settings: S, results: impl IntoIterator<Item = (String, Quantity)>) -> Self {
         Self {
             versions: Versions::current(),
             machine: Machine {
@@ -101,15 +101,13 @@ impl<S: Serialize> Report<S> {
 
 /// Writes a value as JSON, making the folders on the way.
 pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
-    make_folder_of(path)?;
-    let mut text = serde_json::to_string_pretty(value)?;
-    text.push('\n');
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    write_text(path, &(serde_json::to_string_pretty(value)? + "\n"))
 }
 
-/// Makes the folders on the way to a file.
-pub fn make_folder_of(path: &Path) -> anyhow::Result<()> {
-    path.parent().map_or(Ok(()), |folder| {
-        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
-    })
+/// Writes a file, making the folders on the way.
+pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -1,29 +1,27 @@
-//! `report`: one page to look at.
+//! `report`: writes one page with checks, baselines, plots and playbacks.
 
 mod baseline;
 mod checks;
-pub mod document;
 mod evaluations;
 mod observations;
-pub mod playback;
-mod plot;
-pub mod recording;
 mod rewards;
-mod scenes;
 mod workspace;
 
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, ensure};
-use fetch_env::{EnvId, Task};
+use anyhow::ensure;
+use base64::prelude::{BASE64_STANDARD, Engine};
+use baselines::page::{Document, Playback, escape};
+use fetch_env::{EnvId, Task, make_config};
 use goal_reward::RewardKind;
-use rayon::prelude::*;
 
-use self::{document::Document, evaluations::Outcome, recording::Recording};
+use self::evaluations::evaluate_all;
 use crate::{
-    policy_choice::PolicyChoice,
-    progress,
-    report::{Versions, make_folder_of},
+    figures::Scene,
+    shared::{
+        choice::PolicyChoice,
+        json::{Versions, write_text},
+    },
     verify::{all_ids, check_environments, failed},
 };
 
@@ -38,12 +36,12 @@ pub struct Args {
     /// Episodes of each policy in each environment
     #[arg(long, default_value_t = 100)]
     episodes: usize,
-    /// Only this environment in the part about verify
+    /// Show the checks of this environment only
     #[arg(long)]
     verify_only: Option<EnvId>,
 }
 
-/// The sections, in their order: what a link goes to, and what it is called.
+/// The sections in their order: the target of links, and the heading.
 const SECTIONS: [(&str, &str); 8] = [
     ("scenes", "The four scenes"),
     ("playback", "Episodes, played back"),
@@ -57,11 +55,10 @@ const SECTIONS: [(&str, &str); 8] = [
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     ensure!(args.episodes > 0, "--episodes must be at least 1");
-    make_folder_of(&args.out)?;
     let groups = check_environments(&all_ids(args.verify_only), args.seed)?;
     let outcomes = evaluate_all(args.episodes, args.seed)?;
     let bodies = [
-        scenes::section(args.seed)?,
+        scenes(args.seed)?,
         playbacks(args.seed)?,
         checks::section(&groups),
         baseline::against_reference(&outcomes)?,
@@ -77,7 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         page.section(id, heading, &body);
     }
     let html = page.html();
-    fs::write(&args.out, &html).with_context(|| format!("cannot write {}", args.out.display()))?;
+    write_text(&args.out, &html)?;
     let failed = failed(&groups);
     println!(
         "report: {failed} checks failed; wrote {} ({} kB)",
@@ -91,9 +88,9 @@ fn introduction(args: &Args) -> String {
     let links: String =
         SECTIONS.iter().map(|(id, heading)| format!("<a href=\"#{id}\">{heading}</a>\n")).collect();
     format!(
-        "<p>The Fetch benchmark of goal-conditioned reinforcement learning, as version {} simulates \
-         it on MuJoCo {}. Made by <code>cargo xtask report</code> with seed {} and {} episodes of \
-         each policy.</p>\n<nav>{links}</nav>\n",
+        "<p>The Fetch benchmark of goal-conditioned reinforcement learning, simulated by version {} \
+         on MuJoCo {}. This page was made by <code>cargo xtask report</code> with seed {} and {} \
+         episodes of each policy.</p>\n<nav>{links}</nav>\n",
         Versions::current().project,
         Versions::current().mujoco,
         args.seed,
@@ -101,33 +98,33 @@ fn introduction(args: &Args) -> String {
     )
 }
 
-/// The random policy in all eight environments, the scripted one in those with dense reward.
-fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> {
-    let random = EnvId::ALL.map(|id| (id, PolicyChoice::Random));
-    let scripted =
-        Task::ALL.map(|task| (EnvId { task, reward: RewardKind::Dense }, PolicyChoice::Scripted));
-    let all: Vec<_> = random.into_iter().chain(scripted).collect();
-    let bar = progress::bar(all.len(), "baselines");
-    let outcomes = all
-        .into_par_iter()
-        .map(|(id, policy)| {
-            let outcome = Outcome::of(id, policy, episodes, seed)?;
-            bar.inc(1);
-            progress::note(&bar, format_args!("evaluated {id}, {} policy", policy.name()));
-            Ok(outcome)
-        })
-        .collect();
-    bar.finish_and_clear();
-    outcomes
+/// A frame of each scene after a reset.
+fn scenes(seed: u64) -> anyhow::Result<String> {
+    let mut html = String::from("<div class=\"grid four\">\n");
+    for task in Task::ALL {
+        let picture = match Scene::after_reset(task, seed)?.png() {
+            Ok(png) => format!(
+                "<img alt=\"The scene of Fetch{task} after reset\" src=\"data:image/png;base64,{}\">",
+                BASE64_STANDARD.encode(png)
+            ),
+            Err(reason) => format!("<div class=\"missing\">{}</div>", escape(&reason)),
+        };
+        let caption = format!("<figcaption>Fetch{task}, after reset</figcaption>");
+        html += &format!("<figure class=\"frame\">{picture}{caption}</figure>\n");
+    }
+    Ok(html + "</div>")
 }
 
-/// One scripted episode a task.
+/// A scripted episode of each task.
 fn playbacks(seed: u64) -> anyhow::Result<String> {
     let mut html = String::from("<div class=\"grid wide\">\n");
     for task in Task::ALL {
         let id = EnvId { task, reward: RewardKind::Sparse };
-        let recording = Recording::of(id, PolicyChoice::Scripted, seed, |_, _, _| ())?;
-        html += &playback::figure(&recording)?;
+        let scripted = PolicyChoice::Scripted;
+        let mut policy = scripted.policy(task, seed);
+        let playback = Playback::record(&mut make_config(id.config())?, &mut policy, seed)?;
+        let title = format!("{id}, {} policy, seed {seed}", scripted.name());
+        html += &playback.with_title(&title).html()?;
     }
     Ok(html + "</div>")
 }
