@@ -30,7 +30,7 @@ const BELOW: i32 = 40 * SCALE;
 const INNER_HEIGHT: i32 = 170 * SCALE;
 
 /// Most ticks of an axis.
-const TICKS: usize = 7;
+const TICKS: usize = 6;
 
 /// A color of the page: a custom property of its style sheet, which differs in light and dark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -245,7 +245,10 @@ impl Plot {
             let placeholder = format!("\"#{r:02X}{g:02X}{b:02X}\"");
             svg = svg.replace(&placeholder, &format!("\"var({property})\""));
         }
-        // Without the fixed size and the namespace, which HTML needs not.
+        for default in [" opacity=\"1\"", " stroke=\"none\"", " stroke-width=\"1\""] {
+            svg = svg.replace(default, "");
+        }
+        // The first tag has a fixed size, and a namespace that HTML does not need.
         let body = svg.split_once('>').map_or("", |(_, body)| body);
         let title = escape(&self.title);
         Ok(format!(
@@ -314,8 +317,11 @@ impl Plot {
                 Mark::Area { corners } => {
                     let fill = Ink::Area.placeholder().filled();
                     inner.draw(&Rectangle::new(*corners, fill))?;
+                    let [(left, low), (right, high)] = *corners;
+                    let outline =
+                        [(left, low), (right, low), (right, high), (left, high), (left, low)];
                     let border = Ink::Faint.placeholder().stroke_width(3);
-                    inner.draw(&Rectangle::new(*corners, border))?;
+                    inner.draw(&PathElement::new(outline, border))?;
                 }
                 Mark::Dots { color, radius, opacity, points } => {
                     let style = color.mix(*opacity).filled();
