@@ -1,20 +1,44 @@
-//! A script in a Python process that does what it is told and times it.
+//! Python scripts that carry out orders and time themselves.
 
 use std::{
+    cell::RefCell,
     fs,
     io::{BufRead, BufReader, Write},
     path::Path,
     process::{Child, ChildStdin, ChildStdout, Command, Stdio},
+    rc::Rc,
 };
 
 use anyhow::{Context, bail, ensure};
 use fetch_sim::MujocoVersion;
 use tempfile::TempDir;
 
-use super::interleaved::Timed;
+use super::interleaved::{Contender, Timed};
 use crate::shared::python;
 
-/// A peer that waits for its turn.
+/// A peer as a contender: it carries out the same order in each turn, and times itself.
+pub struct Orders {
+    peer: Rc<RefCell<Peer>>,
+    order: String,
+}
+
+impl Orders {
+    pub fn new(peer: &Rc<RefCell<Peer>>, order: String) -> Self {
+        Self { peer: Rc::clone(peer), order }
+    }
+}
+
+impl Contender for Orders {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        Ok(self.timed()?.done)
+    }
+
+    fn timed(&mut self) -> anyhow::Result<Timed> {
+        self.peer.borrow_mut().timed(&self.order)
+    }
+}
+
+/// A Python process that waits for orders.
 pub struct Peer {
     process: Child,
     orders: ChildStdin,
@@ -24,21 +48,21 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Starts a script, given by name and text, with this library of OpenGL, and waits until it is
+    /// Starts a script, given by name and text, with a library of OpenGL, and waits until it is
     /// ready.
     pub fn start(
         python: &Path,
         (name, text): (&str, &str),
         arguments: &[String],
         gl: &str,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<Rc<RefCell<Self>>> {
         let folder = tempfile::tempdir()?;
         let script = folder.path().join(name);
         fs::write(&script, text)?;
         let mut process = Command::new(python)
             .arg(script)
             .args(arguments)
-            // MuJoCo's log file, if there is any.
+            // MuJoCo writes its log file there, if any.
             .current_dir(folder.path())
             .env("MUJOCO_GL", gl)
             .env("PYTHONWARNINGS", "ignore")
@@ -51,11 +75,11 @@ impl Peer {
         let mut peer = Self { process, orders, answers, _folder: folder };
         let answer = peer.answer()?;
         ensure!(answer.ends_with("ready"), "{name} answered {answer:?}");
-        Ok(peer)
+        Ok(Rc::new(RefCell::new(peer)))
     }
 
-    /// Has an order carried out.
-    pub fn timed(&mut self, order: &str) -> anyhow::Result<Timed> {
+    /// Sends an order and waits until it is carried out.
+    fn timed(&mut self, order: &str) -> anyhow::Result<Timed> {
         writeln!(self.orders, "{order}")?;
         self.orders.flush()?;
         let answer = self.answer()?;
@@ -67,7 +91,7 @@ impl Peer {
 
     fn answer(&mut self) -> anyhow::Result<String> {
         let mut line = String::new();
-        // Libraries greet on standard output.
+        // Libraries print greetings first.
         while !line.trim_end().ends_with("ready")
             && !line.starts_with(|first: char| first.is_ascii_digit())
         {
@@ -78,7 +102,7 @@ impl Peer {
     }
 }
 
-/// Tells so if the peers run on another MuJoCo.
+/// Prints a note if the peers run on another MuJoCo.
 pub fn note_other_mujoco() -> anyhow::Result<()> {
     let version = MujocoVersion::of_library()?.to_string();
     if version != python::MUJOCO {
@@ -89,7 +113,7 @@ pub fn note_other_mujoco() -> anyhow::Result<()> {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // Nothing is lost with it.
+        // Errors do not matter: the process may have ended by itself.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

@@ -28,14 +28,14 @@ pub struct Args {
 
 type Goals = Arc<[Vec<f64>; 2]>;
 
-struct Rewards {
+struct RewardBatch {
     reward: DistanceReward,
     checked: bool,
     goals: Goals,
     rewards: Vec<f64>,
 }
 
-impl Contender for Rewards {
+impl Contender for RewardBatch {
     fn work(&mut self) -> anyhow::Result<usize> {
         let pairs = GoalPairs::new(&self.goals[0], &self.goals[1], DIM)?;
         if self.checked {
@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     // Both sides of the threshold come up, in no order that a processor could guess.
     let mut matrix = || (0..PAIRS * DIM).map(|_| random.uniform(-0.05, 0.05)).collect();
     let goals: Goals = Arc::new([matrix(), matrix()]);
-    let rewards = |reward, checked| Rewards {
+    let rewards = |reward, checked| RewardBatch {
         reward,
         checked,
         goals: Arc::clone(&goals),

@@ -17,7 +17,7 @@ use plotters::{
 pub type Area<B> = DrawingArea<B, Shift>;
 
 /// Something to be drawn.
-pub trait Figure {
+pub trait Drawing {
     /// Width and height, in pixels.
     fn size(&self) -> (u32, u32);
 
@@ -73,7 +73,7 @@ pub fn bold(size: u32) -> TextStyle<'static> {
 }
 
 /// Writes `NAME.svg` and `NAME.png` into a folder.
-pub fn save(figure: &impl Figure, folder: &Path, name: &str) -> anyhow::Result<()> {
+pub fn save(figure: &impl Drawing, folder: &Path, name: &str) -> anyhow::Result<()> {
     let (width, height) = figure.size();
     let mut svg = String::new();
     paint(figure, SVGBackend::with_string(&mut svg, (width, height)))?;
@@ -97,7 +97,7 @@ pub fn save(figure: &impl Figure, folder: &Path, name: &str) -> anyhow::Result<(
 }
 
 fn paint<B: DrawingBackend<ErrorType: 'static>>(
-    figure: &impl Figure,
+    figure: &impl Drawing,
     backend: B,
 ) -> anyhow::Result<()> {
     let area = backend.into_drawing_area();

@@ -11,7 +11,7 @@ use anyhow::Context;
 use fetch_sim::Task;
 
 pub use self::scene::Scene;
-use self::{canvas::save, observation::Observation, rewards::Rewards};
+use self::{canvas::save, observation::ObservationLayout, rewards::RewardCurves};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -35,7 +35,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     ] {
         save(&Scene::after_reset(task, args.seed)?, &args.out, name)?;
     }
-    save(&Observation, &args.out, "observation")?;
-    save(&Rewards, &args.out, "rewards")?;
+    save(&ObservationLayout, &args.out, "observation")?;
+    save(&RewardCurves, &args.out, "rewards")?;
     Ok(true)
 }

@@ -4,9 +4,9 @@ use fetch_env::{ObservationField, observation_fields};
 use fetch_sim::Task;
 use plotters::prelude::*;
 
-use super::canvas::{Area, BLUE, FAINT, Figure, INK, RED, bold, centered, text};
+use super::canvas::{Area, BLUE, Drawing, FAINT, INK, RED, bold, centered, text};
 
-pub struct Observation;
+pub struct ObservationLayout;
 
 /// A box: its left upper and right lower corner.
 type Corners = [(i32, i32); 2];
@@ -15,7 +15,7 @@ const OBSERVATION: Corners = [(20, 90), (600, 360)];
 const ACHIEVED: Corners = [(20, 385), (600, 445)];
 const DESIRED: Corners = [(20, 470), (600, 530)];
 
-impl Figure for Observation {
+impl Drawing for ObservationLayout {
     fn size(&self) -> (u32, u32) {
         (1120, 580)
     }

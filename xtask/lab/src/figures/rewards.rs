@@ -7,15 +7,15 @@ use fetch_sim::Task;
 use goal_reward::{GoalReward, RewardKind};
 use plotters::prelude::*;
 
-use super::canvas::{Area, BLUE, FAINT, FONT, Figure, INK, RED, bold, text};
+use super::canvas::{Area, BLUE, Drawing, FAINT, FONT, INK, RED, bold, text};
 
-pub struct Rewards;
+pub struct RewardCurves;
 
 /// Distances that are drawn, in meters.
 const DISTANCES: Range<f64> = 0.0..0.2;
 const POINTS: u32 = 400;
 
-impl Figure for Rewards {
+impl Drawing for RewardCurves {
     fn size(&self) -> (u32, u32) {
         (1120, 520)
     }

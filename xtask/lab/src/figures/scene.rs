@@ -9,7 +9,7 @@ use fetch_sim::Task;
 use goal_reward::{RewardKind, goal_distance};
 use plotters::prelude::*;
 
-use super::canvas::{Area, FAINT, Figure, Frame, INK, bold, centered, text};
+use super::canvas::{Area, Drawing, FAINT, Frame, INK, bold, centered, text};
 
 pub struct Scene {
     id: EnvId,
@@ -68,7 +68,7 @@ impl Scene {
     }
 }
 
-impl Figure for Scene {
+impl Drawing for Scene {
     fn size(&self) -> (u32, u32) {
         (SIDE + 2 * MARGIN, SIDE + TOP + BOTTOM)
     }

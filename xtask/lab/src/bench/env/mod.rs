@@ -3,7 +3,6 @@
 pub(super) mod contenders;
 pub(super) mod episodes;
 mod footprint;
-mod peers;
 
 use std::{path::PathBuf, sync::Arc, thread, time::Duration};
 
@@ -13,19 +12,21 @@ use serde::Serialize;
 
 use self::{
     contenders::{Apart, BareLoop, BareResets, Resets, Single, Together},
-    episodes::Episodes,
+    episodes::{Episodes, STEPS},
     footprint::Footprint,
-    peers::PeerEnvs,
 };
 use super::{
     interleaved::{
         Clock::{Cpu, Wall},
         Entry, Rounds, interleave,
     },
-    peer::note_other_mujoco,
+    peer::{Orders, Peer, note_other_mujoco},
     subject::{Subject, Subjects},
 };
-use crate::shared::json::{JsonOutput, Quantity, write_json};
+use crate::shared::{
+    json::{JsonOutput, Quantity, write_json},
+    python,
+};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -127,15 +128,27 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
         let id = EnvId { task: episodes.config.task(), reward: RewardKind::Sparse };
         let name = format!("envpool-{num_envs}-threads-{all}");
         entries.extend([
-            Entry::new("gymnasium-robotics", UNIT, PeerEnvs::gymnasium_robotics(id)?),
-            Entry::new("envpool", UNIT, PeerEnvs::envpool(id, 1, 1)?),
-            Entry::new(&name, UNIT, PeerEnvs::envpool(id, num_envs, all)?),
+            Entry::new("gymnasium-robotics", UNIT, peer("gymnasium-robotics", id, 1, 1)?),
+            Entry::new("envpool", UNIT, peer("envpool", id, 1, 1)?),
+            Entry::new(&name, UNIT, peer("envpool", id, num_envs, all)?),
         ]);
     }
     Ok(entries)
 }
 
-/// What one figure is of another.
+/// Starts environments of a peer, which step one episode each in a turn.
+fn peer(name: &str, id: EnvId, num_envs: usize, threads: usize) -> anyhow::Result<Orders> {
+    const SCRIPT: &str = include_str!("../../../scripts/peers.py");
+    let arguments = [name.into(), id.to_string()]
+        .into_iter()
+        .chain(["--num-envs".into(), num_envs.to_string()])
+        .chain(["--threads".into(), threads.to_string()])
+        .collect::<Vec<String>>();
+    let peer = Peer::start(&python::peers()?, ("peers.py", SCRIPT), &arguments, "disable")?;
+    Ok(Orders::new(&peer, (num_envs * STEPS).to_string()))
+}
+
+/// The ratios of figures to one another.
 fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Quantity)> {
     let (threads, apart) = (format!("threads-{}", threads()), format!("apart-{}", threads()));
     let ratio = |name: &str, rounds: &Rounds, clock, of, to| {

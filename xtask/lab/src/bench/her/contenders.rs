@@ -24,12 +24,12 @@ pub struct Table<T> {
 const ENV_OF_SAMPLING: usize = 0;
 const ENV_OF_STEPS: usize = 1;
 const ENVS_OF_STEPS_8: usize = 2;
-const N_ENVS: usize = 10;
+const NUM_ENVS: usize = 10;
 
 impl<T: Scalar> Table<T> {
     pub fn full(transitions: usize) -> anyhow::Result<Rc<RefCell<Self>>> {
         let episodes = Episode::all();
-        let buffer = full_buffer(transitions, N_ENVS, &episodes)?;
+        let buffer = full_buffer(transitions, NUM_ENVS, &episodes)?;
         Ok(Rc::new(RefCell::new(Self { buffer, episodes })))
     }
 }
@@ -75,12 +75,12 @@ impl<T: Scalar> Contender for Sampling<T> {
 }
 
 /// Adds single steps.
-pub struct Steps<T> {
+pub struct AddSteps<T> {
     table: Rc<RefCell<Table<T>>>,
     stepper: Stepper,
 }
 
-impl<T> Steps<T> {
+impl<T> AddSteps<T> {
     pub fn of_one_env(table: &Rc<RefCell<Table<T>>>) -> Self {
         Self { table: Rc::clone(table), stepper: Stepper::new(ENV_OF_STEPS, 1) }
     }
@@ -90,7 +90,7 @@ impl<T> Steps<T> {
     }
 }
 
-impl<T: Scalar> Contender for Steps<T> {
+impl<T: Scalar> Contender for AddSteps<T> {
     fn work(&mut self) -> anyhow::Result<usize> {
         let Table { buffer, episodes } = &mut *self.table.borrow_mut();
         for _ in 0..ADDED {
@@ -101,9 +101,9 @@ impl<T: Scalar> Contender for Steps<T> {
 }
 
 /// Adds whole episodes.
-pub struct Episodes<T>(pub Rc<RefCell<Table<T>>>);
+pub struct AddEpisodes<T>(pub Rc<RefCell<Table<T>>>);
 
-impl<T: Scalar> Contender for Episodes<T> {
+impl<T: Scalar> Contender for AddEpisodes<T> {
     fn work(&mut self) -> anyhow::Result<usize> {
         let Table { buffer, episodes } = &mut *self.0.borrow_mut();
         for episode in episodes.iter().cycle().take(ADDED / STEPS) {

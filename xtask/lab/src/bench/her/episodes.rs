@@ -81,10 +81,10 @@ impl<T: Scalar> Episode<T> {
 /// A full buffer, with room for environments that add to it.
 pub fn full_buffer<T: Scalar>(
     transitions: usize,
-    n_envs: usize,
+    num_envs: usize,
     episodes: &[Episode<T>],
 ) -> anyhow::Result<HerBuffer<T>> {
-    let config = BufferConfig::new(transitions, DIMS).with_n_envs(n_envs);
+    let config = BufferConfig::new(transitions, DIMS).with_n_envs(num_envs);
     let mut buffer = HerBuffer::new(config)?;
     for episode in episodes.iter().cycle().take(transitions.div_ceil(STEPS)) {
         buffer.add_episode(&episode.data())?;
@@ -95,13 +95,13 @@ pub fn full_buffer<T: Scalar>(
 /// Adds single steps for ever, environment after environment.
 pub struct Stepper {
     pub first_env: usize,
-    pub n_envs: usize,
+    pub num_envs: usize,
     added: usize,
 }
 
 impl Stepper {
-    pub fn new(first_env: usize, n_envs: usize) -> Self {
-        Self { first_env, n_envs, added: 0 }
+    pub fn new(first_env: usize, num_envs: usize) -> Self {
+        Self { first_env, num_envs, added: 0 }
     }
 
     pub fn step<T: Scalar>(
@@ -109,10 +109,10 @@ impl Stepper {
         buffer: &mut HerBuffer<T>,
         episodes: &[Episode<T>],
     ) -> anyhow::Result<()> {
-        let env = self.added % self.n_envs;
-        let t = self.added / self.n_envs % STEPS;
-        let round = self.added / (self.n_envs * STEPS);
-        let episode = &episodes[(round * self.n_envs + env) % episodes.len()];
+        let env = self.added % self.num_envs;
+        let t = self.added / self.num_envs % STEPS;
+        let round = self.added / (self.num_envs * STEPS);
+        let episode = &episodes[(round * self.num_envs + env) % episodes.len()];
         if t == 0 {
             buffer.begin_episode(self.first_env + env, &episode.start())?;
         }

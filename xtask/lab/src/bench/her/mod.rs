@@ -3,24 +3,26 @@
 
 mod contenders;
 mod episodes;
-mod sb3;
 
-use std::{path::PathBuf, process::Command, time::Duration};
+use std::{cell::RefCell, path::PathBuf, process::Command, rc::Rc, time::Duration};
 
 use anyhow::ensure;
 use her_relabel::Scalar;
 use serde::Serialize;
 
 use self::{
-    contenders::{BareGather, Episodes, Sampling, Steps, Table},
+    contenders::{AddEpisodes, AddSteps, BareGather, Sampling, Table},
     episodes::{Episode, STEPS, full_buffer},
-    sb3::Sb3,
 };
 use super::{
     interleaved::{Clock::Cpu, Entry, interleave},
+    peer::{Orders, Peer},
     resident_bytes,
 };
-use crate::shared::json::{JsonOutput, Quantity, write_json};
+use crate::shared::{
+    json::{JsonOutput, Quantity, write_json},
+    python,
+};
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
 /// Of the batches whose time is compared between tables of [`TABLES`] transitions.
@@ -87,7 +89,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         println!("{}", bytes?);
         return Ok(true);
     }
-    let sb3 = if args.peers { Some(Sb3::start(args.transitions)?) } else { None };
+    let sb3 = if args.peers { Some(stable_baselines3(args.transitions)?) } else { None };
     let mut figures = Vec::new();
     for element in args.element.map_or_else(|| vec![Element::F32, Element::F64], |e| vec![e]) {
         let measured = match element {
@@ -106,11 +108,19 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// The figures of one element type.
+/// Starts a full buffer of Stable-Baselines3, with as many transitions, of `f64`.
+fn stable_baselines3(transitions: usize) -> anyhow::Result<Rc<RefCell<Peer>>> {
+    let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
+    println!("filling the buffer of Stable-Baselines3 step by step");
+    let arguments = ["time".into(), transitions.to_string()];
+    Peer::start(&python, ("sb3.py", python::SB3_SCRIPT), &arguments, "disable")
+}
+
+/// Measures the figures of one element type.
 fn measure<T: Scalar>(
     args: &Args,
     element: Element,
-    sb3: Option<&Sb3>,
+    sb3: Option<&Rc<RefCell<Peer>>>,
 ) -> anyhow::Result<Vec<(String, Quantity)>> {
     const ROWS: &str = "rows/s";
     const ADDED: &str = "transitions/s";
@@ -123,16 +133,25 @@ fn measure<T: Scalar>(
         let bare = BareGather::<T>::new(args.transitions, size);
         entries.push(Entry::new(&format!("bare-gather-{size}"), ROWS, bare));
         if let Some(sb3) = sb3 {
-            entries.push(Entry::new(&format!("{SB3}-{size}"), ROWS, sb3.sampling(size)));
+            // Turns of about the same length, whatever the size.
+            entries.push(Entry::new(
+                &format!("{SB3}-{size}"),
+                ROWS,
+                Orders::new(sb3, format!("sample {size} {}", SIZES[2] / 256)),
+            ));
         }
     }
     entries.extend([
-        Entry::new("insert-steps", ADDED, Steps::of_one_env(&table)),
-        Entry::new("insert-steps-8-envs", ADDED, Steps::of_8_envs(&table)),
-        Entry::new("insert-episodes", ADDED, Episodes(table)),
+        Entry::new("insert-steps", ADDED, AddSteps::of_one_env(&table)),
+        Entry::new("insert-steps-8-envs", ADDED, AddSteps::of_8_envs(&table)),
+        Entry::new("insert-episodes", ADDED, AddEpisodes(table)),
     ]);
     if let Some(sb3) = sb3 {
-        entries.push(Entry::new(&format!("{SB3}-insert-steps"), ADDED, sb3.adding()));
+        entries.push(Entry::new(
+            &format!("{SB3}-insert-steps"),
+            ADDED,
+            Orders::new(sb3, "add 5000".into()),
+        ));
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     figures.extend(rounds.figures());

@@ -1,7 +1,6 @@
 //! `bench render`: how many pictures a second are drawn. Software OpenGL uses all cores by itself, so
 //! the time on the wall counts.
 
-mod peer_pictures;
 mod pictures;
 
 use std::{path::PathBuf, sync::Arc, time::Duration};
@@ -11,17 +10,17 @@ use fetch_env::{Camera, EnvId, Renderer};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
-use self::{
-    peer_pictures::PeerPictures,
-    pictures::{Format, Pictures, UP},
-};
+use self::pictures::{Format, Pictures, UP};
 use super::{
     env::episodes::Episodes,
     interleaved::{Clock::Wall, Entry, interleave},
-    peer::note_other_mujoco,
+    peer::{Orders, Peer, note_other_mujoco},
     subject::{Subject, Subjects},
 };
-use crate::shared::json::{JsonOutput, Quantity, write_json};
+use crate::shared::{
+    json::{JsonOutput, Quantity, write_json},
+    python,
+};
 
 /// The reference's pictures.
 const LARGE: Format = Format { side: 480, samples: 4 };
@@ -104,11 +103,20 @@ fn renderers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>
     if args.peers {
         let id = EnvId { task: episodes.config.task(), reward: RewardKind::Sparse };
         for side in [LARGE.side, SMALL.side] {
-            let pictures = PeerPictures::start(id, side, opengl()?)?;
+            let pictures = peer(id, side)?;
             entries.push(Entry::new(&of_peer(side), UNIT, pictures));
         }
     }
     Ok(entries)
+}
+
+/// Starts an environment of gymnasium-robotics that draws square pictures with our OpenGL.
+fn peer(id: EnvId, side: u32) -> anyhow::Result<Orders> {
+    const SCRIPT: &str = include_str!("../../../scripts/pictures.py");
+    let arguments = [id.to_string(), "--side".into(), side.to_string()];
+    let gl = opengl()?.to_lowercase();
+    let peer = Peer::start(&python::peers()?, ("pictures.py", SCRIPT), &arguments, &gl)?;
+    Ok(Orders::new(&peer, TURN.to_string()))
 }
 
 fn sky() -> String {
