@@ -1,7 +1,7 @@
-"""Records what the real Fetch environments render, for `cargo xtask parity --frames`.
+"""Records the pictures of the real Fetch environments, for `cargo xtask parity --frames`.
 
-Needs gymnasium-robotics 1.4.2 and gymnasium 1.4.0, and OpenGL. Writes one file a task into --out: the
-actions, and a frame after the reset and after some of the steps.
+Needs gymnasium-robotics 1.4.2 and gymnasium 1.4.0, and OpenGL. Writes one file for each task
+into --out: the actions, and the frames after the reset and after some of the steps.
 """
 
 import argparse
@@ -20,7 +20,7 @@ TASKS = {"reach": "Reach", "push": "Push", "pick_and_place": "PickAndPlace", "sl
 
 
 def frame(env):
-    """Renders, and undoes what rendering does to the simulation."""
+    """Renders, and undoes the changes that rendering makes to the simulation."""
     data, site_pos = copy.copy(env.data), env.model.site_pos.copy()
     picture = env.render()
     mujoco.mj_copyData(env.data, env.model, data)

@@ -1,8 +1,8 @@
 """Steps a peer with random actions, and times it.
 
-Reads numbers of transitions from standard input, a line each; does at least as many and answers
-with the transitions done, and the seconds they took on the wall's clock and on the process's.
-Resets are timed but are no transitions.
+Reads numbers of transitions from standard input, one on each line. It does at least as many, and
+answers with the transitions done and their seconds of wall time and of process time. The time
+includes resets, which do not count as transitions.
 """
 
 import argparse
@@ -17,7 +17,7 @@ SEED = 0
 
 
 def gymnasium_robotics(env_id):
-    # They speak of environments that are not used here.
+    # Their warnings are about environments that are not used here.
     with contextlib.redirect_stderr(io.StringIO()):
         import gymnasium
         import gymnasium_robotics
@@ -45,7 +45,7 @@ def envpool(env_id, num_envs, num_threads):
 
     def episode(actions):
         transitions = 0
-        # An episode's reset is a step of its own, in which nothing elapses.
+        # The reset of an episode is a separate step, which does not advance the simulation.
         for action in (*actions, actions[0]):
             info = envs.step(action)[4]
             transitions += int(np.count_nonzero(info["elapsed_step"]))

@@ -1,8 +1,8 @@
 """Renders gymnasium-robotics after random actions, and times it.
 
-Reads seconds from standard input, a line each; renders for at least as long and answers with the
-pictures done, and the seconds they took on the wall's clock and on the process's. Before each picture
-there is a step, which is not timed.
+Reads seconds from standard input, one on each line. It renders for at least as long, and answers
+with the pictures done and their seconds of wall time and of process time. It takes a step before each
+picture, which is not timed.
 """
 
 import argparse
@@ -17,7 +17,7 @@ SEED = 0
 
 
 def make(env_id, side):
-    # They speak of environments that are not used here.
+    # Their warnings are about environments that are not used here.
     with contextlib.redirect_stderr(io.StringIO()):
         import gymnasium
         import gymnasium_robotics

@@ -14,8 +14,8 @@ import math
 import os
 import pathlib
 
-# numpy's own arctan2 for AVX-512 has other last bits, and others again in other versions: have it
-# call the C library, so that the object's Euler angles can be compared to the last bit.
+# numpy's own arctan2 for AVX-512 differs in the last bits, also between versions. It must call the C
+# library, so that the object's Euler angles can be compared to the last bit.
 os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "X86_V4")
 
 import gymnasium
@@ -115,7 +115,7 @@ def record(task, kind, episodes, seed):
         "initial_qvel": env.initial_qvel.copy(),
     }
     counter = ContactCounter(env)
-    # Not the resets' stream: equal seeds would correlate actions and goals.
+    # Another stream than the resets': equal seeds would correlate actions and goals.
     rng = np.random.default_rng([seed, list(KINDS).index(kind)])
     seeds = np.arange(seed, seed + episodes, dtype=np.int64)
     recorded = [record_episode(env, counter, int(s), KINDS[kind], rng) for s in seeds]

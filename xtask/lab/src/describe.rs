@@ -1,4 +1,4 @@
-//! `describe`: the spaces of an environment as JSON.
+//! `describe`: writes the spaces of an environment as JSON.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `random-episodes`: the random baseline of section 2.9.
+//! `random-episodes`: runs the random baseline of section 2.9.
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ pub struct Args {
     random_out: PathBuf,
 }
 
-/// The file's contents: the chapter's names, and the interval of each.
+/// The contents of the file: figures under the chapter's names, and their intervals.
 #[derive(Serialize)]
 struct Metrics {
     env_id: EnvId,

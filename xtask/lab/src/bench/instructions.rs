@@ -1,5 +1,5 @@
-//! `bench instructions`: instructions of the hot path, counted by valgrind. They are the same on a
-//! busy machine, so that a change of a per cent shows.
+//! `bench instructions`: counts the instructions of the hot path with valgrind. The count does not
+//! depend on the load of the machine, so that a change of one per cent shows.
 
 use std::{fs, path::PathBuf, process::Command, sync::Arc};
 
@@ -25,7 +25,7 @@ pub struct Args {
     #[arg(long)]
     #[serde(skip)]
     json: Option<PathBuf>,
-    /// Run this part in this very process, to be counted
+    /// Run this part in this process, to be counted
     #[arg(long, hide = true, requires_all = ["task", "model"])]
     #[serde(skip)]
     part: Option<Part>,
@@ -33,7 +33,7 @@ pub struct Args {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Part {
-    /// `mj_step` and what else of MuJoCo a step consists of
+    /// `mj_step` and MuJoCo's other work in a step
     Physics,
     /// The environment's step
     Single,
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     if let Some(part) = args.part {
         let episodes = Episodes::new(subjects[0].config()?)?;
         let mut contender = part.contender(&episodes)?;
-        // MuJoCo's symbols are resolved by the first calls.
+        // The first calls resolve MuJoCo's symbols.
         contender.work()?;
         counted(&mut *contender)?;
         return Ok(true);
@@ -96,13 +96,13 @@ impl Part {
     }
 }
 
-/// What valgrind counts: an episode, or as many resets as an episode has steps.
+/// Does the work that valgrind counts: an episode, or as many resets as an episode has steps.
 #[inline(never)]
 fn counted(contender: &mut dyn Contender) -> anyhow::Result<usize> {
     contender.work()
 }
 
-/// Runs this command's own program under valgrind.
+/// Runs this program under valgrind.
 fn count(subject: Subject, part: &str) -> anyhow::Result<f64> {
     let folder = tempfile::tempdir()?;
     let out = folder.path().join("callgrind.out");

@@ -9,24 +9,24 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::shared::json::Quantity;
 
-/// Something whose speed is measured.
+/// A contender: something whose speed is measured.
 pub trait Contender {
-    /// Works once, and tells how much was done.
+    /// Works once, and returns the amount of work done.
     ///
     /// # Errors
-    /// Whatever goes wrong; the benchmark ends then.
+    /// Any error, which ends the benchmark.
     fn work(&mut self) -> anyhow::Result<usize>;
 
-    /// [`work`](Self::work), timed. Those that work in another process time themselves there.
+    /// Times [`work`](Self::work). A contender in another process times itself there.
     ///
     /// # Errors
-    /// As [`work`](Self::work).
+    /// The same as [`work`](Self::work).
     fn timed(&mut self) -> anyhow::Result<Timed> {
         time(|| self.work())
     }
 }
 
-/// How much was done, and in how many seconds of each [`Clock`].
+/// The amount of work done, and its seconds on each [`Clock`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timed {
     pub done: usize,
@@ -42,14 +42,14 @@ impl AddAssign for Timed {
     }
 }
 
-/// Times work that tells how much was done.
+/// Times work that returns its amount.
 pub fn time(work: impl FnOnce() -> anyhow::Result<usize>) -> anyhow::Result<Timed> {
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let done = work()?;
     Ok(Timed { done, wall: start.elapsed().as_secs_f64(), cpu: cpu_seconds() - cpu })
 }
 
-/// A contender and what its figure is called.
+/// A contender, and the name and unit of its figure.
 pub struct Entry {
     pub name: String,
     pub unit: &'static str,
@@ -62,13 +62,13 @@ impl Entry {
     }
 }
 
-/// Which time counts.
+/// The clock that counts.
 #[derive(Clone, Copy, Debug)]
 pub enum Clock {
-    /// That of the wall.
+    /// Wall time.
     Wall,
-    /// That of the processor, as far as it worked for the calling thread, or for all of another
-    /// process: what else runs on the machine disturbs it less. For contenders of one thread.
+    /// Processor time of the calling thread, or of all of another process. Other load disturbs it
+    /// less. For contenders of one thread.
     Cpu,
 }
 
@@ -80,7 +80,7 @@ pub struct Rounds {
     cpu: Vec<Vec<f64>>,
 }
 
-/// Lets the contenders take turns for a time, at least three rounds; the round before warms up.
+/// Lets the contenders take turns for a time and at least three rounds, after a round of warming up.
 pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result<Rounds> {
     const LEAST_ROUNDS: usize = 3;
     let mut wall = vec![Vec::new(); entries.len()];
@@ -92,7 +92,7 @@ pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result
     let mut round = 0;
     while round < LEAST_ROUNDS || start.elapsed() < duration {
         for turn in 0..entries.len() {
-            // Nobody always follows the same one.
+            // The order changes, so that none always follows the same other.
             let at = (turn + round) % entries.len();
             let timed = entries[at].contender.timed()?;
             cpu[at].push(timed.done as f64 / timed.cpu);
@@ -110,13 +110,13 @@ fn cpu_seconds() -> f64 {
 }
 
 impl Rounds {
-    /// The median speed of each contender, by the clock on the wall.
+    /// Returns the median speed of each contender in wall time.
     pub fn figures(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
         let rates = self.names.iter().zip(&self.wall);
         rates.map(|((name, unit), rates)| (name.clone(), Quantity::new(median(rates), unit)))
     }
 
-    /// The slowest and the fastest round of each contender, by the clock on the wall.
+    /// Returns the slowest and the fastest round of each contender in wall time.
     pub fn ranges(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
         self.names.iter().zip(&self.wall).flat_map(|((name, unit), rates)| {
             let least = rates.iter().copied().fold(f64::INFINITY, f64::min);
@@ -126,8 +126,8 @@ impl Rounds {
         })
     }
 
-    /// The median, over the rounds, of how many times faster one is than another; `None` if one of
-    /// them did not take part.
+    /// Returns the median, over the rounds, of the ratio of two speeds; `None` if one of the two did
+    /// not take part.
     pub fn ratio(&self, clock: Clock, of: &str, to: &str) -> Option<f64> {
         let all = match clock {
             Clock::Wall => &self.wall,

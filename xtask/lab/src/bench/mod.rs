@@ -1,5 +1,5 @@
-//! `bench`: how fast it is. Contenders take turns within one run, so that ratios hold on a busy
-//! machine; absolute figures want a quiet one.
+//! `bench`: measures speed and memory. Contenders take turns within one run, so that ratios hold on a
+//! busy machine; absolute figures need a quiet one.
 
 mod env;
 mod her;
@@ -22,15 +22,15 @@ pub struct Args {
 
 #[derive(clap::Subcommand)]
 enum Benchmark {
-    /// Stepping and resetting environments, their construction and their memory
+    /// Measure steps and resets of environments, their construction and memory
     Env(env::Args),
-    /// Sampling from the replay buffer, adding to it, and its memory
+    /// Measure sampling from the replay buffer, adding to it, and its memory
     Her(her::Args),
-    /// Instructions of a step and a reset, counted by valgrind
+    /// Count the instructions of a step and a reset with valgrind
     Instructions(instructions::Args),
-    /// Pictures a second, against those of the sky alone
+    /// Measure pictures per second, against those of the sky alone
     Render(render::Args),
-    /// Rewards of a million pairs of goals, against copying as many bytes
+    /// Measure rewards of a million pairs of goals, against copying as many bytes
     Reward(reward::Args),
 }
 
@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
 }
 
-/// The memory of this process that is in RAM.
+/// Returns the resident memory of this process in bytes.
 fn resident_bytes() -> anyhow::Result<f64> {
     let status = fs::read_to_string("/proc/self/status").context("memory is measured on Linux")?;
     let kilobytes = status

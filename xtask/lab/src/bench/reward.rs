@@ -1,5 +1,5 @@
-//! `bench reward`: rewards of a million pairs of three-dimensional goals. They read 48 MB and write
-//! 8 MB; a copy that moves as many bytes, 28 MB read and 28 MB written, tells how fast memory is.
+//! `bench reward`: measures rewards of a million pairs of three-dimensional goals, which read 48 MB and
+//! write 8 MB, against a copy that moves as many bytes: 28 MB read and 28 MB written.
 
 use std::{hint::black_box, path::PathBuf, sync::Arc, time::Duration};
 
@@ -17,7 +17,7 @@ const MOVED: usize = PAIRS * (2 * DIM + 1);
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
-    /// Seconds to measure for
+    /// Seconds of measuring
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     seconds: u16,
     /// Also write the figures as JSON
@@ -63,7 +63,7 @@ impl Contender for Copy {
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut random = NpRandom::new(0);
-    // Both sides of the threshold come up, in no order that a processor could guess.
+    // Both sides of the threshold occur, in an order that a processor cannot predict.
     let mut matrix = || (0..PAIRS * DIM).map(|_| random.uniform(-0.05, 0.05)).collect();
     let goals: Goals = Arc::new([matrix(), matrix()]);
     let rewards = |reward, checked| RewardBatch {

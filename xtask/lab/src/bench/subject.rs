@@ -1,4 +1,4 @@
-//! What is measured: a task on a model.
+//! The subject of a measurement: a task on a model.
 
 use std::fmt;
 
@@ -10,10 +10,10 @@ use crate::shared::choice::ModelChoice;
 /// The flags `--task` and `--model`.
 #[derive(Clone, Copy, Debug, clap::Args, Serialize)]
 pub struct Subjects {
-    /// Only this task
+    /// Measure this task only
     #[arg(long, value_parser = parse_task)]
     task: Option<Task>,
-    /// Only this model
+    /// Measure this model only
     #[arg(long, value_enum)]
     model: Option<ModelChoice>,
 }
@@ -26,7 +26,7 @@ pub struct Subject {
 }
 
 impl Subjects {
-    /// All that were asked for, task by task.
+    /// Returns all selected subjects, task by task.
     pub fn all(&self) -> Vec<Subject> {
         let tasks = self.task.map_or_else(|| Task::ALL.to_vec(), |task| vec![task]);
         let both = [ModelChoice::Builtin, ModelChoice::Reference];
@@ -41,7 +41,7 @@ impl Subject {
         Ok(FetchConfig::builder(self.task).model(self.model.source()).build()?)
     }
 
-    /// The flags that name it.
+    /// Returns the flags that select it.
     pub const fn flags(self) -> [&'static str; 4] {
         ["--task", task_name(self.task), "--model", model_name(self.model)]
     }

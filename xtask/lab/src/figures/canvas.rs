@@ -1,4 +1,4 @@
-//! One drawing, written as PNG and as SVG.
+//! A drawing, written both as PNG and as SVG.
 
 use std::{fs, path::Path};
 
@@ -16,21 +16,21 @@ use plotters::{
 
 pub type Area<B> = DrawingArea<B, Shift>;
 
-/// Something to be drawn.
+/// A drawing by plotters, on any backend.
 pub trait Drawing {
-    /// Width and height, in pixels.
+    /// Returns width and height in pixels.
     fn size(&self) -> (u32, u32);
 
     /// Draws lines and texts.
     fn draw<B: DrawingBackend<ErrorType: 'static>>(&self, area: &Area<B>) -> anyhow::Result<()>;
 
-    /// A picture that lies above them.
+    /// Returns a picture that covers them.
     fn frame(&self) -> Option<Frame<'_>> {
         None
     }
 }
 
-/// A rendered picture, and where its upper left corner is.
+/// A rendered picture, and the place of its upper left corner.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     pub at: (usize, usize),
@@ -38,14 +38,14 @@ pub struct Frame<'a> {
     pub rgb: &'a [u8],
 }
 
-/// The font of all texts: measured, and drawn in PNG; an SVG's viewer takes one of its own.
+/// The font of all texts, which measures them and draws them in PNG; an SVG's viewer has its own.
 pub const FONT: &str = "sans-serif";
 pub const INK: RGBColor = RGBColor(33, 37, 41);
 pub const FAINT: RGBColor = RGBColor(108, 117, 125);
 pub const BLUE: RGBColor = RGBColor(22, 129, 196);
 pub const RED: RGBColor = RGBColor(196, 30, 30);
 
-/// Makes the font known; before anything is drawn.
+/// Registers the font; to be called before anything is drawn.
 pub fn register_font() -> anyhow::Result<()> {
     for (look, bytes) in
         [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())]
@@ -56,17 +56,17 @@ pub fn register_font() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A text's look, anchored in the middle of its left edge.
+/// Returns the style of a text that is anchored in the middle of its left edge.
 pub fn text(size: u32, color: RGBColor) -> TextStyle<'static> {
     (FONT, size).into_font().color(&color).pos(Pos::new(HPos::Left, VPos::Center))
 }
 
-/// The same, centered on its anchor.
+/// Returns the style of a text that is centered on its anchor.
 pub fn centered(size: u32, color: RGBColor) -> TextStyle<'static> {
     text(size, color).pos(Pos::new(HPos::Center, VPos::Center))
 }
 
-/// The same as [`text`], bold.
+/// Returns the bold style of [`text`].
 pub fn bold(size: u32) -> TextStyle<'static> {
     let font = (FONT, size, FontStyle::Bold).into_font();
     font.color(&INK).pos(Pos::new(HPos::Left, VPos::Center))
@@ -106,7 +106,7 @@ fn paint<B: DrawingBackend<ErrorType: 'static>>(
     Ok(area.present()?)
 }
 
-/// Puts a frame above everything else of an SVG.
+/// Adds a frame that covers everything else of an SVG.
 fn insert(svg: &mut String, frame: &Frame<'_>) -> anyhow::Result<()> {
     let mut png = Vec::new();
     write_png(frame.rgb, frame.size.0, frame.size.1, &mut png)?;

@@ -1,4 +1,4 @@
-//! `figures`: the chapter's pictures, and Slide's, as PNG and SVG.
+//! `figures`: draws the chapter's pictures, and Slide's, as PNG and SVG.
 
 mod canvas;
 mod observation;
@@ -15,10 +15,10 @@ use self::{canvas::save, observation::ObservationLayout, rewards::RewardCurves};
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder that the pictures are written into
+    /// Folder into which to write the pictures
     #[arg(long)]
     out: PathBuf,
-    /// Seed of the resets; with the default one PickAndPlace's target is in the air
+    /// Seed of the resets; with the default, PickAndPlace's target is in the air
     #[arg(long, default_value_t = 3)]
     seed: u64,
 }

@@ -1,4 +1,4 @@
-//! What an observation is made of, and how a policy takes it in.
+//! The parts of an observation, and a policy's network that takes them.
 
 use fetch_env::{ObservationField, observation_fields};
 use fetch_sim::Task;
@@ -8,7 +8,7 @@ use super::canvas::{Area, BLUE, Drawing, FAINT, INK, RED, bold, centered, text};
 
 pub struct ObservationLayout;
 
-/// A box: its left upper and right lower corner.
+/// The upper left and lower right corner of a box.
 type Corners = [(i32, i32); 2];
 
 const OBSERVATION: Corners = [(20, 90), (600, 360)];
@@ -57,7 +57,8 @@ impl Drawing for ObservationLayout {
     }
 }
 
-/// A line a field: its elements in Reach, those with an object, name, unit, meaning.
+/// Draws a line for each field: its elements in Reach, its elements with an object, name, unit and
+/// meaning.
 fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow::Result<()> {
     let [(left, top), _] = OBSERVATION;
     let elements =
@@ -80,7 +81,7 @@ fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow:
     Ok(())
 }
 
-/// A field's meaning in as few words as there is room for.
+/// Returns a field's meaning in as few words as there is room for.
 fn short(name: &str) -> &'static str {
     match name {
         "grip_pos" => "gripper's position",

@@ -1,4 +1,4 @@
-//! The dense and the sparse reward over the distance, as the environments compute them.
+//! The environments' dense and sparse rewards over the distance.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use super::canvas::{Area, BLUE, Drawing, FAINT, FONT, INK, RED, bold, text};
 
 pub struct RewardCurves;
 
-/// Distances that are drawn, in meters.
+/// The range of distances, in meters.
 const DISTANCES: Range<f64> = 0.0..0.2;
 const POINTS: u32 = 400;
 

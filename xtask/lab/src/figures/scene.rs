@@ -1,4 +1,4 @@
-//! A task's scene after a reset.
+//! The scene of a task after a reset.
 
 use fetch_env::clip::write_png;
 use fetch_env::{
@@ -15,15 +15,15 @@ pub struct Scene {
     id: EnvId,
     seed: u64,
     observation: FetchObservation,
-    /// The picture, or why there is none.
+    /// The picture, or the reason that there is none.
     rgb: Result<Vec<u8>, RenderError>,
 }
 
 const SIDE: u32 = 560;
 const MARGIN: u32 = 20;
-/// Room for the title above the picture.
+/// Height of the title above the picture.
 const TOP: u32 = 84;
-/// Room for the positions below it.
+/// Height of the positions below it.
 const BOTTOM: u32 = 116;
 
 impl Scene {
@@ -40,7 +40,7 @@ impl Scene {
         Ok(Self { id, seed, observation, rgb })
     }
 
-    /// The picture alone as PNG, or why there is none.
+    /// Returns the picture alone as PNG, or the reason that there is none.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         let rgb = self.rgb.as_ref().map_err(ToString::to_string)?;
         let mut png = Vec::new();
@@ -57,7 +57,8 @@ impl Scene {
         }
     }
 
-    /// The object's position is the achieved goal where there is one, else the gripper's is.
+    /// Returns the positions with their names. If there is an object, its position is the achieved
+    /// goal; otherwise the gripper's is.
     fn positions(&self) -> Vec<(&'static str, [f64; 3])> {
         let (gripper, goal) = (self.observation.grip_position(), self.observation.desired_goal());
         let target = ("target (desired_goal)", [goal[0], goal[1], goal[2]]);
@@ -107,7 +108,7 @@ impl Drawing for Scene {
     }
 }
 
-/// A text in lines of up to 56 letters.
+/// Wraps a text into lines of up to 56 letters.
 fn wrapped(text: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {

@@ -5,7 +5,7 @@ use fetch_sim::{
     Simulator, Task,
 };
 
-/// MuJoCo's simulator, with the contacts of the last step summed over its substeps.
+/// MuJoCo's simulator, which sums the contacts of the last step over its substeps.
 #[derive(Debug)]
 pub struct Counting {
     simulator: MujocoSimulator,
@@ -24,12 +24,12 @@ impl Counting {
         &self.simulator
     }
 
-    /// All contacts.
+    /// Returns the number of contacts.
     pub const fn contacts(&self) -> usize {
         self.contacts
     }
 
-    /// Contacts between two parts of the robot.
+    /// Returns the number of contacts between two parts of the robot.
     pub const fn self_contacts(&self) -> usize {
         self.self_contacts
     }

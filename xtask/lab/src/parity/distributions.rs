@@ -1,4 +1,4 @@
-//! Recorded distributions of the real environment against ours, on the same seeds and actions.
+//! Compares recorded distributions of the real environment with ours, on the same seeds and actions.
 
 use std::{path::Path, sync::Arc};
 
@@ -12,17 +12,17 @@ use indicatif::ProgressBar;
 use super::{counting::Counting, npz::Npz};
 use crate::shared::{check::Check, json::Quantity};
 
-/// How the recordings were seeded: episode `e` is reset with the first plus `e`, and its actions
-/// are drawn by numpy's generator of the second plus `e`.
+/// The seeds of the recordings: episode `e` was reset with the first plus `e`, and numpy's generator
+/// drew its actions with the second plus `e`.
 const FIRST_RESET_SEED: u64 = 10_000;
 const FIRST_ACTION_SEED: u64 = 20_000;
 
 const STEPS: usize = 50;
 
-/// Below this, two distributions are told apart.
+/// The p-value below which two distributions count as different.
 const LEAST_P_VALUE: f64 = 0.01;
 
-/// The figures of some episodes, one entry an episode.
+/// The figures of some episodes, one entry for each.
 #[derive(Default)]
 struct Sample {
     goal: [Vec<f64>; 3],
@@ -44,7 +44,7 @@ pub fn compare(
     bar: &ProgressBar,
 ) -> anyhow::Result<Vec<Check>> {
     let theirs = Sample::read(path, task, episodes)
-        .with_context(|| format!("{} holds no recorded distributions", path.display()))?;
+        .with_context(|| format!("{} does not hold recorded distributions", path.display()))?;
     let ours = Sample::run(MujocoSimulator::with_model(Arc::clone(&model))?, episodes, bar)?;
     let mut checks = Vec::new();
     for ((name, ours), (_, theirs)) in ours.continuous().into_iter().zip(theirs.continuous()) {
@@ -60,7 +60,7 @@ pub fn compare(
     Ok(checks)
 }
 
-/// The scripted policy succeeds as often as it does on the reference's own model.
+/// Checks that the scripted policy succeeds as often as on the reference's own model.
 fn same_scripted_success(
     task: Task,
     simulator: MujocoSimulator,
@@ -89,9 +89,9 @@ fn same_scripted_success(
     ))
 }
 
-/// The two-sample Kolmogorov-Smirnov test.
+/// Applies the two-sample Kolmogorov-Smirnov test.
 fn same_distribution(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
-    // Where all goals have one height, a nanometer would make the distributions disjoint.
+    // If all goals have one height, a nanometer would make the distributions disjoint.
     let rounded =
         |sample: &[f64]| sample.iter().map(|x| (x * 1e6).round() * 1e-6).collect::<Vec<_>>();
     let (statistic, p) = kolmogorov_smirnov(&rounded(ours), &rounded(theirs));
@@ -112,7 +112,7 @@ fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
     Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(p, "1"))
 }
 
-/// The same episodes on both sides: the mean return within 2 %.
+/// Checks that the mean returns, of the same episodes, are within 2 % of each other.
 fn same_mean_return(task: Task, ours: &[f64], theirs: &[f64]) -> Check {
     let (a, b) = (mean(ours), mean(theirs));
     let off = (a / b - 1.0).abs();

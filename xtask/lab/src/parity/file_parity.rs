@@ -1,4 +1,4 @@
-//! One recording's parity, as a line and as figures.
+//! The parity of one recording, as a line and as figures.
 
 use fetch_sim::{ModelSource, MujocoSimulator, MujocoVersion, Simulator, Task};
 
@@ -8,7 +8,7 @@ use super::{
 };
 use crate::shared::json::Quantity;
 
-/// How close a replayed file came.
+/// The deviations of a replayed file.
 pub struct FileParity {
     pub name: String,
     episodes: Vec<EpisodeParity>,
@@ -17,18 +17,18 @@ pub struct FileParity {
     standard: Standard,
 }
 
-/// What is asked of a file.
+/// The standard that a file must meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Standard {
-    /// Every bit: the reference model on the recording's own MuJoCo.
+    /// Every bit is equal: the reference model on the recording's own MuJoCo.
     Bits,
-    /// The largest deviation while the real robot does not touch itself.
+    /// The deviation is at most this while the real robot does not touch itself.
     Free(f64),
-    /// Nothing: the motion is chaotic, or the recording is of another MuJoCo.
+    /// None: the motion is chaotic, or the recording is of another MuJoCo.
     Nothing,
 }
 
-/// A start state may deviate by this much (meters).
+/// The largest accepted deviation of a start state (meters).
 const SETTLED_TOLERANCE: f64 = 1e-6;
 
 impl Standard {
@@ -66,7 +66,7 @@ impl FileParity {
         })
     }
 
-    /// Whether it came as close as is asked of it.
+    /// Whether the file meets its standard.
     pub fn passed(&self) -> bool {
         match self.standard {
             Standard::Bits => self.bit_equal() == self.episodes.len(),
@@ -81,12 +81,12 @@ impl FileParity {
         self.episodes.iter().filter(|episode| episode.bit_equal).count()
     }
 
-    /// Deviation of the start: settled, and after each reset.
+    /// Returns the largest deviation of a start state: settled, or after a reset.
     fn start(&self) -> f64 {
         self.episodes.iter().map(|e| e.at_reset.size).fold(self.settled, f64::max)
     }
 
-    /// The worst of the episodes in which the real robot does not touch itself.
+    /// Returns the largest deviation of the episodes in which the real robot does not touch itself.
     fn free(&self) -> Option<Deviation> {
         let free = self.episodes.iter().filter(|e| e.self_contacts[1] == 0);
         Deviation::max(free.map(|e| &e.deviation))
@@ -96,7 +96,7 @@ impl FileParity {
         Deviation::max(self.episodes.iter().map(|e| &e.deviation))
     }
 
-    /// The median of the episodes' largest deviations.
+    /// Returns the median of the episodes' largest deviations.
     fn median(&self) -> f64 {
         let mut sizes: Vec<f64> = self.episodes.iter().map(|e| e.deviation.size).collect();
         sizes.sort_by(f64::total_cmp);
@@ -106,13 +106,13 @@ impl FileParity {
         }
     }
 
-    /// Episodes in which self-contact occurs in both or in neither.
+    /// Returns the number of episodes in which both robots touch themselves, or neither does.
     fn self_contact_agreement(&self) -> usize {
         let agrees = |e: &&EpisodeParity| (e.self_contacts[0] > 0) == (e.self_contacts[1] > 0);
         self.episodes.iter().filter(agrees).count()
     }
 
-    /// The largest relative difference in an episode's contacts.
+    /// Returns the largest relative difference in the contacts of an episode.
     fn contact_difference(&self) -> f64 {
         let difference = |e: &EpisodeParity| {
             let [ours, theirs] = e.contacts.map(|count| count as f64);
@@ -121,7 +121,7 @@ impl FileParity {
         self.episodes.iter().map(difference).fold(0.0, f64::max)
     }
 
-    /// The file as a line below [`HEADING`](Self::HEADING).
+    /// Returns the line of the file below [`HEADING`](Self::HEADING).
     pub fn line(&self) -> String {
         let total = self.episodes.len();
         let size = |deviation: &Option<Deviation>| {

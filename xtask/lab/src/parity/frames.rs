@@ -1,4 +1,4 @@
-//! What the real environment renders, beside what ours does.
+//! Compares the pictures of the real environment with ours.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::shared::{
 };
 
 const SCRIPT: &str = include_str!("../../scripts/frames.py");
-/// The largest mean difference of a picture, of 255.
+/// The largest accepted mean difference of a picture, of 255.
 const TOLERANCE: f64 = 1.0;
 const FILES: [(Task, &str); 4] = [
     (Task::Reach, "reach.npz"),
@@ -26,7 +26,7 @@ const FILES: [(Task, &str); 4] = [
 /// Renders an episode of every task in Python and here, and compares each picture.
 pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<Vec<Check>> {
     let config = |task| FetchConfig::builder(task).model(ModelSource::Reference).build();
-    // Without OpenGL here there is no need to start there.
+    // Fails early if there is no OpenGL here.
     let renderer = |task| -> anyhow::Result<Renderer> {
         Ok(Renderer::new(config(task)?.sim(), RenderOptions::default())?)
     };
@@ -63,14 +63,14 @@ fn judge(name: &str, differences: &[f64]) -> Check {
     Check::new(name, largest < TOLERANCE, seen, Quantity::new(largest, "1"))
 }
 
-/// The mean difference of two pictures' colors.
+/// Returns the mean difference of two pictures' colors.
 fn difference(ours: &[u8], theirs: &[u8]) -> anyhow::Result<f64> {
     ensure!(ours.len() == theirs.len(), "the pictures differ in size");
     let sum: u64 = ours.iter().zip(theirs).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();
     Ok(sum as f64 / ours.len() as f64)
 }
 
-/// What Python did and saw.
+/// The actions and pictures of Python.
 struct Recorded {
     every: usize,
     actions: Vec<f32>,

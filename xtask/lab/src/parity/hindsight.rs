@@ -1,4 +1,4 @@
-//! What our replay buffer samples, against what Stable-Baselines3's does, from the same episodes.
+//! Compares the samples of our replay buffer with those of Stable-Baselines3's, from the same episodes.
 
 use std::{collections::HashMap, path::Path, process::Command};
 
@@ -20,7 +20,7 @@ use crate::shared::{
 const EPISODES: usize = 200;
 const LONGEST: usize = 50;
 const DIMS: Dims = Dims { observation: 2, goal: 2, action: 1 };
-/// Below this, two distributions are told apart.
+/// The p-value below which two distributions count as different.
 const LEAST_P_VALUE: f64 = 0.001;
 
 /// Samples `rows` rows by each strategy from both buffers and compares them.
@@ -46,14 +46,14 @@ pub fn compare(rows: usize) -> anyhow::Result<Vec<Check>> {
     Ok(checks)
 }
 
-/// The length of every episode, from 1 to [`LONGEST`].
+/// Returns the length of every episode, from 1 to [`LONGEST`].
 fn lengths() -> Vec<usize> {
     let mut random = NpRandom::new(0);
     (0..EPISODES).map(|_| random.uniform(1.0, LONGEST as f64 + 1.0) as usize).collect()
 }
 
-/// A full buffer whose observations and achieved goals tell episode and state: from what is sampled the
-/// whole draw can be read. The desired goals are below 0.
+/// Returns a full buffer whose observations and achieved goals are the numbers of episode and state,
+/// so that each sampled row shows the whole draw. The desired goals are negative.
 fn numbered_episodes() -> anyhow::Result<HerBuffer<f64>> {
     let lengths = lengths();
     let mut buffer = HerBuffer::new(BufferConfig::new(lengths.iter().sum(), DIMS))?;
@@ -87,7 +87,7 @@ fn sample_theirs(folder: &Path, episodes: &Path, out: &Path, rows: usize) -> any
     Ok(())
 }
 
-/// Sampled rows, as far as the draw is concerned.
+/// The columns of sampled rows that show the draw.
 struct Rows {
     observation: Vec<f64>,
     desired_goal: Vec<f64>,
@@ -132,7 +132,7 @@ impl Rows {
         })
     }
 
-    /// Of each row the episode, the step and, if it is relabeled, the goal's state.
+    /// Returns the draw of each row.
     fn draws(&self) -> impl Iterator<Item = Draw> + '_ {
         let goals = self.desired_goal.chunks_exact(DIMS.goal);
         self.observation.chunks_exact(DIMS.observation).zip(goals).map(|(state, goal)| Draw {
@@ -167,7 +167,7 @@ impl Rows {
         ]
     }
 
-    /// Whether both draw the categories alike.
+    /// Tests whether both draw the categories equally often.
     fn same<K: Eq + std::hash::Hash>(
         &self,
         theirs: &Self,
@@ -189,7 +189,8 @@ impl Rows {
         Check::new(name, p >= LEAST_P_VALUE, seen, Quantity::new(p, "1"))
     }
 
-    /// Rows whose goal is another episode's, whose reward is not that of the goal, or that are terminated.
+    /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's, or
+    /// that are terminated.
     fn faults(&self) -> usize {
         let reward = DistanceReward::sparse();
         let goals = self.desired_goal.chunks_exact(DIMS.goal);
@@ -204,7 +205,7 @@ impl Rows {
     }
 }
 
-/// What a row was drawn as.
+/// The draw of a row: its episode and step and, if it is relabeled, the episode and state of its goal.
 #[derive(Clone, Copy)]
 struct Draw {
     episode: usize,

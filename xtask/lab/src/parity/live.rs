@@ -1,4 +1,4 @@
-//! The real environment, run beside ours.
+//! Runs the real environment in Python.
 
 use std::{fs, path::Path, process::Command};
 
@@ -16,7 +16,7 @@ pub fn record(into: &Path, episodes: u16, seed: u64) -> anyhow::Result<()> {
     run_script(into, SCRIPT, &["--episodes", &episodes, "--seed", &seed], "disable")
 }
 
-/// Runs a script that records the real environment into a folder, with this library of OpenGL.
+/// Runs a script that records the real environment into a folder, with a library of OpenGL.
 pub fn run_script(into: &Path, script: &str, arguments: &[&str], gl: &str) -> anyhow::Result<()> {
     let version = MujocoVersion::of_library()?.to_string();
     ensure!(

@@ -1,4 +1,4 @@
-//! `parity`: recordings of the real environment, replayed.
+//! `parity`: compares ours with the real environment: recordings, distributions, pictures, samples.
 
 mod counting;
 mod distributions;
@@ -38,23 +38,23 @@ pub struct Args {
     /// Render the real environment in Python, and compare the pictures
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model", "live"])]
     frames: bool,
-    /// First seed of the live episodes, or the one of the pictures'
+    /// First seed of the live episodes, or seed of the pictures
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// File of recorded distributions (*.npz)
     #[arg(long)]
     distributions: Option<PathBuf>,
-    /// Episodes: of each task's distributions (400 by default), or live of each task and kind (3)
+    /// Episodes for each task's distributions (default 400), or live for each task and kind (default 3)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     episodes: Option<u16>,
     /// Sample the replay buffer and Stable-Baselines3's in Python, and compare the distributions
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "live", "model"])]
     hindsight: bool,
-    /// Rows to sample from each by each strategy
+    /// Rows to sample from each buffer by each strategy
     #[arg(long, default_value_t = 100_000, requires = "hindsight")]
     #[arg(value_parser = clap::value_parser!(u32).range(1000..))]
     rows: u32,
-    /// Which model to replay them on
+    /// Model on which to replay
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
     /// Also write the figures as JSON
@@ -142,7 +142,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 }
 
 fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FileParity>> {
-    // Read all before anything is replayed: a damaged file is told at once.
+    // Reads all before it replays any, to report a damaged file at once.
     let recordings = recordings_in(folder)?
         .iter()
         .map(|path| Recording::read(path))
@@ -184,7 +184,7 @@ fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Models, each compiled once.
+/// The models of the tasks, each compiled once.
 struct Models {
     source: ModelSource,
     loaded: Vec<Arc<FetchModel>>,

@@ -38,7 +38,7 @@ impl Npz {
         Ok(bytes)
     }
 
-    /// An array and its shape.
+    /// Returns an array and its shape.
     pub fn array<T: npyz::Deserialize>(
         &mut self,
         name: &str,
@@ -46,13 +46,16 @@ impl Npz {
         let bytes = self.bytes(name)?;
         let array = npyz::NpyFile::new(bytes.as_slice())
             .with_context(|| format!("the array {name} is damaged"))?;
-        ensure!(array.order() == npyz::Order::C, "the array {name} is in Fortran's order");
+        ensure!(
+            array.order() == npyz::Order::C,
+            "the array {name} is in Fortran order: save it in C order"
+        );
         let shape = array.shape().iter().map(|&n| n as usize).collect();
         let values = array.into_vec().with_context(|| format!("the array {name}"))?;
         Ok((values, shape))
     }
 
-    /// An array of one dimension, or of none.
+    /// Returns an array of one dimension, or of none.
     pub fn vector<T: npyz::Deserialize>(
         &mut self,
         name: &str,
@@ -63,7 +66,7 @@ impl Npz {
         Ok(values)
     }
 
-    /// An array of the shape `[outer.., width]`, or `outer` without a width.
+    /// Returns an array of the shape `[outer.., width]`, or `outer` without a width.
     pub fn rows<T: npyz::Deserialize>(
         &mut self,
         name: &str,
@@ -76,7 +79,7 @@ impl Npz {
         Ok(Array { values, rows: outer[1], width: width.unwrap_or(1) })
     }
 
-    /// A string, which numpy keeps as UTF-32.
+    /// Returns a string, which numpy stores as UTF-32.
     pub fn text(&mut self, name: &str) -> anyhow::Result<String> {
         let bytes = self.bytes(name)?;
         let header = npyz::NpyFile::new(bytes.as_slice())
@@ -85,7 +88,7 @@ impl Npz {
             npyz::DType::Plain(text) if text.type_char() == npyz::TypeChar::UnicodeStr => {
                 4 * text.size_field() as usize
             }
-            other => bail!("the array {name} is no string, but {}", other.descr()),
+            other => bail!("the array {name} is not a string, but {}", other.descr()),
         };
         ensure!(bytes.len() >= length, "the array {name} is damaged");
         bytes[bytes.len() - length..]

@@ -1,4 +1,4 @@
-//! Recorded trajectories of the real environment: one `.npz` file a task and kind.
+//! Recorded trajectories of the real environment: one `.npz` file for each task and kind.
 
 use std::path::{Path, PathBuf};
 
@@ -8,8 +8,8 @@ use serde::Deserialize;
 
 use super::npz::{Array, Npz};
 
-/// The arrays of a file, checked to fit each other. `E` episodes of `T` steps; index 0 along `T + 1`
-/// is the state after the reset.
+/// The arrays of a file, whose shapes agree: `E` episodes of `T` steps. Index 0 along `T + 1` is the
+/// state after the reset.
 pub struct Recording {
     pub path: PathBuf,
     pub meta: Meta,
@@ -32,18 +32,18 @@ pub struct Recording {
     self_contacts: Array<i32>,
 }
 
-/// What the file says of itself.
+/// The description in the file.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Meta {
     pub env: String,
     pub kind: String,
     pub mujoco: String,
-    /// Whether numpy's arctan2 was the C library's, as far as the file says.
+    /// Whether the file says that numpy's arctan2 was the C library's.
     #[serde(default)]
     pub c_arctan2: bool,
 }
 
-/// What the recording says of one step.
+/// The recorded outcome of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepRecord {
     pub reward_dense: f64,
@@ -57,9 +57,9 @@ impl Recording {
     /// Reads a file.
     ///
     /// # Errors
-    /// If it is no recording, or a damaged one: which array is wrong, and how.
+    /// Names the array that is wrong if the file is damaged or not a recording.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        Self::read_archive(path).with_context(|| format!("{} is no recording", path.display()))
+        Self::read_archive(path).with_context(|| format!("{} is not a recording", path.display()))
     }
 
     fn read_archive(path: &Path) -> anyhow::Result<Self> {
@@ -107,12 +107,12 @@ impl Recording {
         Ok(recording)
     }
 
-    /// The action before a step's state.
+    /// Returns the action of a step.
     pub fn action(&self, episode: usize, step: usize) -> &[f32] {
         self.actions.row(episode, step)
     }
 
-    /// What a step gave.
+    /// Returns the outcome of a step.
     pub fn step(&self, episode: usize, step: usize) -> StepRecord {
         StepRecord {
             reward_dense: self.reward_dense.row(episode, step)[0],
@@ -125,8 +125,7 @@ impl Recording {
 }
 
 fn task_of(env: &str) -> anyhow::Result<Task> {
-    Task::ALL
-        .into_iter()
-        .find(|task| env == format!("Fetch{task}Dense-v4"))
-        .with_context(|| format!("it was recorded from {env}, which is no dense Fetch environment"))
+    Task::ALL.into_iter().find(|task| env == format!("Fetch{task}Dense-v4")).with_context(|| {
+        format!("it was recorded from {env}, which is not a dense Fetch environment")
+    })
 }

@@ -1,4 +1,4 @@
-//! A recording replayed: what differs, by how much, and where.
+//! Replays a recording and measures the deviations.
 
 use std::ops::Range;
 
@@ -8,25 +8,25 @@ use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
 use super::{counting::Counting, recording::Recording};
 
-/// What Python rounds by its processor and its numpy: a site's velocity, because its BLAS sums J
-/// times qvel in an order of its own, and the object's Euler angles where numpy has an arctan2 of its
-/// own. Nothing feeds back from either.
+/// Accepted deviation of two values that Python rounds differently by processor and numpy: velocities
+/// of sites, because its BLAS has its own order of summing J times qvel, and the object's Euler angles
+/// if numpy has its own arctan2. Neither feeds back into the simulation.
 const ROUNDING_TOLERANCE: f64 = 1e-15;
 
-/// How an episode compares.
+/// The comparison of an episode.
 #[derive(Clone, Debug)]
 pub struct EpisodeParity {
-    /// Every bit is the recording's; what Python rounds by its processor is within 1e-15.
+    /// Whether every bit is the recording's, and values that Python rounds are within 1e-15.
     pub bit_equal: bool,
     /// The largest deviation of an observation or a goal.
     pub deviation: Deviation,
     /// The largest deviation of the first observation or goal, after the reset.
     pub at_reset: Deviation,
-    /// Contacts here and there, all of them.
+    /// Contacts, ours and the recording's.
     pub contacts: [usize; 2],
-    /// Contacts between two parts of the robot, here and there.
+    /// Contacts between two parts of the robot, ours and the recording's.
     pub self_contacts: [usize; 2],
-    /// Sum of the dense rewards, here and there.
+    /// Sum of the dense rewards, ours and the recording's.
     pub returns: [f64; 2],
 }
 
@@ -47,7 +47,7 @@ impl Deviation {
         }
     }
 
-    /// The largest of some; `None` of none.
+    /// Returns the largest of some deviations; `None` if there are none.
     pub fn max<'a>(all: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         all.into_iter().max_by(|a, b| a.size.total_cmp(&b.size)).cloned()
     }
@@ -58,7 +58,7 @@ pub fn replay(
     recording: &Recording,
     simulator: MujocoSimulator,
 ) -> anyhow::Result<Vec<EpisodeParity>> {
-    // The recordings are of the environment without its time limit.
+    // The environment was recorded without its time limit.
     let config = EnvId { task: recording.task, reward: RewardKind::Dense }.config();
     let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
     (0..recording.episodes).map(|episode| replay_episode(recording, &mut env, episode)).collect()
@@ -140,7 +140,8 @@ impl EpisodeParity {
     }
 }
 
-/// Where velocities of sites stand in an observation, and before them Euler angles of the object.
+/// Returns the indices of site velocities in an observation and, if they are rounded, too, those of the
+/// object's Euler angles before them.
 fn rounded_elements(recording: &Recording) -> Range<usize> {
     match (recording.task.has_object(), recording.meta.c_arctan2) {
         (false, _) => 5..8,

@@ -1,4 +1,4 @@
-//! Section 2.4: what each action does.
+//! Section 2.4: the effect of each action.
 
 use fetch_env::{Env, EnvId, FetchObservation, MujocoEnv};
 
@@ -25,7 +25,7 @@ fn space(env: &MujocoEnv) -> Check {
     Check::new("action/space", passed, seen, Quantity::count(space.low().len()))
 }
 
-/// What one step with an action leads to from a fresh reset.
+/// Returns the observations before and after one step from a reset.
 fn after(
     env: &mut MujocoEnv,
     seed: u64,
@@ -50,10 +50,10 @@ fn displacement(env: &mut MujocoEnv, seed: u64, axis: usize, name: &str) -> anyh
     Ok(Check::new(format!("action/d{name}"), passed, seen, Quantity::new(moved, "m")))
 }
 
-/// The fingers are heavy: for a step or two they go on as they were.
+/// Steps until the fingers, which are heavy, have turned round.
 const CLOSING_STEPS: usize = 5;
 
-/// The chapter's table has the sign the other way round; a positive action opens.
+/// A positive action opens the fingers; the chapter's table has the opposite sign.
 fn moving_gripper(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let [_, opened] = after(env, seed, [0.0, 0.0, 0.0, 1.0])?.map(|o| o.finger_positions());
     let mut closed = opened;

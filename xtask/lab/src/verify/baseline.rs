@@ -1,4 +1,4 @@
-//! Section 2.9: the random baseline, held against the real environment's.
+//! Section 2.9: the random baseline, compared with the real environment's.
 
 use baselines::{RandomPolicy, RandomReference, evaluate};
 use fetch_env::{EnvId, MujocoEnv};
@@ -9,8 +9,8 @@ use crate::shared::{check::Check, json::Quantity};
 
 const EPISODES: usize = 100;
 
-/// Below this, a difference from the reference is no chance: with a few dozen such tests, one run
-/// in 400 would fail by chance.
+/// The p-value below which a difference from the reference is a fault. With a few dozen such tests, one
+/// run in 400 fails by chance.
 const LEAST_P_VALUE: f64 = 1e-4;
 
 pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
@@ -43,7 +43,7 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
     Ok(checks)
 }
 
-/// What section 2.9 expects of ten episodes of dense Reach.
+/// Returns the range that section 2.9 gives for ten episodes of dense Reach.
 fn chapters_range(id: EnvId, figure: &str) -> Option<(f64, f64)> {
     match (id.task, id.reward, figure) {
         (Task::Reach, _, "success_rate") => Some((0.0, 0.1)),

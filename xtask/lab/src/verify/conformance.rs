@@ -1,4 +1,4 @@
-//! The environment checker of fetch-env.
+//! The checks of fetch-env's environment checker.
 
 use fetch_env::{
     EnvId, MujocoEnv,

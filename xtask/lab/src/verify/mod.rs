@@ -24,7 +24,7 @@ use crate::shared::{
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Only this environment
+    /// Check this environment only
     #[arg(long)]
     env_id: Option<EnvId>,
     /// Seed of resets, actions and goals

@@ -1,4 +1,4 @@
-//! Section 2.3: what is observed, and where goals lie.
+//! Section 2.3: observations, and the range of goals.
 
 use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv};
 use fetch_sim::{Simulator, Task};
@@ -46,7 +46,7 @@ fn finite(resets: &[FetchObservation]) -> Check {
     )
 }
 
-/// The goal is what the gripper achieves in Reach, and what the object does elsewhere.
+/// Checks that the achieved goal is the gripper's position in Reach, and the object's elsewhere.
 fn achieved_goal(id: EnvId, resets: &[FetchObservation]) -> Check {
     let (first, what) = if id.task.has_object() { (3, "object") } else { (0, "gripper") };
     let faults =
@@ -55,7 +55,7 @@ fn achieved_goal(id: EnvId, resets: &[FetchObservation]) -> Check {
     Check::none_of("goal-space/phi", faults, seen)
 }
 
-/// Every goal lies where the task's range and offset say; the chapter's box is for Reach.
+/// Checks that every goal is within the task's range and offset and, in Reach, the chapter's box.
 fn goals_within_range(id: EnvId, env: &MujocoEnv, resets: &[FetchObservation]) -> Check {
     let config = id.config();
     let settled = env.inner().simulator().settled();

@@ -1,4 +1,4 @@
-//! Who steps: an environment, a bare loop of `mj_step`, many environments together.
+//! The contenders: an environment, a bare loop of `mj_step`, many environments together.
 
 use std::{
     sync::Arc,
@@ -16,7 +16,7 @@ use nalgebra::{Quaternion, Vector3};
 use super::episodes::{Episodes, STEPS};
 use crate::bench::interleaved::Contender;
 
-/// A single environment; its resets are counted in.
+/// A single environment. Its time includes its resets.
 pub struct Single {
     episodes: Arc<Episodes>,
     env: MujocoEnv,
@@ -40,20 +40,20 @@ impl Contender for Single {
     }
 }
 
-/// What a step needs of MuJoCo at least: the gripper's target, the fingers' and 20 x `mj_step`.
+/// The least that a step needs of MuJoCo: the targets of gripper and fingers, and 20 x `mj_step`.
 pub struct BareLoop {
     episodes: Arc<Episodes>,
     data: Data,
     mocap: usize,
     gripper: BodyId,
-    /// Where the fingers are in `qpos`, in the order of their actuators.
+    /// Indices of the fingers in `qpos`, in the order of their actuators.
     fingers: [usize; 2],
     forward: bool,
     episode: usize,
 }
 
 impl BareLoop {
-    /// Plain MuJoCo.
+    /// Returns plain MuJoCo.
     pub fn new(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
         let model = episodes.model.model();
         let mocap = model.mocap_index(model.body("robot0:mocap")?);
@@ -71,8 +71,8 @@ impl BareLoop {
         })
     }
 
-    /// The whole physics of an environment's step: with the contact filter, and where the fingers are
-    /// held closed with the `mj_forward` that the reference computes after it.
+    /// Returns the whole physics of an environment's step: with the contact filter and, if the fingers
+    /// are held closed, the `mj_forward` that the reference computes afterwards.
     pub fn with_forward(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
         let forward = episodes.config.task().block_gripper();
         let mut physics = Self { forward, ..Self::new(episodes)? };
@@ -125,7 +125,7 @@ impl Contender for BareLoop {
     }
 }
 
-/// Many environments together, each for one episode.
+/// Many environments stepped together, each for one episode.
 pub struct Together {
     envs: VecEnv<MujocoEnv>,
     actions: Vec<f32>,
@@ -135,7 +135,7 @@ pub struct Together {
 impl Together {
     pub fn new(episodes: &Episodes, num_envs: usize, threads: usize) -> anyhow::Result<Self> {
         let envs: anyhow::Result<Vec<_>> = (0..num_envs).map(|_| episodes.env()).collect();
-        // Every step is a transition in every environment; the resets are counted in.
+        // Every step is a transition in every environment, and its time includes the resets.
         let config = VecConfig::default().threads(threads).autoreset(AutoresetMode::SameStep);
         let mut envs = VecEnv::new(envs?, config)?;
         envs.reset(Some(super::episodes::SEED))?;
@@ -157,8 +157,8 @@ impl Contender for Together {
     }
 }
 
-/// As many environments, dealt out to threads that have nothing to do with each other, each for one
-/// episode: what the cores of the machine give at best.
+/// As many environments, each for one episode, on threads that share nothing: the upper bound of what
+/// the machine's cores can do.
 pub struct Apart(Vec<Vec<Single>>);
 
 impl Apart {
@@ -199,7 +199,7 @@ impl Contender for Resets {
     }
 }
 
-/// What a reset needs of MuJoCo at least: `mj_resetData` and `mj_forward`.
+/// The least that a reset needs of MuJoCo: `mj_resetData` and `mj_forward`.
 pub struct BareResets(pub BareLoop);
 
 impl Contender for BareResets {
@@ -212,7 +212,7 @@ impl Contender for BareResets {
     }
 }
 
-/// The bare loop ends where the environment does, so both simulate the same.
+// Both simulate the same if the bare loop ends where the environment does.
 #[cfg(test)]
 mod tests {
     use fetch_env::EnvId;

@@ -1,4 +1,4 @@
-//! What every contender plays: the same episodes with the same random actions.
+//! The episodes that every contender plays, with the same random actions.
 
 use std::sync::Arc;
 
@@ -8,9 +8,9 @@ use fetch_sim::{FetchModel, MujocoSimulator};
 
 /// Steps of an episode.
 pub const STEPS: usize = 50;
-/// Episodes that are played over and over.
+/// Number of episodes, which are played repeatedly.
 const EPISODES: usize = 20;
-/// Seed of the resets and, from another generator, of the actions.
+/// Seed of the resets and, in another generator, of the actions.
 pub const SEED: u64 = 0;
 
 /// Episodes of one task on one model.
@@ -35,13 +35,13 @@ impl Episodes {
         Ok(Arc::new(episodes))
     }
 
-    /// An environment on the shared model.
+    /// Returns an environment on the shared model.
     pub fn env(&self) -> anyhow::Result<MujocoEnv> {
         let simulator = MujocoSimulator::with_model(Arc::clone(&self.model))?;
         Ok(FetchEnv::new(self.config.clone(), simulator)?.time_limited())
     }
 
-    /// The seed with which an episode begins: the others go on from the first.
+    /// Returns the seed of an episode's reset: only the first has one, the others continue its stream.
     pub fn seed(&self, episode: usize) -> Option<u64> {
         episode.is_multiple_of(EPISODES).then_some(SEED)
     }
@@ -55,11 +55,11 @@ impl Episodes {
     }
 }
 
-/// Uniform over the action space.
+/// Draws actions uniformly from the action space.
 pub fn random_actions(count: usize) -> anyhow::Result<Vec<[f32; 4]>> {
     let mut policy = RandomPolicy::new(SEED);
     let mut env = fetch_env::make_kinematic("FetchReach-v4")?;
-    // A policy is asked with an observation, which this one does not look at.
+    // The random policy ignores its observation.
     let observation: FetchObservation = env.reset(Some(SEED))?.observation;
     Ok((0..count).map(|_| policy.act(&observation)).collect())
 }

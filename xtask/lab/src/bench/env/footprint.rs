@@ -1,5 +1,5 @@
-//! Construction and memory of many environments, in a process of their own: what was
-//! allocated and freed before would blur them.
+//! Construction and memory of many environments, in a separate process: earlier allocations would
+//! distort them.
 
 use std::{process::Command, time::Instant};
 
@@ -11,19 +11,19 @@ use super::super::resident_bytes;
 use super::episodes::{SEED, random_actions};
 use crate::bench::subject::Subject;
 
-/// Steps of every environment, so that it has touched what it needs.
+/// Steps of every environment, so that it has touched all of its memory.
 const STEPS: usize = 10;
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Footprint {
-    /// Seconds until all environments are made and reset, the model's compilation included.
+    /// Seconds until all environments are made and reset, including the model's compilation.
     pub construction: f64,
     /// Resident bytes of each environment beyond the first.
     pub further_env: f64,
 }
 
 impl Footprint {
-    /// Runs this command's own program to [measure](Self::measure).
+    /// Runs this program again to [measure](Self::measure).
     pub fn of(subject: Subject, envs: u16) -> anyhow::Result<Self> {
         let output = Command::new(std::env::current_exe()?)
             .args(["bench", "env", "--footprint"])

@@ -1,4 +1,4 @@
-//! `bench env`: what a step, a reset and an environment cost.
+//! `bench env`: measures steps, resets, and the construction and memory of environments.
 
 pub(super) mod contenders;
 pub(super) mod episodes;
@@ -36,20 +36,20 @@ pub struct Args {
     /// Seconds for the steps of each task and model
     #[arg(long, default_value_t = 10.0, value_parser = parse_seconds)]
     seconds: f64,
-    /// Environments that are stepped together
+    /// Number of environments stepped together
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..))]
     num_envs: u16,
-    /// Also gymnasium-robotics and EnvPool, from a Python environment in the cache
+    /// Also measure gymnasium-robotics and EnvPool, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
     /// Also write the figures as JSON
     #[arg(long)]
     #[serde(skip)]
     json: Option<PathBuf>,
-    /// Environments whose construction and memory are measured
+    /// Number of environments whose construction and memory are measured
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..))]
     footprint_envs: u16,
-    /// Measure construction and memory in this very process, and print them
+    /// Measure construction and memory in this process, and print them
     #[arg(long, hide = true, requires_all = ["task", "model"])]
     #[serde(skip)]
     footprint: bool,
@@ -148,7 +148,7 @@ fn peer(name: &str, id: EnvId, num_envs: usize, threads: usize) -> anyhow::Resul
     Ok(Orders::new(&peer, (num_envs * STEPS).to_string()))
 }
 
-/// The ratios of figures to one another.
+/// Returns the ratios of figures to one another.
 fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Quantity)> {
     let (threads, apart) = (format!("threads-{}", threads()), format!("apart-{}", threads()));
     let ratio = |name: &str, rounds: &Rounds, clock, of, to| {
@@ -162,7 +162,7 @@ fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Quantity)> {
         ratio(&format!("{apart}-to-apart-1"), steps, Wall, &apart, "apart-1"),
         ratio("single-to-gymnasium-robotics", steps, Cpu, "single", "gymnasium-robotics"),
         ratio("single-to-envpool", steps, Wall, "single", "envpool"),
-        // A cost, so the slower one is the larger.
+        // A ratio of costs: the slower is the larger.
         ratio("reset-cost-to-bare", resets, Cpu, "reset-bare", "reset"),
     ]
     .into_iter()

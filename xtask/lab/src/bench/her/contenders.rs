@@ -1,4 +1,4 @@
-//! What takes turns: sampling, adding, and the copy that sampling cannot do without.
+//! The contenders: sampling, adding, and the copy that sampling needs at least.
 
 use std::{cell::RefCell, hint::black_box, rc::Rc};
 
@@ -8,19 +8,19 @@ use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Scalar}
 use super::episodes::{DIMS, Episode, STEPS, Stepper, full_buffer};
 use crate::bench::interleaved::Contender;
 
-/// Rows drawn in a turn, about: as long a turn as Stable-Baselines3's, and several times what it takes to
-/// get the others' memory out of the caches and one's own in.
+/// About the number of rows drawn in a turn. The turn is as long as Stable-Baselines3's, and several
+/// times longer than it takes to fill the caches with its own memory.
 const ROWS: usize = 1 << 19;
 /// Transitions added in a turn.
 const ADDED: usize = 1000 * STEPS;
 
-/// A full buffer and the episodes that go on filling it.
+/// A full buffer and the episodes that are added to it.
 pub struct Table<T> {
     buffer: HerBuffer<T>,
     episodes: Vec<Episode<T>>,
 }
 
-/// The environments that each of the contenders adds to.
+/// The environments to which each of the contenders adds.
 const ENV_OF_SAMPLING: usize = 0;
 const ENV_OF_STEPS: usize = 1;
 const ENVS_OF_STEPS_8: usize = 2;
@@ -34,7 +34,7 @@ impl<T: Scalar> Table<T> {
     }
 }
 
-/// Batches, with k = 4, future goals and the sparse reward; a step is added after each.
+/// Draws batches with k = 4, future goals and the sparse reward, and adds a step after each.
 pub struct Sampling<T> {
     table: Rc<RefCell<Table<T>>>,
     sampler: Sampler,
@@ -44,7 +44,7 @@ pub struct Sampling<T> {
 }
 
 impl<T: Scalar> Sampling<T> {
-    /// One contender for each batch size, all on one table.
+    /// Returns one contender for each batch size, all on one table.
     pub fn of_sizes(
         table: &Rc<RefCell<Table<T>>>,
         sizes: &[usize],
@@ -113,8 +113,8 @@ impl<T: Scalar> Contender for AddEpisodes<T> {
     }
 }
 
-/// Copies two neighboring rows and a goal near them from random places of a table as large as the
-/// buffer's, and does nothing else: what memory alone takes.
+/// Only copies two neighboring rows and a goal near them from random places of a table as large as the
+/// buffer's: the time that memory alone takes.
 pub struct BareGather<T> {
     table: Vec<T>,
     out: Vec<T>,
@@ -122,9 +122,9 @@ pub struct BareGather<T> {
     random: u64,
 }
 
-/// The elements of a transition, each state stored once.
+/// The number of elements of a transition, with each state stored once.
 const WIDTH: usize = DIMS.observation + DIMS.goal + DIMS.action + 1;
-/// Rows whose cache lines are waited for together.
+/// Number of rows whose cache lines are loaded together.
 const BLOCK: usize = 32;
 
 impl<T: Scalar> BareGather<T> {

@@ -1,11 +1,11 @@
-//! What the buffers are filled with: episodes of FetchPush's shape.
+//! The episodes that fill the buffers: of FetchPush's shape.
 
 use fetch_env::NpRandom;
 use her_relabel::{BufferConfig, Dims, EpisodeData, EpisodeStart, HerBuffer, Scalar, Step};
 
 pub const DIMS: Dims = Dims { observation: 25, goal: 3, action: 4 };
 pub const STEPS: usize = 50;
-/// Different enough, and few enough to stay in the cache: the table is what is measured.
+/// Few enough to stay in the cache, because the table is to be measured.
 const EPISODES: usize = 64;
 
 /// An episode of [`STEPS`] steps.
@@ -18,13 +18,13 @@ pub struct Episode<T> {
 }
 
 impl<T: Scalar> Episode<T> {
-    /// The episodes that are added again and again.
+    /// Returns the episodes, which are added repeatedly.
     pub fn all() -> Vec<Self> {
         let mut random = NpRandom::new(0);
         (0..EPISODES).map(|_| Self::new(&mut random)).collect()
     }
 
-    /// Everything is small, and the achieved goal walks a few centimeters a step.
+    /// All values are small, and the achieved goal moves a few centimeters per step.
     fn new(random: &mut NpRandom) -> Self {
         let mut take = |count: usize, scale: f64| -> Vec<T> {
             (0..count).map(|_| T::from_f64(random.uniform(-scale, scale))).collect()
@@ -78,7 +78,7 @@ impl<T: Scalar> Episode<T> {
     }
 }
 
-/// A full buffer, with room for environments that add to it.
+/// Returns a full buffer with room for environments that add to it.
 pub fn full_buffer<T: Scalar>(
     transitions: usize,
     num_envs: usize,
@@ -92,7 +92,7 @@ pub fn full_buffer<T: Scalar>(
     Ok(buffer)
 }
 
-/// Adds single steps for ever, environment after environment.
+/// Adds single steps without end, to one environment after the other.
 pub struct Stepper {
     pub first_env: usize,
     pub num_envs: usize,

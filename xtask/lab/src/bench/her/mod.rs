@@ -1,5 +1,6 @@
-//! `bench her`: the replay buffer on one thread. The task is FetchPush's shape (observation 25, goals 3,
-//! action 4, episodes of 50 steps), k = 4, future goals, sparse reward; a step is added after each batch.
+//! `bench her`: measures the replay buffer on one thread. Transitions have FetchPush's shape
+//! (observation 25, goals 3, action 4, episodes of 50 steps); sampling has k = 4, future goals and the
+//! sparse reward, and adds a step after each batch.
 
 mod contenders;
 mod episodes;
@@ -25,39 +26,39 @@ use crate::shared::{
 };
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
-/// Of the batches whose time is compared between tables of [`TABLES`] transitions.
+/// Size of the batches whose time is compared between tables of [`TABLES`] transitions.
 const SIZE_OF_GROWTH: usize = 1024;
 const TABLES: [usize; 3] = [100_000, 1_000_000, 10_000_000];
 const SB3: &str = "stable-baselines3";
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
-    /// Only this element type
+    /// Measure this element type only
     #[arg(long, value_enum)]
     element: Option<Element>,
-    /// Transitions of the buffer
+    /// Number of transitions in the buffer
     #[arg(long, default_value_t = 1_000_000, value_parser = parse_transitions)]
     transitions: usize,
-    /// Seconds for each element type, and again for the growth of time with the table
+    /// Seconds for each element type, and again for `--growth`
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(..3600))]
     seconds: u16,
-    /// Also the time of a batch with 100,000, 1,000,000 and 10,000,000 transitions (takes 3 GB)
+    /// Also time a batch with 100,000, 1,000,000 and 10,000,000 transitions (needs 3 GB)
     #[arg(long)]
     growth: bool,
-    /// Also Stable-Baselines3 with f64, from a Python environment in the cache
+    /// Also measure Stable-Baselines3 with f64, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
     /// Also write the figures as JSON
     #[arg(long)]
     #[serde(skip)]
     json: Option<PathBuf>,
-    /// Measure memory in this very process, and print it
+    /// Measure memory in this process, and print it
     #[arg(long, hide = true, requires = "element")]
     #[serde(skip)]
     footprint: bool,
 }
 
-/// What the buffer stores.
+/// The element type of the buffer.
 #[derive(Clone, Copy, Debug, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 enum Element {
@@ -171,8 +172,8 @@ fn measure<T: Scalar>(
     Ok(figures)
 }
 
-/// The time of a batch in tables of several sizes, and that of the bare copy, which is what the caches
-/// explain.
+/// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share that
+/// caches explain.
 fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {
@@ -198,7 +199,7 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
     Ok(figures)
 }
 
-/// [`bytes_per_transition`] in a process of its own: what was allocated and freed before would blur it.
+/// Measures [`bytes_per_transition`] in a separate process: earlier allocations would distort it.
 fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
     let output = Command::new(std::env::current_exe()?)
         .args(["bench", "her", "--footprint", "--element", element.name()])
@@ -211,7 +212,7 @@ fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
 
 fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {
     let episodes = Episode::<T>::all();
-    // The code itself is loaded as it is first used.
+    // Code is loaded when it is first used.
     drop(full_buffer(STEPS * episodes.len(), 1, &episodes)?);
     let before = resident_bytes()?;
     let buffer = full_buffer(transitions, 1, &episodes)?;

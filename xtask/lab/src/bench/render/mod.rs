@@ -1,5 +1,4 @@
-//! `bench render`: how many pictures a second are drawn. Software OpenGL uses all cores by itself, so
-//! the time on the wall counts.
+//! `bench render`: measures pictures per second, in wall time because software OpenGL uses all cores.
 
 mod pictures;
 
@@ -22,14 +21,14 @@ use crate::shared::{
     python,
 };
 
-/// The reference's pictures.
+/// The format of the reference's pictures.
 const LARGE: Format = Format { side: 480, samples: 4 };
 const LARGE_HARD: Format = Format { side: 480, samples: 0 };
-/// What policies see.
+/// A usual format for policies.
 const SMALL: Format = Format { side: 84, samples: 0 };
 
 const PEER: &str = "gymnasium-robotics";
-/// Whatever the size.
+/// Samples of the peer's pictures, at any size.
 const PEER_SAMPLES: u8 = 4;
 
 /// Seconds of drawing in each turn.
@@ -43,7 +42,7 @@ pub struct Args {
     /// Seconds for each task and model
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(..3600))]
     seconds: u16,
-    /// Also gymnasium-robotics, from a Python environment in the cache
+    /// Also measure gymnasium-robotics, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
     /// Also write the figures as JSON
@@ -127,7 +126,7 @@ fn of_peer(side: u32) -> String {
     format!("{PEER}-{}", Format { side, samples: PEER_SAMPLES })
 }
 
-/// The library that the pictures come from.
+/// Returns the library of OpenGL that draws the pictures.
 fn opengl() -> anyhow::Result<&'static str> {
     Renderer::backend().context("a renderer was made")
 }

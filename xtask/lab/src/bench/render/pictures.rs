@@ -1,4 +1,4 @@
-//! An environment that is looked at.
+//! The contender that draws pictures of an environment.
 
 use std::{fmt, sync::Arc};
 
@@ -11,8 +11,8 @@ use crate::bench::{
     interleaved::{Contender, Timed, time},
 };
 
-/// Looks straight up from above the robot: at nothing but the sky, which is what OpenGL needs at least
-/// for a picture. Of the scene it still computes where it would be.
+/// A view straight up from above the robot, of nothing but the sky: the least that OpenGL needs for a
+/// picture. It still transforms the scene.
 pub const UP: FreeCamera = FreeCamera {
     lookat: Vector3::new(1.3, 0.75, 20.0),
     distance: 10.0,
@@ -20,7 +20,7 @@ pub const UP: FreeCamera = FreeCamera {
     elevation: 90.0,
 };
 
-/// What a square picture is like.
+/// The format of a square picture.
 #[derive(Clone, Copy)]
 pub struct Format {
     pub side: u32,
@@ -34,7 +34,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// Pictures of an environment that takes a step before each of them, untimed.
+/// Pictures of an environment, each after a step that is not timed.
 pub struct Pictures {
     episodes: Arc<Episodes>,
     env: MujocoEnv,
