@@ -1,19 +1,26 @@
 //! The pages of `play` and `report`, looked at in headless Chromium.
 
-use std::{fs, path::Path, process::Command};
+use std::{error::Error, fs, path::Path, process::Command};
 
 use serde_json::Value;
 
-fn lab(arguments: &[&str]) -> String {
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
+fn lab(arguments: &[&str], out: &Path) -> Result<String> {
     let output =
-        Command::new(env!("CARGO_BIN_EXE_lab")).args(arguments).output().expect("it starts");
+        Command::new(env!("CARGO_BIN_EXE_lab")).args(arguments).arg("--out").arg(out).output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{errors}");
-    String::from_utf8(output.stdout).expect("UTF-8")
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{arguments:?}
+{errors}"
+    );
+    Ok(String::from_utf8(output.stdout)?)
 }
 
-/// Whether Chromium is there. CI installs it; elsewhere the tests that need it say so.
-#[allow(clippy::print_stderr)] // whoever runs the tests must hear of it
+/// Whether Chromium is there. CI installs it; elsewhere a test that needs it prints that it is skipped.
+#[allow(clippy::print_stderr)] // a skipped test must not go unnoticed
 fn has_chromium() -> bool {
     let found = Command::new("chromium").arg("--version").output().is_ok();
     assert!(found || std::env::var_os("CI").is_none(), "CI must install chromium");
@@ -23,11 +30,11 @@ fn has_chromium() -> bool {
     found
 }
 
-/// What `look.js` saw of a page in a frame of a width: a window has a least width of its own.
-fn look_at(page: &Path, width: u32, dark: bool) -> Value {
-    let folder = tempfile::tempdir().expect("a folder");
+/// Returns what `look.js` saw of a page in a frame of a width, because a window has a minimum width.
+fn look_at(page: &Path, width: u32, dark: bool) -> Result<Value> {
+    let folder = tempfile::tempdir()?;
     let watched = folder.path().join("page.html");
-    let html = fs::read_to_string(page).expect("the page");
+    let html = fs::read_to_string(page)?;
     let script = |source: &str| format!("<script>{source}</script>");
     let html =
         html.replacen("<head>", &format!("<head>{}", script(include_str!("page/errors.js"))), 1);
@@ -35,7 +42,7 @@ fn look_at(page: &Path, width: u32, dark: bool) -> Value {
     let inner = html.replace('&', "&amp;").replace('"', "&quot;");
     let style = format!("border: 0; width: {width}px; height: 844px");
     let outer = format!("<body><iframe style=\"{style}\" srcdoc=\"{inner}\"></iframe></body>");
-    fs::write(&watched, outer).expect("a file");
+    fs::write(&watched, outer)?;
     let scheme = format!("--blink-settings=preferredColorScheme={}", u8::from(!dark));
     let output = Command::new("chromium")
         .args(["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"])
@@ -48,15 +55,14 @@ fn look_at(page: &Path, width: u32, dark: bool) -> Value {
         .args([scheme.as_str(), "--window-size=1200,1000"])
         .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
         .arg(format!("file://{}", watched.display()))
-        .output()
-        .expect("chromium starts");
+        .output()?;
     let dom = String::from_utf8_lossy(&output.stdout);
     let seen = dom
         .split_once("<pre id=\"seen\">")
         .and_then(|(_, rest)| rest.split_once("</pre>"))
-        .unwrap_or_else(|| panic!("no result\n{}", String::from_utf8_lossy(&output.stderr)));
+        .ok_or_else(|| format!("no result\n{}", String::from_utf8_lossy(&output.stderr)))?;
     let json = seen.0.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
-    serde_json::from_str(&json).expect("JSON")
+    Ok(serde_json::from_str(&json)?)
 }
 
 fn assert_playback_lives(playback: &Value) {
@@ -75,48 +81,38 @@ fn assert_playback_lives(playback: &Value) {
     assert!(playback["told"].as_str().is_some_and(|told| told.contains("distance")), "{playback}");
 }
 
-fn assert_self_contained(page: &Path) {
-    let html = fs::read_to_string(page).expect("the page");
+fn assert_self_contained(page: &Path) -> Result {
+    let html = fs::read_to_string(page)?;
     for outside in ["http://", "https://", "src=\"/", "<link", "@import", "url("] {
         assert!(!html.contains(outside), "{outside}");
     }
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
+    Ok(())
 }
 
 #[test]
-fn an_episode_is_played_back() {
-    let folder = tempfile::tempdir().expect("a folder");
+fn an_episode_is_played_back() -> Result {
+    let folder = tempfile::tempdir()?;
     let page = folder.path().join("new/play.html");
-    let path = page.to_str().expect("UTF-8");
-    let text = lab(&[
-        "play",
-        "--env-id",
-        "FetchPush-v4",
-        "--policy",
-        "scripted",
-        "--seed",
-        "3",
-        "--verbose",
-        "--out",
-        path,
-    ]);
+    let arguments = ["play", "--env-id", "FetchPush-v4", "--seed", "3", "--verbose"];
+    let text = lab(&[&arguments[..], &["--policy", "scripted"]].concat(), &page)?;
     assert_eq!(text.lines().filter(|line| line.contains(" m  [")).count(), 50, "{text}");
-    assert_self_contained(&page);
+    assert_self_contained(&page)?;
     if has_chromium() {
-        let seen = look_at(&page, 800, false);
+        let seen = look_at(&page, 800, false)?;
         assert_eq!(seen["faults"], serde_json::json!([]), "{seen}");
         assert_playback_lives(&seen["playbacks"][0]);
     }
+    Ok(())
 }
 
 #[test]
-fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() {
-    let folder = tempfile::tempdir().expect("a folder");
+fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() -> Result {
+    let folder = tempfile::tempdir()?;
     let page = folder.path().join("report.html");
-    let path = page.to_str().expect("UTF-8");
-    lab(&["report", "--episodes", "3", "--verify-only", "FetchReach-v4", "--out", path]);
-    assert_self_contained(&page);
-    let html = fs::read_to_string(&page).expect("the page");
+    lab(&["report", "--episodes", "3", "--verify-only", "FetchReach-v4"], &page)?;
+    assert_self_contained(&page)?;
+    let html = fs::read_to_string(&page)?;
     assert_eq!(html.matches("<svg ").count(), 12 + 8 + 3, "episodes, workspace, rewards");
     for no_number in ["NaN", ">inf", "Minf", "Linf"] {
         assert!(!html.contains(no_number), "{no_number} in a plot or table");
@@ -125,18 +121,20 @@ fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() {
         assert!(html.contains(text), "{text}");
     }
     if !has_chromium() {
-        return;
+        return Ok(());
     }
-    let [light, dark] = [(1000, false), (390, true)].map(|(width, dark)| {
-        let seen = look_at(&page, width, dark);
+    let mut backgrounds = Vec::new();
+    for (width, dark) in [(1000, false), (390, true)] {
+        let seen = look_at(&page, width, dark)?;
         assert_eq!(seen["faults"], serde_json::json!([]), "{seen}");
         assert_eq!(seen["dark"], dark, "{seen}");
         assert_eq!(seen["width"], width, "{seen}");
         assert_eq!(seen["content_width"], seen["width"], "no scrolling sideways: {seen}");
-        let playbacks = seen["playbacks"].as_array().expect("a list");
+        let playbacks = seen["playbacks"].as_array().ok_or("no list")?;
         assert_eq!(playbacks.len(), 4);
         playbacks.iter().for_each(assert_playback_lives);
-        seen["page"].clone()
-    });
-    assert_ne!(light, dark, "the page's color follows the scheme");
+        backgrounds.push(seen["page"].clone());
+    }
+    assert_ne!(backgrounds[0], backgrounds[1], "the page's color follows the scheme");
+    Ok(())
 }

@@ -140,8 +140,8 @@ impl EpisodeParity {
     }
 }
 
-/// Returns the indices of site velocities in an observation and, if they are rounded, too, those of the
-/// object's Euler angles before them.
+/// Returns the indices of the observation's rounded elements: site velocities and, unless arctan2 is
+/// the C library's, the object's Euler angles before them.
 fn rounded_elements(recording: &Recording) -> Range<usize> {
     match (recording.task.has_object(), recording.meta.c_arctan2) {
         (false, _) => 5..8,

@@ -50,7 +50,7 @@ fn displacement(env: &mut MujocoEnv, seed: u64, axis: usize, name: &str) -> anyh
     Ok(Check::new(format!("action/d{name}"), passed, seen, Quantity::new(moved, "m")))
 }
 
-/// Steps until the fingers, which are heavy, have turned round.
+/// Steps until the fingers, which are heavy, have reversed.
 const CLOSING_STEPS: usize = 5;
 
 /// A positive action opens the fingers; the chapter's table has the opposite sign.

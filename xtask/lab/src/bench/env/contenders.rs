@@ -220,18 +220,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_whole_physics_ends_where_the_environment_does() {
+    fn the_whole_physics_ends_where_the_environment_does() -> anyhow::Result<()> {
         for id in EnvId::ALL.into_iter().step_by(2) {
-            let episodes = Episodes::new(id.config()).expect("MuJoCo");
-            let mut single = Single::new(&episodes).expect("an environment");
-            let mut physics = BareLoop::with_forward(&episodes).expect("a simulation");
+            let episodes = Episodes::new(id.config())?;
+            let mut single = Single::new(&episodes)?;
+            let mut physics = BareLoop::with_forward(&episodes)?;
             for _ in 0..2 {
-                single.work().expect("an episode");
-                physics.work().expect("an episode");
+                single.work()?;
+                physics.work()?;
                 let simulated = single.env.inner().simulator();
                 assert_eq!(simulated.data().qpos(), physics.data.qpos(), "{id}");
                 assert_eq!(simulated.data().qvel(), physics.data.qvel(), "{id}");
             }
         }
+        Ok(())
     }
 }
