@@ -5,14 +5,11 @@ mod env;
 mod her;
 mod instructions;
 mod interleaved;
+mod memory;
 mod peer;
 mod render;
 mod reward;
 mod subject;
-
-use std::fs;
-
-use anyhow::Context;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -42,14 +39,4 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         Benchmark::Render(args) => render::run(args),
         Benchmark::Reward(args) => reward::run(args),
     }
-}
-
-/// Returns the resident memory of this process in bytes.
-fn resident_bytes() -> anyhow::Result<f64> {
-    let status = fs::read_to_string("/proc/self/status").context("memory is measured on Linux")?;
-    let kilobytes = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB"))
-        .context("/proc/self/status has no VmRSS")?;
-    Ok(kilobytes.trim().parse::<f64>()? * 1024.0)
 }

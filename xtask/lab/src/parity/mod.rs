@@ -27,7 +27,7 @@ use crate::shared::{
     progress,
 };
 
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args, Serialize)]
 pub struct Args {
     /// Folder of recorded trajectories (*.npz)
     #[arg(long, required_unless_present_any = ["distributions", "live", "frames", "hindsight"])]
@@ -59,33 +59,22 @@ pub struct Args {
     model: ModelChoice,
     /// Also write the figures as JSON
     #[arg(long)]
+    #[serde(skip)]
     json: Option<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct Settings<'a> {
-    hindsight: bool,
-    rows: u32,
-    live: bool,
-    frames: bool,
-    seed: u64,
-    fixtures: &'a Option<PathBuf>,
-    distributions: &'a Option<PathBuf>,
-    episodes: Option<u16>,
-    model: ModelChoice,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let model = if args.live || args.frames { ModelChoice::Reference } else { args.model };
+    let args = &Args { model, ..args.clone() };
     let mut models = Models { source: model.source(), loaded: Vec::new() };
     let recorded = tempfile::tempdir()?;
-    let live = args.live.then(|| recorded.path().to_path_buf());
-    if let Some(folder) = &live {
+    let live = args.live.then_some(recorded.path());
+    if let Some(folder) = live {
         live::record(folder, args.episodes.unwrap_or(3), args.seed)?;
     }
     let mut figures = Vec::new();
     let mut bad = Vec::new();
-    if let Some(folder) = args.fixtures.as_ref().or(live.as_ref()) {
+    if let Some(folder) = args.fixtures.as_deref().or(live) {
         for file in replay_all(folder, &mut models)? {
             if !file.passed() {
                 bad.push(file.name.clone());
@@ -93,47 +82,27 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.extend(file.figures());
         }
     }
+    let mut checks = Vec::new();
     if let Some(path) = &args.distributions {
-        for check in compare_all(path, &mut models, args.episodes.unwrap_or(400).into())? {
-            if !check.passed {
-                bad.push(check.name.clone());
-            }
-            figures.push((format!("distributions/{}", check.name), check.figure));
-        }
+        let compared = compare_all(path, &mut models, args.episodes.unwrap_or(400).into())?;
+        checks.push(("distributions/", compared));
     }
     if args.hindsight {
-        for check in hindsight::compare(args.rows as usize)? {
-            if !check.passed {
-                bad.push(check.name.clone());
-            }
-            figures.push((format!("hindsight/{}", check.name), check.figure));
-        }
+        checks.push(("hindsight/", hindsight::compare(args.rows as usize)?));
     }
     if args.frames {
-        for check in frames::compare(recorded.path(), &mut models, args.seed)? {
+        checks.push(("", frames::compare(recorded.path(), &mut models, args.seed)?));
+    }
+    for (prefix, checks) in checks {
+        for check in checks {
             if !check.passed {
                 bad.push(check.name.clone());
             }
-            figures.push((check.name, check.figure));
+            figures.push((format!("{prefix}{}", check.name), check.figure));
         }
     }
     if let Some(path) = &args.json {
-        let Args { fixtures, live, frames, hindsight, rows, .. } = args;
-        let Args { seed, distributions, episodes, .. } = args;
-        let (live, frames, hindsight, rows) = (*live, *frames, *hindsight, *rows);
-        let (seed, episodes) = (*seed, *episodes);
-        let settings = Settings {
-            hindsight,
-            rows,
-            live,
-            frames,
-            seed,
-            fixtures,
-            distributions,
-            episodes,
-            model,
-        };
-        write_json(path, &JsonOutput::new(settings, figures))?;
+        write_json(path, &JsonOutput::new(args, figures))?;
     }
     if !bad.is_empty() {
         println!("\nnot as close as it should be: {}", bad.join(", "));

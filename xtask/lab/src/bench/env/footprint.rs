@@ -1,15 +1,16 @@
-//! Construction and memory of many environments, in a separate process: earlier allocations would
-//! distort them.
+//! Construction and memory of many environments.
 
-use std::{process::Command, time::Instant};
+use std::time::Instant;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use fetch_env::{FetchConfig, make_vec_config, vec_env::VecConfig};
 use serde::{Deserialize, Serialize};
 
-use super::super::resident_bytes;
 use super::episodes::{SEED, random_actions};
-use crate::bench::subject::Subject;
+use crate::bench::{
+    memory::{measure_in_new_process, resident_bytes},
+    subject::Subject,
+};
 
 /// Steps of every environment, so that it has touched all of its memory.
 const STEPS: usize = 10;
@@ -23,17 +24,11 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// Runs this program again to [measure](Self::measure).
+    /// [Measures](Self::measure) in a new process.
     pub fn of(subject: Subject, envs: u16) -> anyhow::Result<Self> {
-        let output = Command::new(std::env::current_exe()?)
-            .args(["bench", "env", "--footprint"])
-            .args(subject.flags())
-            .args(["--footprint-envs", &envs.to_string()])
-            .output()?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        ensure!(output.status.success(), "the measurement of memory failed: {errors}");
-        serde_json::from_str(&text).with_context(|| format!("no measurement: {text}{errors}"))
+        let arguments = ["bench", "env", "--footprint", "--footprint-envs", &envs.to_string()];
+        let text = measure_in_new_process(&[&arguments[..], &subject.flags()].concat())?;
+        serde_json::from_str(&text).with_context(|| format!("no measurement: {text}"))
     }
 
     pub fn measure(config: &FetchConfig, envs: u16) -> anyhow::Result<Self> {

@@ -5,9 +5,8 @@
 mod contenders;
 mod episodes;
 
-use std::{cell::RefCell, path::PathBuf, process::Command, rc::Rc, time::Duration};
+use std::{cell::RefCell, path::PathBuf, rc::Rc, time::Duration};
 
-use anyhow::ensure;
 use her_relabel::Scalar;
 use serde::Serialize;
 
@@ -17,8 +16,8 @@ use self::{
 };
 use super::{
     interleaved::{Clock::Cpu, Entry, interleave},
+    memory::{measure_in_new_process, resident_bytes},
     peer::{Orders, Peer},
-    resident_bytes,
 };
 use crate::shared::{
     json::{JsonOutput, Quantity, write_json},
@@ -199,15 +198,19 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
     Ok(figures)
 }
 
-/// Measures [`bytes_per_transition`] in a separate process: earlier allocations would distort it.
+/// Measures [`bytes_per_transition`] in a new process.
 fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
-    let output = Command::new(std::env::current_exe()?)
-        .args(["bench", "her", "--footprint", "--element", element.name()])
-        .args(["--transitions", &transitions.to_string()])
-        .output()?;
-    let errors = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "the measurement of memory failed: {errors}");
-    Ok(String::from_utf8(output.stdout)?.trim().parse()?)
+    let transitions = transitions.to_string();
+    let text = measure_in_new_process(&[
+        "bench",
+        "her",
+        "--footprint",
+        "--element",
+        element.name(),
+        "--transitions",
+        &transitions,
+    ])?;
+    Ok(text.trim().parse()?)
 }
 
 fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {
