@@ -1,11 +1,16 @@
+//! Episodes of a policy, collected into a hindsight replay buffer.
+
 use fetch_env::{EnvError, FetchObservation, GoalEnv, GoalObservation, Info};
 use her_relabel::{AddError, BufferConfig, Dims, EpisodeStart, HerBuffer, Scalar};
 
-use crate::evaluate::{Event, run_episode};
-use crate::{Action, CollectError, Evaluation, Policy};
+use crate::{
+    error::CollectError,
+    evaluate::{Evaluation, Event, run_episode},
+    policy::{Action, Policy},
+};
 
-/// The configuration of a buffer of `capacity` transitions of an environment whose observations are like
-/// this one.
+/// Returns the configuration of a buffer that holds `capacity` transitions, of an environment with
+/// observations of this size.
 #[must_use]
 pub fn buffer_config(capacity: usize, observation: &FetchObservation) -> BufferConfig {
     let dims = Dims {
@@ -16,14 +21,15 @@ pub fn buffer_config(capacity: usize, observation: &FetchObservation) -> BufferC
     BufferConfig::new(capacity, dims)
 }
 
-/// Runs `count` episodes into a buffer, as its environment `buffer_env`, each until it is terminated or
-/// truncated; they are reset with the seeds `first_seed`, `first_seed + 1`, ... What the episodes came to
-/// is returned.
+/// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it is
+/// terminated or truncated, and adds them to a buffer as its environment `buffer_env`. Returns the
+/// results of the episodes.
 ///
-/// The terminal observation of each is stored, and `terminated` and `truncated` as the environment says.
+/// The buffer also gets the terminal observation of each, and `terminated` and `truncated` as the
+/// environment sets them.
 ///
 /// # Errors
-/// [`CollectError`]. The episode that failed is not in the buffer, those before it are.
+/// [`CollectError`]. The buffer then holds the episodes before the one that failed.
 pub fn collect<E, P, T>(
     env: &mut E,
     policy: &mut P,
@@ -40,9 +46,9 @@ where
     let mut episodes = Vec::with_capacity(count);
     for (episode, seed) in (0..count).zip(first_seed..) {
         let mut has_begun = false;
-        let result = run_episode(env, policy, seed, |event| {
+        let result = run_episode(env, policy, seed, |_, event| {
             match event {
-                Event::Start(observation) => begin(buffer, buffer_env, observation)?,
+                Event::Start(reset) => begin(buffer, buffer_env, &reset.observation)?,
                 Event::Step(action, step) => add(buffer, buffer_env, action, step)?,
             }
             has_begun = true;
@@ -52,7 +58,7 @@ where
             Ok(result) => episodes.push(result),
             Err(source) => {
                 if has_begun {
-                    // It cannot fail: an episode is under way.
+                    // This cannot fail, because an episode has begun.
                     let _ = buffer.discard_episode(buffer_env);
                 }
                 return Err(match source {
@@ -67,7 +73,7 @@ where
     Ok(Evaluation { episodes })
 }
 
-/// Where an episode failed.
+/// The source of an episode's failure.
 enum Source {
     Environment(EnvError),
     Buffer(AddError),

@@ -1,47 +1,49 @@
+//! The errors of evaluating and of collecting episodes.
+
 use fetch_env::EnvError;
 use her_relabel::AddError;
 
-/// Why an evaluation has no result.
+/// Error returned by an evaluation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluationError {
-    /// There is nothing to take a mean of.
-    #[error("no episode to evaluate: ask for at least one")]
+    /// There are no episodes to take a mean of.
+    #[error("there is no episode to evaluate: run at least one")]
     NoEpisodes,
     /// The environment failed.
     #[error("episode {episode} (seed {seed}) failed")]
     Environment {
-        /// Which episode, counted from 0.
+        /// The episode, counted from 0.
         episode: usize,
         /// The seed of its reset.
         seed: u64,
-        /// What the environment said.
+        /// The environment's error.
         source: EnvError,
     },
 }
 
-/// Why episodes could not be collected.
+/// Error returned where episodes cannot be collected.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectError {
     /// The environment failed.
     #[error("episode {episode} (seed {seed}) failed")]
     Environment {
-        /// Which episode, counted from 0.
+        /// The episode, counted from 0.
         episode: usize,
         /// The seed of its reset.
         seed: u64,
-        /// What the environment said.
+        /// The environment's error.
         source: EnvError,
     },
-    /// The buffer did not take what the environment gave.
-    #[error("episode {episode} (seed {seed}) does not go into the buffer")]
+    /// The buffer rejected an episode.
+    #[error("the buffer rejected episode {episode} (seed {seed})")]
     Buffer {
-        /// Which episode, counted from 0.
+        /// The episode, counted from 0.
         episode: usize,
         /// The seed of its reset.
         seed: u64,
-        /// What the buffer said.
+        /// The buffer's error.
         source: AddError,
     },
 }

@@ -1,9 +1,15 @@
-use fetch_env::{EnvError, FetchObservation, GoalEnv, Info, Step};
+//! Evaluation of a policy over seeded episodes.
+
+use fetch_env::{EnvError, FetchObservation, GoalEnv, Info, Reset, Step};
 use serde::{Deserialize, Serialize};
 
-use crate::{Action, Estimate, EvaluationError, Policy};
+use crate::{
+    error::EvaluationError,
+    policy::{Action, Policy},
+    statistics::Estimate,
+};
 
-/// What one episode came to.
+/// The result of one episode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Episode {
     /// Seed of the reset.
@@ -23,11 +29,11 @@ pub struct Episode {
 /// The episodes of an evaluation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// One entry an episode, in the order of their seeds.
+    /// One entry for each episode, in the order of their seeds.
     pub episodes: Vec<Episode>,
 }
 
-/// The figures of an evaluation, each with its 95 % interval.
+/// The figures of an evaluation, each with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Share of episodes whose last step was a success.
@@ -43,7 +49,7 @@ pub struct Summary {
 }
 
 /// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it
-/// is terminated or truncated. `progress` is told after each.
+/// is terminated or truncated, and calls `progress` after each.
 ///
 /// # Errors
 /// [`EvaluationError::Environment`] if a reset or a step fails.
@@ -60,7 +66,7 @@ where
 {
     let mut episodes = Vec::with_capacity(count);
     for (episode, seed) in (0..count).zip(first_seed..) {
-        let result = run_episode(env, policy, seed, |_| Ok(()))
+        let result = run_episode(env, policy, seed, |_, _| Ok(()))
             .map_err(|source| EvaluationError::Environment { episode, seed, source })?;
         progress(&result);
         episodes.push(result);
@@ -68,18 +74,19 @@ where
     Ok(Evaluation { episodes })
 }
 
-/// What happens in an episode.
+/// An event of an episode.
 pub(crate) enum Event<'a> {
-    Start(&'a FetchObservation),
+    Start(&'a Reset<FetchObservation, Info>),
     Step(&'a Action, &'a Step<FetchObservation, Info>),
 }
 
-/// Runs an episode until it is terminated or truncated. `watch` is told what happens.
+/// Runs an episode until it is terminated or truncated, and calls `watch` with the environment after
+/// each event.
 pub(crate) fn run_episode<E, P, X>(
     env: &mut E,
     policy: &mut P,
     seed: u64,
-    mut watch: impl FnMut(Event<'_>) -> Result<(), X>,
+    mut watch: impl FnMut(&E, Event<'_>) -> Result<(), X>,
 ) -> Result<Episode, X>
 where
     E: GoalEnv<Observation = FetchObservation>,
@@ -87,8 +94,9 @@ where
     X: From<EnvError>,
 {
     policy.reset();
-    let mut observation = env.reset(Some(seed))?.observation;
-    watch(Event::Start(&observation))?;
+    let start = env.reset(Some(seed))?;
+    watch(env, Event::Start(&start))?;
+    let mut observation = start.observation;
     let mut episode = Episode {
         seed,
         return_sum: 0.0,
@@ -100,7 +108,7 @@ where
     loop {
         let action = policy.act(&observation);
         let step = env.step(&action)?;
-        watch(Event::Step(&action, &step))?;
+        watch(env, Event::Step(&action, &step))?;
         observation = step.observation;
         episode.return_sum += step.reward;
         episode.length += 1;
@@ -114,7 +122,7 @@ where
 }
 
 impl Evaluation {
-    /// The figures over all episodes.
+    /// Returns the figures over all episodes.
     ///
     /// # Errors
     /// [`EvaluationError::NoEpisodes`] if there are none.
@@ -133,8 +141,9 @@ impl Evaluation {
         })
     }
 
-    /// What the success rate would be at other distance thresholds (meters): success as the
-    /// environment has it, a distance strictly below the threshold at the last step.
+    /// Returns the success rate at each of other distance thresholds (meters): as in the
+    /// environment, an episode succeeds if the distance after its last step is strictly below the
+    /// threshold.
     ///
     /// # Errors
     /// [`EvaluationError::NoEpisodes`] if there are no episodes.

@@ -1,27 +1,26 @@
-//! Baselines for the Fetch tasks: policies that do not learn, and what they achieve.
+//! Baselines for the Fetch tasks: policies that do not learn, and their evaluation.
 //!
-//! A trained agent must beat [`RandomPolicy`]; [`ScriptedPolicy`] shows what a few rules reach.
-//! [`evaluate`] runs either over many seeded episodes, and [`Evaluation::summary`] gives success
-//! rate, mean return, episode length and final distance, each with its 95 % interval. [`collect`] fills a hindsight
-//! replay buffer with their episodes.
+//! A trained agent must beat [`RandomPolicy`]; [`ScriptedPolicy`] shows how far a few rules go.
+//! [`evaluate`] runs a policy over many seeded episodes, and [`Evaluation::summary`] returns success
+//! rate, mean return, episode length and final distance, each with its 95 % confidence interval.
+//! [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature `page`) turns
+//! episodes into a self-contained HTML page that plays them back.
 #![forbid(unsafe_code)]
 
 mod collect;
 mod error;
 mod evaluate;
+#[cfg(feature = "page")]
+pub mod page;
 mod policy;
-mod random;
 mod reference;
 mod scripted;
 mod statistics;
-mod zero;
 
 pub use collect::{buffer_config, collect};
 pub use error::{CollectError, EvaluationError};
 pub use evaluate::{Episode, Evaluation, Summary, evaluate};
-pub use policy::{Action, Policy};
-pub use random::RandomPolicy;
+pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
 pub use reference::{Comparison, RandomReference, Sample, ScriptedReference};
 pub use scripted::ScriptedPolicy;
 pub use statistics::{Estimate, chi_square, fisher_exact, kolmogorov_smirnov};
-pub use zero::ZeroPolicy;

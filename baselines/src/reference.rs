@@ -1,11 +1,17 @@
+//! Figures of the real environment, recorded in Python, to compare evaluations with.
+
 use fetch_env::Task;
 use goal_reward::RewardKind;
 use serde::{Deserialize, Serialize};
 
-use crate::{Episode, Evaluation, EvaluationError, fisher_exact};
+use crate::{
+    error::EvaluationError,
+    evaluate::{Episode, Evaluation},
+    statistics::fisher_exact,
+};
 
-/// What uniformly random actions give in gymnasium-robotics 1.4.2 on MuJoCo 2.2.2, over 400
-/// episodes a task, with actions from a stream independent of the resets'.
+/// Results of uniformly random actions in gymnasium-robotics 1.4.2 on MuJoCo 2.2.2: 400 episodes of
+/// each task, with actions from a stream independent of the resets'.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RandomReference {
     /// Sum of the rewards.
@@ -27,21 +33,21 @@ pub struct Sample {
     pub sd: f64,
 }
 
-/// One figure held against the reference's.
+/// One figure compared with the reference's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Name of the figure, such as `return_mean`.
     pub name: &'static str,
-    /// What was measured here.
+    /// The value measured here.
     pub measured: f64,
-    /// What the reference gives.
+    /// The value of the reference.
     pub reference: f64,
-    /// Probability of a difference this large or larger, were both the same environment.
+    /// Probability of a difference at least this large if both were the same environment.
     pub p_value: f64,
 }
 
 impl RandomReference {
-    /// The recorded figures of a task and reward.
+    /// Returns the recorded figures of a task and reward.
     #[must_use]
     pub const fn new(task: Task, reward: RewardKind) -> Self {
         let (dense, sparse, final_distance, successes) = match task {
@@ -68,7 +74,7 @@ impl RandomReference {
         }
     }
 
-    /// Holds an evaluation of the random policy against the recorded figures: the means by a
+    /// Compares an evaluation of the random policy with the recorded figures: the means by a
     /// two-sample z test, the successes by Fisher's exact test.
     ///
     /// # Errors
@@ -80,8 +86,8 @@ impl RandomReference {
         }
         let mean = |name, value: fn(&Episode) -> f64, sample: Sample| {
             let measured = evaluation.episodes.iter().map(value).sum::<f64>() / count as f64;
-            // The reference's spread stands for both: rare successes make a small sample's own
-            // spread a poor estimate.
+            // The reference's spread serves for both: where successes are rare, a small sample's own
+            // spread is a poor estimate.
             let error = sample.sd * (1.0 / count as f64 + 1.0 / self.episodes as f64).sqrt();
             let p_value = two_sided_normal((measured - sample.mean) / error);
             Comparison { name, measured, reference: sample.mean, p_value }
@@ -100,8 +106,8 @@ impl RandomReference {
     }
 }
 
-/// Successes of [`ScriptedPolicy`](crate::ScriptedPolicy) on the reference's own model, over resets
-/// seeded from [`FIRST_SEED`](Self::FIRST_SEED) on, success at the last step.
+/// Successes at the last step of [`ScriptedPolicy`](crate::ScriptedPolicy) on the reference's own
+/// model, with resets seeded from [`FIRST_SEED`](Self::FIRST_SEED) on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct ScriptedReference {
     /// Episodes whose last step was a success.
@@ -114,7 +120,7 @@ impl ScriptedReference {
     /// Seed of the first episode's reset.
     pub const FIRST_SEED: u64 = 30_000;
 
-    /// The figures of a task; `None` but for MuJoCo `2.2.2` and `3.6.0`.
+    /// Returns the figures of a task on MuJoCo `2.2.2` or `3.6.0`; `None` on any other.
     #[must_use]
     pub fn new(task: Task, mujoco: &str) -> Option<Self> {
         let successes = match (mujoco, task) {

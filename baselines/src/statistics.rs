@@ -1,10 +1,12 @@
+//! Estimates with confidence intervals, and tests of two samples.
+
 use serde::{Deserialize, Serialize};
 use statrs::{
     distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT},
     stats_tests::{Alternative, fisher::fishers_exact},
 };
 
-use crate::EvaluationError;
+use crate::error::EvaluationError;
 
 /// An estimate with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,7 +22,7 @@ pub struct Estimate {
 const CONFIDENCE: f64 = 0.95;
 
 impl Estimate {
-    /// The mean of a sample, with Student's interval: unbounded for a single value.
+    /// Returns the mean of a sample with Student's interval, which is unbounded for a single value.
     ///
     /// # Errors
     /// [`EvaluationError::NoEpisodes`] for an empty sample.
@@ -38,7 +40,7 @@ impl Estimate {
         Ok(Self { value, low: value - half_width, high: value + half_width })
     }
 
-    /// A share of successes, with Wilson's interval, which stays within 0 and 1.
+    /// Returns a share of successes with Wilson's interval, which stays within 0 and 1.
     ///
     /// Source: E. B. Wilson, "Probable inference, the law of succession, and statistical
     /// inference", JASA 22 (1927).
@@ -59,8 +61,8 @@ impl Estimate {
     }
 }
 
-/// The p-value of Fisher's exact test, two-sided: whether `a` of `a_total` and `b` of `b_total` are
-/// shares of the same size.
+/// Returns the p-value of Fisher's exact test, two-sided, of whether `a` of `a_total` and `b` of
+/// `b_total` are samples of the same share.
 #[must_use]
 pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> f64 {
     let table = [a, b, a_total.saturating_sub(a), b_total.saturating_sub(b)];
@@ -70,8 +72,9 @@ pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> f64 {
     fishers_exact(&table, Alternative::TwoSided).unwrap_or(1.0)
 }
 
-/// The two-sample Kolmogorov-Smirnov test: the largest difference between the two samples'
-/// distribution functions, and its asymptotic p-value. Samples without numbers differ in nothing.
+/// Returns the statistic of the two-sample Kolmogorov-Smirnov test, which is the largest difference
+/// between the two samples' distribution functions, and its asymptotic p-value. Empty samples do not
+/// differ.
 ///
 /// Source: W. H. Press et al., "Numerical Recipes", 3rd edition (2007), section 14.3.3.
 #[must_use]
@@ -101,9 +104,9 @@ pub fn kolmogorov_smirnov(a: &[f64], b: &[f64]) -> (f64, f64) {
     (statistic, terms.sum::<f64>().clamp(0.0, 1.0))
 }
 
-/// The chi-square test of homogeneity: whether two samples, counted by category, come from the same
-/// distribution. Gives the statistic per degree of freedom, about 1 if they do, and the p-value. The
-/// smallest categories are taken together until 5 of either sample are expected in each.
+/// Tests by chi-square whether two samples, counted by category, come from the same distribution.
+/// Returns the statistic per degree of freedom, which is about 1 if they do, and the p-value. The
+/// smallest categories are merged until each expects at least 5 of either sample.
 ///
 /// Source: W. G. Cochran, "Some methods for strengthening the common chi-square tests", Biometrics 10
 /// (1954), for the 5.
@@ -128,39 +131,42 @@ pub fn chi_square(a: &[u64], b: &[u64]) -> (f64, f64) {
     });
     let statistic = terms.sum::<f64>();
     let freedom = categories.len().saturating_sub(1) as f64;
-    // Without a degree of freedom there is nothing to differ in.
+    // Without a degree of freedom the samples cannot differ.
     ChiSquared::new(freedom)
         .map_or((0.0, 1.0), |distribution| (statistic / freedom, distribution.sf(statistic)))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Estimate, chi_square, fisher_exact, kolmogorov_smirnov};
+    use super::{Estimate, EvaluationError, chi_square, fisher_exact, kolmogorov_smirnov};
 
     #[test]
-    fn the_interval_of_a_mean_is_students() {
+    fn the_interval_of_a_mean_is_students() -> Result<(), EvaluationError> {
         // t of 0.975 with 4 degrees of freedom is 2.776445; the sample's sd is sqrt(2.5).
-        let estimate = Estimate::mean(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+        let estimate = Estimate::mean(&[1.0, 2.0, 3.0, 4.0, 5.0])?;
         let half_width = 2.776_445 * (2.5_f64 / 5.0).sqrt();
         assert_eq!(estimate.value, 3.0);
         assert!((estimate.high - 3.0 - half_width).abs() < 1e-5);
         assert!((3.0 - estimate.low - half_width).abs() < 1e-5);
+        Ok(())
     }
 
     #[test]
-    fn the_interval_of_a_share_is_wilsons() {
+    fn the_interval_of_a_share_is_wilsons() -> Result<(), EvaluationError> {
         // Newcombe (1998), table I: 81 of 263 has the interval 0.2553 to 0.3662.
-        let estimate = Estimate::share(81, 263).unwrap();
+        let estimate = Estimate::share(81, 263)?;
         assert!((estimate.low - 0.2553).abs() < 5e-5 && (estimate.high - 0.3662).abs() < 5e-5);
-        let none = Estimate::share(0, 10).unwrap();
+        let none = Estimate::share(0, 10)?;
         assert!(none.low.abs() < 1e-12 && none.high > 0.2);
+        Ok(())
     }
 
     #[test]
-    fn small_samples() {
+    fn small_samples() -> Result<(), EvaluationError> {
         assert!(Estimate::mean(&[]).is_err());
         assert!(Estimate::share(0, 0).is_err());
-        assert_eq!(Estimate::mean(&[2.0]).unwrap().high, f64::INFINITY);
+        assert_eq!(Estimate::mean(&[2.0])?.high, f64::INFINITY);
+        Ok(())
     }
 
     #[test]

@@ -1,29 +1,33 @@
 //! Episodes of environments, collected into a buffer.
 
+use std::error::Error;
+
 use baselines::{CollectError, RandomPolicy, buffer_config, collect};
 use fetch_env::{Env, FetchObservation, GoalEnv, GoalObservation, make_kinematic};
 use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
 
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
 const EPISODES: usize = 4;
 const STEPS: usize = 50;
 
-/// Fills a buffer and holds it against the environment, played again.
-fn check<E: GoalEnv<Observation = FetchObservation>>(mut env: E) {
-    let first = env.reset(Some(0)).expect("a reset").observation;
-    let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &first)).expect("a buffer");
-    let collected = collect(&mut env, &mut RandomPolicy::new(3), EPISODES, 10, &mut buffer, 0);
-    assert_eq!(collected.expect("episodes").episodes.len(), EPISODES);
+/// Fills a buffer and compares it with the environment, stepped again.
+fn check<E: GoalEnv<Observation = FetchObservation>>(mut env: E) -> Result {
+    let first = env.reset(Some(0))?.observation;
+    let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &first))?;
+    let collected = collect(&mut env, &mut RandomPolicy::new(3), EPISODES, 10, &mut buffer, 0)?;
+    assert_eq!(collected.episodes.len(), EPISODES);
     assert_eq!((buffer.len(), buffer.n_episodes()), (EPISODES * STEPS, EPISODES));
 
     let mut batch = Batch::new();
     let sampler = Sampler::new(2000, GoalStrategy::Future, RelabelRatio::from_k(4));
-    sampler.sample_seeded(&buffer, env.goal_reward(), 1, &mut batch).expect("a batch");
+    sampler.sample_seeded(&buffer, env.goal_reward(), 1, &mut batch)?;
     let goal = |goals: &[f64], row: usize| goals[row * 3..][..3].to_vec();
     let mut rewards = Vec::new();
     for row in 0..batch.len() {
         let achieved = goal(batch.next_achieved_goal(), row);
         let desired = goal(batch.desired_goal(), row);
-        let reward = env.compute_reward(&achieved, &desired).expect("finite goals");
+        let reward = env.compute_reward(&achieved, &desired)?;
         assert_eq!(batch.reward()[row].to_bits(), reward.to_bits());
         assert!(!batch.terminated()[row]);
         rewards.push(reward);
@@ -31,47 +35,52 @@ fn check<E: GoalEnv<Observation = FetchObservation>>(mut env: E) {
     assert!(rewards.iter().any(|reward| *reward != rewards[0]));
     assert!(batch.truncated().contains(&true));
 
-    // The first transition of the first episode is what the environment does.
+    // The first transition of the first episode is the environment's.
     let mut policy = RandomPolicy::new(3);
-    let start = env.reset(Some(10)).expect("a reset").observation;
+    let start = env.reset(Some(10))?.observation;
     let action = baselines::Policy::act(&mut policy, &start);
-    let step = env.step(&action).expect("a step");
-    let oldest = buffer.transition_ids().expect("transitions").0;
-    let row = batch.transition().iter().position(|id| *id == oldest).expect("a row of 200");
+    let step = env.step(&action)?;
+    let oldest = buffer.transition_ids().ok_or("no transition")?.0;
+    let row =
+        batch.transition().iter().position(|id| *id == oldest).ok_or("the oldest was not drawn")?;
     let dim = start.observation().len();
     assert_eq!(&batch.observation()[row * dim..][..dim], start.observation());
     assert_eq!(&batch.next_observation()[row * dim..][..dim], step.observation.observation());
     assert_eq!(batch.action()[row * 4..][..4], action.map(f64::from));
+    Ok(())
 }
 
 #[test]
-fn episodes_of_the_stand_in_are_collected() {
+fn episodes_of_the_stand_in_are_collected() -> Result {
     for id in ["FetchReach-v4", "FetchPushDense-v4"] {
-        check(make_kinematic(id).expect("an environment"));
+        check(make_kinematic(id)?)?;
     }
+    Ok(())
 }
 
 #[cfg(feature = "mujoco")]
 #[test]
-fn episodes_of_mujoco_are_collected() {
+fn episodes_of_mujoco_are_collected() -> Result {
     for id in ["FetchReachDense-v4", "FetchPickAndPlace-v4"] {
-        check(fetch_env::make(id).expect("an environment"));
+        check(fetch_env::make(id)?)?;
     }
+    Ok(())
 }
 
 #[test]
-fn a_buffer_that_does_not_fit_is_told() {
-    let mut reach = make_kinematic("FetchReach-v4").expect("an environment");
-    let mut push = make_kinematic("FetchPush-v4").expect("an environment");
-    let first = reach.reset(Some(0)).expect("a reset").observation;
-    let mut buffer = HerBuffer::<f32>::new(buffer_config(1000, &first)).expect("a buffer");
+fn a_buffer_that_does_not_fit_is_an_error() -> Result {
+    let mut reach = make_kinematic("FetchReach-v4")?;
+    let mut push = make_kinematic("FetchPush-v4")?;
+    let first = reach.reset(Some(0))?.observation;
+    let mut buffer = HerBuffer::<f32>::new(buffer_config(1000, &first))?;
     let mut policy = RandomPolicy::new(0);
-    let error = collect(&mut push, &mut policy, 1, 5, &mut buffer, 0).expect_err("other sizes");
-    let CollectError::Buffer { episode: 0, seed: 5, source } = error else {
-        panic!("{error}");
+    let error = collect(&mut push, &mut policy, 1, 5, &mut buffer, 0).err();
+    let Some(CollectError::Buffer { episode: 0, seed: 5, source }) = error else {
+        return Err(format!("{error:?}").into());
     };
     assert!(matches!(source, AddError::WrongLength { .. }), "{source}");
-    // Nothing is left over, and the next episode goes in.
-    collect(&mut reach, &mut policy, 1, 0, &mut buffer, 0).expect("an episode");
+    // Nothing is left over, and the buffer accepts the next episode.
+    collect(&mut reach, &mut policy, 1, 0, &mut buffer, 0)?;
     assert_eq!(buffer.len(), STEPS);
+    Ok(())
 }

@@ -1,16 +1,18 @@
 //! The contact filter changes no bit, whatever a policy does.
 //!
-//! A few episodes of every task and kind by default; `FETCH_FILTER_EPISODES=100` asks for more, and
-//! `FETCH_FILTER_MODEL=reference` for the reference's model.
+//! It runs a few episodes of every task and kind; `FETCH_FILTER_EPISODES=100` runs more, and
+//! `FETCH_FILTER_MODEL=reference` uses the reference's model.
 #![cfg(feature = "mujoco")]
 
-use std::env;
+use std::{env, error::Error};
 
 use baselines::{Action, Policy, RandomPolicy, ScriptedPolicy};
 use fetch_env::{Env, FetchConfig, FetchObservation, ModelSource, Task, make_config};
 
-/// Drives the gripper straight at the object, or at the edge of the table where there is none, and
-/// presses on.
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
+/// Drives the gripper straight at the object, or at the edge of the table if there is none, and
+/// keeps pushing.
 struct Chase;
 
 impl Policy for Chase {
@@ -23,7 +25,7 @@ impl Policy for Chase {
     }
 }
 
-/// As far as actions go, in a direction that is kept for a while: to the limits of the arm.
+/// Takes the largest actions, in a direction that it keeps for a while: to the limits of the arm.
 struct Wild {
     random: RandomPolicy,
     action: Action,
@@ -57,30 +59,30 @@ fn model() -> ModelSource {
     }
 }
 
-fn episodes() -> u64 {
-    env::var("FETCH_FILTER_EPISODES").map_or(2, |number| number.parse().expect("a number"))
+fn episodes() -> Result<u64> {
+    Ok(env::var("FETCH_FILTER_EPISODES").map_or(Ok(2), |number| number.parse())?)
 }
 
 #[test]
-fn steps_are_the_same_with_and_without_it() {
+fn steps_are_the_same_with_and_without_it() -> Result {
     for task in Task::ALL {
         let builder = FetchConfig::builder(task).model(model());
-        let make = |filter| {
-            let config = builder.clone().contact_filter(filter).build().expect("a configuration");
-            make_config(config).expect("MuJoCo")
+        let make = |filter| -> Result<_> {
+            let config = builder.clone().contact_filter(filter).build()?;
+            Ok(make_config(config)?)
         };
-        let (mut filtered, mut plain) = (make(true), make(false));
+        let (mut filtered, mut plain) = (make(true)?, make(false)?);
         for (kind, mut policy) in policies(task) {
-            for episode in 0..episodes() {
+            for episode in 0..episodes()? {
                 let place = format!("{task}, {kind}, episode {episode}");
-                let reset = filtered.reset(Some(episode)).expect("a reset");
-                assert_eq!(reset, plain.reset(Some(episode)).expect("a reset"), "{place}");
+                let reset = filtered.reset(Some(episode))?;
+                assert_eq!(reset, plain.reset(Some(episode))?, "{place}");
                 let mut observation = reset.observation;
                 policy.reset();
                 loop {
                     let action = policy.act(&observation);
-                    let step = filtered.step(&action).expect("a step");
-                    assert_eq!(step, plain.step(&action).expect("a step"), "{place}");
+                    let step = filtered.step(&action)?;
+                    assert_eq!(step, plain.step(&action)?, "{place}");
                     let [ours, theirs] = [&filtered, &plain].map(|env| env.inner().simulator());
                     let (ours, theirs) = (ours.data(), theirs.data());
                     assert_eq!(ours.qpos(), theirs.qpos(), "{place}");
@@ -93,7 +95,9 @@ fn steps_are_the_same_with_and_without_it() {
                 }
             }
         }
-        let counts = filtered.inner().simulator().data().contact_filter().expect("on").counts();
+        let counts =
+            filtered.inner().simulator().data().contact_filter().ok_or("no filter")?.counts();
         assert!(counts.rejected > counts.pairs / 4, "{task}: {counts:?}");
     }
+    Ok(())
 }

@@ -1,24 +1,28 @@
-//! What the policies achieve on the real physics.
+//! The results of the policies on the real physics.
 #![cfg(feature = "mujoco")]
+
+use std::error::Error;
 
 use baselines::{Policy, RandomPolicy, RandomReference, ScriptedPolicy, ZeroPolicy, evaluate};
 use fetch_env::{EnvId, Task, make_config};
 use goal_reward::RewardKind;
 
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
 const EPISODES: usize = 40;
 
-fn success_rate(task: Task, policy: &mut dyn Policy) -> f64 {
+fn success_rate(task: Task, policy: &mut dyn Policy) -> Result<f64> {
     let id = EnvId { task, reward: RewardKind::Sparse };
-    let mut env = make_config(id.config()).expect("MuJoCo");
+    let mut env = make_config(id.config())?;
     let mut count = 0;
-    let evaluation = evaluate(&mut env, policy, EPISODES, 1000, |_| count += 1).expect("episodes");
+    let evaluation = evaluate(&mut env, policy, EPISODES, 1000, |_| count += 1)?;
     assert_eq!(count, EPISODES);
     assert!(evaluation.episodes.iter().all(|episode| episode.length == 50));
-    evaluation.summary().expect("episodes").success_rate.value
+    Ok(evaluation.summary()?.success_rate.value)
 }
 
 #[test]
-fn scripted_policies_solve_their_tasks() {
+fn scripted_policies_solve_their_tasks() -> Result {
     for (task, least) in [
         (Task::Reach, 0.95),
         (Task::PickAndPlace, 0.95),
@@ -26,42 +30,47 @@ fn scripted_policies_solve_their_tasks() {
         // Far above chance, which is 0.01, but no solution.
         (Task::Slide, 0.05),
     ] {
-        let rate = success_rate(task, &mut ScriptedPolicy::new(task));
+        let rate = success_rate(task, &mut ScriptedPolicy::new(task))?;
         assert!(rate >= least, "{task}: {rate}");
     }
+    Ok(())
 }
 
 #[test]
-fn doing_nothing_solves_nothing_that_is_not_solved_already() {
-    assert!(success_rate(Task::PickAndPlace, &mut ZeroPolicy) <= 0.1);
+fn doing_nothing_solves_nothing_that_is_not_solved_already() -> Result {
+    assert!(success_rate(Task::PickAndPlace, &mut ZeroPolicy)? <= 0.1);
+    Ok(())
 }
 
 #[test]
-fn equal_seeds_give_equal_episodes_and_others_do_not() {
-    let run = |seed| {
+fn equal_seeds_give_equal_episodes_and_others_do_not() -> Result {
+    let run = |seed| -> Result<_> {
         let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
-        let mut env = make_config(id.config()).expect("MuJoCo");
-        evaluate(&mut env, &mut RandomPolicy::new(seed), 3, 7, |_| ()).expect("episodes")
+        let mut env = make_config(id.config())?;
+        Ok(evaluate(&mut env, &mut RandomPolicy::new(seed), 3, 7, |_| ())?)
     };
-    assert_eq!(run(1), run(1));
-    assert_ne!(run(1), run(2));
+    assert_eq!(run(1)?, run(1)?);
+    assert_ne!(run(1)?, run(2)?);
+    Ok(())
 }
 
 #[test]
-fn the_comparison_with_the_reference_tells_policies_apart() {
+fn the_comparison_with_the_reference_tells_policies_apart() -> Result {
     let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
-    let mut env = make_config(id.config()).expect("MuJoCo");
+    let mut env = make_config(id.config())?;
     let reference = RandomReference::new(id.task, id.reward);
-    let random = evaluate(&mut env, &mut RandomPolicy::new(0), EPISODES, 0, |_| ());
-    let compared = reference.compare(&random.expect("episodes")).expect("episodes");
+    let random = evaluate(&mut env, &mut RandomPolicy::new(0), EPISODES, 0, |_| ())?;
+    let compared = reference.compare(&random)?;
     assert!(compared.iter().all(|figure| figure.p_value > 1e-4), "{compared:?}");
-    let scripted = evaluate(&mut env, &mut ScriptedPolicy::new(id.task), EPISODES, 0, |_| ());
-    let compared = reference.compare(&scripted.expect("episodes")).expect("episodes");
+    let scripted = evaluate(&mut env, &mut ScriptedPolicy::new(id.task), EPISODES, 0, |_| ())?;
+    let compared = reference.compare(&scripted)?;
     assert!(compared.iter().all(|figure| figure.p_value < 1e-4), "{compared:?}");
+    Ok(())
 }
 
 /// A scripted policy in the wrong environment holds still.
 #[test]
-fn a_policy_of_another_task_does_no_harm() {
-    assert!(success_rate(Task::Reach, &mut ScriptedPolicy::new(Task::Push)) < 0.2);
+fn a_policy_of_another_task_does_no_harm() -> Result {
+    assert!(success_rate(Task::Reach, &mut ScriptedPolicy::new(Task::Push))? < 0.2);
+    Ok(())
 }

@@ -1,11 +1,8 @@
-use std::{
-    env,
-    path::{Path, PathBuf},
-};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{SimError, Task};
+use crate::{SimError, Task, cache};
 
 /// Where the model of the robot comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,10 +46,7 @@ impl ModelSource {
 /// # Errors
 /// [`SimError::NoAssets`] if the user has no home.
 pub fn reference_folder() -> Result<PathBuf, SimError> {
-    match non_empty("FETCH_ASSETS_DIR") {
-        Some(folder) => Ok(folder),
-        None => Ok(cache_folder()?.join("gymnasium-robotics-1.4.2")),
-    }
+    cache::reference_folder().ok_or_else(no_home)
 }
 
 /// The folder `fetch-env` in the user's cache: `XDG_CACHE_HOME`, or `.cache` at home.
@@ -60,15 +54,9 @@ pub fn reference_folder() -> Result<PathBuf, SimError> {
 /// # Errors
 /// [`SimError::NoAssets`] if the user has no home.
 pub fn cache_folder() -> Result<PathBuf, SimError> {
-    let cache = non_empty("XDG_CACHE_HOME")
-        .filter(|path| path.is_absolute())
-        .or_else(|| Some(env::home_dir()?.join(".cache")))
-        .ok_or_else(|| SimError::NoAssets { path: "the user's cache".into() })?;
-    Ok(cache.join("fetch-env"))
+    cache::cache_folder().ok_or_else(no_home)
 }
 
-fn non_empty(variable: &str) -> Option<PathBuf> {
-    env::var_os(variable)
-        .filter(|value| !value.is_empty())
-        .map(|value| Path::new(&value).to_path_buf())
+fn no_home() -> SimError {
+    SimError::NoAssets { path: "the user's cache".into() }
 }

@@ -35,6 +35,7 @@
 //! [`SimError::VersionMismatch`].
 
 mod assets;
+mod cache;
 mod config;
 mod error;
 mod kinematic;

@@ -3,16 +3,15 @@
 use std::process::Command;
 
 use anyhow::Context;
-use fetch_sim::cache_folder;
+use lexopt::Parser;
 
-#[derive(clap::Args)]
-pub struct Args {}
+use crate::cache_folder;
 
-/// A cargo command, and what it is for.
+/// A cargo command and its purpose.
 struct Step {
     purpose: &'static str,
     command: &'static str,
-    /// The version of MuJoCo from the cache; `None` for the one of the build.
+    /// The version of MuJoCo in the cache to use; `None` for the default one.
     mujoco: Option<&'static str>,
 }
 
@@ -57,18 +56,21 @@ const STEPS: [Step; 20] = [
     step("the reference's model", "xtask assets"),
     step(
         "bit for bit the reference",
-        "xtask parity --fixtures xtask/tests/recordings/mujoco-2.2.2 --model reference",
+        "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-2.2.2 --model reference",
     ),
     step("MuJoCo 3.6.0", "xtask mujoco 3.6.0"),
     step_on_3("tests on MuJoCo 3.6.0", "test -p fetch-sim -p fetch-env --features fetch-env/clip"),
     step_on_3(
         "bit for bit the reference on MuJoCo 3.6.0",
-        "xtask parity --fixtures xtask/tests/recordings/mujoco-3.6.0 --model reference",
+        "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-3.6.0 --model reference",
     ),
     step_on_3("verify on MuJoCo 3.6.0", "xtask verify"),
 ];
 
-pub fn run(_args: &Args) -> anyhow::Result<bool> {
+pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    if let Some(argument) = arguments.next()? {
+        return Err(argument.unexpected().into());
+    }
     for Step { purpose, command, mujoco } in STEPS {
         println!("== {purpose}: cargo {command}");
         let mut cargo = Command::new(env!("CARGO"));

@@ -1,110 +1,159 @@
-//! The commands of the workspace: `cargo xtask <command>`.
+//! The workspace's task runner: `cargo xtask <command>`.
+//!
+//! It builds within seconds on a bare machine, without MuJoCo and without a C compiler, so that it
+//! can fetch MuJoCo or say that it is missing. It hands commands that step environments on to the
+//! package `lab`.
 //!
 //! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
 #![forbid(unsafe_code)]
-// A command line speaks to its user, and a binary's items are public to its own modules only.
+// A command line prints, and a binary's items are public to its own modules only.
 #![allow(clippy::print_stdout, clippy::print_stderr, unreachable_pub)]
 
-mod all;
 mod assets;
-mod bench;
-mod bridge;
-mod check;
+#[path = "../../fetch-sim/src/cache.rs"]
+mod cache;
 mod ci;
-mod describe;
-mod doctor;
-mod env_choice;
-mod exercise;
-mod figures;
+mod commands;
+#[path = "../../fetch-sim/find_mujoco.rs"]
+mod find_mujoco;
 mod fuzz;
 mod mujoco;
-mod page;
-mod parity;
-mod play;
-mod policy_choice;
-mod progress;
-mod python;
-mod random_episodes;
-mod report;
-mod reward_check;
-mod verify;
 mod wheel;
 
-use std::process::ExitCode;
+use std::{
+    ffi::OsString,
+    path::PathBuf,
+    process::{Command, ExitCode},
+};
 
-use clap::{Parser, Subcommand};
+use anyhow::{Context, ensure};
+use lexopt::Parser;
 
-#[derive(Parser)]
-#[command(name = "cargo xtask", about = "The commands of the Fetch environments")]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
+use self::{commands::OF_LAB, find_mujoco::find_mujoco};
+
+/// A command that xtask runs itself.
+struct OwnCommand {
+    name: &'static str,
+    about: &'static str,
+    /// Its arguments, and a line for each.
+    usage: &'static str,
+    run: fn(Parser) -> anyhow::Result<bool>,
 }
 
-#[derive(Subcommand)]
-enum Command {
-    /// Verify every claim of the chapter by stepping the environments
-    Verify(verify::Args),
-    /// Compare hand-computed rewards with the environment's, step by step
-    Bridge(bridge::Args),
-    /// Write the observation and action spaces as JSON
-    Describe(describe::Args),
-    /// Check that step, compute_reward and the distance formula agree
-    RewardCheck(reward_check::Args),
-    /// Run a random policy and write what it achieves as JSON
-    RandomEpisodes(random_episodes::Args),
-    /// describe, reward-check and random-episodes in one go
-    All(all::Args),
-    /// Fetch the reference's model into the cache
-    Assets(assets::Args),
-    /// Fetch another version of MuJoCo into the cache
-    Mujoco(mujoco::Args),
-    /// Replay recordings of the real environment and compare
-    Parity(parity::Args),
-    /// Measure how fast it is
-    Bench(bench::Args),
-    /// Answer one of the chapter's exercises, 1 to 4
-    Exercise(exercise::Args),
-    /// Make the chapter's pictures, and Slide's
-    Figures(figures::Args),
-    /// Fuzz the replay buffer's file formats and sequences of its calls
-    Fuzz(fuzz::Args),
-    /// Write one page to look at: checks, baselines, plots and playbacks
-    Report(page::Args),
-    /// Write a page that plays one episode back
-    Play(play::Args),
-    /// Look for the usual troubles, and say how to mend them
-    Doctor(doctor::Args),
-    /// What continuous integration runs, cheapest checks first
-    Ci(ci::Args),
-}
+const OWN: [OwnCommand; 4] = [
+    OwnCommand {
+        name: "assets",
+        about: "Fetch the reference's model into the cache",
+        usage: "[--from <WHEEL>]
+
+  --from <WHEEL>  Use this wheel of gymnasium-robotics 1.4.2 instead of downloading it",
+        run: assets::run,
+    },
+    OwnCommand {
+        name: "mujoco",
+        about: "Fetch another version of MuJoCo into the cache",
+        usage: "[--from <WHEEL>] <VERSION>
+
+  <VERSION>       The version, such as 3.6.0
+  --from <WHEEL>  Use this wheel of that version instead of downloading it",
+        run: mujoco::run,
+    },
+    OwnCommand {
+        name: "fuzz",
+        about: "Fuzz the replay buffer's file formats and sequences of its calls",
+        usage: "[--seconds <N>] [--target <TARGET>]
+
+  --seconds <N>      Run each target this long [default: 15]
+  --target <TARGET>  Run only this target: load, npz or operations",
+        run: fuzz::run,
+    },
+    OwnCommand {
+        name: "ci",
+        about: "Run what continuous integration runs, cheapest checks first",
+        usage: "",
+        run: ci::run,
+    },
+];
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
-        Command::Verify(args) => verify::run(&args),
-        Command::Bridge(args) => bridge::run(&args),
-        Command::Describe(args) => describe::run(&args),
-        Command::RewardCheck(args) => reward_check::run(&args),
-        Command::RandomEpisodes(args) => random_episodes::run(&args),
-        Command::All(args) => all::run(&args),
-        Command::Assets(args) => assets::run(&args),
-        Command::Mujoco(args) => mujoco::run(&args),
-        Command::Parity(args) => parity::run(&args),
-        Command::Bench(args) => bench::run(&args),
-        Command::Exercise(args) => exercise::run(&args),
-        Command::Figures(args) => figures::run(&args),
-        Command::Fuzz(args) => fuzz::run(&args),
-        Command::Report(args) => page::run(&args),
-        Command::Play(args) => play::run(&args),
-        Command::Doctor(args) => doctor::run(&args),
-        Command::Ci(args) => ci::run(&args),
-    };
-    match outcome {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
+    let mut arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
+    if arguments.first().is_some_and(|first| first == "help") {
+        arguments.remove(0);
+        arguments.push("--help".into());
     }
+    let name = arguments.first().and_then(|name| name.to_str()).unwrap_or_default();
+    let outcome = match name {
+        "-h" | "--help" => {
+            println!("{}", overview());
+            Ok(ExitCode::SUCCESS)
+        }
+        "" => {
+            eprintln!("{}", overview());
+            Ok(ExitCode::from(2))
+        }
+        _ if OF_LAB.iter().any(|(known, _)| *known == name) => hand_on(&arguments),
+        _ => run_own(name, &arguments[1..]),
+    };
+    outcome.unwrap_or_else(|error| {
+        if error.is::<lexopt::Error>() {
+            eprintln!("error: {error}");
+            return ExitCode::from(2);
+        }
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
+}
+
+fn overview() -> String {
+    let own = OWN.iter().map(|command| (command.name, command.about));
+    let lines =
+        OF_LAB.into_iter().chain(own).map(|(name, about)| format!("  {name:<16} {about}\n"));
+    format!(
+        "The commands of the Fetch environments\n\nUsage: cargo xtask <COMMAND>\n\nCommands:\n{}\n\
+         `cargo xtask help <COMMAND>` lists the arguments of a command.",
+        lines.collect::<String>()
+    )
+}
+
+fn run_own(name: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
+    let command = OWN.iter().find(|command| command.name == name).ok_or_else(|| {
+        lexopt::Error::from(format!("there is no command {name}: see `cargo xtask --help`"))
+    })?;
+    if arguments.iter().any(|argument| argument == "-h" || argument == "--help") {
+        let OwnCommand { about, usage, .. } = command;
+        println!("{about}\n\nUsage: cargo xtask {name} {usage}");
+        return Ok(ExitCode::SUCCESS);
+    }
+    let passed = (command.run)(Parser::from_args(arguments))?;
+    Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Runs a command of the lab, and returns its exit code.
+fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
+    if let Err(missing) = find_mujoco(c_compiler) {
+        let fix = "apt-get update && apt-get install -y libmujoco-dev, or \
+                   `cargo xtask mujoco 3.6.0` and set MUJOCO_DIR as it says";
+        ensure!(arguments[0] == "doctor", "{missing}: {fix}");
+        // Doctor's first finding; it can look for nothing else.
+        println!("FAIL  MuJoCo is missing\n      {missing}\n      fix: {fix}");
+        return Ok(ExitCode::FAILURE);
+    }
+    let status = Command::new(env!("CARGO"))
+        .args(["run", "--quiet", "--release", "--manifest-path"])
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/lab/Cargo.toml"))
+        .arg("--")
+        .args(arguments)
+        .status()
+        .context("cargo did not start")?;
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
+}
+
+fn c_compiler() -> Command {
+    Command::new(std::env::var_os("CC").unwrap_or_else(|| "cc".into()))
+}
+
+/// Returns the folder of downloaded files in the user's cache.
+fn cache_folder() -> anyhow::Result<PathBuf> {
+    cache::cache_folder().context("the user has no home: set XDG_CACHE_HOME")
 }

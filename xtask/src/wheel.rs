@@ -8,7 +8,7 @@ use std::{
 };
 
 use anyhow::{Context, bail, ensure};
-use sha2::{Digest, Sha256};
+use hmac_sha256::Hash;
 use zip::ZipArchive;
 
 /// A wheel on disk.
@@ -18,20 +18,28 @@ pub struct Wheel {
 }
 
 impl Wheel {
-    pub fn open(path: &Path) -> anyhow::Result<Self> {
+    /// Opens the wheel at a path, or else fetches one of a requirement such as `mujoco==3.6.0`.
+    pub fn open_or_fetch(path: Option<&Path>, requirement: &str) -> anyhow::Result<Self> {
+        match path {
+            Some(path) => Self::open(path),
+            None => Self::fetch(requirement),
+        }
+    }
+
+    fn open(path: &Path) -> anyhow::Result<Self> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let archive = ZipArchive::new(file)
-            .with_context(|| format!("{} is damaged, or no wheel", path.display()))?;
+            .with_context(|| format!("{} is not a wheel, or it is damaged", path.display()))?;
         Ok(Self { path: path.to_path_buf(), archive })
     }
 
-    /// Fetches a wheel of a requirement such as `mujoco==3.6.0` into a folder.
-    pub fn fetch(requirement: &str, into: &Path) -> anyhow::Result<Self> {
+    fn fetch(requirement: &str) -> anyhow::Result<Self> {
+        let into = tempfile::tempdir()?;
         println!("fetching {requirement} with pip");
         let output = Command::new("python3")
             .args(["-m", "pip", "download", "--quiet", "--disable-pip-version-check"])
             .args(["--no-deps", "--only-binary=:all:", "--dest"])
-            .arg(into)
+            .arg(into.path())
             .arg(requirement)
             .output()
             .context("python3 did not start: install Python 3 with pip, or use --from")?;
@@ -42,14 +50,14 @@ impl Wheel {
                 reason.trim()
             );
         }
-        let wheel = fs::read_dir(into)?
+        let wheel = fs::read_dir(into.path())?
             .filter_map(|entry| Some(entry.ok()?.path()))
             .find(|path| path.extension().is_some_and(|extension| extension == "whl"))
             .with_context(|| format!("pip fetched no wheel of {requirement}"))?;
-        Self::open(&wheel)
+        Self::open(&wheel) // stays open when the folder is removed
     }
 
-    /// The contents of a file, checked against the archive's own checksum.
+    /// Returns the contents of a file, checked against the archive's own checksum.
     pub fn read(&mut self, name: &str) -> anyhow::Result<Vec<u8>> {
         let path = self.path.display();
         let mut bytes = Vec::new();
@@ -64,13 +72,18 @@ impl Wheel {
 
 /// Fails unless the bytes have this SHA-256, in hexadecimal.
 pub fn check_sha256(name: &str, bytes: &[u8], expected: &str) -> anyhow::Result<()> {
-    let found: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let found = hexadecimal(&Hash::hash(bytes));
     ensure!(found == expected, "{name} has the SHA-256 {found}, not {expected}: fetch it again");
     Ok(())
 }
 
-/// Makes a folder whole or not at all: `fill` writes into a new folder beside it, which then takes
-/// its place.
+/// Spells bytes in hexadecimal.
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Makes a folder whole or not at all: `fill` writes into a new folder beside it, which then
+/// replaces it.
 pub fn replace_folder(
     folder: &Path,
     fill: impl FnOnce(&Path) -> anyhow::Result<()>,

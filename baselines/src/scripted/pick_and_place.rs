@@ -1,23 +1,22 @@
+//! PickAndPlace: grasps the object from above and carries it.
+
 use nalgebra::Vector3;
 
-use super::{
-    CLOSE, Command, OPEN,
-    view::{ObjectView, View},
-};
+use super::control::{CLOSE, Command, OPEN, ObjectView, View};
 
-/// How near the gripper must be to the object's center to grasp it (meters).
+/// Distance from the object's center within which the gripper can grasp it (meters).
 const GRASP_DISTANCE: f64 = 0.01;
 
-/// From how far aside the gripper comes down onto the object (meters).
+/// Horizontal distance within which the gripper comes down onto the object (meters).
 const DESCENT_DISTANCE: f64 = 0.02;
 
-/// How far above the object's center the open fingers pass over it (meters).
+/// Height above the object's center at which the open fingers pass over it (meters).
 const HOVER_HEIGHT: f64 = 0.08;
 
-/// Control steps that the fingers need to close.
+/// Number of control steps that the fingers need to close.
 const CLOSING_STEPS: u32 = 4;
 
-/// Farther than this from the gripper, the object has slipped (meters).
+/// Distance from the gripper beyond which the object has slipped (meters).
 const SLIP_DISTANCE: f64 = 0.03;
 
 /// Grasps the object from above and carries it to the goal.

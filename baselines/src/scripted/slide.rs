@@ -1,24 +1,25 @@
+//! Slide: goes behind the puck and strikes it.
+
 use nalgebra::{Vector2, Vector3};
 
 use super::{
-    CLOSE, Command, GAIN,
-    approach::{get_behind, off_line, to_push_height},
-    view::{ObjectView, View},
+    control::{CLOSE, Command, GAIN, ObjectView, View},
+    push::{get_behind, off_line, to_push_height},
 };
 
-/// Near enough: the gripper leaves the puck alone (meters).
+/// Distance to the goal within which the gripper leaves the puck alone (meters).
 const CLOSE_ENOUGH: f64 = 0.02;
 
-/// How far behind the puck's center the strike begins (meters).
+/// Distance behind the puck's center at which the strike begins (meters).
 const GAP: f64 = 0.08;
 
-/// Slower than this, the puck rests (meters per second).
+/// Speed below which the puck counts as resting (meters per second).
 const RESTING_SPEED: f64 = 0.08;
 
-/// Nearer than this, gripper and puck touch (meters).
+/// Distance within which gripper and puck touch (meters).
 const CONTACT_DISTANCE: f64 = 0.06;
 
-/// Share of the wanted speed at which the gripper lets go.
+/// Share of the wanted speed at which the gripper backs off.
 const RELEASE: f64 = 0.97;
 
 /// Speed of the puck after a strike with an action of 1 (meters per second).
@@ -58,11 +59,11 @@ pub(super) fn act(view: &View, object: &ObjectView) -> Command {
     })
 }
 
-/// The velocity with which the puck comes to rest `to_goal` away.
+/// Returns the velocity at which the puck comes to rest `to_goal` away.
 ///
 /// MuJoCo's friction cone is a pyramid: all of the deceleration `a` acts along the axis of the
-/// faster component until both are equal, and half of it along each from then on. With the longer
-/// way `l` and the shorter `s` the speeds are `sqrt(a / 2) * (sqrt(l + s) +- sqrt(l - s))`.
+/// faster component until both are equal, and then half of it along each. With the longer way `l`
+/// and the shorter `s` the speeds are `sqrt(a / 2) * (sqrt(l + s) +- sqrt(l - s))`.
 fn launch_velocity(to_goal: Vector2<f64>) -> Vector2<f64> {
     let way = to_goal.abs();
     let (longer, shorter) = (way.max(), way.min());
@@ -79,7 +80,7 @@ mod tests {
 
     use super::{DECELERATION, launch_velocity};
 
-    /// Friction as the pyramid has it, in small steps of time.
+    /// Simulates the pyramid's friction in small steps of time.
     fn rest_after(mut velocity: Vector2<f64>) -> Vector2<f64> {
         let dt = 1e-5;
         let mut position = Vector2::zeros();

@@ -1,0 +1,45 @@
+//! The error of making a page.
+
+use fetch_env::EnvError;
+
+/// Error returned where a page, or a part of it, cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PageError {
+    /// The environment failed during the episode.
+    #[error("the episode with seed {seed} failed")]
+    Environment {
+        /// The seed of its reset.
+        seed: u64,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// The environment simulates a model whose shapes are not known.
+    #[error("the playback knows only the built-in model's shapes: play the episode on that model")]
+    ForeignModel,
+    /// The model has a shape that the playback cannot draw.
+    #[error("the playback cannot draw {shape}: leave it out of the model")]
+    Shape {
+        /// The shape.
+        shape: String,
+    },
+    /// The episode cannot be written as JSON.
+    #[error("the episode cannot be written as JSON")]
+    Json(#[from] serde_json::Error),
+    /// An axis of a plot has no finite range.
+    #[error("the axis {axis:?} of the plot {plot:?} is not finite: plot finite values")]
+    Axis {
+        /// The label of the axis.
+        axis: String,
+        /// The title of the plot.
+        plot: String,
+    },
+    /// The plot cannot be drawn.
+    #[error("the plot {plot:?} cannot be drawn: {reason}")]
+    Plot {
+        /// The title of the plot.
+        plot: String,
+        /// The message of the plotting library.
+        reason: String,
+    },
+}

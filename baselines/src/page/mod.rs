@@ -1,0 +1,46 @@
+//! Self-contained HTML pages that play episodes back (feature `page`).
+//!
+//! [`episode_page`] turns an environment and a policy into a page. Pages of your own are put
+//! together from a [`Document`], [`Playback`]s, [`Plot`]s and [`table`]s. A page loads nothing from
+//! elsewhere, and follows the reader's preference for light or dark.
+//!
+//! ```
+//! use baselines::{ScriptedPolicy, page::episode_page};
+//! use fetch_env::{Task, make};
+//!
+//! let mut env = make("FetchPush-v4")?;
+//! let html = episode_page(&mut env, &mut ScriptedPolicy::new(Task::Push), 0)?;
+//! assert!(html.starts_with("<!doctype html>"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod document;
+mod error;
+mod html;
+mod playback;
+mod plot;
+
+pub use document::Document;
+pub use error::PageError;
+pub use html::{Column, escape, number, table};
+pub use playback::{Playback, PlaybackEnv};
+pub use plot::{Axis, Ink, Plot, extent};
+
+use crate::policy::Policy;
+
+/// Runs one episode, reset with `seed`, until it is terminated or truncated, and returns the page
+/// that plays it back.
+///
+/// # Errors
+/// [`PageError::Environment`] if a reset or a step fails; [`PageError::ForeignModel`] if the
+/// environment does not simulate the built-in model.
+pub fn episode_page<E, P>(env: &mut E, policy: &mut P, seed: u64) -> Result<String, PageError>
+where
+    E: PlaybackEnv,
+    P: Policy + ?Sized,
+{
+    let playback = Playback::record(env, policy, seed)?;
+    let mut page = Document::new(playback.title());
+    page.push(&playback.html()?);
+    Ok(page.html())
+}

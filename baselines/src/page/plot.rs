@@ -1,0 +1,353 @@
+//! Plots as inline SVG that follows the page's light and dark colors.
+
+use std::ops::Range;
+
+use plotters::{
+    coord::{
+        ranged1d::{BoldPoints, Ranged},
+        types::RangedCoordf64,
+    },
+    element::DashedPathElement,
+    prelude::*,
+    style::{
+        FontTransform, RGBAColor, TextStyle,
+        text_anchor::{HPos, Pos, VPos},
+    },
+};
+
+use super::{
+    error::PageError,
+    html::{escape, number},
+};
+
+/// Units of the drawing for each unit of the layout below: plotters' coordinates are integers.
+const SCALE: i32 = 4;
+const WIDTH: i32 = 380 * SCALE;
+const LEFT: i32 = 50 * SCALE;
+const RIGHT: i32 = WIDTH - 14 * SCALE;
+const TOP: i32 = 46 * SCALE;
+const BELOW: i32 = 40 * SCALE;
+const INNER_HEIGHT: i32 = 170 * SCALE;
+
+/// Most ticks of an axis.
+const TICKS: usize = 6;
+
+/// A color of the page: a custom property of its style sheet, which differs in light and dark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ink {
+    /// The color of text.
+    Text,
+    /// The color of less important text.
+    Faint,
+    /// The color of rules and grids.
+    Rule,
+    /// The color of large areas.
+    Area,
+    /// Blue.
+    Blue,
+    /// Orange.
+    Orange,
+    /// Red.
+    Red,
+    /// Teal.
+    Teal,
+}
+
+impl Ink {
+    const ALL: [(Self, &'static str); 8] = [
+        (Self::Text, "--text"),
+        (Self::Faint, "--faint"),
+        (Self::Rule, "--rule"),
+        (Self::Area, "--area"),
+        (Self::Blue, "--blue"),
+        (Self::Orange, "--orange"),
+        (Self::Red, "--red"),
+        (Self::Teal, "--teal"),
+    ];
+
+    /// The color that stands for this one until the drawing is finished.
+    const fn placeholder(self) -> RGBColor {
+        RGBColor(1, 2, self as u8)
+    }
+
+    fn mix(self, opacity: f64) -> RGBAColor {
+        self.placeholder().mix(opacity)
+    }
+}
+
+/// An axis: its label with the unit, and the range that is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    label: String,
+    range: Range<f64>,
+}
+
+impl Axis {
+    /// Returns an axis from `low` to `high`; a range of a single value is widened by 0.5 either way.
+    #[must_use]
+    pub fn new(label: &str, low: f64, high: f64) -> Self {
+        let range = if low == high { low - 0.5..high + 0.5 } else { low..high };
+        Self { label: label.into(), range }
+    }
+
+    /// Returns an axis that shows all of some values, with a margin.
+    #[must_use]
+    pub fn around(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = extent(values);
+        let margin = 0.05 * (high - low);
+        Self::new(label, low - margin, high + margin)
+    }
+
+    fn length(&self) -> f64 {
+        self.range.end - self.range.start
+    }
+
+    fn clamp(&self, value: f64) -> f64 {
+        value.max(self.range.start).min(self.range.end)
+    }
+
+    /// Returns round numbers in the range, as they are written.
+    fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
+        let ticks = RangedCoordf64::from(self.range.clone()).key_points(BoldPoints(TICKS));
+        let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let decimals = (-(step + 1e-9 * self.length()).log10().floor()).max(0.0) as usize;
+        ticks.into_iter().map(move |tick| (tick, number(tick, decimals)))
+    }
+}
+
+/// Returns the least and the greatest of some values: infinity and minus infinity if there are none.
+pub fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    values
+        .into_iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+}
+
+/// Coordinates of the data.
+type Point = (f64, f64);
+
+/// A plot. Later marks cover earlier ones, and all stay within the axes.
+///
+/// ```
+/// use baselines::page::{Axis, Ink, Plot};
+///
+/// let axes = (Axis::new("step", 0.0, 3.0), Axis::new("reward", -1.0, 0.0));
+/// let mut plot = Plot::new("Rewards", axes.0, axes.1);
+/// plot.line(Ink::Blue, [(0.0, -1.0), (1.0, -0.4), (2.0, 0.0)]);
+/// plot.legend(Ink::Blue, "trained");
+/// assert!(plot.svg()?.starts_with("<svg "));
+/// # Ok::<(), baselines::page::PageError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Plot {
+    title: String,
+    x: Axis,
+    y: Axis,
+    inner_height: i32,
+    marks: Vec<Mark>,
+    legend: Vec<(Ink, String)>,
+}
+
+#[derive(Clone, Debug)]
+enum Mark {
+    Line { color: Ink, points: Vec<Point> },
+    Vertical { x: f64 },
+    Band { color: Ink, outline: Vec<Point> },
+    Bar { color: Ink, corners: [Point; 2] },
+    Area { corners: [Point; 2] },
+    Dots { color: Ink, radius: i32, opacity: f64, points: Vec<Point> },
+}
+
+impl Plot {
+    /// Returns an empty plot.
+    #[must_use]
+    pub fn new(title: &str, x: Axis, y: Axis) -> Self {
+        let (marks, legend) = (Vec::new(), Vec::new());
+        Self { title: title.into(), x, y, inner_height: INNER_HEIGHT, marks, legend }
+    }
+
+    /// Makes a unit as long along y as along x.
+    #[must_use]
+    pub fn with_equal_scale(mut self) -> Self {
+        let height = f64::from(RIGHT - LEFT) * self.y.length() / self.x.length();
+        self.inner_height = height.round() as i32;
+        self
+    }
+
+    /// Names a color in the legend.
+    pub fn legend(&mut self, color: Ink, name: &str) {
+        self.legend.push((color, name.into()));
+    }
+
+    /// Draws a line through points.
+    pub fn line(&mut self, color: Ink, points: impl IntoIterator<Item = Point>) {
+        let points = points.into_iter().map(|point| self.clamped(point)).collect();
+        self.marks.push(Mark::Line { color, points });
+    }
+
+    /// Draws a dashed vertical line.
+    pub fn vertical(&mut self, x: f64) {
+        self.marks.push(Mark::Vertical { x: self.x.clamp(x) });
+    }
+
+    /// Draws the area between two lines through points (x, low, high).
+    pub fn band(&mut self, color: Ink, points: &[(f64, f64, f64)]) {
+        let low = points.iter().map(|&(x, low, _)| (x, low));
+        let high = points.iter().rev().map(|&(x, _, high)| (x, high));
+        let outline = low.chain(high).map(|point| self.clamped(point)).collect();
+        self.marks.push(Mark::Band { color, outline });
+    }
+
+    /// Draws a translucent rectangle between two opposite corners.
+    pub fn bar(&mut self, color: Ink, from: Point, to: Point) {
+        self.marks.push(Mark::Bar { color, corners: [self.clamped(from), self.clamped(to)] });
+    }
+
+    /// Draws a rectangle with a border between two opposite corners: a background.
+    pub fn area(&mut self, from: Point, to: Point) {
+        self.marks.push(Mark::Area { corners: [self.clamped(from), self.clamped(to)] });
+    }
+
+    /// Draws many small dots.
+    pub fn dots(&mut self, color: Ink, points: impl IntoIterator<Item = Point>) {
+        let points = points.into_iter().map(|point| self.clamped(point)).collect();
+        self.marks.push(Mark::Dots { color, radius: 6, opacity: 0.7, points });
+    }
+
+    /// Draws one large dot.
+    pub fn dot(&mut self, color: Ink, point: Point) {
+        let points = vec![self.clamped(point)];
+        self.marks.push(Mark::Dots { color, radius: 4 * SCALE, opacity: 1.0, points });
+    }
+
+    fn clamped(&self, (x, y): Point) -> Point {
+        (self.x.clamp(x), self.y.clamp(y))
+    }
+
+    /// Returns the plot as an SVG element for a [`Document`](super::Document).
+    ///
+    /// # Errors
+    /// [`PageError::Axis`] if an axis is not finite; [`PageError::Plot`] if the plotting library
+    /// fails.
+    pub fn svg(&self) -> Result<String, PageError> {
+        for axis in [&self.x, &self.y] {
+            if !(axis.range.start.is_finite() && axis.range.end.is_finite()) {
+                return Err(PageError::Axis { axis: axis.label.clone(), plot: self.title.clone() });
+            }
+        }
+        let height = TOP + self.inner_height + BELOW;
+        let mut svg = String::new();
+        let size = (WIDTH as u32, height.max(1) as u32);
+        self.draw(SVGBackend::with_string(&mut svg, size).into_drawing_area()).map_err(
+            |error| PageError::Plot { plot: self.title.clone(), reason: error.to_string() },
+        )?;
+        for (color, property) in Ink::ALL {
+            let RGBColor(r, g, b) = color.placeholder();
+            let placeholder = format!("\"#{r:02X}{g:02X}{b:02X}\"");
+            svg = svg.replace(&placeholder, &format!("\"var({property})\""));
+        }
+        for default in [" opacity=\"1\"", " stroke=\"none\"", " stroke-width=\"1\""] {
+            svg = svg.replace(default, "");
+        }
+        // The first tag has a fixed size, and a namespace that HTML does not need.
+        let body = svg.split_once('>').map_or("", |(_, body)| body);
+        let title = escape(&self.title);
+        Ok(format!(
+            "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{title}\">{body}"
+        ))
+    }
+
+    fn draw<B: DrawingBackend>(
+        &self,
+        whole: DrawingArea<B, plotters::coord::Shift>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+        let bottom = TOP + self.inner_height;
+        let pixels = (LEFT..RIGHT, bottom..TOP);
+        let axes = Cartesian2d::<RangedCoordf64, RangedCoordf64>::new(
+            self.x.range.clone(),
+            self.y.range.clone(),
+            pixels,
+        );
+        let inner = whole.clone().apply_coord_spec(axes);
+        let place = |point: Point| inner.map_coordinate(&point);
+
+        let bold = text(13, Ink::Text, HPos::Left, true);
+        whole.draw_text(&self.title, &bold, (4 * SCALE, 12 * SCALE))?;
+        let mut left = 4 * SCALE;
+        for (color, name) in &self.legend {
+            let (top, side) = (25 * SCALE, 10 * SCALE);
+            let corners = [(left, top), (left + side, top + side)];
+            whole.draw(&Rectangle::new(corners, color.mix(0.5).filled()))?;
+            let at = (left + 14 * SCALE, top + side / 2);
+            whole.draw_text(name, &text(11, Ink::Text, HPos::Left, false), at)?;
+            left += (28 + 6 * name.chars().count() as i32) * SCALE;
+        }
+
+        let grid = Ink::Rule.placeholder().stroke_width(2);
+        let middle = text(11, Ink::Faint, HPos::Center, false);
+        for (tick, label) in self.x.ticks() {
+            let x = place((tick, self.y.range.start)).0;
+            whole.draw(&PathElement::new([(x, TOP), (x, bottom)], grid))?;
+            whole.draw_text(&label, &middle, (x, bottom + 10 * SCALE))?;
+        }
+        let right = text(11, Ink::Faint, HPos::Right, false);
+        for (tick, label) in self.y.ticks() {
+            let y = place((self.x.range.start, tick)).1;
+            whole.draw(&PathElement::new([(LEFT, y), (RIGHT, y)], grid))?;
+            whole.draw_text(&label, &right, (LEFT - 5 * SCALE, y))?;
+        }
+
+        for mark in &self.marks {
+            match mark {
+                Mark::Line { color, points } => {
+                    let style = color.placeholder().stroke_width(7);
+                    inner.draw(&PathElement::new(points.clone(), style))?;
+                }
+                Mark::Vertical { x } => {
+                    let ends = [(*x, self.y.range.start), (*x, self.y.range.end)];
+                    let style = Ink::Text.placeholder().stroke_width(5);
+                    let dashes = DashedPathElement::new(ends, 4 * SCALE, 3 * SCALE, style);
+                    inner.draw(&dashes)?;
+                }
+                Mark::Band { color, outline } => {
+                    inner.draw(&Polygon::new(outline.clone(), color.mix(0.22).filled()))?;
+                }
+                Mark::Bar { color, corners } => {
+                    inner.draw(&Rectangle::new(*corners, color.mix(0.5).filled()))?;
+                }
+                Mark::Area { corners } => {
+                    let fill = Ink::Area.placeholder().filled();
+                    inner.draw(&Rectangle::new(*corners, fill))?;
+                    let [(left, low), (right, high)] = *corners;
+                    let outline =
+                        [(left, low), (right, low), (right, high), (left, high), (left, low)];
+                    let border = Ink::Faint.placeholder().stroke_width(3);
+                    inner.draw(&PathElement::new(outline, border))?;
+                }
+                Mark::Dots { color, radius, opacity, points } => {
+                    let style = color.mix(*opacity).filled();
+                    for &point in points {
+                        inner.draw(&Circle::new(point, *radius, style))?;
+                    }
+                }
+            }
+        }
+
+        let axis = Ink::Faint.placeholder().stroke_width(SCALE as u32);
+        whole.draw(&PathElement::new([(LEFT, TOP), (LEFT, bottom), (RIGHT, bottom)], axis))?;
+        let label = text(11, Ink::Text, HPos::Center, false);
+        let (middle_x, middle_y) = ((LEFT + RIGHT) / 2, (TOP + bottom) / 2);
+        whole.draw_text(&self.x.label, &label, (middle_x, bottom + 28 * SCALE))?;
+        let upward = label.transform(FontTransform::Rotate270);
+        whole.draw_text(&self.y.label, &upward, (9 * SCALE, middle_y))?;
+        whole.present()
+    }
+}
+
+/// Returns the look of a text that is centered on its anchor vertically.
+fn text(size: u32, color: Ink, h_pos: HPos, bold: bool) -> TextStyle<'static> {
+    let style = if bold { FontStyle::Bold } else { FontStyle::Normal };
+    // plotters divides the size by this for SVG.
+    let size = 1.24 * f64::from(size) * f64::from(SCALE);
+    let font = ("sans-serif", size, style).into_font();
+    font.color(&color.placeholder()).pos(Pos::new(h_pos, VPos::Center))
+}

@@ -1,0 +1,84 @@
+"""Steps a peer with random actions, and times it.
+
+Reads numbers of transitions from standard input, one on each line. It does at least as many, and
+answers with the transitions done and their seconds of wall time and of process time. The time
+includes resets, which do not count as transitions.
+"""
+
+import argparse
+import contextlib
+import io
+import time
+
+import numpy as np
+
+EPISODE = 50
+SEED = 0
+
+
+def gymnasium_robotics(env_id):
+    # Their warnings are about environments that are not used here.
+    with contextlib.redirect_stderr(io.StringIO()):
+        import gymnasium
+        import gymnasium_robotics
+
+    gymnasium.register_envs(gymnasium_robotics)
+    env = gymnasium.make(env_id, disable_env_checker=True)
+    env.reset(seed=SEED)
+
+    def episode(actions):
+        env.reset()
+        for action in actions:
+            env.step(action[0])
+        return EPISODE
+
+    return episode
+
+
+def envpool(env_id, num_envs, num_threads):
+    import envpool
+
+    envs = envpool.make(
+        env_id, env_type="gymnasium", num_envs=num_envs, num_threads=num_threads, seed=SEED
+    )
+    envs.reset()
+
+    def episode(actions):
+        transitions = 0
+        # The reset of an episode is a separate step, which does not advance the simulation.
+        for action in (*actions, actions[0]):
+            info = envs.step(action)[4]
+            transitions += int(np.count_nonzero(info["elapsed_step"]))
+        return transitions
+
+    return episode
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("peer", choices=["gymnasium-robotics", "envpool"])
+    parser.add_argument("env_id")
+    parser.add_argument("--num-envs", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=1)
+    args = parser.parse_args()
+    if args.peer == "envpool":
+        episode = envpool(args.env_id, args.num_envs, args.threads)
+    else:
+        episode = gymnasium_robotics(args.env_id)
+    shape = (20, EPISODE, args.num_envs, 4)
+    actions = np.random.default_rng(1).uniform(-1, 1, shape).astype(np.float32)
+    played = 0
+    print("ready", flush=True)
+    while line := next(iter(input, ""), ""):
+        done, start, cpu = 0, time.perf_counter(), time.process_time()
+        while done < int(line):
+            done += episode(actions[played % len(actions)])
+            played += 1
+        print(done, time.perf_counter() - start, time.process_time() - cpu, flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except EOFError:
+        pass

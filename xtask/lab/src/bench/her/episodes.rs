@@ -1,0 +1,123 @@
+//! The episodes that fill the buffers: of FetchPush's shape.
+
+use fetch_env::NpRandom;
+use her_relabel::{BufferConfig, Dims, EpisodeData, EpisodeStart, HerBuffer, Scalar, Step};
+
+pub const DIMS: Dims = Dims { observation: 25, goal: 3, action: 4 };
+pub const STEPS: usize = 50;
+/// Few enough to stay in the cache, because the table is to be measured.
+const EPISODES: usize = 64;
+
+/// An episode of [`STEPS`] steps.
+pub struct Episode<T> {
+    observations: Vec<T>,
+    achieved_goals: Vec<T>,
+    desired_goal: Vec<T>,
+    actions: Vec<T>,
+    rewards: Vec<T>,
+}
+
+impl<T: Scalar> Episode<T> {
+    /// Returns the episodes, which are added repeatedly.
+    pub fn all() -> Vec<Self> {
+        let mut random = NpRandom::new(0);
+        (0..EPISODES).map(|_| Self::new(&mut random)).collect()
+    }
+
+    /// All values are small, and the achieved goal moves a few centimeters per step.
+    fn new(random: &mut NpRandom) -> Self {
+        let mut take = |count: usize, scale: f64| -> Vec<T> {
+            (0..count).map(|_| T::from_f64(random.uniform(-scale, scale))).collect()
+        };
+        let mut episode = Self {
+            observations: take((STEPS + 1) * DIMS.observation, 1.0),
+            achieved_goals: take((STEPS + 1) * DIMS.goal, 0.03),
+            desired_goal: take(DIMS.goal, 0.15),
+            actions: take(STEPS * DIMS.action, 1.0),
+            rewards: vec![T::from_f64(-1.0); STEPS],
+        };
+        for at in DIMS.goal..episode.achieved_goals.len() {
+            let walked = episode.achieved_goals[at].to_f64()
+                + episode.achieved_goals[at - DIMS.goal].to_f64();
+            episode.achieved_goals[at] = T::from_f64(walked);
+        }
+        episode
+    }
+
+    pub fn data(&self) -> EpisodeData<'_, T> {
+        EpisodeData {
+            observations: &self.observations,
+            achieved_goals: &self.achieved_goals,
+            desired_goal: &self.desired_goal,
+            actions: &self.actions,
+            rewards: &self.rewards,
+            terminated: false,
+            truncated: true,
+            fields: &[],
+        }
+    }
+
+    fn start(&self) -> EpisodeStart<'_, T> {
+        EpisodeStart {
+            observation: &self.observations[..DIMS.observation],
+            achieved_goal: &self.achieved_goals[..DIMS.goal],
+            desired_goal: &self.desired_goal,
+        }
+    }
+
+    fn step(&self, t: usize) -> Step<'_, T> {
+        Step {
+            action: &self.actions[t * DIMS.action..][..DIMS.action],
+            reward: self.rewards[t],
+            next_observation: &self.observations[(t + 1) * DIMS.observation..][..DIMS.observation],
+            next_achieved_goal: &self.achieved_goals[(t + 1) * DIMS.goal..][..DIMS.goal],
+            terminated: false,
+            truncated: t + 1 == STEPS,
+            fields: &[],
+        }
+    }
+}
+
+/// Returns a full buffer with room for environments that add to it.
+pub fn full_buffer<T: Scalar>(
+    transitions: usize,
+    num_envs: usize,
+    episodes: &[Episode<T>],
+) -> anyhow::Result<HerBuffer<T>> {
+    let config = BufferConfig::new(transitions, DIMS).with_n_envs(num_envs);
+    let mut buffer = HerBuffer::new(config)?;
+    for episode in episodes.iter().cycle().take(transitions.div_ceil(STEPS)) {
+        buffer.add_episode(&episode.data())?;
+    }
+    Ok(buffer)
+}
+
+/// Adds single steps without end, to one environment after the other.
+pub struct Stepper {
+    pub first_env: usize,
+    pub num_envs: usize,
+    added: usize,
+}
+
+impl Stepper {
+    pub fn new(first_env: usize, num_envs: usize) -> Self {
+        Self { first_env, num_envs, added: 0 }
+    }
+
+    pub fn step<T: Scalar>(
+        &mut self,
+        buffer: &mut HerBuffer<T>,
+        episodes: &[Episode<T>],
+    ) -> anyhow::Result<()> {
+        let env = self.added % self.num_envs;
+        let t = self.added / self.num_envs % STEPS;
+        let round = self.added / (self.num_envs * STEPS);
+        let episode = &episodes[(round * self.num_envs + env) % episodes.len()];
+        if t == 0 {
+            buffer.begin_episode(self.first_env + env, &episode.start())?;
+        }
+        buffer.add_step(self.first_env + env, &episode.step(t))?;
+        self.added += 1;
+        Ok(())
+    }
+}

@@ -1,0 +1,223 @@
+//! `bench her`: measures the replay buffer on one thread. Transitions have FetchPush's shape
+//! (observation 25, goals 3, action 4, episodes of 50 steps); sampling has k = 4, future goals and the
+//! sparse reward, and adds a step after each batch.
+
+mod contenders;
+mod episodes;
+
+use std::{cell::RefCell, path::PathBuf, rc::Rc, time::Duration};
+
+use her_relabel::Scalar;
+use serde::Serialize;
+
+use self::{
+    contenders::{AddEpisodes, AddSteps, BareGather, Sampling, Table},
+    episodes::{Episode, STEPS, full_buffer},
+};
+use super::{
+    interleaved::{Clock::Cpu, Entry, interleave},
+    memory::{measure_in_new_process, resident_bytes},
+    peer::{Orders, Peer},
+};
+use crate::shared::{
+    json::{JsonOutput, Quantity, write_json},
+    python,
+};
+
+const SIZES: [usize; 3] = [256, 1024, 4096];
+/// Size of the batches whose time is compared between tables of [`TABLES`] transitions.
+const SIZE_OF_GROWTH: usize = 1024;
+const TABLES: [usize; 3] = [100_000, 1_000_000, 10_000_000];
+const SB3: &str = "stable-baselines3";
+
+#[derive(Debug, clap::Args, Serialize)]
+pub struct Args {
+    /// Measure this element type only
+    #[arg(long, value_enum)]
+    element: Option<Element>,
+    /// Number of transitions in the buffer
+    #[arg(long, default_value_t = 1_000_000, value_parser = parse_transitions)]
+    transitions: usize,
+    /// Seconds for each element type, and again for `--growth`
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(..3600))]
+    seconds: u16,
+    /// Also time a batch with 100,000, 1,000,000 and 10,000,000 transitions (needs 3 GB)
+    #[arg(long)]
+    growth: bool,
+    /// Also measure Stable-Baselines3 with f64, in a Python environment in the cache
+    #[arg(long)]
+    peers: bool,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    #[serde(skip)]
+    json: Option<PathBuf>,
+    /// Measure memory in this process, and print it
+    #[arg(long, hide = true, requires = "element")]
+    #[serde(skip)]
+    footprint: bool,
+}
+
+/// The element type of the buffer.
+#[derive(Clone, Copy, Debug, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+enum Element {
+    F32,
+    F64,
+}
+
+impl Element {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
+fn parse_transitions(text: &str) -> Result<usize, String> {
+    let transitions: usize = text.parse().map_err(|error| format!("{error}"))?;
+    let sensible = (1000..=1_000_000_000).contains(&transitions);
+    sensible.then_some(transitions).ok_or_else(|| "give 1000 to 1000000000 transitions".into())
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    if let (true, Some(element)) = (args.footprint, args.element) {
+        let bytes = match element {
+            Element::F32 => bytes_per_transition::<f32>(args.transitions),
+            Element::F64 => bytes_per_transition::<f64>(args.transitions),
+        };
+        println!("{}", bytes?);
+        return Ok(true);
+    }
+    let sb3 = if args.peers { Some(stable_baselines3(args.transitions)?) } else { None };
+    let mut figures = Vec::new();
+    for element in args.element.map_or_else(|| vec![Element::F32, Element::F64], |e| vec![e]) {
+        let measured = match element {
+            Element::F32 => measure::<f32>(args, element, sb3.as_ref()),
+            Element::F64 => measure::<f64>(args, element, sb3.as_ref()),
+        };
+        for (name, figure) in measured? {
+            let name = format!("her/{}/{name}", element.name());
+            println!("{name:<54} {figure}");
+            figures.push((name, figure));
+        }
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &JsonOutput::new(args, figures))?;
+    }
+    Ok(true)
+}
+
+/// Starts a full buffer of Stable-Baselines3, with as many transitions, of `f64`.
+fn stable_baselines3(transitions: usize) -> anyhow::Result<Rc<RefCell<Peer>>> {
+    let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
+    println!("filling the buffer of Stable-Baselines3 step by step");
+    let arguments = ["time".into(), transitions.to_string()];
+    Peer::start(&python, ("sb3.py", python::SB3_SCRIPT), &arguments, "disable")
+}
+
+/// Measures the figures of one element type.
+fn measure<T: Scalar>(
+    args: &Args,
+    element: Element,
+    sb3: Option<&Rc<RefCell<Peer>>>,
+) -> anyhow::Result<Vec<(String, Quantity)>> {
+    const ROWS: &str = "rows/s";
+    const ADDED: &str = "transitions/s";
+    let bytes = footprint(element, args.transitions)?;
+    let mut figures = vec![("bytes-per-transition".into(), Quantity::new(bytes, "bytes"))];
+    let table = Table::<T>::full(args.transitions)?;
+    let mut entries = Vec::new();
+    for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
+        entries.push(Entry::new(&format!("batch-{size}"), ROWS, sampling));
+        let bare = BareGather::<T>::new(args.transitions, size);
+        entries.push(Entry::new(&format!("bare-gather-{size}"), ROWS, bare));
+        if let Some(sb3) = sb3 {
+            // Turns of about the same length, whatever the size.
+            entries.push(Entry::new(
+                &format!("{SB3}-{size}"),
+                ROWS,
+                Orders::new(sb3, format!("sample {size} {}", SIZES[2] / 256)),
+            ));
+        }
+    }
+    entries.extend([
+        Entry::new("insert-steps", ADDED, AddSteps::of_one_env(&table)),
+        Entry::new("insert-steps-8-envs", ADDED, AddSteps::of_8_envs(&table)),
+        Entry::new("insert-episodes", ADDED, AddEpisodes(table)),
+    ]);
+    if let Some(sb3) = sb3 {
+        entries.push(Entry::new(
+            &format!("{SB3}-insert-steps"),
+            ADDED,
+            Orders::new(sb3, "add 5000".into()),
+        ));
+    }
+    let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
+    figures.extend(rounds.figures());
+    figures.extend(rounds.ranges());
+    for size in SIZES {
+        let ours = format!("batch-{size}");
+        for peer in ["bare-gather", SB3] {
+            let ratio = rounds.ratio(Cpu, &ours, &format!("{peer}-{size}"));
+            figures.extend(
+                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Quantity::new(ratio, "1"))),
+            );
+        }
+    }
+    if args.growth {
+        figures.extend(growth::<T>(args)?);
+    }
+    Ok(figures)
+}
+
+/// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share that
+/// caches explain.
+fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
+    let mut entries = Vec::new();
+    for transitions in TABLES {
+        let table = Table::<T>::full(transitions)?;
+        for (size, sampling) in Sampling::of_sizes(&table, &[SIZE_OF_GROWTH]) {
+            entries.push(Entry::new(&format!("batch-{size}/{transitions}"), "rows/s", sampling));
+            let bare = BareGather::<T>::new(transitions, size);
+            entries.push(Entry::new(&format!("bare-gather-{size}/{transitions}"), "rows/s", bare));
+        }
+    }
+    let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
+    let time = |(name, rate): (String, Quantity)| {
+        (format!("time/{name}"), Quantity::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
+    };
+    let mut figures: Vec<_> = rounds.figures().map(time).collect();
+    for contender in ["batch", "bare-gather"] {
+        let name = |transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}");
+        let ratio = rounds.ratio(Cpu, &name(TABLES[0]), &name(TABLES[2]));
+        figures.extend(
+            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Quantity::new(ratio, "1"))),
+        );
+    }
+    Ok(figures)
+}
+
+/// Measures [`bytes_per_transition`] in a new process.
+fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
+    let transitions = transitions.to_string();
+    let text = measure_in_new_process(&[
+        "bench",
+        "her",
+        "--footprint",
+        "--element",
+        element.name(),
+        "--transitions",
+        &transitions,
+    ])?;
+    Ok(text.trim().parse()?)
+}
+
+fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {
+    let episodes = Episode::<T>::all();
+    // Code is loaded when it is first used.
+    drop(full_buffer(STEPS * episodes.len(), 1, &episodes)?);
+    let before = resident_bytes()?;
+    let buffer = full_buffer(transitions, 1, &episodes)?;
+    Ok((resident_bytes()? - before) / buffer.len() as f64)
+}

@@ -1,0 +1,184 @@
+//! Contenders that take turns.
+
+use std::{
+    ops::AddAssign,
+    time::{Duration, Instant},
+};
+
+use rustix::time::{ClockId, clock_gettime};
+
+use crate::shared::json::Quantity;
+
+/// A contender: something whose speed is measured.
+pub trait Contender {
+    /// Works once, and returns the amount of work done.
+    ///
+    /// # Errors
+    /// Any error, which ends the benchmark.
+    fn work(&mut self) -> anyhow::Result<usize>;
+
+    /// Times [`work`](Self::work). A contender in another process times itself there.
+    ///
+    /// # Errors
+    /// The same as [`work`](Self::work).
+    fn timed(&mut self) -> anyhow::Result<Timed> {
+        time(|| self.work())
+    }
+}
+
+/// The amount of work done, and its seconds on each [`Clock`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Timed {
+    pub done: usize,
+    pub wall: f64,
+    pub cpu: f64,
+}
+
+impl AddAssign for Timed {
+    fn add_assign(&mut self, more: Self) {
+        self.done += more.done;
+        self.wall += more.wall;
+        self.cpu += more.cpu;
+    }
+}
+
+/// Times work that returns its amount.
+pub fn time(work: impl FnOnce() -> anyhow::Result<usize>) -> anyhow::Result<Timed> {
+    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let done = work()?;
+    Ok(Timed { done, wall: start.elapsed().as_secs_f64(), cpu: cpu_seconds() - cpu })
+}
+
+/// A contender, and the name and unit of its figure.
+pub struct Entry {
+    pub name: String,
+    pub unit: &'static str,
+    pub contender: Box<dyn Contender>,
+}
+
+impl Entry {
+    pub fn new(name: &str, unit: &'static str, contender: impl Contender + 'static) -> Self {
+        Self { name: name.into(), unit, contender: Box::new(contender) }
+    }
+}
+
+/// The clock that counts.
+#[derive(Clone, Copy, Debug)]
+pub enum Clock {
+    /// Wall time.
+    Wall,
+    /// Processor time of the calling thread, or of all of another process. Other load disturbs it
+    /// less. For contenders of one thread.
+    Cpu,
+}
+
+/// The speed of every contender in every round.
+pub struct Rounds {
+    names: Vec<(String, &'static str)>,
+    /// By contender, then by round.
+    wall: Vec<Vec<f64>>,
+    cpu: Vec<Vec<f64>>,
+}
+
+/// Lets the contenders take turns for a time and at least three rounds, after a round of warming up.
+pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result<Rounds> {
+    const LEAST_ROUNDS: usize = 3;
+    let mut wall = vec![Vec::new(); entries.len()];
+    let mut cpu = wall.clone();
+    for entry in &mut entries {
+        entry.contender.work()?;
+    }
+    let start = Instant::now();
+    let mut round = 0;
+    while round < LEAST_ROUNDS || start.elapsed() < duration {
+        for turn in 0..entries.len() {
+            // The order changes, so that none always follows the same other.
+            let at = (turn + round) % entries.len();
+            let timed = entries[at].contender.timed()?;
+            cpu[at].push(timed.done as f64 / timed.cpu);
+            wall[at].push(timed.done as f64 / timed.wall);
+        }
+        round += 1;
+    }
+    let names = entries.into_iter().map(|entry| (entry.name, entry.unit)).collect();
+    Ok(Rounds { names, wall, cpu })
+}
+
+fn cpu_seconds() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+impl Rounds {
+    /// Returns the median speed of each contender in wall time.
+    pub fn figures(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
+        let rates = self.names.iter().zip(&self.wall);
+        rates.map(|((name, unit), rates)| (name.clone(), Quantity::new(median(rates), unit)))
+    }
+
+    /// Returns the slowest and the fastest round of each contender in wall time.
+    pub fn ranges(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
+        self.names.iter().zip(&self.wall).flat_map(|((name, unit), rates)| {
+            let least = rates.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = rates.iter().copied().fold(0.0, f64::max);
+            [("slowest", least), ("fastest", most)]
+                .map(|(end, rate)| (format!("{name}/{end}"), Quantity::new(rate, unit)))
+        })
+    }
+
+    /// Returns the median, over the rounds, of the ratio of two speeds; `None` if one of the two did
+    /// not take part.
+    pub fn ratio(&self, clock: Clock, of: &str, to: &str) -> Option<f64> {
+        let all = match clock {
+            Clock::Wall => &self.wall,
+            Clock::Cpu => &self.cpu,
+        };
+        let rates = |wanted: &str| {
+            let at = self.names.iter().position(|(name, _)| name == wanted)?;
+            Some(&all[at])
+        };
+        let ratios: Vec<f64> = rates(of)?.iter().zip(rates(to)?).map(|(a, b)| a / b).collect();
+        Some(median(&ratios))
+    }
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    if sorted.len().is_multiple_of(2) {
+        (sorted[middle - 1] + sorted[middle]) / 2.0
+    } else {
+        sorted[middle]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Fixed(usize);
+
+    impl Contender for Fixed {
+        fn work(&mut self) -> anyhow::Result<usize> {
+            Ok(self.0)
+        }
+
+        fn timed(&mut self) -> anyhow::Result<Timed> {
+            Ok(Timed { done: self.0, wall: 2.0, cpu: 1.0 })
+        }
+    }
+
+    #[test]
+    fn contenders_are_compared_round_by_round() -> anyhow::Result<()> {
+        let entries = vec![Entry::new("a", "1/s", Fixed(6)), Entry::new("b", "1/s", Fixed(2))];
+        let rounds = interleave(entries, Duration::ZERO)?;
+        assert_eq!(rounds.ratio(Clock::Wall, "a", "b"), Some(3.0));
+        assert_eq!(rounds.ratio(Clock::Cpu, "b", "a"), Some(1.0 / 3.0));
+        assert_eq!(rounds.ratio(Clock::Cpu, "a", "c"), None);
+        let figures: Vec<_> = rounds.figures().collect();
+        assert_eq!(figures[1], ("b".into(), Quantity::new(1.0, "1/s")));
+        assert_eq!(median(&[3.0, 1.0, 2.0, 10.0]), 2.5);
+        Ok(())
+    }
+}

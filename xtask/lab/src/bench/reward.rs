@@ -1,0 +1,96 @@
+//! `bench reward`: measures rewards of a million pairs of three-dimensional goals, which read 48 MB and
+//! write 8 MB, against a copy that moves as many bytes: 28 MB read and 28 MB written.
+
+use std::{hint::black_box, path::PathBuf, sync::Arc, time::Duration};
+
+use fetch_env::NpRandom;
+use goal_reward::{DistanceReward, GoalPairs, GoalReward};
+use serde::Serialize;
+
+use super::interleaved::{Clock, Contender, Entry, interleave};
+use crate::shared::json::{JsonOutput, Quantity, write_json};
+
+const PAIRS: usize = 1_000_000;
+const DIM: usize = 3;
+/// Numbers read and written for all pairs.
+const MOVED: usize = PAIRS * (2 * DIM + 1);
+
+#[derive(Debug, clap::Args, Serialize)]
+pub struct Args {
+    /// Seconds of measuring
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    seconds: u16,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    #[serde(skip)]
+    json: Option<PathBuf>,
+}
+
+type Goals = Arc<[Vec<f64>; 2]>;
+
+struct RewardBatch {
+    reward: DistanceReward,
+    checked: bool,
+    goals: Goals,
+    rewards: Vec<f64>,
+}
+
+impl Contender for RewardBatch {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        let pairs = GoalPairs::new(&self.goals[0], &self.goals[1], DIM)?;
+        if self.checked {
+            self.reward.try_reward_batch(pairs, &mut self.rewards)?;
+        } else {
+            self.reward.reward_batch(pairs, &mut self.rewards)?;
+        }
+        black_box(&mut self.rewards);
+        Ok(MOVED * size_of::<f64>())
+    }
+}
+
+struct Copy {
+    from: Vec<f64>,
+    to: Vec<f64>,
+}
+
+impl Contender for Copy {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        self.to.copy_from_slice(black_box(&self.from));
+        black_box(&mut self.to);
+        Ok(MOVED * size_of::<f64>())
+    }
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let mut random = NpRandom::new(0);
+    // Both sides of the threshold occur, in an order that a processor cannot predict.
+    let mut matrix = || (0..PAIRS * DIM).map(|_| random.uniform(-0.05, 0.05)).collect();
+    let goals: Goals = Arc::new([matrix(), matrix()]);
+    let rewards = |reward, checked| RewardBatch {
+        reward,
+        checked,
+        goals: Arc::clone(&goals),
+        rewards: vec![0.0; PAIRS],
+    };
+    let half = MOVED / 2;
+    let entries = vec![
+        Entry::new("reward/copy", "bytes/s", Copy { from: vec![1.0; half], to: vec![0.0; half] }),
+        Entry::new("reward/sparse", "bytes/s", rewards(DistanceReward::sparse(), false)),
+        Entry::new("reward/dense", "bytes/s", rewards(DistanceReward::dense(), false)),
+        Entry::new("reward/checked", "bytes/s", rewards(DistanceReward::dense(), true)),
+    ];
+    let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
+    let mut figures: Vec<_> = rounds.figures().collect();
+    for kind in ["sparse", "dense", "checked"] {
+        if let Some(ratio) = rounds.ratio(Clock::Cpu, &format!("reward/{kind}"), "reward/copy") {
+            figures.push((format!("reward/ratio/{kind}-to-copy"), Quantity::new(ratio, "1")));
+        }
+    }
+    for (name, figure) in &figures {
+        println!("{name:<54} {figure}");
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &JsonOutput::new(args, figures))?;
+    }
+    Ok(true)
+}

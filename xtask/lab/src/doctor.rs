@@ -1,0 +1,219 @@
+//! `doctor`: looks for the problems of section 2.10, and says how to fix them.
+
+use std::path::PathBuf;
+
+use fetch_env::{
+    Env, EnvError, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv, Space, make,
+};
+use fetch_sim::{MujocoVersion, Task};
+use goal_reward::RewardKind;
+use serde::Serialize;
+
+use crate::{
+    random_episodes::evaluate_random,
+    shared::{
+        check::mark,
+        json::{JsonOutput, Quantity, write_json},
+    },
+    verify::check_by_name,
+};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Seed of resets and actions
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Also write the findings as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Settings {
+    seed: u64,
+}
+
+struct Finding {
+    healthy: bool,
+    seen: String,
+}
+
+/// A problem, how to look for it, and how to fix it.
+struct Symptom {
+    name: &'static str,
+    look: fn(u64) -> anyhow::Result<Finding>,
+    fix: &'static str,
+}
+
+const DENSE_REACH: EnvId = EnvId { task: Task::Reach, reward: RewardKind::Dense };
+const PUSH: EnvId = EnvId { task: Task::Push, reward: RewardKind::Sparse };
+
+const SYMPTOMS: [Symptom; 12] = [
+    Symptom {
+        name: "MuJoCo is missing, or not the one of the build",
+        look: library,
+        fix: "apt-get update && apt-get install -y libmujoco-dev, or set MUJOCO_DIR; then cargo clean -p fetch-sim",
+    },
+    Symptom {
+        name: "obs is a flat array, not a dictionary",
+        look: dictionary,
+        fix: "flatten in the policy, not in the environment: hindsight needs the three parts",
+    },
+    Symptom {
+        name: "obs[\"observation\"] shape is not (10,) for FetchReach",
+        look: |seed| verified(DENSE_REACH, seed, "observation/shapes"),
+        fix: "check the environment id: tasks with an object observe 25 numbers",
+    },
+    Symptom {
+        name: "compute_reward is not to be had through a wrapper",
+        look: wrapped_compute_reward,
+        fix: "implement GoalEnv for the wrapper, passing goal_reward() through, as TimeLimit does",
+    },
+    Symptom {
+        name: "step reward and compute_reward disagree",
+        look: |seed| verified(DENSE_REACH, seed, "reward/law"),
+        fix: "a wrapper that changes rewards must change its goal_reward() too",
+    },
+    Symptom {
+        name: "desired_goal is identical across resets",
+        look: goals_differ,
+        fix: "pass another seed to each reset, or none after the first",
+    },
+    Symptom {
+        name: "achieved_goal does not match obs[\"observation\"][:3] for FetchPush",
+        look: |seed| verified(PUSH, seed, "goal-space/phi"),
+        fix: "nothing: where there is an object, achieved_goal is its position, obs[3..6]",
+    },
+    Symptom {
+        name: "FetchReachDense-v4 is not found",
+        look: dense_is_registered,
+        fix: "use one of the eight ids that the error names",
+    },
+    Symptom {
+        name: "random success rate much higher than 0.1",
+        look: random_success,
+        fix: "check the distance threshold (0.05 m) and the target range of the configuration",
+    },
+    Symptom {
+        name: "is_success is true immediately after reset",
+        look: success_after_reset,
+        fix: "nothing if it is rare, because a goal may lie at the start; otherwise check the seeds",
+    },
+    Symptom {
+        name: "workspace bounds look wrong",
+        look: workspace,
+        fix: "check the model: the gripper starts at [1.34, 0.75, 0.53] in Reach",
+    },
+    Symptom {
+        name: "actions that are no numbers are taken",
+        look: bad_actions,
+        fix: "check the policy's output: the policy has diverged",
+    },
+];
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let mut healthy = true;
+    let mut results = Vec::new();
+    for symptom in &SYMPTOMS {
+        let finding = (symptom.look)(args.seed)
+            .unwrap_or_else(|error| Finding { healthy: false, seen: format!("{error:#}") });
+        println!("{}  {}\n      {}", mark(finding.healthy), symptom.name, finding.seen);
+        if !finding.healthy {
+            println!("      fix: {}", symptom.fix);
+        }
+        healthy &= finding.healthy;
+        let faults = Quantity::count(usize::from(!finding.healthy));
+        results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &JsonOutput::new(Settings { seed: args.seed }, results))?;
+    }
+    Ok(healthy)
+}
+
+fn finding(healthy: bool, seen: impl Into<String>) -> anyhow::Result<Finding> {
+    Ok(Finding { healthy, seen: seen.into() })
+}
+
+/// The finding of one of verify's checks.
+fn verified(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Finding> {
+    let check = check_by_name(id, seed, name)?;
+    finding(check.passed, check.seen)
+}
+
+fn library(_seed: u64) -> anyhow::Result<Finding> {
+    let version = MujocoVersion::of_library()?;
+    finding(true, format!("MuJoCo {version}, headers and library alike"))
+}
+
+fn reach(seed: u64) -> anyhow::Result<(MujocoEnv, FetchObservation)> {
+    let mut env = make("FetchReachDense-v4")?;
+    let observation = env.reset(Some(seed))?.observation;
+    Ok((env, observation))
+}
+
+fn dictionary(seed: u64) -> anyhow::Result<Finding> {
+    let (env, observation) = reach(seed)?;
+    let healthy = matches!(env.observation_space(), Space::Dict(_))
+        && env.observation_space().contains(&observation.to_value());
+    finding(healthy, "observation, achieved_goal and desired_goal, each of its own")
+}
+
+fn wrapped_compute_reward(seed: u64) -> anyhow::Result<Finding> {
+    let (env, observation) = reach(seed)?;
+    let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+    // `env` is the time-limited environment, `inner` the one below.
+    let outer = env.compute_reward(achieved, desired);
+    let inner = env.inner().compute_reward(achieved, desired);
+    let seen = format!("TimeLimit gives {outer:?}, the environment below {inner:?}");
+    finding(outer.is_ok() && outer == inner, seen)
+}
+
+fn goals_differ(seed: u64) -> anyhow::Result<Finding> {
+    let (mut env, first) = reach(seed)?;
+    let again = env.reset(Some(seed))?.observation;
+    let other = env.reset(Some(seed.wrapping_add(1)))?.observation;
+    let next = env.reset(None)?.observation;
+    let healthy = first == again && first != other && other != next;
+    finding(healthy, "the same for the same seed, another for another and for none")
+}
+
+fn dense_is_registered(_seed: u64) -> anyhow::Result<Finding> {
+    let known = EnvId::ALL.map(|id| id.to_string());
+    let misspelled = make("FetchReachDense-v3").err().map_or(String::new(), |e| e.to_string());
+    let healthy =
+        known.iter().any(|id| id == "FetchReachDense-v4") && misspelled.contains("nearest");
+    finding(healthy, format!("{} ids; for FetchReachDense-v3: {misspelled}", known.len()))
+}
+
+fn random_success(seed: u64) -> anyhow::Result<Finding> {
+    let rate = evaluate_random(DENSE_REACH, seed, 50)?.summary()?.success_rate.value;
+    let threshold = DENSE_REACH.config().reward().threshold().get();
+    let seen = format!("{rate} in 50 episodes, threshold {threshold} m");
+    finding(rate <= 0.1 && threshold == 0.05, seen)
+}
+
+fn success_after_reset(seed: u64) -> anyhow::Result<Finding> {
+    const RESETS: usize = 200;
+    let (mut env, _) = reach(seed)?;
+    let mut successes = 0;
+    for seed in (seed..).take(RESETS) {
+        successes += usize::from(env.reset(Some(seed))?.info.is_success);
+    }
+    finding(successes * 20 < RESETS, format!("{successes} of {RESETS} resets"))
+}
+
+fn workspace(seed: u64) -> anyhow::Result<Finding> {
+    let start = reach(seed)?.1.grip_position();
+    let near = start.iter().zip([1.3419, 0.7491, 0.5347]).all(|(a, b)| (a - b).abs() < 1e-3);
+    finding(near, format!("the gripper starts at {start:.4?} m"))
+}
+
+fn bad_actions(seed: u64) -> anyhow::Result<Finding> {
+    let (mut env, _) = reach(seed)?;
+    let rejected = env.step(&[0.0, f32::NAN, 0.0, 0.0]);
+    let healthy = matches!(rejected, Err(EnvError::ActionNotFinite { .. }));
+    // Libraries that accept them continue with finite, wrong observations.
+    let seen = rejected.err().map_or_else(|| "a NaN was taken".into(), |error| error.to_string());
+    finding(healthy, seen)
+}

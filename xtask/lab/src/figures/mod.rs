@@ -1,0 +1,41 @@
+//! `figures`: draws the chapter's pictures, and Slide's, as PNG and SVG.
+
+mod canvas;
+mod observation;
+mod rewards;
+mod scene;
+
+use std::{fs, path::PathBuf};
+
+use anyhow::Context;
+use fetch_sim::Task;
+
+pub use self::scene::Scene;
+use self::{canvas::save, observation::ObservationLayout, rewards::RewardCurves};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder into which to write the pictures
+    #[arg(long)]
+    out: PathBuf,
+    /// Seed of the resets; with the default, PickAndPlace's target is in the air
+    #[arg(long, default_value_t = 3)]
+    seed: u64,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    canvas::register_font()?;
+    fs::create_dir_all(&args.out)
+        .with_context(|| format!("cannot make the folder {}", args.out.display()))?;
+    for (task, name) in [
+        (Task::Reach, "reach"),
+        (Task::Push, "push"),
+        (Task::PickAndPlace, "pick_and_place"),
+        (Task::Slide, "slide"),
+    ] {
+        save(&Scene::after_reset(task, args.seed)?, &args.out, name)?;
+    }
+    save(&ObservationLayout, &args.out, "observation")?;
+    save(&RewardCurves, &args.out, "rewards")?;
+    Ok(true)
+}

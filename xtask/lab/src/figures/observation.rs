@@ -1,0 +1,138 @@
+//! The parts of an observation, and a policy's network that takes them.
+
+use fetch_env::{ObservationField, observation_fields};
+use fetch_sim::Task;
+use plotters::prelude::*;
+
+use super::canvas::{Area, BLUE, Drawing, FAINT, INK, RED, bold, centered, text};
+
+pub struct ObservationLayout;
+
+/// The upper left and lower right corner of a box.
+type Corners = [(i32, i32); 2];
+
+const OBSERVATION: Corners = [(20, 90), (600, 360)];
+const ACHIEVED: Corners = [(20, 385), (600, 445)];
+const DESIRED: Corners = [(20, 470), (600, 530)];
+
+impl Drawing for ObservationLayout {
+    fn size(&self) -> (u32, u32) {
+        (1120, 580)
+    }
+
+    fn draw<B: DrawingBackend<ErrorType: 'static>>(&self, area: &Area<B>) -> anyhow::Result<()> {
+        area.draw_text("What a policy observes", &bold(24), (20, 28))?;
+        let line = "FetchReach, and in brackets FetchPush, FetchPickAndPlace and FetchSlide";
+        area.draw_text(line, &text(16, FAINT), (20, 60))?;
+
+        let inputs = [(OBSERVATION, INK), (ACHIEVED, BLUE), (DESIRED, RED)];
+        let names =
+            ["observation: 10 (25) numbers", "achieved_goal: 3 numbers", "desired_goal: 3 numbers"];
+        let notes = ["", "where the gripper (the object) is, in m", "where it should be, in m"];
+        for (((corners, color), name), note) in inputs.into_iter().zip(names).zip(notes) {
+            area.draw(&Rectangle::new(corners, color.stroke_width(2)))?;
+            let [(left, top), _] = corners;
+            area.draw_text(name, &bold(16).color(&color), (left + 14, top + 20))?;
+            area.draw_text(note, &text(14, INK), (left + 14, top + 42))?;
+        }
+        draw_fields(area)?;
+
+        let encoders = inputs.map(|([(_, top), (_, bottom)], color)| {
+            let middle = (top + bottom) / 2;
+            ([(660, middle - 26), (760, middle + 26)], color)
+        });
+        let concatenated: Corners = [(810, 235), (930, 385)];
+        for ((input, color), (encoder, _)) in inputs.into_iter().zip(encoders) {
+            labeled(area, encoder, color, &["encoder"])?;
+            arrow(area, right_of(input), left_of(encoder))?;
+            arrow(area, right_of(encoder), left_of(concatenated))?;
+        }
+        labeled(area, concatenated, INK, &["concatenated", "16 (31)", "features"])?;
+        let policy: Corners = [(980, 235), (1100, 385)];
+        labeled(area, policy, INK, &["policy", "action: 4", "dx, dy, dz,", "gripper"])?;
+        arrow(area, right_of(concatenated), left_of(policy))?;
+        let note = "HER swaps desired_goal, and computes the reward anew from both goals.";
+        area.draw_text(note, &text(14, FAINT), (20, 556))?;
+        Ok(())
+    }
+}
+
+/// Draws a line for each field: its elements in Reach, its elements with an object, name, unit and
+/// meaning.
+fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow::Result<()> {
+    let [(left, top), _] = OBSERVATION;
+    let elements =
+        |field: &ObservationField| format!("{}-{}", field.range.start, field.range.end - 1);
+    let in_reach = |name| observation_fields(Task::Reach).iter().find(|field| field.name == name);
+    for (y, field) in (top + 48..).step_by(24).zip(observation_fields(Task::Push)) {
+        let reach = in_reach(field.name).map_or_else(|| "-".into(), elements);
+        let unit = field.unit.replace("/step", " per step");
+        for (x, column) in [
+            (14, reach),
+            (58, format!("({})", elements(field))),
+            (130, field.name.into()),
+            (258, unit),
+        ] {
+            area.draw_text(&column, &text(13, INK), (left + x, y))?;
+        }
+        let what = short(field.name);
+        area.draw_text(what, &text(13, FAINT), (left + 358, y))?;
+    }
+    Ok(())
+}
+
+/// Returns a field's meaning in as few words as there is room for.
+fn short(name: &str) -> &'static str {
+    match name {
+        "grip_pos" => "gripper's position",
+        "object_pos" => "object's position",
+        "object_rel_pos" => "object's, from the gripper",
+        "gripper_state" => "fingers, 0 is closed",
+        "object_rot" => "object's Euler angles",
+        "object_velp" => "object's, from the gripper",
+        "object_velr" => "object's rotation",
+        "grip_velp" => "gripper's velocity",
+        "gripper_vel" => "fingers' velocities",
+        _ => "",
+    }
+}
+
+fn labeled<B: DrawingBackend<ErrorType: 'static>>(
+    area: &Area<B>,
+    corners: Corners,
+    color: RGBColor,
+    lines: &[&str],
+) -> anyhow::Result<()> {
+    area.draw(&Rectangle::new(corners, color.stroke_width(2)))?;
+    let [(left, top), (right, bottom)] = corners;
+    let first = (top + bottom) / 2 - 11 * (lines.len() as i32 - 1);
+    for (y, line) in (first..).step_by(22).zip(lines) {
+        area.draw_text(line, &centered(15, INK), ((left + right) / 2, y))?;
+    }
+    Ok(())
+}
+
+fn arrow<B: DrawingBackend<ErrorType: 'static>>(
+    area: &Area<B>,
+    from: (i32, i32),
+    to: (i32, i32),
+) -> anyhow::Result<()> {
+    area.draw(&PathElement::new([from, to], INK))?;
+    let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
+    let length = dx.hypot(dy);
+    let (dx, dy) = (dx / length, dy / length);
+    let back = |side: f64| {
+        let (x, y) = (10.0 * dx - 4.0 * side * dy, 10.0 * dy + 4.0 * side * dx);
+        (to.0 - x.round() as i32, to.1 - y.round() as i32)
+    };
+    area.draw(&Polygon::new([to, back(1.0), back(-1.0)], INK))?;
+    Ok(())
+}
+
+fn left_of([(left, top), (_, bottom)]: Corners) -> (i32, i32) {
+    (left, (top + bottom) / 2)
+}
+
+fn right_of([(_, top), (right, bottom)]: Corners) -> (i32, i32) {
+    (right, (top + bottom) / 2)
+}

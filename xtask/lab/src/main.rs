@@ -1,0 +1,113 @@
+//! The commands that step environments: `cargo xtask <command>` hands them on to this program.
+//!
+//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
+#![forbid(unsafe_code)]
+// A command line prints, and a binary's items are public to its own modules only.
+#![allow(clippy::print_stdout, clippy::print_stderr, unreachable_pub)]
+
+mod all;
+mod bench;
+mod bridge;
+mod describe;
+mod doctor;
+mod exercise;
+mod figures;
+mod parity;
+mod play;
+mod random_episodes;
+mod report;
+mod reward_check;
+mod shared;
+mod verify;
+#[cfg(test)]
+#[path = "../../src/commands.rs"]
+mod xtask_commands;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "The commands of the Fetch environments")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Verify every claim of the chapter by stepping the environments
+    Verify(verify::Args),
+    /// Compare hand-computed rewards with the environment's, step by step
+    Bridge(bridge::Args),
+    /// Write the observation and action spaces as JSON
+    Describe(describe::Args),
+    /// Check that step, compute_reward and the distance formula agree
+    RewardCheck(reward_check::Args),
+    /// Run a random policy and write its results as JSON
+    RandomEpisodes(random_episodes::Args),
+    /// Run describe, reward-check and random-episodes
+    All(all::Args),
+    /// Replay recordings of the real environment and compare
+    Parity(parity::Args),
+    /// Measure speed and memory
+    Bench(bench::Args),
+    /// Answer one of the chapter's exercises, 1 to 4
+    Exercise(exercise::Args),
+    /// Draw the chapter's pictures, and Slide's
+    Figures(figures::Args),
+    /// Write one page with checks, baselines, plots and playbacks
+    Report(report::Args),
+    /// Write a page that plays one episode back
+    Play(play::Args),
+    /// Look for the usual problems, and say how to fix them
+    Doctor(doctor::Args),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Verify(args) => verify::run(&args),
+        Command::Bridge(args) => bridge::run(&args),
+        Command::Describe(args) => describe::run(&args),
+        Command::RewardCheck(args) => reward_check::run(&args),
+        Command::RandomEpisodes(args) => random_episodes::run(&args),
+        Command::All(args) => all::run(&args),
+        Command::Parity(args) => parity::run(&args),
+        Command::Bench(args) => bench::run(&args),
+        Command::Exercise(args) => exercise::run(&args),
+        Command::Figures(args) => figures::run(&args),
+        Command::Report(args) => report::run(&args),
+        Command::Play(args) => play::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
+    };
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::Cli;
+
+    #[test]
+    fn xtask_lists_every_command() {
+        let ours: Vec<_> = Cli::command()
+            .get_subcommands()
+            .map(|command| {
+                let about = command.get_about().map(ToString::to_string);
+                (command.get_name().to_owned(), about.unwrap_or_default())
+            })
+            .collect();
+        assert_eq!(
+            ours,
+            crate::xtask_commands::OF_LAB.map(|(name, about)| (name.into(), about.into()))
+        );
+    }
+}

@@ -1,0 +1,220 @@
+//! Compares recorded distributions of the real environment with ours, on the same seeds and actions.
+
+use std::{path::Path, sync::Arc};
+
+use anyhow::{Context, ensure};
+use baselines::{ScriptedPolicy, ScriptedReference, evaluate, fisher_exact, kolmogorov_smirnov};
+use fetch_env::{Env, EnvId, FetchEnv, GoalObservation, NpRandom};
+use fetch_sim::{FetchModel, MujocoSimulator, MujocoVersion, Simulator, Task};
+use goal_reward::RewardKind;
+use indicatif::ProgressBar;
+
+use super::{counting::Counting, npz::Npz};
+use crate::shared::{check::Check, json::Quantity};
+
+/// The seeds of the recordings: episode `e` was reset with the first plus `e`, and numpy's generator
+/// drew its actions with the second plus `e`.
+const FIRST_RESET_SEED: u64 = 10_000;
+const FIRST_ACTION_SEED: u64 = 20_000;
+
+const STEPS: usize = 50;
+
+/// The p-value below which two distributions count as different.
+const LEAST_P_VALUE: f64 = 0.01;
+
+/// The figures of some episodes, one entry for each.
+#[derive(Default)]
+struct Sample {
+    goal: [Vec<f64>; 3],
+    object: [Vec<f64>; 2],
+    return_dense: Vec<f64>,
+    return_sparse: Vec<f64>,
+    final_distance: Vec<f64>,
+    contacts_per_step: Vec<f64>,
+    success_last: Vec<f64>,
+    success_any: Vec<f64>,
+}
+
+/// Compares a task over the first `episodes` recorded episodes.
+pub fn compare(
+    path: &Path,
+    task: Task,
+    model: Arc<FetchModel>,
+    episodes: usize,
+    bar: &ProgressBar,
+) -> anyhow::Result<Vec<Check>> {
+    let theirs = Sample::read(path, task, episodes)
+        .with_context(|| format!("{} does not hold recorded distributions", path.display()))?;
+    let ours = Sample::run(MujocoSimulator::with_model(Arc::clone(&model))?, episodes, bar)?;
+    let mut checks = Vec::new();
+    for ((name, ours), (_, theirs)) in ours.continuous().into_iter().zip(theirs.continuous()) {
+        if !theirs.is_empty() {
+            checks.push(same_distribution(task, name, ours, theirs));
+        }
+    }
+    for ((name, ours), (_, theirs)) in ours.shares().into_iter().zip(theirs.shares()) {
+        checks.push(same_share(task, name, ours, theirs));
+    }
+    checks.push(same_mean_return(task, &ours.return_dense, &theirs.return_dense));
+    checks.push(same_scripted_success(task, MujocoSimulator::with_model(model)?, episodes)?);
+    Ok(checks)
+}
+
+/// Checks that the scripted policy succeeds as often as on the reference's own model.
+fn same_scripted_success(
+    task: Task,
+    simulator: MujocoSimulator,
+    episodes: usize,
+) -> anyhow::Result<Check> {
+    let mujoco = MujocoVersion::of_library()?.to_string();
+    let theirs = ScriptedReference::new(task, &mujoco)
+        .with_context(|| format!("nothing is recorded of scripted episodes on MuJoCo {mujoco}"))?;
+    let config = EnvId { task, reward: RewardKind::Sparse }.config();
+    let mut env = FetchEnv::new(config, simulator)?.time_limited();
+    let mut policy = ScriptedPolicy::new(task);
+    let episodes = episodes.min(theirs.episodes as usize);
+    let evaluation =
+        evaluate(&mut env, &mut policy, episodes, ScriptedReference::FIRST_SEED, |_| ())?;
+    let successes = evaluation.episodes.iter().filter(|e| e.success).count() as u64;
+    let p = fisher_exact(successes, episodes as u64, theirs.successes, theirs.episodes);
+    let seen = format!(
+        "{successes} of {episodes}, reference {} of {}; Fisher's p = {p:.3}",
+        theirs.successes, theirs.episodes
+    );
+    Ok(Check::new(
+        format!("{task}/scripted-success"),
+        p >= LEAST_P_VALUE,
+        seen,
+        Quantity::new(p, "1"),
+    ))
+}
+
+/// Applies the two-sample Kolmogorov-Smirnov test.
+fn same_distribution(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
+    // If all goals have one height, a nanometer would make the distributions disjoint.
+    let rounded =
+        |sample: &[f64]| sample.iter().map(|x| (x * 1e6).round() * 1e-6).collect::<Vec<_>>();
+    let (statistic, p) = kolmogorov_smirnov(&rounded(ours), &rounded(theirs));
+    let seen = format!(
+        "mean {:.4}, recorded {:.4}; Kolmogorov-Smirnov D = {statistic:.4}, p = {p:.3}",
+        mean(ours),
+        mean(theirs)
+    );
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(statistic, "1"))
+}
+
+fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
+    let count = |sample: &[f64]| sample.iter().filter(|value| **value > 0.0).count() as u64;
+    let (a, b) = (count(ours), count(theirs));
+    let p = fisher_exact(a, ours.len() as u64, b, theirs.len() as u64);
+    let seen =
+        format!("{a} of {}, recorded {b} of {}; Fisher's p = {p:.3}", ours.len(), theirs.len());
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(p, "1"))
+}
+
+/// Checks that the mean returns, of the same episodes, are within 2 % of each other.
+fn same_mean_return(task: Task, ours: &[f64], theirs: &[f64]) -> Check {
+    let (a, b) = (mean(ours), mean(theirs));
+    let off = (a / b - 1.0).abs();
+    let equal = ours.iter().zip(theirs).filter(|(a, b)| a.to_bits() == b.to_bits()).count();
+    let close = ours.iter().zip(theirs).filter(|(a, b)| (*a - *b).abs() < 1e-6).count();
+    let seen = format!(
+        "{a:.4}, recorded {b:.4}: {:.2} % off; of {} episodes {equal} equal to the last bit, {close} to 1e-6",
+        100.0 * off,
+        ours.len()
+    );
+    Check::new(format!("{task}/mean-return"), off <= 0.02, seen, Quantity::new(off, "1"))
+}
+
+fn mean(sample: &[f64]) -> f64 {
+    sample.iter().sum::<f64>() / sample.len() as f64
+}
+
+impl Sample {
+    fn continuous(&self) -> [(&'static str, &[f64]); 9] {
+        [
+            ("goal-x", &self.goal[0]),
+            ("goal-y", &self.goal[1]),
+            ("goal-z", &self.goal[2]),
+            ("object-x", &self.object[0]),
+            ("object-y", &self.object[1]),
+            ("return-dense", &self.return_dense),
+            ("return-sparse", &self.return_sparse),
+            ("final-distance", &self.final_distance),
+            ("contacts-per-step", &self.contacts_per_step),
+        ]
+    }
+
+    fn shares(&self) -> [(&'static str, &[f64]); 2] {
+        [("success-last", &self.success_last), ("success-any", &self.success_any)]
+    }
+
+    fn read(path: &Path, task: Task, episodes: usize) -> anyhow::Result<Self> {
+        let mut file = Npz::open(path)?;
+        let prefix = match task {
+            Task::Reach => "reach",
+            Task::Push => "push",
+            Task::PickAndPlace => "pick_and_place",
+            Task::Slide => "slide",
+        };
+        let mut read = |name: &str| file.array::<f64>(&format!("{prefix}_{name}"));
+        let column = |(values, shape): &(Vec<f64>, Vec<usize>), index: usize| -> Vec<f64> {
+            let width = shape.get(1).copied().unwrap_or(1);
+            values.iter().skip(index).step_by(width).take(episodes).copied().collect()
+        };
+        let goal = read("goal")?;
+        ensure!(goal.1.get(1) == Some(&3), "goals have the shape {:?}", goal.1);
+        ensure!(goal.1[0] >= episodes, "{} episodes were recorded, not {episodes}", goal.1[0]);
+        let object = if task.has_object() { read("object_xy")? } else { (vec![], vec![0, 2]) };
+        Ok(Self {
+            goal: std::array::from_fn(|axis| column(&goal, axis)),
+            object: std::array::from_fn(|axis| column(&object, axis)),
+            return_dense: column(&read("return_dense")?, 0),
+            return_sparse: column(&read("return_sparse")?, 0),
+            final_distance: column(&read("final_distance")?, 0),
+            contacts_per_step: column(&read("contacts_per_step")?, 0),
+            success_last: column(&read("success_last")?, 0),
+            success_any: column(&read("success_any")?, 0),
+        })
+    }
+
+    fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow::Result<Self> {
+        let config = EnvId { task: simulator.task(), reward: RewardKind::Dense }.config();
+        let threshold = config.reward().threshold().get();
+        let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
+        let mut sample = Self::default();
+        for episode in 0..episodes as u64 {
+            let mut actions = NpRandom::new(FIRST_ACTION_SEED + episode);
+            let first = env.reset(Some(FIRST_RESET_SEED + episode))?.observation;
+            for (axis, column) in sample.goal.iter_mut().enumerate() {
+                column.push(first.desired_goal()[axis]);
+            }
+            if let Some(position) = first.object_position() {
+                for (axis, column) in sample.object.iter_mut().enumerate() {
+                    column.push(position[axis]);
+                }
+            }
+            let (mut dense, mut sparse, mut contacts, mut any) = (0.0, 0.0, 0, false);
+            let mut distance = f64::NAN;
+            let mut success = false;
+            for _ in 0..STEPS {
+                let action: [f32; 4] = std::array::from_fn(|_| actions.uniform(-1.0, 1.0) as f32);
+                let step = env.step(&action)?;
+                distance = step.info.distance;
+                success = step.info.is_success;
+                any |= success;
+                dense += step.reward;
+                sparse -= f64::from(u8::from(distance > threshold));
+                contacts += env.simulator().mujoco().data().contacts().len();
+            }
+            sample.return_dense.push(dense);
+            sample.return_sparse.push(sparse);
+            sample.final_distance.push(distance);
+            sample.contacts_per_step.push(contacts as f64 / STEPS as f64);
+            sample.success_last.push(success.into());
+            sample.success_any.push(any.into());
+            bar.inc(1);
+        }
+        Ok(sample)
+    }
+}

@@ -1,0 +1,95 @@
+//! Compares the pictures of the real environment with ours.
+
+use std::path::Path;
+
+use anyhow::{Context, ensure};
+use fetch_env::{Env, EnvId, FetchConfig, FetchEnv, RenderEnv, RenderOptions, Renderer};
+use fetch_sim::{ModelSource, MujocoSimulator, Task};
+use goal_reward::RewardKind;
+
+use super::{Models, live, npz::Npz};
+use crate::shared::{
+    check::{self, Check},
+    json::Quantity,
+};
+
+const SCRIPT: &str = include_str!("../../scripts/frames.py");
+/// The largest accepted mean difference of a picture, of 255.
+const TOLERANCE: f64 = 1.0;
+const FILES: [(Task, &str); 4] = [
+    (Task::Reach, "reach.npz"),
+    (Task::Push, "push.npz"),
+    (Task::PickAndPlace, "pick_and_place.npz"),
+    (Task::Slide, "slide.npz"),
+];
+
+/// Renders an episode of every task in Python and here, and compares each picture.
+pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<Vec<Check>> {
+    let config = |task| FetchConfig::builder(task).model(ModelSource::Reference).build();
+    // Fails early if there is no OpenGL here.
+    let renderer = |task| -> anyhow::Result<Renderer> {
+        Ok(Renderer::new(config(task)?.sim(), RenderOptions::default())?)
+    };
+    drop(renderer(Task::Reach)?);
+    let backend = Renderer::backend().context("a renderer was made")?.to_lowercase();
+    live::run_script(folder, SCRIPT, &["--seed", &seed.to_string()], &backend)?;
+    let mut checks = Vec::new();
+    for (task, file) in FILES {
+        let recorded = Recorded::read(&folder.join(file)).with_context(|| file.to_owned())?;
+        let simulator = MujocoSimulator::with_model(models.get(task)?)?;
+        let mut env = FetchEnv::new(config(task)?, simulator)?.time_limited();
+        let mut renderer = renderer(task)?;
+        env.reset(Some(seed))?;
+        let mut differences = vec![difference(env.render(&mut renderer)?, recorded.frame(0))?];
+        for (step, action) in (1..).zip(recorded.actions.chunks_exact(4)) {
+            env.step(action)?;
+            if step % recorded.every == 0 {
+                let theirs = recorded.frame(step / recorded.every);
+                differences.push(difference(env.render(&mut renderer)?, theirs)?);
+            }
+        }
+        let name = format!("frames/{}", EnvId { task, reward: RewardKind::Sparse });
+        checks.push(judge(&name, &differences));
+    }
+    check::print("pictures, 480 x 480, the difference of colors of 255", &checks);
+    Ok(checks)
+}
+
+fn judge(name: &str, differences: &[f64]) -> Check {
+    let equal = differences.iter().filter(|&&mean| mean == 0.0).count();
+    let largest = differences.iter().copied().fold(0.0, f64::max);
+    let seen =
+        format!("{equal} of {} equal, largest mean difference {largest:.1e}", differences.len());
+    Check::new(name, largest < TOLERANCE, seen, Quantity::new(largest, "1"))
+}
+
+/// Returns the mean difference of two pictures' colors.
+fn difference(ours: &[u8], theirs: &[u8]) -> anyhow::Result<f64> {
+    ensure!(ours.len() == theirs.len(), "the pictures differ in size");
+    let sum: u64 = ours.iter().zip(theirs).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();
+    Ok(sum as f64 / ours.len() as f64)
+}
+
+/// The actions and pictures of Python.
+struct Recorded {
+    every: usize,
+    actions: Vec<f32>,
+    frames: Vec<u8>,
+    frame_len: usize,
+}
+
+impl Recorded {
+    fn read(path: &Path) -> anyhow::Result<Self> {
+        let mut file = Npz::open(path)?;
+        let every = usize::try_from(file.vector::<i64>("every", 1)?[0])?;
+        let (actions, _) = file.array("actions")?;
+        let (frames, shape) = file.array("frames")?;
+        ensure!(shape.len() == 4 && every > 0, "its frames have the shape {shape:?}");
+        ensure!(shape[0] > actions.len() / 4 / every, "it has too few frames");
+        Ok(Self { every, actions, frames, frame_len: shape[1..].iter().product() })
+    }
+
+    fn frame(&self, index: usize) -> &[u8] {
+        &self.frames[index * self.frame_len..][..self.frame_len]
+    }
+}

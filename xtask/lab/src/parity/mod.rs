@@ -1,0 +1,172 @@
+//! `parity`: compares ours with the real environment: recordings, distributions, pictures, samples.
+
+mod counting;
+mod distributions;
+mod file_parity;
+mod frames;
+mod hindsight;
+mod live;
+mod npz;
+mod recording;
+mod replay;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use anyhow::{Context, ensure};
+use fetch_sim::{FetchModel, ModelSource, MujocoSimulator, SimConfig, Task};
+use serde::Serialize;
+
+use self::{file_parity::FileParity, recording::Recording};
+use crate::shared::{
+    check::{self, Check},
+    choice::ModelChoice,
+    json::{JsonOutput, write_json},
+    progress,
+};
+
+#[derive(Clone, clap::Args, Serialize)]
+pub struct Args {
+    /// Folder of recorded trajectories (*.npz)
+    #[arg(long, required_unless_present_any = ["distributions", "live", "frames", "hindsight"])]
+    fixtures: Option<PathBuf>,
+    /// Run the real environment in Python on fresh seeds, and compare bit for bit
+    #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model"])]
+    live: bool,
+    /// Render the real environment in Python, and compare the pictures
+    #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model", "live"])]
+    frames: bool,
+    /// First seed of the live episodes, or seed of the pictures
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// File of recorded distributions (*.npz)
+    #[arg(long)]
+    distributions: Option<PathBuf>,
+    /// Episodes for each task's distributions (default 400), or live for each task and kind (default 3)
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    episodes: Option<u16>,
+    /// Sample the replay buffer and Stable-Baselines3's in Python, and compare the distributions
+    #[arg(long, conflicts_with_all = ["fixtures", "distributions", "live", "model"])]
+    hindsight: bool,
+    /// Rows to sample from each buffer by each strategy
+    #[arg(long, default_value_t = 100_000, requires = "hindsight")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1000..))]
+    rows: u32,
+    /// Model on which to replay
+    #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
+    model: ModelChoice,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    #[serde(skip)]
+    json: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let model = if args.live || args.frames { ModelChoice::Reference } else { args.model };
+    let args = &Args { model, ..args.clone() };
+    let mut models = Models { source: model.source(), loaded: Vec::new() };
+    let recorded = tempfile::tempdir()?;
+    let live = args.live.then_some(recorded.path());
+    if let Some(folder) = live {
+        live::record(folder, args.episodes.unwrap_or(3), args.seed)?;
+    }
+    let mut figures = Vec::new();
+    let mut bad = Vec::new();
+    if let Some(folder) = args.fixtures.as_deref().or(live) {
+        for file in replay_all(folder, &mut models)? {
+            if !file.passed() {
+                bad.push(file.name.clone());
+            }
+            figures.extend(file.figures());
+        }
+    }
+    let mut checks = Vec::new();
+    if let Some(path) = &args.distributions {
+        let compared = compare_all(path, &mut models, args.episodes.unwrap_or(400).into())?;
+        checks.push(("distributions/", compared));
+    }
+    if args.hindsight {
+        checks.push(("hindsight/", hindsight::compare(args.rows as usize)?));
+    }
+    if args.frames {
+        checks.push(("", frames::compare(recorded.path(), &mut models, args.seed)?));
+    }
+    for (prefix, checks) in checks {
+        for check in checks {
+            if !check.passed {
+                bad.push(check.name.clone());
+            }
+            figures.push((format!("{prefix}{}", check.name), check.figure));
+        }
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &JsonOutput::new(args, figures))?;
+    }
+    if !bad.is_empty() {
+        println!("\nnot as close as it should be: {}", bad.join(", "));
+    }
+    Ok(bad.is_empty())
+}
+
+fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FileParity>> {
+    // Reads all before it replays any, to report a damaged file at once.
+    let recordings = recordings_in(folder)?
+        .iter()
+        .map(|path| Recording::read(path))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let bar = progress::bar(recordings.len(), "parity");
+    println!("{}", FileParity::HEADING);
+    let mut files = Vec::new();
+    for recording in &recordings {
+        let simulator = MujocoSimulator::with_model(models.get(recording.task)?)?;
+        let file = FileParity::measure(recording, simulator)?;
+        bar.suspend(|| println!("{}", file.line()));
+        files.push(file);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(files)
+}
+
+fn compare_all(path: &Path, models: &mut Models, episodes: usize) -> anyhow::Result<Vec<Check>> {
+    let bar = progress::bar(Task::ALL.len() * episodes, "distributions");
+    let mut all = Vec::new();
+    for task in Task::ALL {
+        let checks = distributions::compare(path, task, models.get(task)?, episodes, &bar)?;
+        bar.suspend(|| check::print(&format!("{task}, {episodes} episodes"), &checks));
+        all.extend(checks);
+    }
+    bar.finish_and_clear();
+    Ok(all)
+}
+
+fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
+        .with_context(|| format!("cannot read {}", folder.display()))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "npz"));
+    paths.sort();
+    ensure!(!paths.is_empty(), "{} holds no recordings (*.npz)", folder.display());
+    Ok(paths)
+}
+
+/// The models of the tasks, each compiled once.
+struct Models {
+    source: ModelSource,
+    loaded: Vec<Arc<FetchModel>>,
+}
+
+impl Models {
+    fn get(&mut self, task: Task) -> anyhow::Result<Arc<FetchModel>> {
+        if let Some(model) = self.loaded.iter().find(|model| model.config().task == task) {
+            return Ok(Arc::clone(model));
+        }
+        let config = SimConfig { model: self.source.clone(), ..SimConfig::new(task) };
+        let model = FetchModel::load(&config)?;
+        self.loaded.push(Arc::clone(&model));
+        Ok(model)
+    }
+}

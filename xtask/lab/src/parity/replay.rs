@@ -1,0 +1,155 @@
+//! Replays a recording and measures the deviations.
+
+use std::ops::Range;
+
+use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation};
+use fetch_sim::MujocoSimulator;
+use goal_reward::{DistanceReward, GoalReward, RewardKind};
+
+use super::{counting::Counting, recording::Recording};
+
+/// Accepted deviation of two values that Python rounds differently by processor and numpy: velocities
+/// of sites, because its BLAS has its own order of summing J times qvel, and the object's Euler angles
+/// if numpy has its own arctan2. Neither feeds back into the simulation.
+const ROUNDING_TOLERANCE: f64 = 1e-15;
+
+/// The comparison of an episode.
+#[derive(Clone, Debug)]
+pub struct EpisodeParity {
+    /// Whether every bit is the recording's, and values that Python rounds are within 1e-15.
+    pub bit_equal: bool,
+    /// The largest deviation of an observation or a goal.
+    pub deviation: Deviation,
+    /// The largest deviation of the first observation or goal, after the reset.
+    pub at_reset: Deviation,
+    /// Contacts, ours and the recording's.
+    pub contacts: [usize; 2],
+    /// Contacts between two parts of the robot, ours and the recording's.
+    pub self_contacts: [usize; 2],
+    /// Sum of the dense rewards, ours and the recording's.
+    pub returns: [f64; 2],
+}
+
+/// A deviation and its place.
+#[derive(Clone, Debug, Default)]
+pub struct Deviation {
+    pub size: f64,
+    pub place: String,
+}
+
+impl Deviation {
+    fn note(&mut self, what: &str, step: usize, ours: &[f64], theirs: &[f64]) {
+        for (index, (a, b)) in ours.iter().zip(theirs).enumerate() {
+            let size = (a - b).abs();
+            if size > self.size || size.is_nan() {
+                *self = Self { size, place: format!("step {step}, {what}[{index}]") };
+            }
+        }
+    }
+
+    /// Returns the largest of some deviations; `None` if there are none.
+    pub fn max<'a>(all: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+        all.into_iter().max_by(|a, b| a.size.total_cmp(&b.size)).cloned()
+    }
+}
+
+/// Replays one file.
+pub fn replay(
+    recording: &Recording,
+    simulator: MujocoSimulator,
+) -> anyhow::Result<Vec<EpisodeParity>> {
+    // The environment was recorded without its time limit.
+    let config = EnvId { task: recording.task, reward: RewardKind::Dense }.config();
+    let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
+    (0..recording.episodes).map(|episode| replay_episode(recording, &mut env, episode)).collect()
+}
+
+fn replay_episode(
+    recording: &Recording,
+    env: &mut FetchEnv<Counting>,
+    episode: usize,
+) -> anyhow::Result<EpisodeParity> {
+    let mut parity = EpisodeParity {
+        bit_equal: true,
+        deviation: Deviation::default(),
+        at_reset: Deviation::default(),
+        contacts: [0; 2],
+        self_contacts: [0; 2],
+        returns: [0.0; 2],
+    };
+    let first = env.reset(Some(recording.seeds[episode]))?.observation;
+    parity.compare_state(recording, env, episode, 0, &first);
+    parity.at_reset = parity.deviation.clone();
+    for t in 0..recording.steps {
+        let step = env.step(recording.action(episode, t))?;
+        parity.compare_state(recording, env, episode, t + 1, &step.observation);
+        let theirs = recording.step(episode, t);
+        let (achieved, desired) =
+            (step.observation.achieved_goal(), step.observation.desired_goal());
+        let sparse = DistanceReward::sparse().reward(achieved, desired);
+        parity.bit_equal &= step.reward.to_bits() == theirs.reward_dense.to_bits()
+            && sparse.to_bits() == theirs.reward_sparse.to_bits()
+            && step.info.is_success == theirs.is_success;
+        let simulator = env.simulator();
+        for (sum, counted) in
+            parity.contacts.iter_mut().zip([simulator.contacts(), theirs.contacts])
+        {
+            *sum += counted;
+        }
+        let self_contacts = [simulator.self_contacts(), theirs.self_contacts];
+        for (sum, counted) in parity.self_contacts.iter_mut().zip(self_contacts) {
+            *sum += counted;
+        }
+        for (sum, reward) in parity.returns.iter_mut().zip([step.reward, theirs.reward_dense]) {
+            *sum += reward;
+        }
+    }
+    Ok(parity)
+}
+
+impl EpisodeParity {
+    fn compare_state(
+        &mut self,
+        recording: &Recording,
+        env: &FetchEnv<Counting>,
+        episode: usize,
+        t: usize,
+        ours: &FetchObservation,
+    ) {
+        let observation = recording.observation.row(episode, t);
+        let achieved = recording.achieved_goal.row(episode, t);
+        let desired = recording.desired_goal.row(episode, t);
+        self.deviation.note("observation", t, ours.observation(), observation);
+        self.deviation.note("achieved_goal", t, ours.achieved_goal(), achieved);
+        self.deviation.note("desired_goal", t, ours.desired_goal(), desired);
+
+        let data = env.simulator().mujoco().data();
+        let rounded = rounded_elements(recording);
+        let observed = ours.observation().iter().zip(observation).enumerate().all(|(i, (a, b))| {
+            if rounded.contains(&i) {
+                (a - b).abs() <= ROUNDING_TOLERANCE
+            } else {
+                a.to_bits() == b.to_bits()
+            }
+        });
+        self.bit_equal &= observed
+            && same_bits(ours.achieved_goal(), achieved)
+            && same_bits(ours.desired_goal(), desired)
+            && same_bits(data.qpos(), recording.qpos.row(episode, t))
+            && same_bits(data.qvel(), recording.qvel.row(episode, t));
+    }
+}
+
+/// Returns the indices of the observation's rounded elements: site velocities and, unless arctan2 is
+/// the C library's, the object's Euler angles before them.
+fn rounded_elements(recording: &Recording) -> Range<usize> {
+    match (recording.task.has_object(), recording.meta.c_arctan2) {
+        (false, _) => 5..8,
+        (true, false) => 11..23,
+        (true, true) => 14..23,
+    }
+}
+
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+}

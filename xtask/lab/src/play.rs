@@ -1,0 +1,54 @@
+//! `play`: writes a page that plays one episode back.
+
+use std::path::PathBuf;
+
+use baselines::page::{Document, Playback};
+use fetch_env::{GoalObservation, make_config};
+
+use crate::shared::{
+    choice::{EnvArgs, PolicyChoice},
+    json::write_text,
+};
+
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    env: EnvArgs,
+    /// Policy that acts
+    #[arg(long, value_enum, default_value_t = PolicyChoice::Scripted)]
+    policy: PolicyChoice,
+    /// Where to write the page
+    #[arg(long, default_value = "results/playback.html")]
+    out: PathBuf,
+    /// Also print every step
+    #[arg(long)]
+    verbose: bool,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let (id, seed) = (args.env.id(), args.env.seed);
+    let mut env = make_config(id.config())?;
+    let mut policy = args.policy.policy(id.task, seed);
+    if args.verbose {
+        println!("  step   reward  distance  achieved goal            action");
+    }
+    let playback = Playback::record_with(&mut env, &mut policy, seed, |number, action, step| {
+        if args.verbose {
+            let info = step.info;
+            println!(
+                "  {number:4}  {:7.3}  {:6.3} m  {:6.3?}  {action:5.2?}{}",
+                step.reward,
+                info.distance,
+                step.observation.achieved_goal(),
+                if info.is_success { "  reached" } else { "" },
+            );
+        }
+    })?;
+    let title = format!("{id}, {} policy, seed {seed}", args.policy.name());
+    let playback = playback.with_title(&title);
+    let mut page = Document::new(&title);
+    page.push(&playback.html()?);
+    write_text(&args.out, &page.html())?;
+    println!("play: {title}: {}; wrote {}", playback.outcome(), args.out.display());
+    Ok(true)
+}

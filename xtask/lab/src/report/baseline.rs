@@ -1,0 +1,141 @@
+//! The baselines: compared with the reference, and the distributions of their episodes.
+
+use baselines::{
+    Episode, Estimate, RandomReference,
+    page::{Axis, Column, Plot, extent, number, table},
+};
+use fetch_env::{EnvId, Task};
+use goal_reward::RewardKind;
+
+use super::evaluations::Outcome;
+use crate::shared::choice::PolicyChoice;
+
+const BINS: usize = 24;
+
+/// Compares the random policy with gymnasium-robotics 1.4.2 in each environment.
+pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
+    let mut rows = Vec::new();
+    for outcome in outcomes.iter().filter(|outcome| outcome.policy == PolicyChoice::Random) {
+        let summary = outcome.evaluation.summary()?;
+        let reference = RandomReference::new(outcome.id.task, outcome.id.reward);
+        let intervals = [summary.return_mean, summary.final_distance_mean, summary.success_rate];
+        let names = ["return", "final distance (m)", "success rate"];
+        for ((comparison, Estimate { low, high, .. }), name) in
+            reference.compare(&outcome.evaluation)?.iter().zip(intervals).zip(names)
+        {
+            rows.push([
+                outcome.id.to_string(),
+                name.into(),
+                number(comparison.measured, 3),
+                format!("{} to {}", number(low, 3), number(high, 3)),
+                number(comparison.reference, 3),
+                format!("{:.2}", comparison.p_value),
+            ]);
+        }
+    }
+    let columns = [
+        Column::Text("Environment"),
+        Column::Text("Mean of"),
+        Column::Number("Here"),
+        Column::Number("95 % interval"),
+        Column::Number("Reference"),
+        Column::Number("p"),
+    ];
+    Ok(format!(
+        "<p>Uniformly random actions, here and in 400 episodes of gymnasium-robotics 1.4.2. \
+         p is the probability of so large a difference if both were the same environment: one in \
+         twenty of these {} values is below 0.05 by chance.</p>\n{}",
+        rows.len(),
+        table(columns, rows.iter().cloned()),
+    ))
+}
+
+/// Histograms of return and final distance, and success against the threshold.
+pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
+    let mut html = String::from(
+        "<p>The random and the scripted policy with the dense reward. The dashed line is the \
+         random policy's mean in gymnasium-robotics 1.4.2, or the benchmark's threshold of 0.05 m. \
+         Success is counted at the last step; the pale areas are 95 % intervals.</p>\n\
+         <div class=\"grid\">\n",
+    );
+    for task in Task::ALL {
+        let id = EnvId { task, reward: RewardKind::Dense };
+        let policies: Vec<_> = outcomes.iter().filter(|outcome| outcome.id == id).collect();
+        let reference = RandomReference::new(task, RewardKind::Dense);
+        let returns = histogram(
+            &format!("Fetch{task}: dense return"),
+            "return (m, summed over steps)",
+            &policies,
+            |episode| episode.return_sum,
+            reference.return_sum.mean,
+        );
+        let distances = histogram(
+            &format!("Fetch{task}: final distance"),
+            "distance after the last step (m)",
+            &policies,
+            |episode| episode.final_distance,
+            reference.final_distance.mean,
+        );
+        for plot in [returns, distances, success(task, &policies)?] {
+            html += &format!("<div>{}</div>\n", plot.svg()?);
+        }
+    }
+    Ok(html + "</div>")
+}
+
+fn histogram(
+    title: &str,
+    label: &str,
+    policies: &[&Outcome],
+    value: fn(&Episode) -> f64,
+    reference: f64,
+) -> Plot {
+    let values =
+        |outcome: &Outcome| outcome.evaluation.episodes.iter().map(value).collect::<Vec<_>>();
+    let all = policies.iter().flat_map(|outcome| values(outcome)).chain([reference]);
+    let (low, high) = extent(all);
+    let width = ((high - low) / BINS as f64).max(f64::MIN_POSITIVE);
+    let counts: Vec<_> = policies
+        .iter()
+        .map(|outcome| {
+            let mut counts = [0_usize; BINS];
+            for value in values(outcome) {
+                counts[(((value - low) / width) as usize).min(BINS - 1)] += 1;
+            }
+            let share = 100.0 / outcome.evaluation.episodes.len() as f64;
+            (outcome, counts.map(|count| share * count as f64))
+        })
+        .collect();
+    let highest = extent(counts.iter().flat_map(|(_, shares)| *shares)).1;
+    let x = Axis::new(label, low, low + BINS as f64 * width);
+    let mut plot = Plot::new(title, x, Axis::new("episodes (%)", 0.0, 1.1 * highest));
+    for (outcome, shares) in counts {
+        for (bin, share) in shares.into_iter().enumerate().filter(|(_, share)| *share > 0.0) {
+            let left = low + bin as f64 * width;
+            plot.bar(outcome.ink(), (left, 0.0), (left + width, share));
+        }
+        plot.legend(outcome.ink(), outcome.policy.name());
+    }
+    plot.vertical(reference);
+    plot
+}
+
+fn success(task: Task, policies: &[&Outcome]) -> anyhow::Result<Plot> {
+    let thresholds: Vec<f64> = (0..=100).map(|i| 0.005 * f64::from(i)).collect();
+    let mut plot = Plot::new(
+        &format!("Fetch{task}: success against threshold"),
+        Axis::new("distance threshold (m)", 0.0, 0.5),
+        Axis::new("success rate", 0.0, 1.05),
+    );
+    for outcome in policies {
+        let rates = outcome.evaluation.success_at(&thresholds)?;
+        let over = || thresholds.iter().copied().zip(&rates);
+        let ink = outcome.ink();
+        plot.band(ink, &over().map(|(x, rate)| (x, rate.low, rate.high)).collect::<Vec<_>>());
+        plot.line(ink, over().map(|(x, rate)| (x, rate.value)));
+        plot.legend(ink, outcome.policy.name());
+    }
+    let id = EnvId { task, reward: RewardKind::Sparse };
+    plot.vertical(id.config().reward().threshold().get());
+    Ok(plot)
+}

@@ -1,0 +1,130 @@
+//! `report`: writes one page with checks, baselines, plots and playbacks.
+
+mod baseline;
+mod checks;
+mod evaluations;
+mod observations;
+mod rewards;
+mod workspace;
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use base64::prelude::{BASE64_STANDARD, Engine};
+use baselines::page::{Document, Playback, escape};
+use fetch_env::{EnvId, Task, make_config};
+use goal_reward::RewardKind;
+
+use self::evaluations::evaluate_all;
+use crate::{
+    figures::Scene,
+    shared::{
+        choice::PolicyChoice,
+        json::{Versions, write_text},
+    },
+    verify::{all_ids, check_environments, failed},
+};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Where to write the page
+    #[arg(long, default_value = "results/report.html")]
+    out: PathBuf,
+    /// Seed of resets, actions and goals
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Episodes of each policy in each environment
+    #[arg(long, default_value_t = 100)]
+    episodes: usize,
+    /// Show the checks of this environment only
+    #[arg(long)]
+    verify_only: Option<EnvId>,
+}
+
+/// The sections in their order: the target of links, and the heading.
+const SECTIONS: [(&str, &str); 8] = [
+    ("scenes", "The four scenes"),
+    ("playback", "Episodes, played back"),
+    ("verify", "What verify found"),
+    ("baseline", "The random baseline against the reference"),
+    ("distributions", "How episodes end"),
+    ("workspace", "Goals and objects over the workspace"),
+    ("rewards", "Dense against sparse reward"),
+    ("observations", "What is observed"),
+];
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    ensure!(args.episodes > 0, "--episodes must be at least 1");
+    let groups = check_environments(&all_ids(args.verify_only), args.seed)?;
+    let outcomes = evaluate_all(args.episodes, args.seed)?;
+    let bodies = [
+        scenes(args.seed)?,
+        playbacks(args.seed)?,
+        checks::section(&groups),
+        baseline::against_reference(&outcomes)?,
+        baseline::distributions(&outcomes)?,
+        workspace::section(args.seed)?,
+        rewards::section(args.seed)?,
+        observations::section(&outcomes),
+    ];
+
+    let mut page = Document::new("Fetch environments");
+    page.push(&introduction(args));
+    for ((id, heading), body) in SECTIONS.into_iter().zip(bodies) {
+        page.section(id, heading, &body);
+    }
+    let html = page.html();
+    write_text(&args.out, &html)?;
+    let failed = failed(&groups);
+    println!(
+        "report: {failed} checks failed; wrote {} ({} kB)",
+        args.out.display(),
+        html.len() / 1000
+    );
+    Ok(failed == 0)
+}
+
+fn introduction(args: &Args) -> String {
+    let links: String =
+        SECTIONS.iter().map(|(id, heading)| format!("<a href=\"#{id}\">{heading}</a>\n")).collect();
+    format!(
+        "<p>The Fetch benchmark of goal-conditioned reinforcement learning, simulated by version {} \
+         on MuJoCo {}. This page was made by <code>cargo xtask report</code> with seed {} and {} \
+         episodes of each policy.</p>\n<nav>{links}</nav>\n",
+        Versions::current().project,
+        Versions::current().mujoco,
+        args.seed,
+        args.episodes,
+    )
+}
+
+/// A frame of each scene after a reset.
+fn scenes(seed: u64) -> anyhow::Result<String> {
+    let mut html = String::from("<div class=\"grid four\">\n");
+    for task in Task::ALL {
+        let picture = match Scene::after_reset(task, seed)?.png() {
+            Ok(png) => format!(
+                "<img alt=\"The scene of Fetch{task} after reset\" src=\"data:image/png;base64,{}\">",
+                BASE64_STANDARD.encode(png)
+            ),
+            Err(reason) => format!("<div class=\"missing\">{}</div>", escape(&reason)),
+        };
+        let caption = format!("<figcaption>Fetch{task}, after reset</figcaption>");
+        html += &format!("<figure class=\"frame\">{picture}{caption}</figure>\n");
+    }
+    Ok(html + "</div>")
+}
+
+/// A scripted episode of each task.
+fn playbacks(seed: u64) -> anyhow::Result<String> {
+    let mut html = String::from("<div class=\"grid wide\">\n");
+    for task in Task::ALL {
+        let id = EnvId { task, reward: RewardKind::Sparse };
+        let scripted = PolicyChoice::Scripted;
+        let mut policy = scripted.policy(task, seed);
+        let playback = Playback::record(&mut make_config(id.config())?, &mut policy, seed)?;
+        let title = format!("{id}, {} policy, seed {seed}", scripted.name());
+        html += &playback.with_title(&title).html()?;
+    }
+    Ok(html + "</div>")
+}

@@ -1,0 +1,54 @@
+//! The observation of each task, element by element, with its range in the evaluated episodes.
+
+use baselines::page::{Column, escape, number, table};
+use fetch_env::{Task, observation_fields};
+use goal_reward::RewardKind;
+
+use super::evaluations::{Outcome, Ranges};
+
+/// A table for each task.
+pub fn section(outcomes: &[Outcome]) -> String {
+    let mut html = String::from(
+        "<p>The least and the greatest value of each element in the episodes of the random and of \
+         the scripted policy, one line for each element.</p>\n",
+    );
+    for task in Task::ALL {
+        let ranges = outcomes
+            .iter()
+            .filter(|outcome| outcome.id.task == task && outcome.id.reward == RewardKind::Dense)
+            .fold(Ranges::default(), |all, outcome| all.union(&outcome.ranges));
+        html += &format!("<h3>Fetch{task}</h3>\n{}\n", task_table(task, &ranges));
+    }
+    html
+}
+
+fn task_table(task: Task, ranges: &Ranges) -> String {
+    let mut rows: Vec<_> = observation_fields(task)
+        .iter()
+        .map(|field| {
+            let indices = format!("{}–{}", field.range.start, field.range.end - 1);
+            let seen = &ranges.observation[field.range.clone()];
+            row(&indices, field.name, field.description, field.unit, seen)
+        })
+        .collect();
+    let achieved = if task.has_object() { "where the object is" } else { "where the gripper is" };
+    rows.push(row("", "achieved_goal", achieved, "m", &ranges.achieved_goal));
+    rows.push(row("", "desired_goal", "where it should be", "m", &ranges.desired_goal));
+    let columns = [
+        Column::Text("Index"),
+        Column::Text("Name"),
+        Column::Text("Unit"),
+        Column::Number("Least"),
+        Column::Number("Greatest"),
+    ];
+    table(columns, rows)
+}
+
+fn row(indices: &str, name: &str, meaning: &str, unit: &str, seen: &[(f64, f64)]) -> [String; 5] {
+    let lines = |end: fn(&(f64, f64)) -> f64| {
+        let numbers: Vec<_> = seen.iter().map(|range| number(end(range), 4)).collect();
+        numbers.join("<br>")
+    };
+    let name = format!("<code>{}</code><br><small>{}</small>", escape(name), escape(meaning));
+    [indices.into(), name, escape(unit), lines(|range| range.0), lines(|range| range.1)]
+}

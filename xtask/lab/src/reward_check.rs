@@ -1,0 +1,51 @@
+//! `reward-check`: checks that step, compute_reward and the formula agree, also for relabeled goals.
+
+use std::path::PathBuf;
+
+use fetch_env::{EnvId, make_config};
+
+use crate::shared::{
+    choice::EnvArgs,
+    json::{EnvSettings, JsonOutput, Quantity, write_json},
+    rewards::Comparison,
+};
+
+const TOLERANCE: f64 = 1e-6;
+const STEPS: usize = 500;
+const RANDOM_GOALS: usize = 3;
+
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    env: EnvArgs,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let (id, seed) = (args.env.id(), args.env.seed);
+    let mismatches = reward_check(id, seed)?;
+    if let Some(path) = &args.json {
+        let count = |name: &str, value| (format!("reward-check/{name}"), Quantity::count(value));
+        let checks = STEPS * (1 + RANDOM_GOALS);
+        let results = [count("checks", checks), count("mismatches", mismatches)];
+        write_json(path, &JsonOutput::new(EnvSettings { env_id: id, seed }, results))?;
+    }
+    Ok(mismatches == 0)
+}
+
+/// Runs the check, prints its line and returns the number of mismatches.
+pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<usize> {
+    let comparison =
+        Comparison { steps: STEPS, goals_per_step: RANDOM_GOALS, tolerance: TOLERANCE };
+    let found = comparison.run(&mut make_config(id.config())?, seed)?;
+    let mismatches = found.steps + found.goals;
+    let settings = format!("atol={TOLERANCE:e}, n_steps={STEPS}, n_random_goals={RANDOM_GOALS}");
+    if mismatches > 0 {
+        println!("FAIL: reward checks of {id}: {mismatches} mismatches ({settings})");
+    } else {
+        println!("OK: reward checks passed ({settings})");
+    }
+    Ok(mismatches)
+}

@@ -1,0 +1,45 @@
+//! A check and the line that shows it.
+
+use std::fmt::Display;
+
+use super::json::Quantity;
+
+/// A claim that was checked.
+#[derive(Clone, Debug)]
+pub struct Check {
+    /// Slash path, such as `FetchReach-v4/reward/sparse`.
+    pub name: String,
+    pub passed: bool,
+    /// The observation, in words.
+    pub seen: String,
+    /// The observation, as a number.
+    pub figure: Quantity,
+}
+
+impl Check {
+    /// Returns a check that passes if there are no faults; its figure is their number.
+    pub fn none_of(name: impl Display, faults: usize, seen: impl Display) -> Self {
+        Self::new(name, faults == 0, seen, Quantity::count(faults))
+    }
+
+    pub fn new(name: impl Display, passed: bool, seen: impl Display, figure: Quantity) -> Self {
+        Self { name: name.to_string(), passed, seen: seen.to_string(), figure }
+    }
+
+    fn line(&self) -> String {
+        format!("{}  {:<46}  {}", mark(self.passed), self.name, self.seen)
+    }
+}
+
+/// The first word of a line.
+pub const fn mark(passed: bool) -> &'static str {
+    if passed { "ok  " } else { "FAIL" }
+}
+
+/// Prints a heading and its checks.
+pub fn print(heading: &str, checks: &[Check]) {
+    println!("{heading}");
+    for check in checks {
+        println!("  {}", check.line());
+    }
+}

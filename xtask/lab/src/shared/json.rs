@@ -1,0 +1,113 @@
+//! The object that `--json` writes, and writing files.
+
+use std::{fmt, fs, path::Path};
+
+use anyhow::Context;
+use fetch_env::EnvId;
+use fetch_sim::MujocoVersion;
+use serde::Serialize;
+
+/// Versions, machine, settings and results of one command.
+#[derive(Debug, Serialize)]
+pub struct JsonOutput<S> {
+    versions: Versions,
+    machine: Machine,
+    settings: S,
+    results: Vec<Named>,
+}
+
+/// The settings of a command about one environment.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct EnvSettings {
+    pub env_id: EnvId,
+    pub seed: u64,
+}
+
+/// The versions that ran.
+#[derive(Clone, Debug, Serialize)]
+pub struct Versions {
+    pub project: &'static str,
+    pub mujoco: String,
+}
+
+/// The machine that they ran on.
+#[derive(Clone, Debug, Serialize)]
+pub struct Machine {
+    os: &'static str,
+    arch: &'static str,
+    cores: usize,
+}
+
+/// A number with its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Quantity {
+    value: f64,
+    unit: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Named {
+    name: String,
+    #[serde(flatten)]
+    figure: Quantity,
+}
+
+impl Quantity {
+    /// Returns a number with a unit, which is `1` for a pure number.
+    pub const fn new(value: f64, unit: &'static str) -> Self {
+        Self { value, unit }
+    }
+
+    /// Returns the number alone.
+    pub const fn value(self) -> f64 {
+        self.value
+    }
+
+    /// Returns a number of things.
+    pub const fn count(value: usize) -> Self {
+        Self::new(value as f64, "1")
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { value, unit } = *self;
+        let decimals = if value.abs() < 100.0 { 3 } else { 0 };
+        write!(f, "{value:>14.decimals$} {}", if unit == "1" { "" } else { unit })
+    }
+}
+
+impl Versions {
+    pub fn current() -> Self {
+        Self { project: env!("CARGO_PKG_VERSION"), mujoco: MujocoVersion::of_headers().to_string() }
+    }
+}
+
+impl<S: Serialize> JsonOutput<S> {
+    /// Returns the output of this process.
+    pub fn new(settings: S, results: impl IntoIterator<Item = (String, Quantity)>) -> Self {
+        Self {
+            versions: Versions::current(),
+            machine: Machine {
+                os: std::env::consts::OS,
+                arch: std::env::consts::ARCH,
+                cores: std::thread::available_parallelism().map_or(1, usize::from),
+            },
+            settings,
+            results: results.into_iter().map(|(name, figure)| Named { name, figure }).collect(),
+        }
+    }
+}
+
+/// Writes a value as JSON, making the folders on the way.
+pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
+    write_text(path, &(serde_json::to_string_pretty(value)? + "\n"))
+}
+
+/// Writes a file, making the folders on the way.
+pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}

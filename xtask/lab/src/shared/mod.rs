@@ -1,0 +1,8 @@
+//! What several commands share.
+
+pub mod check;
+pub mod choice;
+pub mod json;
+pub mod progress;
+pub mod python;
+pub mod rewards;

@@ -1,0 +1,116 @@
+//! Rewards compared: those of the steps, of `compute_reward` and of the formula, also for goals that
+//! the environment never set.
+
+use baselines::{Policy, RandomPolicy};
+use fetch_env::{Env, GoalEnv, GoalObservation, MujocoEnv};
+use goal_reward::{DistanceReward, RewardKind};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Draws goals uniformly from the chapter's workspace and a margin around it.
+pub struct GoalSampler {
+    generator: ChaCha8Rng,
+}
+
+impl GoalSampler {
+    pub fn new(seed: u64) -> Self {
+        // The random policy has the stream of the plain seed.
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(1);
+        Self { generator }
+    }
+
+    pub fn sample(&mut self) -> [f64; 3] {
+        [(1.0, 1.6), (0.4, 1.1), (0.3, 0.9)]
+            .map(|(low, high)| self.generator.random_range(low..high))
+    }
+
+    /// Draws a goal within `radius` meters of a point along each axis.
+    pub fn sample_near(&mut self, point: &[f64], radius: f64) -> [f64; 3] {
+        std::array::from_fn(|axis| point[axis] + self.generator.random_range(-radius..radius))
+    }
+}
+
+/// Returns the reward by the chapter's formula, which is written out here to be independent of
+/// goal-reward.
+fn expected_reward(reward: &DistanceReward, achieved: &[f64], desired: &[f64]) -> f64 {
+    let squares: f64 = achieved.iter().zip(desired).map(|(a, d)| (a - d) * (a - d)).sum();
+    let distance = squares.sqrt();
+    match reward.kind() {
+        RewardKind::Dense => -distance,
+        RewardKind::Sparse if distance <= reward.threshold().get() => 0.0,
+        RewardKind::Sparse => -1.0,
+    }
+}
+
+/// Whether the formula gives `compute_reward`'s reward, within a tolerance, and that of a step if
+/// the goal was the step's.
+pub fn formula_agrees(
+    env: &MujocoEnv,
+    achieved: &[f64],
+    desired: &[f64],
+    of_step: Option<f64>,
+    tolerance: f64,
+) -> anyhow::Result<bool> {
+    let expected = expected_reward(env.goal_reward(), achieved, desired);
+    let near = |reward: f64| (reward - expected).abs() <= tolerance;
+    Ok(near(env.compute_reward(achieved, desired)?) && of_step.is_none_or(near))
+}
+
+/// How the rewards of random steps are compared.
+#[derive(Clone, Copy, Debug)]
+pub struct Comparison {
+    pub steps: usize,
+    /// Arbitrary goals at each step.
+    pub goals_per_step: usize,
+    pub tolerance: f64,
+}
+
+/// Numbers of rewards that are wrong.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mismatches {
+    /// Steps at which step, `compute_reward` and formula do not agree.
+    pub steps: usize,
+    /// Arbitrary goals for which `compute_reward` and formula do not agree.
+    pub goals: usize,
+    /// Steps whose reward differs from `compute_reward`'s in any bit.
+    pub bits: usize,
+    /// Steps whose reward is not one of its kind: positive, or neither 0 nor -1 if it is sparse.
+    pub range: usize,
+}
+
+impl Comparison {
+    /// Takes random steps and compares their rewards.
+    pub fn run(self, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Mismatches> {
+        let Self { steps, goals_per_step, tolerance } = self;
+        let mut policy = RandomPolicy::new(seed);
+        let mut goals = GoalSampler::new(seed);
+        let mut observation = env.reset(Some(seed))?.observation;
+        let mut mismatches = Mismatches::default();
+        for t in 0..steps as u64 {
+            let step = env.step(&policy.act(&observation))?;
+            observation = step.observation;
+            let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+            let mut count = |wrong: bool, of: fn(&mut Mismatches) -> &mut usize| {
+                *of(&mut mismatches) += usize::from(wrong);
+            };
+            let agree = formula_agrees(env, achieved, desired, Some(step.reward), tolerance)?;
+            count(!agree, |m| &mut m.steps);
+            let computed = env.compute_reward(achieved, desired)?;
+            count(computed.to_bits() != step.reward.to_bits(), |m| &mut m.bits);
+            let in_range = match env.goal_reward().kind() {
+                RewardKind::Dense => step.reward <= 0.0,
+                RewardKind::Sparse => step.reward == 0.0 || step.reward == -1.0,
+            };
+            count(!in_range, |m| &mut m.range);
+            for _ in 0..goals_per_step {
+                let agree = formula_agrees(env, achieved, &goals.sample(), None, tolerance)?;
+                count(!agree, |m| &mut m.goals);
+            }
+            if step.is_last() {
+                observation = env.reset(Some(seed + t + 1))?.observation;
+            }
+        }
+        Ok(mismatches)
+    }
+}

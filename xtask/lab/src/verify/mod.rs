@@ -1,0 +1,126 @@
+//! `verify`: makes every check of the chapter's lab by stepping the environments.
+
+mod actions;
+mod baseline;
+mod conformance;
+mod observations;
+mod relabeling;
+mod rewards;
+mod tasks;
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use fetch_env::{EnvId, MujocoEnv, make_config};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::shared::{
+    check::{self, Check},
+    json::{JsonOutput, write_json},
+    progress,
+};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Check this environment only
+    #[arg(long)]
+    env_id: Option<EnvId>,
+    /// Seed of resets, actions and goals
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Also write the figures as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Settings {
+    env_ids: Vec<EnvId>,
+    seed: u64,
+}
+
+/// A part of the lab: the checks of one environment that belong to a section of the chapter.
+type Part = fn(EnvId, &mut MujocoEnv, u64) -> anyhow::Result<Vec<Check>>;
+
+const PARTS: [Part; 6] = [
+    observations::check,
+    actions::check,
+    rewards::check,
+    relabeling::check,
+    conformance::check,
+    baseline::check,
+];
+
+/// Checks of one environment, or of what all have in common.
+pub struct Group {
+    pub heading: String,
+    pub checks: Vec<Check>,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let ids = all_ids(args.env_id);
+    let groups = check_environments(&ids, args.seed)?;
+    for Group { heading, checks } in &groups {
+        check::print(heading, checks);
+    }
+    let count = groups.iter().map(|group| group.checks.len()).sum::<usize>();
+    let failed = failed(&groups);
+    println!("\n{count} checks, {failed} failed");
+    if let Some(path) = &args.json {
+        let settings = Settings { env_ids: ids, seed: args.seed };
+        let results = groups.into_iter().flat_map(|Group { heading, checks }| {
+            let figure = move |check: Check| {
+                (format!("verify/{}/{}", heading.replace(' ', "-"), check.name), check.figure)
+            };
+            checks.into_iter().map(figure)
+        });
+        write_json(path, &JsonOutput::new(settings, results))?;
+    }
+    Ok(failed == 0)
+}
+
+/// Returns the given environment alone, or all.
+pub fn all_ids(only: Option<EnvId>) -> Vec<EnvId> {
+    only.map_or_else(|| EnvId::ALL.to_vec(), |id| vec![id])
+}
+
+/// Returns the number of checks that failed.
+pub fn failed(groups: &[Group]) -> usize {
+    groups.iter().flat_map(|group| &group.checks).filter(|check| !check.passed).count()
+}
+
+/// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are all
+/// environments, those of what the tasks have in common.
+pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>> {
+    let bar = progress::bar(ids.len() * PARTS.len(), "verify");
+    let mut groups = ids
+        .par_iter()
+        .map(|&id| Ok(Group { heading: id.to_string(), checks: check_one(id, seed, &bar)? }))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    if ids.len() == EnvId::ALL.len() {
+        groups.push(Group { heading: "All tasks".into(), checks: tasks::check(seed)? });
+    }
+    bar.finish_and_clear();
+    Ok(groups)
+}
+
+/// Makes the checks of an observation or of rewards, and returns the one of a name.
+pub fn check_by_name(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Check> {
+    let mut env = make_config(id.config())?;
+    let part = if name.starts_with("reward/") { rewards::check } else { observations::check };
+    let found = part(id, &mut env, seed)?.into_iter().find(|check| check.name == name);
+    found.with_context(|| format!("there is no check {name}"))
+}
+
+fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Check>> {
+    let mut env = make_config(id.config())?;
+    let mut checks = Vec::new();
+    for part in PARTS {
+        checks.extend(part(id, &mut env, seed)?);
+        bar.inc(1);
+    }
+    progress::note(bar, format_args!("verified {id}"));
+    Ok(checks)
+}

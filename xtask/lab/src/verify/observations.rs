@@ -1,0 +1,103 @@
+//! Section 2.3: observations, and the range of goals.
+
+use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv};
+use fetch_sim::{Simulator, Task};
+use nalgebra::Vector3;
+
+use crate::shared::{check::Check, json::Quantity};
+
+const RESETS: usize = 100;
+
+pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+    let first = env.reset(Some(seed))?.observation;
+    let resets: Vec<FetchObservation> = (seed..)
+        .take(RESETS)
+        .map(|seed| Ok(env.reset(Some(seed))?.observation))
+        .collect::<anyhow::Result<_>>()?;
+    Ok(vec![
+        shapes(id, &first),
+        finite(&resets),
+        achieved_goal(id, &resets),
+        goals_within_range(id, env, &resets),
+        goals_differ(&resets),
+    ])
+}
+
+fn shapes(id: EnvId, observation: &FetchObservation) -> Check {
+    let expected = if id.task.has_object() { 25 } else { 10 };
+    let (obs, ag, dg) = (
+        observation.observation().len(),
+        observation.achieved_goal().len(),
+        observation.desired_goal().len(),
+    );
+    let seen = format!("obs=({obs},), ag=({ag},), dg=({dg},)");
+    let passed = (obs, ag, dg) == (expected, 3, 3);
+    Check::new("observation/shapes", passed, seen, Quantity::count(obs))
+}
+
+fn finite(resets: &[FetchObservation]) -> Check {
+    let values =
+        |o: &FetchObservation| [o.observation(), o.achieved_goal(), o.desired_goal()].concat();
+    let faults = resets.iter().flat_map(values).filter(|value| !value.is_finite()).count();
+    Check::none_of(
+        "observation/finite",
+        faults,
+        format!("{faults} values not finite, {RESETS} resets"),
+    )
+}
+
+/// Checks that the achieved goal is the gripper's position in Reach, and the object's elsewhere.
+fn achieved_goal(id: EnvId, resets: &[FetchObservation]) -> Check {
+    let (first, what) = if id.task.has_object() { (3, "object") } else { (0, "gripper") };
+    let faults =
+        resets.iter().filter(|o| o.achieved_goal() != &o.observation()[first..first + 3]).count();
+    let seen = format!("phi(s) = obs[{first}:{}], the {what}; {faults} mismatches", first + 3);
+    Check::none_of("goal-space/phi", faults, seen)
+}
+
+/// Checks that every goal is within the task's range and offset and, in Reach, the chapter's box.
+fn goals_within_range(id: EnvId, env: &MujocoEnv, resets: &[FetchObservation]) -> Check {
+    let config = id.config();
+    let settled = env.inner().simulator().settled();
+    let center = settled.gripper_position + Vector3::from(config.target_offset());
+    let reach = config.target_range();
+    let faults = resets
+        .iter()
+        .filter(|o| {
+            let goal = Vector3::from_column_slice(o.desired_goal());
+            let aside = (goal - center).xy().amax() > reach;
+            let height = match settled.object_height {
+                None => (goal.z - center.z).abs() > reach,
+                Some(table) if config.target_in_the_air() => {
+                    !(table..table + 0.45).contains(&goal.z)
+                }
+                Some(table) => goal.z != table,
+            };
+            aside || height
+        })
+        .count();
+    let bounds = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
+        std::array::from_fn(|axis| resets.iter().map(|o| o.desired_goal()[axis]).fold(start, pick))
+    };
+    let (low, high) = (bounds(f64::min, f64::INFINITY), bounds(f64::max, f64::NEG_INFINITY));
+    let seen = format!("{low:.2?} to {high:.2?} m, {faults} outside the task's range");
+    let in_chapters_box = |o: &&FetchObservation| {
+        let goal = o.desired_goal();
+        (1.1..=1.5).contains(&goal[0])
+            && (0.5..=1.0).contains(&goal[1])
+            && (0.35..=0.75).contains(&goal[2])
+    };
+    let outside_box = match id.task {
+        Task::Reach => resets.len() - resets.iter().filter(in_chapters_box).count(),
+        _ => 0,
+    };
+    Check::none_of("goal-space/bounds", faults + outside_box, seen)
+}
+
+fn goals_differ(resets: &[FetchObservation]) -> Check {
+    let mut goals: Vec<_> = resets.iter().map(|o| o.desired_goal().to_vec()).collect();
+    goals.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    goals.dedup();
+    let seen = format!("{} different goals in {RESETS} resets", goals.len());
+    Check::new("goal-space/goals-differ", goals.len() == RESETS, seen, Quantity::count(goals.len()))
+}

@@ -1,0 +1,274 @@
+//! The commands as a user runs them: exit codes, output and files.
+
+use std::{
+    error::Error,
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+use serde_json::{Value, json};
+
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
+fn lab(arguments: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lab"));
+    command.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+/// Standard output of a command that must succeed.
+fn output_of(command: &mut Command) -> Result<String> {
+    let output = command.output()?;
+    let text = String::from_utf8(output.stdout)?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{command:?}\n{text}\n{errors}");
+    Ok(text)
+}
+
+fn errors_of(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn read_json(path: &Path) -> Result<Value> {
+    Ok(serde_json::from_str(&fs::read_to_string(path)?)?)
+}
+
+#[test]
+fn verify_passes_every_check_of_an_environment() -> Result {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("verify.json");
+    let text = output_of(lab("verify --env-id FetchReach-v4 --json").arg(&path))?;
+    assert!(text.contains("0 failed") && !text.contains("FAIL"), "{text}");
+    let output = read_json(&path)?;
+    for key in ["versions", "machine", "settings", "results"] {
+        assert!(output.get(key).is_some(), "{key}");
+    }
+    let results = output["results"].as_array().ok_or("no list")?;
+    assert!(results.iter().any(|result| {
+        result["name"] == "verify/FetchReach-v4/reward/threshold"
+            && result["value"] == 0.05
+            && result["unit"] == "m"
+    }));
+    Ok(())
+}
+
+#[test]
+fn bridge_prints_the_chapters_proof() -> Result {
+    let text = output_of(&mut lab("bridge"))?;
+    for line in [
+        "Env: FetchReachDense-v4, seed=42, steps=100",
+        "Step reward checks:    100 steps, mismatches=0",
+        "Relabel reward checks: 500 checks, mismatches=0",
+        "[MATCH] All rewards match within atol=1e-10",
+        "[BRIDGE OK] Bridging proof passed",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+    Ok(())
+}
+
+#[test]
+fn all_writes_the_chapters_files_and_two_processes_agree() -> Result {
+    let folders = [tempfile::tempdir()?, tempfile::tempdir()?];
+    for folder in &folders {
+        let text = output_of(lab("all --seed 0").current_dir(folder.path()))?;
+        assert!(
+            text.contains("OK: reward checks passed (atol=1e-6, n_steps=500, n_random_goals=3)")
+        );
+    }
+    let path = |run: usize, name: &str| folders[run].path().join("results").join(name);
+    for name in ["ch01_env_describe.json", "ch01_random_metrics.json"] {
+        assert_eq!(fs::read(path(0, name))?, fs::read(path(1, name))?, "same seed, same bits");
+    }
+    let description = read_json(&path(0, "ch01_env_describe.json"))?;
+    let shape = |part: &str| description["observation_space"][part]["shape"].clone();
+    assert_eq!(shape("observation"), json!([10]));
+    assert_eq!(shape("achieved_goal"), json!([3]));
+    assert_eq!(shape("desired_goal"), json!([3]));
+    assert_eq!(description["action_space"]["shape"], json!([4]));
+    assert_eq!(description["action_space"]["low"], json!([-1.0, -1.0, -1.0, -1.0]));
+    assert_eq!(description["action_space"]["high"], json!([1.0, 1.0, 1.0, 1.0]));
+    let metrics = read_json(&path(0, "ch01_random_metrics.json"))?;
+    assert_eq!(metrics["ep_len_mean"], 50.0);
+    let figure = |name: &str| metrics[name].as_f64().unwrap_or(f64::NAN);
+    assert!((0.0..=0.1).contains(&figure("success_rate")));
+    assert!((-25.0..-5.0).contains(&figure("return_mean")));
+    assert!(figure("final_distance_mean") > 0.0);
+    Ok(())
+}
+
+#[test]
+fn every_exercise_has_its_answer() -> Result {
+    for (number, answer) in [
+        (1, "Same keys and shapes: true. Goals differ: true."),
+        (2, "(c) It switches at 0.05 m"),
+        (3, "achieved_goal is the object's position: true"),
+        (4, "0.05 m"),
+    ] {
+        let text = output_of(&mut lab(&format!("exercise {number}")))?;
+        assert!(text.contains(answer), "{text}");
+    }
+    Ok(())
+}
+
+#[test]
+fn doctor_finds_nothing_wrong() -> Result {
+    let text = output_of(&mut lab("doctor"))?;
+    assert!(text.contains("ok") && !text.contains("FAIL"), "{text}");
+    Ok(())
+}
+
+#[test]
+fn figures_are_written_with_opengl_and_without() -> Result {
+    for gl in ["egl", "disable"] {
+        let folder = tempfile::tempdir()?;
+        output_of(lab("figures --out").arg(folder.path()).env("MUJOCO_GL", gl))?;
+        for name in ["reach", "push", "pick_and_place", "slide", "observation", "rewards"] {
+            let path = |ending: &str| folder.path().join(format!("{name}.{ending}"));
+            assert!(fs::read(path("png"))?.starts_with(b"\x89PNG"), "{name}");
+            let svg = fs::read_to_string(path("svg"))?;
+            assert!(svg.ends_with("</svg>\n") || svg.ends_with("</svg>"), "{name}");
+            // A picture of the scene, or the packages to install.
+            let (drawn, missing) = (svg.contains("data:image/png"), svg.contains("libegl1"));
+            assert_eq!(drawn || missing, !["observation", "rewards"].contains(&name), "{name}");
+            assert!(!(drawn && gl == "disable"), "{name}");
+        }
+    }
+    Ok(())
+}
+
+const RECORDINGS: &str = "parity --fixtures tests/recordings/mujoco-2.2.2 --model";
+
+#[test]
+fn recordings_of_the_real_environment_are_reproduced() -> Result {
+    let text = output_of(lab(RECORDINGS).arg("builtin"))?;
+    assert!(text.contains("reach-random"), "{text}");
+    Ok(())
+}
+
+/// CI fetches the reference's model and runs this comparison as a separate command.
+#[test]
+fn recordings_are_reproduced_to_the_last_bit_where_the_reference_model_is() -> Result {
+    if fetch_sim::reference_folder().is_ok_and(|folder| folder.is_dir()) {
+        output_of(lab(RECORDINGS).arg("reference"))?;
+    }
+    Ok(())
+}
+
+#[test]
+fn damaged_and_foreign_recordings_are_rejected() -> Result {
+    let folder = tempfile::tempdir()?;
+    let replay = |folder: &Path| lab("parity --fixtures").arg(folder).output();
+    let whole = fs::read(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recordings/mujoco-2.2.2/reach-still.npz"),
+    )?;
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 3] ^= 0xff;
+    for bytes in [b"", &b"no archive"[..], &whole[..whole.len() / 2], &flipped] {
+        fs::write(folder.path().join("damaged.npz"), bytes)?;
+        let output = replay(folder.path())?;
+        assert_eq!(output.status.code(), Some(1));
+        let errors = errors_of(&output);
+        assert!(errors.contains("damaged.npz is not a recording"), "{errors}");
+    }
+    assert_eq!(replay(tempfile::tempdir()?.path())?.status.code(), Some(1));
+    Ok(())
+}
+
+/// The names of a benchmark's figures, all of which must be positive.
+fn figures_in(path: &Path) -> Result<Vec<String>> {
+    let output = read_json(path)?;
+    let results = output["results"].as_array().ok_or("no list")?;
+    let is_positive = |value: &Value| value.as_f64().is_some_and(|v| v > 0.0);
+    assert!(results.iter().all(|result| is_positive(&result["value"])), "{results:?}");
+    Ok(results.iter().filter_map(|result| Some(result["name"].as_str()?.into())).collect())
+}
+
+#[test]
+fn benchmarks_write_every_figure() -> Result {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("bench.json");
+    let figures = |arguments: &str| -> Result<Vec<String>> {
+        output_of(lab(&format!("bench {arguments} --json")).arg(&path))?;
+        figures_in(&path)
+    };
+    let short = "--task reach --model builtin --seconds 0 --num-envs 2 --footprint-envs 4";
+    let names = figures(&format!("env {short}"))?;
+    for name in [
+        "single",
+        "bare-loop",
+        "threads-1",
+        "reset",
+        "construction-4",
+        "memory-further-env",
+        "ratio/single-to-bare-loop",
+        "ratio/reset-cost-to-bare",
+    ] {
+        assert!(names.contains(&format!("env/reach/builtin/{name}")), "{name}: {names:?}");
+    }
+    let names = figures("her --element f32 --transitions 5000 --seconds 0")?;
+    for name in [
+        "bytes-per-transition",
+        "batch-256",
+        "batch-4096/fastest",
+        "insert-episodes",
+        "ratio/batch-1024-to-bare-gather",
+    ] {
+        assert!(names.contains(&format!("her/f32/{name}")), "{name}: {names:?}");
+    }
+    let names = figures("reward --seconds 1")?;
+    assert!(names.contains(&"reward/ratio/sparse-to-copy".into()), "{names:?}");
+    Ok(())
+}
+
+#[test]
+fn pictures_are_timed_with_opengl_and_refused_without() -> Result {
+    for gl in ["egl", "disable"] {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("render.json");
+        let mut command = lab("bench render --task reach --model builtin --seconds 0 --json");
+        command.arg(&path).env("MUJOCO_GL", gl);
+        let output = command.output()?;
+        if errors_of(&output).contains("libegl1") {
+            assert_eq!(output.status.code(), Some(1));
+            let may_lack = gl == "disable" || std::env::var_os("CI").is_none();
+            assert!(may_lack, "CI must install OpenGL");
+            continue;
+        }
+        assert_eq!(output.status.code(), Some(0), "{}", errors_of(&output));
+        assert_ne!(gl, "disable");
+        let names = figures_in(&path)?;
+        for name in [
+            "480x480-samples-4",
+            "84x84-samples-0",
+            "sky-480x480-samples-4",
+            "ratio/480x480-samples-4-to-sky-480x480-samples-4",
+        ] {
+            assert!(names.contains(&format!("render/reach/builtin/{name}")), "{name}: {names:?}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn wrong_usage_is_exit_code_2() -> Result {
+    for arguments in [
+        "verify --env-id FetchPsh-v4",
+        "exercise 5",
+        "nothing",
+        "bridge --seed -1",
+        "bench",
+        "bench env --task grasp",
+        "bench env --seconds -1",
+        "bench render --seconds -1",
+        "bench her --element f16",
+        "bench her --transitions 0",
+        "parity --hindsight --live",
+    ] {
+        assert_eq!(lab(arguments).output()?.status.code(), Some(2), "{arguments}");
+    }
+    let errors = errors_of(&lab("verify --env-id FetchPsh-v4").output()?);
+    assert!(errors.contains("FetchPush-v4"), "{errors}");
+    Ok(())
+}

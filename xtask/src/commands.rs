@@ -1,0 +1,19 @@
+//! The names of all commands and their one-line descriptions.
+
+/// The commands that step environments: those of the package `lab`, whose tests compare this list
+/// with their own.
+pub const OF_LAB: [(&str, &str); 13] = [
+    ("verify", "Verify every claim of the chapter by stepping the environments"),
+    ("bridge", "Compare hand-computed rewards with the environment's, step by step"),
+    ("describe", "Write the observation and action spaces as JSON"),
+    ("reward-check", "Check that step, compute_reward and the distance formula agree"),
+    ("random-episodes", "Run a random policy and write its results as JSON"),
+    ("all", "Run describe, reward-check and random-episodes"),
+    ("exercise", "Answer one of the chapter's exercises, 1 to 4"),
+    ("parity", "Replay recordings of the real environment and compare"),
+    ("bench", "Measure speed and memory"),
+    ("figures", "Draw the chapter's pictures, and Slide's"),
+    ("report", "Write one page with checks, baselines, plots and playbacks"),
+    ("play", "Write a page that plays one episode back"),
+    ("doctor", "Look for the usual problems, and say how to fix them"),
+];
