@@ -29,7 +29,7 @@ struct Run {
 
 impl Run {
     fn new(model: &Arc<FetchModel>, filter: bool, actions: Actions) -> Result<Self, SimError> {
-        let mut simulator = MujocoSimulator::with_model(Arc::clone(model))?;
+        let mut simulator = MujocoSimulator::from_model(Arc::clone(model))?;
         simulator.data_mut().set_contact_filter(filter)?;
         Ok(Self { simulator, actions, step: 0 })
     }
@@ -62,7 +62,7 @@ fn steps(criterion: &mut Criterion) {
         [(ModelSource::Reference, "reference"), (ModelSource::Builtin, "builtin")]
     {
         for task in Task::ALL {
-            let config = SimConfig { model: source.clone(), ..SimConfig::new(task) };
+            let config = SimConfig::new(task).with_model(source.clone());
             let model = match FetchModel::load(&config) {
                 Err(SimError::NoAssets { .. }) => continue,
                 model => model.expect("MuJoCo"),

@@ -105,7 +105,7 @@ fn a_filter_changes_no_bit_of_the_built_in_model() {
     for task in Task::ALL {
         let mut filtered = MujocoSimulator::new(&SimConfig::new(task)).expect("MuJoCo");
         filtered.data_mut().contact_filter_mut().expect("on by default").check_rejections(true);
-        let off = SimConfig { contact_filter: false, ..SimConfig::new(task) };
+        let off = SimConfig::new(task).with_contact_filter(false);
         let mut plain = MujocoSimulator::new(&off).expect("MuJoCo");
         assert!(plain.data().contact_filter().is_none());
         for episode in 0..3 {
@@ -134,7 +134,7 @@ fn a_filter_changes_no_bit_of_the_built_in_model() {
 #[test]
 fn a_snapshot_does_not_ask_whether_there_was_a_filter() {
     let mut filtered = MujocoSimulator::new(&SimConfig::new(Task::Reach)).expect("MuJoCo");
-    let off = SimConfig { contact_filter: false, ..SimConfig::new(Task::Reach) };
+    let off = SimConfig::new(Task::Reach).with_contact_filter(false);
     let mut plain = MujocoSimulator::new(&off).expect("MuJoCo");
     let control = Control { displacement: Vector3::new(0.03, -0.02, -0.05), fingers: 0.0 };
     filtered.step(&control).expect("a step");

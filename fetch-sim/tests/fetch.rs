@@ -103,7 +103,7 @@ fn foreign_snapshots_are_refused_and_change_nothing() {
 fn simulators_of_one_model_do_not_disturb_each_other() {
     let model = FetchModel::load(&SimConfig::new(Task::PickAndPlace)).expect("MuJoCo");
     let run = move || {
-        let mut simulator = MujocoSimulator::with_model(Arc::clone(&model)).expect("memory");
+        let mut simulator = MujocoSimulator::from_model(Arc::clone(&model)).expect("memory");
         start(&mut simulator);
         run(&mut simulator, 0..30)
     };
@@ -155,7 +155,7 @@ fn missing_and_foreign_models_are_errors_that_say_what_to_do() {
     let folder = tempfile::tempdir().expect("a folder");
     let load = || {
         let model = ModelSource::Folder(folder.path().into());
-        FetchModel::load(&SimConfig { model, ..SimConfig::new(Task::Reach) })
+        FetchModel::load(&SimConfig::new(Task::Reach).with_model(model))
     };
     let error = load().expect_err("nothing there");
     assert!(error.to_string().contains("cargo xtask assets"), "{error}");

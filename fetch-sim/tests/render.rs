@@ -20,7 +20,7 @@ fn simulator(task: Task) -> MujocoSimulator {
 
 /// A small picture, without smooth edges.
 fn small() -> RenderOptions {
-    RenderOptions { width: 96, height: 64, samples: 0, ..RenderOptions::default() }
+    RenderOptions::default().with_width(96).with_height(64).with_samples(0)
 }
 
 fn try_renderer(task: Task, options: RenderOptions) -> Result<Renderer, RenderError> {
@@ -76,8 +76,12 @@ fn the_goal_is_drawn_where_it_is_and_the_sky_above() {
 fn depth_is_the_distance_in_meters() {
     // Straight down at the table's edge nearest to -y: its top is 2 m below, the floor 2.4 m.
     let lookat = Vector3::new(1.5, 0.45, 0.4);
-    let down = FreeCamera { lookat, distance: 2.0, azimuth: 90.0, elevation: -90.0 };
-    let options = RenderOptions { camera: Camera::Free(down), ..small() };
+    let down = FreeCamera::default()
+        .with_lookat(lookat)
+        .with_distance(2.0)
+        .with_azimuth(90.0)
+        .with_elevation(-90.0);
+    let options = small().with_camera(Camera::Free(down));
     let Some(mut renderer) = renderer(Task::Reach, options) else { return };
     let depth = renderer.depth().unwrap();
     assert_eq!(depth.len(), 96 * 64);
@@ -89,9 +93,9 @@ fn depth_is_the_distance_in_meters() {
 
 #[test]
 fn segmentation_tells_geoms_and_sites_with_hard_edges() {
-    let wide = RenderOptions { width: 240, height: 240, samples: 4, ..RenderOptions::default() };
+    let wide = RenderOptions::default().with_width(240).with_height(240).with_samples(4);
     let Some(mut smooth) = renderer(Task::Push, wide.clone()) else { return };
-    let mut hard = try_renderer(Task::Push, RenderOptions { samples: 0, ..wide }).unwrap();
+    let mut hard = try_renderer(Task::Push, wide.with_samples(0)).unwrap();
     let simulator = simulator(Task::Push);
     for renderer in [&mut smooth, &mut hard] {
         renderer.update_scene(&simulator, Some(GOAL)).unwrap();
@@ -153,7 +157,7 @@ fn every_camera_of_the_model_sees_something_else() {
 #[test]
 fn what_cannot_be_is_refused() {
     for (width, height) in [(0, 480), (480, 0), (4097, 1), (1, u32::MAX)] {
-        let refused = try_renderer(Task::Reach, RenderOptions { width, height, ..small() });
+        let refused = try_renderer(Task::Reach, small().with_width(width).with_height(height));
         assert_eq!(refused.unwrap_err(), RenderError::Size { width, height });
     }
     let Some(mut renderer) = renderer(Task::Reach, small()) else { return };
@@ -163,7 +167,7 @@ fn what_cannot_be_is_refused() {
         assert!(error.to_string().contains("external_camera_0"), "{error}");
     }
     for distance in [0.0, -1.0, f64::NAN] {
-        let camera = Camera::Free(FreeCamera { distance, ..FreeCamera::REFERENCE });
+        let camera = Camera::Free(FreeCamera::REFERENCE.with_distance(distance));
         let error = renderer.set_camera(camera).unwrap_err();
         assert!(matches!(error, RenderError::FreeCamera { field: "distance", .. }));
     }
@@ -175,7 +179,7 @@ fn what_cannot_be_is_refused() {
 #[test]
 fn pictures_have_the_size_asked_for_up_to_the_largest() {
     for (width, height) in [(1, 1), (7, 3), (4096, 16), (16, 4096)] {
-        let options = RenderOptions { width, height, samples: 0, ..small() };
+        let options = small().with_width(width).with_height(height);
         let Some(mut renderer) = renderer(Task::Reach, options) else { return };
         assert_eq!(renderer.rgb().unwrap().len(), (3 * width * height) as usize);
         assert_eq!(renderer.depth().unwrap().len(), (width * height) as usize);
@@ -186,7 +190,7 @@ fn pictures_have_the_size_asked_for_up_to_the_largest() {
 fn renderers_do_not_disturb_each_other_on_one_thread_or_several() {
     let Some(mut reach) = renderer(Task::Reach, small()) else { return };
     let expected = reach.rgb().unwrap().to_vec();
-    let mut slide = try_renderer(Task::Slide, RenderOptions { width: 33, ..small() }).unwrap();
+    let mut slide = try_renderer(Task::Slide, small().with_width(33)).unwrap();
     slide.rgb().unwrap();
     assert_eq!(reach.rgb().unwrap(), expected);
     drop(slide);
