@@ -34,20 +34,20 @@ void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* trans
 double fs_time(const mjData* d) { return d->time; }
 void fs_set_time(mjData* d, double time) { d->time = time; }
 
-double* fs_data_array(const mjData* d, int array) {
+double* fs_data_array(const mjModel* m, const mjData* d, int array, int* len) {
   switch (array) {
-#define X(number, field) case number: return d->field;
+#define X(number, field, length) case number: *len = (int)(length); return d->field;
     FS_DATA_ARRAYS(X)
 #undef X
-    default: return NULL;
+    default: *len = 0; return NULL;
   }
 }
 
 int fs_constraint_count(const mjData* d) { return d->nefc; }
 int fs_contact_count(const mjData* d) { return d->ncon; }
-void fs_contact_geoms(const mjData* d, int contact, int* geom1, int* geom2) {
-  *geom1 = d->contact[contact].geom1;
-  *geom2 = d->contact[contact].geom2;
+void fs_contact_geoms(const mjData* d, int contact, int geoms[2]) {
+  geoms[0] = d->contact[contact].geom1;
+  geoms[1] = d->contact[contact].geom2;
 }
 
 int fs_fault_count(const mjData* d, int fault) {

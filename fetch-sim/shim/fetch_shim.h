@@ -28,17 +28,19 @@
   X(FS_BODY, mjOBJ_BODY) X(FS_JOINT, mjOBJ_JOINT) X(FS_GEOM, mjOBJ_GEOM) X(FS_SITE, mjOBJ_SITE)    \
   X(FS_CAMERA, mjOBJ_CAMERA)
 
-// Integer arrays of a model.
+// Integer arrays of a model, and their lengths.
 #define FS_MODEL_ARRAYS(X)                                                                         \
-  X(FS_JNT_QPOSADR, jnt_qposadr) X(FS_JNT_DOFADR, jnt_dofadr) X(FS_BODY_MOCAPID, body_mocapid)     \
-  X(FS_BODY_PARENTID, body_parentid) X(FS_GEOM_BODYID, geom_bodyid)                                \
-  X(FS_ACTUATOR_TRNID, actuator_trnid)
+  X(FS_JNT_QPOSADR, jnt_qposadr, m->njnt) X(FS_JNT_DOFADR, jnt_dofadr, m->njnt)                    \
+  X(FS_BODY_MOCAPID, body_mocapid, m->nbody) X(FS_BODY_PARENTID, body_parentid, m->nbody)          \
+  X(FS_GEOM_BODYID, geom_bodyid, m->ngeom) X(FS_ACTUATOR_TRNID, actuator_trnid, 2 * m->nu)
 
-// Arrays of a simulation's data.
+// Arrays of a simulation's data, and their lengths.
 #define FS_DATA_ARRAYS(X)                                                                          \
-  X(FS_QPOS, qpos) X(FS_QVEL, qvel) X(FS_CTRL, ctrl) X(FS_MOCAP_POS, mocap_pos)                    \
-  X(FS_MOCAP_QUAT, mocap_quat) X(FS_QACC_WARMSTART, qacc_warmstart) X(FS_XPOS, xpos)               \
-  X(FS_XQUAT, xquat) X(FS_SITE_XPOS, site_xpos) X(FS_SITE_XMAT, site_xmat)
+  X(FS_QPOS, qpos, m->nq) X(FS_QVEL, qvel, m->nv) X(FS_CTRL, ctrl, m->nu)                          \
+  X(FS_MOCAP_POS, mocap_pos, 3 * m->nmocap) X(FS_MOCAP_QUAT, mocap_quat, 4 * m->nmocap)            \
+  X(FS_QACC_WARMSTART, qacc_warmstart, m->nv) X(FS_XPOS, xpos, 3 * m->nbody)                       \
+  X(FS_XQUAT, xquat, 4 * m->nbody) X(FS_SITE_XPOS, site_xpos, 3 * m->nsite)                        \
+  X(FS_SITE_XMAT, site_xmat, 9 * m->nsite)
 
 // Warnings that MuJoCo counts and that make a simulation useless.
 #define FS_FAULTS(X)                                                                               \
@@ -130,8 +132,8 @@ void fs_model_sizes(const mjModel* m, fs_sizes* sizes);
 int fs_name_to_id(const mjModel* m, int kind, const char* name);
 // Returns the name of an object, or NULL. Valid as long as the model.
 const char* fs_id_to_name(const mjModel* m, int kind, int id);
-// Returns an array of the model. Valid as long as the model.
-const int* fs_model_array(const mjModel* m, int array);
+// Returns an array of the model, and its length. Valid as long as the model.
+const int* fs_model_array(const mjModel* m, int array, int* len);
 
 // Overwrites the first `count` numbers of every weld's data.
 void fs_set_weld_data(mjModel* m, const double* values, int count);
@@ -163,11 +165,11 @@ void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* trans
                       double* rotation);
 double fs_time(const mjData* d);
 void fs_set_time(mjData* d, double time);
-// Returns an array of the data. Valid as long as the data.
-double* fs_data_array(const mjData* d, int array);
+// Returns an array of the data, and its length. Valid as long as the data.
+double* fs_data_array(const mjModel* m, const mjData* d, int array, int* len);
 int fs_constraint_count(const mjData* d);
 int fs_contact_count(const mjData* d);
-void fs_contact_geoms(const mjData* d, int contact, int* geom1, int* geom2);
+void fs_contact_geoms(const mjData* d, int contact, int geoms[2]);
 // Returns how often a fault was counted since the last reset.
 int fs_fault_count(const mjData* d, int fault);
 

@@ -70,12 +70,12 @@ const char* fs_id_to_name(const mjModel* m, int kind, int id) {
   return fs_mj.mj_id2name(m, object_types[kind], id);
 }
 
-const int* fs_model_array(const mjModel* m, int array) {
+const int* fs_model_array(const mjModel* m, int array, int* len) {
   switch (array) {
-#define X(number, field) case number: return m->field;
+#define X(number, field, length) case number: *len = (int)(length); return m->field;
     FS_MODEL_ARRAYS(X)
 #undef X
-    default: return NULL;
+    default: *len = 0; return NULL;
   }
 }
 

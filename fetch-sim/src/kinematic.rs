@@ -231,12 +231,7 @@ impl Simulator for KinematicSimulator {
 
 /// Returns the gripper where the reference's settles, at rest and closed.
 fn settled_gripper(task: Task) -> GripperState {
-    GripperState {
-        position: task.spec().gripper_start.into(),
-        velocity: Vector3::zeros(),
-        finger_positions: [0.0; 2],
-        finger_velocities: [0.0; 2],
-    }
+    GripperState { position: task.spec().gripper_start.into(), ..GripperState::default() }
 }
 
 /// Returns the object where the reference's settles, at rest.

@@ -77,7 +77,7 @@ pub struct Control {
 }
 
 /// State of the gripper.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GripperState {
     /// Position of the grip site, in meters.
     pub position: Vector3<f64>,

@@ -1,6 +1,6 @@
 //! Access to what a simulation's data holds: time, the arrays, and the poses in them.
 
-use std::{ffi::c_int, slice};
+use std::{ffi::c_int, ptr, slice};
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
@@ -137,40 +137,27 @@ impl Data {
         }
     }
 
-    fn len(&self, array: DataArray) -> usize {
-        let model = self.model();
-        match array {
-            DataArray::Qpos => model.nq(),
-            DataArray::Qvel | DataArray::QaccWarmstart => model.nv(),
-            DataArray::Ctrl => model.nu(),
-            DataArray::MocapPos => 3 * model.nmocap(),
-            DataArray::MocapQuat => 4 * model.nmocap(),
-            DataArray::Xpos => 3 * model.nbody(),
-            DataArray::Xquat => 4 * model.nbody(),
-            DataArray::SiteXpos => 3 * model.nsite(),
-            DataArray::SiteXmat => 9 * model.nsite(),
-        }
-    }
-
     fn array(&self, array: DataArray) -> &[f64] {
-        // SAFETY: the data is alive and the array is one of the shim's.
-        let first = unsafe { ffi::fs_data_array(self.as_ptr(), array as c_int) };
-        if first.is_null() {
-            return &[]; // an empty array may have no address in C; a slice must have one
-        }
-        // SAFETY: the array has the length that the model's sizes give it (mjxmacro.h), lives as
-        // long as the data, and is written to only through `&mut self`.
-        unsafe { slice::from_raw_parts(first, self.len(array)) }
+        let (first, len) = self.raw_array(array);
+        // SAFETY: the array has this length, lives as long as the data, and is written to only
+        // through `&mut self`.
+        unsafe { slice::from_raw_parts(first, len) }
     }
 
     fn array_mut(&mut self, array: DataArray) -> &mut [f64] {
-        // SAFETY: as in `array`.
-        let first = unsafe { ffi::fs_data_array(self.as_ptr(), array as c_int) };
-        if first.is_null() {
-            return &mut [];
-        }
+        let (first, len) = self.raw_array(array);
         // SAFETY: as in `array`, and `&mut self` makes this borrow the only one.
-        unsafe { slice::from_raw_parts_mut(first, self.len(array)) }
+        unsafe { slice::from_raw_parts_mut(first, len) }
+    }
+
+    fn raw_array(&self, array: DataArray) -> (*mut f64, usize) {
+        let (model, mut len) = (self.model().as_ptr(), 0);
+        // SAFETY: model and data are alive and belong together, the array is one of the shim's, and
+        // `len` is valid for writes.
+        let first =
+            unsafe { ffi::fs_data_array(model, self.as_ptr(), array as c_int, &raw mut len) };
+        // An empty array may have no address in C; a slice must have one.
+        if first.is_null() { (ptr::dangling_mut(), 0) } else { (first, len as usize) }
     }
 }
 

@@ -142,18 +142,13 @@ impl Data {
         // SAFETY: the data is alive.
         let count = unsafe { ffi::fs_contact_count(self.raw.as_ptr()) };
         (0..count.max(0) as usize).map(|contact| {
-            let (mut geom1, mut geom2) = (0, 0);
+            let mut geoms = [0; 2];
             // SAFETY: the data is alive and does not change while it is borrowed, so that `contact`
-            // is below its number of contacts; both geoms are valid for writes.
+            // is below its number of contacts; `geoms` is valid for writes.
             unsafe {
-                ffi::fs_contact_geoms(
-                    self.raw.as_ptr(),
-                    contact as c_int,
-                    &raw mut geom1,
-                    &raw mut geom2,
-                );
+                ffi::fs_contact_geoms(self.raw.as_ptr(), contact as c_int, &raw mut geoms);
             }
-            (GeomId(geom1 as usize), GeomId(geom2 as usize))
+            geoms.map(|geom| GeomId(geom as usize)).into()
         })
     }
 }

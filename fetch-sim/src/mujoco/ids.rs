@@ -11,58 +11,46 @@ use super::{
 };
 use crate::error::SimError;
 
+/// Declares the ids of a kind of objects, and how a model finds and names them.
 macro_rules! ids {
-    ($($(#[$doc:meta])* $name:ident)*) => {$(
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub struct $name(pub(super) usize);
-    )*};
+    ($($(#[$doc:meta])* $id:ident: $kind:ident, $find:ident, $name:ident;)*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+            pub struct $id(pub(super) usize);
+        )*
+
+        impl Model {$(
+            #[doc = concat!("Returns the ", stringify!($find), " of a name.\n")]
+            /// # Errors
+            /// [`SimError::MissingName`] if the model has none.
+            pub fn $find(&self, name: &str) -> Result<$id, SimError> {
+                self.find(ObjectKind::$kind, name).map($id)
+            }
+
+            #[doc = concat!("Returns the name of a ", stringify!($find), ", if it has one.\n")]
+            /// # Panics
+            /// If the id belongs to a larger model.
+            #[must_use]
+            pub fn $name(&self, id: $id) -> Option<&str> {
+                self.name(ObjectKind::$kind, id.0)
+            }
+        )*}
+    };
 }
 
 ids! {
     /// A body of a model.
-    BodyId
+    BodyId: Body, body, body_name;
     /// A joint of a model.
-    JointId
+    JointId: Joint, joint, joint_name;
     /// A collision or display shape of a model.
-    GeomId
+    GeomId: Geom, geom, geom_name;
     /// A site (a named frame on a body) of a model.
-    SiteId
+    SiteId: Site, site, site_name;
 }
 
 impl Model {
-    /// Returns the body of a name.
-    ///
-    /// # Errors
-    /// [`SimError::MissingName`] if the model has none.
-    pub fn body(&self, name: &str) -> Result<BodyId, SimError> {
-        self.find(ObjectKind::Body, name).map(BodyId)
-    }
-
-    /// Returns the joint of a name.
-    ///
-    /// # Errors
-    /// [`SimError::MissingName`] if the model has none.
-    pub fn joint(&self, name: &str) -> Result<JointId, SimError> {
-        self.find(ObjectKind::Joint, name).map(JointId)
-    }
-
-    /// Returns the geom of a name.
-    ///
-    /// # Errors
-    /// [`SimError::MissingName`] if the model has none.
-    pub fn geom(&self, name: &str) -> Result<GeomId, SimError> {
-        self.find(ObjectKind::Geom, name).map(GeomId)
-    }
-
-    /// Returns the site of a name.
-    ///
-    /// # Errors
-    /// [`SimError::MissingName`] if the model has none.
-    pub fn site(&self, name: &str) -> Result<SiteId, SimError> {
-        self.find(ObjectKind::Site, name).map(SiteId)
-    }
-
     /// Returns the index of a camera.
     #[cfg(feature = "render")]
     pub(super) fn camera(&self, name: &str) -> Option<usize> {
@@ -75,33 +63,6 @@ impl Model {
         // SAFETY: the model is alive, the kind is one of the shim's, and the name is a C string.
         let id = unsafe { ffi::fs_name_to_id(self.as_ptr(), kind as c_int, c_name.as_ptr()) };
         usize::try_from(id).map_err(|_| missing())
-    }
-
-    /// Returns the name of a body, if it has one.
-    ///
-    /// # Panics
-    /// If the body belongs to a larger model.
-    #[must_use]
-    pub fn body_name(&self, body: BodyId) -> Option<&str> {
-        self.name(ObjectKind::Body, body.0)
-    }
-
-    /// Returns the name of a geom, if it has one.
-    ///
-    /// # Panics
-    /// If the geom belongs to a larger model.
-    #[must_use]
-    pub fn geom_name(&self, geom: GeomId) -> Option<&str> {
-        self.name(ObjectKind::Geom, geom.0)
-    }
-
-    /// Returns the name of a site, if it has one.
-    ///
-    /// # Panics
-    /// If the site belongs to a larger model.
-    #[must_use]
-    pub fn site_name(&self, site: SiteId) -> Option<&str> {
-        self.name(ObjectKind::Site, site.0)
     }
 
     /// Returns the names of the cameras in the model's order; empty for one without a name.
@@ -133,31 +94,31 @@ impl Model {
     /// Returns the index in `qpos` of a joint's first coordinate.
     #[must_use]
     pub fn qpos_address(&self, joint: JointId) -> usize {
-        self.array(ModelArray::JntQposadr, self.sizes.njnt)[joint.0] as usize
+        self.array(ModelArray::JntQposadr)[joint.0] as usize
     }
 
     /// Returns the index in `qvel` of a joint's first degree of freedom.
     #[must_use]
     pub fn dof_address(&self, joint: JointId) -> usize {
-        self.array(ModelArray::JntDofadr, self.sizes.njnt)[joint.0] as usize
+        self.array(ModelArray::JntDofadr)[joint.0] as usize
     }
 
     /// Returns the index of a body among the mocap bodies, if it is one.
     #[must_use]
     pub fn mocap_index(&self, body: BodyId) -> Option<usize> {
-        usize::try_from(self.array(ModelArray::BodyMocapid, self.sizes.nbody)[body.0]).ok()
+        usize::try_from(self.array(ModelArray::BodyMocapid)[body.0]).ok()
     }
 
     /// Returns the body to which a geom is fixed.
     #[must_use]
     pub fn geom_body(&self, geom: GeomId) -> BodyId {
-        BodyId(self.array(ModelArray::GeomBodyid, self.sizes.ngeom)[geom.0] as usize)
+        BodyId(self.array(ModelArray::GeomBodyid)[geom.0] as usize)
     }
 
     /// Whether a body is `ancestor` or one of its descendants.
     #[must_use]
     pub fn is_within(&self, mut body: BodyId, ancestor: BodyId) -> bool {
-        let parents = self.array(ModelArray::BodyParentid, self.sizes.nbody);
+        let parents = self.array(ModelArray::BodyParentid);
         while body != ancestor {
             if body.0 == 0 {
                 return false;
@@ -169,29 +130,23 @@ impl Model {
 
     /// Returns the joint that an actuator drives; meaningless if it drives something else.
     pub(super) fn actuator_joint(&self, actuator: usize) -> JointId {
-        JointId(self.array(ModelArray::ActuatorTrnid, 2 * self.sizes.nu)[2 * actuator] as usize)
+        JointId(self.array(ModelArray::ActuatorTrnid)[2 * actuator] as usize)
     }
 
-    fn array(&self, array: ModelArray, len: c_int) -> &[c_int] {
-        // SAFETY: the model is alive and the array is one of the shim's.
-        let first = unsafe { ffi::fs_model_array(self.as_ptr(), array as c_int) };
+    fn array(&self, array: ModelArray) -> &[c_int] {
+        let mut len = 0;
+        // SAFETY: the model is alive, the array is one of the shim's, and `len` is valid for writes.
+        let first = unsafe { ffi::fs_model_array(self.as_ptr(), array as c_int, &raw mut len) };
         if first.is_null() {
             return &[]; // an empty array may have no address in C; a slice must have one
         }
-        // SAFETY: the array has the length that the model's sizes give it (mjxmacro.h), does not
-        // change, and lives as long as the model.
+        // SAFETY: the array has this length, does not change, and lives as long as the model.
         unsafe { slice::from_raw_parts(first, len as usize) }
     }
 }
 
 impl ObjectKind {
     const fn name(self) -> &'static str {
-        match self {
-            Self::Body => "body",
-            Self::Joint => "joint",
-            Self::Geom => "geom",
-            Self::Site => "site",
-            Self::Camera => "camera",
-        }
+        ["body", "joint", "geom", "site", "camera"][self as usize]
     }
 }

@@ -91,14 +91,13 @@ fn plugin_folder() -> Option<PathBuf> {
 fn items_of_shim() -> Vec<Item> {
     let item = |index| {
         let (mut name, mut value, mut size) = (ptr::null(), 0, 0);
-        // SAFETY: the three results are valid for writes. Their C types (`const char*`,
-        // `long long`, `size_t`) have these sizes on every platform.
+        // SAFETY: the three results are valid for writes.
         let is_there =
             unsafe { ffi::fs_contract(index, &raw mut name, &raw mut value, &raw mut size) } != 0;
         is_there.then(|| {
             // SAFETY: the name of an item is a string literal of the shim.
             let name: &'static CStr = unsafe { CStr::from_ptr(name) };
-            Item { name: name.to_str().unwrap_or("(not UTF-8)"), value, size }
+            (name.to_str().unwrap_or("(not UTF-8)"), value, size)
         })
     };
     (0..).map_while(item).collect()
@@ -107,16 +106,15 @@ fn items_of_shim() -> Vec<Item> {
 /// Compares the contract of the shim with that of Rust: an item that is different, or is missing on
 /// one side, is an error.
 fn compare(shim: &[Item], rust: &[Item]) -> Result<(), SimError> {
-    let find = |side: &[Item], name| side.iter().find(|item| item.name == name).copied();
-    for &Item { name, .. } in shim.iter().chain(rust) {
-        let [shim, rust] = [find(shim, name), find(rust, name)];
-        if shim != rust {
-            let tell = |side: Option<Item>| match side {
-                None => "missing".into(),
-                Some(Item { value, size, .. }) => format!("{value}, {size} bytes"),
-            };
-            let item = name.into();
-            return Err(SimError::ShimMismatch { item, shim: tell(shim), rust: tell(rust) });
+    let find = |side: &[Item], name| side.iter().find(|item| item.0 == name).copied();
+    let tell = |item: Option<Item>| {
+        item.map_or("missing".into(), |(_, value, size)| format!("{value} ({size} bytes)"))
+    };
+    for &(name, ..) in shim.iter().chain(rust) {
+        let (in_c, in_rust) = (find(shim, name), find(rust, name));
+        if in_c != in_rust {
+            let (item, shim, rust) = (name.into(), tell(in_c), tell(in_rust));
+            return Err(SimError::ShimMismatch { item, shim, rust });
         }
     }
     Ok(())
@@ -161,13 +159,12 @@ mod tests {
             Err(SimError::ShimMismatch { item, .. }) => item,
             other => panic!("{other:?}"),
         };
-        for (at, item) in ITEMS.iter().enumerate() {
-            let with = |changed: Item| [&ITEMS[..at], &[changed], &ITEMS[at + 1..]].concat();
-            assert_eq!(mismatch(&with(Item { value: item.value + 1, ..*item })), item.name);
-            assert_eq!(mismatch(&with(Item { size: item.size + 4, ..*item })), item.name);
-            assert_eq!(mismatch(&[&ITEMS[..at], &ITEMS[at + 1..]].concat()), item.name);
+        for (at, &(name, value, size)) in ITEMS.iter().enumerate() {
+            let with = |changed: &[Item]| [&ITEMS[..at], changed, &ITEMS[at + 1..]].concat();
+            assert_eq!(mismatch(&with(&[(name, value + 1, size)])), name);
+            assert_eq!(mismatch(&with(&[(name, value, size + 4)])), name);
+            assert_eq!(mismatch(&with(&[])), name);
         }
-        let unknown = Item { name: "fs_sizes.nkey", value: 0, size: 4 };
-        assert_eq!(mismatch(&[ITEMS, &[unknown]].concat()), "fs_sizes.nkey");
+        assert_eq!(mismatch(&[ITEMS, &[("fs_sizes.nkey", 0, 4)]].concat()), "fs_sizes.nkey");
     }
 }

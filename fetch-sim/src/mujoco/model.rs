@@ -30,6 +30,29 @@ unsafe impl Send for Model {}
 // passes it as const.
 unsafe impl Sync for Model {}
 
+/// Declares the methods that return a model's counts.
+macro_rules! counts {
+    ($($count:ident: $objects:literal,)*) => {
+        impl Model {$(
+            #[doc = concat!("Returns the number of ", $objects, ".")]
+            #[must_use]
+            pub const fn $count(&self) -> usize {
+                self.sizes.$count as usize
+            }
+        )*}
+    };
+}
+
+counts! {
+    nq: "position coordinates",
+    nv: "degrees of freedom",
+    nu: "actuators",
+    nbody: "bodies, including the world",
+    ngeom: "geoms",
+    nsite: "sites",
+    nmocap: "mocap bodies",
+}
+
 impl Model {
     /// Compiles an MJCF file, including the files that it names.
     ///
@@ -103,48 +126,6 @@ impl Model {
 
     pub(super) const fn as_ptr(&self) -> *const RawModel {
         self.raw.as_ptr()
-    }
-
-    /// Returns the number of position coordinates.
-    #[must_use]
-    pub const fn nq(&self) -> usize {
-        self.sizes.nq as usize
-    }
-
-    /// Returns the number of degrees of freedom.
-    #[must_use]
-    pub const fn nv(&self) -> usize {
-        self.sizes.nv as usize
-    }
-
-    /// Returns the number of actuators.
-    #[must_use]
-    pub const fn nu(&self) -> usize {
-        self.sizes.nu as usize
-    }
-
-    /// Returns the number of bodies, including the world.
-    #[must_use]
-    pub const fn nbody(&self) -> usize {
-        self.sizes.nbody as usize
-    }
-
-    /// Returns the number of geoms.
-    #[must_use]
-    pub const fn ngeom(&self) -> usize {
-        self.sizes.ngeom as usize
-    }
-
-    /// Returns the number of sites.
-    #[must_use]
-    pub const fn nsite(&self) -> usize {
-        self.sizes.nsite as usize
-    }
-
-    /// Returns the number of mocap bodies.
-    #[must_use]
-    pub const fn nmocap(&self) -> usize {
-        self.sizes.nmocap as usize
     }
 
     /// Returns the physics time step, in seconds.

@@ -70,12 +70,7 @@ impl MujocoSimulator {
             fetch,
             data,
             jacobians: [jacobian.clone(), jacobian],
-            gripper: GripperState {
-                position: Vector3::zeros(),
-                velocity: Vector3::zeros(),
-                finger_positions: [0.0; 2],
-                finger_velocities: [0.0; 2],
-            },
+            gripper: GripperState::default(),
             object: None,
         };
         simulator.reset(None)?;
