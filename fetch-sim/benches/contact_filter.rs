@@ -1,7 +1,7 @@
-//! A control step of 20 substeps with and without the contact filter: the same trajectory, bit for
-//! bit, of random actions and of the gripper pressed onto the object or the table.
+//! A control step of 20 substeps with and without the contact filter: bit-equal trajectories of
+//! random actions, and of the gripper pressed onto the object or the table.
 //!
-//! `cargo bench -p fetch-sim --bench contact_filter`; the reference's model only if it is there.
+//! `cargo bench -p fetch-sim --bench contact_filter`; skips the reference's model if it is missing.
 
 use std::{hint::black_box, sync::Arc};
 
@@ -15,9 +15,9 @@ const EPISODE: u32 = 50;
 
 #[derive(Clone, Copy)]
 enum Actions {
-    /// Different in every step, of any direction.
+    /// A different direction in every step.
     Spread,
-    /// Down onto the object, or onto the table.
+    /// Down onto the object or the table.
     Press,
 }
 

@@ -204,9 +204,9 @@ fs_status fs_place(const mjModel* m, mjData* d);
 fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl);
 void fs_delete_renderer(fs_renderer* r);
 
-// Selects a free camera that looks at a point (meters) from a distance and a direction (degrees).
-void fs_set_free_camera(fs_renderer* r, const double lookat[3], double distance, double azimuth,
-                        double elevation);
+// Selects a free camera: the point at which it looks and its distance (meters), azimuth and elevation
+// (degrees).
+void fs_set_free_camera(fs_renderer* r, const double numbers[6]);
 // Selects a camera of the model.
 void fs_set_fixed_camera(fs_renderer* r, int id);
 
@@ -216,8 +216,8 @@ void fs_set_fixed_camera(fs_renderer* r, int id);
 // of its object in fs_segments.
 fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
                   unsigned char* rgb, float* depth);
-// Writes the distances of the near and the far plane in the last picture (meters), and whether its
+// Writes the distances of the near and the far plane in the last picture (meters); returns whether its
 // camera projects in parallel.
-void fs_planes(const fs_renderer* r, float* near_plane, float* far_plane, int* parallel);
+int fs_planes(const fs_renderer* r, float planes[2]);
 // Writes the objects of the last picture, by index; returns how many there may be.
 int fs_segments(const fs_renderer* r, fs_segment* segments, int size);

@@ -91,14 +91,13 @@ fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl
 
 // ---------------------------------------------------------------------------------------- cameras
 
-void fs_set_free_camera(fs_renderer* r, const double lookat[3], double distance, double azimuth,
-                        double elevation) {
+void fs_set_free_camera(fs_renderer* r, const double numbers[6]) {
   r->camera.type = mjCAMERA_FREE;
   r->camera.fixedcamid = -1;
-  for (int i = 0; i < 3; i++) r->camera.lookat[i] = lookat[i];
-  r->camera.distance = distance;
-  r->camera.azimuth = azimuth;
-  r->camera.elevation = elevation;
+  for (int i = 0; i < 3; i++) r->camera.lookat[i] = numbers[i];
+  r->camera.distance = numbers[3];
+  r->camera.azimuth = numbers[4];
+  r->camera.elevation = numbers[5];
 }
 
 void fs_set_fixed_camera(fs_renderer* r, int id) {
@@ -120,14 +119,14 @@ fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segment
   });
 }
 
-void fs_planes(const fs_renderer* r, float* near_plane, float* far_plane, int* parallel) {
+int fs_planes(const fs_renderer* r, float planes[2]) {
   const mjvGLCamera* camera = r->scene.camera;
-  *near_plane = camera->frustum_near;
-  *far_plane = camera->frustum_far;
+  planes[0] = camera->frustum_near;
+  planes[1] = camera->frustum_far;
 #if mjVERSION_HEADER >= 310
-  *parallel = camera->orthographic;
+  return camera->orthographic;
 #else
-  *parallel = 0;
+  return 0;
 #endif
 }
 

@@ -51,7 +51,7 @@ fn first_error(data: &mut Data) -> Option<SimError> {
 }
 
 #[test]
-fn the_library_is_the_one_of_the_headers() -> Result {
+fn the_library_has_the_version_of_the_headers() -> Result {
     assert_eq!(MujocoVersion::of_library()?, MujocoVersion::of_headers());
     Ok(())
 }

@@ -75,7 +75,7 @@ fn the_scene_settles_where_the_reference_does() -> Result {
 }
 
 #[test]
-fn a_restored_snapshot_goes_on_to_the_last_bit() -> Result {
+fn a_restored_snapshot_continues_bit_for_bit() -> Result {
     for task in Task::ALL {
         let mut original = simulator(task)?;
         start(&mut original)?;

@@ -28,7 +28,7 @@ fn controls() -> impl Strategy<Value = Vec<Control>> {
 
 proptest! {
     #[test]
-    fn a_snapshot_goes_on_bit_for_bit(
+    fn a_restored_snapshot_continues_bit_for_bit(
         task in tasks(),
         before in controls(),
         after in controls(),
@@ -48,7 +48,7 @@ proptest! {
     }
 
     #[test]
-    fn the_state_stays_possible(
+    fn the_state_stays_valid(
         task in tasks(),
         xy in [1.1..1.5, 0.5..1.0],
         controls in controls(),

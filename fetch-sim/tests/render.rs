@@ -20,7 +20,7 @@ fn simulator(task: Task) -> Result<MujocoSimulator, SimError> {
     MujocoSimulator::new(&SimConfig::new(task))
 }
 
-/// A small picture, without smooth edges.
+/// Returns the options of a small picture with hard edges.
 fn small() -> RenderOptions {
     RenderOptions::default().with_width(96).with_height(64).with_samples(0)
 }
@@ -59,7 +59,7 @@ fn with_control(
 }
 
 #[test]
-fn the_goal_is_drawn_where_it_is_and_the_sky_above() -> Result {
+fn the_goal_is_drawn_at_its_position_and_the_sky_above() -> Result {
     let Some(mut renderer) = renderer(Task::Push, RenderOptions::default())? else { return Ok(()) };
     let simulator = simulator(Task::Push)?;
     renderer.update_scene(&simulator, Some(GOAL))?;
@@ -96,7 +96,7 @@ fn depth_is_the_distance_in_meters() -> Result {
 }
 
 #[test]
-fn segmentation_tells_geoms_and_sites_with_hard_edges() -> Result {
+fn segmentation_distinguishes_geoms_and_sites_with_hard_edges() -> Result {
     let wide = RenderOptions::default().with_width(240).with_height(240).with_samples(4);
     let Some(mut smooth) = renderer(Task::Push, wide.clone())? else { return Ok(()) };
     let mut hard = try_renderer(Task::Push, wide.with_samples(0))?;
@@ -145,7 +145,7 @@ fn rendering_changes_no_bit_of_the_simulation() -> Result {
 }
 
 #[test]
-fn every_camera_of_the_model_sees_something_else() -> Result {
+fn every_camera_of_the_model_sees_something_different() -> Result {
     let Some(mut renderer) = renderer(Task::Reach, small())? else { return Ok(()) };
     let mut pictures = vec![renderer.rgb()?.to_vec()];
     let names: Vec<String> = renderer.camera_names().iter().map(|&name| name.into()).collect();
@@ -185,7 +185,7 @@ fn invalid_options_are_rejected() -> Result {
 }
 
 #[test]
-fn pictures_have_the_size_asked_for_up_to_the_largest() -> Result {
+fn pictures_have_the_requested_size_up_to_the_largest() -> Result {
     for (width, height) in [(1, 1), (7, 3), (4096, 16), (16, 4096)] {
         let options = small().with_width(width).with_height(height);
         let Some(mut renderer) = renderer(Task::Reach, options)? else { return Ok(()) };
@@ -283,7 +283,7 @@ fn resident() -> Result<usize> {
 }
 
 #[test]
-#[ignore = "takes minutes: run it after a change of the shim"]
+#[ignore = "takes minutes: run it after changing the shim"]
 fn ten_thousand_pictures_and_a_hundred_renderers_leave_no_memory_behind() -> Result {
     let simulator = simulator(Task::Push)?;
     let one_round = |pictures: usize| -> Result {

@@ -212,13 +212,7 @@ unsafe extern "C" {
         has_gl: *mut c_int,
     ) -> c_int;
     pub(super) fn fs_delete_renderer(r: *mut RawRenderer);
-    pub(super) fn fs_set_free_camera(
-        r: *mut RawRenderer,
-        lookat: *const f64,
-        distance: f64,
-        azimuth: f64,
-        elevation: f64,
-    );
+    pub(super) fn fs_set_free_camera(r: *mut RawRenderer, numbers: *const [f64; 6]);
     pub(super) fn fs_set_fixed_camera(r: *mut RawRenderer, id: c_int);
     pub(super) fn fs_draw(
         r: *mut RawRenderer,
@@ -228,11 +222,6 @@ unsafe extern "C" {
         rgb: *mut u8,
         depth: *mut f32,
     ) -> c_int;
-    pub(super) fn fs_planes(
-        r: *const RawRenderer,
-        near: *mut f32,
-        far: *mut f32,
-        parallel: *mut c_int,
-    );
+    pub(super) fn fs_planes(r: *const RawRenderer, planes: *mut [f32; 2]) -> c_int;
     pub(super) fn fs_segments(r: *const RawRenderer, out: *mut RawSegment, size: c_int) -> c_int;
 }

@@ -31,11 +31,11 @@ pub struct VisualGeom {
     pub orientation: Quaternion<f64>,
 }
 
-/// The form of a geom around its own center, sizes in meters. Long shapes lie along z.
+/// The form of a geom around its own center, with sizes in meters. Long shapes lie along z.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shape {
-    /// A rectangle in x and y, seen from above.
+    /// A rectangle in x and y, visible from above.
     Plane {
         /// Half of its extent along x and y; 0 if it is infinite.
         half_size: [f64; 2],
@@ -45,11 +45,11 @@ pub enum Shape {
         /// Its radius.
         radius: f64,
     },
-    /// A cylinder with a half ball on each end.
+    /// A cylinder with a hemisphere at each end.
     Capsule {
-        /// Radius of the cylinder and of the half balls.
+        /// Radius of the cylinder and of the hemispheres.
         radius: f64,
-        /// Half of the cylinder's length, without the half balls.
+        /// Half of the cylinder's length, without the hemispheres.
         half_length: f64,
     },
     /// A ball stretched along the axes.
@@ -71,7 +71,7 @@ pub enum Shape {
     },
     /// A surface of triangles; closed and convex in the built-in model.
     Mesh {
-        /// The three corners of each triangle, in meters in the geom's frame, counter-clockwise as
+        /// The three corners of each triangle, in meters in the geom's frame, counterclockwise as
         /// seen from outside.
         triangles: Vec<[[f64; 3]; 3]>,
     },

@@ -86,13 +86,9 @@ impl Canvas {
     }
 
     pub(super) fn set_free_camera(&mut self, camera: &FreeCamera) {
-        let (lookat, distance) = (camera.lookat(), camera.distance());
-        let (azimuth, elevation) = (camera.azimuth(), camera.elevation());
-        let lookat = lookat.as_ptr();
-        // SAFETY: the renderer is alive and `lookat` has three numbers.
-        unsafe {
-            ffi::fs_set_free_camera(self.raw.as_ptr(), lookat, distance, azimuth, elevation);
-        }
+        let numbers = camera.numbers().map(|(_, value)| value);
+        // SAFETY: the renderer is alive and `numbers` is valid for reads.
+        unsafe { ffi::fs_set_free_camera(self.raw.as_ptr(), &raw const numbers) };
     }
 
     /// # Panics
@@ -119,13 +115,12 @@ impl Canvas {
     pub(super) fn depth(&mut self) -> Result<&[f32], RenderError> {
         self.depth.resize(self.rgb.len() / 3, 0.0);
         self.draw(Picture::Depth)?;
-        let (mut near, mut far, mut parallel) = (0.0, 0.0, 0);
-        // SAFETY: the renderer is alive and all three are valid for writes.
-        unsafe {
-            ffi::fs_planes(self.raw.as_ptr(), &raw mut near, &raw mut far, &raw mut parallel);
-        }
+        let mut planes = [0.0; 2];
+        // SAFETY: the renderer is alive and `planes` is valid for writes.
+        let parallel = unsafe { ffi::fs_planes(self.raw.as_ptr(), &raw mut planes) } != 0;
+        let [near, far] = planes;
         for depth in &mut self.depth {
-            *depth = if parallel != 0 {
+            *depth = if parallel {
                 near + *depth * (far - near)
             } else {
                 near / (1.0 - *depth * (1.0 - near / far))

@@ -202,19 +202,25 @@ impl FreeCamera {
     }
 
     pub(super) fn check(&self) -> Result<(), RenderError> {
-        let Self { lookat, distance, azimuth, elevation } = *self;
-        let numbers = [
-            ("lookat.x", lookat.x),
-            ("lookat.y", lookat.y),
-            ("lookat.z", lookat.z),
-            ("distance", distance),
-            ("azimuth", azimuth),
-            ("elevation", elevation),
-        ];
-        let bad = numbers.into_iter().find(|(_, value)| !value.is_finite());
-        match bad.or((distance <= 0.0).then_some(("distance", distance))) {
+        let is_bad = |&(field, value): &(_, f64)| {
+            !value.is_finite() || (field == "distance" && value <= 0.0)
+        };
+        match self.numbers().into_iter().find(is_bad) {
             None => Ok(()),
             Some((field, value)) => Err(RenderError::FreeCamera { field, value }),
         }
+    }
+
+    /// Returns the numbers, with their names, in the shim's order.
+    pub(super) fn numbers(&self) -> [(&'static str, f64); 6] {
+        let [x, y, z] = self.lookat.into();
+        [
+            ("lookat.x", x),
+            ("lookat.y", y),
+            ("lookat.z", z),
+            ("distance", self.distance),
+            ("azimuth", self.azimuth),
+            ("elevation", self.elevation),
+        ]
     }
 }
