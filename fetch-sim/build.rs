@@ -9,17 +9,18 @@ mod find_mujoco;
 use std::{env, path::Path};
 
 /// The shim.
-const SOURCES: [&str; 6] = [
-    "shim/fetch_shim.c",
-    "shim/model_options.c",
+const SOURCES: [&str; 7] = [
+    "shim/load.c",
+    "shim/guard.c",
+    "shim/model.c",
+    "shim/data.c",
     "shim/contact_filter.c",
     "shim/separation.c",
     "shim/shapes.c",
-    "shim/visual_geoms.c",
 ];
 
 /// What the feature `render` adds to the shim.
-const RENDER_SOURCES: [&str; 2] = ["shim/render_shim.c", "shim/gl_context.c"];
+const RENDER_SOURCES: [&str; 2] = ["shim/render.c", "shim/gl_context.c"];
 
 fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");

@@ -22,8 +22,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut env = make_config(id.config())?;
     let side = rest.get(1).map_or(Ok(480), |side| side.parse())?;
-    let options = RenderOptions { width: side, height: side, ..RenderOptions::default() };
-    let mut clip = Clip::new(options.width, options.height)?;
+    let options = RenderOptions::default().with_width(side).with_height(side);
+    let mut clip = Clip::new(options.width(), options.height())?;
     let mut renderer = env.renderer(options)?;
     let mut policy = ScriptedPolicy::new(id.task);
 

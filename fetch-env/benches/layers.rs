@@ -36,7 +36,7 @@ fn layers(criterion: &mut Criterion) {
             });
         });
         let model = env.inner().simulator().fetch_model().clone();
-        let mut simulator = MujocoSimulator::with_model(model).expect("memory");
+        let mut simulator = MujocoSimulator::from_model(model).expect("memory");
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(ACTION[axis] * 0.05));
         let control = Control { displacement: Vector3::new(x, y, z), fingers: 0.5 };
         group.bench_function("simulator", |bencher| {

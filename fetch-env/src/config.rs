@@ -64,7 +64,7 @@ impl FetchConfig {
     /// The task.
     #[must_use]
     pub const fn task(&self) -> Task {
-        self.sim.task
+        self.sim.task()
     }
 
     /// What to make the simulator from.
@@ -76,7 +76,7 @@ impl FetchConfig {
     /// Duration of a control step, in seconds.
     #[must_use]
     pub fn control_period(&self) -> f64 {
-        f64::from(self.sim.n_substeps.get()) * PHYSICS_TIME_STEP
+        f64::from(self.sim.n_substeps().get()) * PHYSICS_TIME_STEP
     }
 
     /// The reward: its kind and distance threshold.
@@ -243,12 +243,10 @@ impl FetchConfigBuilder {
         }
         let threshold = DistanceThreshold::new(self.distance_threshold)?;
         Ok(FetchConfig {
-            sim: SimConfig {
-                task,
-                n_substeps: not_zero("n_substeps", self.n_substeps)?,
-                model: self.model,
-                contact_filter: self.contact_filter,
-            },
+            sim: SimConfig::new(task)
+                .with_n_substeps(not_zero("n_substeps", self.n_substeps)?)
+                .with_model(self.model)
+                .with_contact_filter(self.contact_filter),
             reward: DistanceReward::new(self.reward, threshold),
             object_range,
             target_range: self.target_range,
@@ -262,10 +260,10 @@ impl FetchConfigBuilder {
 impl From<FetchConfig> for FetchConfigBuilder {
     fn from(config: FetchConfig) -> Self {
         Self {
-            task: config.sim.task,
-            model: config.sim.model,
-            contact_filter: config.sim.contact_filter,
-            n_substeps: config.sim.n_substeps.get(),
+            task: config.sim.task(),
+            model: config.sim.model().clone(),
+            contact_filter: config.sim.contact_filter(),
+            n_substeps: config.sim.n_substeps().get(),
             reward: config.reward.kind(),
             distance_threshold: config.reward.threshold().get(),
             object_range: config.object_range,

@@ -21,11 +21,11 @@ pub struct FetchSnapshot<S> {
 impl<S> FetchSnapshot<S> {
     pub(crate) fn check(&self, sim: &SimConfig) -> Result<(), EnvError> {
         let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
-        if self.sim.task != sim.task {
-            return foreign(format!("it is of {}, this is {}", self.sim.task, sim.task));
+        if self.sim.task() != sim.task() {
+            return foreign(format!("it is of {}, this is {}", self.sim.task(), sim.task()));
         }
-        if self.sim.n_substeps != sim.n_substeps {
-            let (theirs, ours) = (self.sim.n_substeps, sim.n_substeps);
+        if self.sim.n_substeps() != sim.n_substeps() {
+            let (theirs, ours) = (self.sim.n_substeps(), sim.n_substeps());
             return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
         }
         if self.goal.is_some_and(|goal| !goal.iter().all(|element| element.is_finite())) {

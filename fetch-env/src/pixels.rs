@@ -53,7 +53,7 @@ pub struct PixelOptions {
 impl Default for PixelOptions {
     fn default() -> Self {
         Self {
-            render: RenderOptions { width: 84, height: 84, samples: 0, ..RenderOptions::default() },
+            render: RenderOptions::default().with_width(84).with_height(84).with_samples(0),
             frame_stack: NonZeroU8::MIN,
             channel_order: ChannelOrder::default(),
         }
@@ -110,7 +110,7 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         let PixelOptions { render, frame_stack, channel_order } = options;
         let renderer = env.renderer(render)?;
         let count = usize::from(frame_stack.get());
-        let (width, height) = (renderer.options().width, renderer.options().height);
+        let (width, height) = (renderer.options().width(), renderer.options().height());
         let (width, height) = (width as usize, height as usize);
         let image_space = ImageSpace::new(match channel_order {
             ChannelOrder::Hwc => [height, width, 3 * count],

@@ -138,7 +138,7 @@ pub fn make(id: &str) -> Result<MujocoEnv, EnvError> {
 #[cfg(feature = "mujoco")]
 pub fn make_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
     let model = shared_model(config.sim())?;
-    let simulator = fetch_sim::MujocoSimulator::with_model(model)?;
+    let simulator = fetch_sim::MujocoSimulator::from_model(model)?;
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 

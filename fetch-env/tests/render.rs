@@ -27,7 +27,7 @@ fn env(id: &str) -> MujocoEnv {
 }
 
 fn small() -> RenderOptions {
-    RenderOptions { width: 40, height: 30, samples: 0, ..RenderOptions::default() }
+    RenderOptions::default().with_width(40).with_height(30).with_samples(0)
 }
 
 fn renderer(env: &MujocoEnv) -> Option<Renderer> {

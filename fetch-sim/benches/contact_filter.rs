@@ -1,7 +1,7 @@
-//! A control step of 20 substeps with and without the contact filter: the same trajectory, bit for
-//! bit, of random actions and of the gripper pressed onto the object or the table.
+//! A control step of 20 substeps with and without the contact filter: bit-equal trajectories of
+//! random actions, and of the gripper pressed onto the object or the table.
 //!
-//! `cargo bench -p fetch-sim --bench contact_filter`; the reference's model only if it is there.
+//! `cargo bench -p fetch-sim --bench contact_filter`; skips the reference's model if it is missing.
 
 use std::{hint::black_box, sync::Arc};
 
@@ -15,9 +15,9 @@ const EPISODE: u32 = 50;
 
 #[derive(Clone, Copy)]
 enum Actions {
-    /// Different in every step, of any direction.
+    /// A different direction in every step.
     Spread,
-    /// Down onto the object, or onto the table.
+    /// Down onto the object or the table.
     Press,
 }
 
@@ -29,7 +29,7 @@ struct Run {
 
 impl Run {
     fn new(model: &Arc<FetchModel>, filter: bool, actions: Actions) -> Result<Self, SimError> {
-        let mut simulator = MujocoSimulator::with_model(Arc::clone(model))?;
+        let mut simulator = MujocoSimulator::from_model(Arc::clone(model))?;
         simulator.data_mut().set_contact_filter(filter)?;
         Ok(Self { simulator, actions, step: 0 })
     }
@@ -62,7 +62,7 @@ fn steps(criterion: &mut Criterion) {
         [(ModelSource::Reference, "reference"), (ModelSource::Builtin, "builtin")]
     {
         for task in Task::ALL {
-            let config = SimConfig { model: source.clone(), ..SimConfig::new(task) };
+            let config = SimConfig::new(task).with_model(source.clone());
             let model = match FetchModel::load(&config) {
                 Err(SimError::NoAssets { .. }) => continue,
                 model => model.expect("MuJoCo"),

@@ -1,48 +1,47 @@
-// The contact filter: leaves out MuJoCo's collision routine for pairs of geoms that it would find
-// apart. Results stay the same to the last bit.
+// The contact filter: skips MuJoCo's collision routine for pairs of geoms that are provably apart.
+// Results stay the same to the last bit.
 //
-// WHERE. MuJoCo calls its routines through the table mjCOLLISIONFUNC, which it exports to be
-// changed. Every entry is replaced by `collide`, which calls the routine that stood there unless
-// this thread is in a step of a simulation with a filter. So other users of MuJoCo in the process
-// see what they always saw; mjcb_contactfilter stays theirs; and MuJoCo's own tests (bit masks, welded
-// bodies, parents, excluded pairs, bounding spheres) come first, with the margin of its version. An
-// entry that somebody replaced before by a routine of their own is left alone: nothing is known of
-// what it finds. A routine that returns 0 leaves no trace, so neither does not calling it.
+// WHERE. MuJoCo calls its routines through the table mjCOLLISIONFUNC, which it exports so that users
+// can change it. The filter replaces every entry by `collide`, which calls the original routine
+// unless this thread is in a step of a simulation with a filter. Other users of MuJoCo in the
+// process therefore see no difference, and mjcb_contactfilter stays theirs. MuJoCo's own tests (bit
+// masks, welded bodies, parents, excluded pairs, bounding spheres) come first, with the margin of
+// its version. An entry that somebody has already replaced is left alone, because nothing is known
+// of what that routine finds. Skipping a routine that finds no contact changes nothing.
 //
 // WHY IT IS SAFE. Let D be the distance of two convex shapes.
-// 1. For every direction of unit length, the gap between the two planes across it that touch the
-//    shapes is at most D. So any gap ever computed was a lower bound of D when it was.
+// 1. For every direction of unit length, the gap between the two planes perpendicular to it that
+//    touch the shapes is at most D. So any gap was a lower bound of D when it was computed.
 // 2. D changes by at most as much as the points of both shapes move. A point at most r from its
 //    frame's origin moves by at most |x' - x| + r |R' - R|, and for rotations the spectral norm
 //    |R' - R| is the Frobenius norm divided by sqrt(2). `travel` adds this up for each geom from one
 //    look at its pose to the next, whatever happened in between: steps, a reset, a restored
-//    snapshot. A pair keeps `clear_until` = gap + travel of both at that time; D is at least
-//    clear_until - travel of both now.
+//    snapshot. A pair stores `clear_until` = gap + travel of both at that time; D is now at least
+//    clear_until - travel of both.
 // 3. A routine returns no contact if D exceeds the margin that it is called with; between two boxes
 //    if D exceeds sqrt(3) times that. (They are tested along 15 axes, the face normals of their
-//    Minkowski difference. The direction of D is a sum, with weights that are not negative, of at
-//    most three of them, which lie in one octant and so make no obtuse angles; hence the weights add
-//    up to at most sqrt(3), and along one of the axes the gap is at least D / sqrt(3).)
-// 4. What is computed is off by rounding, some 1e-15 of meters; by FS_SUPPORT_ERROR for each mesh; and
-//    MuJoCo's routines for general convex shapes find what they find with a tolerance of 1e-6.
-//    SLACK is greater than all of these together. `travel` is rounded up, and starts afresh before
-//    it gets so long that adding to it would lose digits. What is not a number rejects nothing.
+//    Minkowski difference. The direction of D is a sum, with nonnegative weights, of at most three
+//    of them, which lie in one octant and so make no obtuse angles; hence the weights add up to at
+//    most sqrt(3), and along one of the axes the gap is at least D / sqrt(3).)
+// 4. Computed values are off by rounding, some 1e-15 meters; by FS_SUPPORT_ERROR for each mesh; and
+//    MuJoCo's routines for general convex shapes have a tolerance of 1e-6. SLACK is greater than
+//    all of these together. `travel` is rounded up, and is set back to 0 before it grows so large
+//    that additions would lose digits. NaN never rejects a pair.
 //
-// WHEN IT PAYS. A look at two poses is cheap, a gap is dearer, a new direction dearer still and
-// still cheaper than MuJoCo's routines. So a pair whose bound has run out first tries its old
-// direction, then looks for a new one; it does neither while its last test found contacts, and ever
-// more rarely while it fails.
+// WHEN IT PAYS. Comparing two poses is cheap, computing a gap costs more, and finding a new direction
+// costs more still, but less than MuJoCo's routines. So a pair whose bound has run out first tries
+// its old direction, then looks for a new one. It does neither while its last test found contacts,
+// and tries less and less often while it fails.
 
 #define _GNU_SOURCE  // dladdr
-
-#include "contact_filter.h"
 
 #include <dlfcn.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "separation.h"
+#include "internal.h"
+#include "shapes.h"
 
 static const double SLACK = 1e-5;        // meters
 static const double MAX_TRAVEL = 1000;   // meters
@@ -56,10 +55,10 @@ typedef struct {
 
 typedef struct {
   double clear_until;
-  double best_gap;      // of the last search for a direction
+  double best_gap;      // found by the last search for a direction
   double direction[3];  // a unit vector, from the second geom to the first
   int touching;         // whether the last test found contacts
-  int wait, last_wait;  // tests until the next try
+  int wait, last_wait;  // tests before the next attempt
 } pair_state;
 
 struct fs_filter {
@@ -68,10 +67,10 @@ struct fs_filter {
   int check;
   fs_filter_counts counts;
   geom_state* geoms;
-  pair_state* pairs;  // as the shapes number them
+  pair_state* pairs;  // numbered by fs_pair
 };
 
-// -------------------------------------------------------------------------------- filters' lives
+// ------------------------------------------------------------------------- creation and deletion
 
 fs_filter* fs_make_filter(const fs_shapes* shapes, const mjData* d) {
   fs_filter* filter = calloc(1, sizeof *filter);
@@ -100,15 +99,15 @@ void fs_get_filter_counts(const fs_filter* filter, fs_filter_counts* counts) {
 
 // ----------------------------------------------------------------------------------- the filter
 
-// Forgets all bounds, so that the travels can start afresh.
-static void start_afresh(fs_filter* filter) {
+// Discards all bounds, so that the travels can restart from 0.
+static void restart(fs_filter* filter) {
   for (int i = 0; i < filter->shapes->ngeom; i++) filter->geoms[i].travel = 0;
   for (int i = 0; i < filter->shapes->npair; i++) filter->pairs[i].clear_until = -HUGE_VAL;
 }
 
-// Adds to a geom's travel how far it has moved since the last look. True if all travels started
-// afresh instead.
-static int look_at(fs_filter* filter, int geom) {
+// Adds to a geom's travel the distance it has moved since the last call. Returns 1 if all travels
+// restarted from 0 instead.
+static int update_travel(fs_filter* filter, int geom) {
   const double* position = filter->data->geom_xpos + 3 * geom;
   const double* rotation = filter->data->geom_xmat + 9 * geom;
   geom_state* state = filter->geoms + geom;
@@ -130,7 +129,7 @@ static int look_at(fs_filter* filter, int geom) {
   const double radius = filter->shapes->geoms[geom].radius;
   state->travel += (sqrt(moved) + radius * sqrt(turned / 2)) * (1 + 1e-9) + ROUNDING;
   if (state->travel < MAX_TRAVEL) return 0;
-  start_afresh(filter);
+  restart(filter);
   return 1;
 }
 
@@ -142,7 +141,7 @@ static fs_placed placed(const fs_filter* filter, int geom) {
   };
 }
 
-// A direction to begin with.
+// Sets the first direction to try.
 static void direction_between(const fs_placed* first, const fs_placed* second, double direction[3]) {
   double length = 0;
   for (int i = 0; i < 3; i++) {
@@ -153,7 +152,7 @@ static void direction_between(const fs_placed* first, const fs_placed* second, d
   for (int i = 0; i < 3; i++) direction[i] /= sqrt(length);
 }
 
-// Looks for a gap greater than `least`, and keeps what it finds.
+// Searches for a gap greater than `least`, and keeps the direction of the greatest it finds.
 static double find_gap(pair_state* pair, const fs_placed* first, const fs_placed* second,
                        double least) {
   if (first->shape->type == mjGEOM_PLANE) {
@@ -161,7 +160,7 @@ static double find_gap(pair_state* pair, const fs_placed* first, const fs_placed
     return fs_gap(first, second, below);
   }
   if (pair->best_gap > 0) {
-    // The old direction wears out as the shapes move: look for a new one in time.
+    // The old direction gets worse as the shapes move: replace it in time.
     const double gap = fs_gap(first, second, pair->direction);
     if (gap > least && gap > pair->best_gap / 4) return gap;
   } else {
@@ -170,9 +169,9 @@ static double find_gap(pair_state* pair, const fs_placed* first, const fs_placed
   return pair->best_gap = fs_separate(first, second, least, pair->direction);
 }
 
-// Whether two geoms are farther apart than `least`, as far as is known or worth finding out.
+// Returns 1 if two geoms are known, or cheaply found, to be farther apart than `least`.
 static int apart(fs_filter* filter, pair_state* pair, int geom1, int geom2, double least) {
-  if (look_at(filter, geom1) | look_at(filter, geom2)) look_at(filter, geom1);
+  if (update_travel(filter, geom1) | update_travel(filter, geom2)) update_travel(filter, geom1);
   const double travel = filter->geoms[geom1].travel + filter->geoms[geom2].travel;
   if (pair->clear_until > travel + least) return 1;
   if (pair->touching) return 0;
@@ -201,12 +200,12 @@ fs_filter* fs_use_filter(fs_filter* filter) {
   return before;
 }
 
-// What a distance must exceed for a routine to find nothing within a margin; see 3 above.
+// Returns the multiple of the margin beyond which a routine finds no contact; see 3 above.
 static double factor(const mjModel* m, int geom1, int geom2) {
   return m->geom_type[geom1] == mjGEOM_BOX && m->geom_type[geom2] == mjGEOM_BOX ? sqrt(3) : 1;
 }
 
-// Checks a rejection: nowhere within the gap that is believed in must MuJoCo find a contact.
+// Checks a rejection: MuJoCo must find no contact within the assumed gap.
 static void check(fs_filter* filter, mjfCollision original, const mjModel* m,
                   const pair_state* pair, int geom1, int geom2) {
   mjContact contacts[mjMAXCONPAIR];
@@ -235,7 +234,7 @@ static int collide(const mjModel* m, const mjData* d, mjContact* contacts, int g
   return found;
 }
 
-// Whether a routine is one of the library's own, and not one that somebody put in its place.
+// Returns 1 if a routine belongs to the library, and not to somebody who replaced it.
 static int is_own(mjfCollision routine, const void* base) {
   Dl_info info;
   void* address;
@@ -255,6 +254,6 @@ void fs_install_filter(void* library) {
       }
     }
   }
-  // The table outlives a plugin that holds this code, so the code must stay as long.
+  // The table outlives a plugin that contains this code, so the code must never be unloaded.
   if (dladdr((void*)&originals, &info)) dlopen(info.dli_fname, RTLD_NOW | RTLD_NOLOAD | RTLD_NODELETE);
 }

@@ -1,9 +1,8 @@
-// Two libraries give OpenGL without a window: EGL (a driver's, or Mesa's in software), and else
-// OSMesa (in software only). The first that works is taken for the rest of the process: MuJoCo looks
-// its OpenGL functions up once, in the library that is loaded then. As in MuJoCo's own bindings the
+// Two libraries provide OpenGL without a window: EGL (from a driver, or Mesa in software) and OSMesa
+// (only in software). The first that works is used for the rest of the process, because MuJoCo looks
+// up its OpenGL functions once, in the library that is loaded then. As in MuJoCo's own bindings, the
 // environment variable MUJOCO_GL may name the one to use (egl, osmesa), or none (disable).
-// No headers of OpenGL are needed: the few declarations below are those of the Khronos registry and
-// of Mesa.
+// The few declarations below, from the Khronos registry and Mesa, replace the headers of OpenGL.
 
 #include "gl_context.h"
 
@@ -13,11 +12,9 @@
 #include <string.h>
 #include <strings.h>
 
-#include "fetch_shim.h"
-
 struct fs_gl {
   void* context;
-  unsigned char pixels[4 * 16 * 16];  // OSMesa wants a surface; nothing is drawn to it
+  unsigned char pixels[4 * 16 * 16];  // OSMesa requires a surface; nothing is drawn to it
 };
 
 typedef struct {
@@ -52,7 +49,7 @@ static struct {
   void* config;
 } egl;
 
-// Takes a display if it can be initialized and has desktop OpenGL.
+// Selects a display if it can be initialized and has desktop OpenGL.
 static int egl_use(void* display) {
   static const int wanted[] = {
       EGL_RED_SIZE, 8, EGL_GREEN_SIZE, 8, EGL_BLUE_SIZE, 8, EGL_ALPHA_SIZE, 8, EGL_DEPTH_SIZE, 24,
@@ -78,7 +75,7 @@ static int egl_load(void) {
   if (!symbol) return 0;
   memcpy(&egl.GetPlatformDisplay, &symbol, sizeof symbol);
   if (egl_use(egl.GetPlatformDisplay(EGL_PLATFORM_SURFACELESS, NULL, NULL))) return 1;
-  // Drivers other than Mesa's have no such platform, but give displays of their devices.
+  // Drivers other than Mesa's lack this platform, but have displays for their devices.
   symbol = egl.GetProcAddress("eglQueryDevicesEXT");
   if (!symbol) return 0;
   memcpy(&egl.QueryDevices, &symbol, sizeof symbol);
@@ -117,7 +114,7 @@ static struct {
 } osmesa;
 
 static int osmesa_load(void) {
-  // Global, for MuJoCo looks for the function OSMesaGetProcAddress among all libraries.
+  // Global, because MuJoCo searches all libraries for the function OSMesaGetProcAddress.
   void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
   if (!library) library = dlopen("libOSMesa.so.6", RTLD_NOW | RTLD_GLOBAL);
 #define OSMESA(name) fs_symbol(library, "OSMesa" #name, &osmesa.name)
@@ -136,7 +133,7 @@ static void osmesa_destroy(void* context) {
   osmesa.DestroyContext(context);
 }
 
-// ---------------------------------------------------------------------------------- whichever works
+// --------------------------------------------------------------------------------------- the choice
 
 static const backend backends[] = {
     {"EGL", egl_load, egl_create, egl_make_current, egl_destroy},
@@ -156,7 +153,7 @@ static fs_gl* make_with(const backend* from) {
   return NULL;
 }
 
-// A library that loads may still give no context: only one that was made and current counts.
+// A library that loads may still provide no context, so the choice makes one and makes it current.
 static void choose(void) {
   const char* wish = getenv("MUJOCO_GL");
   if (!wish) wish = "";
@@ -179,12 +176,12 @@ fs_gl* fs_gl_make(void) {
     fs_fail("%s%s%s", wish ? "MUJOCO_GL is " : "libEGL.so.1 and libOSMesa.so.8 are missing or do not work",
             wish ? wish : "", wish ? ", and no library that it allows works" : "");
   } else if (!gl) {
-    fs_fail("%s gave no OpenGL context", chosen->name);
+    fs_fail("%s provided no OpenGL context", chosen->name);
   }
   return gl;
 }
 
-int fs_gl_make_current(fs_gl* gl) {
+fs_status fs_gl_make_current(fs_gl* gl) {
   return chosen->make_current(gl) ? FS_OK : fs_fail("%s could not make its context current", chosen->name);
 }
 

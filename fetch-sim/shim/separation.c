@@ -1,17 +1,13 @@
-// The algorithm of Gilbert, Johnson and Keerthi (1988), on the shapes' cores: a simplex in the
-// Minkowski difference of the two approaches the point nearest to the origin. What it returns is
-// always the gap of a direction, so a badly conditioned simplex costs time but not safety.
-
-#include "separation.h"
+// The algorithm of Gilbert, Johnson and Keerthi (1988), on the shapes' cores: a simplex in their
+// Minkowski difference approaches the point nearest to the origin. The result is always the gap of
+// some direction, so a badly conditioned simplex costs time but not safety.
 
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 24 };
+#include "shapes.h"
 
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+enum { MAX_ITERATIONS = 24 };
 
 static void sub(double r[3], const double a[3], const double b[3]) {
   for (int i = 0; i < 3; i++) r[i] = a[i] - b[i];
@@ -30,10 +26,10 @@ static void world_support(const fs_placed* placed, const double direction[3], do
     local[i] = r[i] * direction[0] + r[3 + i] * direction[1] + r[6 + i] * direction[2];
   }
   fs_support(placed->shape, local, found);
-  for (int i = 0; i < 3; i++) point[i] = placed->position[i] + dot(r + 3 * i, found);
+  for (int i = 0; i < 3; i++) point[i] = placed->position[i] + fs_dot(r + 3 * i, found);
 }
 
-// The point of the Minkowski difference that is nearest along a direction.
+// Writes the point of the Minkowski difference that is nearest along a direction.
 static void nearest_along(const fs_placed* first, const fs_placed* second,
                           const double direction[3], double point[3]) {
   const double opposite[3] = {-direction[0], -direction[1], -direction[2]};
@@ -46,7 +42,7 @@ static void nearest_along(const fs_placed* first, const fs_placed* second,
 double fs_gap(const fs_placed* first, const fs_placed* second, const double direction[3]) {
   double point[3];
   nearest_along(first, second, direction, point);
-  return dot(point, direction) - first->shape->round - second->shape->round;
+  return fs_dot(point, direction) - first->shape->round - second->shape->round;
 }
 
 // ---------------------------------------------------------------------------------- the simplex
@@ -68,13 +64,13 @@ static void nearest_on_segment(const double a[3], const double b[3], double near
                                int* ends /* bits: a, b */) {
   double ab[3];
   sub(ab, b, a);
-  const double along = -dot(a, ab), length = dot(ab, ab);
+  const double along = -fs_dot(a, ab), length = fs_dot(ab, ab);
   const double t = along <= 0 ? 0 : along >= length ? 1 : along / length;
   *ends = t == 0 ? 1 : t == 1 ? 2 : 3;
   for (int i = 0; i < 3; i++) nearest[i] = a[i] + t * ab[i];
 }
 
-// The point of a triangle nearest to the origin, and which of its corners span it (bits).
+// Writes the point of a triangle nearest to the origin, and which corners span it (bits).
 static void nearest_on_triangle(const double a[3], const double b[3], const double c[3],
                                 double nearest[3], int* corners) {
   double ab[3], ac[3], normal[3], edge[3];
@@ -89,12 +85,12 @@ static void nearest_on_triangle(const double a[3], const double b[3], const doub
     double pq[3];
     sub(pq, q, p);
     cross(edge, pq, normal);  // points out of the triangle
-    if (dot(edge, p) >= 0) continue;  // the origin is on the inner side of this edge
+    if (fs_dot(edge, p) >= 0) continue;  // the origin is on the inner side of this edge
     inside = 0;
     double candidate[3];
     int ends;
     nearest_on_segment(p, q, candidate, &ends);
-    const double distance = dot(candidate, candidate);
+    const double distance = fs_dot(candidate, candidate);
     if (distance < best) {
       best = distance;
       memcpy(nearest, candidate, sizeof candidate);
@@ -102,7 +98,7 @@ static void nearest_on_triangle(const double a[3], const double b[3], const doub
     }
   }
   if (inside) {
-    const double scale = dot(normal, a) / dot(normal, normal);
+    const double scale = fs_dot(normal, a) / fs_dot(normal, normal);
     for (int i = 0; i < 3; i++) nearest[i] = normal[i] * scale;
     *corners = 7;
   }
@@ -116,8 +112,8 @@ static void keep_corners(simplex* s, const int face[3], int corners) {
   keep(s, count, kept[0], kept[1], kept[2]);
 }
 
-// The point of a simplex nearest to the origin; drops the corners that do not span it. False if
-// the origin is inside.
+// Writes the point of a simplex nearest to the origin, and drops the corners that do not span it.
+// Returns 0 if the origin is inside.
 static int nearest_on_simplex(simplex* s, double nearest[3]) {
   static const int faces[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
   int corners;
@@ -144,9 +140,9 @@ static int nearest_on_simplex(simplex* s, double nearest[3]) {
         sub(ac, c, a);
         sub(ao, opposite, a);
         cross(normal, ab, ac);
-        if (dot(normal, a) * dot(normal, ao) <= 0) continue;  // the origin is on the inner side
+        if (fs_dot(normal, a) * fs_dot(normal, ao) <= 0) continue;  // the origin is on the inner side
         nearest_on_triangle(a, b, c, candidate, &corners);
-        const double distance = dot(candidate, candidate);
+        const double distance = fs_dot(candidate, candidate);
         if (distance < best) {
           best = distance;
           best_face = f;
@@ -170,17 +166,17 @@ double fs_separate(const fs_placed* first, const fs_placed* second, double least
   for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
     double nearest[3];
     nearest_along(first, second, tried, s.points[s.count]);
-    const double gap = dot(s.points[s.count], tried) - round;
+    const double gap = fs_dot(s.points[s.count], tried) - round;
     s.count++;
     if (gap > best) {
       best = gap;
       memcpy(direction, tried, sizeof tried);
     }
     if (!nearest_on_simplex(&s, nearest)) break;
-    const double distance = sqrt(dot(nearest, nearest));
-    const double most = distance - round;  // the distance is not greater
+    const double distance = sqrt(fs_dot(nearest, nearest));
+    const double most = distance - round;  // an upper bound of the distance
     if (!(most > least) || (best > least && best > most / 2)) break;
-    if (most - best < 1e-7) break;  // as good as found
+    if (most - best < 1e-7) break;  // close enough
     for (int i = 0; i < 3; i++) tried[i] = nearest[i] / distance;
   }
   return best;

@@ -1,21 +1,17 @@
-// What stands in the header, and the direction maps of meshes.
+// Support functions, and the direction maps of meshes.
 //
 // A mesh has up to thousands of vertices. MuJoCo walks along the edges of its hull; the direction
-// map has, for each cell of directions, the few vertices that can be the farthest in a direction of
-// that cell. A vertex is left out if another is farther, or at most FS_SUPPORT_ERROR less far, at
-// all four corners of the cell: a direction of the cell is a sum of the corners with weights that
-// are not negative, and the products are linear in it, so it holds in the whole cell. A list is
-// never empty, and is made once for a model.
-
-#include "shapes.h"
+// map stores, for each cell of directions, the few vertices that can be the farthest in a direction
+// of that cell. A vertex is omitted if another is farther, or at most FS_SUPPORT_ERROR less far, at
+// all four corners of the cell: a direction of the cell is a sum of the corners with nonnegative
+// weights, and the products are linear in it, so the same holds in the whole cell. A list is never
+// empty. The map is computed once for each model.
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+#include "shapes.h"
 
 // ---------------------------------------------------------------------------- the direction maps
 
@@ -34,8 +30,8 @@ static int cell_of(const double direction[3]) {
   return (face * FS_CELLS_PER_EDGE + u) * FS_CELLS_PER_EDGE + v;
 }
 
-// The directions at the corners of a square on a face, and last the one in its middle. The face's
-// edges are 2 long; its middle is at 0, 0.
+// Writes the directions at the corners of a square on a face, followed by the one at its center.
+// The face's edges have length 2; its center is at 0, 0.
 static void corners_of(int face, double u, double v, double width, double corners[5][3]) {
   static const double offsets[5][2] = {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {0.5, 0.5}};
   for (int i = 0; i < 5; i++) {
@@ -45,14 +41,14 @@ static void corners_of(int face, double u, double v, double width, double corner
   }
 }
 
-// How far a vertex is in five directions.
+// Writes how far a vertex is in five directions.
 static void project(const float* vertex, const double directions[5][3], double projections[5]) {
   const double point[3] = {vertex[0], vertex[1], vertex[2]};
-  for (int i = 0; i < 5; i++) projections[i] = dot(directions[i], point);
+  for (int i = 0; i < 5; i++) projections[i] = fs_dot(directions[i], point);
 }
 
-// Writes the vertices that can be the farthest in a direction between some corners, and returns how
-// many they are.
+// Writes the vertices that can be the farthest in some direction between the corners, and returns
+// their number.
 static int candidates_of(const double directions[5][3], double error, const float* vertices,
                          const int* ids, int count, int* candidates) {
   double farthest[5][5], projections[5];
@@ -89,16 +85,16 @@ static int candidates_of(const double directions[5][3], double error, const floa
   return found;
 }
 
-// The vertices that MuJoCo's collision routines use: those of the convex hull, or all of them
-// where there is no hull, or where the mesh is so small that some versions ignore it.
+// Writes the vertices that MuJoCo's collision routines use, and returns their number: those of the
+// convex hull, or all if there is no hull or the mesh is so small that some versions ignore it.
 static int colliding_vertices(const mjModel* m, int mesh, int* ids) {
   const int vertices = (int)m->mesh_vertnum[mesh];
   if (m->mesh_graphadr[mesh] < 0 || vertices < 64) {
     for (int i = 0; i < vertices; i++) ids[i] = i;
     return vertices;
   }
-  // The layout of a graph: numbers of vertices and faces, where each vertex's edges begin, the ids
-  // of the vertices, ...
+  // A graph holds the numbers of vertices and faces, the start of each vertex's edges, the ids of
+  // the vertices, ...
   const int* graph = m->mesh_graph + m->mesh_graphadr[mesh];
   memcpy(ids, graph + 2 + graph[0], (size_t)graph[0] * sizeof *ids);
   return graph[0];
@@ -144,7 +140,7 @@ static double hull_radius(const fs_hull* hull) {
   for (int i = 0; i < hull->start[FS_CELLS]; i++) {
     const float* vertex = hull->vertices + 3 * hull->candidates[i];
     const double point[3] = {vertex[0], vertex[1], vertex[2]};
-    radius = fmax(radius, sqrt(dot(point, point)));
+    radius = fmax(radius, sqrt(fs_dot(point, point)));
   }
   return radius + FS_SUPPORT_ERROR;
 }
@@ -173,7 +169,7 @@ static void make_shape(const mjModel* m, int geom, const fs_hull* hulls, fs_shap
       shape->radius = hypot(size[0], size[1]);
       break;
     case mjGEOM_BOX:
-      shape->radius = sqrt(dot(size, size));
+      shape->radius = sqrt(fs_dot(size, size));
       break;
     case mjGEOM_MESH:
       if (m->geom_dataid[geom] >= 0) {

@@ -1,10 +1,12 @@
+//! Sources of the robot's model, and the folders of those that are files.
+
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{SimError, Task, cache};
+use crate::{cache, error::SimError, task::Task};
 
-/// Where the model of the robot comes from.
+/// Source of the robot's model.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -12,19 +14,19 @@ pub enum ModelSource {
     /// The crate's own model: the reference's numbers, simple shapes.
     #[default]
     Builtin,
-    /// The reference's model with the vendor's meshes, from the user's cache:
-    /// `cargo xtask assets` puts it there.
+    /// The reference's model with the vendor's meshes, from the user's cache, where
+    /// `cargo xtask assets` puts it.
     Reference,
-    /// A folder with `reach.xml`, `push.xml`, `pick_and_place.xml` and `slide.xml`, which have the
-    /// reference's names of bodies, joints and sites.
+    /// A folder with `reach.xml`, `push.xml`, `pick_and_place.xml` and `slide.xml`, in which bodies,
+    /// joints and sites have the reference's names.
     Folder(PathBuf),
 }
 
 impl ModelSource {
-    /// The file of a task's scene; `None` for the built-in model, which is no file.
+    /// Returns the file of a task's scene; `None` for the built-in model, which is not a file.
     ///
     /// # Errors
-    /// [`SimError::NoAssets`] if there is no such file.
+    /// [`SimError::NoAssets`] if the file is missing.
     pub fn scene_path(&self, task: Task) -> Result<Option<PathBuf>, SimError> {
         let folder = match self {
             Self::Builtin => return Ok(None),
@@ -40,8 +42,8 @@ impl ModelSource {
     }
 }
 
-/// The folder of the reference model, whether or not it is there: `FETCH_ASSETS_DIR` if that is
-/// set, and a folder in [`cache_folder`] otherwise.
+/// Returns the folder of the reference model, which need not exist: `FETCH_ASSETS_DIR` if that is
+/// set, and otherwise a folder in [`cache_folder`].
 ///
 /// # Errors
 /// [`SimError::NoAssets`] if the user has no home.

@@ -1,23 +1,31 @@
+//! Settings of a simulator.
+
 use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ModelSource, Task};
+use crate::{assets::ModelSource, task::Task};
 
-/// What a simulator is made from.
+/// Settings of a simulator.
+///
+/// ```
+/// use std::num::NonZeroU32;
+///
+/// use fetch_sim::{ModelSource, SimConfig, Task};
+///
+/// let config = SimConfig::new(Task::Push)
+///     .with_n_substeps(const { NonZeroU32::new(10).unwrap() })
+///     .with_model(ModelSource::Reference);
+/// assert_eq!(config.n_substeps().get(), 10);
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SimConfig {
-    /// The task whose scene is simulated.
-    pub task: Task,
-    /// Physics steps of 0.002 s per control step.
-    pub n_substeps: NonZeroU32,
-    /// Where the model comes from.
+    task: Task,
+    n_substeps: NonZeroU32,
     #[serde(default)]
-    pub model: ModelSource,
-    /// Whether collision tests that would find nothing are left out: faster, and the same to the
-    /// last bit.
+    model: ModelSource,
     #[serde(default = "on")]
-    pub contact_filter: bool,
+    contact_filter: bool,
 }
 
 const fn on() -> bool {
@@ -25,7 +33,7 @@ const fn on() -> bool {
 }
 
 impl SimConfig {
-    /// The reference's configuration (20 substeps, 25 Hz control) of the built-in model.
+    /// Returns the reference's settings of a task: 20 substeps (25 Hz control), the built-in model.
     #[must_use]
     pub const fn new(task: Task) -> Self {
         Self {
@@ -34,6 +42,53 @@ impl SimConfig {
             model: ModelSource::Builtin,
             contact_filter: true,
         }
+    }
+
+    /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
+    /// reference's 25 Hz.
+    #[must_use]
+    pub const fn with_n_substeps(mut self, n_substeps: NonZeroU32) -> Self {
+        self.n_substeps = n_substeps;
+        self
+    }
+
+    /// Sets the source of the robot's model. The default is the built-in one, which needs no files.
+    #[must_use]
+    pub fn with_model(mut self, model: ModelSource) -> Self {
+        self.model = model;
+        self
+    }
+
+    /// Sets whether MuJoCo skips collision tests that would find nothing. The default, true, is
+    /// faster and gives the same results to the last bit.
+    #[must_use]
+    pub const fn with_contact_filter(mut self, contact_filter: bool) -> Self {
+        self.contact_filter = contact_filter;
+        self
+    }
+
+    /// Returns the task whose scene is simulated.
+    #[must_use]
+    pub const fn task(&self) -> Task {
+        self.task
+    }
+
+    /// Returns the number of physics steps of 0.002 s per control step.
+    #[must_use]
+    pub const fn n_substeps(&self) -> NonZeroU32 {
+        self.n_substeps
+    }
+
+    /// Returns the source of the robot's model.
+    #[must_use]
+    pub const fn model(&self) -> &ModelSource {
+        &self.model
+    }
+
+    /// Whether MuJoCo skips collision tests that would find nothing.
+    #[must_use]
+    pub const fn contact_filter(&self) -> bool {
+        self.contact_filter
     }
 
     /// Whether the same steps follow from the same state.

@@ -1,25 +1,27 @@
-use crate::Task;
+//! Errors of a simulation.
 
-/// Why a simulation could not be made or could not go on.
+use crate::task::Task;
+
+/// Error returned when a simulation cannot be created or continued.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
     /// The scene has no object to place.
     #[error("the {task} scene has no object: reset it without an object position")]
     NoObject {
-        /// The task whose scene it is.
+        /// Task of the scene.
         task: Task,
     },
     /// The physics diverged.
     #[error("the simulation became unstable ({reason}): reset the environment")]
     Unstable {
-        /// What was detected, such as a MuJoCo warning.
+        /// The symptom, such as a MuJoCo warning.
         reason: String,
     },
     /// A buffer of the physics engine overflowed, so that its result is not the model's.
     #[error("the physics ran out of room ({reason}): give the model larger sizes, and reset")]
     BufferFull {
-        /// Which buffer.
+        /// The buffer.
         reason: String,
     },
     /// MuJoCo's library could not be loaded.
@@ -27,12 +29,12 @@ pub enum SimError {
         "MuJoCo could not be loaded from {path} ({reason}): install libmujoco-dev, or build with MUJOCO_DIR naming an installation"
     )]
     Library {
-        /// Where the build had found the library.
+        /// Path of the library that the build found.
         path: String,
-        /// What the loader said.
+        /// Message of the loader.
         reason: String,
     },
-    /// The library is not of the version that the crate was built for.
+    /// The library's version is not the one that the crate was built for.
     #[error(
         "built with the headers of MuJoCo {headers}, but the library is {library}: clean and rebuild with MUJOCO_DIR naming one installation"
     )]
@@ -42,24 +44,34 @@ pub enum SimError {
         /// Version of the library.
         library: String,
     },
+    /// The crate's C and Rust sides were compiled from different sources.
+    #[error("{item} is {shim} in the C shim and {rust} in Rust: clean and rebuild")]
+    ShimMismatch {
+        /// The number, struct or field that differs.
+        item: String,
+        /// Its value (a field's is its offset) and size in C.
+        shim: String,
+        /// Its value and size in Rust.
+        rust: String,
+    },
     /// A model could not be read or compiled.
-    #[error("the model {name} could not be loaded: {reason}")]
+    #[error("the model {name} could not be loaded ({reason}): correct its file")]
     Model {
         /// File name of the model.
         name: String,
         /// MuJoCo's message.
         reason: String,
     },
-    /// The files of a model are not there.
+    /// The files of a model are missing.
     #[error(
         "there is no model at {path}: run `cargo xtask assets`, or set FETCH_ASSETS_DIR to where it put them"
     )]
     NoAssets {
-        /// Where it was looked for.
+        /// The path that was looked up.
         path: String,
     },
     /// A model lacks something that the Fetch tasks need.
-    #[error("the model has no {kind} named {name}: it is not a model of the Fetch tasks")]
+    #[error("the model has no {kind} named {name}: use a model of the Fetch tasks")]
     MissingName {
         /// Kind of object, such as `site`.
         kind: &'static str,
@@ -72,12 +84,12 @@ pub enum SimError {
         /// MuJoCo's message.
         message: String,
     },
-    /// A snapshot of another task, model or version.
+    /// The snapshot belongs to another task, model or version.
     #[error(
         "the snapshot does not fit this simulation ({reason}): restore it into the configuration it was taken from"
     )]
     ForeignSnapshot {
-        /// What differs.
+        /// The difference.
         reason: String,
     },
 }

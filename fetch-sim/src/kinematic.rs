@@ -1,19 +1,24 @@
+//! The kinematic stand-in for the physics.
+
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Control, GripperState, ObjectSpec, ObjectState, Settled, SimConfig, SimError, Simulator, Task,
+    config::SimConfig,
+    error::SimError,
+    simulator::{Control, GripperState, ObjectState, Settled, Simulator},
+    task::{Task, spec::ObjectSpec},
 };
 
 /// Duration of a substep, in seconds; MuJoCo's time step in the Fetch scenes.
 const TIME_STEP: f64 = 0.002;
-/// Where the grip site can be brought, in meters: above the table and within the arm's reach.
+/// Range of the grip site along each axis, in meters: above the table and within the arm's reach.
 const REACHABLE: [[f64; 2]; 3] = [[0.75, 1.6], [0.35, 1.15], [0.41, 1.1]];
 /// Half of the object's width, in meters.
 const OBJECT_RADIUS: f64 = 0.025;
 /// Half of the closed gripper's width, in meters.
 const GRIPPER_RADIUS: f64 = 0.015;
-/// How far above or below the object's center the grip site still touches it, in meters.
+/// Largest height of the grip site above or below the object's center at which it touches, in meters.
 const GRIP_REACH: f64 = 0.03;
 /// A finger's joint position when the gripper is open, in meters.
 const FINGER_OPEN: f64 = 0.05;
@@ -24,14 +29,14 @@ const SLIDE_FRICTION: f64 = 1.0;
 /// Free fall, in meters per second squared.
 const GRAVITY: f64 = 9.81;
 
-/// A stand-in for the physics: a gripper that goes where it is told and an object that is pushed,
+/// A stand-in for the physics: a gripper that follows its commands, and an object that is pushed,
 /// carried, dropped and slid by simple rules.
 ///
-/// It needs no library, costs next to nothing and is exact to the last bit everywhere, so that
-/// whatever is built upon a [`Simulator`] can be tested without MuJoCo. It starts where the real
-/// scenes settle, but its trajectories are not the benchmark's: publish no result made with it.
+/// It needs no library, costs almost nothing and gives the same bits on every machine, so that code
+/// built on a [`Simulator`] can be tested without MuJoCo. It starts where the real scenes settle, but
+/// its trajectories are not the benchmark's: do not publish results obtained with it.
 ///
-/// It is its own snapshot.
+/// The simulator is its own snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KinematicSimulator {
     config: SimConfig,
@@ -44,18 +49,18 @@ struct Object {
     position: Vector3<f64>,
     /// Mean velocity over the last control step, as observed.
     velocity: Vector3<f64>,
-    /// Velocity at this instant, by which it slides or falls on.
+    /// Current velocity, with which it keeps sliding or falling.
     motion: Vector3<f64>,
 }
 
 impl KinematicSimulator {
-    /// A settled scene.
+    /// Creates a simulator in the settled state.
     #[must_use]
     pub fn new(config: &SimConfig) -> Self {
         Self {
             config: config.clone(),
-            gripper: settled_gripper(config.task),
-            object: settled_object(config.task),
+            gripper: settled_gripper(config.task()),
+            object: settled_object(config.task()),
         }
     }
 
@@ -89,16 +94,16 @@ impl KinematicSimulator {
         self.object = Some(object);
     }
 
-    /// Whether the object's center is where the fingers can close on it.
+    /// Whether the fingers can close on the object.
     fn between_fingers(&self, object: &Object) -> bool {
         let offset = object.position - self.gripper.position;
-        // Blocked fingers never open, so nothing comes between them.
-        !self.config.task.block_gripper()
+        // Blocked fingers never open, so nothing fits between them.
+        !self.config.task().block_gripper()
             && self.gripper.finger_positions.iter().all(|&q| q >= OBJECT_RADIUS)
             && offset.iter().all(|distance| distance.abs() <= GRIP_REACH)
     }
 
-    /// Moves the object out of the gripper's way, along the axis on which that is the shortest.
+    /// Moves the object out of the gripper's way, along the axis that needs the shortest move.
     fn push(&self, object: &mut Object, gripper_motion: Vector3<f64>) {
         let reach = OBJECT_RADIUS + GRIPPER_RADIUS;
         let offset = object.position - self.gripper.position;
@@ -107,12 +112,13 @@ impl KinematicSimulator {
         }
         let axis = if offset.x.abs() > offset.y.abs() { 0 } else { 1 };
         object.position[axis] = self.gripper.position[axis] + reach.copysign(offset[axis]);
-        if self.config.task.spec().object.is_some_and(|spec| spec.slides) {
+        if self.config.task().spec().object.is_some_and(|spec| spec.slides) {
             object.motion[axis] = gripper_motion[axis];
         }
     }
 
-    /// Height at which the object comes to rest below where it is: on the table or on the floor.
+    /// Returns the height at which the object comes to rest below its position: on the table or on the
+    /// floor.
     fn support(&self, object: &Object) -> f64 {
         let on_table = |spec: &ObjectSpec| {
             spec.table
@@ -120,7 +126,7 @@ impl KinematicSimulator {
                 .zip(&object.position)
                 .all(|([low, high], at)| (*low..=*high).contains(at))
         };
-        let spec = self.config.task.spec().object.filter(on_table);
+        let spec = self.config.task().spec().object.filter(on_table);
         spec.map_or(OBJECT_RADIUS, |spec| spec.settled_at[2])
     }
 
@@ -144,17 +150,17 @@ impl Simulator for KinematicSimulator {
     type Snapshot = Self;
 
     fn task(&self) -> Task {
-        self.config.task
+        self.config.task()
     }
 
     fn control_period(&self) -> f64 {
-        f64::from(self.config.n_substeps.get()) * TIME_STEP
+        f64::from(self.config.n_substeps().get()) * TIME_STEP
     }
 
     fn settled(&self) -> Settled {
         Settled {
-            gripper_position: settled_gripper(self.config.task).position,
-            object_height: settled_object(self.config.task).map(|object| object.position.z),
+            gripper_position: settled_gripper(self.config.task()).position,
+            object_height: settled_object(self.config.task()).map(|object| object.position.z),
         }
     }
 
@@ -162,7 +168,7 @@ impl Simulator for KinematicSimulator {
         let mut settled = Self::new(&self.config);
         if let Some([x, y]) = object_xy {
             let object =
-                settled.object.as_mut().ok_or(SimError::NoObject { task: self.config.task })?;
+                settled.object.as_mut().ok_or(SimError::NoObject { task: self.config.task() })?;
             object.position.x = x;
             object.position.y = y;
         }
@@ -175,8 +181,8 @@ impl Simulator for KinematicSimulator {
             return Err(SimError::Unstable { reason: format!("{control:?} is not finite") });
         }
         let (gripper, object) = (self.gripper, self.object);
-        let fingers = if self.config.task.block_gripper() { 0.0 } else { control.fingers };
-        let n_substeps = self.config.n_substeps.get();
+        let fingers = if self.config.task().block_gripper() { 0.0 } else { control.fingers };
+        let n_substeps = self.config.n_substeps().get();
         let share = 1.0 / f64::from(n_substeps);
         for _ in 0..n_substeps {
             self.substep(control.displacement * share, fingers * share);
@@ -223,17 +229,12 @@ impl Simulator for KinematicSimulator {
     }
 }
 
-/// The gripper where the reference environment's settles, at rest and closed.
+/// Returns the gripper where the reference's settles, at rest and closed.
 fn settled_gripper(task: Task) -> GripperState {
-    GripperState {
-        position: task.spec().gripper_start.into(),
-        velocity: Vector3::zeros(),
-        finger_positions: [0.0; 2],
-        finger_velocities: [0.0; 2],
-    }
+    GripperState { position: task.spec().gripper_start.into(), ..GripperState::default() }
 }
 
-/// The object where the reference environment's settles, at rest.
+/// Returns the object where the reference's settles, at rest.
 fn settled_object(task: Task) -> Option<Object> {
     let rest = Vector3::zeros();
     let object = |spec: ObjectSpec| Object {

@@ -1,12 +1,12 @@
 //! The Fetch robot on MuJoCo: a safe binding, the robot's model, and the operations of the tasks.
 //!
-//! [`Simulator`] says what an environment needs of a simulated robot. `MujocoSimulator` (feature
-//! `mujoco`, on by default) is the physics, step by step as gymnasium-robotics 1.4.2 does it;
-//! [`KinematicSimulator`] is a stand-in without physics, for tests where there is no MuJoCo.
+//! [`Simulator`] is the trait through which an environment uses a simulated robot. `MujocoSimulator`
+//! (feature `mujoco`, on by default) is the physics, with the same steps as gymnasium-robotics 1.4.2;
+//! [`KinematicSimulator`] is a stand-in without physics, for tests on machines without MuJoCo.
 //!
-//! Below it lie `Model`, shared by any number of simulations on any number of threads, and
-//! `Data`, one simulation. What goes wrong inside MuJoCo comes out as a [`SimError`]; its
-//! warnings go to `tracing` (target `mujoco`), never to a file.
+//! The binding below it consists of `Model`, shared by any number of simulations on any number of
+//! threads, and `Data`, one simulation. MuJoCo's errors are returned as [`SimError`]; its warnings go
+//! to `tracing` (target `mujoco`), never to a file.
 //!
 //! ```
 //! # #[cfg(feature = "mujoco")] {
@@ -14,7 +14,7 @@
 //! use nalgebra::Vector3;
 //!
 //! let model = FetchModel::load(&SimConfig::new(Task::Push))?;
-//! let mut simulator = MujocoSimulator::with_model(model.clone())?; // as many as you like
+//! let mut simulator = MujocoSimulator::from_model(model.clone())?; // any number of them
 //! simulator.reset(Some([1.30, 0.60]))?;
 //! let before = simulator.gripper().position;
 //! simulator.step(&Control { displacement: Vector3::new(0.05, 0.0, 0.0), fingers: 0.0 })?;
@@ -24,15 +24,15 @@
 //! ```
 //!
 //! # Speed
-//! A `MujocoSimulator` leaves out collision tests that would find nothing (`ContactFilter`), unless
-//! [`SimConfig::contact_filter`] is false; results are the same to the last bit. A `Data` made by
-//! hand has no such filter: `Data::step` is then MuJoCo's bare loop of `mj_step`.
+//! A `MujocoSimulator` skips collision tests that would find nothing (`ContactFilter`), unless
+//! [`SimConfig::with_contact_filter`] turns that off; results are the same to the last bit. A new
+//! `Data` has no such filter: its `step` is MuJoCo's bare loop of `mj_step`.
 //!
 //! # Finding MuJoCo
 //! The build finds Debian's `libmujoco-dev`, or the installation that `MUJOCO_DIR` names: a
 //! directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`. The library
-//! is loaded from there when it is first used. Headers and library of different versions are
-//! [`SimError::VersionMismatch`].
+//! is loaded from there on first use. Loading fails with [`SimError::VersionMismatch`] if headers and
+//! library have different versions.
 
 mod assets;
 mod cache;

@@ -1,9 +1,11 @@
+//! The simulator trait, and the states and commands that it exchanges with an environment.
+
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::{SimError, Task};
+use crate::{error::SimError, task::Task};
 
-/// What an environment needs of a simulated Fetch robot.
+/// A simulated Fetch robot, as an environment needs it.
 ///
 /// One value is one robot in one scene. Positions are meters in the world frame (x forward from
 /// the base, y to its left, z up), velocities meters or radians per second.
@@ -14,13 +16,13 @@ pub trait Simulator {
     /// The complete state of a simulation, exact to the last bit.
     type Snapshot: Clone + std::fmt::Debug + PartialEq + Serialize + DeserializeOwned;
 
-    /// The task whose scene is simulated.
+    /// Returns the task whose scene is simulated.
     fn task(&self) -> Task;
 
-    /// Duration of one control step, in seconds: substeps times the physics time step.
+    /// Returns the duration of one control step, in seconds: substeps times the physics time step.
     fn control_period(&self) -> f64;
 
-    /// Where things rest once the scene has settled; the same after every reset.
+    /// Returns where the gripper and the object rest in the settled scene; the same after every reset.
     fn settled(&self) -> Settled;
 
     /// Returns to the settled state, with the object at `object_xy` (meters).
@@ -38,24 +40,24 @@ pub trait Simulator {
     /// [`SimError::Unstable`] if the physics diverged.
     fn step(&mut self, control: &Control) -> Result<(), SimError>;
 
-    /// The gripper as the environment observes it.
+    /// Returns the gripper as the environment observes it.
     fn gripper(&self) -> GripperState;
 
-    /// The object as the environment observes it; `None` for [`Task::Reach`].
+    /// Returns the object as the environment observes it; `None` for [`Task::Reach`].
     fn object(&self) -> Option<ObjectState>;
 
-    /// Everything that decides how the simulation goes on.
+    /// Returns everything that determines the rest of the simulation.
     fn snapshot(&self) -> Self::Snapshot;
 
-    /// Goes back to a snapshot of a simulator made from the same configuration.
+    /// Returns to a snapshot of a simulator with the same configuration.
     ///
     /// # Errors
-    /// [`SimError::ForeignSnapshot`] if the snapshot is not of this kind of simulation; the
-    /// simulation is then unchanged.
+    /// [`SimError::ForeignSnapshot`] if the snapshot is of another kind of simulation; the simulation
+    /// is then unchanged.
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), SimError>;
 }
 
-/// What is remembered of the settled scene.
+/// The settled scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
     /// Position of the grip site, in meters.
@@ -64,18 +66,18 @@ pub struct Settled {
     pub object_height: Option<f64>,
 }
 
-/// One control step's command.
+/// The command of one control step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Control {
-    /// Displacement of the gripper's target from its present position, in meters.
+    /// Displacement of the gripper's target from its current position, in meters.
     pub displacement: Vector3<f64>,
-    /// Displacement of both fingers' targets, in meters; positive opens. Without effect where
-    /// the gripper is blocked.
+    /// Displacement of both fingers' targets, in meters; positive opens. It has no effect if the
+    /// gripper is blocked.
     pub fingers: f64,
 }
 
 /// State of the gripper.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GripperState {
     /// Position of the grip site, in meters.
     pub position: Vector3<f64>,
@@ -92,7 +94,7 @@ pub struct GripperState {
 pub struct ObjectState {
     /// Position of the object's center, in meters.
     pub position: Vector3<f64>,
-    /// Orientation: columns are the object's axes in the world frame.
+    /// Orientation: the columns are the object's axes in the world frame.
     pub rotation: Matrix3<f64>,
     /// Linear velocity, in meters per second.
     pub linear_velocity: Vector3<f64>,

@@ -1,13 +1,16 @@
-//! The safe binding: what goes wrong inside MuJoCo comes out as a typed error.
+//! The safe binding: MuJoCo's errors are returned as typed errors.
 #![cfg(feature = "mujoco")]
 
 use std::{
+    error::Error,
     path::Path,
     sync::{Arc, Mutex},
     thread,
 };
 
 use fetch_sim::{Data, Model, MujocoVersion, SimError};
+
+type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
 /// A box that falls onto a floor.
 const FALLING_BOX: &str = r#"
@@ -22,8 +25,8 @@ const FALLING_BOX: &str = r#"
   </worldbody>
 </mujoco>"#;
 
-fn falling_box() -> Arc<Model> {
-    Arc::new(Model::from_files(&[("box.xml", FALLING_BOX)]).expect("a sound model"))
+fn falling_box() -> Result<Arc<Model>, SimError> {
+    Ok(Arc::new(Model::from_files(&[("box.xml", FALLING_BOX)])?))
 }
 
 fn with_size(size: &str) -> Result<Data, SimError> {
@@ -31,15 +34,13 @@ fn with_size(size: &str) -> Result<Data, SimError> {
     Data::new(Arc::new(Model::from_files(&[("box.xml", &xml)])?))
 }
 
-/// The least memory with which the model compiles: enough until there are contacts.
-fn with_least_memory() -> Data {
+/// Returns data with the least memory with which the model compiles: enough until there are contacts.
+fn with_least_memory() -> Option<Data> {
     let attribute = if old_sizes() { "nstack" } else { "memory" };
-    (1..1000)
-        .find_map(|size| with_size(&format!(r#"{attribute}="{}""#, 64 * size)).ok())
-        .expect("some size is enough")
+    (1..1000).find_map(|size| with_size(&format!(r#"{attribute}="{}""#, 64 * size)).ok())
 }
 
-/// Until 2.2 every buffer has a size of its own; since 2.3 they share one memory.
+/// Whether every buffer has a size of its own, as until 2.2; since 2.3 they share one memory.
 fn old_sizes() -> bool {
     MujocoVersion::of_headers().to_string().starts_with("2.2.")
 }
@@ -50,21 +51,23 @@ fn first_error(data: &mut Data) -> Option<SimError> {
 }
 
 #[test]
-fn the_library_is_the_one_of_the_headers() {
-    assert_eq!(MujocoVersion::of_library().unwrap(), MujocoVersion::of_headers());
+fn the_library_has_the_version_of_the_headers() -> Result {
+    assert_eq!(MujocoVersion::of_library()?, MujocoVersion::of_headers());
+    Ok(())
 }
 
 #[test]
-fn a_box_falls_onto_the_floor_and_stays() {
-    let model = falling_box();
-    let mut data = Data::new(Arc::clone(&model)).unwrap();
-    data.step(1000).unwrap();
+fn a_box_falls_onto_the_floor_and_stays() -> Result {
+    let model = falling_box()?;
+    let mut data = Data::new(Arc::clone(&model))?;
+    data.step(1000)?;
     assert!((data.qpos()[2] - 0.05).abs() < 1e-3, "rests at {}", data.qpos()[2]);
-    assert!((data.site_position(model.site("top").unwrap()).z - 0.1).abs() < 1e-3);
-    let (floor, body) = (model.geom("floor").unwrap(), model.geom("box").unwrap());
+    assert!((data.site_position(model.site("top")?).z - 0.1).abs() < 1e-3);
+    let (floor, body) = (model.geom("floor")?, model.geom("box")?);
     assert!(data.contacts().len() >= 3);
     assert!(data.contacts().all(|pair| pair == (floor, body)));
     assert!((data.time() - 1000.0 * model.timestep()).abs() < 1e-9);
+    Ok(())
 }
 
 #[test]
@@ -83,60 +86,65 @@ fn damaged_and_missing_models_are_errors() {
 }
 
 #[test]
-fn included_files_come_from_memory() {
+fn included_files_come_from_memory() -> Result {
     let body = FALLING_BOX.replace("box.xml", "body.xml");
     let model = Model::from_files(&[
         ("main.xml", r#"<mujoco><include file="body.xml"/></mujoco>"#),
         ("body.xml", &body),
     ]);
-    assert_eq!(model.unwrap().nq(), 7);
+    assert_eq!(model?.nq(), 7);
+    Ok(())
 }
 
 #[test]
-fn unknown_names_are_errors() {
-    let error = falling_box().site("bottom").unwrap_err();
+fn unknown_names_are_errors() -> Result {
+    let error = falling_box()?.site("bottom").unwrap_err();
     assert_eq!(error, SimError::MissingName { kind: "site", name: "bottom".into() });
-    assert!(falling_box().site("with\0nul").is_err());
+    assert!(falling_box()?.site("with\0nul").is_err());
+    Ok(())
 }
 
 #[test]
-fn a_diverged_simulation_is_an_error_until_reset() {
-    let mut data = Data::new(falling_box()).unwrap();
+fn a_diverged_simulation_is_an_error_until_reset() -> Result {
+    let mut data = Data::new(falling_box()?)?;
     data.qvel_mut()[0] = 1e12;
     assert!(matches!(data.step(1), Err(SimError::Unstable { .. })));
-    data.reset().unwrap();
-    data.step(10).unwrap();
+    data.reset()?;
+    data.step(10)?;
     data.qpos_mut()[2] = f64::NAN;
     assert!(matches!(data.step(1), Err(SimError::Unstable { .. })));
+    Ok(())
 }
 
 #[test]
-fn an_error_inside_mujoco_is_returned_and_can_be_recovered_from() {
-    let mut data = with_least_memory();
-    let error = first_error(&mut data).expect("contacts need more memory");
+fn an_error_inside_mujoco_is_returned_and_can_be_recovered_from() -> Result {
+    let mut data = with_least_memory().ok_or("no size is enough")?;
+    let error = first_error(&mut data).ok_or("contacts need more memory")?;
     let expected = match &error {
         SimError::Mujoco { message } => message.to_lowercase().contains("stack"),
         SimError::BufferFull { .. } => !old_sizes(),
         _ => false,
     };
     assert!(expected, "{error}");
-    data.reset().unwrap();
+    data.reset()?;
     assert_eq!(data.time(), 0.0);
-    Data::new(falling_box()).unwrap().step(10).unwrap();
+    Data::new(falling_box()?)?.step(10)?;
+    Ok(())
 }
 
 #[test]
-fn full_buffers_are_errors() {
+fn full_buffers_are_errors() -> Result {
     if !old_sizes() {
-        return; // one memory for all: see the test above
+        return Ok(()); // one shared memory: see the test above
     }
     for size in [r#"nconmax="2" njmax="100""#, r#"nconmax="100" njmax="5""#] {
-        let error = first_error(&mut with_size(size).unwrap()).unwrap();
+        let error = first_error(&mut with_size(size)?).ok_or("too small")?;
         assert!(matches!(error, SimError::BufferFull { .. }), "{error}");
     }
+    Ok(())
 }
 
-/// Keeps what is logged.
+/// A subscriber that keeps MuJoCo's warnings.
 #[derive(Default)]
 struct Log(Mutex<Vec<String>>);
 
@@ -167,28 +175,27 @@ impl tracing::Subscriber for &'static Log {
 }
 
 #[test]
-fn warnings_are_traced_and_not_written_to_a_file() {
+fn warnings_are_traced_and_not_written_to_a_file() -> Result {
     let log: &'static Log = Box::leak(Box::default());
-    tracing::subscriber::with_default(log, || {
-        let mut data = Data::new(falling_box()).unwrap();
-        data.qvel_mut()[0] = 1e12;
-        data.step(1).unwrap_err();
-    });
-    let lines = log.0.lock().unwrap();
+    let mut data = Data::new(falling_box()?)?;
+    data.qvel_mut()[0] = 1e12;
+    tracing::subscriber::with_default(log, || data.step(1)).unwrap_err();
+    let lines = log.0.lock().map_err(|_| "poisoned")?;
     assert!(lines.iter().any(|line| line.contains("QVEL")), "{lines:?}");
     assert!(!Path::new("MUJOCO_LOG.TXT").exists());
+    Ok(())
 }
 
 #[test]
-fn threads_that_share_a_model_compute_the_same_bits() {
-    let model = falling_box();
-    let run = |model: Arc<Model>| {
-        let mut data = Data::new(model).unwrap();
+fn threads_that_share_a_model_compute_the_same_bits() -> Result {
+    let model = falling_box()?;
+    let run = |model: Arc<Model>| -> Result<_, SimError> {
+        let mut data = Data::new(model)?;
         data.qvel_mut()[3] = 5.0;
-        data.step(500).unwrap();
-        data.qpos().to_vec()
+        data.step(500)?;
+        Ok(data.qpos().to_vec())
     };
-    let expected = run(Arc::clone(&model));
+    let expected = run(Arc::clone(&model))?;
     let threads: Vec<_> = (0..4)
         .map(|_| {
             let model = Arc::clone(&model);
@@ -196,14 +203,15 @@ fn threads_that_share_a_model_compute_the_same_bits() {
         })
         .collect();
     for thread in threads {
-        assert_eq!(thread.join().unwrap(), expected);
+        assert_eq!(thread.join().expect("no panic")?, expected);
     }
+    Ok(())
 }
 
 #[test]
 #[should_panic(expected = "Jacobians are 3 x nv")]
-fn jacobians_of_a_wrong_size_are_refused() {
-    let model = falling_box();
+fn jacobians_of_a_wrong_size_are_rejected() {
+    let model = falling_box().unwrap();
     let data = Data::new(Arc::clone(&model)).unwrap();
     data.site_jacobian(model.site("top").unwrap(), &mut [0.0; 18], &mut [0.0; 3]);
 }

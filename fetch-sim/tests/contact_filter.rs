@@ -1,13 +1,15 @@
-//! The contact filter leaves out only what finds nothing.
+//! The contact filter skips only tests that find no contact.
 #![cfg(feature = "mujoco")]
 
-use std::{fmt::Write, sync::Arc};
+use std::{error::Error, fmt::Write, sync::Arc};
 
 use fetch_sim::{
     ContactFilterCounts, Control, Data, Model, MujocoSimulator, SimConfig, Simulator, Task,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
+
+type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
 const SHAPES: [&str; 6] = [
     r#"type="sphere" size="0.1""#,
@@ -18,9 +20,9 @@ const SHAPES: [&str; 6] = [
     r#"type="mesh" mesh="lump""#,
 ];
 
-/// A plane, and two free bodies of each shape, all with a margin.
+/// Returns a plane and two free bodies of each shape, all with a margin.
 fn zoo() -> Arc<Model> {
-    // The corners of an irregular, round lump: enough for a hull that is searched along its edges.
+    // The vertices of an irregular, round lump: enough for MuJoCo to search its hull along the edges.
     let vertices = (0..90).fold(String::new(), |mut text, i| {
         let (turn, height) = (2.4 * f64::from(i), f64::from(i) / 44.5 - 1.0);
         let radius = 0.15 * (1.0 - height * height).sqrt();
@@ -59,7 +61,7 @@ fn place(data: &mut Data, scene: &Scene) {
     }
 }
 
-/// Everything that follows from the poses of the bodies.
+/// Returns everything that follows from the poses of the bodies.
 fn outcome(data: &Data) -> (Vec<f64>, Vec<f64>, usize) {
     let contacts = data.contacts().len();
     (data.qpos().to_vec(), data.qvel().to_vec(), contacts)
@@ -72,22 +74,22 @@ fn counts(data: &Data) -> ContactFilterCounts {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Scenes that jump and drift: every rejection is confirmed by MuJoCo's own routine with a
-    /// margin as wide as the gap that the filter believes in, and no bit of the result differs.
+    /// In scenes that jump and drift, MuJoCo's own routine, with a margin as wide as the assumed gap,
+    /// confirms every rejection, and no bit of the result differs.
     #[test]
     fn no_rejection_is_refuted(scenes in prop::collection::vec(scene(), 4)) {
         let model = zoo();
-        let mut plain = Data::new(Arc::clone(&model)).expect("memory");
-        let mut filtered = Data::new(model).expect("memory");
-        filtered.set_contact_filter(true).expect("memory");
+        let mut plain = Data::new(Arc::clone(&model))?;
+        let mut filtered = Data::new(model)?;
+        filtered.set_contact_filter(true)?;
         filtered.contact_filter_mut().expect("a filter").check_rejections(true);
         for scene in &scenes {
             for data in [&mut plain, &mut filtered] {
-                data.reset().expect("a reset");
+                data.reset()?;
                 place(data, scene);
             }
             for _ in 0..10 {
-                // What overlaps deeply is flung apart, up to an error: in both, or in neither.
+                // Deep overlaps fling bodies apart, up to an error: in both simulations, or in neither.
                 prop_assert_eq!(plain.step(1), filtered.step(1));
                 prop_assert_eq!(outcome(&plain), outcome(&filtered));
                 let same = plain.contacts().eq(filtered.contacts());
@@ -101,25 +103,25 @@ proptest! {
 }
 
 #[test]
-fn a_filter_changes_no_bit_of_the_built_in_model() {
+fn a_filter_changes_no_bit_of_the_built_in_model() -> Result {
     for task in Task::ALL {
-        let mut filtered = MujocoSimulator::new(&SimConfig::new(task)).expect("MuJoCo");
-        filtered.data_mut().contact_filter_mut().expect("on by default").check_rejections(true);
-        let off = SimConfig { contact_filter: false, ..SimConfig::new(task) };
-        let mut plain = MujocoSimulator::new(&off).expect("MuJoCo");
+        let mut filtered = MujocoSimulator::new(&SimConfig::new(task))?;
+        filtered.data_mut().contact_filter_mut().ok_or("no filter")?.check_rejections(true);
+        let off = SimConfig::new(task).with_contact_filter(false);
+        let mut plain = MujocoSimulator::new(&off)?;
         assert!(plain.data().contact_filter().is_none());
         for episode in 0..3 {
             let object = task.has_object().then_some([1.30, 0.70]);
             for simulator in [&mut filtered, &mut plain] {
-                simulator.reset(object).expect("a reset");
+                simulator.reset(object)?;
             }
             for step in 0..25 {
                 let phase = f64::from(50 * episode + step);
                 let (x, y) = (phase.sin(), (0.7 * phase).cos());
                 let control =
                     Control { displacement: 0.05 * Vector3::new(x, y, -0.5), fingers: x - y };
-                filtered.step(&control).expect("a step");
-                plain.step(&control).expect("a step");
+                filtered.step(&control)?;
+                plain.step(&control)?;
                 assert_eq!(filtered.data().qpos(), plain.data().qpos(), "{task} {episode} {step}");
                 assert_eq!(filtered.data().qvel(), plain.data().qvel(), "{task} {episode} {step}");
                 assert!(filtered.data().contacts().eq(plain.data().contacts()));
@@ -129,18 +131,20 @@ fn a_filter_changes_no_bit_of_the_built_in_model() {
         assert!(counts.rejected > counts.pairs / 4, "{task}: {counts:?}");
         assert_eq!(counts.refuted, 0, "{task}: {counts:?}");
     }
+    Ok(())
 }
 
 #[test]
-fn a_snapshot_does_not_ask_whether_there_was_a_filter() {
-    let mut filtered = MujocoSimulator::new(&SimConfig::new(Task::Reach)).expect("MuJoCo");
-    let off = SimConfig { contact_filter: false, ..SimConfig::new(Task::Reach) };
-    let mut plain = MujocoSimulator::new(&off).expect("MuJoCo");
+fn snapshots_do_not_depend_on_the_filter() -> Result {
+    let mut filtered = MujocoSimulator::new(&SimConfig::new(Task::Reach))?;
+    let off = SimConfig::new(Task::Reach).with_contact_filter(false);
+    let mut plain = MujocoSimulator::new(&off)?;
     let control = Control { displacement: Vector3::new(0.03, -0.02, -0.05), fingers: 0.0 };
-    filtered.step(&control).expect("a step");
-    plain.restore(&filtered.snapshot()).expect("the same physics");
-    filtered.step(&control).expect("a step");
-    plain.step(&control).expect("a step");
+    filtered.step(&control)?;
+    plain.restore(&filtered.snapshot())?;
+    filtered.step(&control)?;
+    plain.step(&control)?;
     assert_eq!(filtered.data().qpos(), plain.data().qpos());
     assert_eq!(filtered.data().qvel(), plain.data().qvel());
+    Ok(())
 }

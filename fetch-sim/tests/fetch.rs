@@ -1,7 +1,7 @@
 //! The Fetch operations on MuJoCo, with the built-in model.
 #![cfg(feature = "mujoco")]
 
-use std::{sync::Arc, thread};
+use std::{error::Error, ops::Range, sync::Arc, thread};
 
 use fetch_sim::{
     Control, FetchModel, ModelSource, MujocoSimulator, MujocoVersion, SimConfig, SimError,
@@ -9,16 +9,18 @@ use fetch_sim::{
 };
 use nalgebra::Vector3;
 
-fn simulator(task: Task) -> MujocoSimulator {
-    MujocoSimulator::new(&SimConfig::new(task)).expect("MuJoCo")
+type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+
+fn simulator(task: Task) -> Result<MujocoSimulator, SimError> {
+    MujocoSimulator::new(&SimConfig::new(task))
 }
 
-fn start(simulator: &mut MujocoSimulator) {
+fn start(simulator: &mut MujocoSimulator) -> Result<(), SimError> {
     let object = simulator.task().has_object().then_some([1.30, 0.70]);
-    simulator.reset(object).expect("a reset");
+    simulator.reset(object)
 }
 
-/// A command that is different in every step and reaches everything.
+/// Returns a command that differs in every step and moves everything.
 fn control(step: u32) -> Control {
     let phase = f64::from(step);
     Control {
@@ -27,14 +29,14 @@ fn control(step: u32) -> Control {
     }
 }
 
-fn run(simulator: &mut MujocoSimulator, steps: std::ops::Range<u32>) -> Vec<f64> {
+fn run(simulator: &mut MujocoSimulator, steps: Range<u32>) -> Result<Vec<f64>, SimError> {
     for step in steps {
-        simulator.step(&control(step)).expect("a stable step");
+        simulator.step(&control(step))?;
     }
-    [simulator.data().qpos(), simulator.data().qvel()].concat()
+    Ok([simulator.data().qpos(), simulator.data().qvel()].concat())
 }
 
-/// A task, where the gripper settles, and at what height the object does.
+/// A task, the settled position of its gripper, and the settled height of its object.
 type Start = (Task, [f64; 3], Option<f64>);
 
 /// Recorded from gymnasium-robotics 1.4.2 on MuJoCo 2.2.2.
@@ -54,14 +56,14 @@ const STARTS_3_6_0: [Start; 4] = [
 ];
 
 #[test]
-fn the_scene_settles_where_the_reference_does() {
+fn the_scene_settles_where_the_reference_does() -> Result {
     let starts = match MujocoVersion::of_headers().to_string().as_str() {
         "2.2.2" => STARTS_2_2_2,
         "3.6.0" => STARTS_3_6_0,
-        _ => return, // not recorded
+        _ => return Ok(()), // not recorded
     };
     for (task, gripper, height) in starts {
-        let settled = simulator(task).settled();
+        let settled = simulator(task)?.settled();
         let off = (settled.gripper_position - Vector3::from(gripper)).amax();
         assert!(off < 1e-6, "{task}: {off}");
         match (settled.object_height, height) {
@@ -69,97 +71,105 @@ fn the_scene_settles_where_the_reference_does() {
             (ours, theirs) => assert_eq!(ours, theirs, "{task}"),
         }
     }
+    Ok(())
 }
 
 #[test]
-fn a_restored_snapshot_goes_on_to_the_last_bit() {
+fn a_restored_snapshot_continues_bit_for_bit() -> Result {
     for task in Task::ALL {
-        let mut original = simulator(task);
-        start(&mut original);
-        run(&mut original, 0..17);
+        let mut original = simulator(task)?;
+        start(&mut original)?;
+        run(&mut original, 0..17)?;
         let snapshot = original.snapshot();
-        let expected = run(&mut original, 17..40);
-        // Into another simulator, and into the same one, wherever they are.
-        let mut other = simulator(task);
+        let expected = run(&mut original, 17..40)?;
+        // Into another simulator, and into the same one, whatever their state.
+        let mut other = simulator(task)?;
         for simulator in [&mut original, &mut other] {
-            simulator.restore(&snapshot).expect("its own snapshot");
+            simulator.restore(&snapshot)?;
             assert_eq!(simulator.snapshot(), snapshot, "{task}");
-            assert_eq!(run(simulator, 17..40), expected, "{task}");
+            assert_eq!(run(simulator, 17..40)?, expected, "{task}");
         }
     }
+    Ok(())
 }
 
 #[test]
-fn foreign_snapshots_are_refused_and_change_nothing() {
-    let mut push = simulator(Task::Push);
-    start(&mut push);
+fn foreign_snapshots_are_rejected_and_change_nothing() -> Result {
+    let mut push = simulator(Task::Push)?;
+    start(&mut push)?;
     let before = push.snapshot();
-    let foreign = simulator(Task::Slide).snapshot();
+    let foreign = simulator(Task::Slide)?.snapshot();
     assert!(matches!(push.restore(&foreign), Err(SimError::ForeignSnapshot { .. })));
     assert_eq!(push.snapshot(), before);
+    Ok(())
 }
 
 #[test]
-fn simulators_of_one_model_do_not_disturb_each_other() {
-    let model = FetchModel::load(&SimConfig::new(Task::PickAndPlace)).expect("MuJoCo");
+fn simulators_of_one_model_do_not_disturb_each_other() -> Result {
+    let model = FetchModel::load(&SimConfig::new(Task::PickAndPlace))?;
     let run = move || {
-        let mut simulator = MujocoSimulator::with_model(Arc::clone(&model)).expect("memory");
-        start(&mut simulator);
+        let mut simulator = MujocoSimulator::from_model(Arc::clone(&model))?;
+        start(&mut simulator)?;
         run(&mut simulator, 0..30)
     };
-    let expected = run();
+    let expected = run()?;
     let threads: Vec<_> = (0..3).map(|_| thread::spawn(run.clone())).collect();
     for thread in threads {
-        assert_eq!(thread.join().expect("no panic"), expected);
+        assert_eq!(thread.join().expect("no panic")?, expected);
     }
+    Ok(())
 }
 
 #[test]
-fn an_inspected_step_is_a_step() {
-    let [mut plain, mut inspected] = [simulator(Task::Push), simulator(Task::Push)];
-    start(&mut plain);
-    start(&mut inspected);
+fn an_inspected_step_is_a_step() -> Result {
+    let [mut plain, mut inspected] = [simulator(Task::Push)?, simulator(Task::Push)?];
+    start(&mut plain)?;
+    start(&mut inspected)?;
     for step in 0..5 {
-        plain.step(&control(step)).expect("a step");
+        plain.step(&control(step))?;
         let mut substeps = 0;
-        inspected.step_inspected(&control(step), |_| substeps += 1).expect("a step");
+        inspected.step_inspected(&control(step), |_| substeps += 1)?;
         assert_eq!(substeps, 20);
         assert_eq!(plain.snapshot(), inspected.snapshot());
     }
+    Ok(())
 }
 
 #[test]
-fn only_scenes_with_an_object_can_place_one() {
-    let mut reach = simulator(Task::Reach);
+fn only_scenes_with_an_object_can_place_one() -> Result {
+    let mut reach = simulator(Task::Reach)?;
     assert_eq!(reach.reset(Some([1.3, 0.7])), Err(SimError::NoObject { task: Task::Reach }));
     assert_eq!(reach.object(), None);
-    let mut push = simulator(Task::Push);
-    push.reset(Some([1.3, 0.7])).expect("a reset");
-    let position = push.object().expect("an object").position;
+    let mut push = simulator(Task::Push)?;
+    push.reset(Some([1.3, 0.7]))?;
+    let position = push.object().ok_or("no object")?.position;
     assert!((position.xy() - nalgebra::Vector2::new(1.3, 0.7)).amax() < 1e-12);
+    Ok(())
 }
 
 #[test]
-fn a_diverged_step_is_an_error_until_the_next_reset() {
-    let mut push = simulator(Task::Push);
-    start(&mut push);
+fn a_diverged_step_is_an_error_until_the_next_reset() -> Result {
+    let mut push = simulator(Task::Push)?;
+    start(&mut push)?;
     let wild = Control { displacement: Vector3::repeat(1e9), fingers: 0.0 };
-    let error = (0..50).find_map(|_| push.step(&wild).err()).expect("it diverges");
+    let error = (0..50).find_map(|_| push.step(&wild).err()).ok_or("it is stable")?;
     assert!(matches!(error, SimError::Unstable { .. } | SimError::BufferFull { .. }), "{error}");
-    start(&mut push);
-    push.step(&control(0)).expect("as if nothing had happened");
+    start(&mut push)?;
+    push.step(&control(0))?;
+    Ok(())
 }
 
 #[test]
-fn missing_and_foreign_models_are_errors_that_say_what_to_do() {
-    let folder = tempfile::tempdir().expect("a folder");
+fn missing_and_foreign_models_are_errors_that_say_what_to_do() -> Result {
+    let folder = tempfile::tempdir()?;
     let load = || {
         let model = ModelSource::Folder(folder.path().into());
-        FetchModel::load(&SimConfig { model, ..SimConfig::new(Task::Reach) })
+        FetchModel::load(&SimConfig::new(Task::Reach).with_model(model))
     };
     let error = load().expect_err("nothing there");
     assert!(error.to_string().contains("cargo xtask assets"), "{error}");
-    std::fs::write(folder.path().join("reach.xml"), "<mujoco/>").expect("a file");
+    std::fs::write(folder.path().join("reach.xml"), "<mujoco/>")?;
     let error = load().expect_err("no robot in it");
     assert!(matches!(error, SimError::MissingName { .. }), "{error}");
+    Ok(())
 }

@@ -1,6 +1,6 @@
-//! Rewards of a thousand pairs that fit the cache: `cargo bench -p goal-reward`. A million pairs,
-//! against the speed of memory, are `cargo xtask bench reward`.
-#![allow(missing_docs)] // what the macros make
+//! Rewards of a thousand pairs, which fit the cache: `cargo bench -p goal-reward`.
+//! `cargo xtask bench reward` measures a million pairs against the speed of memory.
+#![allow(missing_docs)] // for the macros' output
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use goal_reward::{DistanceReward, GoalPairs, GoalReward};

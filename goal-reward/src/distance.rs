@@ -1,15 +1,15 @@
-//! The Euclidean distance of two goals, to numpy's last bit.
+//! The Euclidean distance between two goals, equal to numpy's to the last bit.
 
-/// The Euclidean distance of two goals, in the goals' own unit (meters for Fetch).
+/// Returns the Euclidean distance between two goals, in the goals' unit (meters for Fetch).
 ///
-/// Both slices hold one goal of the same length. Two empty goals are at distance 0. Goals of
-/// different lengths have no distance: the result is NaN, which no reward function calls a success
-/// ([`check_goals`](crate::check_goals) reports the mistake instead).
+/// Each slice holds one goal. The distance between two empty goals is 0. Goals of different lengths
+/// have no distance: the result is NaN, which no reward function counts as a success
+/// ([`check_goals`](crate::check_goals) returns an error instead).
 ///
 /// # Precision
 /// Equal, bit for bit, to `numpy.linalg.norm(a - b, axis=-1)` on `float64`: numpy adds up to seven
 /// squares from left to right, and more by pairwise summation in eight running sums, split in halves
-/// beyond 128 elements. Distances above about 1e154 overflow to infinity, there and here.
+/// above 128 elements. As in numpy, distances above about 1e154 overflow to infinity.
 ///
 /// # Example
 /// ```
@@ -27,19 +27,20 @@ pub fn goal_distance(a: &[f64], b: &[f64]) -> f64 {
     sum_of_squares(a, b).sqrt()
 }
 
-/// [`goal_distance`] for the length every Fetch goal has, without a branch.
+/// [`goal_distance`] without a branch, for the length of every Fetch goal.
 #[inline(always)]
 pub(crate) fn distance_3d(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     (x * x + y * y + z * z).sqrt()
 }
 
-/// How many running sums numpy keeps.
+/// The number of numpy's running sums.
 const LANES: usize = 8;
-/// The longest run numpy adds without splitting it.
+/// The longest run that numpy adds without splitting it.
 const BLOCK: usize = 128;
 
-/// The sum of squared differences, in numpy's order of additions. The slices are equally long.
+/// Returns the sum of squared differences, in numpy's order of additions. The slices have equal
+/// lengths.
 fn sum_of_squares(a: &[f64], b: &[f64]) -> f64 {
     if a.len() > BLOCK {
         let middle = a.len() / 2 / LANES * LANES;

@@ -6,12 +6,15 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::distance::distance_3d;
-use crate::{DistanceThreshold, GoalError, GoalPairs, GoalReward, goal_distance};
+use crate::distance::{distance_3d, goal_distance};
+use crate::error::GoalError;
+use crate::pairs::GoalPairs;
+use crate::reward::GoalReward;
+use crate::threshold::DistanceThreshold;
 
-/// Whether the reward tells how far the goal is, or only whether it is reached.
+/// Whether the reward is the distance to the goal, or only shows whether the goal is reached.
 ///
-/// Written and parsed as `sparse` and `dense`.
+/// Displayed and parsed as `sparse` and `dense`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RewardKind {
@@ -42,12 +45,12 @@ impl FromStr for RewardKind {
     }
 }
 
-/// A name that is no [`RewardKind`].
+/// Error returned for a name that is not a [`RewardKind`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{name}` is no kind of reward; write `sparse` or `dense`")]
+#[error("`{name}` is not a kind of reward: write `sparse` or `dense`")]
 #[non_exhaustive]
 pub struct ParseRewardKindError {
-    /// The name that was refused.
+    /// The rejected name.
     pub name: String,
 }
 
@@ -61,8 +64,8 @@ pub struct ParseRewardKindError {
 ///
 /// The batched forms give the same bits as the single ones; three-dimensional goals are fast.
 ///
-/// Source: `compute_reward` and `_is_success` of gymnasium-robotics 1.4.2; the comparisons differ at
-/// `d == t` there too.
+/// Source: `compute_reward` and `_is_success` of gymnasium-robotics 1.4.2, whose comparisons also
+/// disagree at `d == t`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DistanceReward {
     kind: RewardKind,
@@ -70,31 +73,31 @@ pub struct DistanceReward {
 }
 
 impl DistanceReward {
-    /// A reward of this kind; the threshold decides success in both kinds.
+    /// Creates a reward of a kind; the threshold decides success in both kinds.
     #[must_use]
     pub const fn new(kind: RewardKind, threshold: DistanceThreshold) -> Self {
         Self { kind, threshold }
     }
 
-    /// The sparse reward at [`DistanceThreshold::FETCH`].
+    /// Returns the sparse reward with [`DistanceThreshold::FETCH`].
     #[must_use]
     pub const fn sparse() -> Self {
         Self::new(RewardKind::Sparse, DistanceThreshold::FETCH)
     }
 
-    /// The dense reward, with success at [`DistanceThreshold::FETCH`].
+    /// Returns the dense reward with [`DistanceThreshold::FETCH`].
     #[must_use]
     pub const fn dense() -> Self {
         Self::new(RewardKind::Dense, DistanceThreshold::FETCH)
     }
 
-    /// Sparse or dense.
+    /// Returns the kind of reward.
     #[must_use]
     pub const fn kind(&self) -> RewardKind {
         self.kind
     }
 
-    /// The distance below which a goal counts as reached.
+    /// Returns the distance below which a goal counts as reached.
     #[must_use]
     pub const fn threshold(&self) -> DistanceThreshold {
         self.threshold
@@ -102,7 +105,7 @@ impl DistanceReward {
 
     #[inline(always)]
     fn sparse_of(&self, distance: f64) -> f64 {
-        // `<=`, not `>`, so that NaN falls on the side of failure.
+        // `<=`, not `>`, so that NaN counts as a failure.
         if distance <= self.threshold.get() { -0.0 } else { -1.0 }
     }
 }
@@ -135,8 +138,8 @@ impl GoalReward for DistanceReward {
     }
 }
 
-/// Writes `f` of every pair's distance; the loop for three dimensions has no branch, so that it is
-/// compiled to vector instructions.
+/// Writes `f` of every pair's distance. The loop for three dimensions has no branch, so that the
+/// compiler vectorizes it.
 #[inline(always)]
 fn map_distance<T>(
     pairs: GoalPairs<'_>,

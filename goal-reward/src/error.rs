@@ -1,15 +1,15 @@
-//! What can be wrong with a goal, and the check that finds it.
+//! Errors in goals, and the checks that find them.
 
 use std::fmt;
 
 use thiserror::Error;
 
-/// Which of the two goals an error is about.
+/// The goal to which an error refers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GoalRole {
-    /// What the state amounts to.
+    /// The goal that the state achieves.
     Achieved,
-    /// What was asked for.
+    /// The goal that the task asks for.
     Desired,
 }
 
@@ -22,15 +22,15 @@ impl fmt::Display for GoalRole {
     }
 }
 
-/// Goals that no reward can be computed for.
+/// Error returned for goals that have no reward.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GoalError {
     /// A goal has no element.
-    #[error("a goal has no element; pass goals with at least one")]
+    #[error("a goal has no element: pass goals with at least one")]
     Empty,
-    /// The two goals, or the two sides of a batch, differ in length.
-    #[error("achieved_goal has {achieved} elements and desired_goal {desired}; pass equally many")]
+    /// The two goals, or the two sides of a batch, have different lengths.
+    #[error("achieved_goal has {achieved} elements and desired_goal {desired}: pass equally many")]
     LengthMismatch {
         /// The number of elements of the achieved goal or goals.
         achieved: usize,
@@ -38,7 +38,7 @@ pub enum GoalError {
         desired: usize,
     },
     /// A batch does not divide into goals of the given dimension.
-    #[error("{len} elements do not divide into goals of {dim}; pass whole goals, row after row")]
+    #[error("{len} elements do not divide into goals of {dim}: pass whole goals, row after row")]
     PartialRow {
         /// The number of elements passed.
         len: usize,
@@ -46,7 +46,7 @@ pub enum GoalError {
         dim: usize,
     },
     /// The caller's output slice does not hold one element per pair.
-    #[error("the output holds {actual} elements for {expected} pairs of goals; pass one per pair")]
+    #[error("the output holds {actual} elements for {expected} pairs of goals: pass one per pair")]
     OutputLength {
         /// The number of pairs.
         expected: usize,
@@ -55,7 +55,7 @@ pub enum GoalError {
     },
     /// An element of a goal is NaN or infinite.
     #[error(
-        "{role}[{index}] is {value} (pair {row} of the call); look for the step that made it, or \
+        "{role}[{index}] is {value} (pair {row} of the call): look for the step that made it, or \
          drop the transition"
     )]
     NotFinite {
@@ -89,9 +89,9 @@ pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), Go
     check_finite(GoalRole::Desired, desired_goal, desired_goal.len())
 }
 
-/// Finds the first element of goals of `dim` elements that is not finite.
+/// Returns an error for the first element of goals of `dim` elements that is not finite.
 pub(crate) fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<(), GoalError> {
-    // Block by block without a branch inside, so that it is compiled to vector instructions.
+    // Block by block without a branch inside, so that the compiler vectorizes it.
     const BLOCK: usize = 64;
     let is_bad = |block: &[f64]| block.iter().fold(false, |bad, value| bad | !value.is_finite());
     let Some(block) = goals.chunks(BLOCK).position(is_bad) else { return Ok(()) };

@@ -1,12 +1,12 @@
 //! Pure reward, success, termination and truncation functions of goal-conditioned tasks.
 //!
 //! A goal-conditioned task asks for a `desired_goal` and reports the `achieved_goal`; both are
-//! slices of `f64` with one meaning per element. Everything here is a function of those two slices
-//! and of nothing else, so that hindsight relabeling may ask what the reward *would have been* for
-//! another goal and get, bit for bit, what the environment would have given.
+//! slices of `f64` whose elements have a fixed meaning. Everything here is a function of those two
+//! slices alone, so that hindsight relabeling can compute the reward that the environment *would
+//! have given* for another goal, bit for bit.
 //!
-//! [`DistanceReward`] is the reward of the Fetch tasks, with the comparisons of
-//! gymnasium-robotics at the threshold:
+//! [`DistanceReward`] is the reward of the Fetch tasks. At the threshold it compares as
+//! gymnasium-robotics does:
 //!
 //! | distance `d`, threshold `t` | sparse | dense | success |
 //! |---|---|---|---|
@@ -15,14 +15,14 @@
 //! | `d > t` | `-1.0` | `-d` | no |
 //! | NaN | `-1.0` | NaN | no |
 //!
-//! The zero is negative because the reference negates a boolean turned into a float. The last row is
-//! the one deliberate difference: the reference gives `-0.0` for NaN, which reads as "solved".
+//! The zero is negative because the reference negates a boolean converted to a float. The last row is
+//! the only deliberate difference: the reference gives `-0.0` for NaN, which means "solved".
 //!
 //! # Example
 //! ```
 //! use goal_reward::{DistanceReward, GoalPairs, GoalReward};
 //!
-//! let reward = DistanceReward::sparse(); // 0.05 m, as all Fetch tasks
+//! let reward = DistanceReward::sparse(); // 0.05 m, as in all Fetch tasks
 //! let gripper = [1.34, 0.75, 0.53];
 //! assert_eq!(reward.reward(&gripper, &[1.34, 0.75, 0.56]), 0.0);
 //! assert_eq!(reward.reward(&gripper, &[1.34, 0.75, 0.63]), -1.0);
@@ -34,13 +34,13 @@
 //! reward.reward_batch(GoalPairs::new(&achieved, &desired, 3)?, &mut rewards)?;
 //! assert_eq!(rewards, [0.0, -1.0]);
 //!
-//! // Checked calls say what is wrong with a goal.
+//! // Checked calls return an error for a bad goal.
 //! let error = reward.try_reward(&gripper, &[1.34, f64::NAN, 0.63]).unwrap_err();
 //! assert!(error.to_string().contains("desired_goal[1] is NaN"));
 //! # Ok::<(), goal_reward::GoalError>(())
 //! ```
 //!
-//! # A reward of your own
+//! # Custom rewards
 //! Implement [`GoalReward`] with two methods; the batched, checked and termination forms follow.
 //! ```
 //! use goal_reward::GoalReward;

@@ -1,9 +1,8 @@
 //! A batch of achieved and desired goals.
 
-use crate::error::check_finite;
-use crate::{GoalError, GoalRole};
+use crate::error::{GoalError, GoalRole, check_finite};
 
-/// A batch of pairs of goals: two row-major matrices of `len` rows and `dim` columns, borrowed.
+/// A batch of pairs of goals: two borrowed row-major matrices of `len` rows and `dim` columns.
 ///
 /// # Example
 /// ```
@@ -26,8 +25,8 @@ impl<'a> GoalPairs<'a> {
     ///
     /// # Errors
     /// [`GoalError::Empty`] if `dim` is 0, [`GoalError::LengthMismatch`] if the matrices differ in
-    /// size, [`GoalError::PartialRow`] if the last goal is incomplete. The values are not looked at;
-    /// [`check_finite`](Self::check_finite) does that.
+    /// size, [`GoalError::PartialRow`] if the last goal is incomplete. The values are not checked; see
+    /// [`check_finite`](Self::check_finite).
     pub fn new(achieved: &'a [f64], desired: &'a [f64], dim: usize) -> Result<Self, GoalError> {
         if dim == 0 {
             return Err(GoalError::Empty);
@@ -44,42 +43,42 @@ impl<'a> GoalPairs<'a> {
         Ok(Self { achieved, desired, dim })
     }
 
-    /// The number of pairs.
+    /// Returns the number of pairs.
     #[inline]
     #[must_use]
     pub fn len(&self) -> usize {
         self.achieved.len() / self.dim
     }
 
-    /// Whether there is no pair.
+    /// Whether the batch is empty.
     #[inline]
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.achieved.is_empty()
     }
 
-    /// The number of elements of one goal, at least 1.
+    /// Returns the number of elements of one goal, at least 1.
     #[inline]
     #[must_use]
     pub fn dim(&self) -> usize {
         self.dim
     }
 
-    /// All achieved goals, `len * dim` elements.
+    /// Returns all achieved goals, `len * dim` elements.
     #[inline]
     #[must_use]
     pub fn achieved(&self) -> &'a [f64] {
         self.achieved
     }
 
-    /// All desired goals, `len * dim` elements.
+    /// Returns all desired goals, `len * dim` elements.
     #[inline]
     #[must_use]
     pub fn desired(&self) -> &'a [f64] {
         self.desired
     }
 
-    /// The pairs in order, as `(achieved_goal, desired_goal)` of `dim` elements each.
+    /// Iterates over the pairs in order, as `(achieved_goal, desired_goal)` of `dim` elements each.
     #[inline]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = (&'a [f64], &'a [f64])> + use<'a> {
         let desired = self.desired.chunks_exact(self.dim);
@@ -89,7 +88,7 @@ impl<'a> GoalPairs<'a> {
     /// Checks that every element of every goal is finite.
     ///
     /// # Errors
-    /// [`GoalError::NotFinite`] with the place and value of the first that is not, achieved goals
+    /// [`GoalError::NotFinite`] with the position and value of the first that is not, achieved goals
     /// before desired ones.
     pub fn check_finite(&self) -> Result<(), GoalError> {
         check_finite(GoalRole::Achieved, self.achieved, self.dim)?;
@@ -99,8 +98,8 @@ impl<'a> GoalPairs<'a> {
     /// Writes `f` of every pair to `out`.
     ///
     /// # Errors
-    /// [`GoalError::OutputLength`] if `out` does not hold [`len`](Self::len) elements; it is left as
-    /// it was then.
+    /// [`GoalError::OutputLength`] if `out` does not hold [`len`](Self::len) elements; it is then left
+    /// unchanged.
     #[inline]
     pub fn map_into<T>(
         &self,

@@ -1,45 +1,45 @@
-//! The trait that environments and replay buffers know a reward by.
+//! The reward trait that environments and replay buffers use.
 
 use std::rc::Rc;
 use std::sync::Arc;
 
-use crate::{GoalError, GoalPairs, check_goals};
+use crate::error::{GoalError, check_goals};
+use crate::pairs::GoalPairs;
 
 /// The reward of a goal-conditioned task: a pure function of the achieved and the desired goal.
 ///
-/// *Pure* is the contract: equal arguments give equal bits, now and later, on any thread. Hindsight
-/// relabeling depends on it. The arguments always come in the order `achieved_goal`,
-/// `desired_goal`.
+/// *Pure* is the contract: equal arguments give equal bits, at any time and on any thread. Hindsight
+/// relabeling depends on it. The arguments are always in the order `achieved_goal`, `desired_goal`.
 ///
-/// Only [`reward`](Self::reward) and [`is_success`](Self::is_success) must be written. The batched
-/// forms call them row by row; override a batched form where a whole batch can be had faster, with
-/// results that are the same bit for bit. The trait is object safe, and references, [`Box`], [`Rc`]
-/// and [`Arc`] of a reward are rewards.
+/// Only [`reward`](Self::reward) and [`is_success`](Self::is_success) are required. The batched forms
+/// call them row by row; override one if a whole batch can be computed faster, with results that are
+/// the same bit for bit. The trait is object safe, and a reference, [`Box`], [`Rc`] or [`Arc`] of a
+/// reward is a reward.
 ///
-/// Calls without `try_` do not look for bad goals: they must neither panic nor call a goal that is
-/// NaN, infinite or of the wrong length a success.
+/// Methods without `try_` do not check the goals: they must neither panic nor count a goal that is
+/// NaN, infinite or of the wrong length as a success.
 pub trait GoalReward {
-    /// The reward for having achieved `achieved_goal` when `desired_goal` was asked for.
+    /// Returns the reward for achieving `achieved_goal` when the goal is `desired_goal`.
     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64;
 
-    /// Whether `achieved_goal` counts as having reached `desired_goal`.
+    /// Whether `achieved_goal` counts as reaching `desired_goal`.
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool;
 
-    /// Whether the task ends here for good, so that no later reward exists. Never by default, as in
-    /// every Fetch task: there a reached goal must be held.
+    /// Whether the task ends here, so that no later reward exists. Never by default, as in every Fetch
+    /// task, where the agent must hold a reached goal.
     fn terminated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         let _ = (achieved_goal, desired_goal);
         false
     }
 
     /// Whether the episode is cut off here for a reason outside the task. Never by default; a time
-    /// limit is no function of the goals and is counted elsewhere.
+    /// limit does not depend on the goals and is counted elsewhere.
     fn truncated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         let _ = (achieved_goal, desired_goal);
         false
     }
 
-    /// [`reward`](Self::reward) of every pair, written to `out`.
+    /// Writes the [`reward`](Self::reward) of every pair to `out`.
     ///
     /// # Errors
     /// [`GoalError::OutputLength`] if `out` does not hold one element per pair.
@@ -47,7 +47,7 @@ pub trait GoalReward {
         pairs.map_into(out, |achieved, desired| self.reward(achieved, desired))
     }
 
-    /// [`is_success`](Self::is_success) of every pair, written to `out`.
+    /// Writes [`is_success`](Self::is_success) of every pair to `out`.
     ///
     /// # Errors
     /// [`GoalError::OutputLength`] if `out` does not hold one element per pair.
@@ -55,7 +55,7 @@ pub trait GoalReward {
         pairs.map_into(out, |achieved, desired| self.is_success(achieved, desired))
     }
 
-    /// [`terminated`](Self::terminated) of every pair, written to `out`.
+    /// Writes [`terminated`](Self::terminated) of every pair to `out`.
     ///
     /// # Errors
     /// [`GoalError::OutputLength`] if `out` does not hold one element per pair.
@@ -63,7 +63,7 @@ pub trait GoalReward {
         pairs.map_into(out, |achieved, desired| self.terminated(achieved, desired))
     }
 
-    /// [`truncated`](Self::truncated) of every pair, written to `out`.
+    /// Writes [`truncated`](Self::truncated) of every pair to `out`.
     ///
     /// # Errors
     /// [`GoalError::OutputLength`] if `out` does not hold one element per pair.
@@ -71,19 +71,19 @@ pub trait GoalReward {
         pairs.map_into(out, |achieved, desired| self.truncated(achieved, desired))
     }
 
-    /// [`reward`](Self::reward), after [`check_goals`].
+    /// Returns the [`reward`](Self::reward) after [`check_goals`].
     ///
     /// # Errors
-    /// What [`check_goals`] finds.
+    /// As [`check_goals`].
     fn try_reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> Result<f64, GoalError> {
         check_goals(achieved_goal, desired_goal)?;
         Ok(self.reward(achieved_goal, desired_goal))
     }
 
-    /// [`is_success`](Self::is_success), after [`check_goals`].
+    /// Returns [`is_success`](Self::is_success) after [`check_goals`].
     ///
     /// # Errors
-    /// What [`check_goals`] finds.
+    /// As [`check_goals`].
     fn try_is_success(
         &self,
         achieved_goal: &[f64],
@@ -93,10 +93,10 @@ pub trait GoalReward {
         Ok(self.is_success(achieved_goal, desired_goal))
     }
 
-    /// [`reward_batch`](Self::reward_batch), after [`GoalPairs::check_finite`].
+    /// Calls [`reward_batch`](Self::reward_batch) after [`GoalPairs::check_finite`].
     ///
     /// # Errors
-    /// [`GoalError::NotFinite`] or [`GoalError::OutputLength`]; `out` is left as it was then.
+    /// [`GoalError::NotFinite`] or [`GoalError::OutputLength`]; `out` is then left unchanged.
     fn try_reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) -> Result<(), GoalError> {
         pairs.check_output(out.len())?;
         pairs.check_finite()?;
@@ -104,45 +104,25 @@ pub trait GoalReward {
     }
 }
 
-/// Passes every method that a reward may override on to what the pointer holds.
+/// Forwards every method that a reward may override to the value behind a pointer.
+macro_rules! forward {
+    (each: $($one:ident -> $result:ty),*; batch: $($batch:ident: $element:ty),*) => {
+        $(fn $one(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> $result {
+            (**self).$one(achieved_goal, desired_goal)
+        })*
+        $(fn $batch(&self, pairs: GoalPairs<'_>, out: &mut [$element]) -> Result<(), GoalError> {
+            (**self).$batch(pairs, out)
+        })*
+    };
+}
+
 macro_rules! reward_through_pointer {
     ($($pointer:ty),*) => {$(
         impl<R: GoalReward + ?Sized> GoalReward for $pointer {
-            fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
-                (**self).reward(achieved_goal, desired_goal)
-            }
-            fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
-                (**self).is_success(achieved_goal, desired_goal)
-            }
-            fn terminated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
-                (**self).terminated(achieved_goal, desired_goal)
-            }
-            fn truncated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
-                (**self).truncated(achieved_goal, desired_goal)
-            }
-            fn reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) -> Result<(), GoalError> {
-                (**self).reward_batch(pairs, out)
-            }
-            fn is_success_batch(
-                &self,
-                pairs: GoalPairs<'_>,
-                out: &mut [bool],
-            ) -> Result<(), GoalError> {
-                (**self).is_success_batch(pairs, out)
-            }
-            fn terminated_batch(
-                &self,
-                pairs: GoalPairs<'_>,
-                out: &mut [bool],
-            ) -> Result<(), GoalError> {
-                (**self).terminated_batch(pairs, out)
-            }
-            fn truncated_batch(
-                &self,
-                pairs: GoalPairs<'_>,
-                out: &mut [bool],
-            ) -> Result<(), GoalError> {
-                (**self).truncated_batch(pairs, out)
+            forward! {
+                each: reward -> f64, is_success -> bool, terminated -> bool, truncated -> bool;
+                batch: reward_batch: f64, is_success_batch: bool, terminated_batch: bool,
+                truncated_batch: bool
             }
         }
     )*};

@@ -1,4 +1,4 @@
-//! The distance within which a goal counts as reached.
+//! The distance threshold of success.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -23,7 +23,7 @@ impl DistanceThreshold {
     /// 0.05 m, the threshold of every Fetch task (source: gymnasium-robotics 1.4.2).
     pub const FETCH: Self = Self(0.05);
 
-    /// A threshold of `distance`, in the goals' unit.
+    /// Creates a threshold of `distance`, in the goals' unit.
     ///
     /// # Errors
     /// [`ThresholdError`] if `distance` is negative, NaN or infinite.
@@ -35,7 +35,7 @@ impl DistanceThreshold {
         }
     }
 
-    /// The distance, in the goals' unit.
+    /// Returns the distance, in the goals' unit.
     #[inline]
     #[must_use]
     pub const fn get(self) -> f64 {
@@ -57,11 +57,13 @@ impl From<DistanceThreshold> for f64 {
     }
 }
 
-/// A distance that cannot be a threshold.
+/// Error returned for a distance that is not a valid threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[error("a distance threshold must be finite and not negative, but it is {value}; Fetch uses 0.05")]
+#[error(
+    "the distance threshold is {value}: choose a finite number from 0 up, such as Fetch's 0.05"
+)]
 #[non_exhaustive]
 pub struct ThresholdError {
-    /// The distance that was refused.
+    /// The rejected distance.
     pub value: f64,
 }

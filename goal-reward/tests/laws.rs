@@ -1,4 +1,4 @@
-//! What users of the reference environment rely on, at the threshold and for bad goals.
+//! Behavior on which users of the reference environment rely, at the threshold and for bad goals.
 
 use std::sync::Arc;
 
@@ -138,13 +138,13 @@ fn a_threshold_is_finite_and_not_negative() {
 }
 
 #[test]
-fn settings_survive_serde_and_bad_ones_are_refused() {
+fn settings_survive_serde_and_bad_ones_are_rejected() {
     let reward = DistanceReward::new(RewardKind::Dense, DistanceThreshold::new(0.02).unwrap());
     let text = serde_json::to_string(&reward).unwrap();
     assert_eq!(text, r#"{"kind":"dense","threshold":0.02}"#);
     assert_eq!(serde_json::from_str::<DistanceReward>(&text).unwrap(), reward);
     let error = serde_json::from_str::<DistanceThreshold>("-0.02").unwrap_err();
-    assert!(error.to_string().contains("must be finite and not negative"));
+    assert!(error.to_string().contains("the distance threshold is -0.02: choose a finite number"));
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn kinds_are_written_and_parsed_by_one_name() {
     assert!(error.to_string().contains("write `sparse` or `dense`"));
 }
 
-/// A reward that overrides everything, to see that nothing is lost on the way through a pointer.
+/// A reward that overrides everything, to test that pointers forward every method.
 struct Overridden;
 
 impl GoalReward for Overridden {

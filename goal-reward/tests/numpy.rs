@@ -1,4 +1,4 @@
-//! Distances to the last bit of numpy's, over all branches of its summation.
+//! Distances equal numpy's to the last bit, in all branches of its summation.
 
 use goal_reward::goal_distance;
 

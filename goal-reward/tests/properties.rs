@@ -5,7 +5,7 @@ use goal_reward::{
 };
 use proptest::prelude::*;
 
-/// Elements that lie near each other, far apart, and where arithmetic has no number.
+/// Elements that are close together, far apart, or not ordinary numbers.
 fn element() -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => -0.1..0.1,
@@ -14,7 +14,7 @@ fn element() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// A dimension and two matrices of equally many goals of it.
+/// A dimension and two matrices of equally many goals of that dimension.
 fn batch() -> impl Strategy<Value = (usize, Vec<f64>, Vec<f64>)> {
     (1_usize..20, 0_usize..9).prop_flat_map(|(dim, rows)| {
         let goals = || prop::collection::vec(element(), dim * rows);

@@ -56,11 +56,11 @@ impl Backend for Mujoco {
             let settle = |task| FetchModel::load(&SimConfig::new(task)).expect("MuJoCo");
             Task::ALL.map(settle).into()
         });
-        if *config != SimConfig::new(config.task) {
+        if *config != SimConfig::new(config.task()) {
             return MujocoSimulator::new(config).expect("MuJoCo");
         }
-        let at = Task::ALL.iter().position(|&task| task == config.task).expect("a task");
-        MujocoSimulator::with_model(Arc::clone(&models[at])).expect("memory")
+        let at = Task::ALL.iter().position(|&task| task == config.task()).expect("a task");
+        MujocoSimulator::from_model(Arc::clone(&models[at])).expect("memory")
     }
 }
 

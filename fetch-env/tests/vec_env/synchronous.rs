@@ -48,7 +48,7 @@ fn a_batch_has_the_bits_of_single_environments_on_mujoco() {
 
     let model = FetchModel::load(&SimConfig::new(Task::Push)).expect("MuJoCo");
     let model = &model;
-    equal_to_singles(|_| MujocoSimulator::with_model(model.clone()).expect("memory"));
+    equal_to_singles(|_| MujocoSimulator::from_model(model.clone()).expect("memory"));
 }
 
 #[cfg(feature = "mujoco")]

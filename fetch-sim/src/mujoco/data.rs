@@ -1,23 +1,20 @@
+//! One simulation of a model: its life, its steps, and what can go wrong in them.
+
 use std::{
     ffi::c_int,
     fmt,
     ptr::{self, NonNull},
-    slice,
     sync::Arc,
 };
 
-use nalgebra::{Matrix3, Quaternion, Vector3};
-
 use super::{
-    arrays::{DataArray, quaternion, set_quaternion, set_vector, vector},
     contact_filter::ContactFilter,
-    fault::find_fault,
-    ffi::{self, RawData, RawFilter},
-    ids::{BodyId, GeomId, SiteId},
+    ffi::{self, Fault, RawData, RawFilter},
+    ids::GeomId,
     library::check,
     model::Model,
 };
-use crate::SimError;
+use crate::error::SimError;
 
 /// The state of one simulation of a [`Model`].
 ///
@@ -39,7 +36,7 @@ impl Data {
     /// Allocates a simulation in the model's initial state.
     ///
     /// # Errors
-    /// [`SimError::Mujoco`] if there is no memory for it.
+    /// [`SimError::Mujoco`] if memory runs out.
     pub fn new(model: Arc<Model>) -> Result<Self, SimError> {
         let mut raw = ptr::null_mut();
         // SAFETY: the model is alive and `raw` is valid for writes.
@@ -50,23 +47,23 @@ impl Data {
         Ok(Self { model, raw, filter: None })
     }
 
-    /// Gives the simulation a [`ContactFilter`], or takes it away. Without one, as at first, a
-    /// [`step`](Self::step) is MuJoCo's own, and as slow.
+    /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so that a
+    /// [`step`](Self::step) is exactly MuJoCo's own, and as slow.
     ///
     /// # Errors
-    /// [`SimError::Mujoco`] if there is no memory for it.
+    /// [`SimError::Mujoco`] if memory runs out.
     pub fn set_contact_filter(&mut self, filter: bool) -> Result<(), SimError> {
         self.filter = filter.then(|| ContactFilter::new(&self.model, self.raw)).transpose()?;
         Ok(())
     }
 
-    /// The contact filter, if there is one.
+    /// Returns the contact filter, if there is one.
     #[must_use]
     pub const fn contact_filter(&self) -> Option<&ContactFilter> {
         self.filter.as_ref()
     }
 
-    /// The contact filter, to be checked.
+    /// Returns the contact filter mutably, to turn its checks on or off.
     pub const fn contact_filter_mut(&mut self) -> Option<&mut ContactFilter> {
         self.filter.as_mut()
     }
@@ -75,13 +72,17 @@ impl Data {
         self.filter.as_ref().map_or(ptr::null_mut(), ContactFilter::as_ptr)
     }
 
-    /// The model that is simulated.
+    /// Returns the simulated model.
     #[must_use]
     pub const fn model(&self) -> &Arc<Model> {
         &self.model
     }
 
-    /// Back to the model's initial state (`mj_resetData`).
+    pub(super) const fn as_ptr(&self) -> *mut RawData {
+        self.raw.as_ptr()
+    }
+
+    /// Returns to the model's initial state (`mj_resetData`).
     ///
     /// # Errors
     /// [`SimError::Mujoco`] with MuJoCo's message.
@@ -98,7 +99,7 @@ impl Data {
         let (model, data) = (self.model.as_ptr(), self.raw.as_ptr());
         // SAFETY: the data is alive and was made from this model; so was the filter, if any.
         check(unsafe { ffi::fs_forward(model, data, self.filter_ptr()) })?;
-        self.check_stable()
+        self.check_faults()
     }
 
     /// Simulates a number of time steps (`mj_step`).
@@ -111,208 +112,56 @@ impl Data {
         let (model, data) = (self.model.as_ptr(), self.raw.as_ptr());
         // SAFETY: the data is alive and was made from this model; so was the filter, if any.
         check(unsafe { ffi::fs_step(model, data, self.filter_ptr(), count) })?;
-        self.check_stable()
+        self.check_faults()
     }
 
-    /// MuJoCo resets an unstable simulation and goes on: only its warning counters tell.
-    fn check_stable(&self) -> Result<(), SimError> {
-        // SAFETY: the data is alive, and the kinds are the shim's.
-        find_fault(|kind| unsafe { ffi::fs_warning_count(self.raw.as_ptr(), kind) })
-    }
-
-    /// Simulated time, in seconds.
-    #[must_use]
-    pub fn time(&self) -> f64 {
-        // SAFETY: the data is alive.
-        unsafe { ffi::fs_time(self.raw.as_ptr()) }
-    }
-
-    /// Sets the simulated time, in seconds.
-    pub fn set_time(&mut self, time: f64) {
-        // SAFETY: the data is alive.
-        unsafe { ffi::fs_set_time(self.raw.as_ptr(), time) }
-    }
-
-    /// Joint positions (`nq` numbers).
-    #[must_use]
-    pub fn qpos(&self) -> &[f64] {
-        self.array(DataArray::Qpos)
-    }
-
-    /// Joint positions, to be changed.
-    pub fn qpos_mut(&mut self) -> &mut [f64] {
-        self.array_mut(DataArray::Qpos)
-    }
-
-    /// Joint velocities (`nv` numbers).
-    #[must_use]
-    pub fn qvel(&self) -> &[f64] {
-        self.array(DataArray::Qvel)
-    }
-
-    /// Joint velocities, to be changed.
-    pub fn qvel_mut(&mut self) -> &mut [f64] {
-        self.array_mut(DataArray::Qvel)
-    }
-
-    /// Actuator controls (`nu` numbers).
-    #[must_use]
-    pub fn ctrl(&self) -> &[f64] {
-        self.array(DataArray::Ctrl)
-    }
-
-    /// Actuator controls, to be changed.
-    pub fn ctrl_mut(&mut self) -> &mut [f64] {
-        self.array_mut(DataArray::Ctrl)
-    }
-
-    /// Accelerations from which the constraint solver starts (`nv` numbers).
-    pub(super) fn qacc_warmstart(&self) -> &[f64] {
-        self.array(DataArray::QaccWarmstart)
-    }
-
-    pub(super) fn qacc_warmstart_mut(&mut self) -> &mut [f64] {
-        self.array_mut(DataArray::QaccWarmstart)
-    }
-
-    /// Position (meters) and orientation of a mocap body.
-    #[must_use]
-    pub fn mocap_pose(&self, mocap: usize) -> (Vector3<f64>, Quaternion<f64>) {
-        (
-            vector(self.array(DataArray::MocapPos), mocap),
-            quaternion(self.array(DataArray::MocapQuat), mocap),
-        )
-    }
-
-    /// Moves a mocap body.
-    pub fn set_mocap_pose(&mut self, mocap: usize, pos: Vector3<f64>, quat: Quaternion<f64>) {
-        set_vector(self.array_mut(DataArray::MocapPos), mocap, pos);
-        set_quaternion(self.array_mut(DataArray::MocapQuat), mocap, quat);
-    }
-
-    /// Position (meters, world frame) and orientation of a body.
-    #[must_use]
-    pub fn body_pose(&self, body: BodyId) -> (Vector3<f64>, Quaternion<f64>) {
-        (
-            vector(self.array(DataArray::Xpos), body.0),
-            quaternion(self.array(DataArray::Xquat), body.0),
-        )
-    }
-
-    /// Overwrites a derived body pose, as it stood when a snapshot was taken.
-    pub(super) fn set_body_pose(&mut self, body: BodyId, pos: Vector3<f64>, quat: Quaternion<f64>) {
-        set_vector(self.array_mut(DataArray::Xpos), body.0, pos);
-        set_quaternion(self.array_mut(DataArray::Xquat), body.0, quat);
-    }
-
-    /// Position of a site (meters, world frame).
-    #[must_use]
-    pub fn site_position(&self, site: SiteId) -> Vector3<f64> {
-        vector(self.array(DataArray::SiteXpos), site.0)
-    }
-
-    /// Overwrites the derived position of a site, for a picture.
-    #[cfg(feature = "render")]
-    pub(super) fn set_site_position(&mut self, site: SiteId, position: Vector3<f64>) {
-        set_vector(self.array_mut(DataArray::SiteXpos), site.0, position);
-    }
-
-    #[cfg(feature = "render")]
-    pub(super) const fn as_ptr(&self) -> *mut RawData {
-        self.raw.as_ptr()
-    }
-
-    /// Orientation of a site: columns are its axes in the world frame.
-    #[must_use]
-    pub fn site_rotation(&self, site: SiteId) -> Matrix3<f64> {
-        Matrix3::from_row_slice(&self.array(DataArray::SiteXmat)[9 * site.0..][..9])
-    }
-
-    /// Writes a site's Jacobians, `[3][nv]` each, row by row: meters and radians per unit of
-    /// velocity.
-    ///
-    /// # Panics
-    /// If the site is of a larger model, or a slice is not of `3 * nv` numbers.
-    pub fn site_jacobian(&self, site: SiteId, translation: &mut [f64], rotation: &mut [f64]) {
-        let len = 3 * self.model.nv();
-        assert!(site.0 < self.model.nsite(), "a site of another model");
-        assert!(translation.len() == len && rotation.len() == len, "Jacobians are 3 x nv");
-        // SAFETY: the data is alive and of this model, the site is one of its sites, and both
-        // slices have room for 3 x nv numbers.
-        unsafe {
-            ffi::fs_site_jacobian(
-                self.model.as_ptr(),
-                self.raw.as_ptr(),
-                site.0 as c_int,
-                translation.as_mut_ptr(),
-                rotation.as_mut_ptr(),
-            );
+    /// Returns an error for the first fault that MuJoCo counted: it resets an unstable simulation and
+    /// continues, and only the counters of its warnings show that.
+    fn check_faults(&self) -> Result<(), SimError> {
+        // SAFETY: the data is alive, and the faults are the shim's.
+        let count = |fault| unsafe { ffi::fs_fault_count(self.raw.as_ptr(), fault as c_int) };
+        match FAULTS.into_iter().find(|&(fault, _)| count(fault) > 0) {
+            None => Ok(()),
+            Some((Fault::ContactsFull | Fault::ConstraintsFull, reason)) => {
+                Err(SimError::BufferFull { reason: reason.into() })
+            }
+            Some((_, reason)) => Err(SimError::Unstable { reason: reason.into() }),
         }
     }
 
-    /// How many scalar constraints the solver had: of welds, joint limits, friction and contacts.
+    /// Returns the number of scalar constraints of the solver: welds, joint limits, friction and
+    /// contacts.
     #[must_use]
     pub fn constraint_count(&self) -> usize {
         // SAFETY: the data is alive.
         unsafe { ffi::fs_constraint_count(self.raw.as_ptr()) }.max(0) as usize
     }
 
-    /// The pairs of geoms in contact.
+    /// Returns the pairs of geoms in contact.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = (GeomId, GeomId)> + '_ {
         // SAFETY: the data is alive.
         let count = unsafe { ffi::fs_contact_count(self.raw.as_ptr()) };
         (0..count.max(0) as usize).map(|contact| {
-            let (mut geom1, mut geom2) = (0, 0);
-            // SAFETY: the data is alive and not changed while it is borrowed, so that `contact` is
-            // below its number of contacts; both geoms are valid for writes.
+            let mut geoms = [0; 2];
+            // SAFETY: the data is alive and does not change while it is borrowed, so that `contact`
+            // is below its number of contacts; `geoms` is valid for writes.
             unsafe {
-                ffi::fs_contact_geoms(
-                    self.raw.as_ptr(),
-                    contact as c_int,
-                    &raw mut geom1,
-                    &raw mut geom2,
-                );
+                ffi::fs_contact_geoms(self.raw.as_ptr(), contact as c_int, &raw mut geoms);
             }
-            (GeomId(geom1 as usize), GeomId(geom2 as usize))
+            geoms.map(|geom| GeomId(geom as usize)).into()
         })
     }
-
-    fn len(&self, array: DataArray) -> usize {
-        let model = &self.model;
-        match array {
-            DataArray::Qpos => model.nq(),
-            DataArray::Qvel | DataArray::QaccWarmstart => model.nv(),
-            DataArray::Ctrl => model.nu(),
-            DataArray::MocapPos => 3 * model.nmocap(),
-            DataArray::MocapQuat => 4 * model.nmocap(),
-            DataArray::Xpos => 3 * model.nbody(),
-            DataArray::Xquat => 4 * model.nbody(),
-            DataArray::SiteXpos => 3 * model.nsite(),
-            DataArray::SiteXmat => 9 * model.nsite(),
-        }
-    }
-
-    fn array(&self, array: DataArray) -> &[f64] {
-        // SAFETY: the data is alive and the field is one of the shim's.
-        let first = unsafe { ffi::fs_data_field(self.raw.as_ptr(), array as c_int) };
-        if first.is_null() {
-            return &[]; // C may have no address for an empty array; a slice must
-        }
-        // SAFETY: the array has the length that the model's sizes give it (mjxmacro.h), lives as
-        // long as the data, and is written to only through `&mut self`.
-        unsafe { slice::from_raw_parts(first, self.len(array)) }
-    }
-
-    fn array_mut(&mut self, array: DataArray) -> &mut [f64] {
-        // SAFETY: as in `array`.
-        let first = unsafe { ffi::fs_data_field(self.raw.as_ptr(), array as c_int) };
-        if first.is_null() {
-            return &mut [];
-        }
-        // SAFETY: as in `array`, and `&mut self` makes this borrow the only one.
-        unsafe { slice::from_raw_parts_mut(first, self.len(array)) }
-    }
 }
+
+const FAULTS: [(Fault, &str); 7] = [
+    (Fault::BadInertia, "the inertia matrix is singular"),
+    (Fault::ContactsFull, "the contact buffer is full"),
+    (Fault::ConstraintsFull, "the constraint buffer is full"),
+    (Fault::BadQpos, "a position is not finite or huge"),
+    (Fault::BadQvel, "a velocity is not finite or huge"),
+    (Fault::BadQacc, "an acceleration is not finite or huge"),
+    (Fault::BadCtrl, "a control is not finite or huge"),
+];
 
 impl Drop for Data {
     fn drop(&mut self) {

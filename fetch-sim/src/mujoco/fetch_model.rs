@@ -1,35 +1,37 @@
+//! The model of a Fetch task: ids and settled state.
+
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, Vector3};
 
 use super::{
-    builtin,
     data::Data,
     ids::{BodyId, SiteId},
     model::Model,
+    scene,
 };
-use crate::{Settled, SimConfig, SimError, Task};
+use crate::{config::SimConfig, error::SimError, simulator::Settled, task::Task};
 
 /// Orientation of the gripper, pointing down: a quaternion (w, x, y, z), deliberately not of unit
 /// length, as in the reference.
 pub(super) const GRIPPER_DOWN: [f64; 4] = [1.0, 0.0, 1.0, 0.0];
 
-/// Where the gripper is first moved, relative to where the joints put it (meters).
+/// First displacement of the gripper from where the joints put it (meters).
 const GRIPPER_OFFSET: [f64; 3] = [-0.498, 0.005, -0.431];
 
-/// How many control steps the scene is given to settle.
+/// Control steps during which the scene settles.
 const SETTLING_STEPS: u32 = 10;
 
-/// Room for constraints in each simulation on MuJoCo 2: twice the most (144) that were seen when the
-/// gripper was driven into the table and the object. A step that needs more is an error. MuJoCo's
+/// Room for constraints in each simulation on MuJoCo 2: twice the maximum (144) observed when the
+/// gripper is driven into the table and the object. A step that needs more is an error. MuJoCo's
 /// own default, 500, takes 2 MB more memory, all of which each reset writes.
 const MAX_CONSTRAINTS: u16 = 288;
 
-/// Room on the stack of each simulation on MuJoCo 2, in numbers (2 MiB), instead of 10.7 MB.
+/// Room on the stack of each simulation on MuJoCo 2, in numbers: 2 MiB instead of 10.7 MB.
 const MAX_STACK: u32 = 1 << 18;
 
-/// A compiled model of a Fetch task, with everything that is looked up or computed once: ids and
-/// the settled state. Share it through an `Arc` to make many simulators cheaply.
+/// A compiled model of a Fetch task, with the ids and the settled state, which are computed once.
+/// Share it through an `Arc` to make many simulators cheaply.
 #[derive(Debug)]
 pub struct FetchModel {
     pub(super) config: SimConfig,
@@ -39,7 +41,7 @@ pub struct FetchModel {
     pub(super) start: Start,
 }
 
-/// The state to which a reset returns.
+/// The state after a reset.
 #[derive(Debug)]
 pub(super) struct Start {
     pub(super) time: f64,
@@ -47,7 +49,7 @@ pub(super) struct Start {
     pub(super) qvel: Vec<f64>,
 }
 
-/// What the Fetch operations address.
+/// Ids that the Fetch operations use.
 #[derive(Debug)]
 pub(super) struct Ids {
     pub(super) grip: SiteId,
@@ -56,7 +58,7 @@ pub(super) struct Ids {
     /// Position and velocity addresses of the right and the left finger.
     pub(super) fingers: [JointAddress; 2],
     pub(super) object: Option<ObjectIds>,
-    /// For each actuator, where the position of its joint stands in `qpos`.
+    /// For each actuator, the index in `qpos` of its joint's position.
     pub(super) actuated_qpos: Vec<usize>,
 }
 
@@ -77,44 +79,41 @@ impl FetchModel {
     ///
     /// # Errors
     /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
-    /// compiled, [`SimError::MissingName`] if it is not a model of the task, [`SimError::Library`]
-    /// or [`SimError::VersionMismatch`] if MuJoCo cannot be used.
+    /// compiled, [`SimError::MissingName`] if it is not a model of the task, [`SimError::Library`],
+    /// [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`] if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
-        let model = match config.model.scene_path(config.task)? {
-            None => builtin::load(config.task)?,
-            Some(path) => Model::from_path(&path)?,
-        };
-        Self::settle(model, config).map(Arc::new)
+        Self::settle(scene::load(config)?, config).map(Arc::new)
     }
 
-    /// What the model was made from.
+    /// Returns the settings of the model.
     #[must_use]
     pub const fn config(&self) -> &SimConfig {
         &self.config
     }
 
-    /// The compiled model.
+    /// Returns the compiled model.
     #[must_use]
     pub const fn model(&self) -> &Arc<Model> {
         &self.model
     }
 
-    /// The state to which a reset returns: positions (`nq`) and velocities (`nv`).
+    /// Returns the state after a reset: positions (`nq`) and velocities (`nv`).
     #[must_use]
     pub fn start(&self) -> (&[f64], &[f64]) {
         (&self.start.qpos, &self.start.qvel)
     }
 
-    /// The reference's construction: joints, welds, one move of the gripper, 200 time steps.
+    /// Does what the reference does when it is constructed: sets joints and welds, moves the gripper
+    /// once, and simulates 200 time steps.
     fn settle(mut model: Model, config: &SimConfig) -> Result<Self, SimError> {
         model.limit_sizes(MAX_CONSTRAINTS, MAX_STACK);
-        // The weld holds the gripper at the mocap body's pose: no offset, and an orientation of
-        // which only the real part is overwritten, because the reference's numbers are meant for
-        // an older layout of a weld's data.
+        // The weld holds the gripper at the mocap body's pose. The offset is 0, and only the real part
+        // of the orientation is overwritten, because the reference's numbers are meant for an older
+        // layout of a weld's data.
         model.set_weld_data(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         let model = Arc::new(model);
-        let spec = config.task.spec();
-        let ids = Ids::resolve(&model, config.task)?;
+        let spec = config.task().spec();
+        let ids = Ids::resolve(&model, config.task())?;
         let mut data = Data::new(Arc::clone(&model))?;
         for (joint, value) in BASE_JOINTS.into_iter().zip(spec.base_position) {
             data.qpos_mut()[model.qpos_address(model.joint(joint)?)] = value;
@@ -130,7 +129,7 @@ impl FetchModel {
         let target = offset + data.site_position(ids.grip);
         data.set_mocap_pose(ids.mocap, target, Quaternion::new(qw, qx, qy, qz));
         for _ in 0..SETTLING_STEPS {
-            data.step(config.n_substeps.get())?;
+            data.step(config.n_substeps().get())?;
         }
         let settled = Settled {
             gripper_position: data.site_position(ids.grip),

@@ -1,5 +1,7 @@
+//! MuJoCo's library: loading it, its version, and the results of calls into it.
+
 use std::{
-    ffi::{CStr, CString, c_char, c_int},
+    ffi::{CStr, CString, c_int},
     fmt,
     os::unix::ffi::OsStrExt,
     path::{Path, PathBuf},
@@ -7,10 +9,10 @@ use std::{
     sync::OnceLock,
 };
 
-use super::ffi;
-use crate::SimError;
+use super::ffi::{self, Item};
+use crate::error::SimError;
 
-/// Where the build found the library.
+/// Path of the library that the build found.
 const LIBRARY_PATH: &str = env!("FETCH_SIM_LIBMUJOCO");
 
 /// A version of MuJoCo, such as 2.2.2.
@@ -18,18 +20,18 @@ const LIBRARY_PATH: &str = env!("FETCH_SIM_LIBMUJOCO");
 pub struct MujocoVersion(c_int);
 
 impl MujocoVersion {
-    /// The version of the headers that this crate was built against.
+    /// Returns the version of the headers against which this crate was built.
     #[must_use]
     pub fn of_headers() -> Self {
         Self(ffi::fs_header_version())
     }
 
-    /// The version of the library that runs: the same as that of the headers.
+    /// Loads the library and returns its version, which equals that of the headers.
     ///
     /// # Errors
-    /// [`SimError::Library`] or [`SimError::VersionMismatch`].
+    /// [`SimError::Library`], [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`].
     pub fn of_library() -> Result<Self, SimError> {
-        library().map(|Library| Self::of_headers())
+        load_once().map(|()| Self::of_headers())
     }
 }
 
@@ -45,51 +47,38 @@ impl fmt::Display for MujocoVersion {
     }
 }
 
-/// Proof that the shim's functions may be called.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Library;
-
 /// Loads MuJoCo on the first call; later calls return the same result.
-pub(super) fn library() -> Result<Library, SimError> {
-    static LOADED: OnceLock<Result<Library, SimError>> = OnceLock::new();
+pub(super) fn load_once() -> Result<(), SimError> {
+    static LOADED: OnceLock<Result<(), SimError>> = OnceLock::new();
     LOADED.get_or_init(load).clone()
 }
 
-fn load() -> Result<Library, SimError> {
+fn load() -> Result<(), SimError> {
+    compare(&items_of_shim(), ffi::ITEMS)?;
     let failure = |reason: String| SimError::Library { path: LIBRARY_PATH.into(), reason };
     let path = CString::new(LIBRARY_PATH).map_err(|error| failure(error.to_string()))?;
     let plugins = plugin_folder()
         .map(|folder| CString::new(folder.as_os_str().as_bytes()))
         .transpose()
         .map_err(|error| failure(error.to_string()))?;
-    let mut reason: [c_char; 512] = [0; 512];
+    let plugins = plugins.as_ref().map_or(ptr::null(), |folder| folder.as_ptr());
     let mut version: c_int = 0;
-    // SAFETY: `path` is a C string, `plugins` is one or null, `version` and `reason` are valid for writes of the sizes told,
-    // and `OnceLock` calls this once, before any other function of the shim that needs the library.
-    let status = unsafe {
-        ffi::fs_load(
-            path.as_ptr(),
-            plugins.as_ref().map_or(ptr::null(), |folder| folder.as_ptr()),
-            &raw mut version,
-            reason.as_mut_ptr(),
-            reason.len(),
-        )
-    };
-    if status == 0 {
-        return Ok(Library);
-    }
-    if version != 0 && version != ffi::fs_header_version() {
+    // SAFETY: `path` is a C string, `plugins` is one or null, and `version` is valid for writes.
+    // `OnceLock` makes this call once, before any other function that needs the library.
+    let status = unsafe { ffi::fs_load(path.as_ptr(), plugins, &raw mut version) };
+    if status != ffi::FS_OK && version != 0 && version != ffi::fs_header_version() {
         return Err(SimError::VersionMismatch {
             headers: MujocoVersion::of_headers().to_string(),
             library: MujocoVersion(version).to_string(),
         });
     }
-    // SAFETY: the shim wrote a terminated string into `reason`.
-    let reason = unsafe { CStr::from_ptr(reason.as_ptr()) };
-    Err(failure(reason.to_string_lossy().into_owned()))
+    check(status).map_err(|error| match error {
+        SimError::Mujoco { message } => failure(message),
+        other => other,
+    })
 }
 
-/// Where wheels and release archives keep plugins, seen from the library.
+/// Returns the folder in which wheels and release archives keep plugins.
 fn plugin_folder() -> Option<PathBuf> {
     let folder = Path::new(LIBRARY_PATH).parent()?;
     ["plugin", "../bin/mujoco_plugin"]
@@ -98,14 +87,47 @@ fn plugin_folder() -> Option<PathBuf> {
         .find(|path| path.is_dir())
 }
 
+/// Returns the contract as the shim was compiled with it.
+fn items_of_shim() -> Vec<Item> {
+    let item = |index| {
+        let (mut name, mut value, mut size) = (ptr::null(), 0, 0);
+        // SAFETY: the three results are valid for writes.
+        let is_there =
+            unsafe { ffi::fs_contract(index, &raw mut name, &raw mut value, &raw mut size) } != 0;
+        is_there.then(|| {
+            // SAFETY: the name of an item is a string literal of the shim.
+            let name: &'static CStr = unsafe { CStr::from_ptr(name) };
+            (name.to_str().unwrap_or("(not UTF-8)"), value, size)
+        })
+    };
+    (0..).map_while(item).collect()
+}
+
+/// Compares the contract of the shim with that of Rust: an item that is different, or is missing on
+/// one side, is an error.
+fn compare(shim: &[Item], rust: &[Item]) -> Result<(), SimError> {
+    let find = |side: &[Item], name| side.iter().find(|item| item.0 == name).copied();
+    let tell = |item: Option<Item>| {
+        item.map_or("missing".into(), |(_, value, size)| format!("{value} ({size} bytes)"))
+    };
+    for &(name, ..) in shim.iter().chain(rust) {
+        let (in_c, in_rust) = (find(shim, name), find(rust, name));
+        if in_c != in_rust {
+            let (item, shim, rust) = (name.into(), tell(in_c), tell(in_rust));
+            return Err(SimError::ShimMismatch { item, shim, rust });
+        }
+    }
+    Ok(())
+}
+
 /// Turns the status of a shim call into a result, and passes warnings on to `tracing`.
 pub(super) fn check(status: c_int) -> Result<(), SimError> {
-    if status & ffi::WARNED != 0 {
-        // SAFETY: the shim's buffer holds a terminated string; only this thread writes to it.
+    if status & ffi::FS_WARNED != 0 {
+        // SAFETY: the shim's buffer holds a terminated string, and only this thread writes to it.
         let text = unsafe { CStr::from_ptr(ffi::fs_warning_text()) };
         tracing::warn!(target: "mujoco", "{}", text.to_string_lossy());
     }
-    if status & ffi::FAILED != 0 {
+    if status & ffi::FS_FAILED != 0 {
         // SAFETY: as above.
         let text = unsafe { CStr::from_ptr(ffi::fs_error_text()) };
         return Err(SimError::Mujoco { message: text.to_string_lossy().into_owned() });
@@ -115,12 +137,34 @@ pub(super) fn check(status: c_int) -> Result<(), SimError> {
 
 #[cfg(test)]
 mod tests {
-    use super::MujocoVersion;
+    use super::{Item, MujocoVersion, compare, ffi::ITEMS, items_of_shim};
+    use crate::error::SimError;
 
     #[test]
     fn versions_are_spelled_as_mujoco_does() {
         assert_eq!(MujocoVersion(222).to_string(), "2.2.2");
         assert_eq!(MujocoVersion(330).to_string(), "3.3.0");
         assert_eq!(MujocoVersion(3_006_000).to_string(), "3.6.0");
+    }
+
+    #[test]
+    fn the_shim_and_rust_share_one_contract() {
+        assert_eq!(compare(&items_of_shim(), ITEMS), Ok(()));
+        assert!(ITEMS.len() > 60, "{} items", ITEMS.len());
+    }
+
+    #[test]
+    fn a_mismatch_is_an_error_that_names_the_item() {
+        let mismatch = |shim: &[Item]| match compare(shim, ITEMS) {
+            Err(SimError::ShimMismatch { item, .. }) => item,
+            other => panic!("{other:?}"),
+        };
+        for (at, &(name, value, size)) in ITEMS.iter().enumerate() {
+            let with = |changed: &[Item]| [&ITEMS[..at], changed, &ITEMS[at + 1..]].concat();
+            assert_eq!(mismatch(&with(&[(name, value + 1, size)])), name);
+            assert_eq!(mismatch(&with(&[(name, value, size + 4)])), name);
+            assert_eq!(mismatch(&with(&[])), name);
+        }
+        assert_eq!(mismatch(&[ITEMS, &[("fs_sizes.nkey", 0, 4)]].concat()), "fs_sizes.nkey");
     }
 }

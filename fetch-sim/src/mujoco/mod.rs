@@ -1,10 +1,8 @@
 //! The MuJoCo implementation of [`Simulator`](crate::Simulator), and the safe binding below it.
 
 mod arrays;
-mod builtin;
 mod contact_filter;
 mod data;
-mod fault;
 mod fetch_model;
 mod ffi;
 mod ids;
@@ -12,8 +10,8 @@ mod library;
 mod model;
 #[cfg(feature = "render")]
 mod render;
+mod scene;
 mod simulator;
-mod snapshot;
 mod visual_geoms;
 
 pub use contact_filter::{ContactFilter, ContactFilterCounts};
@@ -24,6 +22,5 @@ pub use library::MujocoVersion;
 pub use model::Model;
 #[cfg(feature = "render")]
 pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
-pub use simulator::MujocoSimulator;
-pub use snapshot::MujocoSnapshot;
+pub use simulator::{MujocoSimulator, MujocoSnapshot};
 pub use visual_geoms::{Shape, VisualGeom};

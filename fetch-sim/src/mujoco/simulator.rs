@@ -1,17 +1,24 @@
+//! The MuJoCo implementation of the simulator trait, and its snapshot.
+
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::{
     data::Data,
     fetch_model::{FetchModel, GRIPPER_DOWN},
     ids::SiteId,
     library::MujocoVersion,
-    snapshot::MujocoSnapshot,
 };
-use crate::{Control, GripperState, ObjectState, Settled, SimConfig, SimError, Simulator, Task};
+use crate::{
+    config::SimConfig,
+    error::SimError,
+    simulator::{Control, GripperState, ObjectState, Settled, Simulator},
+    task::Task,
+};
 
-/// A Fetch robot simulated by MuJoCo, step by step as the reference does it.
+/// A Fetch robot simulated by MuJoCo, with the same steps as the reference.
 #[derive(Debug)]
 pub struct MujocoSimulator {
     fetch: Arc<FetchModel>,
@@ -22,59 +29,74 @@ pub struct MujocoSimulator {
     object: Option<ObjectState>,
 }
 
+/// The complete state of a [`MujocoSimulator`].
+///
+/// In addition to MuJoCo's integration state it holds the derived quantities that outlive a step, as
+/// the last step computed them: the next action starts from the gripper's pose, and the environment
+/// observes the states. Those of PickAndPlace are one substep older than `qpos`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MujocoSnapshot {
+    config: SimConfig,
+    mujoco: String,
+    time: f64,
+    qpos: Vec<f64>,
+    qvel: Vec<f64>,
+    ctrl: Vec<f64>,
+    qacc_warmstart: Vec<f64>,
+    mocap_pose: (Vector3<f64>, Quaternion<f64>),
+    gripper_link_pose: (Vector3<f64>, Quaternion<f64>),
+    gripper: GripperState,
+    object: Option<ObjectState>,
+}
+
 impl MujocoSimulator {
-    /// A simulator with a model of its own, settled and ready.
+    /// Creates a simulator with a model of its own, in the settled state.
     ///
     /// # Errors
     /// As [`FetchModel::load`].
     pub fn new(config: &SimConfig) -> Result<Self, SimError> {
-        Self::with_model(FetchModel::load(config)?)
+        Self::from_model(FetchModel::load(config)?)
     }
 
-    /// A simulator of a model that others may share.
+    /// Creates a simulator of a model that it may share with others.
     ///
     /// # Errors
-    /// [`SimError::Mujoco`] if there is no memory for it.
-    pub fn with_model(fetch: Arc<FetchModel>) -> Result<Self, SimError> {
+    /// [`SimError::Mujoco`] if memory runs out.
+    pub fn from_model(fetch: Arc<FetchModel>) -> Result<Self, SimError> {
         let mut data = Data::new(Arc::clone(fetch.model()))?;
-        data.set_contact_filter(fetch.config.contact_filter)?;
+        data.set_contact_filter(fetch.config.contact_filter())?;
         let jacobian = vec![0.0; 3 * fetch.model().nv()];
         let mut simulator = Self {
             fetch,
             data,
             jacobians: [jacobian.clone(), jacobian],
-            gripper: GripperState {
-                position: Vector3::zeros(),
-                velocity: Vector3::zeros(),
-                finger_positions: [0.0; 2],
-                finger_velocities: [0.0; 2],
-            },
+            gripper: GripperState::default(),
             object: None,
         };
         simulator.reset(None)?;
         Ok(simulator)
     }
 
-    /// The model, to be shared with further simulators.
+    /// Returns the model, which more simulators can share.
     #[must_use]
     pub const fn fetch_model(&self) -> &Arc<FetchModel> {
         &self.fetch
     }
 
-    /// The simulation below.
+    /// Returns the underlying simulation.
     #[must_use]
     pub const fn data(&self) -> &Data {
         &self.data
     }
 
-    /// The simulation below, for what a [`Simulator`] does not do, such as checking the contact
-    /// filter. Positions and velocities changed here are those of the next step.
+    /// Returns the underlying simulation mutably, for what a [`Simulator`] cannot do, such as checking
+    /// the contact filter. The next step starts from the positions and velocities set here.
     #[must_use]
     pub const fn data_mut(&mut self) -> &mut Data {
         &mut self.data
     }
 
-    /// [`step`](Simulator::step) that shows the simulation after every substep.
+    /// Does a [`step`](Simulator::step) and calls `inspect` with the simulation after every substep.
     ///
     /// # Errors
     /// As [`step`](Simulator::step).
@@ -84,23 +106,23 @@ impl MujocoSimulator {
         mut inspect: impl FnMut(&Data),
     ) -> Result<(), SimError> {
         self.command(control);
-        for _ in 0..self.fetch.config.n_substeps.get() {
+        for _ in 0..self.fetch.config.n_substeps().get() {
             self.data.step(1)?;
             inspect(&self.data);
         }
         self.finish_step()
     }
 
-    /// Moves the mocap body, and sets the fingers' targets where there are actuators.
+    /// Moves the mocap body, and sets the fingers' targets if there are actuators.
     fn command(&mut self, control: &Control) {
         let ids = &self.fetch.ids;
-        // The mocap body starts from where the gripper is, not from where it was sent before.
+        // The mocap body starts from where the gripper is, not from its previous target.
         let (position, orientation) = self.data.body_pose(ids.gripper_link);
         let [w, x, y, z] = GRIPPER_DOWN;
         self.data.set_mocap_pose(
             ids.mocap,
             position + control.displacement,
-            // Added, not multiplied, and not normalized: so does the reference.
+            // Added, not multiplied, and not normalized, as in the reference.
             orientation + Quaternion::new(w, x, y, z),
         );
         for (actuator, &qpos) in ids.actuated_qpos.iter().enumerate() {
@@ -109,11 +131,11 @@ impl MujocoSimulator {
     }
 
     fn finish_step(&mut self) -> Result<(), SimError> {
-        if self.fetch.config.task.block_gripper() {
+        if self.fetch.config.task().block_gripper() {
             for finger in self.fetch.ids.fingers {
                 self.data.qpos_mut()[finger.qpos] = 0.0;
             }
-            // Also changes the solver's warm start: the next step depends on this call.
+            // This also changes the solver's warm start, so the next step depends on it.
             self.data.forward()?;
         }
         self.observe();
@@ -140,7 +162,8 @@ impl MujocoSimulator {
         });
     }
 
-    /// Linear and angular velocity of a site: its Jacobians, as old as its position, times `qvel`.
+    /// Returns the linear and angular velocity of a site: its Jacobians, as old as its position,
+    /// times `qvel`.
     fn site_velocity(&mut self, site: SiteId) -> (Vector3<f64>, Vector3<f64>) {
         let [translation, rotation] = &mut self.jacobians;
         self.data.site_jacobian(site, translation, rotation);
@@ -159,19 +182,19 @@ impl MujocoSimulator {
         let foreign = |reason: String| Err(SimError::ForeignSnapshot { reason });
         let config = &self.fetch.config;
         if !snapshot.config.same_physics(config) {
-            return foreign(format!("it is of {:?}, this of {config:?}", snapshot.config));
+            return foreign(format!("it is of {:?}, this is of {config:?}", snapshot.config));
         }
         let version = MujocoVersion::of_headers().to_string();
         if snapshot.mujoco != version {
-            return foreign(format!("it is of MuJoCo {}, this of {version}", snapshot.mujoco));
+            return foreign(format!("it is of MuJoCo {}, this is of {version}", snapshot.mujoco));
         }
         let fits = snapshot.qpos.len() == self.data.qpos().len()
             && snapshot.qvel.len() == self.data.qvel().len()
             && snapshot.qacc_warmstart.len() == self.data.qacc_warmstart().len()
             && snapshot.ctrl.len() == self.data.ctrl().len()
-            && snapshot.object.is_some() == config.task.has_object();
+            && snapshot.object.is_some() == config.task().has_object();
         if !fits {
-            return foreign("its arrays are of other lengths".into());
+            return foreign("its arrays have other lengths".into());
         }
         Ok(())
     }
@@ -181,11 +204,11 @@ impl Simulator for MujocoSimulator {
     type Snapshot = MujocoSnapshot;
 
     fn task(&self) -> Task {
-        self.fetch.config.task
+        self.fetch.config.task()
     }
 
     fn control_period(&self) -> f64 {
-        f64::from(self.fetch.config.n_substeps.get()) * self.fetch.model().timestep()
+        f64::from(self.fetch.config.n_substeps().get()) * self.fetch.model().timestep()
     }
 
     fn settled(&self) -> Settled {
@@ -195,7 +218,7 @@ impl Simulator for MujocoSimulator {
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
         let FetchModel { ids, start, config, .. } = &*self.fetch;
         if object_xy.is_some() && ids.object.is_none() {
-            return Err(SimError::NoObject { task: config.task });
+            return Err(SimError::NoObject { task: config.task() });
         }
         self.data.reset()?;
         self.data.set_time(start.time);
@@ -211,7 +234,7 @@ impl Simulator for MujocoSimulator {
 
     fn step(&mut self, control: &Control) -> Result<(), SimError> {
         self.command(control);
-        self.data.step(self.fetch.config.n_substeps.get())?;
+        self.data.step(self.fetch.config.n_substeps().get())?;
         self.finish_step()
     }
 
@@ -251,8 +274,8 @@ impl Simulator for MujocoSimulator {
         let (position, orientation) = snapshot.mocap_pose;
         self.data.set_mocap_pose(ids.mocap, position, orientation);
         self.data.forward()?;
-        // What `forward` has made fresh goes back to what the next step starts from.
-        // That includes the object's quaternion: normalizing it twice is not normalizing it once.
+        // `forward` has recomputed what the next step starts from: overwrite it with the snapshot's.
+        // That includes the object's quaternion, because normalizing it twice changes its bits.
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
         let (position, orientation) = snapshot.gripper_link_pose;

@@ -1,26 +1,29 @@
+//! The visible geoms of the built-in scenes, for programs that draw them without MuJoCo.
+
 use std::ffi::c_int;
 
 use nalgebra::{Quaternion, Vector3};
 
 use super::{
-    builtin,
     ffi::{self, RawVisualGeom},
     ids::BodyId,
     model::Model,
+    scene,
 };
-use crate::{SimError, Task};
+use crate::{error::SimError, task::Task};
 
-/// Viewers show the groups below this one; the built-in model keeps what only touches above.
+/// The first group that viewers hide: the built-in model's shapes that only collide are in it.
 const HIDDEN_GROUPS: c_int = 3;
 
-/// A shape to be seen, fixed to a body.
+/// A visible shape, fixed to a body.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VisualGeom {
     /// Its form and size.
     pub shape: Shape,
-    /// Red, green, blue and opacity, 0 to 1.
+    /// Red, green, blue and opacity, each from 0 to 1.
     pub rgba: [f32; 4],
-    /// The body that it moves with: ask [`Data::body_pose`](crate::Data::body_pose).
+    /// The body with which it moves; [`Data::body_pose`](super::Data::body_pose) returns its pose.
     pub body: BodyId,
     /// Its center in the body's frame, in meters.
     pub position: Vector3<f64>,
@@ -28,13 +31,13 @@ pub struct VisualGeom {
     pub orientation: Quaternion<f64>,
 }
 
-/// The form of a geom around its own center, sizes in meters. Long shapes lie along z.
+/// The form of a geom around its own center, with sizes in meters. Long shapes lie along z.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shape {
-    /// A rectangle in x and y, seen from above.
+    /// A rectangle in x and y, visible from above.
     Plane {
-        /// Half of its extent along x and y; 0 is without end.
+        /// Half of its extent along x and y; 0 if it is infinite.
         half_size: [f64; 2],
     },
     /// A ball.
@@ -42,11 +45,11 @@ pub enum Shape {
         /// Its radius.
         radius: f64,
     },
-    /// A cylinder with a half ball on each end.
+    /// A cylinder with a hemisphere at each end.
     Capsule {
-        /// Radius of the cylinder and of the half balls.
+        /// Radius of the cylinder and of the hemispheres.
         radius: f64,
-        /// Half of the cylinder's length, without the half balls.
+        /// Half of the cylinder's length, without the hemispheres.
         half_length: f64,
     },
     /// A ball stretched along the axes.
@@ -66,27 +69,28 @@ pub enum Shape {
         /// Half of its extent along each axis.
         half_size: [f64; 3],
     },
-    /// A surface of triangles. Those of the built-in model are closed and convex.
+    /// A surface of triangles; closed and convex in the built-in model.
     Mesh {
-        /// The three corners of each triangle, in meters in the geom's frame, counter-clockwise as
+        /// The three corners of each triangle, in meters in the geom's frame, counterclockwise as
         /// seen from outside.
         triangles: Vec<[[f64; 3]; 3]>,
     },
 }
 
 impl VisualGeom {
-    /// What there is to see in a task's scene with the built-in model: scene and robot, without the
-    /// goal. The bodies are those of the model that [`FetchModel::load`](crate::FetchModel::load)
-    /// makes, which itself leaves out the shapes that are only seen.
+    /// Returns the visible geoms of a task's built-in scene, including the robot but not the goal.
+    /// Their bodies are those of the model that [`FetchModel::load`](super::FetchModel::load)
+    /// returns, although that model itself has no purely visual geoms.
     ///
     /// # Errors
-    /// [`SimError::Library`] or [`SimError::VersionMismatch`] if MuJoCo cannot be used.
+    /// [`SimError::Library`], [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`] if MuJoCo
+    /// cannot be used.
     pub fn of_builtin(task: Task) -> Result<Vec<Self>, SimError> {
-        let model = builtin::load_visible(task)?;
+        let model = scene::load_visible(task)?;
         Ok((0..model.ngeom()).filter_map(|geom| Self::of(&model, geom)).collect())
     }
 
-    /// `None` for what is hidden or of another form.
+    /// Returns `None` if the geom is hidden or has another form.
     fn of(model: &Model, geom: usize) -> Option<Self> {
         let mut raw = RawVisualGeom::default();
         assert!(geom < model.ngeom(), "a geom of another model");
@@ -94,8 +98,8 @@ impl VisualGeom {
         unsafe { ffi::fs_get_visual_geom(model.as_ptr(), geom as c_int, &raw mut raw) };
         let triangle = |number| {
             let mut corners = [[0.0; 3]; 3];
-            // SAFETY: as above, `number` is below the geom's number of triangles, which is 0 if it
-            // is no mesh, and `corners` is valid for writes of three points.
+            // SAFETY: as above; `number` is below the geom's number of triangles, which is 0 unless it
+            // is a mesh, and `corners` is valid for writes of three points.
             unsafe {
                 ffi::fs_get_triangle(model.as_ptr(), geom as c_int, number, corners.as_mut_ptr());
             }
@@ -103,13 +107,13 @@ impl VisualGeom {
         };
         let [a, b, _] = raw.size;
         let shape = match raw.shape {
-            0 => Shape::Plane { half_size: [a, b] },
-            1 => Shape::Sphere { radius: a },
-            2 => Shape::Capsule { radius: a, half_length: b },
-            3 => Shape::Ellipsoid { radii: raw.size },
-            4 => Shape::Cylinder { radius: a, half_length: b },
-            5 => Shape::Box { half_size: raw.size },
-            6 => Shape::Mesh { triangles: (0..raw.triangle_count).map(triangle).collect() },
+            ffi::FS_PLANE => Shape::Plane { half_size: [a, b] },
+            ffi::FS_SPHERE => Shape::Sphere { radius: a },
+            ffi::FS_CAPSULE => Shape::Capsule { radius: a, half_length: b },
+            ffi::FS_ELLIPSOID => Shape::Ellipsoid { radii: raw.size },
+            ffi::FS_CYLINDER => Shape::Cylinder { radius: a, half_length: b },
+            ffi::FS_BOX => Shape::Box { half_size: raw.size },
+            ffi::FS_MESH => Shape::Mesh { triangles: (0..raw.ntriangle).map(triangle).collect() },
             _ => return None,
         };
         let [w, x, y, z] = raw.orientation;

@@ -4,7 +4,7 @@ mod pick_and_place;
 mod push;
 mod reach;
 mod slide;
-mod spec;
+pub(crate) mod spec;
 
 use std::fmt;
 

@@ -2,8 +2,8 @@
 
 /// Everything that distinguishes one Fetch task from the others.
 ///
-/// [`Task::spec`](super::Task::spec) returns it. Positions are in meters in the world frame (x forward from the
-/// robot's base, y to its left, z up).
+/// [`Task::spec`](super::Task::spec) returns it. Positions are in meters in the world frame (x
+/// forward from the robot's base, y to its left, z up).
 ///
 /// Source: the constructors in `envs/fetch/*.py` of gymnasium-robotics 1.4.2.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,8 @@ pub struct ObjectSpec {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GoalSpec {
-    /// Largest distance between the goal and the gripper's start plus [`offset`](Self::offset) along each axis, in meters.
+    /// Largest distance along each axis between the goal and the gripper's start plus
+    /// [`offset`](Self::offset), in meters.
     pub range: f64,
     /// Offset of every goal, in meters.
     pub offset: [f64; 3],

@@ -1,20 +1,26 @@
-use super::options::MAX_SIZE;
-use crate::SimError;
+//! Errors of rendering.
 
-/// Why a picture could not be made.
+use crate::error::SimError;
+
+/// The greatest width and height of a picture, in pixels.
+pub(super) const MAX_SIZE: u32 = 4096;
+
+/// Error returned when a picture cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// The machine has no OpenGL that draws without a window.
+    /// The machine has no OpenGL that can draw without a window.
     #[error(
         "there is no OpenGL to render with ({reason}): install libegl1 and libgl1-mesa-dri, or libosmesa6; everything else works without"
     )]
     NoOpenGl {
-        /// What was found out.
+        /// The cause.
         reason: String,
     },
     /// The picture has no pixels, or too many.
-    #[error("a picture of {width} x {height} pixels cannot be rendered: give 1 to {MAX_SIZE} each")]
+    #[error(
+        "a picture of {width} x {height} pixels cannot be rendered: choose 1 to {MAX_SIZE} for each"
+    )]
     Size {
         /// Its width, in pixels.
         width: u32,
@@ -22,22 +28,22 @@ pub enum RenderError {
         height: u32,
     },
     /// The model has no such camera.
-    #[error("the model has no camera {camera}: it has {}", known.join(", "))]
+    #[error("the model has no camera {camera}: use one of {}", known.join(", "))]
     UnknownCamera {
-        /// Name or index that was asked for.
+        /// The requested name or index.
         camera: String,
-        /// The cameras that there are.
+        /// The names of the model's cameras.
         known: Vec<String>,
     },
-    /// A number of a free camera cannot be.
-    #[error("the camera's {field} is {value}: give finite numbers, and a distance greater than 0")]
+    /// A number of a free camera is invalid.
+    #[error("the camera's {field} is {value}: use finite numbers, and a distance greater than 0")]
     FreeCamera {
         /// The field.
         field: &'static str,
         /// Its value.
         value: f64,
     },
-    /// The simulation is not of the model that the renderer draws.
+    /// The simulation and the renderer have different models.
     #[error(
         "the simulation is of {simulation}, the renderer of {renderer}: make one renderer for each model"
     )]
@@ -50,7 +56,7 @@ pub enum RenderError {
     /// MuJoCo's renderer or OpenGL failed.
     #[error("rendering failed ({message}): make a new renderer")]
     Failed {
-        /// What MuJoCo or OpenGL said.
+        /// Message of MuJoCo or OpenGL.
         message: String,
     },
     /// The model could not be loaded.

@@ -1,14 +1,11 @@
 //! Pictures of a simulation, off screen.
 
-mod camera;
+mod canvas;
 mod error;
-mod ffi;
 mod options;
 mod renderer;
-mod segment;
 
-pub use camera::{Camera, FreeCamera};
+pub use canvas::Segment;
 pub use error::RenderError;
-pub use options::RenderOptions;
+pub use options::{Camera, FreeCamera, RenderOptions};
 pub use renderer::Renderer;
-pub use segment::Segment;

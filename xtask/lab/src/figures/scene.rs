@@ -31,7 +31,7 @@ impl Scene {
         let id = EnvId { task, reward: RewardKind::Sparse };
         let mut env = make_config(id.config())?;
         let observation = env.reset(Some(seed))?.observation;
-        let options = RenderOptions { width: SIDE, height: SIDE, ..RenderOptions::default() };
+        let options = RenderOptions::default().with_width(SIDE).with_height(SIDE);
         let rgb = match env.renderer(options) {
             Ok(mut renderer) => Ok(env.render(&mut renderer)?.to_vec()),
             Err(EnvError::Render(missing @ RenderError::NoOpenGl { .. })) => Err(missing),

@@ -45,7 +45,7 @@ pub fn compare(
 ) -> anyhow::Result<Vec<Check>> {
     let theirs = Sample::read(path, task, episodes)
         .with_context(|| format!("{} does not hold recorded distributions", path.display()))?;
-    let ours = Sample::run(MujocoSimulator::with_model(Arc::clone(&model))?, episodes, bar)?;
+    let ours = Sample::run(MujocoSimulator::from_model(Arc::clone(&model))?, episodes, bar)?;
     let mut checks = Vec::new();
     for ((name, ours), (_, theirs)) in ours.continuous().into_iter().zip(theirs.continuous()) {
         if !theirs.is_empty() {
@@ -56,7 +56,7 @@ pub fn compare(
         checks.push(same_share(task, name, ours, theirs));
     }
     checks.push(same_mean_return(task, &ours.return_dense, &theirs.return_dense));
-    checks.push(same_scripted_success(task, MujocoSimulator::with_model(model)?, episodes)?);
+    checks.push(same_scripted_success(task, MujocoSimulator::from_model(model)?, episodes)?);
     Ok(checks)
 }
 

@@ -57,7 +57,7 @@ impl FileParity {
         let theirs = recording.initial_gripper_xpos.iter().chain(&recording.height_offset);
         let name =
             recording.path.file_stem().map_or_else(String::new, |name| name.display().to_string());
-        let standard = Standard::new(recording, &simulator.fetch_model().config().model);
+        let standard = Standard::new(recording, simulator.fetch_model().config().model());
         Ok(Self {
             name,
             settled: ours.zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),

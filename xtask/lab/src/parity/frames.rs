@@ -36,7 +36,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
     let mut checks = Vec::new();
     for (task, file) in FILES {
         let recorded = Recorded::read(&folder.join(file)).with_context(|| file.to_owned())?;
-        let simulator = MujocoSimulator::with_model(models.get(task)?)?;
+        let simulator = MujocoSimulator::from_model(models.get(task)?)?;
         let mut env = FetchEnv::new(config(task)?, simulator)?.time_limited();
         let mut renderer = renderer(task)?;
         env.reset(Some(seed))?;

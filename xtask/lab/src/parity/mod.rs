@@ -120,7 +120,7 @@ fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FilePari
     println!("{}", FileParity::HEADING);
     let mut files = Vec::new();
     for recording in &recordings {
-        let simulator = MujocoSimulator::with_model(models.get(recording.task)?)?;
+        let simulator = MujocoSimulator::from_model(models.get(recording.task)?)?;
         let file = FileParity::measure(recording, simulator)?;
         bar.suspend(|| println!("{}", file.line()));
         files.push(file);
@@ -161,10 +161,10 @@ struct Models {
 
 impl Models {
     fn get(&mut self, task: Task) -> anyhow::Result<Arc<FetchModel>> {
-        if let Some(model) = self.loaded.iter().find(|model| model.config().task == task) {
+        if let Some(model) = self.loaded.iter().find(|model| model.config().task() == task) {
             return Ok(Arc::clone(model));
         }
-        let config = SimConfig { model: self.source.clone(), ..SimConfig::new(task) };
+        let config = SimConfig::new(task).with_model(self.source.clone());
         let model = FetchModel::load(&config)?;
         self.loaded.push(Arc::clone(&model));
         Ok(model)

@@ -37,7 +37,7 @@ impl Episodes {
 
     /// Returns an environment on the shared model.
     pub fn env(&self) -> anyhow::Result<MujocoEnv> {
-        let simulator = MujocoSimulator::with_model(Arc::clone(&self.model))?;
+        let simulator = MujocoSimulator::from_model(Arc::clone(&self.model))?;
         Ok(FetchEnv::new(self.config.clone(), simulator)?.time_limited())
     }
 

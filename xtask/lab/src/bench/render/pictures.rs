@@ -13,12 +13,10 @@ use crate::bench::{
 
 /// A view straight up from above the robot, of nothing but the sky: the least that OpenGL needs for a
 /// picture. It still transforms the scene.
-pub const UP: FreeCamera = FreeCamera {
-    lookat: Vector3::new(1.3, 0.75, 20.0),
-    distance: 10.0,
-    azimuth: 132.0,
-    elevation: 90.0,
-};
+pub const UP: FreeCamera = FreeCamera::REFERENCE
+    .with_lookat(Vector3::new(1.3, 0.75, 20.0))
+    .with_distance(10.0)
+    .with_elevation(90.0);
 
 /// The format of a square picture.
 #[derive(Clone, Copy)]
@@ -46,8 +44,8 @@ impl Pictures {
     pub fn new(episodes: &Arc<Episodes>, format: Format, camera: Camera) -> anyhow::Result<Self> {
         let Format { side, samples } = format;
         let env = episodes.env()?;
-        let renderer =
-            env.renderer(RenderOptions { width: side, height: side, samples, camera })?;
+        let options = RenderOptions::default().with_width(side).with_height(side);
+        let renderer = env.renderer(options.with_samples(samples).with_camera(camera))?;
         Ok(Self { episodes: Arc::clone(episodes), env, renderer, steps: 0 })
     }
 

@@ -1,0 +1,57 @@
+// Simulations: an mjData's life, its steps, and access to what it holds.
+
+#include "internal.h"
+
+// ------------------------------------------------------------------------------- life and stepping
+
+fs_status fs_make_data(const mjModel* m, mjData** data) {
+  *data = NULL;
+  FS_GUARDED(NULL, {
+    *data = fs_mj.mj_makeData(m);
+    if (!*data) fs_on_error("no memory for the simulation's data");
+  });
+}
+
+void fs_delete_data(mjData* d) { fs_mj.mj_deleteData(d); }
+
+fs_status fs_reset(const mjModel* m, mjData* d) { FS_GUARDED(NULL, fs_mj.mj_resetData(m, d)); }
+
+fs_status fs_forward(const mjModel* m, mjData* d, fs_filter* filter) {
+  FS_GUARDED(filter, fs_mj.mj_forward(m, d));
+}
+
+fs_status fs_step(const mjModel* m, mjData* d, fs_filter* filter, int count) {
+  FS_GUARDED(filter, for (int i = 0; i < count; i++) fs_mj.mj_step(m, d));
+}
+
+// ------------------------------------------------------------------------------------------ access
+
+void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* translation,
+                      double* rotation) {
+  fs_mj.mj_jacSite(m, d, translation, rotation, site);
+}
+
+double fs_time(const mjData* d) { return d->time; }
+void fs_set_time(mjData* d, double time) { d->time = time; }
+
+double* fs_data_array(const mjModel* m, const mjData* d, int array, int* len) {
+  switch (array) {
+#define X(number, field, length) case number: *len = (int)(length); return d->field;
+    FS_DATA_ARRAYS(X)
+#undef X
+    default: *len = 0; return NULL;
+  }
+}
+
+int fs_constraint_count(const mjData* d) { return d->nefc; }
+int fs_contact_count(const mjData* d) { return d->ncon; }
+void fs_contact_geoms(const mjData* d, int contact, int geoms[2]) {
+  geoms[0] = d->contact[contact].geom1;
+  geoms[1] = d->contact[contact].geom2;
+}
+
+int fs_fault_count(const mjData* d, int fault) {
+#define MUJOCO_NUMBER(number, mujoco_number) mujoco_number,
+  static const int warnings[] = {FS_FAULTS(MUJOCO_NUMBER)};
+  return d->warning[warnings[fault]].number;
+}

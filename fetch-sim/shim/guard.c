@@ -1,0 +1,67 @@
+// Errors and warnings: what MuJoCo reports during a guarded statement becomes a status and a text.
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "internal.h"
+
+enum { TEXT_SIZE = 1024 };
+
+_Thread_local jmp_buf fs_after_error;
+static _Thread_local char error_text[TEXT_SIZE];
+static _Thread_local char warning_text[TEXT_SIZE];
+
+const char* fs_error_text(void) { return error_text; }
+const char* fs_warning_text(void) { return warning_text; }
+
+fs_status fs_fail(const char* format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(error_text, sizeof error_text, format, arguments);
+  va_end(arguments);
+  return FS_FAILED;
+}
+
+void fs_on_error(const char* message) {
+  fs_fail("%s", message);
+  longjmp(fs_after_error, 1);
+}
+
+void fs_on_warning(const char* message) {
+  const size_t used = strlen(warning_text);
+  snprintf(warning_text + used, sizeof warning_text - used, "%s%s", used ? "; " : "", message);
+}
+
+#if mjVERSION_HEADER >= 3010000
+static void on_message(const mjLogMessage* message) {
+  if (message->level == mjLOG_ERROR) fs_on_error(message->subject);
+  if (message->level == mjLOG_WARNING) fs_on_warning(message->subject);
+}
+
+static const fs_handlers our_handlers = on_message;
+
+static fs_handlers exchange_handlers(fs_handlers handlers) {
+  return fs_mj.exchange_handler(handlers);
+}
+#else
+static const fs_handlers our_handlers = {fs_on_error, fs_on_warning};
+
+static fs_handlers exchange_handlers(fs_handlers handlers) {
+  const fs_handlers before = {fs_mj.get_error_handler(), fs_mj.get_warning_handler()};
+  fs_mj.set_error_handler(handlers.error);
+  fs_mj.set_warning_handler(handlers.warning);
+  return before;
+}
+#endif
+
+fs_outer fs_enter(fs_filter* filter) {
+  error_text[0] = warning_text[0] = '\0';
+  return (fs_outer){fs_use_filter(filter), exchange_handlers(our_handlers)};
+}
+
+fs_status fs_leave(fs_outer outer, fs_status status) {
+  fs_use_filter(outer.filter);
+  exchange_handlers(outer.handlers);
+  return status | (warning_text[0] ? FS_WARNED : FS_OK);
+}

@@ -1,0 +1,101 @@
+// What the files of the shim share and Rust does not see.
+
+#pragma once
+
+#include <setjmp.h>
+
+#include "fetch_shim.h"
+
+#pragma GCC visibility push(hidden)
+
+// ------------------------------------------------------------------------- load.c: the functions
+
+// MuJoCo's own bindings use these thread-local hooks, too, so that other users of MuJoCo in the
+// process keep their handlers. They are exported since 2.2, but declared in no public header.
+#if mjVERSION_HEADER >= 3010000  // one handler for messages of all levels
+#define FS_HOOKS(X) X(mjfLogHandler, exchange_handler, (mjfLogHandler), "_mjPRIVATE_setTlsLogHandler")
+#else
+typedef void (*fs_handler)(const char*);
+#define FS_HOOKS(X)                                                                                \
+  X(fs_handler, get_error_handler, (void), "_mjPRIVATE__get_tls_error_fn")                         \
+  X(void, set_error_handler, (fs_handler), "_mjPRIVATE__set_tls_error_fn")                         \
+  X(fs_handler, get_warning_handler, (void), "_mjPRIVATE__get_tls_warning_fn")                     \
+  X(void, set_warning_handler, (fs_handler), "_mjPRIVATE__set_tls_warning_fn")
+#endif
+
+#ifdef mjMAXVFS  // until 3.1: a table of fixed size, filled in by the user
+#define FS_VFS_FUNCTIONS(X) X(mj_makeEmptyFileVFS) X(mj_findFileVFS)
+#else
+#define FS_VFS_FUNCTIONS(X) X(mj_addBufferVFS)
+#endif
+
+#define FS_FUNCTIONS(X)                                                                            \
+  FS_VFS_FUNCTIONS(X)                                                                              \
+  X(mj_version) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_loadXML) X(mj_deleteModel) X(mj_makeData)    \
+  X(mj_deleteData) X(mj_resetData) X(mj_step) X(mj_forward) X(mj_jacSite) X(mj_name2id)            \
+  X(mj_id2name) X(mj_kinematics) X(mj_comPos) X(mj_camlight) X(mju_malloc) X(mju_free)             \
+  X(mjv_defaultCamera) X(mjv_defaultOption) X(mjv_defaultPerturb) X(mjv_defaultScene)              \
+  X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext)    \
+  X(mjr_freeContext) X(mjr_setBuffer) X(mjr_render) X(mjr_readPixels)
+
+// MuJoCo's functions, once fs_load has succeeded.
+typedef struct {
+#define X(name) __typeof__(&name) name;
+  FS_FUNCTIONS(X)
+#undef X
+#define X(result, field, arguments, name) result (*field) arguments;
+  FS_HOOKS(X)
+#undef X
+} fs_functions;
+extern fs_functions fs_mj;
+
+// Looks up a function of a library; returns 0 if the library has none of this name.
+int fs_symbol(void* library, const char* name, void* target);
+
+// ------------------------------------------------------------- guard.c: errors and warnings
+
+#if mjVERSION_HEADER >= 3010000
+typedef mjfLogHandler fs_handlers;
+#else
+typedef struct {
+  fs_handler error, warning;
+} fs_handlers;
+#endif
+
+// Sets the text of fs_error_text and returns FS_FAILED.
+__attribute__((format(printf, 1, 2))) fs_status fs_fail(const char* format, ...);
+
+// What MuJoCo's handlers do; a guarded statement may call them, too. fs_on_error does not return.
+__attribute__((noreturn)) void fs_on_error(const char* message);
+void fs_on_warning(const char* message);
+
+// The filter and the handlers that a guarded statement replaces.
+typedef struct {
+  fs_filter* filter;
+  fs_handlers handlers;
+} fs_outer;
+fs_outer fs_enter(fs_filter* filter);
+fs_status fs_leave(fs_outer outer, fs_status status);
+extern _Thread_local jmp_buf fs_after_error;
+
+// Runs a statement of MuJoCo calls with this thread's handlers and a contact filter (or NULL) in
+// place, and returns its status. mju_error must not return, so its handler jumps back to here; only
+// frames of MuJoCo, and of the filter between them, lie in between. The statement must not hold
+// anything that has to be released when a failure leaves it, and must not change a local variable.
+#define FS_GUARDED(filter, statement)                                                              \
+  do {                                                                                             \
+    const fs_outer outer = fs_enter(filter);                                                       \
+    if (setjmp(fs_after_error)) return fs_leave(outer, FS_FAILED);                                 \
+    statement;                                                                                     \
+    return fs_leave(outer, FS_OK);                                                                 \
+  } while (0)
+
+// ------------------------------------------------------------------------------ contact_filter.c
+
+// Installs the filter in front of a library's collision routines, once.
+void fs_install_filter(void* library);
+
+// Makes a filter (or NULL for none) active on this thread; returns the one that was.
+fs_filter* fs_use_filter(fs_filter* filter);
+
+#pragma GCC visibility pop

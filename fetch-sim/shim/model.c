@@ -1,0 +1,141 @@
+// Models: compiling, looking up, the few changes made before a model is shared, and what it shows.
+
+#include <string.h>
+
+#include "internal.h"
+
+// ------------------------------------------------------------------------------------- compiling
+
+static int add_file(mjVFS* vfs, const char* name, const char* bytes, int size) {
+#ifdef mjMAXVFS
+  const int status = fs_mj.mj_makeEmptyFileVFS(vfs, name, size);
+  if (status == 0) memcpy(vfs->filedata[fs_mj.mj_findFileVFS(vfs, name)], bytes, (size_t)size);
+  return status;
+#else
+  return fs_mj.mj_addBufferVFS(vfs, name, bytes, size);
+#endif
+}
+
+static fs_status load(const char* name, const mjVFS* vfs, mjModel** model) {
+  // The compiler writes its message, a warning or an error, into this buffer.
+  static _Thread_local char message[1024];
+  message[0] = '\0';
+  *model = NULL;
+  FS_GUARDED(NULL, {
+    *model = fs_mj.mj_loadXML(name, vfs, message, sizeof message);
+    if (!*model) fs_on_error(message);
+    if (message[0]) fs_on_warning(message);
+  });
+}
+
+fs_status fs_load_path(const char* path, mjModel** model) { return load(path, NULL, model); }
+
+fs_status fs_load_files(const char* const* names, const char* const* bytes, const int* sizes,
+                        int count, mjModel** model) {
+  *model = NULL;
+  mjVFS* vfs = fs_mj.mju_malloc(sizeof(mjVFS));  // 2 MB in 2.x: too large for a stack
+  if (!vfs) return fs_fail("no memory for the model's files");
+  fs_mj.mj_defaultVFS(vfs);
+  fs_status status = FS_OK;
+  for (int i = 0; i < count && status == FS_OK; i++) {
+    if (add_file(vfs, names[i], bytes[i], sizes[i]) != 0) {
+      status = fs_fail("the file %s could not be added", names[i]);
+    }
+  }
+  if (status == FS_OK) status = load(names[0], vfs, model);
+  fs_mj.mj_deleteVFS(vfs);
+  fs_mj.mju_free(vfs);
+  return status;
+}
+
+void fs_delete_model(mjModel* m) { fs_mj.mj_deleteModel(m); }
+
+// ------------------------------------------------------------------------------------ looking up
+
+void fs_model_sizes(const mjModel* m, fs_sizes* sizes) {
+#define X(s, type, name) sizes->name = (type)m->name;
+  FS_COUNTS(X, fs_sizes)
+#undef X
+  sizes->timestep = m->opt.timestep;
+}
+
+#define MUJOCO_NUMBER(number, mujoco_number) mujoco_number,
+static const int object_types[] = {FS_OBJECT_KINDS(MUJOCO_NUMBER)};
+
+int fs_name_to_id(const mjModel* m, int kind, const char* name) {
+  return fs_mj.mj_name2id(m, object_types[kind], name);
+}
+
+const char* fs_id_to_name(const mjModel* m, int kind, int id) {
+  return fs_mj.mj_id2name(m, object_types[kind], id);
+}
+
+const int* fs_model_array(const mjModel* m, int array, int* len) {
+  switch (array) {
+#define X(number, field, length) case number: *len = (int)(length); return m->field;
+    FS_MODEL_ARRAYS(X)
+#undef X
+    default: *len = 0; return NULL;
+  }
+}
+
+// ---------------------------------------------------------------------------------------- changes
+
+void fs_set_weld_data(mjModel* m, const double* values, int count) {
+  for (int i = 0; i < (int)m->neq; i++) {
+    if (m->eq_type[i] == mjEQ_WELD) memcpy(m->eq_data + mjNEQDATA * i, values, (size_t)count * sizeof *values);
+  }
+}
+
+void fs_limit_sizes(mjModel* m, int njmax, int nstack) {
+#if mjVERSION_HEADER < 300
+  if (m->njmax > njmax) m->njmax = njmax;
+  if (m->nstack > nstack) m->nstack = nstack;
+#else
+  (void)m, (void)njmax, (void)nstack;
+#endif
+}
+
+void fs_disable_midphase(mjModel* m) {
+#if mjVERSION_HEADER >= 300
+  m->opt.disableflags |= mjDSBL_MIDPHASE;
+#else
+  (void)m;
+#endif
+}
+
+// ----------------------------------------------------------------------------------- what it shows
+
+static int visual_shape(int type) {
+  switch (type) {
+#define X(number, mujoco_number) case mujoco_number: return number;
+    FS_KNOWN_SHAPES(X)
+#undef X
+    default: return FS_OTHER_SHAPE;
+  }
+}
+
+void fs_get_visual_geom(const mjModel* m, int geom, fs_visual_geom* out) {
+  static const float unset[4] = {0.5f, 0.5f, 0.5f, 1.0f};
+  out->shape = visual_shape(m->geom_type[geom]);
+  out->group = m->geom_group[geom];
+  out->body = m->geom_bodyid[geom];
+  out->ntriangle = out->shape == FS_MESH ? m->mesh_facenum[m->geom_dataid[geom]] : 0;
+  memcpy(out->size, m->geom_size + 3 * geom, sizeof out->size);
+  memcpy(out->position, m->geom_pos + 3 * geom, sizeof out->position);
+  memcpy(out->orientation, m->geom_quat + 4 * geom, sizeof out->orientation);
+  // As in MuJoCo's renderer, a geom's own color overrides its material's.
+  const float* rgba = m->geom_rgba + 4 * geom;
+  const int material = m->geom_matid[geom];
+  if (material >= 0 && memcmp(rgba, unset, sizeof unset) == 0) rgba = m->mat_rgba + 4 * material;
+  memcpy(out->rgba, rgba, sizeof out->rgba);
+}
+
+void fs_get_triangle(const mjModel* m, int geom, int triangle, double corners[3][3]) {
+  const int mesh = m->geom_dataid[geom];
+  const int* vertices = m->mesh_face + 3 * (m->mesh_faceadr[mesh] + triangle);
+  for (int i = 0; i < 3; i++) {
+    const float* vertex = m->mesh_vert + 3 * (m->mesh_vertadr[mesh] + vertices[i]);
+    for (int axis = 0; axis < 3; axis++) corners[i][axis] = vertex[axis];
+  }
+}

@@ -1,0 +1,149 @@
+// Drawing a simulation off screen with MuJoCo's renderer.
+
+#include <stdlib.h>
+
+#include "gl_context.h"
+
+// --------------------------------------------------------------------------------- model and data
+
+void fs_prepare_model(mjModel* m, int width, int height, int samples) {
+  m->vis.global.offwidth = width;
+  m->vis.global.offheight = height;
+  m->vis.quality.offsamples = samples;
+  m->vis.quality.shadowsize = 0;  // the scenes' light casts no shadow: saves 64 MB
+}
+
+fs_status fs_place(const mjModel* m, mjData* d) {
+  FS_GUARDED(NULL, {
+    fs_mj.mj_kinematics(m, d);
+    fs_mj.mj_comPos(m, d);
+    fs_mj.mj_camlight(m, d);
+  });
+}
+
+// -------------------------------------------------------------------------------------- renderers
+
+struct fs_renderer {
+  fs_gl* gl;
+  mjrContext context;
+  mjvScene scene;
+  mjvOption option;
+  mjvCamera camera;
+  mjvPerturb perturb;
+  mjrRect viewport;
+};
+
+enum { SPARE_GEOMS = 1000 };  // room in the scene for more than the model's geoms, such as sites
+
+static fs_status make(const mjModel* m, fs_renderer* r) {
+  FS_GUARDED(NULL, {
+    fs_mj.mjv_makeScene(m, &r->scene, SPARE_GEOMS + (int)m->ngeom);
+    fs_mj.mjr_makeContext(m, &r->context, mjFONTSCALE_50);
+    fs_mj.mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
+  });
+}
+
+static fs_status release(fs_renderer* r) {
+  FS_GUARDED(NULL, {
+    fs_mj.mjr_freeContext(&r->context);
+    fs_mj.mjv_freeScene(&r->scene);
+  });
+}
+
+void fs_delete_renderer(fs_renderer* r) {
+  // Without its context, OpenGL has nothing left to free.
+  if (fs_gl_make_current(r->gl) == FS_OK) release(r);
+  fs_gl_delete(r->gl);
+  free(r);
+}
+
+fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl) {
+  *renderer = NULL;
+  fs_gl* gl = fs_gl_make();
+  *has_gl = gl != NULL;
+  if (!gl) return FS_FAILED;
+  fs_renderer* r = calloc(1, sizeof *r);
+  if (!r) {
+    fs_gl_delete(gl);
+    return fs_fail("no memory for a renderer");
+  }
+  r->gl = gl;
+  r->viewport = (mjrRect){0, 0, m->vis.global.offwidth, m->vis.global.offheight};
+  fs_mj.mjv_defaultScene(&r->scene);
+  fs_mj.mjv_defaultOption(&r->option);
+  fs_mj.mjv_defaultCamera(&r->camera);
+  fs_mj.mjv_defaultPerturb(&r->perturb);
+  fs_mj.mjr_defaultContext(&r->context);
+  fs_status status = make(m, r);
+  const mjrContext* made = &r->context;
+  if (status == FS_OK && (made->offWidth != r->viewport.width || made->offHeight != r->viewport.height)) {
+    status = fs_fail("OpenGL gave a framebuffer of %d x %d pixels", made->offWidth, made->offHeight);
+  }
+  if (status & FS_FAILED) {
+    fs_mj.mjv_freeScene(&r->scene);  // deleting the context frees OpenGL's part
+    fs_gl_delete(gl);
+    free(r);
+    return status;
+  }
+  *renderer = r;
+  return status;
+}
+
+// ---------------------------------------------------------------------------------------- cameras
+
+void fs_set_free_camera(fs_renderer* r, const double numbers[6]) {
+  r->camera.type = mjCAMERA_FREE;
+  r->camera.fixedcamid = -1;
+  for (int i = 0; i < 3; i++) r->camera.lookat[i] = numbers[i];
+  r->camera.distance = numbers[3];
+  r->camera.azimuth = numbers[4];
+  r->camera.elevation = numbers[5];
+}
+
+void fs_set_fixed_camera(fs_renderer* r, int id) {
+  r->camera.type = mjCAMERA_FIXED;
+  r->camera.fixedcamid = id;
+}
+
+// --------------------------------------------------------------------------------------- pictures
+
+fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
+                  unsigned char* rgb, float* depth) {
+  if (fs_gl_make_current(r->gl) != FS_OK) return FS_FAILED;
+  FS_GUARDED(NULL, {
+    fs_mj.mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
+    fs_mj.mjv_updateScene(m, (mjData*)d, &r->option, &r->perturb, &r->camera, mjCAT_ALL, &r->scene);
+    r->scene.flags[mjRND_SEGMENT] = r->scene.flags[mjRND_IDCOLOR] = (mjtByte)segments;
+    fs_mj.mjr_render(r->viewport, &r->scene, &r->context);
+    fs_mj.mjr_readPixels(rgb, depth, r->viewport, &r->context);
+  });
+}
+
+int fs_planes(const fs_renderer* r, float planes[2]) {
+  const mjvGLCamera* camera = r->scene.camera;
+  planes[0] = camera->frustum_near;
+  planes[1] = camera->frustum_far;
+#if mjVERSION_HEADER >= 310
+  return camera->orthographic;
+#else
+  return 0;
+#endif
+}
+
+static int segment_kind(int object_type) {
+  switch (object_type) {
+    case mjOBJ_GEOM: return FS_SEGMENT_GEOM;
+    case mjOBJ_SITE: return FS_SEGMENT_SITE;
+    default: return FS_SEGMENT_OTHER;
+  }
+}
+
+int fs_segments(const fs_renderer* r, fs_segment* segments, int size) {
+  for (int i = 0; i < size; i++) segments[i].kind = FS_BACKGROUND;
+  for (int i = 0; i < r->scene.ngeom; i++) {
+    const mjvGeom* geom = r->scene.geoms + i;
+    if (geom->segid < 0 || geom->segid >= size) continue;
+    segments[geom->segid] = (fs_segment){segment_kind(geom->objtype), geom->objid};
+  }
+  return r->scene.maxgeom;
+}
