@@ -49,27 +49,13 @@
 pub mod check;
 #[cfg(feature = "clip")]
 pub mod clip;
-mod config;
 mod env;
 mod error;
-mod euler;
-mod fetch_env;
-mod fetch_snapshot;
-mod goal_env;
-#[cfg(feature = "mujoco")]
-mod make_vec;
+mod fetch;
 mod np_random;
-mod observation;
 #[cfg(feature = "render")]
-mod pixels;
-mod registry;
-#[cfg(feature = "render")]
-mod render_env;
-mod reset;
-#[cfg(feature = "mujoco")]
-mod shared_model;
+mod render;
 pub mod spaces;
-mod time_limit;
 pub mod vec_env;
 
 #[doc = include_str!("../DIFFERENCES.md")]
@@ -78,26 +64,32 @@ pub mod differences {}
 #[cfg(feature = "render")]
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use ::fetch_sim::{ModelSource, Task};
-pub use config::{ConfigError, FetchConfig, FetchConfigBuilder};
-pub use env::{Env, Reset, SnapshotEnv, Step};
+pub use env::{
+    Env, Reset, SnapshotEnv, Step,
+    goal::{GoalEnv, GoalObservation, Info},
+    time_limit::{TimeLimit, TimeLimitSnapshot},
+};
 pub use error::EnvError;
-pub use fetch_env::FetchEnv;
-pub use fetch_snapshot::FetchSnapshot;
-pub use goal_env::{GoalEnv, GoalObservation, Info};
+pub use fetch::{
+    config::{ConfigError, FetchConfig, FetchConfigBuilder},
+    env::FetchEnv,
+    make::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic},
+    observation::{FetchObservation, ObservationField, observation_fields},
+    reset::FetchResetOptions,
+    snapshot::FetchSnapshot,
+};
 #[cfg(feature = "mujoco")]
-pub use make_vec::{make_vec, make_vec_config};
+pub use fetch::{
+    make::{MujocoEnv, make, make_config},
+    make_vec::{make_vec, make_vec_config},
+};
 pub use np_random::NpRandom;
-pub use observation::{FetchObservation, ObservationField, observation_fields};
 #[cfg(feature = "render")]
-pub use pixels::{AddRenderObservation, ChannelOrder, PixelObservation, PixelOptions, Pixels};
-pub use registry::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic};
-#[cfg(feature = "mujoco")]
-pub use registry::{MujocoEnv, make, make_config};
-#[cfg(feature = "render")]
-pub use render_env::RenderEnv;
-pub use reset::FetchResetOptions;
+pub use render::{
+    RenderEnv,
+    pixels::{AddRenderObservation, ChannelOrder, PixelObservation, PixelOptions, Pixels},
+};
 pub use spaces::{BoxSpace, DictSpace, Space};
-pub use time_limit::{TimeLimit, TimeLimitSnapshot};
 pub use vec_env::VecEnv;
 
 /// The README's example, run as a test.

@@ -1,7 +1,7 @@
 use fetch_sim::{Settled, SimError, Task};
 use serde::{Deserialize, Serialize};
 
-use crate::{EnvError, FetchConfig, NpRandom, config};
+use crate::{EnvError, FetchConfig, NpRandom, fetch::config};
 
 /// What can be asked of the reset of a Fetch environment.
 ///
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn every_recorded_start_of_the_reference_is_reproduced_to_the_last_bit() {
-        let recording = include_str!("../tests/fixtures/episode_starts.json");
+        let recording = include_str!("../../tests/fixtures/episode_starts.json");
         let recording: Recording = serde_json::from_str(recording).expect("the fixture's format");
         assert_eq!(recording.tasks.len(), Task::ALL.len());
         for (task, recorded) in recording.tasks {

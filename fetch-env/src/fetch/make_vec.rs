@@ -1,8 +1,9 @@
 use std::{panic, thread};
 
 use crate::{
-    EnvError, EnvId, FetchConfig, MujocoEnv, VecEnv, make_config,
-    shared_model::shared_model,
+    EnvError, EnvId, FetchConfig, MujocoEnv, VecEnv,
+    fetch::shared_model::shared_model,
+    make_config,
     vec_env::{VecConfig, VecEnvError},
 };
 

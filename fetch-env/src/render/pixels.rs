@@ -251,7 +251,7 @@ impl<E: RenderEnv> Env for AddRenderObservation<E> {
 
 /// Goals and rewards are the environment's below.
 impl<E: RenderEnv + GoalEnv> GoalEnv for AddRenderObservation<E> {
-    crate::goal_env::as_in_the_environment_below!();
+    crate::env::goal::as_in_the_environment_below!();
 }
 
 /// The vectors are the state's: the pixels are to be had from the field.

@@ -1,3 +1,7 @@
+//! Environments that can be looked at.
+
+pub(crate) mod pixels;
+
 use fetch_sim::{MujocoSimulator, RenderOptions, Renderer, Segment};
 use nalgebra::Vector3;
 

@@ -5,7 +5,7 @@ use goal_reward::RewardKind;
 use serde::{Deserialize, Serialize};
 
 #[cfg(feature = "mujoco")]
-use crate::shared_model::shared_model;
+use super::shared_model::shared_model;
 use crate::{EnvError, FetchConfig, FetchEnv, TimeLimit};
 
 /// The name of one of the eight environments, such as `FetchPush-v4` or `FetchPushDense-v4`.

@@ -3,7 +3,8 @@ use std::ops::Range;
 use fetch_sim::{GripperState, ObjectState, Task};
 use serde::{Deserialize, Serialize};
 
-use crate::{GoalObservation, euler::matrix_to_euler};
+use super::euler::matrix_to_euler;
+use crate::GoalObservation;
 
 /// Elements of an observation without an object.
 const REACH_LEN: usize = 10;

@@ -102,7 +102,7 @@ impl<E: Env> Env for TimeLimit<E> {
 /// The goals are the inner environment's; [`compute_truncated`](GoalEnv::compute_truncated) knows
 /// no time.
 impl<E: GoalEnv> GoalEnv for TimeLimit<E> {
-    crate::goal_env::as_in_the_environment_below!();
+    super::goal::as_in_the_environment_below!();
 }
 
 /// The state of a [`TimeLimit`]: that of the environment below, and the steps taken.

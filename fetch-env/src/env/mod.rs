@@ -1,3 +1,8 @@
+//! What an environment is.
+
+pub(crate) mod goal;
+pub(crate) mod time_limit;
+
 use std::fmt::Debug;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};

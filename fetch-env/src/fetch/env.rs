@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::{
     BoxSpace, DictSpace, Env, EnvError, FetchConfig, FetchObservation, FetchResetOptions,
     FetchSnapshot, GoalEnv, GoalObservation, Info, NpRandom, Reset, SnapshotEnv, Space, Step,
-    TimeLimit, reset::Start,
+    TimeLimit, fetch::reset::Start,
 };
 
 /// The gripper's largest displacement along an axis in one step, in meters.

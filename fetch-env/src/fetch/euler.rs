@@ -39,7 +39,7 @@ mod tests {
 
     #[test]
     fn every_recorded_angle_of_the_reference_is_reproduced_to_the_last_bit() {
-        let recording = include_str!("../tests/fixtures/mat2euler.json");
+        let recording = include_str!("../../tests/fixtures/mat2euler.json");
         let recording: Recording = serde_json::from_str(recording).expect("the fixture's format");
         assert!(recording.cases.len() > 30);
         for Case { matrix, euler } in recording.cases {
