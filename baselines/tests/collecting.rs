@@ -1,7 +1,7 @@
 //! Episodes of environments, collected into a buffer.
 
 use baselines::{CollectError, RandomPolicy, buffer_config, collect};
-use fetch_env::{Env, FetchObservation, GoalEnv, GoalObservation, make_kinematic};
+use fetch_env::{Env, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
 use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
 
 const EPISODES: usize = 4;

@@ -7,7 +7,8 @@
 use std::env;
 
 use baselines::{Action, Policy, RandomPolicy, ScriptedPolicy};
-use fetch_env::{Env, FetchConfig, FetchObservation, ModelSource, Task, make_config};
+use fetch_env::{Env, FetchConfig, FetchObservation, ModelSource, Task, make_with_config};
+use goal_reward::RewardKind;
 
 /// Drives the gripper straight at the object, or at the edge of the table where there is none, and
 /// presses on.
@@ -64,11 +65,9 @@ fn episodes() -> u64 {
 #[test]
 fn steps_are_the_same_with_and_without_it() {
     for task in Task::ALL {
-        let builder = FetchConfig::builder(task).model(model());
-        let make = |filter| {
-            let config = builder.clone().contact_filter(filter).build().expect("a configuration");
-            make_config(config).expect("MuJoCo")
-        };
+        let config = FetchConfig::new(task, RewardKind::Sparse).with_model(model());
+        let make =
+            |filter| make_with_config(config.clone().with_contact_filter(filter)).expect("MuJoCo");
         let (mut filtered, mut plain) = (make(true), make(false));
         for (kind, mut policy) in policies(task) {
             for episode in 0..episodes() {

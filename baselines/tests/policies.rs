@@ -2,14 +2,14 @@
 #![cfg(feature = "mujoco")]
 
 use baselines::{Policy, RandomPolicy, RandomReference, ScriptedPolicy, ZeroPolicy, evaluate};
-use fetch_env::{EnvId, Task, make_config};
+use fetch_env::{EnvId, Task, make_with_config};
 use goal_reward::RewardKind;
 
 const EPISODES: usize = 40;
 
 fn success_rate(task: Task, policy: &mut dyn Policy) -> f64 {
     let id = EnvId { task, reward: RewardKind::Sparse };
-    let mut env = make_config(id.config()).expect("MuJoCo");
+    let mut env = make_with_config(id.config()).expect("MuJoCo");
     let mut count = 0;
     let evaluation = evaluate(&mut env, policy, EPISODES, 1000, |_| count += 1).expect("episodes");
     assert_eq!(count, EPISODES);
@@ -40,7 +40,7 @@ fn doing_nothing_solves_nothing_that_is_not_solved_already() {
 fn equal_seeds_give_equal_episodes_and_others_do_not() {
     let run = |seed| {
         let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
-        let mut env = make_config(id.config()).expect("MuJoCo");
+        let mut env = make_with_config(id.config()).expect("MuJoCo");
         evaluate(&mut env, &mut RandomPolicy::new(seed), 3, 7, |_| ()).expect("episodes")
     };
     assert_eq!(run(1), run(1));
@@ -50,7 +50,7 @@ fn equal_seeds_give_equal_episodes_and_others_do_not() {
 #[test]
 fn the_comparison_with_the_reference_tells_policies_apart() {
     let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
-    let mut env = make_config(id.config()).expect("MuJoCo");
+    let mut env = make_with_config(id.config()).expect("MuJoCo");
     let reference = RandomReference::new(id.task, id.reward);
     let random = evaluate(&mut env, &mut RandomPolicy::new(0), EPISODES, 0, |_| ());
     let compared = reference.compare(&random.expect("episodes")).expect("episodes");

@@ -1,15 +1,15 @@
 //! The eight Fetch environments of gymnasium-robotics 1.4.2, goal-conditioned, native in Rust.
 //!
-//! A [`FetchEnv`] is a configuration, a simulator and a reward. [`Env`] says what can be done with
-//! it, [`GoalEnv`] what its goals and rewards have to do with each other, [`SnapshotEnv`] that its
-//! state can be kept; [`TimeLimit`] ends its episodes. The semantics are Gymnasium's, with typed
-//! errors in place of exceptions and of silence. [`check`] tests whether an environment, also one
-//! that is not from here, keeps the laws that its users rely upon.
+//! A [`FetchEnv`] consists of settings, a simulator and a reward. The traits say what an environment
+//! does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals, [`SnapshotEnv`] saves and
+//! restores its state. [`TimeLimit`] ends its episodes. The semantics are Gymnasium's, with typed
+//! errors instead of exceptions and silent misbehavior. [`check`] tests whether any environment, of
+//! this crate or not, keeps the laws that its users rely on.
 //!
 //! ```
-//! use fetch_env::{Env, GoalEnv, GoalObservation, make_kinematic};
+//! use fetch_env::{Env, GoalEnvExt, GoalObservation, make_kinematic};
 //!
-//! // `make` is the same on MuJoCo; this is a stand-in for the physics that needs no library.
+//! // `make` does the same on MuJoCo; this stand-in for the physics needs no library.
 //! let mut env = make_kinematic("FetchReachDense-v4")?;
 //! let mut observation = env.reset(Some(42))?.observation;
 //! loop {
@@ -21,7 +21,7 @@
 //!     }
 //!     let step = env.step(&action)?;
 //!     observation = step.observation;
-//!     // The law that hindsight relabeling lives by.
+//!     // The law on which hindsight relabeling relies.
 //!     let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
 //!     assert_eq!(step.reward, env.compute_reward(achieved, desired)?);
 //!     if step.is_last() {
@@ -33,23 +33,23 @@
 //! ```
 //!
 //! # Seeds
-//! `reset(Some(seed))` starts the random numbers anew, as numpy's `PCG64(SeedSequence(seed))`: the
-//! same seed gives the same goals and places as in Python. `reset(None)` goes on with them. Take a
-//! policy's random numbers from another generator: from one with the same seed they would be those
-//! that the goal was drawn from.
+//! `reset(Some(seed))` restarts the random numbers as numpy's `PCG64(SeedSequence(seed))`: the same
+//! seed gives the same goals and object positions as in Python. `reset(None)` continues them. Draw a
+//! policy's random numbers from a different generator: one with the same seed would repeat the numbers
+//! from which the goal was drawn.
 //!
 //! # Features
-//! - `mujoco` (default): `make`, on MuJoCo. Without it everything else is there, and no library is
-//!   needed.
-//! - `render` (default): `RenderEnv` and observations of pixels. OpenGL is loaded when the first
-//!   renderer is made, and is not needed to build.
-//! - `clip`: GIF, APNG and PNG of what was rendered.
+//! - `mujoco` (default): `make`, on MuJoCo. Everything else works without it and needs no library.
+//! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads OpenGL;
+//!   building does not need it.
+//! - `clip`: GIF, APNG and PNG files of rendered frames.
 #![forbid(unsafe_code)]
 
 pub mod check;
 #[cfg(feature = "clip")]
 pub mod clip;
 mod env;
+mod env_id;
 mod error;
 mod fetch;
 mod np_random;
@@ -66,22 +66,20 @@ pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, 
 pub use ::fetch_sim::{ModelSource, Task};
 pub use env::{
     Env, Reset, SnapshotEnv, Step,
-    goal::{GoalEnv, GoalObservation, Info},
+    goal::{GoalEnv, GoalEnvExt, GoalObservation, Info},
     time_limit::{TimeLimit, TimeLimitSnapshot},
 };
-pub use error::EnvError;
-pub use fetch::{
-    config::{ConfigError, FetchConfig, FetchConfigBuilder},
-    env::FetchEnv,
-    make::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic},
-    observation::{FetchObservation, ObservationField, observation_fields},
-    reset::FetchResetOptions,
-    snapshot::FetchSnapshot,
-};
+pub use env_id::{EnvId, UnknownEnvId};
+pub use error::{ConfigError, EnvError};
 #[cfg(feature = "mujoco")]
+pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_with_config, make_with_config};
 pub use fetch::{
-    make::{MujocoEnv, make, make_config},
-    make_vec::{make_vec, make_vec_config},
+    config::FetchConfig,
+    env::{FetchEnv, FetchSnapshot},
+    layout::{ObservationField, observation_fields},
+    make::{KinematicEnv, make_kinematic},
+    observation::FetchObservation,
+    reset::FetchResetOptions,
 };
 pub use np_random::NpRandom;
 #[cfg(feature = "render")]
@@ -92,7 +90,7 @@ pub use render::{
 pub use spaces::{BoxSpace, DictSpace, Space};
 pub use vec_env::VecEnv;
 
-/// The README's example, run as a test.
+/// The README's examples, run as tests.
 #[cfg(all(doctest, feature = "render"))]
 #[doc = include_str!("../../README.md")]
 struct Readme;

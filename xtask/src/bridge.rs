@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, GoalEnv, GoalObservation, make_config};
+use fetch_env::{Env, GoalEnv, GoalEnvExt, GoalObservation, make_with_config};
 
 use crate::{
     env_choice::EnvChoice,
@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     println!("Relabeled goals per step: {GOALS_PER_STEP}");
     println!("Tolerance: atol={TOLERANCE:e}\n");
 
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let mut policy = RandomPolicy::new(seed);
     let mut goals = GoalSampler::new(seed);
     let mut observation = env.reset(Some(seed))?.observation;

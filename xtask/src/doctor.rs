@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use baselines::{Policy, RandomPolicy};
 use fetch_env::{
-    Env, EnvError, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv, Space, make,
+    Env, EnvError, EnvId, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv, Space,
+    make,
 };
 use fetch_sim::MujocoVersion;
 
@@ -212,8 +213,7 @@ fn dense_is_registered(_seed: u64) -> Result<Finding, EnvError> {
 
 fn random_success(seed: u64) -> Result<Finding, EnvError> {
     let (env, _) = reach(seed)?;
-    let id =
-        EnvId { task: env.inner().config().task(), reward: env.inner().config().reward().kind() };
+    let id = EnvId { task: env.inner().config().task(), reward: env.inner().config().reward() };
     let rate = evaluate_random(id, seed, 50)
         .and_then(|evaluation| Ok(evaluation.summary()?.success_rate.value))
         .unwrap_or(f64::NAN);

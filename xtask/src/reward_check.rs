@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config};
+use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, make_with_config};
 
 use crate::{
     env_choice::EnvArgs,
@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 
 /// Runs the check, prints its line and returns how often it did not hold.
 pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<usize> {
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let mut policy = RandomPolicy::new(seed);
     let mut goals = GoalSampler::new(seed);
     let mut observation = env.reset(Some(seed))?.observation;

@@ -1,25 +1,33 @@
+//! Goal-conditioned environments: their goals, and the rewards that follow from them.
+
 use std::fmt::Debug;
 
 use goal_reward::{GoalError, GoalPairs, GoalReward};
 use serde::{Deserialize, Serialize};
 
-use crate::{Env, spaces::Value};
+use super::Env;
+use crate::spaces::Value;
 
 /// An environment whose task is to bring about a desired goal.
 ///
-/// The law of every goal-conditioned environment, which hindsight relabeling relies upon, bit for
-/// bit: the reward of a step is [`compute_reward`](Self::compute_reward) of the observed
+/// Every goal-conditioned environment keeps this law, on which hindsight relabeling relies, bit for
+/// bit: the reward of a step is [`compute_reward`](GoalEnvExt::compute_reward) of the observed
 /// `achieved_goal` and `desired_goal`, and `terminated` is
-/// [`compute_terminated`](Self::compute_terminated) of them. A step is `truncated` where
-/// [`compute_truncated`](Self::compute_truncated) says so, and at a time limit.
+/// [`compute_terminated`](GoalEnvExt::compute_terminated) of them. A step is `truncated` if
+/// [`compute_truncated`](GoalEnvExt::compute_truncated) says so, or at a time limit.
 pub trait GoalEnv: Env<Observation: GoalObservation, Info = Info> {
     /// The reward as a function of the goals.
     type GoalReward: GoalReward;
 
-    /// The reward as a function of the goals, as a hindsight buffer wants it.
+    /// The reward as a function of the goals, as a hindsight buffer needs it.
     fn goal_reward(&self) -> &Self::GoalReward;
+}
 
-    /// The reward that a step would give with these goals.
+/// The calls of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).
+///
+/// Every [`GoalEnv`] has them; wrappers cannot forget or change one.
+pub trait GoalEnvExt: GoalEnv {
+    /// Returns the reward that a step with these goals would give.
     ///
     /// # Errors
     /// [`GoalError`] if the goals differ in length, are empty or not finite.
@@ -31,10 +39,10 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info = Info> {
         self.goal_reward().try_reward(achieved_goal, desired_goal)
     }
 
-    /// [`compute_reward`](Self::compute_reward) of every pair, written to `rewards`.
+    /// Writes the [reward](Self::compute_reward) of every pair to `rewards`.
     ///
     /// # Errors
-    /// [`GoalError`] if a goal is not finite or `rewards` has not one element for each pair;
+    /// [`GoalError`] if a goal is not finite or `rewards` does not have one element for each pair;
     /// `rewards` is then unchanged.
     fn compute_reward_batch(
         &self,
@@ -54,64 +62,26 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info = Info> {
         self.goal_reward().truncated(achieved_goal, desired_goal)
     }
 
-    /// Whether the achieved goal counts as the desired one; goals without a distance never do.
+    /// Whether the achieved goal counts as the desired one; never true of goals without a distance.
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         self.goal_reward().is_success(achieved_goal, desired_goal)
     }
 }
 
-/// The contents of a wrapper's `impl GoalEnv`: all as its field `env` has it.
-macro_rules! as_in_the_environment_below {
-    () => {
-        type GoalReward = E::GoalReward;
+impl<E: GoalEnv> GoalEnvExt for E {}
 
-        fn goal_reward(&self) -> &E::GoalReward {
-            self.env.goal_reward()
-        }
-
-        fn compute_reward(
-            &self,
-            achieved: &[f64],
-            desired: &[f64],
-        ) -> Result<f64, goal_reward::GoalError> {
-            self.env.compute_reward(achieved, desired)
-        }
-
-        fn compute_reward_batch(
-            &self,
-            pairs: goal_reward::GoalPairs<'_>,
-            rewards: &mut [f64],
-        ) -> Result<(), goal_reward::GoalError> {
-            self.env.compute_reward_batch(pairs, rewards)
-        }
-
-        fn compute_terminated(&self, achieved: &[f64], desired: &[f64]) -> bool {
-            self.env.compute_terminated(achieved, desired)
-        }
-
-        fn compute_truncated(&self, achieved: &[f64], desired: &[f64]) -> bool {
-            self.env.compute_truncated(achieved, desired)
-        }
-
-        fn is_success(&self, achieved: &[f64], desired: &[f64]) -> bool {
-            self.env.is_success(achieved, desired)
-        }
-    };
-}
-pub(crate) use as_in_the_environment_below;
-
-/// An observation with the two goals beside it.
+/// An observation with two goals.
 pub trait GoalObservation: Clone + Debug + PartialEq {
-    /// What a policy sees besides the goal.
+    /// The part of the state that a policy sees.
     fn observation(&self) -> &[f64];
 
-    /// The goal that the state amounts to.
+    /// The goal that the state achieves.
     fn achieved_goal(&self) -> &[f64];
 
-    /// The goal that was asked for; constant throughout an episode.
+    /// The goal to achieve; constant throughout an episode.
     fn desired_goal(&self) -> &[f64];
 
-    /// The three parts as a value of the environment's observation space.
+    /// Returns the three parts as a value of the environment's observation space.
     fn to_value(&self) -> Value {
         let parts = [
             ("achieved_goal", self.achieved_goal()),
@@ -122,11 +92,20 @@ pub trait GoalObservation: Clone + Debug + PartialEq {
     }
 }
 
-/// What a goal-conditioned environment tells besides the observation.
+/// Diagnostic information of a goal-conditioned environment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Info {
     /// Whether the achieved goal counts as the desired one.
     pub is_success: bool,
-    /// Euclidean distance between the two, in the goals' unit: meters in the Fetch tasks.
+    /// Euclidean distance between the two goals, in their unit: meters in the Fetch tasks.
     pub distance: f64,
+}
+
+impl Info {
+    /// Creates the information about a state.
+    #[must_use]
+    pub const fn new(is_success: bool, distance: f64) -> Self {
+        Self { is_success, distance }
+    }
 }

@@ -1,4 +1,4 @@
-//! What an environment is.
+//! Environments in general: resets, steps and snapshots.
 
 pub(crate) mod goal;
 pub(crate) mod time_limit;
@@ -7,21 +7,24 @@ use std::fmt::Debug;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::{BoxSpace, EnvError, Space};
+use crate::{
+    error::EnvError,
+    spaces::{Space, box_space::BoxSpace},
+};
 
-/// An environment: something that is reset, then takes actions and gives observations and rewards.
+/// An environment: it is reset, takes actions, and returns observations and rewards.
 ///
-/// The semantics are those of Gymnasium's `Env`, with errors where Gymnasium has exceptions or
-/// silence. One value is one environment; several may run on several threads.
+/// The semantics are those of Gymnasium's `Env`, with errors instead of exceptions and silent
+/// misbehavior. One value is one environment; several can run on several threads.
 pub trait Env {
-    /// What is observed. A value of its own, never a view of what later steps change.
+    /// An observation: an owned value, never a view of state that later steps change.
     type Observation: Clone + Debug + PartialEq;
-    /// What is told besides, for diagnosis and not for learning.
+    /// Diagnostic information, not meant for learning.
     type Info: Clone + Debug + PartialEq;
-    /// What can be asked of a reset.
+    /// Options of a reset.
     type ResetOptions: Default;
 
-    /// Starts a new episode, as [`reset_with`](Self::reset_with) without any wish.
+    /// Starts a new episode: [`reset_with`](Self::reset_with) with default options.
     ///
     /// # Errors
     /// As [`reset_with`](Self::reset_with).
@@ -34,13 +37,13 @@ pub trait Env {
 
     /// Starts a new episode, whether or not the last one is over.
     ///
-    /// With a seed, everything that follows is decided by it and by the actions. Without one, the
-    /// random numbers go on from the last episode; if there was none, the operating system gives a
-    /// seed.
+    /// A seed and the actions decide everything that follows. Without a seed the stream of random
+    /// numbers continues from the last episode; before the first episode the operating system
+    /// provides a seed.
     ///
     /// # Errors
-    /// Options that cannot be met are refused before anything changes. After any other error a
-    /// reset is needed.
+    /// Rejects invalid options before anything changes. After any other error the environment must
+    /// be reset.
     fn reset_with(
         &mut self,
         seed: Option<u64>,
@@ -50,40 +53,40 @@ pub trait Env {
     /// Takes one action.
     ///
     /// # Errors
-    /// [`EnvError::ResetNeeded`] before the first reset and [`EnvError::EpisodeOver`] after the
-    /// episode's end; [`EnvError::ActionLength`] or [`EnvError::ActionNotFinite`] if the action is
-    /// none. In these cases nothing has changed. After any other error a reset is needed.
+    /// [`EnvError::ResetNeeded`] before the first reset, [`EnvError::EpisodeOver`] after the end of
+    /// the episode, [`EnvError::ActionLength`] or [`EnvError::ActionNotFinite`] for an invalid
+    /// action. None of these changes anything. After any other error the environment must be reset.
     fn step(&mut self, action: &[f32]) -> Result<Step<Self::Observation, Self::Info>, EnvError>;
 
-    /// The actions that [`step`](Self::step) is made for.
+    /// The space of the actions that [`step`](Self::step) expects.
     fn action_space(&self) -> &BoxSpace<f32>;
 
     /// The space of all observations.
     fn observation_space(&self) -> &Space;
 }
 
-/// What a reset gives.
+/// Result of a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reset<O, I> {
-    /// The first observation of the episode.
+    /// First observation of the episode.
     pub observation: O,
-    /// What is told besides.
+    /// Diagnostic information returned with the observation.
     pub info: I,
 }
 
-/// What a step gives.
+/// Result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step<O, I> {
-    /// What the action led to.
+    /// Observation after the action.
     pub observation: O,
-    /// The reward of the action.
+    /// Reward of the action.
     pub reward: f64,
-    /// Whether the task itself has ended: no reward can follow, so nothing is to be bootstrapped.
+    /// Whether the task itself has ended: no reward can follow, so learners must not bootstrap.
     pub terminated: bool,
-    /// Whether the episode was cut off for a reason outside the task, such as a time limit; the
-    /// value of the last observation is still to be bootstrapped.
+    /// Whether the episode was cut off for a reason outside the task, such as a time limit; learners
+    /// bootstrap from the value of the last observation.
     pub truncated: bool,
-    /// What is told besides.
+    /// Diagnostic information returned with the observation.
     pub info: I,
 }
 
@@ -95,17 +98,16 @@ impl<O, I> Step<O, I> {
     }
 }
 
-/// An environment whose complete state can be kept and gone back to.
+/// An environment whose complete state can be saved and restored.
 pub trait SnapshotEnv: Env {
-    /// Everything that decides how the environment goes on, exact to the last bit.
+    /// Everything that decides the environment's future, exact to the last bit.
     type Snapshot: Clone + Debug + PartialEq + Serialize + DeserializeOwned;
 
-    /// The present state.
+    /// Returns the current state.
     fn snapshot(&self) -> Self::Snapshot;
 
-    /// Goes back to a snapshot, taken from this environment or from one made the same way. The same
-    /// actions then give the same results as they did there, bit for bit, and so do later resets
-    /// without a seed.
+    /// Restores a snapshot of this environment or of one made the same way. Afterwards the same
+    /// actions give the same results, bit for bit, and so do later resets without a seed.
     ///
     /// # Errors
     /// [`EnvError::ForeignSnapshot`] if the snapshot is of another environment; this one is then

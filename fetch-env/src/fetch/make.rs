@@ -1,114 +1,44 @@
-use std::{fmt, str::FromStr};
+//! Environments made by name or from settings, alone or many at once.
 
-use fetch_sim::{KinematicSimulator, Task};
-use goal_reward::RewardKind;
-use serde::{Deserialize, Serialize};
-
+use fetch_sim::KinematicSimulator;
 #[cfg(feature = "mujoco")]
-use super::shared_model::shared_model;
-use crate::{EnvError, FetchConfig, FetchEnv, TimeLimit};
+use {
+    super::config::FetchConfig,
+    crate::{
+        error::VecEnvError,
+        vec_env::{config::VecConfig, env::VecEnv},
+    },
+    fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError},
+    std::{
+        panic,
+        sync::{Arc, Mutex, PoisonError, Weak},
+        thread,
+    },
+};
 
-/// The name of one of the eight environments, such as `FetchPush-v4` or `FetchPushDense-v4`.
-///
-/// Written, parsed and serialized as Gymnasium spells it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct EnvId {
-    /// The task.
-    pub task: Task,
-    /// The kind of reward.
-    pub reward: RewardKind,
-}
+use super::env::FetchEnv;
+use crate::{env::time_limit::TimeLimit, env_id::EnvId, error::EnvError};
 
-impl EnvId {
-    /// All environments, task by task, the sparse reward first.
-    pub const ALL: [Self; 8] = {
-        let mut all = [Self { task: Task::Reach, reward: RewardKind::Sparse }; 8];
-        let mut i = 0;
-        while i < all.len() {
-            all[i].task = Task::ALL[i / 2];
-            if i % 2 == 1 {
-                all[i].reward = RewardKind::Dense;
-            }
-            i += 1;
-        }
-        all
-    };
-
-    /// The reference's configuration of the environment.
-    #[must_use]
-    pub fn config(self) -> FetchConfig {
-        FetchConfig::new(self.task, self.reward)
-    }
-}
-
-impl fmt::Display for EnvId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let suffix = match self.reward {
-            RewardKind::Sparse => "",
-            RewardKind::Dense => "Dense",
-        };
-        // Through `pad`, so that tables can align it.
-        f.pad(&format!("Fetch{}{suffix}-v4", self.task))
-    }
-}
-
-impl FromStr for EnvId {
-    type Err = UnknownEnvId;
-
-    fn from_str(id: &str) -> Result<Self, UnknownEnvId> {
-        Self::ALL
-            .into_iter()
-            .find(|known| known.to_string() == id)
-            .ok_or_else(|| UnknownEnvId::new(id))
-    }
-}
-
-impl TryFrom<String> for EnvId {
-    type Error = UnknownEnvId;
-
-    fn try_from(id: String) -> Result<Self, UnknownEnvId> {
-        id.parse()
-    }
-}
-
-impl From<EnvId> for String {
-    fn from(id: EnvId) -> Self {
-        id.to_string()
-    }
-}
-
-/// There is no environment of this name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no environment {id:?}; the nearest are {}, {} and {}", nearest[0], nearest[1], nearest[2])]
-#[non_exhaustive]
-pub struct UnknownEnvId {
-    /// The name.
-    pub id: String,
-    /// The environments with the most similar names, the nearest first.
-    pub nearest: [EnvId; 3],
-}
-
-impl UnknownEnvId {
-    fn new(id: &str) -> Self {
-        let lowercase = id.to_lowercase();
-        let mut known = EnvId::ALL;
-        known.sort_by_cached_key(|known| {
-            strsim::damerau_levenshtein(&lowercase, &known.to_string().to_lowercase())
-        });
-        Self { id: id.to_owned(), nearest: [known[0], known[1], known[2]] }
-    }
-}
-
-/// What [`make`] makes.
-#[cfg(feature = "mujoco")]
-pub type MujocoEnv = TimeLimit<FetchEnv<fetch_sim::MujocoSimulator>>;
-
-/// What [`make_kinematic`] makes.
+/// The environments that [`make_kinematic`] makes.
 pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
 
-/// Makes an environment by its name, as Gymnasium's `make` does: on MuJoCo, with the built-in model
-/// and 50 steps an episode.
+/// The environments that [`make`] makes.
+#[cfg(feature = "mujoco")]
+pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;
+
+/// Makes the environment of this name on the [stand-in](KinematicSimulator) for the physics, to test
+/// code that uses environments on machines without MuJoCo.
+///
+/// # Errors
+/// [`EnvError::UnknownId`], which lists the nearest names, if no environment has this name.
+pub fn make_kinematic(id: &str) -> Result<KinematicEnv, EnvError> {
+    let config = id.parse::<EnvId>()?.config();
+    let simulator = KinematicSimulator::new(&config.sim()?);
+    Ok(FetchEnv::new(config, simulator)?.time_limited())
+}
+
+/// Makes the environment of this name, as Gymnasium's `make` does: on MuJoCo, with the built-in model
+/// and 50 steps per episode.
 ///
 /// ```
 /// use fetch_env::{Env, make};
@@ -121,34 +51,102 @@ pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
 /// ```
 ///
 /// # Errors
-/// [`EnvError::UnknownId`] with the nearest names if there is none of this one;
+/// [`EnvError::UnknownId`], which lists the nearest names, if no environment has this name;
 /// [`EnvError::Sim`] if MuJoCo cannot be used.
 #[cfg(feature = "mujoco")]
 pub fn make(id: &str) -> Result<MujocoEnv, EnvError> {
-    make_config(id.parse::<EnvId>()?.config())
+    make_with_config(id.parse::<EnvId>()?.config())
 }
 
-/// Makes an environment on MuJoCo from a configuration of one's own.
+/// Makes an environment on MuJoCo with the given settings.
 ///
-/// The environments of this process that are alive share one model for each
-/// [`FetchConfig::sim`]; it is compiled, and let settle, for the first of them.
+/// Living environments of this process with equal [`FetchConfig::sim`] share one model, which the
+/// first of them compiles and lets settle.
 ///
 /// # Errors
-/// [`EnvError::Sim`] if MuJoCo cannot be used.
+/// [`EnvError::Config`] for invalid settings; [`EnvError::Sim`] if MuJoCo cannot be used.
 #[cfg(feature = "mujoco")]
-pub fn make_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
-    let model = shared_model(config.sim())?;
-    let simulator = fetch_sim::MujocoSimulator::with_model(model)?;
-    Ok(FetchEnv::new(config, simulator)?.time_limited())
+pub fn make_with_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
+    let model = shared_model(&config.sim()?)?;
+    Ok(FetchEnv::new(config, MujocoSimulator::with_model(model)?)?.time_limited())
 }
 
-/// Makes an environment by its name on the [stand-in](KinematicSimulator) for the physics, to test
-/// what is built upon environments where there is no MuJoCo.
+/// Makes `num_envs` environments of this name that are stepped together; see
+/// [`vec_env`](crate::vec_env).
+///
+/// ```
+/// use fetch_env::{make_vec, vec_env::VecConfig};
+///
+/// let mut envs = make_vec("FetchReach-v4", 4, VecConfig::default())?;
+/// envs.reset(Some(42))?;
+/// let batch = envs.step(&[0.0; 4 * 4])?;
+/// assert_eq!(batch.reward(), [-1.0; 4]);
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
 ///
 /// # Errors
-/// [`EnvError::UnknownId`] with the nearest names if there is none of this one.
-pub fn make_kinematic(id: &str) -> Result<KinematicEnv, EnvError> {
-    let config = id.parse::<EnvId>()?.config();
-    let simulator = KinematicSimulator::new(config.sim());
-    Ok(FetchEnv::new(config, simulator)?.time_limited())
+/// As [`make`], and [`EnvError::Vec`] if `num_envs` is 0 or a thread cannot be started.
+#[cfg(feature = "mujoco")]
+pub fn make_vec(
+    id: &str,
+    num_envs: usize,
+    vec_config: VecConfig,
+) -> Result<VecEnv<MujocoEnv>, EnvError> {
+    make_vec_with_config(&id.parse::<EnvId>()?.config(), num_envs, vec_config)
+}
+
+/// Makes `num_envs` environments with the given settings that are stepped together.
+///
+/// # Errors
+/// As [`make_with_config`], and [`EnvError::Vec`] if `num_envs` is 0 or a thread cannot be started.
+#[cfg(feature = "mujoco")]
+pub fn make_vec_with_config(
+    config: &FetchConfig,
+    num_envs: usize,
+    vec_config: VecConfig,
+) -> Result<VecEnv<MujocoEnv>, EnvError> {
+    if num_envs == 0 {
+        return Err(VecEnvError::NoEnvs.into());
+    }
+    let threads = vec_config.threads_for(num_envs);
+    // Stays alive until every environment shares it.
+    let _model = shared_model(&config.sim()?)?;
+    // Most of the time goes into memory, which each thread allocates for its own environments.
+    let envs = thread::scope(|scope| {
+        let part = |index: usize| {
+            let count = (index + 1) * num_envs / threads - index * num_envs / threads;
+            let make = move || (0..count).map(|_| make_with_config(config.clone())).collect();
+            thread::Builder::new().spawn_scoped(scope, make).map_err(VecEnvError::from_spawn)
+        };
+        let parts: Vec<_> = (0..threads).map(part).collect();
+        let mut envs = Vec::with_capacity(num_envs);
+        for part in parts {
+            let made: Result<Vec<_>, EnvError> =
+                part?.join().unwrap_or_else(|payload| panic::resume_unwind(payload));
+            envs.extend(made?);
+        }
+        Ok::<_, EnvError>(envs)
+    })?;
+    Ok(VecEnv::new(envs, vec_config)?)
+}
+
+/// The models of the living environments of this process.
+#[cfg(feature = "mujoco")]
+static MODELS: Mutex<Vec<Weak<FetchModel>>> = Mutex::new(Vec::new());
+
+/// Returns the model of a configuration, compiled and settled once for all living environments. They
+/// can share it because a model never changes.
+#[cfg(feature = "mujoco")]
+fn shared_model(config: &SimConfig) -> Result<Arc<FetchModel>, SimError> {
+    // A panic while the lock is held leaves a valid list.
+    let mut models = MODELS.lock().unwrap_or_else(PoisonError::into_inner);
+    models.retain(|model| model.strong_count() > 0);
+    let mut alive = models.iter().filter_map(Weak::upgrade);
+    if let Some(model) = alive.find(|model| model.config() == config) {
+        return Ok(model);
+    }
+    drop(alive);
+    let model = FetchModel::load(config)?;
+    models.push(Arc::downgrade(&model));
+    Ok(model)
 }

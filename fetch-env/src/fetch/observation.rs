@@ -1,37 +1,38 @@
-use std::ops::Range;
+//! What a Fetch environment observes.
 
 use fetch_sim::{GripperState, ObjectState, Task};
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
-use super::euler::matrix_to_euler;
-use crate::GoalObservation;
+use super::layout::{OBJECT, REACH, len, start};
+use crate::env::goal::GoalObservation;
 
-/// Elements of an observation without an object.
-const REACH_LEN: usize = 10;
-/// Elements of an observation with an object.
-const OBJECT_LEN: usize = 25;
+/// Number of elements of an observation without an object.
+const REACH_LEN: usize = len(&REACH);
+/// Number of elements of an observation with an object.
+const OBJECT_LEN: usize = len(&OBJECT);
 
-/// What is observed in a Fetch environment.
+/// Observation of a Fetch environment.
 ///
 /// `achieved_goal` (3 elements, meters) is the gripper's position in Reach and the object's
 /// elsewhere; `desired_goal` (3 elements, meters) is the episode's goal. `observation` holds, in
 /// the world frame (x forward from the base, y to its left, z up),
 ///
-/// | Push, PickAndPlace, Slide | Reach | name | unit | what |
+/// | Push, PickAndPlace, Slide | Reach | name | unit | meaning |
 /// |---|---|---|---|---|
 /// | 0-2 | 0-2 | `grip_pos` | m | position of the grip site, between the fingers |
 /// | 3-5 | - | `object_pos` | m | position of the object's center |
 /// | 6-8 | - | `object_rel_pos` | m | `object_pos - grip_pos` |
 /// | 9-10 | 3-4 | `gripper_state` | m | right and left finger joint; 0 is closed, 0.05 open |
 /// | 11-13 | - | `object_rot` | rad | XYZ Euler angles of the object |
-/// | 14-16 | - | `object_velp` | m per step | the object's velocity minus the gripper's |
-/// | 17-19 | - | `object_velr` | rad per step | angular velocity of the object |
-/// | 20-22 | 5-7 | `grip_velp` | m per step | velocity of the grip site |
-/// | 23-24 | 8-9 | `gripper_vel` | m per step | velocities of the right and left finger joint |
+/// | 14-16 | - | `object_velp` | m/step | the object's velocity minus the gripper's |
+/// | 17-19 | - | `object_velr` | rad/step | angular velocity of the object |
+/// | 20-22 | 5-7 | `grip_velp` | m/step | velocity of the grip site |
+/// | 23-24 | 8-9 | `gripper_vel` | m/step | velocities of the right and left finger joint |
 ///
-/// "Per step" is per control step: the velocity per second times
+/// A step is a control step: velocities per step are velocities per second times
 /// [`control_period`](fetch_sim::Simulator::control_period), 0.04 s by default.
-/// [`observation_fields`] gives the table at run time.
+/// [`observation_fields`](super::layout::observation_fields) returns the table at run time.
 ///
 /// Source: `_get_obs` of gymnasium-robotics 1.4.2; its own table says "m/s".
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,15 +43,34 @@ pub struct FetchObservation {
     desired_goal: [f64; 3],
 }
 
-/// In line, so that an observation needs no allocation.
+/// The elements, stored inline, so that an observation needs no allocation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Vector {
     Reach([f64; REACH_LEN]),
     Object([f64; OBJECT_LEN]),
 }
 
+/// Writes values to the places that a layout gives their fields.
+macro_rules! arrange {
+    ($fields:ident: $($name:literal = $values:expr,)*) => {{
+        let mut elements = [0.0; len(&$fields)];
+        $(put(&mut elements, const { start(&$fields, $name) }, $values);)*
+        elements
+    }};
+}
+
+#[inline(always)]
+fn put<const N: usize>(elements: &mut [f64], start: usize, values: [f64; N]) {
+    elements[start..start + N].copy_from_slice(&values);
+}
+
+#[inline(always)]
+fn take<const N: usize>(elements: &[f64], start: usize) -> [f64; N] {
+    std::array::from_fn(|i| elements[start + i])
+}
+
 impl FetchObservation {
-    pub(crate) fn new(
+    pub(super) fn new(
         gripper: &GripperState,
         object: Option<&ObjectState>,
         desired_goal: [f64; 3],
@@ -59,40 +79,32 @@ impl FetchObservation {
         let grip_pos = gripper.position;
         let grip_velp = gripper.velocity * control_period;
         let gripper_vel = gripper.finger_velocities.map(|velocity| velocity * control_period);
-        let [finger_r, finger_l] = gripper.finger_positions;
         let Some(object) = object else {
-            let observation = concatenate(&[
-                grip_pos.as_slice(),
-                &[finger_r, finger_l],
-                grip_velp.as_slice(),
-                &gripper_vel,
-            ]);
-            return Self {
-                observation: Vector::Reach(observation),
-                achieved_goal: grip_pos.into(),
-                desired_goal,
+            let observation = arrange! { REACH:
+                "grip_pos" = grip_pos.into(),
+                "gripper_state" = gripper.finger_positions,
+                "grip_velp" = grip_velp.into(),
+                "gripper_vel" = gripper_vel,
             };
+            let observation = Vector::Reach(observation);
+            return Self { observation, achieved_goal: grip_pos.into(), desired_goal };
         };
-        let object_velp = object.linear_velocity * control_period - grip_velp;
-        let observation = concatenate(&[
-            grip_pos.as_slice(),
-            object.position.as_slice(),
-            (object.position - grip_pos).as_slice(),
-            &[finger_r, finger_l],
-            &matrix_to_euler(&object.rotation),
-            object_velp.as_slice(),
-            (object.angular_velocity * control_period).as_slice(),
-            grip_velp.as_slice(),
-            &gripper_vel,
-        ]);
-        Self {
-            observation: Vector::Object(observation),
-            achieved_goal: object.position.into(),
-            desired_goal,
-        }
+        let observation = arrange! { OBJECT:
+            "grip_pos" = grip_pos.into(),
+            "object_pos" = object.position.into(),
+            "object_rel_pos" = (object.position - grip_pos).into(),
+            "gripper_state" = gripper.finger_positions,
+            "object_rot" = matrix_to_euler(&object.rotation),
+            "object_velp" = (object.linear_velocity * control_period - grip_velp).into(),
+            "object_velr" = (object.angular_velocity * control_period).into(),
+            "grip_velp" = grip_velp.into(),
+            "gripper_vel" = gripper_vel,
+        };
+        let observation = Vector::Object(observation);
+        Self { observation, achieved_goal: object.position.into(), desired_goal }
     }
 
-    /// The number of elements of a task's `observation`.
+    /// Returns the number of elements of a task's `observation`.
     #[must_use]
     pub const fn len_of(task: Task) -> usize {
         if task.has_object() { OBJECT_LEN } else { REACH_LEN }
@@ -101,15 +113,18 @@ impl FetchObservation {
     /// Position of the gripper, in meters.
     #[must_use]
     pub fn grip_position(&self) -> [f64; 3] {
-        take(self.observation())
+        match &self.observation {
+            Vector::Reach(elements) => take(elements, const { start(&REACH, "grip_pos") }),
+            Vector::Object(elements) => take(elements, const { start(&OBJECT, "grip_pos") }),
+        }
     }
 
-    /// Position of the object, in meters; `None` in Reach.
+    /// Velocity of the gripper, in meters per control step.
     #[must_use]
-    pub fn object_position(&self) -> Option<[f64; 3]> {
+    pub fn grip_velocity(&self) -> [f64; 3] {
         match &self.observation {
-            Vector::Reach(_) => None,
-            Vector::Object(observation) => Some(take(&observation[3..])),
+            Vector::Reach(elements) => take(elements, const { start(&REACH, "grip_velp") }),
+            Vector::Object(elements) => take(elements, const { start(&OBJECT, "grip_velp") }),
         }
     }
 
@@ -117,8 +132,30 @@ impl FetchObservation {
     #[must_use]
     pub fn finger_positions(&self) -> [f64; 2] {
         match &self.observation {
-            Vector::Reach(observation) => take(&observation[3..]),
-            Vector::Object(observation) => take(&observation[9..]),
+            Vector::Reach(elements) => take(elements, const { start(&REACH, "gripper_state") }),
+            Vector::Object(elements) => take(elements, const { start(&OBJECT, "gripper_state") }),
+        }
+    }
+
+    /// Position of the object, in meters; `None` in Reach.
+    #[must_use]
+    pub fn object_position(&self) -> Option<[f64; 3]> {
+        match &self.observation {
+            Vector::Reach(_) => None,
+            Vector::Object(elements) => {
+                Some(take(elements, const { start(&OBJECT, "object_pos") }))
+            }
+        }
+    }
+
+    /// Velocity of the object minus the gripper's, in meters per control step; `None` in Reach.
+    #[must_use]
+    pub fn object_relative_velocity(&self) -> Option<[f64; 3]> {
+        match &self.observation {
+            Vector::Reach(_) => None,
+            Vector::Object(elements) => {
+                Some(take(elements, const { start(&OBJECT, "object_velp") }))
+            }
         }
     }
 }
@@ -140,15 +177,26 @@ impl GoalObservation for FetchObservation {
     }
 }
 
-fn concatenate<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
-    let mut elements = parts.iter().copied().flatten();
-    std::array::from_fn(|_| *elements.next().expect("the parts have N elements"))
+/// Returns the XYZ Euler angles of a rotation matrix, in radians.
+///
+/// Near the singularity, where the cosine of the second angle vanishes, the first angle is 0.
+///
+/// Source: `mat2euler` of gymnasium-robotics 1.4.2, operation for operation. The results are equal
+/// to the last bit if numpy calls the C library's arctangent; numpy's own for AVX-512 differs in the
+/// last bit for one number in thirteen.
+fn matrix_to_euler(matrix: &Matrix3<f64>) -> [f64; 3] {
+    const SINGULAR: f64 = 4.0 * f64::EPSILON;
+    let m = |row, column| matrix[(row, column)];
+    let cos_y = (m(2, 2) * m(2, 2) + m(1, 2) * m(1, 2)).sqrt();
+    let y = -(-m(0, 2)).atan2(cos_y);
+    if cos_y > SINGULAR {
+        [-m(1, 2).atan2(m(2, 2)), y, -m(0, 1).atan2(m(0, 0))]
+    } else {
+        [0.0, y, -(-m(1, 0)).atan2(m(1, 1))]
+    }
 }
 
-fn take<const N: usize>(elements: &[f64]) -> [f64; N] {
-    std::array::from_fn(|i| elements[i])
-}
-
+/// The serialized form.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "FetchObservation", deny_unknown_fields)]
 struct Parts {
@@ -187,70 +235,15 @@ impl TryFrom<Parts> for FetchObservation {
     }
 }
 
-/// A run of elements of `observation` with one meaning.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct ObservationField {
-    /// The reference's name for it.
-    pub name: &'static str,
-    /// Which elements.
-    pub range: Range<usize>,
-    /// Unit of the elements.
-    pub unit: &'static str,
-    /// What they are.
-    pub description: &'static str,
-}
-
-/// What a task's `observation` is made of, in order and without gaps; see [`FetchObservation`].
-#[must_use]
-pub const fn observation_fields(task: Task) -> &'static [ObservationField] {
-    if task.has_object() { &OBJECT_FIELDS } else { &REACH_FIELDS }
-}
-
-const REACH_FIELDS: [ObservationField; 4] =
-    [grip_pos(0), gripper_state(3), grip_velp(5), gripper_vel(8)];
-
-const OBJECT_FIELDS: [ObservationField; 9] = [
-    grip_pos(0),
-    field("object_pos", 3..6, "m", "position of the object's center"),
-    field("object_rel_pos", 6..9, "m", "position of the object relative to the gripper"),
-    gripper_state(9),
-    field("object_rot", 11..14, "rad", "XYZ Euler angles of the object"),
-    field("object_velp", 14..17, "m/step", "velocity of the object relative to the gripper"),
-    field("object_velr", 17..20, "rad/step", "angular velocity of the object"),
-    grip_velp(20),
-    gripper_vel(23),
-];
-
-const fn grip_pos(at: usize) -> ObservationField {
-    field("grip_pos", at..at + 3, "m", "position of the grip site, between the fingers")
-}
-
-const fn gripper_state(at: usize) -> ObservationField {
-    field("gripper_state", at..at + 2, "m", "right and left finger joint, 0 closed to 0.05 open")
-}
-
-const fn grip_velp(at: usize) -> ObservationField {
-    field("grip_velp", at..at + 3, "m/step", "velocity of the grip site")
-}
-
-const fn gripper_vel(at: usize) -> ObservationField {
-    field("gripper_vel", at..at + 2, "m/step", "velocities of the right and left finger joint")
-}
-
-const fn field(
-    name: &'static str,
-    range: Range<usize>,
-    unit: &'static str,
-    description: &'static str,
-) -> ObservationField {
-    ObservationField { name, range, unit, description }
-}
-
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::{Rotation3, Vector3};
+    use proptest::prelude::*;
 
     use super::*;
+    use crate::fetch::layout::{ObservationField, observation_fields};
+
+    type Result = std::result::Result<(), Box<dyn std::error::Error>>;
 
     fn observation(task: Task) -> FetchObservation {
         let gripper = GripperState {
@@ -283,14 +276,70 @@ mod tests {
     }
 
     #[test]
-    fn an_observation_survives_json() {
+    fn an_observation_survives_json() -> Result {
         for task in Task::ALL {
             let observation = observation(task);
-            let json = serde_json::to_string(&observation).expect("serializable");
-            assert_eq!(serde_json::from_str::<FetchObservation>(&json).expect("one"), observation);
+            let json = serde_json::to_string(&observation)?;
+            assert_eq!(serde_json::from_str::<FetchObservation>(&json)?, observation);
         }
         let json = r#"{"observation":[1.0],"achieved_goal":[0,0,0],"desired_goal":[0,0,0]}"#;
         let refusal = serde_json::from_str::<FetchObservation>(json).expect_err("1 element");
         assert!(refusal.to_string().contains("10 or 25 elements, not 1"), "{refusal}");
+        Ok(())
+    }
+
+    #[test]
+    fn the_documented_table_is_the_layout() {
+        let source = include_str!("observation.rs");
+        for field in observation_fields(Task::Push) {
+            let indices =
+                |field: &ObservationField| format!("{}-{}", field.range.start, field.range.end - 1);
+            let reach = ObservationField::find(Task::Reach, field.name);
+            let reach = reach.map_or_else(|| "-".into(), indices);
+            let row = format!(
+                "/// | {} | {reach} | `{}` | {} | ",
+                indices(field),
+                field.name,
+                field.unit
+            );
+            assert!(source.contains(&row), "no line starts with {row}");
+        }
+    }
+
+    #[derive(Deserialize)]
+    struct Recording {
+        cases: Vec<Case>,
+    }
+
+    #[derive(Deserialize)]
+    struct Case {
+        matrix: [f64; 9],
+        euler: [f64; 3],
+    }
+
+    #[test]
+    fn every_recorded_angle_of_the_reference_is_reproduced_to_the_last_bit() -> Result {
+        let recording = include_str!("../../tests/fixtures/mat2euler.json");
+        let recording: Recording = serde_json::from_str(recording)?;
+        assert!(recording.cases.len() > 30);
+        for Case { matrix, euler } in recording.cases {
+            let angles = matrix_to_euler(&Matrix3::from_row_slice(&matrix));
+            assert_eq!(angles.map(f64::to_bits), euler.map(f64::to_bits), "{matrix:?}");
+        }
+        Ok(())
+    }
+
+    proptest! {
+        /// The definition: turns about the fixed axes z, y and x, in this order, give the rotation.
+        #[test]
+        fn the_angles_compose_to_the_rotation(axis in prop::array::uniform3(-3.0..3.0_f64)) {
+            let rotation = Rotation3::from_scaled_axis(Vector3::from(axis));
+            let [x, y, z] = matrix_to_euler(rotation.matrix());
+            let turn = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
+            let composed = turn(Vector3::x_axis(), x)
+                * turn(Vector3::y_axis(), y)
+                * turn(Vector3::z_axis(), z);
+            prop_assert!((composed.matrix() - rotation.matrix()).abs().max() < 1e-9);
+        }
     }
 }

@@ -12,7 +12,7 @@ pub fn run(seed: u64) -> anyhow::Result<bool> {
         let indices = format!("{}-{}", field.range.start, field.range.end - 1);
         println!("  {indices:>5}  {:<15} {:<8} {values:.4?}", field.name, field.unit);
     }
-    let object = &first.observation()[3..6];
+    let object = first.object_position().unwrap_or_default();
     let tracks_object = first.achieved_goal() == object;
     println!("(a) The object's position stands at indices 3 to 5: {object:.4?} m.");
     println!("(b) achieved_goal is the object's position: {tracks_object}.");

@@ -62,9 +62,9 @@ fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow:
     let [(left, top), _] = OBSERVATION;
     let elements =
         |field: &ObservationField| format!("{}-{}", field.range.start, field.range.end - 1);
-    let in_reach = |name| observation_fields(Task::Reach).iter().find(|field| field.name == name);
     for (y, field) in (top + 48..).step_by(24).zip(observation_fields(Task::Push)) {
-        let reach = in_reach(field.name).map_or_else(|| "-".into(), elements);
+        let reach =
+            ObservationField::find(Task::Reach, field.name).map_or_else(|| "-".into(), elements);
         let unit = field.unit.replace("/step", " per step");
         for (x, column) in [
             (14, reach),
@@ -74,26 +74,9 @@ fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow:
         ] {
             area.draw_text(&column, &text(13, INK), (left + x, y))?;
         }
-        let what = short(field.name);
-        area.draw_text(what, &text(13, FAINT), (left + 358, y))?;
+        area.draw_text(field.summary, &text(13, FAINT), (left + 358, y))?;
     }
     Ok(())
-}
-
-/// A field's meaning in as few words as there is room for.
-fn short(name: &str) -> &'static str {
-    match name {
-        "grip_pos" => "gripper's position",
-        "object_pos" => "object's position",
-        "object_rel_pos" => "object's, from the gripper",
-        "gripper_state" => "fingers, 0 is closed",
-        "object_rot" => "object's Euler angles",
-        "object_velp" => "object's, from the gripper",
-        "object_velr" => "object's rotation",
-        "grip_velp" => "gripper's velocity",
-        "gripper_vel" => "fingers' velocities",
-        _ => "",
-    }
 }
 
 fn labeled<B: DrawingBackend<ErrorType: 'static>>(

@@ -137,6 +137,6 @@ fn success(task: Task, policies: &[&Outcome]) -> anyhow::Result<Plot> {
         plot.legend(name, name);
     }
     let id = EnvId { task, reward: RewardKind::Sparse };
-    plot.vertical("reference", id.config().reward().threshold().get());
+    plot.vertical("reference", id.config().distance_threshold());
     Ok(plot)
 }

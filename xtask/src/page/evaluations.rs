@@ -1,7 +1,7 @@
 //! What the page's figures are made from: the baselines, evaluated, and what they observed.
 
 use baselines::{Action, Evaluation, Policy, evaluate};
-use fetch_env::{EnvId, FetchObservation, GoalObservation, make_config};
+use fetch_env::{EnvId, FetchObservation, GoalObservation, make_with_config};
 
 use crate::policy_choice::PolicyChoice;
 
@@ -18,7 +18,7 @@ impl Outcome {
         let mut watched =
             Watched { policy: policy.policy(id.task, seed), ranges: Ranges::default() };
         let evaluation =
-            evaluate(&mut make_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
+            evaluate(&mut make_with_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
     }
 }

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use baselines::Action;
 use fetch_env::{
-    Env, EnvId, FetchObservation, GoalObservation, Info, MujocoEnv, Step, make_config,
+    Env, EnvId, FetchObservation, GoalObservation, Info, MujocoEnv, Step, make_with_config,
 };
 use fetch_sim::{BodyId, Shape, Simulator, Task, VisualGeom};
 use serde::Serialize;
@@ -69,7 +69,7 @@ impl Recording {
         seed: u64,
         mut each: impl FnMut(usize, &Action, &Step<FetchObservation, Info>),
     ) -> anyhow::Result<Self> {
-        let mut env = make_config(id.config())?;
+        let mut env = make_with_config(id.config())?;
         let geoms = VisualGeom::of_builtin(id.task)?;
         let mut carriers: Vec<BodyId> = Vec::new();
         let mut meshes = Vec::new();

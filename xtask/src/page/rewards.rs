@@ -1,8 +1,8 @@
 //! Dense against sparse reward: as functions, and along trajectories (exercise 2).
 
 use baselines::{RandomPolicy, ScriptedPolicy};
-use fetch_env::{EnvId, Task};
-use goal_reward::{GoalReward, RewardKind};
+use fetch_env::Task;
+use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 
 use super::plot::{Axis, Plot};
 use crate::exercise::rewards::Trajectory;
@@ -41,7 +41,7 @@ fn over_distance() -> Plot {
     let mut plot =
         plot("Reward over distance", Axis::new("distance to the goal (m)", 0.0, 0.3), -1.1);
     for (class, kind) in [("dense", RewardKind::Dense), ("sparse", RewardKind::Sparse)] {
-        let reward = EnvId { task: Task::Reach, reward: kind }.config().reward();
+        let reward = DistanceReward::new(kind, DistanceThreshold::FETCH);
         let at = |distance: f64| reward.reward(&[distance, 0.0, 0.0], &[0.0; 3]);
         plot.line(class, (0..=300).map(|mm| 1e-3 * f64::from(mm)).map(|d| (d, at(d))));
     }

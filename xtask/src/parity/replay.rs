@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation};
+use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation, ObservationField};
 use fetch_sim::MujocoSimulator;
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
@@ -140,12 +140,13 @@ impl EpisodeParity {
     }
 }
 
-/// Where velocities of sites stand in an observation, and before them Euler angles of the object.
+/// Indices of the velocities of sites in an observation, and of the object's Euler angles before them.
 fn rounded_elements(recording: &Recording) -> Range<usize> {
-    match (recording.task.has_object(), recording.meta.c_arctan2) {
-        (false, _) => 5..8,
-        (true, false) => 11..23,
-        (true, true) => 14..23,
+    let field = |name| ObservationField::find(recording.task, name);
+    let first = if recording.meta.c_arctan2 { "object_velp" } else { "object_rot" };
+    match (field(first).or(field("grip_velp")), field("grip_velp")) {
+        (Some(first), Some(last)) => first.range.start..last.range.end,
+        _ => 0..0,
     }
 }
 

@@ -11,7 +11,7 @@ mod tasks;
 
 use std::path::PathBuf;
 
-use fetch_env::{EnvId, MujocoEnv, make_config};
+use fetch_env::{EnvId, MujocoEnv, make_with_config};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -107,7 +107,7 @@ pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>
 }
 
 fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Check>> {
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let mut checks = Vec::new();
     for part in PARTS {
         checks.extend(part(id, &mut env, seed)?);

@@ -1,7 +1,7 @@
 //! Section 2.6: rewards for goals that the environment never set.
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv};
+use fetch_env::{Env, EnvId, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
 use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Step,
 };

@@ -1,7 +1,7 @@
 //! Section 2.5: the reward three ways.
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, MujocoEnv};
+use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
 use goal_reward::RewardKind;
 
 use super::goals::expected_reward;

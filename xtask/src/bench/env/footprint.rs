@@ -4,7 +4,7 @@
 use std::{process::Command, time::Instant};
 
 use anyhow::{Context, ensure};
-use fetch_env::{FetchConfig, make_vec_config, vec_env::VecConfig};
+use fetch_env::{FetchConfig, make_vec_with_config, vec_env::VecConfig};
 use serde::{Deserialize, Serialize};
 
 use super::super::resident_bytes;
@@ -40,7 +40,7 @@ impl Footprint {
         let envs = usize::from(envs);
         let actions = random_actions(envs)?.into_flattened();
         let start = Instant::now();
-        let mut first = make_vec_config(config, 1, VecConfig::default())?;
+        let mut first = make_vec_with_config(config, 1, VecConfig::default())?;
         first.reset(Some(SEED))?;
         let first_made = start.elapsed();
         for _ in 0..STEPS {
@@ -48,7 +48,7 @@ impl Footprint {
         }
         let one = resident_bytes()?;
         let start = Instant::now();
-        let mut others = make_vec_config(config, envs - 1, VecConfig::default())?;
+        let mut others = make_vec_with_config(config, envs - 1, VecConfig::default())?;
         others.reset(Some(SEED))?;
         let construction = (first_made + start.elapsed()).as_secs_f64();
         for _ in 0..STEPS {
