@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use baselines::{CollectError, RandomPolicy, buffer_config, collect};
-use fetch_env::{Env, FetchObservation, GoalEnv, GoalObservation, make_kinematic};
+use fetch_env::{Env, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
 use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;

@@ -8,8 +8,9 @@ use baselines::{
 };
 use fetch_env::{
     Env, EnvId, FetchConfig, FetchObservation, GoalObservation, ModelSource, Task, make,
-    make_config,
+    make_with_config,
 };
+use goal_reward::RewardKind;
 use serde_json::Value;
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
@@ -36,12 +37,13 @@ fn episode_in(html: &str) -> Result<Value> {
 #[test]
 fn a_page_holds_the_episode() -> Result {
     let id = EnvId { task: Task::Push, ..EnvId::ALL[0] };
-    let html = episode_page(&mut make_config(id.config())?, &mut ScriptedPolicy::new(id.task), 3)?;
+    let html =
+        episode_page(&mut make_with_config(id.config())?, &mut ScriptedPolicy::new(id.task), 3)?;
     assert_well_formed(&html);
     assert!(html.starts_with("<!doctype html>") && html.contains("<h1>FetchPush-v4, seed 3</h1>"));
 
     // The same episode, stepped here.
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let start = env.reset(Some(3))?.observation;
     let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start.clone());
     let mut rewards = Vec::new();
@@ -122,8 +124,9 @@ fn bad_input_is_an_error() -> Result {
     assert!(!plot.svg()?.contains("NaN"));
     assert_eq!([number(-0.04, 1), number(-1.26, 1)], ["0.0", "\u{2212}1.3"]);
 
-    let foreign = FetchConfig::builder(Task::Reach).model(ModelSource::Reference).build()?;
-    if let Ok(mut env) = make_config(foreign) {
+    let foreign =
+        FetchConfig::new(Task::Reach, RewardKind::Sparse).with_model(ModelSource::Reference);
+    if let Ok(mut env) = make_with_config(foreign) {
         let error = Playback::record(&mut env, &mut RandomPolicy::new(0), 0).err();
         assert!(matches!(error, Some(PageError::ForeignModel)), "{error:?}");
     }

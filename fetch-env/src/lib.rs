@@ -1,15 +1,15 @@
 //! The eight Fetch environments of gymnasium-robotics 1.4.2, goal-conditioned, native in Rust.
 //!
-//! A [`FetchEnv`] is a configuration, a simulator and a reward. [`Env`] says what can be done with
-//! it, [`GoalEnv`] what its goals and rewards have to do with each other, [`SnapshotEnv`] that its
-//! state can be kept; [`TimeLimit`] ends its episodes. The semantics are Gymnasium's, with typed
-//! errors in place of exceptions and of silence. [`check`] tests whether an environment, also one
-//! that is not from here, keeps the laws that its users rely upon.
+//! A [`FetchEnv`] consists of settings, a simulator and a reward. The traits say what an environment
+//! does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals, [`SnapshotEnv`] saves and
+//! restores its state. [`TimeLimit`] ends its episodes. The semantics are Gymnasium's, with typed
+//! errors instead of exceptions and silent misbehavior. [`check`] tests whether any environment, of
+//! this crate or not, keeps the laws that its users rely on.
 //!
 //! ```
-//! use fetch_env::{Env, GoalEnv, GoalObservation, make_kinematic};
+//! use fetch_env::{Env, GoalEnvExt, GoalObservation, make_kinematic};
 //!
-//! // `make` is the same on MuJoCo; this is a stand-in for the physics that needs no library.
+//! // `make` does the same on MuJoCo; this stand-in for the physics needs no library.
 //! let mut env = make_kinematic("FetchReachDense-v4")?;
 //! let mut observation = env.reset(Some(42))?.observation;
 //! loop {
@@ -21,7 +21,7 @@
 //!     }
 //!     let step = env.step(&action)?;
 //!     observation = step.observation;
-//!     // The law that hindsight relabeling lives by.
+//!     // The law on which hindsight relabeling relies.
 //!     let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
 //!     assert_eq!(step.reward, env.compute_reward(achieved, desired)?);
 //!     if step.is_last() {
@@ -33,43 +33,29 @@
 //! ```
 //!
 //! # Seeds
-//! `reset(Some(seed))` starts the random numbers anew, as numpy's `PCG64(SeedSequence(seed))`: the
-//! same seed gives the same goals and places as in Python. `reset(None)` goes on with them. Take a
-//! policy's random numbers from another generator: from one with the same seed they would be those
-//! that the goal was drawn from.
+//! `reset(Some(seed))` restarts the random numbers as numpy's `PCG64(SeedSequence(seed))`: the same
+//! seed gives the same goals and object positions as in Python. `reset(None)` continues them. Draw a
+//! policy's random numbers from a different generator: one with the same seed would repeat the numbers
+//! from which the goal was drawn.
 //!
 //! # Features
-//! - `mujoco` (default): `make`, on MuJoCo. Without it everything else is there, and no library is
-//!   needed.
-//! - `render` (default): `RenderEnv` and observations of pixels. OpenGL is loaded when the first
-//!   renderer is made, and is not needed to build.
-//! - `clip`: GIF, APNG and PNG of what was rendered.
+//! - `mujoco` (default): `make`, on MuJoCo. Everything else works without it and needs no library.
+//! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads OpenGL;
+//!   building does not need it.
+//! - `clip`: GIF, APNG and PNG files of rendered frames.
 #![forbid(unsafe_code)]
 
 pub mod check;
 #[cfg(feature = "clip")]
 pub mod clip;
-mod config;
 mod env;
+mod env_id;
 mod error;
-mod euler;
-mod fetch_env;
-mod fetch_snapshot;
-mod goal_env;
-#[cfg(feature = "mujoco")]
-mod make_vec;
+mod fetch;
 mod np_random;
-mod observation;
 #[cfg(feature = "render")]
-mod pixels;
-mod registry;
-#[cfg(feature = "render")]
-mod render_env;
-mod reset;
-#[cfg(feature = "mujoco")]
-mod shared_model;
+mod render;
 pub mod spaces;
-mod time_limit;
 pub mod vec_env;
 
 #[doc = include_str!("../DIFFERENCES.md")]
@@ -78,29 +64,33 @@ pub mod differences {}
 #[cfg(feature = "render")]
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use ::fetch_sim::{ModelSource, Task};
-pub use config::{ConfigError, FetchConfig, FetchConfigBuilder};
-pub use env::{Env, Reset, SnapshotEnv, Step};
-pub use error::EnvError;
-pub use fetch_env::FetchEnv;
-pub use fetch_snapshot::FetchSnapshot;
-pub use goal_env::{GoalEnv, GoalObservation, Info};
+pub use env::{
+    Env, Reset, SnapshotEnv, Step,
+    goal::{GoalEnv, GoalEnvExt, GoalObservation, Info},
+    time_limit::{TimeLimit, TimeLimitSnapshot},
+};
+pub use env_id::{EnvId, UnknownEnvId};
+pub use error::{ConfigError, EnvError};
 #[cfg(feature = "mujoco")]
-pub use make_vec::{make_vec, make_vec_config};
+pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_with_config, make_with_config};
+pub use fetch::{
+    config::FetchConfig,
+    env::{FetchEnv, FetchSnapshot},
+    layout::{ObservationField, observation_fields},
+    make::{KinematicEnv, make_kinematic},
+    observation::FetchObservation,
+    reset::FetchResetOptions,
+};
 pub use np_random::NpRandom;
-pub use observation::{FetchObservation, ObservationField, observation_fields};
 #[cfg(feature = "render")]
-pub use pixels::{AddRenderObservation, ChannelOrder, PixelObservation, PixelOptions, Pixels};
-pub use registry::{EnvId, KinematicEnv, UnknownEnvId, make_kinematic};
-#[cfg(feature = "mujoco")]
-pub use registry::{MujocoEnv, make, make_config};
-#[cfg(feature = "render")]
-pub use render_env::RenderEnv;
-pub use reset::FetchResetOptions;
+pub use render::{
+    RenderEnv,
+    pixels::{AddRenderObservation, ChannelOrder, PixelObservation, PixelOptions, Pixels},
+};
 pub use spaces::{BoxSpace, DictSpace, Space};
-pub use time_limit::{TimeLimit, TimeLimitSnapshot};
 pub use vec_env::VecEnv;
 
-/// The README's example, run as a test.
+/// The README's examples, run as tests.
 #[cfg(all(doctest, feature = "render"))]
 #[doc = include_str!("../../README.md")]
 struct Readme;

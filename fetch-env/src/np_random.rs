@@ -1,16 +1,16 @@
-//! numpy's random numbers: the generator that Gymnasium seeds an environment with.
+//! numpy's random numbers, from the generator that Gymnasium gives an environment.
 
 use rand::{TryRng, rngs::SysRng};
 use rand_core::Rng;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
-use crate::EnvError;
+use crate::error::EnvError;
 
-/// numpy's `Generator(PCG64(SeedSequence(seed)))`, as far as the environments draw from it.
+/// numpy's `Generator(PCG64(SeedSequence(seed)))`, with the distributions that the environments draw.
 ///
-/// The same seed gives the same numbers as in Python, bit for bit. The serialized state is the seed
-/// and the number of draws since, from which the rest follows.
+/// The same seed gives the same numbers as in Python, bit for bit. The seed and the number of draws
+/// decide the state and are its serialized form.
 ///
 /// # Example
 /// ```
@@ -18,7 +18,8 @@ use crate::EnvError;
 /// // numpy: np.random.Generator(np.random.PCG64(0)).random()
 /// assert_eq!(NpRandom::new(0).random(), 0.6369616873214543);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "Position", into = "Position")]
 pub struct NpRandom {
     seed: u64,
     draws: u64,
@@ -26,7 +27,7 @@ pub struct NpRandom {
 }
 
 impl NpRandom {
-    /// The generator that numpy makes of `seed`.
+    /// Creates the generator that numpy makes from `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let [s0, s1, i0, i1] = SeedSequence::new(seed).generate_state();
@@ -34,10 +35,10 @@ impl NpRandom {
         Self { seed, draws: 0, pcg: Pcg64::new(join(s0, s1), join(i0, i1)) }
     }
 
-    /// A generator with a seed from the operating system; [`seed`](Self::seed) tells it.
+    /// Creates a generator with a seed from the operating system; [`seed`](Self::seed) returns it.
     ///
     /// # Errors
-    /// [`EnvError::Entropy`] if the operating system has none to give.
+    /// [`EnvError::Entropy`] if the operating system provides none.
     pub fn from_entropy() -> Result<Self, EnvError> {
         let seed = SysRng
             .try_next_u64()
@@ -45,19 +46,19 @@ impl NpRandom {
         Ok(Self::new(seed))
     }
 
-    /// The seed that it was made from.
+    /// The seed of the generator.
     #[must_use]
     pub const fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// numpy's `random()`: uniform over the multiples of 2^-53 in [0, 1).
+    /// Draws numpy's `random()`: uniform over the multiples of 2^-53 in [0, 1).
     pub fn random(&mut self) -> f64 {
         self.draws += 1;
         unit_interval(self.pcg.next_u64())
     }
 
-    /// numpy's `uniform(low, high)`: `low + (high - low) * random()`, rounded after each operation.
+    /// Draws numpy's `uniform(low, high)`: `low + (high - low) * random()`, rounded after each operation.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.random()
     }
@@ -69,6 +70,7 @@ impl PartialEq for NpRandom {
     }
 }
 
+/// The serialized form.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "NpRandom", deny_unknown_fields)]
 struct Position {
@@ -76,23 +78,22 @@ struct Position {
     draws: u64,
 }
 
-impl Serialize for NpRandom {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        Position { seed: self.seed, draws: self.draws }.serialize(serializer)
+impl From<NpRandom> for Position {
+    fn from(NpRandom { seed, draws, .. }: NpRandom) -> Self {
+        Self { seed, draws }
     }
 }
 
-impl<'de> Deserialize<'de> for NpRandom {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Position { seed, draws } = Position::deserialize(deserializer)?;
+impl From<Position> for NpRandom {
+    fn from(Position { seed, draws }: Position) -> Self {
         let mut random = Self::new(seed);
         random.pcg.advance(draws.into());
         random.draws = draws;
-        Ok(random)
+        random
     }
 }
 
-/// The upper 53 bits as a number in [0, 1).
+/// Turns the upper 53 bits into a number in [0, 1).
 pub(crate) fn unit_interval(bits: u64) -> f64 {
     const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
     (bits >> 11) as f64 * UNIT
@@ -102,7 +103,7 @@ const fn join(high: u64, low: u64) -> u128 {
     (high as u128) << 64 | low as u128
 }
 
-/// numpy's `SeedSequence` of one integer, after M. O'Neill's `seed_seq_fe`.
+/// numpy's `SeedSequence` of one integer, which follows M. O'Neill's `seed_seq_fe`.
 ///
 /// Source: <https://numpy.org/doc/stable/reference/random/bit_generators/generated/numpy.random.SeedSequence.html>
 /// and <https://www.pcg-random.org/posts/developing-a-seed_seq-alternative.html>.
@@ -120,7 +121,7 @@ impl SeedSequence {
 
     fn new(seed: u64) -> Self {
         let mut hash = Hash { constant: Self::INIT_A, multiplier: Self::MULT_A };
-        // A missing high word hashes as zero, so that every seed is two words.
+        // A missing high word hashes as zero, so every seed counts as two words.
         let mut pool = [seed as u32, (seed >> 32) as u32, 0, 0].map(|word| hash.mix(word));
         for source in 0..pool.len() {
             for target in 0..pool.len() {
@@ -136,7 +137,7 @@ impl SeedSequence {
         Self { pool }
     }
 
-    /// Four 64-bit words, the lower half of each first.
+    /// Generates four 64-bit words, the lower half of each first.
     fn generate_state(&self) -> [u64; 4] {
         let mut hash = Hash { constant: Self::INIT_B, multiplier: Self::MULT_B };
         let words: [u32; 8] = std::array::from_fn(|i| hash.mix(self.pool[i % self.pool.len()]));
@@ -144,7 +145,7 @@ impl SeedSequence {
     }
 }
 
-/// A hash of 32-bit words whose constant changes with every word.
+/// Hash of 32-bit words whose constant changes with every word.
 struct Hash {
     constant: u32,
     multiplier: u32,
@@ -181,7 +182,7 @@ mod tests {
         uniform_pm_0p15_3: Vec<String>,
     }
 
-    /// How rand_pcg serializes its generator.
+    /// rand_pcg's serialized generator.
     #[derive(Deserialize)]
     struct PcgState {
         state: u128,

@@ -1,4 +1,4 @@
-//! The checker can fail: each fault is found by the check that is about it.
+//! The checker can fail: the check of each law finds the faults against it.
 
 use fetch_env::{
     BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv, GoalObservation, Info,
@@ -8,7 +8,7 @@ use fetch_env::{
 };
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 
-/// What is wrong with an environment.
+/// Fault of an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     None,
@@ -22,7 +22,7 @@ enum Fault {
     BadActionsMove,
     ShortObservation,
     IgnoresTheSeed,
-    StartsTheStreamAnew,
+    RestartsTheStream,
     KnowsOneSeed,
     UnseededIsZero,
     DefaultsMatter,
@@ -43,7 +43,7 @@ enum Fault {
     RestoresANewEnvironmentAsRunning,
 }
 
-/// The faults, and which checks must find them.
+/// The faults, and the checks that must find them.
 const FAULTS: [(Fault, &[&str]); 29] = [
     (Fault::WideActionSpace, &["spaces/action"]),
     (Fault::LopsidedActionSpace, &["spaces/action"]),
@@ -55,7 +55,7 @@ const FAULTS: [(Fault, &[&str]); 29] = [
     (Fault::BadActionsMove, &["order/bad-actions"]),
     (Fault::ShortObservation, &["reset/in-space", "step/in-space"]),
     (Fault::IgnoresTheSeed, &["reset/deterministic", "step/deterministic"]),
-    (Fault::StartsTheStreamAnew, &["reset/deterministic"]),
+    (Fault::RestartsTheStream, &["reset/deterministic"]),
     (Fault::KnowsOneSeed, &["reset/seeds-differ"]),
     (Fault::UnseededIsZero, &["reset/unseeded"]),
     (Fault::DefaultsMatter, &["reset/options"]),
@@ -83,7 +83,7 @@ fn a_faultless_environment_passes_every_check() {
 }
 
 #[test]
-fn every_fault_is_found_by_the_checks_about_it() {
+fn every_fault_is_found_by_its_checks() {
     for (fault, checks) in FAULTS {
         let report = check(fault);
         for name in checks {
@@ -108,6 +108,7 @@ fn check(fault: Fault) -> fetch_env::check::CheckReport {
 struct Faulty {
     env: KinematicEnv,
     fault: Fault,
+    reward: FaultyReward,
     action_space: BoxSpace<f32>,
     observation_space: Space,
     last_seed: u64,
@@ -131,8 +132,16 @@ impl Faulty {
             }
             _ => env.observation_space().clone(),
         };
-        let (last_seed, episodes, elapsed) = (0, 0, 0);
-        Ok(Self { env, fault, action_space, observation_space, last_seed, episodes, elapsed })
+        Ok(Self {
+            reward: FaultyReward { reward: *env.goal_reward(), fault },
+            env,
+            fault,
+            action_space,
+            observation_space,
+            last_seed: 0,
+            episodes: 0,
+            elapsed: 0,
+        })
     }
 
     fn is(&self, fault: Fault) -> bool {
@@ -163,10 +172,6 @@ fn dict(lengths: &[(&str, usize)]) -> Space {
     DictSpace::new(lengths.iter().map(space)).expect("different keys").into()
 }
 
-fn next_up(reward: f64) -> f64 {
-    reward.next_up()
-}
-
 impl Env for Faulty {
     type Observation = Observation;
     type Info = Info;
@@ -187,7 +192,7 @@ impl Env for Faulty {
     ) -> Result<Reset<Observation, Info>, EnvError> {
         let seed = match (self.fault, seed) {
             (Fault::IgnoresTheSeed, _) => None,
-            (Fault::StartsTheStreamAnew, None) => Some(self.last_seed),
+            (Fault::RestartsTheStream, None) => Some(self.last_seed),
             (Fault::KnowsOneSeed, Some(_)) => Some(0),
             (Fault::UnseededIsZero, None) if self.episodes == 0 => Some(0),
             _ => seed,
@@ -224,14 +229,14 @@ impl Env for Faulty {
         let mut info = step.info;
         match self.fault {
             Fault::LiesAboutSuccess => info.is_success = !info.is_success,
-            Fault::LiesAboutDistance => info.distance = next_up(info.distance),
+            Fault::LiesAboutDistance => info.distance = info.distance.next_up(),
             _ => {}
         }
         Ok(Step {
             observation: self.observation(&step.observation),
             reward: match self.fault {
                 Fault::NanReward => f64::NAN,
-                Fault::RewardOffByABit => next_up(step.reward),
+                Fault::RewardOffByABit => step.reward.next_up(),
                 _ => step.reward,
             },
             terminated: step.terminated || (self.is(Fault::Terminates) && self.elapsed == 20),
@@ -254,29 +259,41 @@ impl Env for Faulty {
 }
 
 impl GoalEnv for Faulty {
-    type GoalReward = DistanceReward;
+    type GoalReward = FaultyReward;
 
-    fn goal_reward(&self) -> &DistanceReward {
-        self.env.goal_reward()
+    fn goal_reward(&self) -> &FaultyReward {
+        &self.reward
+    }
+}
+
+/// The reward of the environment, with its fault.
+struct FaultyReward {
+    reward: DistanceReward,
+    fault: Fault,
+}
+
+impl GoalReward for FaultyReward {
+    fn reward(&self, achieved: &[f64], desired: &[f64]) -> f64 {
+        self.reward.reward(achieved, desired)
     }
 
-    fn compute_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64, GoalError> {
-        if self.is(Fault::TakesBadGoals) {
-            return Ok(self.goal_reward().reward(achieved, desired));
-        }
-        self.env.compute_reward(achieved, desired)
+    fn is_success(&self, achieved: &[f64], desired: &[f64]) -> bool {
+        self.reward.is_success(achieved, desired)
     }
 
-    fn compute_reward_batch(
-        &self,
-        pairs: GoalPairs<'_>,
-        rewards: &mut [f64],
-    ) -> Result<(), GoalError> {
-        self.env.compute_reward_batch(pairs, rewards)?;
-        if self.is(Fault::BatchOffByABit) {
-            rewards[1] = next_up(rewards[1]);
+    fn reward_batch(&self, pairs: GoalPairs<'_>, rewards: &mut [f64]) -> Result<(), GoalError> {
+        self.reward.reward_batch(pairs, rewards)?;
+        if self.fault == Fault::BatchOffByABit {
+            rewards[1] = rewards[1].next_up();
         }
         Ok(())
+    }
+
+    fn try_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64, GoalError> {
+        if self.fault == Fault::TakesBadGoals {
+            return Ok(self.reward(achieved, desired));
+        }
+        self.reward.try_reward(achieved, desired)
     }
 }
 
@@ -303,7 +320,7 @@ impl SnapshotEnv for Faulty {
     }
 }
 
-/// An observation that can be tampered with.
+/// An observation that faults can change.
 #[derive(Clone, Debug, PartialEq)]
 struct Observation {
     observation: Vec<f64>,

@@ -6,6 +6,7 @@ use std::io::Cursor;
 use fetch_env::clip::{Caption, Clip, ClipError, write_png};
 use proptest::prelude::*;
 
+type Result = std::result::Result<(), Box<dyn std::error::Error>>;
 type Frames = Vec<Vec<u8>>;
 
 fn clip(width: u32, height: u32, frames: &Frames) -> Clip {
@@ -16,7 +17,7 @@ fn clip(width: u32, height: u32, frames: &Frames) -> Clip {
     clip
 }
 
-/// Frames of an APNG as a viewer shows them.
+/// Reads the frames of an APNG as a viewer shows them.
 fn read_apng(bytes: &[u8]) -> Frames {
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().expect("a PNG");
     let (width, count) = (
@@ -42,7 +43,7 @@ fn read_apng(bytes: &[u8]) -> Frames {
     frames
 }
 
-/// Frames of a GIF as a viewer shows them.
+/// Reads the frames of a GIF as a viewer shows them.
 fn read_gif(bytes: &[u8]) -> Frames {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::Indexed);
@@ -95,18 +96,18 @@ fn frames() -> impl Strategy<Value = (u32, u32, Frames)> {
 
 proptest! {
     #[test]
-    fn every_pixel_of_an_apng_is_as_it_was((width, height, frames) in frames()) {
+    fn an_apng_preserves_every_pixel((width, height, frames) in frames()) {
         prop_assert_eq!(read_apng(&apng_of(&clip(width, height, &frames))), frames);
     }
 
     #[test]
-    fn few_colors_stay_as_they_were_in_a_gif((width, height, frames) in frames()) {
+    fn a_gif_preserves_few_colors((width, height, frames) in frames()) {
         prop_assert_eq!(read_gif(&gif_of(&clip(width, height, &frames))), frames);
     }
 }
 
 #[test]
-fn many_colors_of_a_gif_are_close_and_do_not_flicker() {
+fn many_colors_stay_close_in_a_gif_and_do_not_flicker() {
     let gradient = |shift: usize| -> Vec<u8> {
         let pixels = (0..64 * 64_usize).map(|at| (at % 64, at / 64));
         pixels
@@ -124,7 +125,7 @@ fn many_colors_of_a_gif_are_close_and_do_not_flicker() {
 }
 
 #[test]
-fn what_is_rare_and_striking_keeps_its_color_in_a_gif() {
+fn a_rare_striking_color_stays_exact_in_a_gif() {
     const RED: [u8; 3] = [200, 10, 10];
     // A thousand shades of gray and green, and one red pixel.
     let mut frame: Vec<u8> = (0..1000_u32)
@@ -136,44 +137,47 @@ fn what_is_rare_and_striking_keeps_its_color_in_a_gif() {
 }
 
 #[test]
-fn captions_are_written_in_the_corner_and_nowhere_else() {
+fn captions_are_written_only_in_the_corner() -> Result {
     let frame = vec![30; 240 * 100 * 3];
-    let mut clip = Clip::new(240, 100).unwrap();
+    let mut clip = Clip::new(240, 100)?;
     let caption = Caption { step: 12, reward: -0.25, distance: 0.25 };
-    clip.push_with_caption(&frame, &caption).unwrap();
-    clip.push_with_caption(&frame, &Caption { step: 13, ..caption }).unwrap();
-    let [first, second] = [0, 1].map(|index| clip.frames().nth(index).unwrap().to_vec());
+    clip.push_with_caption(&frame, &caption)?;
+    clip.push_with_caption(&frame, &Caption { step: 13, ..caption })?;
+    let [first, second] = [0, 1].map(|index| clip.frames().nth(index).expect("a frame").to_vec());
     let white = first.iter().filter(|&&value| value == 255).count();
     assert!(white > 300, "{white}");
     assert_ne!(first, second, "the step is written");
     for (at, value) in first.chunks_exact(3).enumerate() {
         assert!(value[0] == 30 || (at % 240 < 150 && at / 240 < 40), "pixel {at}");
     }
-    // No room for the text: as much of it as fits.
-    Clip::new(3, 2).unwrap().push_with_caption(&[0; 18], &caption).unwrap();
+    // Only part of the text fits.
+    Clip::new(3, 2)?.push_with_caption(&[0; 18], &caption)?;
+    Ok(())
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_clips_are_refused() -> Result {
     assert!(matches!(Clip::new(0, 3), Err(ClipError::Size { width: 0, height: 3 })));
     assert!(matches!(Clip::new(65536, 3), Err(ClipError::Size { .. })));
-    let mut clip = Clip::new(2, 2).unwrap();
+    let mut clip = Clip::new(2, 2)?;
     let error = clip.push(&[0; 11]).unwrap_err();
     assert!(matches!(error, ClipError::FrameLength { expected: 12, actual: 11 }));
     assert!(matches!(clip.write_gif(Vec::new()), Err(ClipError::NoFrames)));
     assert!(matches!(clip.write_apng(Vec::new()), Err(ClipError::NoFrames)));
-    clip.push(&[0; 12]).unwrap();
+    clip.push(&[0; 12])?;
     let full: &mut [u8] = &mut [0; 10];
     assert!(matches!(clip.write_gif(full), Err(ClipError::Io(_))));
     let full: &mut [u8] = &mut [0; 10];
     assert!(matches!(clip.write_apng(full), Err(ClipError::Io(_))));
+    Ok(())
 }
 
 #[test]
-fn a_still_is_a_plain_png() {
+fn a_still_is_a_plain_png() -> Result {
     let rgb: Vec<u8> = (0..24).collect();
     let mut bytes = Vec::new();
-    write_png(&rgb, 4, 2, &mut bytes).unwrap();
+    write_png(&rgb, 4, 2, &mut bytes)?;
     assert_eq!(read_apng(&bytes), [rgb]);
     assert!(!bytes.windows(4).any(|window| window == b"acTL"));
+    Ok(())
 }

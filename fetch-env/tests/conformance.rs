@@ -16,10 +16,10 @@ macro_rules! conformance {
                 episode::observations_are_made_as_documented,
                 episode::goals_and_objects_start_where_the_reference_puts_them,
                 episode::an_episode_lasts_fifty_steps_and_is_never_terminated,
-                reset::wished_goals_and_objects_are_granted,
-                reset::wishes_do_not_disturb_the_random_numbers,
-                reset::impossible_wishes_are_refused_and_change_nothing,
-                reset::the_seed_can_be_told,
+                reset::goals_and_objects_start_where_the_options_say,
+                reset::options_do_not_disturb_the_random_numbers,
+                reset::impossible_options_are_refused_and_change_nothing,
+                reset::the_environment_reports_its_seed,
                 reward::the_step_reward_is_the_reward_of_its_goals,
                 reward::dense_and_sparse_see_the_same_trajectory,
                 snapshot::snapshots_survive_json_to_the_last_bit,
@@ -30,8 +30,8 @@ macro_rules! conformance {
     };
     (@tests $backend:ty: $($module:ident::$law:ident,)*) => {$(
         #[test]
-        fn $law() {
-            laws::$module::$law::<$backend>();
+        fn $law() -> laws::Result {
+            laws::$module::$law::<$backend>()
         }
     )*};
 }

@@ -6,20 +6,22 @@ use faulty::Faulty;
 use fetch_env::{Env, EnvError, EnvId, FetchEnv, SnapshotEnv};
 use fetch_sim::SimError;
 
+type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+
 fn unstable() -> SimError {
     SimError::Unstable { reason: "told to go down".into() }
 }
 
 #[test]
-fn a_failed_step_is_an_error_and_asks_for_a_reset() {
+fn a_failed_step_is_an_error_and_asks_for_a_reset() -> Result {
     for id in EnvId::ALL {
         let config = id.config();
-        let simulator = Faulty::new(config.sim(), || Err(unstable()));
-        let mut env = FetchEnv::new(config, simulator).expect("it fits").time_limited();
-        env.reset(Some(0)).expect("a reset");
+        let simulator = Faulty::new(&config.sim()?, || Err(unstable()));
+        let mut env = FetchEnv::new(config, simulator)?.time_limited();
+        env.reset(Some(0))?;
         let good = env.snapshot();
         for recover in 0..2 {
-            env.step(&[0.0; 4]).expect("a step");
+            env.step(&[0.0; 4])?;
             let failure = env.step(&[0.0, 0.0, -1.0, 0.0]);
             assert_eq!(failure, Err(EnvError::Sim(unstable())), "{id}");
             for _ in 0..2 {
@@ -27,12 +29,13 @@ fn a_failed_step_is_an_error_and_asks_for_a_reset() {
             }
             assert_eq!(env.inner().observe(), Err(EnvError::ResetNeeded), "{id}");
             if recover == 0 {
-                env.restore(&good).expect("its own snapshot");
+                env.restore(&good)?;
             } else {
-                env.reset(None).expect("a reset");
+                env.reset(None)?;
             }
             assert_eq!(env.elapsed_steps(), 0);
-            env.step(&[0.0; 4]).expect("a step");
+            env.step(&[0.0; 4])?;
         }
     }
+    Ok(())
 }

@@ -5,8 +5,10 @@ use fetch_sim::{KinematicSimulator, SimConfig, Task};
 use goal_reward::RewardKind;
 use proptest::prelude::*;
 
+type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+
 #[test]
-fn the_names_are_gymnasiums() {
+fn the_names_are_gymnasiums() -> Result {
     let names = EnvId::ALL.map(|id| id.to_string());
     assert_eq!(
         names,
@@ -23,11 +25,12 @@ fn the_names_are_gymnasiums() {
     );
     for (id, name) in EnvId::ALL.into_iter().zip(&names) {
         assert_eq!(name.parse(), Ok(id));
-        assert_eq!(serde_json::to_string(&id).expect("serializable"), format!("{name:?}"));
-        assert_eq!(serde_json::from_str::<EnvId>(&format!("{name:?}")).expect("a name"), id);
-        let env = make_kinematic(name).expect("a name");
+        assert_eq!(serde_json::to_string(&id)?, format!("{name:?}"));
+        assert_eq!(serde_json::from_str::<EnvId>(&format!("{name:?}"))?, id);
+        let env = make_kinematic(name)?;
         assert_eq!(env.inner().config(), &id.config());
     }
+    Ok(())
 }
 
 #[test]
@@ -56,7 +59,7 @@ proptest! {
     }
 
     #[test]
-    fn configurations_survive_json_and_are_checked_like_the_builder(
+    fn settings_survive_json_and_are_checked_when_read(
         task in prop::sample::select(Task::ALL.to_vec()),
         range in prop_oneof![Just(f64::NAN), Just(-1.0), 0.0..0.2, Just(f64::MAX)],
         threshold in prop_oneof![Just(f64::INFINITY), -0.01..0.1],
@@ -64,78 +67,101 @@ proptest! {
         substeps in 0..3_u32,
         in_the_air: bool,
     ) {
-        let builder = FetchConfig::builder(task)
-            .object_range(range)
-            .distance_threshold(threshold)
-            .max_episode_steps(steps)
-            .n_substeps(substeps)
-            .target_in_the_air(in_the_air);
+        let config = FetchConfig::new(task, RewardKind::Sparse)
+            .with_object_range(range)
+            .with_distance_threshold(threshold)
+            .with_max_episode_steps(steps)
+            .with_n_substeps(substeps)
+            .with_target_in_the_air(in_the_air);
         let valid = task.has_object()
             && (0.075..1e300).contains(&range)
             && (0.0..1e300).contains(&threshold)
             && steps > 0
             && substeps > 0;
-        let built = builder.clone().build();
-        prop_assert_eq!(built.is_ok(), valid, "{:?}", built);
+        let checked = config.check();
+        prop_assert_eq!(checked.is_ok(), valid, "{:?}", checked);
         // JSON has neither NaN nor infinity.
         if range.is_finite() && threshold.is_finite() {
-            let json = serde_json::to_string(&builder).expect("serializable");
-            prop_assert_eq!(serde_json::from_str::<FetchConfig>(&json).ok(), built.ok());
+            let json = serde_json::to_string(&config)?;
+            let read = serde_json::from_str::<FetchConfig>(&json).ok();
+            prop_assert_eq!(read, valid.then_some(config));
         }
     }
 }
 
 #[test]
-fn the_defaults_are_the_references() {
+fn the_defaults_are_the_references() -> Result {
     for id in EnvId::ALL {
         let config = id.config();
         let slide = id.task == Task::Slide;
         assert_eq!(config.task(), id.task);
-        assert_eq!(config.sim(), &SimConfig::new(id.task));
+        assert_eq!(config.sim()?, SimConfig::new(id.task));
         assert_eq!(config.control_period(), 0.04);
-        assert_eq!(config.reward().kind(), id.reward);
-        assert_eq!(config.reward().threshold().get(), 0.05);
-        assert_eq!(config.max_episode_steps().get(), 50);
+        assert_eq!(config.reward(), id.reward);
+        assert_eq!(config.distance_threshold(), 0.05);
+        assert_eq!(config.max_episode_steps(), 50);
         let object_range = if slide { 0.1 } else { 0.15 };
         assert_eq!(config.object_range(), id.task.has_object().then_some(object_range));
         assert_eq!(config.target_range(), if slide { 0.3 } else { 0.15 });
         assert_eq!(config.target_offset(), if slide { [0.4, 0.0, 0.0] } else { [0.0; 3] });
         assert_eq!(config.target_in_the_air(), id.task == Task::PickAndPlace);
     }
+    Ok(())
 }
 
 #[test]
-fn each_impossible_configuration_is_named() {
-    let push = || FetchConfig::builder(Task::Push);
-    let reach = || FetchConfig::builder(Task::Reach);
+fn the_serialized_settings_have_these_keys() -> Result {
+    let json = r#"{"task":"push","model":"builtin","contact_filter":true,"n_substeps":20,"reward":"dense","distance_threshold":0.05,"object_range":0.15,"target_range":0.15,"target_offset":[0.0,0.0,0.0],"target_in_the_air":false,"max_episode_steps":50}"#;
+    let config = FetchConfig::new(Task::Push, RewardKind::Dense);
+    assert_eq!(serde_json::to_string(&config)?, json);
+    let defaults =
+        [r#""model":"builtin","#, r#""contact_filter":true,"#, r#""object_range":0.15,"#];
+    for default in defaults {
+        assert_eq!(serde_json::from_str::<FetchConfig>(&json.replace(default, ""))?, config);
+    }
+    let unknown = json.replace("n_substeps", "substeps");
+    assert!(serde_json::from_str::<FetchConfig>(&unknown).is_err());
+    Ok(())
+}
+
+#[test]
+fn each_impossible_configuration_is_named() -> Result {
+    let push = || FetchConfig::new(Task::Push, RewardKind::Sparse);
+    let reach = || FetchConfig::new(Task::Reach, RewardKind::Sparse);
     let no_object = |option| ConfigError::NoObject { task: Task::Reach, option };
     let range = |option, value, least| ConfigError::Range { option, value, least };
-    for (builder, error) in [
-        (reach().object_range(0.1), no_object("object_range")),
-        (reach().target_in_the_air(true), no_object("target_in_the_air")),
+    for (config, error) in [
+        (reach().with_object_range(0.1), no_object("object_range")),
+        (reach().with_target_in_the_air(true), no_object("target_in_the_air")),
         // No offset within it would be 0.1 m long.
-        (push().object_range(0.07), range("object_range", 0.07, 0.075)),
-        (push().target_range(-0.1), range("target_range", -0.1, 0.0)),
-        (push().target_range(f64::MAX), range("target_range", f64::MAX, 0.0)),
+        (push().with_object_range(0.07), range("object_range", 0.07, 0.075)),
+        (push().with_target_range(-0.1), range("target_range", -0.1, 0.0)),
+        (push().with_target_range(f64::MAX), range("target_range", f64::MAX, 0.0)),
         (
-            push().target_offset([0.0, f64::INFINITY, 0.0]),
+            push().with_target_offset([0.0, f64::INFINITY, 0.0]),
             ConfigError::Offset { axis: 1, value: f64::INFINITY },
         ),
-        (push().n_substeps(0), ConfigError::Zero { option: "n_substeps" }),
-        (push().max_episode_steps(0), ConfigError::Zero { option: "max_episode_steps" }),
+        (push().with_n_substeps(0), ConfigError::Zero { option: "n_substeps" }),
+        (push().with_max_episode_steps(0), ConfigError::Zero { option: "max_episode_steps" }),
     ] {
-        assert_eq!(builder.build(), Err(error));
+        assert_eq!(config.check(), Err(error));
+        assert_eq!(config.sim(), Err(error));
+        let valid = FetchConfig::new(config.task(), RewardKind::Sparse).sim()?;
+        let refusal = FetchEnv::new(config, KinematicSimulator::new(&valid)).err();
+        assert_eq!(refusal, Some(EnvError::Config(error)));
     }
-    let threshold = push().distance_threshold(-1.0).build();
+    let threshold = push().with_distance_threshold(-1.0).check();
     assert!(matches!(threshold, Err(ConfigError::Threshold(_))), "{threshold:?}");
+    Ok(())
 }
 
 #[test]
-fn a_simulator_of_another_configuration_is_refused() {
+fn a_simulator_of_another_configuration_is_refused() -> Result {
     let config = FetchConfig::new(Task::Push, RewardKind::Sparse);
-    let coarse = FetchConfig::builder(Task::Push).n_substeps(10).build().expect("valid");
-    for simulator in [&SimConfig::new(Task::Slide), coarse.sim()] {
-        let refusal = FetchEnv::new(config.clone(), KinematicSimulator::new(simulator));
+    let coarse = config.clone().with_n_substeps(10);
+    for sim in [SimConfig::new(Task::Slide), coarse.sim()?] {
+        let refusal = FetchEnv::new(config.clone(), KinematicSimulator::new(&sim));
         assert!(matches!(refusal, Err(EnvError::SimulatorMismatch { .. })), "{refusal:?}");
     }
+    Ok(())
 }

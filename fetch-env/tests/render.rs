@@ -1,107 +1,111 @@
-//! Environments seen, and seeing themselves. Where there is no OpenGL there is nothing to look at.
+//! Rendering environments, and observing their pictures. Without OpenGL the tests have nothing to do.
 #![cfg(feature = "render")]
 
 use std::num::NonZeroU8;
 
 use allocation_counter::measure;
 use fetch_env::{
-    AddRenderObservation, ChannelOrder, Env, EnvError, EnvId, GoalEnv, GoalObservation, MujocoEnv,
-    PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, SnapshotEnv,
-    Space, check, make,
+    AddRenderObservation, ChannelOrder, Env, EnvError, EnvId, GoalEnvExt, GoalObservation,
+    MujocoEnv, PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer,
+    SnapshotEnv, Space, check, make,
 };
 
-/// `None` where pictures cannot be made, and need not be.
-fn unless_blind<T>(made: Result<T, EnvError>) -> Option<T> {
+type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Returns `None` without OpenGL, unless the environment variable `MUJOCO_GL` demands it.
+fn unless_blind<T>(made: std::result::Result<T, EnvError>) -> Result<Option<T>> {
     match made {
         Err(EnvError::Render(RenderError::NoOpenGl { .. }))
             if std::env::var_os("MUJOCO_GL").is_none() =>
         {
-            None
+            Ok(None)
         }
-        made => Some(made.expect("OpenGL")),
+        made => Ok(Some(made?)),
     }
-}
-
-fn env(id: &str) -> MujocoEnv {
-    make(id).expect("MuJoCo")
 }
 
 fn small() -> RenderOptions {
     RenderOptions::default().with_width(40).with_height(30).with_samples(0)
 }
 
-fn renderer(env: &MujocoEnv) -> Option<Renderer> {
+fn renderer(env: &MujocoEnv) -> Result<Option<Renderer>> {
     unless_blind(env.renderer(small()))
 }
 
 fn options(frame_stack: u8, channel_order: ChannelOrder) -> PixelOptions {
     let frame_stack = NonZeroU8::new(frame_stack).expect("at least one");
-    PixelOptions { render: small(), frame_stack, channel_order }
+    PixelOptions::default()
+        .with_render(small())
+        .with_frame_stack(frame_stack)
+        .with_channel_order(channel_order)
 }
 
 const ACTION: [f32; 4] = [1.0, -0.5, -1.0, 1.0];
 
 #[test]
-fn looking_changes_no_step() {
+fn looking_changes_no_step() -> Result {
     for id in EnvId::ALL {
-        let (mut seen, mut unseen) = (env(&id.to_string()), env(&id.to_string()));
-        let Some(mut renderer) = renderer(&seen) else { return };
-        assert_eq!(seen.reset(Some(7)).unwrap(), unseen.reset(Some(7)).unwrap());
+        let (mut seen, mut unseen) = (make(&id.to_string())?, make(&id.to_string())?);
+        let Some(mut renderer) = renderer(&seen)? else { return Ok(()) };
+        assert_eq!(seen.reset(Some(7))?, unseen.reset(Some(7))?);
         for _ in 0..50 {
             let before = seen.snapshot();
-            seen.render(&mut renderer).unwrap();
-            seen.render_depth(&mut renderer).unwrap();
-            seen.render_segmentation(&mut renderer).unwrap();
+            seen.render(&mut renderer)?;
+            seen.render_depth(&mut renderer)?;
+            seen.render_segmentation(&mut renderer)?;
             assert_eq!(seen.snapshot(), before, "{id}");
-            assert_eq!(seen.step(&ACTION).unwrap(), unseen.step(&ACTION).unwrap(), "{id}");
+            assert_eq!(seen.step(&ACTION)?, unseen.step(&ACTION)?, "{id}");
         }
     }
+    Ok(())
 }
 
 #[test]
-fn pictures_show_the_state_and_the_goal() {
-    let mut env = env("FetchReach-v4");
-    let Some(mut renderer) = renderer(&env) else { return };
+fn pictures_show_the_state_and_the_goal() -> Result {
+    let mut env = make("FetchReach-v4")?;
+    let Some(mut renderer) = renderer(&env)? else { return Ok(()) };
     assert!(matches!(env.render(&mut renderer), Err(EnvError::ResetNeeded)));
-    let mut picture = |env: &MujocoEnv| env.render(&mut renderer).unwrap().to_vec();
-    env.reset(Some(0)).unwrap();
-    let start = picture(&env);
+    let mut picture = |env: &MujocoEnv| env.render(&mut renderer).map(<[u8]>::to_vec);
+    env.reset(Some(0))?;
+    let start = picture(&env)?;
     assert_eq!(start.len(), 40 * 30 * 3);
-    env.step(&ACTION).unwrap();
+    env.step(&ACTION)?;
     let snapshot = env.snapshot();
-    let moved = picture(&env);
+    let moved = picture(&env)?;
     assert_ne!(moved, start);
-    env.reset(Some(1)).unwrap();
-    assert_ne!(picture(&env), start, "another goal");
-    env.restore(&snapshot).unwrap();
-    assert_eq!(picture(&env), moved);
+    env.reset(Some(1))?;
+    assert_ne!(picture(&env)?, start, "another goal");
+    env.restore(&snapshot)?;
+    assert_eq!(picture(&env)?, moved);
+    Ok(())
 }
 
 #[test]
-fn a_renderer_is_for_one_model() {
-    let (reach, mut push) = (env("FetchReach-v4"), env("FetchPush-v4"));
-    let Some(mut renderer) = renderer(&reach) else { return };
-    push.reset(Some(0)).unwrap();
+fn a_renderer_is_for_one_model() -> Result {
+    let (reach, mut push) = (make("FetchReach-v4")?, make("FetchPush-v4")?);
+    let Some(mut renderer) = renderer(&reach)? else { return Ok(()) };
+    push.reset(Some(0))?;
     let error = push.render(&mut renderer).unwrap_err();
     assert!(matches!(error, EnvError::Render(RenderError::OtherModel { .. })), "{error}");
-    let mut dense = env("FetchReachDense-v4");
-    dense.reset(Some(0)).unwrap();
-    dense.render(&mut renderer).unwrap();
+    let mut dense = make("FetchReachDense-v4")?;
+    dense.reset(Some(0))?;
+    dense.render(&mut renderer)?;
+    Ok(())
 }
 
 #[test]
-fn pixels_are_what_render_shows_in_the_order_asked_for() {
-    let mut plain = env("FetchPickAndPlace-v4");
-    let Some(mut renderer) = renderer(&plain) else { return };
-    let with = |order| AddRenderObservation::new(env("FetchPickAndPlace-v4"), options(2, order));
-    let mut last = with(ChannelOrder::Hwc).unwrap();
-    let mut first = with(ChannelOrder::Chw).unwrap();
+fn pixels_are_what_render_shows_in_the_order_asked_for() -> Result {
+    let mut plain = make("FetchPickAndPlace-v4")?;
+    let Some(mut renderer) = renderer(&plain)? else { return Ok(()) };
+    let with = |order| AddRenderObservation::new(make("FetchPickAndPlace-v4")?, options(2, order));
+    let mut last = with(ChannelOrder::Hwc)?;
+    let mut first = with(ChannelOrder::Chw)?;
     assert_eq!(last.image_space().shape(), [30, 40, 6]);
     assert_eq!(first.image_space().shape(), [6, 30, 40]);
-    let start = plain.reset(Some(3)).unwrap().observation;
-    let mut pictures = [0; 2].map(|_| plain.render(&mut renderer).unwrap().to_vec());
+    let start = plain.reset(Some(3))?.observation;
+    let mut pictures = [0; 2].map(|_| plain.render(&mut renderer).expect("a picture").to_vec());
     let mut observations: [PixelObservation<_>; 2] =
-        [&mut last, &mut first].map(|env| env.reset(Some(3)).unwrap().observation);
+        [&mut last, &mut first].map(|env| env.reset(Some(3)).expect("a reset").observation);
     assert_eq!(observations[0].state, start);
     for _ in 0..4 {
         let expected = |order, row: usize, column: usize, frame: usize, color: usize| {
@@ -122,45 +126,51 @@ fn pixels_are_what_render_shows_in_the_order_asked_for() {
                 assert_eq!(observation.pixels[index], value, "{order:?}, {index}");
             }
         }
-        plain.step(&ACTION).unwrap();
+        plain.step(&ACTION)?;
         pictures.rotate_left(1);
-        pictures[1] = plain.render(&mut renderer).unwrap().to_vec();
-        observations = [&mut last, &mut first].map(|env| env.step(&ACTION).unwrap().observation);
+        pictures[1] = plain.render(&mut renderer)?.to_vec();
+        observations =
+            [&mut last, &mut first].map(|env| env.step(&ACTION).expect("a step").observation);
     }
+    Ok(())
 }
 
 #[test]
-fn an_environment_with_pixels_keeps_the_laws() {
-    if renderer(&env("FetchPush-v4")).is_none() {
-        return;
+fn an_environment_with_pixels_keeps_the_laws() -> Result {
+    if renderer(&make("FetchPush-v4")?)?.is_none() {
+        return Ok(());
     }
-    let make = || AddRenderObservation::new(env("FetchPush-v4"), options(1, ChannelOrder::Chw));
-    let report = check::check_env(make, &check::CheckOptions { steps: 60, ..Default::default() });
+    let make = || AddRenderObservation::new(make("FetchPush-v4")?, options(1, ChannelOrder::Chw));
+    let report = check::check_env(make, &check::CheckOptions::default());
     assert!(report.passed(), "{report}");
-    let mut env = make().unwrap();
-    let observation = env.reset(Some(0)).unwrap().observation;
+    let mut env = make()?;
+    let observation = env.reset(Some(0))?.observation;
     assert!(env.observation_space().contains(&observation.to_value()));
     let Space::Dict(space) = env.observation_space() else { panic!("a dictionary") };
     assert_eq!(space.get("pixels"), Some(&Space::Image(env.image_space())));
     let achieved = observation.achieved_goal();
-    assert_eq!(env.compute_reward(achieved, achieved).unwrap(), 0.0);
+    assert_eq!(env.compute_reward(achieved, achieved)?, 0.0);
+    Ok(())
 }
 
 #[test]
-fn observing_pixels_allocates_nothing_once_observations_are_dropped() {
-    let made = AddRenderObservation::new(env("FetchPush-v4"), options(3, ChannelOrder::Chw));
-    let Some(mut env) = unless_blind(made) else { return };
-    let mut kept = vec![env.reset(Some(0)).unwrap().observation];
+fn observing_pixels_allocates_nothing_once_observations_are_dropped() -> Result {
+    let made = AddRenderObservation::new(make("FetchPush-v4")?, options(3, ChannelOrder::Chw));
+    let Some(mut env) = unless_blind(made)? else { return Ok(()) };
+    let mut kept = vec![env.reset(Some(0))?.observation];
     let copy = kept[0].pixels.to_vec();
-    kept.extend((0..10).map(|_| env.step(&ACTION).unwrap().observation));
-    assert_eq!(*kept[0].pixels, copy, "what is kept stays as it was");
+    for _ in 0..10 {
+        kept.push(env.step(&ACTION)?.observation);
+    }
+    assert_eq!(*kept[0].pixels, copy, "a kept observation does not change");
     kept.clear();
-    env.step(&ACTION).unwrap();
+    env.step(&ACTION)?;
     let counted = measure(|| {
         for _ in 0..10 {
-            env.step(&ACTION).unwrap();
+            env.step(&ACTION).expect("a step");
         }
     });
-    // The driver of OpenGL allocates through C, which is not counted.
+    // OpenGL's driver allocates through C, which is not counted.
     assert_eq!(counted.count_total, 0, "{counted:?}");
+    Ok(())
 }

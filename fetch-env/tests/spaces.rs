@@ -7,6 +7,8 @@ use fetch_env::{
 use proptest::prelude::*;
 use rand_pcg::Pcg64;
 
+type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+
 /// Bounds of any kind, infinite ones among them.
 fn interval() -> impl Strategy<Value = (f64, f64)> {
     let bound = || prop_oneof![3 => -1e6..1e6, 1 => Just(f64::MIN), 1 => Just(f64::MAX)];
@@ -46,7 +48,7 @@ proptest! {
             let sample = space.sample(&mut rng);
             prop_assert!(space.contains(&sample), "{:?} is not in {:?}", sample, space);
             let mut buffer = vec![0.0; space.len()];
-            space.sample_into(&mut same, &mut buffer).expect("enough room");
+            space.sample_into(&mut same, &mut buffer)?;
             prop_assert_eq!(sample, buffer);
             let sample = single.sample(&mut rng);
             prop_assert!(single.contains(&sample), "{:?} is not in {:?}", sample, single);
@@ -79,22 +81,22 @@ proptest! {
         let space: Space = DictSpace::new([
             ("single", Space::from(narrowed(&a))),
             ("double", a.into()),
-            ("nested", DictSpace::new([("b", b.into())]).expect("one key").into()),
+            ("nested", DictSpace::new([("b", b.into())])?.into()),
         ])
-        .expect("different keys")
+        ?
         .into();
-        let json = serde_json::to_string(&space).expect("serializable");
-        prop_assert_eq!(serde_json::from_str::<Space>(&json).expect("deserializable"), space);
+        let json = serde_json::to_string(&space)?;
+        prop_assert_eq!(serde_json::from_str::<Space>(&json)?, space);
     }
 }
 
 #[test]
-fn samples_have_the_distribution_of_their_interval() {
+fn samples_have_the_distribution_of_their_interval() -> Result {
     const SAMPLES: usize = 100_000;
     const INFINITY: f64 = f64::INFINITY;
     let low = vec![-1.0, 2.0, -INFINITY, -INFINITY];
     let high = vec![3.0, INFINITY, 2.0, INFINITY];
-    let space = BoxSpace::new(vec![2, 2], low, high).expect("low <= high");
+    let space = BoxSpace::new(vec![2, 2], low, high)?;
     let mut rng = Pcg64::new(0, 0);
     let samples: Vec<_> = (0..SAMPLES).map(|_| space.sample(&mut rng)).collect();
     // Mean and variance of: uniform, exponential, its mirror image, standard normal.
@@ -107,6 +109,7 @@ fn samples_have_the_distribution_of_their_interval() {
         assert!((average(&|x| x) - mean).abs() < 0.02, "mean of element {at}");
         assert!((average(&|x| (x - mean).powi(2)) - variance).abs() < 0.05, "variance of {at}");
     }
+    Ok(())
 }
 
 #[test]
@@ -134,9 +137,8 @@ fn impossible_spaces_are_refused() {
 }
 
 #[test]
-fn a_value_of_another_kind_lies_outside() {
-    let space: Space =
-        DictSpace::new([("a", BoxSpace::<f64>::unbounded(1).into())]).expect("one key").into();
+fn a_value_of_another_kind_lies_outside() -> Result {
+    let space: Space = DictSpace::new([("a", BoxSpace::<f64>::unbounded(1).into())])?.into();
     let dict = |key: &str, value| Value::Dict(vec![(key.into(), value)]);
     assert!(space.contains(&dict("a", Value::F64(vec![0.5]))));
     assert!(!space.contains(&dict("a", Value::F32(vec![0.5]))));
@@ -144,11 +146,13 @@ fn a_value_of_another_kind_lies_outside() {
     assert!(!space.contains(&Value::F64(vec![0.5])));
     assert!(!space.contains(&Value::Dict(Vec::new())));
     assert!(space.contains(&space.sample(&mut Pcg64::new(0, 0))));
+    Ok(())
 }
 
 #[test]
-fn an_unbounded_box_is_written_with_null() {
+fn an_unbounded_box_is_written_with_null() -> Result {
     let space = Space::from(BoxSpace::<f64>::unbounded(1));
-    let json = serde_json::to_string(&space).expect("serializable");
+    let json = serde_json::to_string(&space)?;
     assert_eq!(json, r#"{"type":"box_f64","shape":[1],"low":[null],"high":[null]}"#);
+    Ok(())
 }

@@ -1,10 +1,10 @@
-//! The time limit on an environment that is not ours and checks nothing itself.
+//! The time limit around a foreign environment that checks nothing itself.
 
 use std::num::NonZeroU32;
 
 use fetch_env::{
-    BoxSpace, Env, EnvError, FetchEnv, GoalEnv, GoalObservation, Info, Reset, SnapshotEnv, Space,
-    Step, TimeLimit,
+    BoxSpace, Env, EnvError, FetchEnv, GoalEnv, GoalEnvExt, GoalObservation, Info, Reset,
+    SnapshotEnv, Space, Step, TimeLimit,
 };
 use fetch_sim::KinematicSimulator;
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
@@ -72,10 +72,7 @@ impl Counter {
     fn observe(&self) -> (Count, Info) {
         let count = Count([self.steps, self.end].map(f64::from));
         let (achieved, desired) = (count.achieved_goal(), count.desired_goal());
-        let info = Info {
-            is_success: self.is_success(achieved, desired),
-            distance: goal_distance(achieved, desired),
-        };
+        let info = Info::new(self.is_success(achieved, desired), goal_distance(achieved, desired));
         (count, info)
     }
 }
@@ -122,25 +119,25 @@ impl GoalEnv for Counter {
 
 proptest! {
     #[test]
-    fn an_episode_ends_at_the_first_of_its_ends_and_each_is_told(
+    fn an_episode_ends_at_the_first_of_its_ends_and_each_is_reported(
         end in 1..8_u32,
         cut in 1..8_u32,
         limit in 1..8_u32,
     ) {
-        let mut env = TimeLimit::new(Counter::new(end, cut), NonZeroU32::new(limit).expect("> 0"));
+        let mut env = TimeLimit::new(Counter::new(end, cut), NonZeroU32::new(limit).expect("at least 1"));
         prop_assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
         for _ in 0..2 {
-            env.reset(None).expect("a reset");
+            env.reset(None)?;
             let last = end.min(cut).min(limit);
             for elapsed in 1..=last {
-                let step = env.step(&[0.0]).expect("a step");
+                let step = env.step(&[0.0])?;
                 prop_assert_eq!(step.terminated, elapsed == end);
                 prop_assert_eq!(step.truncated, elapsed == cut || elapsed == limit);
                 prop_assert_eq!(step.is_last(), elapsed == last);
                 prop_assert_eq!(env.elapsed_steps(), elapsed);
             }
             prop_assert_eq!(env.step(&[0.0]), Err(EnvError::EpisodeOver));
-            prop_assert_eq!(env.inner().steps, last, "a refused step came through");
+            prop_assert_eq!(env.inner().steps, last, "a refused step reached the environment");
         }
     }
 }

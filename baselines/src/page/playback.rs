@@ -123,10 +123,10 @@ impl Playback {
     {
         let failed = |source| PageError::Environment { seed, source };
         let config = env.fetch_env().config();
-        if *config.sim().model() != ModelSource::Builtin {
+        if *config.model() != ModelSource::Builtin {
             return Err(PageError::ForeignModel);
         }
-        let id = EnvId { task: config.task(), reward: config.reward().kind() };
+        let id = EnvId { task: config.task(), reward: config.reward() };
         let geoms = VisualGeom::of_builtin(id.task).map_err(|e| failed(EnvError::from(e)))?;
         let mut carriers: Vec<BodyId> = Vec::new();
         let mut meshes = Vec::new();

@@ -25,15 +25,15 @@ pub(super) struct ObjectView {
 
 impl View {
     pub(super) fn new(observation: &FetchObservation) -> Self {
-        let values = observation.observation();
-        let vector = |first: usize| Vector3::from_column_slice(&values[first..first + 3]);
+        let object = observation.object_position().zip(observation.object_relative_velocity());
         Self {
-            gripper: vector(0),
+            gripper: observation.grip_position().into(),
             goal: Vector3::from_column_slice(observation.desired_goal()),
-            object: (values.len() == 25).then(|| ObjectView {
-                position: vector(3),
+            object: object.map(|(position, velocity)| ObjectView {
+                position: position.into(),
                 // The observed velocity is relative to the gripper's.
-                velocity: (vector(14) + vector(20)) / CONTROL_PERIOD,
+                velocity: (Vector3::from(velocity) + Vector3::from(observation.grip_velocity()))
+                    / CONTROL_PERIOD,
             }),
         }
     }

@@ -1,50 +1,30 @@
-//! The environment checker: does an environment keep the laws that its users rely upon?
+//! The environment checker: does an environment keep the laws that its users rely on?
 //!
-//! It holds every property of Gymnasium's `check_env` and of Stable-Baselines3's goal checks that
-//! is not already kept by Rust's types, and some that those do not look at.
+//! It covers every property that Gymnasium's `check_env` and Stable-Baselines3's goal checks test
+//! and that Rust's types do not already guarantee, and some that those two do not test.
 
-mod end;
-mod goal;
-mod order;
+mod calls;
+mod goals;
+mod replay;
 mod report;
-mod reset;
-mod snapshot;
-mod space;
-mod step;
 mod subject;
 
-use std::num::NonZeroU32;
+use self::{report::Outcome, subject::Subject};
+pub use self::{
+    report::{Check, CheckReport},
+    subject::CheckOptions,
+};
+use crate::{
+    env::{SnapshotEnv, goal::GoalEnv},
+    error::EnvError,
+};
 
-pub use report::{Check, CheckReport};
-use serde::{Deserialize, Serialize};
-use subject::Subject;
+type Law<E> = fn(&Subject<'_, E>) -> Outcome;
 
-use crate::{EnvError, GoalEnv, SnapshotEnv};
-
-/// How an environment is checked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CheckOptions {
-    /// Seed of the episodes, and of the actions by a stream of its own.
-    pub seed: u64,
-    /// Random steps in each of the checks that step. More than an episode has, so that resets
-    /// without a seed are among them.
-    pub steps: u32,
-    /// Steps after which the environment should truncate an episode; `None` if only its own rules
-    /// should.
-    pub max_episode_steps: Option<NonZeroU32>,
-}
-
-impl Default for CheckOptions {
-    fn default() -> Self {
-        Self { seed: 0, steps: 60, max_episode_steps: NonZeroU32::new(50) }
-    }
-}
-
-/// Checks what can be said of every goal-conditioned environment.
+/// Checks the laws of every goal-conditioned environment.
 ///
-/// `make` makes one environment as often as it is called, always the same way: some laws are about
-/// two environments, or about one that has never been reset.
+/// `make` makes an environment at every call, always the same way: some laws are about two
+/// environments, or about one that has never been reset.
 ///
 /// ```
 /// use fetch_env::{check::{CheckOptions, check_env}, make_kinematic};
@@ -56,39 +36,44 @@ pub fn check_env<E: GoalEnv>(
     make: impl Fn() -> Result<E, EnvError>,
     options: &CheckOptions,
 ) -> CheckReport {
-    let subject = Subject { make, options };
+    let subject = Subject { make: &make, options };
+    let checks: [(&str, Law<E>); 19] = [
+        ("spaces/action", calls::action_space),
+        ("spaces/observation", calls::observation_space),
+        ("order/step-before-reset", calls::step_before_reset),
+        ("order/bad-actions", calls::bad_actions),
+        ("reset/in-space", replay::reset_in_space),
+        ("reset/deterministic", replay::reset_is_deterministic),
+        ("reset/seeds-differ", replay::seeds_differ),
+        ("reset/unseeded", replay::unseeded),
+        ("reset/options", replay::default_options),
+        ("step/in-space", replay::step_in_space),
+        ("step/deterministic", replay::step_is_deterministic),
+        ("goal/constant", goals::constant),
+        ("goal/reward-law", goals::reward_law),
+        ("goal/any-goal", goals::any_goal),
+        ("goal/bad-goals", goals::bad_goals),
+        ("goal/info", goals::info),
+        ("end/laws", goals::end_laws),
+        ("end/limit", goals::limit),
+        ("end/step-after-end", goals::step_after_end),
+    ];
     let mut report = CheckReport::default();
-    report.run("spaces/action", || space::action_space(&subject));
-    report.run("spaces/observation", || space::observation_space(&subject));
-    report.run("order/step-before-reset", || order::step_before_reset(&subject));
-    report.run("order/bad-actions", || order::bad_actions(&subject));
-    report.run("reset/in-space", || reset::in_space(&subject));
-    report.run("reset/deterministic", || reset::deterministic(&subject));
-    report.run("reset/seeds-differ", || reset::seeds_differ(&subject));
-    report.run("reset/unseeded", || reset::unseeded(&subject));
-    report.run("reset/options", || reset::default_options(&subject));
-    report.run("step/in-space", || step::in_space(&subject));
-    report.run("step/deterministic", || step::deterministic(&subject));
-    report.run("goal/constant", || goal::constant(&subject));
-    report.run("goal/reward-law", || goal::reward_law(&subject));
-    report.run("goal/any-goal", || goal::any_goal(&subject));
-    report.run("goal/bad-goals", || goal::bad_goals(&subject));
-    report.run("goal/info", || goal::info(&subject));
-    report.run("end/laws", || end::laws(&subject));
-    report.run("end/limit", || end::limit(&subject));
-    report.run("end/step-after-end", || end::step_after_end(&subject));
+    for (name, check) in checks {
+        report.add(name, check(&subject));
+    }
     report
 }
 
-/// [`check_env`], and whether going back to a snapshot gives the same results again.
+/// Runs [`check_env`], and checks that a restored snapshot gives the same results again.
 pub fn check_snapshot_env<E: GoalEnv + SnapshotEnv>(
     make: impl Fn() -> Result<E, EnvError>,
     options: &CheckOptions,
 ) -> CheckReport {
     let mut report = check_env(&make, options);
-    let subject = Subject { make, options };
-    report.run("snapshot/replay", || snapshot::replay(&subject));
-    report.run("snapshot/other-environment", || snapshot::other_environment(&subject));
-    report.run("snapshot/before-reset", || snapshot::before_reset(&subject));
+    let subject = Subject { make: &make, options };
+    report.add("snapshot/replay", replay::snapshot(&subject));
+    report.add("snapshot/other-environment", replay::snapshot_elsewhere(&subject));
+    report.add("snapshot/before-reset", replay::snapshot_before_reset(&subject));
     report
 }

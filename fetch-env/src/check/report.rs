@@ -1,22 +1,26 @@
+//! What the checks found.
+
 use std::{error::Error, fmt};
 
 use serde::Serialize;
 
-/// What came of all checks, in the order in which they ran.
+/// The results of all checks, in the order in which they ran.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct CheckReport {
-    /// The checks; there are no others for this kind of environment.
+    /// All checks that apply to this kind of environment.
     pub checks: Vec<Check>,
 }
 
-/// What came of one check.
+/// The result of one check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Check {
-    /// Its name, such as `reset/deterministic`.
+    /// Name of the check, such as `reset/deterministic`.
     pub name: &'static str,
     /// Whether the environment keeps this law.
     pub passed: bool,
-    /// What was looked at, or what is wrong.
+    /// Summary of what was checked, or of what is wrong.
     pub message: String,
 }
 
@@ -27,13 +31,13 @@ impl CheckReport {
         self.checks.iter().all(|check| check.passed)
     }
 
-    /// The checks that did not pass.
+    /// Iterates over the checks that failed.
     pub fn failures(&self) -> impl Iterator<Item = &Check> {
         self.checks.iter().filter(|check| !check.passed)
     }
 
-    pub(super) fn run(&mut self, name: &'static str, check: impl FnOnce() -> Outcome) {
-        let (passed, message) = match check() {
+    pub(super) fn add(&mut self, name: &'static str, outcome: Outcome) {
+        let (passed, message) = match outcome {
             Ok(message) => (true, message),
             Err(Failure(message)) => (false, message),
         };
@@ -57,10 +61,10 @@ impl fmt::Display for Check {
     }
 }
 
-/// A message of what was looked at, or of what is wrong.
+/// A summary of what was checked, or what is wrong.
 pub(super) type Outcome = Result<String, Failure>;
 
-/// What is wrong.
+/// Description of what is wrong.
 #[derive(Debug)]
 pub(super) struct Failure(String);
 
@@ -70,7 +74,7 @@ impl Failure {
     }
 }
 
-/// So that `?` turns any error into a failure; for the same reason this is no error itself.
+/// Lets `?` turn any error into a failure. For that reason [`Failure`] itself is not an [`Error`].
 impl<E: Error> From<E> for Failure {
     fn from(error: E) -> Self {
         Self(format!("an unexpected error: {error}"))

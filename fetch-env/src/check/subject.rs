@@ -1,49 +1,124 @@
+//! The environment under test: making it, stepping it and comparing what it returns.
+
+use std::num::NonZeroU32;
+
 use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
 
-use super::{CheckOptions, report::Failure, report::ensure};
-use crate::{Env, EnvError, GoalEnv, GoalObservation, Info, Reset, Step};
+use super::report::{Failure, ensure};
+use crate::{
+    env::{
+        Env, Reset, Step,
+        goal::{GoalEnv, GoalObservation, Info},
+    },
+    error::EnvError,
+};
 
-/// The environment under test, as often as it is wanted.
-pub(super) struct Subject<'a, F> {
-    pub(super) make: F,
+/// Settings of the environment checker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[must_use]
+pub struct CheckOptions {
+    seed: u64,
+    #[serde(rename = "steps")]
+    num_steps: u32,
+    max_episode_steps: Option<NonZeroU32>,
+}
+
+impl Default for CheckOptions {
+    fn default() -> Self {
+        Self { seed: 0, num_steps: 60, max_episode_steps: NonZeroU32::new(50) }
+    }
+}
+
+impl CheckOptions {
+    /// Sets the seed of the episodes and, as another stream, of the actions. The default is 0.
+    pub const fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Sets the number of random steps in each check that steps. The default, 60, exceeds an episode,
+    /// so that the steps include resets without a seed.
+    pub const fn with_num_steps(mut self, num_steps: u32) -> Self {
+        self.num_steps = num_steps;
+        self
+    }
+
+    /// Sets the number of steps after which the environment must truncate an episode; `None` if only
+    /// its own rules may. The default, 50, is that of the Fetch environments.
+    pub const fn with_max_episode_steps(mut self, steps: Option<NonZeroU32>) -> Self {
+        self.max_episode_steps = steps;
+        self
+    }
+
+    /// The seed of the episodes.
+    #[must_use]
+    pub const fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The number of random steps in each check that steps.
+    #[must_use]
+    pub const fn num_steps(&self) -> u32 {
+        self.num_steps
+    }
+
+    /// The number of steps after which the environment must truncate an episode.
+    #[must_use]
+    pub const fn max_episode_steps(&self) -> Option<NonZeroU32> {
+        self.max_episode_steps
+    }
+}
+
+/// The environment under test.
+pub(super) struct Subject<'a, E> {
+    pub(super) make: &'a dyn Fn() -> Result<E, EnvError>,
     pub(super) options: &'a CheckOptions,
 }
 
 pub(super) type StepOf<E> = Step<<E as Env>::Observation, Info>;
 pub(super) type ResetOf<E> = Reset<<E as Env>::Observation, Info>;
 
-/// What a random step came from and led to.
+/// A random step with what came before it.
 pub(super) struct Transition<'a, E: GoalEnv> {
     pub(super) env: &'a E,
     /// The observation before the step.
     pub(super) before: &'a E::Observation,
     pub(super) step: &'a StepOf<E>,
-    /// Steps of this episode, this one included.
+    /// The number of steps in this episode, including this one.
     pub(super) elapsed_steps: u32,
 }
 
-impl<E: GoalEnv, F: Fn() -> Result<E, EnvError>> Subject<'_, F> {
-    /// A new environment.
+impl<E: GoalEnv> Transition<'_, E> {
+    /// The achieved and the desired goal after the step.
+    pub(super) fn goals(&self) -> [&[f64]; 2] {
+        [self.step.observation.achieved_goal(), self.step.observation.desired_goal()]
+    }
+}
+
+impl<E: GoalEnv> Subject<'_, E> {
+    /// Makes a new environment.
     pub(super) fn env(&self) -> Result<E, EnvError> {
         (self.make)()
     }
 
-    /// A new environment and its first observation.
+    /// Makes a new environment and resets it.
     pub(super) fn started(&self) -> Result<(E, ResetOf<E>), EnvError> {
         let mut env = self.env()?;
         let reset = env.reset(Some(self.options.seed))?;
         Ok((env, reset))
     }
 
-    /// Random numbers for actions and goals, from another stream than any environment's: numbers of
-    /// the same stream would tell the policy the goal.
+    /// Returns the generator of actions and goals. Its stream is none of an environment's, whose
+    /// numbers would reveal the goal to the policy.
     pub(super) fn rng(&self) -> Pcg64 {
         const STREAM: u128 = 0x5eed_0fac_7105;
         Pcg64::new(self.options.seed.into(), STREAM)
     }
 
-    /// Takes random steps in a new environment, with a reset where an episode ends, and shows each.
-    /// Returns how many.
+    /// Takes random steps in a new environment, resets it at the end of each episode, and calls
+    /// `visit` after each step. Returns the number of steps.
     pub(super) fn for_each_step(
         &self,
         mut visit: impl FnMut(Transition<'_, E>) -> Result<(), Failure>,
@@ -51,7 +126,7 @@ impl<E: GoalEnv, F: Fn() -> Result<E, EnvError>> Subject<'_, F> {
         let (mut env, reset) = self.started()?;
         let mut rng = self.rng();
         let (mut before, mut elapsed_steps) = (reset.observation, 0);
-        for _ in 0..self.options.steps {
+        for _ in 0..self.options.num_steps {
             let step = env.step(&env.action_space().sample(&mut rng))?;
             elapsed_steps += 1;
             visit(Transition { env: &env, before: &before, step: &step, elapsed_steps })?;
@@ -61,17 +136,17 @@ impl<E: GoalEnv, F: Fn() -> Result<E, EnvError>> Subject<'_, F> {
                 (step.observation, elapsed_steps)
             };
         }
-        Ok(self.options.steps)
+        Ok(self.options.num_steps)
     }
 }
 
-/// Random steps from where `env` is, with a reset where an episode ends.
+/// Takes random steps from the environment's current state and resets it at the end of each episode.
 pub(super) fn random_steps<E: GoalEnv>(
     env: &mut E,
     rng: &mut Pcg64,
-    steps: u32,
+    num_steps: u32,
 ) -> Result<Vec<StepOf<E>>, EnvError> {
-    (0..steps)
+    (0..num_steps)
         .map(|_| {
             let step = env.step(&env.action_space().sample(rng))?;
             if step.is_last() {
@@ -94,20 +169,7 @@ pub(super) fn same_observation<O: GoalObservation>(a: &O, b: &O) -> bool {
 }
 
 fn same_info(a: &Info, b: &Info) -> bool {
-    a.is_success == b.is_success && a.distance.to_bits() == b.distance.to_bits()
-}
-
-/// Fails unless two steps are equal to the last bit.
-pub(super) fn ensure_same_step<O: GoalObservation>(
-    index: usize,
-    a: &Step<O, Info>,
-    b: &Step<O, Info>,
-) -> Result<(), Failure> {
-    let same = same_observation(&a.observation, &b.observation)
-        && a.reward.to_bits() == b.reward.to_bits()
-        && (a.terminated, a.truncated) == (b.terminated, b.truncated)
-        && same_info(&a.info, &b.info);
-    ensure(same, || format!("step {index} differs: {a:?} and {b:?}"))
+    a.is_success == b.is_success && same_bits(&[a.distance], &[b.distance])
 }
 
 /// Fails unless two resets are equal to the last bit.
@@ -120,14 +182,18 @@ pub(super) fn ensure_same_reset<O: GoalObservation>(
     ensure(same, || format!("{what} differ: {a:?} and {b:?}"))
 }
 
-/// Fails unless both trajectories are equal to the last bit.
+/// Fails unless two trajectories are equal to the last bit.
 pub(super) fn ensure_same_steps<O: GoalObservation>(
     a: &[Step<O, Info>],
     b: &[Step<O, Info>],
 ) -> Result<(), Failure> {
     ensure(a.len() == b.len(), || format!("{} steps and {}", a.len(), b.len()))?;
     for (index, (a, b)) in a.iter().zip(b).enumerate() {
-        ensure_same_step(index, a, b)?;
+        let same = same_observation(&a.observation, &b.observation)
+            && same_bits(&[a.reward], &[b.reward])
+            && (a.terminated, a.truncated) == (b.terminated, b.truncated)
+            && same_info(&a.info, &b.info);
+        ensure(same, || format!("step {index} differs: {a:?} and {b:?}"))?;
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 //! ```
 //! use fetch_env::clip::{Caption, Clip};
 //!
-//! // In place of `env.render(&mut renderer)?`: two frames of 2 x 1 pixels.
+//! // Frames come from `env.render(&mut renderer)?`; these two have 2 x 1 pixels.
 //! let frames = [[0, 0, 0, 9, 9, 9], [0, 0, 0, 255, 9, 9]];
 //! let mut clip = Clip::new(2, 1)?;
 //! clip.push(&frames[0])?;
@@ -14,50 +14,42 @@
 //! # Ok::<(), fetch_env::clip::ClipError>(())
 //! ```
 
-mod apng;
-mod caption;
-mod changes;
-mod error;
-mod gif;
+mod encode;
 
 use std::io::Write;
 
-pub use self::{caption::Caption, error::ClipError};
+use font8x8::legacy::BASIC_LEGACY;
 
-/// Frames of one size, 25 a second: as fast as the robot moves.
+pub use self::encode::ClipError;
+use self::encode::Frames;
+
+/// Frames of one size, shown at 25 per second, the pace of the robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Clip {
-    width: u16,
-    height: u16,
-    frames: Vec<Vec<u8>>,
-}
-
-/// Hundredths of a second that a frame is shown: a control step.
-const FRAME_DELAY: u16 = 4;
+pub struct Clip(Frames);
 
 impl Clip {
-    /// A clip without frames yet.
+    /// Creates a clip without frames.
     ///
     /// # Errors
-    /// [`ClipError::Size`] if a frame had no pixels, or more than 65535 in a row or column.
+    /// [`ClipError::Size`] if the width or height is not 1 to 65535 pixels.
     pub fn new(width: u32, height: u32) -> Result<Self, ClipError> {
         let side = |length: u32| u16::try_from(length).ok().filter(|&length| length > 0);
-        let (Some(w), Some(h)) = (side(width), side(height)) else {
-            return Err(ClipError::Size { width, height });
-        };
-        Ok(Self { width: w, height: h, frames: Vec::new() })
+        match (side(width), side(height)) {
+            (Some(width), Some(height)) => Ok(Self(Frames { width, height, rgb: Vec::new() })),
+            _ => Err(ClipError::Size { width, height }),
+        }
     }
 
     /// Appends a frame: height x width x 3 (red, green, blue), the top row first.
     ///
     /// # Errors
-    /// [`ClipError::FrameLength`] if it is of another size.
+    /// [`ClipError::FrameLength`] if it has another size.
     pub fn push(&mut self, rgb: &[u8]) -> Result<(), ClipError> {
-        let expected = 3 * usize::from(self.width) * usize::from(self.height);
+        let expected = 3 * usize::from(self.0.width) * usize::from(self.0.height);
         if rgb.len() != expected {
             return Err(ClipError::FrameLength { expected, actual: rgb.len() });
         }
-        self.frames.push(rgb.to_vec());
+        self.0.rgb.push(rgb.to_vec());
         Ok(())
     }
 
@@ -67,40 +59,94 @@ impl Clip {
     /// As [`push`](Self::push).
     pub fn push_with_caption(&mut self, rgb: &[u8], caption: &Caption) -> Result<(), ClipError> {
         self.push(rgb)?;
-        if let Some(frame) = self.frames.last_mut() {
-            caption.draw(frame, self.width.into());
+        if let Some(frame) = self.0.rgb.last_mut() {
+            caption.draw(frame, self.0.width.into());
         }
         Ok(())
     }
 
-    /// The frames, as they will be shown.
+    /// Iterates over the frames, captions included.
     pub fn frames(&self) -> impl ExactSizeIterator<Item = &[u8]> {
-        self.frames.iter().map(Vec::as_slice)
+        self.0.rgb.iter().map(Vec::as_slice)
     }
 
-    /// Writes the clip as a GIF that repeats for ever. It has 256 colors, chosen for all frames
-    /// together, so that what stands still does not flicker.
+    /// Writes the clip as a GIF that repeats forever. All frames share one palette of 256 colors, so
+    /// that static parts do not flicker.
     ///
     /// # Errors
     /// [`ClipError::NoFrames`], or [`ClipError::Io`] if `out` cannot be written to.
     pub fn write_gif(&self, out: impl Write) -> Result<(), ClipError> {
-        gif::write(self, out)
+        self.0.write_gif(out)
     }
 
-    /// Writes the clip as an animated PNG that repeats for ever: every pixel as it was.
+    /// Writes the clip as a lossless animated PNG that repeats forever.
     ///
     /// # Errors
     /// [`ClipError::NoFrames`], or [`ClipError::Io`] if `out` cannot be written to.
     pub fn write_apng(&self, out: impl Write) -> Result<(), ClipError> {
-        apng::write(self, out)
+        self.0.write_apng(out)
     }
+}
+
+/// Text on a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Caption {
+    /// Number of steps since the reset.
+    pub step: u32,
+    /// Reward of the last step.
+    pub reward: f64,
+    /// Distance between achieved and desired goal, in meters.
+    pub distance: f64,
+}
+
+/// Width and height of a letter of the font, in dots.
+const LETTER: usize = 8;
+/// Width of a frame, in pixels, for each pixel of a dot; the text then leaves most of it free.
+const PIXELS_PER_DOT: usize = 240;
+
+impl Caption {
+    fn lines(&self) -> [String; 3] {
+        [
+            format!("step     {:3}", self.step),
+            format!("reward   {:6.3}", self.reward + 0.0), // turns -0 into 0
+            format!("distance {:6.3} m", self.distance),
+        ]
+    }
+
+    /// Writes the lines in white on the darkened upper left corner, as far as they fit.
+    fn draw(&self, rgb: &mut [u8], width: usize) {
+        let scale = (width / PIXELS_PER_DOT).max(1);
+        let lines = self.lines();
+        let letters = lines.iter().map(String::len).max().unwrap_or(0);
+        let (margin, line) = (LETTER / 2 * scale, (LETTER + 2) * scale);
+        let (right, bottom) =
+            (2 * margin + letters * LETTER * scale, 2 * margin + lines.len() * line);
+        for (y, row) in rgb.chunks_exact_mut(3 * width).enumerate().take(bottom) {
+            for (x, pixel) in row.chunks_exact_mut(3).enumerate().take(right) {
+                let dot = x.checked_sub(margin).zip(y.checked_sub(margin)).is_some_and(|(x, y)| {
+                    let text = lines.get(y / line).map_or("", String::as_str);
+                    is_dot(text, x / scale, y % line / scale)
+                });
+                for value in pixel {
+                    *value = if dot { 255 } else { *value / 3 };
+                }
+            }
+        }
+    }
+}
+
+/// Whether a text has a dot at these coordinates, counted from its upper left corner.
+fn is_dot(text: &str, x: usize, y: usize) -> bool {
+    let letter = text.as_bytes().get(x / LETTER).copied().unwrap_or(b' ');
+    let rows = BASIC_LEGACY.get(usize::from(letter)).unwrap_or(&BASIC_LEGACY[0]);
+    rows.get(y).is_some_and(|row| row >> (x % LETTER) & 1 == 1)
 }
 
 /// Writes one frame, height x width x 3 (red, green, blue), as a PNG.
 ///
 /// # Errors
-/// [`ClipError::FrameLength`] if it is of another size, or [`ClipError::Io`] if `out` cannot be
-/// written to.
+/// [`ClipError::Size`] or [`ClipError::FrameLength`] if the sizes do not fit, or [`ClipError::Io`] if
+/// `out` cannot be written to.
 pub fn write_png(rgb: &[u8], width: u32, height: u32, out: impl Write) -> Result<(), ClipError> {
     let mut clip = Clip::new(width, height)?;
     clip.push(rgb)?;

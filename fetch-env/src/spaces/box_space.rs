@@ -1,19 +1,20 @@
+//! Arrays of numbers within bounds.
+
 use std::fmt;
 
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-use super::SpaceError;
-use crate::np_random::unit_interval;
+use crate::{error::SpaceError, np_random::unit_interval};
 
-/// A precision that the elements of a [`BoxSpace`] can have: `f32` or `f64`.
+/// Precision of the elements of a [`BoxSpace`]: `f32` or `f64`.
 pub trait Element: Copy + PartialOrd + fmt::Debug + Into<f64> + private::Sealed {
-    /// Negative infinity: no lower bound.
+    /// Negative infinity, which means no lower bound.
     const NEG_INFINITY: Self;
-    /// Infinity: no upper bound.
+    /// Infinity, which means no upper bound.
     const INFINITY: Self;
 
-    /// The nearest number of this precision.
+    /// Returns the nearest number of this precision.
     fn from_f64(value: f64) -> Self;
 }
 
@@ -57,11 +58,13 @@ pub struct BoxSpace<T> {
 }
 
 impl<T: Element> BoxSpace<T> {
-    /// Arrays of `shape` between `low` and `high`, row-major; infinite bounds mean none.
+    /// Creates the space of arrays of `shape` between `low` and `high`, row-major; an infinite bound
+    /// means none.
     ///
     /// # Errors
-    /// [`SpaceError::BoundCount`] if `low` or `high` has not one element for each of the shape's;
-    /// [`SpaceError::EmptyInterval`] if a bound is NaN or no finite number lies between two.
+    /// [`SpaceError::BoundCount`] if `low` or `high` does not have one element for each of the
+    /// shape's; [`SpaceError::EmptyInterval`] if a bound is NaN or no finite number lies between
+    /// two.
     pub fn new(shape: Vec<usize>, low: Vec<T>, high: Vec<T>) -> Result<Self, SpaceError> {
         let expected = shape.iter().product();
         if low.len() != expected || high.len() != expected {
@@ -84,7 +87,7 @@ impl<T: Element> BoxSpace<T> {
         Ok(Self { shape, low, high })
     }
 
-    /// Arrays of `shape` with the same bounds for every element.
+    /// Creates the space of arrays of `shape` with the same bounds for every element.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -93,7 +96,7 @@ impl<T: Element> BoxSpace<T> {
         Self::new(shape, vec![low; len], vec![high; len])
     }
 
-    /// Vectors of `len` finite numbers.
+    /// Creates the space of vectors of `len` numbers without bounds.
     #[must_use]
     pub fn unbounded(len: usize) -> Self {
         Self { shape: vec![len], low: vec![T::NEG_INFINITY; len], high: vec![T::INFINITY; len] }
@@ -111,7 +114,7 @@ impl<T: Element> BoxSpace<T> {
         self.low.len()
     }
 
-    /// Whether its arrays have no element.
+    /// Whether its arrays have no elements.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.low.is_empty()
@@ -137,14 +140,14 @@ impl<T: Element> BoxSpace<T> {
 
     /// Whether `array`, row-major, has the right length and lies within all bounds.
     ///
-    /// NaN lies in no box; infinity, as in Gymnasium, in one that is unbounded on its side.
+    /// No box contains NaN. A box without a bound on one side contains that infinity, as in Gymnasium.
     #[must_use]
     pub fn contains(&self, array: &[T]) -> bool {
         array.len() == self.len()
             && array.iter().zip(self.intervals()).all(|(&x, (low, high))| low <= x && x <= high)
     }
 
-    /// Draws a member, each element independently, from the distributions that Gymnasium uses:
+    /// Draws a member, each element independently, from the distribution that Gymnasium uses:
     /// uniform between two bounds, exponential away from a single one, standard normal without any.
     pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<T> {
         self.intervals().map(|interval| sample_interval(interval, rng)).collect()
@@ -153,7 +156,7 @@ impl<T: Element> BoxSpace<T> {
     /// Draws a member as [`sample`](Self::sample) does, without allocating.
     ///
     /// # Errors
-    /// [`SpaceError::SampleLength`] if `out` has not [`len`](Self::len) elements.
+    /// [`SpaceError::SampleLength`] if `out` does not have [`len`](Self::len) elements.
     pub fn sample_into<R: Rng + ?Sized>(
         &self,
         rng: &mut R,
@@ -179,14 +182,14 @@ fn sample_interval<T: Element, R: Rng + ?Sized>((low, high): (T, T), rng: &mut R
     let value = match (low > T::NEG_INFINITY, high < T::INFINITY) {
         (true, true) => {
             let share = uniform();
-            // Not low + (high - low) * share, whose difference can overflow.
+            // In low + (high - low) * share the difference could overflow.
             low.into() * (1.0 - share) + high.into() * share
         }
         (true, false) => low.into() + exponential(uniform()),
         (false, true) => high.into() - exponential(uniform()),
         (false, false) => standard_normal(uniform(), uniform()),
     };
-    // Rounding can lead just out of the interval.
+    // Rounding can leave the interval.
     let value = T::from_f64(value);
     if value < low {
         low
@@ -197,17 +200,17 @@ fn sample_interval<T: Element, R: Rng + ?Sized>((low, high): (T, T), rng: &mut R
     }
 }
 
-/// Inverse of the exponential distribution function; `share` is in [0, 1).
+/// Inverse of the exponential distribution function of `share` in [0, 1).
 fn exponential(share: f64) -> f64 {
     -(-share).ln_1p()
 }
 
-/// Box and Muller, "A note on the generation of random normal deviates", 1958.
+/// The transform of Box and Muller, "A note on the generation of random normal deviates", 1958.
 fn standard_normal(radius: f64, angle: f64) -> f64 {
     (2.0 * exponential(radius)).sqrt() * (std::f64::consts::TAU * angle).cos()
 }
 
-/// The serialized form; `None` is no bound, as JSON has no infinity.
+/// The serialized form; `None` means no bound, because JSON has no infinity.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "BoxSpace", deny_unknown_fields)]
 struct Bounds<T> {

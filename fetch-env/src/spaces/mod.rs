@@ -1,63 +1,12 @@
-//! Spaces: which actions an environment takes and which observations it gives.
+//! Spaces: the actions that an environment takes and the observations that it returns.
 
-mod box_space;
-mod dict_space;
-mod image_space;
+pub(crate) mod box_space;
 
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-pub use box_space::{BoxSpace, Element};
-pub use dict_space::DictSpace;
-pub use image_space::ImageSpace;
-
-/// What can be wrong with a space's definition.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SpaceError {
-    /// The bounds are not as many as the shape says.
-    #[error(
-        "a box of shape {shape:?} needs {expected} bounds, but {low} low and {high} high were given"
-    )]
-    BoundCount {
-        /// The shape.
-        shape: Vec<usize>,
-        /// Elements of that shape.
-        expected: usize,
-        /// Lower bounds given.
-        low: usize,
-        /// Upper bounds given.
-        high: usize,
-    },
-    /// No number lies between the bounds of an element.
-    #[error(
-        "element {index} of the box has no number between {low} and {high}: give low <= high, neither NaN"
-    )]
-    EmptyInterval {
-        /// Index of the element, row-major.
-        index: usize,
-        /// Its lower bound.
-        low: f64,
-        /// Its upper bound.
-        high: f64,
-    },
-    /// The room for a sample does not fit the space.
-    #[error(
-        "a sample has {expected} elements, but there is room for {actual}: pass a slice of the space's length"
-    )]
-    SampleLength {
-        /// Elements of the space.
-        expected: usize,
-        /// Elements of the slice.
-        actual: usize,
-    },
-    /// A key comes twice.
-    #[error("the key {key:?} comes twice: name each space of a dictionary differently")]
-    DuplicateKey {
-        /// The key.
-        key: String,
-    },
-}
+pub use self::box_space::{BoxSpace, Element};
+pub use crate::error::SpaceError;
 
 /// A set of values that can be described, tested and sampled.
 ///
@@ -72,11 +21,11 @@ pub enum Space {
     BoxF64(BoxSpace<f64>),
     /// Images of bytes.
     Image(ImageSpace),
-    /// Spaces by name.
+    /// Named spaces.
     Dict(DictSpace),
 }
 
-/// A value that may or may not lie in a [`Space`]. Arrays are row-major.
+/// A value to test against a [`Space`]. Arrays are row-major.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", content = "value", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -87,12 +36,12 @@ pub enum Value {
     F64(Vec<f64>),
     /// An array of bytes.
     U8(Vec<u8>),
-    /// Values by name.
+    /// Named values.
     Dict(Vec<(String, Value)>),
 }
 
 impl Space {
-    /// Whether `value` is of the space's kind and shape, within all bounds, and without a NaN.
+    /// Whether `value` has the space's kind and shape and lies within all bounds, without a NaN.
     #[must_use]
     pub fn contains(&self, value: &Value) -> bool {
         match (self, value) {
@@ -104,7 +53,7 @@ impl Space {
         }
     }
 
-    /// A random member, as [`BoxSpace::sample`] and [`ImageSpace::sample`] draw it.
+    /// Draws a member as [`BoxSpace::sample`] and [`ImageSpace::sample`] do.
     pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Value {
         match self {
             Self::BoxF32(space) => Value::F32(space.sample(rng)),
@@ -114,7 +63,7 @@ impl Space {
         }
     }
 
-    /// The dictionary, if it is one.
+    /// Returns the dictionary if the space is one.
     #[must_use]
     pub const fn as_dict(&self) -> Option<&DictSpace> {
         match self {
@@ -145,5 +94,125 @@ impl From<ImageSpace> for Space {
 impl From<DictSpace> for Space {
     fn from(space: DictSpace) -> Self {
         Self::Dict(space)
+    }
+}
+
+/// Named spaces in a fixed order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Entries", into = "Entries")]
+pub struct DictSpace {
+    spaces: Vec<(String, Space)>,
+}
+
+impl DictSpace {
+    /// Creates a dictionary of spaces in the given order.
+    ///
+    /// # Errors
+    /// [`SpaceError::DuplicateKey`] if two spaces have the same name.
+    pub fn new(
+        spaces: impl IntoIterator<Item = (impl Into<String>, Space)>,
+    ) -> Result<Self, SpaceError> {
+        let mut dict = Self { spaces: Vec::new() };
+        for (key, space) in spaces {
+            let key = key.into();
+            if dict.get(&key).is_some() {
+                return Err(SpaceError::DuplicateKey { key });
+            }
+            dict.spaces.push((key, space));
+        }
+        Ok(dict)
+    }
+
+    /// Returns the space of this name.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&Space> {
+        self.iter().find_map(|(name, space)| (name == key).then_some(space))
+    }
+
+    /// Iterates over names and spaces in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&str, &Space)> {
+        self.spaces.iter().map(|(key, space)| (key.as_str(), space))
+    }
+
+    /// Whether `values` has exactly one value for each space, in any order, and each lies in its
+    /// space.
+    #[must_use]
+    pub fn contains(&self, values: &[(String, Value)]) -> bool {
+        values.len() == self.spaces.len()
+            && self.iter().all(|(key, space)| {
+                values.iter().any(|(name, value)| name == key && space.contains(value))
+            })
+    }
+
+    /// Draws a member of each space, in order.
+    pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<(String, Value)> {
+        self.spaces.iter().map(|(key, space)| (key.clone(), space.sample(rng))).collect()
+    }
+}
+
+/// The serialized form of a [`DictSpace`].
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "DictSpace", deny_unknown_fields)]
+struct Entries {
+    spaces: Vec<(String, Space)>,
+}
+
+impl From<DictSpace> for Entries {
+    fn from(DictSpace { spaces }: DictSpace) -> Self {
+        Self { spaces }
+    }
+}
+
+impl TryFrom<Entries> for DictSpace {
+    type Error = SpaceError;
+
+    fn try_from(Entries { spaces }: Entries) -> Result<Self, SpaceError> {
+        Self::new(spaces)
+    }
+}
+
+/// Images, or stacks of them: arrays of bytes of a fixed shape, each from 0 to 255.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSpace {
+    shape: [usize; 3],
+}
+
+impl ImageSpace {
+    /// Creates the space of row-major arrays of `shape`.
+    #[must_use]
+    pub const fn new(shape: [usize; 3]) -> Self {
+        Self { shape }
+    }
+
+    /// The length of each axis.
+    #[must_use]
+    pub const fn shape(&self) -> [usize; 3] {
+        self.shape
+    }
+
+    /// The number of bytes.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.shape[0] * self.shape[1] * self.shape[2]
+    }
+
+    /// Whether its arrays have no elements.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether `array`, row-major, has the right length.
+    #[must_use]
+    pub const fn contains(&self, array: &[u8]) -> bool {
+        array.len() == self.len()
+    }
+
+    /// Draws a member, each byte independently and uniformly.
+    pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<u8> {
+        let mut bytes = vec![0; self.len()];
+        rng.fill_bytes(&mut bytes);
+        bytes
     }
 }

@@ -1,6 +1,11 @@
-use crate::{EnvError, GoalObservation, Info};
+//! The results of many environments, row after row.
 
-/// The lengths of what an environment takes and gives.
+use crate::{
+    env::goal::{GoalObservation, Info},
+    error::EnvError,
+};
+
+/// Lengths of an environment's observations, goals and actions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Dims {
     pub(super) observation: usize,
@@ -9,11 +14,11 @@ pub(super) struct Dims {
     pub(super) action: usize,
 }
 
-/// What a number of environments gave, row after row, each part contiguous.
+/// The results of a number of environments, row after row, each part contiguous.
 ///
 /// After [`step`](super::VecEnv::step) and [`reset`](super::VecEnv::reset) row `i` is environment
-/// `i`; after [`recv`](super::VecEnv::recv) the rows are in the order in which the environments
-/// finished, and [`env_ids`](Self::env_ids) tells which they are. A reset gives reward 0 and ends
+/// `i`. After [`recv`](super::VecEnv::recv) the rows are in the order in which the environments
+/// finished, and [`env_ids`](Self::env_ids) identifies them. A reset gives reward 0 and ends
 /// nothing.
 #[derive(Clone, Debug)]
 pub struct Batch {
@@ -39,8 +44,9 @@ struct GoalRows {
     desired_goal: Vec<f64>,
 }
 
-/// The end of an episode whose environment has been reset in the same step.
+/// The last step of an episode whose environment was reset in the same step.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FinalStep<'a> {
     /// The last observation.
     pub observation: &'a [f64],
@@ -53,7 +59,7 @@ pub struct FinalStep<'a> {
 }
 
 impl Batch {
-    /// `capacity` rows in which nothing has happened yet: numbers are NaN.
+    /// Creates `capacity` rows without results yet: numbers are NaN.
     pub(super) fn new(dims: Dims, capacity: usize) -> Self {
         Self {
             len: capacity,
@@ -76,13 +82,13 @@ impl Batch {
         self.len
     }
 
-    /// Whether there is no row.
+    /// Whether there are no rows.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Which environment each row is about.
+    /// The environment of each row.
     #[must_use]
     pub fn env_ids(&self) -> &[usize] {
         &self.env_ids[..self.len]
@@ -106,26 +112,26 @@ impl Batch {
         &self.state.desired_goal[..self.len * self.state.dims.desired_goal]
     }
 
-    /// The rewards; NaN where there is an [`error`](Self::error).
+    /// The rewards; NaN in rows with an [`error`](Self::error).
     #[must_use]
     pub fn reward(&self) -> &[f64] {
         &self.reward[..self.len]
     }
 
-    /// Which tasks have ended.
+    /// Whether each task has ended.
     #[must_use]
     pub fn terminated(&self) -> &[bool] {
         &self.terminated[..self.len]
     }
 
-    /// Which episodes were cut off, by a time limit or by a failure of their environment.
+    /// Whether each episode was cut off, by a time limit or by a failure of its environment.
     #[must_use]
     pub fn truncated(&self) -> &[bool] {
         &self.truncated[..self.len]
     }
 
-    /// [`Info::is_success`] of each row; the next episode's where there is a
-    /// [`final_step`](Self::final_step), as in Gymnasium.
+    /// [`Info::is_success`] of each row; in rows with a [`final_step`](Self::final_step) the next
+    /// episode's, as in Gymnasium.
     #[must_use]
     pub fn success(&self) -> &[bool] {
         &self.success[..self.len]
@@ -137,8 +143,8 @@ impl Batch {
         &self.distance[..self.len]
     }
 
-    /// The last step of the episode that ended in this row, where
-    /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has begun the next one already.
+    /// Returns the last step of the episode that ended in this row, if
+    /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has already begun the next one.
     #[must_use]
     pub fn final_step(&self, row: usize) -> Option<FinalStep<'_>> {
         let info = self.final_info[..self.len].get(row).copied().flatten()?;
@@ -146,19 +152,18 @@ impl Batch {
         Some(FinalStep { observation, achieved_goal, desired_goal, info })
     }
 
-    /// What went wrong in this row. The observation is then the environment's last one (NaN if
-    /// there was none), unless it has been reset in the same step.
+    /// Returns the error of this row. Its observation is then the environment's last one (NaN before
+    /// the first), unless the environment was reset in the same step.
     ///
-    /// After a wrong action nothing has changed. After a failure the episode is over, `truncated`
-    /// is true, and the environment is reset as its
-    /// [`AutoresetMode`](super::AutoresetMode) says; one that has
+    /// An invalid action changes nothing. A failure ends the episode: `truncated` is true, and the
+    /// environment is reset as its [`AutoresetMode`](super::AutoresetMode) says; one that
     /// [panicked](EnvError::Panicked) is out of use.
     #[must_use]
     pub fn error(&self, row: usize) -> Option<&EnvError> {
         self.error[..self.len].get(row)?.as_ref()
     }
 
-    /// The rows in which something went wrong.
+    /// Iterates over the rows with an error.
     pub fn errors(&self) -> impl Iterator<Item = (usize, &EnvError)> {
         let rows = self.error[..self.len].iter().enumerate();
         rows.filter_map(|(row, error)| Some((row, error.as_ref()?)))
@@ -168,7 +173,7 @@ impl Batch {
         self.len = 0;
     }
 
-    /// Adds the row of an environment's own batch.
+    /// Appends the row of an environment's own batch.
     pub(super) fn push(&mut self, env_id: usize, from: &Self) {
         let row = self.len;
         self.len += 1;
@@ -187,9 +192,9 @@ impl Batch {
     }
 }
 
-/// What one environment writes: its batch is a single row.
+/// Writing the single row of an environment's own batch.
 impl Batch {
-    /// Forgets the last step; the observation stays.
+    /// Clears the last step, but not its observation.
     pub(super) fn begin(&mut self) {
         self.reward[0] = 0.0;
         self.terminated[0] = false;
@@ -259,7 +264,7 @@ impl GoalRows {
     }
 }
 
-/// Where a row of `len` elements stands.
+/// Returns the indices of a row of `len` elements.
 fn row_of(len: usize, row: usize) -> std::ops::Range<usize> {
     row * len..(row + 1) * len
 }

@@ -1,25 +1,31 @@
+//! The vector environment: what it sends to its threads and receives from them.
+
 use std::fmt;
 
 use super::{
-    AutoresetMode, Batch, VecConfig, VecEnvError, VecReset,
-    batch::Dims,
+    batch::{Batch, Dims},
+    config::{AutoresetMode, VecConfig, VecReset},
     pool::Pool,
     slot::{Command, Slot},
 };
-use crate::{BoxSpace, GoalEnv, Space};
+use crate::{
+    env::goal::GoalEnv,
+    error::VecEnvError,
+    spaces::{Space, box_space::BoxSpace},
+};
 
 /// Environments that are stepped together; see the [module](super).
 pub struct VecEnv<E: GoalEnv> {
-    /// By id; `None` where an environment is in flight.
+    /// By id; `None` while an environment is in flight.
     idle: Vec<Option<Box<Slot<E>>>>,
-    pool: Pool<Slot<E>>,
+    pub(super) pool: Pool<Slot<E>>,
     in_flight: usize,
     batch: Batch,
     autoreset: AutoresetMode,
     dims: Dims,
     action_space: BoxSpace<f32>,
     observation_space: Space,
-    /// The call in which each id was last named, to find one that is named twice.
+    /// The last call that named each id, to detect an id named twice in one call.
     named_in: Vec<u64>,
     calls: u64,
 }
@@ -28,12 +34,12 @@ impl<E> VecEnv<E>
 where
     E: GoalEnv<ResetOptions: Clone + Send> + Send + 'static,
 {
-    /// Takes environments, which get the ids 0, 1, ... in their order, and starts the threads.
+    /// Creates a vector of environments, with the ids 0, 1, ... in order, and starts its threads.
     ///
     /// # Errors
     /// [`VecEnvError::NoEnvs`], [`VecEnvError::NoGoalSpace`] or [`VecEnvError::SpacesDiffer`] if
-    /// the environments do not make a batch; [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if
-    /// the operating system refuses.
+    /// the environments cannot share a batch; [`VecEnvError::Thread`] or [`VecEnvError::Pinning`]
+    /// if the operating system refuses.
     pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
         let envs: Vec<E> = envs.into_iter().collect();
         let first = envs.first().ok_or(VecEnvError::NoEnvs)?;
@@ -52,14 +58,14 @@ where
             }
         }
         let num_envs = envs.len();
-        let threads = config.num_threads(num_envs);
-        let slot = |(env_id, env)| Box::new(Slot::new(env_id, env, config.autoreset, dims));
+        let threads = config.threads_for(num_envs);
+        let slot = |(env_id, env)| Box::new(Slot::new(env_id, env, config.autoreset(), dims));
         Ok(Self {
             idle: envs.into_iter().enumerate().map(slot).map(Some).collect(),
-            pool: Pool::new(threads, num_envs, config.pin_threads)?,
+            pool: Pool::new(threads, num_envs, config.pin_threads())?,
             in_flight: 0,
             batch: Batch::new(dims, num_envs),
-            autoreset: config.autoreset,
+            autoreset: config.autoreset(),
             dims,
             action_space,
             observation_space,
@@ -80,7 +86,7 @@ where
         self.pool.threads()
     }
 
-    /// When episodes start anew.
+    /// When the next episode of an environment starts.
     #[must_use]
     pub const fn autoreset_mode(&self) -> AutoresetMode {
         self.autoreset
@@ -98,14 +104,14 @@ where
         &self.observation_space
     }
 
-    /// Environments that were sent something and have not been received.
+    /// The number of environments that were sent to and not yet received.
     #[must_use]
     pub const fn in_flight(&self) -> usize {
         self.in_flight
     }
 
-    /// One environment, to look at; `None` if there is none of this id, if it is in flight, or if it
-    /// has panicked.
+    /// Returns an environment for inspection; `None` if the id is unknown, or if the environment is in
+    /// flight or has panicked.
     #[must_use]
     pub fn env(&self, env_id: usize) -> Option<&E> {
         self.idle.get(env_id)?.as_ref()?.env()
@@ -125,8 +131,7 @@ where
         self.reset_with(&VecReset { seeds: seed.into(), ..VecReset::default() })
     }
 
-    /// Resets the environments as asked. The rows of those that the mask leaves out stay as they
-    /// were.
+    /// Resets the environments that the mask selects. The rows of the others stay unchanged.
     ///
     /// # Errors
     /// [`VecEnvError::InFlight`], and as [`send_reset`](Self::send_reset).
@@ -142,8 +147,8 @@ where
     /// Takes one action in every environment: row `i` of `actions` in environment `i`.
     ///
     /// # Errors
-    /// [`VecEnvError::ActionCount`] or [`VecEnvError::InFlight`]; [`VecEnvError::WorkerLost`]. What
-    /// goes wrong in one environment is in its row of the batch.
+    /// [`VecEnvError::ActionCount`], [`VecEnvError::InFlight`] or [`VecEnvError::WorkerLost`]. The
+    /// error of a single environment is in its row of the batch.
     pub fn step(&mut self, actions: &[f32]) -> Result<&Batch, VecEnvError> {
         self.check_all_idle()?;
         self.check_actions(actions, self.num_envs())?;
@@ -158,7 +163,7 @@ where
     ///
     /// # Errors
     /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`] or [`VecEnvError::EnvInFlight`];
-    /// nothing is started then.
+    /// then no step is started.
     pub fn send(&mut self, actions: &[f32], env_ids: &[usize]) -> Result<(), VecEnvError> {
         self.check_actions(actions, env_ids.len())?;
         self.check_ids(env_ids)?;
@@ -169,11 +174,11 @@ where
         Ok(())
     }
 
-    /// Starts a reset of the environments as asked.
+    /// Starts a reset of the environments that the mask selects.
     ///
     /// # Errors
     /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::SeedTooLarge`] or
-    /// [`VecEnvError::EnvInFlight`]; nothing is started then.
+    /// [`VecEnvError::EnvInFlight`]; then no reset is started.
     pub fn send_reset(&mut self, reset: &VecReset<'_, E::ResetOptions>) -> Result<(), VecEnvError> {
         reset.check(self.num_envs())?;
         let chosen = |env_id: &usize| reset.mask.is_none_or(|mask| mask[*env_id]);
@@ -237,7 +242,7 @@ where
 
     fn lend(&mut self, env_id: usize, command: impl FnOnce(&mut Slot<E>)) {
         let threads = self.num_threads();
-        // Neighbors go to the same thread.
+        // Neighboring environments share a thread.
         let home = env_id * threads / self.num_envs();
         if let Some(mut slot) = self.idle[env_id].take() {
             command(&mut slot);
@@ -286,7 +291,7 @@ impl<E: GoalEnv> fmt::Debug for VecEnv<E> {
     }
 }
 
-/// The length of a part of a goal-conditioned observation.
+/// Returns the length of a part of a goal-conditioned observation.
 fn part_len(space: &Space, key: &'static str) -> Result<usize, VecEnvError> {
     match space.as_dict().and_then(|dict| dict.get(key)) {
         Some(Space::BoxF64(part)) => Ok(part.len()),

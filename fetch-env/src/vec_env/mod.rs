@@ -1,7 +1,7 @@
 //! Many environments at once, on several threads.
 //!
-//! A [`VecEnv`] steps `N` environments on `T` threads and gives their results as one [`Batch`] of
-//! contiguous rows. Seeds, autoreset and order are those of Gymnasium's vector environments; the
+//! A [`VecEnv`] steps `N` environments on `T` threads and returns their results as one [`Batch`] of
+//! contiguous rows. Seeds, autoreset and order are those of Gymnasium's vector environments. The
 //! results are those of `N` single environments, bit for bit, on any number of threads.
 //!
 //! ```
@@ -9,7 +9,7 @@
 //!
 //! // On MuJoCo, `make_vec("FetchPush-v4", 16, config)` does this with one shared model.
 //! let envs = (0..16).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
-//! let mut envs = VecEnv::new(envs, VecConfig::default().threads(2))?;
+//! let mut envs = VecEnv::new(envs, VecConfig::default().with_num_threads(2))?;
 //! envs.reset(Some(42))?; // environment i has the seed 42 + i
 //! let actions = vec![0.5; 16 * 4];
 //! for _ in 0..50 {
@@ -21,14 +21,14 @@
 //! ```
 //!
 //! # Asynchronously
-//! [`send`](VecEnv::send) starts some environments, and [`recv`](VecEnv::recv) waits for the first
-//! few that finish, as EnvPool does, so that a learner works while slower environments go on. Which
-//! environments are first is a matter of time; what each of them gives is not.
+//! [`send`](VecEnv::send) starts some environments and [`recv`](VecEnv::recv) waits for the first
+//! few that finish, as in EnvPool, so that a learner works while slower environments run. Timing
+//! decides which environments finish first, but not what each of them returns.
 //!
 //! ```
 //! # use fetch_env::{make_kinematic, vec_env::{VecConfig, VecEnv, VecReset}};
 //! # let envs = (0..16).map(|_| make_kinematic("FetchReach-v4")).collect::<Result<Vec<_>, _>>()?;
-//! # let mut envs = VecEnv::new(envs, VecConfig::default().threads(2))?;
+//! # let mut envs = VecEnv::new(envs, VecConfig::default().with_num_threads(2))?;
 //! envs.send_reset(&VecReset::seeded(42))?;
 //! for _ in 0..100 {
 //!     let ids = envs.recv(4)?.env_ids().to_vec();
@@ -39,16 +39,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(test)]
+mod allocation;
 mod batch;
-mod config;
-mod env;
-mod error;
+pub(crate) mod config;
+pub(crate) mod env;
 mod pool;
 mod slot;
-mod vec_reset;
 
-pub use batch::{Batch, FinalStep};
-pub use config::{AutoresetMode, VecConfig};
-pub use env::VecEnv;
-pub use error::VecEnvError;
-pub use vec_reset::{Seeds, VecReset};
+pub use self::{
+    batch::{Batch, FinalStep},
+    config::{AutoresetMode, Seeds, VecConfig, VecReset},
+    env::VecEnv,
+};
+pub use crate::error::VecEnvError;

@@ -1,3 +1,5 @@
+//! The worker threads, and the queues that carry jobs to them and back.
+
 use std::{
     sync::{
         Arc,
@@ -13,18 +15,18 @@ use crossbeam_utils::{
     sync::{Parker, Unparker},
 };
 
-use super::VecEnvError;
+use crate::error::VecEnvError;
 
-/// Work that a thread can do.
+/// A piece of work for a thread.
 pub(super) trait Job: Send {
     fn run(&mut self);
 }
 
-/// Threads that jobs are lent to and come back from.
+/// Threads that borrow jobs and return them.
 ///
-/// Jobs are owned boxes, so that a thread has whatever it works on to itself. Each thread has a
-/// queue of its own, which keeps a job's memory near one core, and takes from the others' once that
-/// is empty. The queues are lock-free and never grow.
+/// Jobs are owned boxes, so a thread never shares the job it runs. Each thread has its own queue,
+/// which keeps a job's memory near one core, and takes jobs from the other queues once its own is
+/// empty. The queues are lock-free and never grow.
 pub(super) struct Pool<J> {
     shared: Arc<Shared<J>>,
     parker: Parker,
@@ -39,15 +41,15 @@ struct Worker {
 struct Shared<J> {
     todo: Vec<ArrayQueue<Box<J>>>,
     done: ArrayQueue<Box<J>>,
-    /// How many done jobs the caller waits for.
+    /// The number of finished jobs for which the caller waits.
     wanted: AtomicUsize,
     caller: Unparker,
     stop: AtomicBool,
-    /// A thread has died, with the job that it had.
+    /// Whether a thread died, and its job with it.
     lost: AtomicBool,
 }
 
-/// Where nobody waits.
+/// The value of `wanted` while the caller does not wait.
 const NOT_WAITING: usize = usize::MAX;
 
 impl<J: Job + 'static> Pool<J> {
@@ -55,16 +57,7 @@ impl<J: Job + 'static> Pool<J> {
     pub(super) fn new(threads: usize, jobs: usize, pin: bool) -> Result<Self, VecEnvError> {
         let cores = if pin { core_affinity::get_core_ids() } else { Some(Vec::new()) };
         let cores = cores.ok_or(VecEnvError::Pinning)?;
-        let parker = Parker::new();
-        let shared = Arc::new(Shared {
-            todo: (0..threads).map(|_| ArrayQueue::new(jobs)).collect(),
-            done: ArrayQueue::new(jobs),
-            wanted: AtomicUsize::new(NOT_WAITING),
-            caller: parker.unparker().clone(),
-            stop: AtomicBool::new(false),
-            lost: AtomicBool::new(false),
-        });
-        let mut pool = Self { shared, parker, workers: Vec::with_capacity(threads) };
+        let mut pool = Self::with_queues(threads, jobs);
         let (report, pinned) = mpsc::channel();
         for index in 0..threads {
             let core = cores.get(index % cores.len().max(1)).copied();
@@ -87,14 +80,42 @@ impl<J: Job + 'static> Pool<J> {
         }
     }
 
+    /// Creates the queues of a pool whose threads are not started yet.
+    fn with_queues(threads: usize, jobs: usize) -> Self {
+        let parker = Parker::new();
+        let shared = Arc::new(Shared {
+            todo: (0..threads).map(|_| ArrayQueue::new(jobs)).collect(),
+            done: ArrayQueue::new(jobs),
+            wanted: AtomicUsize::new(NOT_WAITING),
+            caller: parker.unparker().clone(),
+            stop: AtomicBool::new(false),
+            lost: AtomicBool::new(false),
+        });
+        Self { shared, parker, workers: Vec::with_capacity(threads) }
+    }
+
+    /// Starts threads that count their allocations and return the count when the pool is dropped.
+    #[cfg(test)]
+    pub(super) fn counting(threads: usize, jobs: usize) -> (Self, Vec<JoinHandle<u64>>) {
+        let mut pool = Self::with_queues(threads, jobs);
+        let start = |index| {
+            let (shared, parker) = (Arc::clone(&pool.shared), Parker::new());
+            pool.workers.push(Worker { unparker: parker.unparker().clone(), thread: None });
+            let work = move || shared.work(index, &parker);
+            thread::spawn(move || allocation_counter::measure(work).count_total)
+        };
+        let counts = (0..threads).map(start).collect();
+        (pool, counts)
+    }
+
     pub(super) fn threads(&self) -> usize {
         self.workers.len()
     }
 
-    /// Gives a job to a thread; [`wake`](Self::wake) has it begun.
+    /// Queues a job for a thread, which starts it after [`wake`](Self::wake).
     pub(super) fn lend(&self, thread: usize, job: Box<J>) {
         let queued = self.shared.todo[thread].push(job);
-        assert!(queued.is_ok(), "there is room for all jobs");
+        assert!(queued.is_ok(), "a queue has room for all jobs");
     }
 
     pub(super) fn wake(&self) {
@@ -103,7 +124,7 @@ impl<J: Job + 'static> Pool<J> {
         }
     }
 
-    /// Waits until `count` of the jobs that are lent are done: spins briefly, then sleeps.
+    /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps.
     pub(super) fn wait(&self, count: usize) -> Result<(), VecEnvError> {
         let shared = &*self.shared;
         shared.wanted.store(count, SeqCst);
@@ -112,14 +133,14 @@ impl<J: Job + 'static> Pool<J> {
             if shared.lost.load(SeqCst) {
                 return Err(VecEnvError::WorkerLost);
             }
-            // A job that is done after this look wakes the caller, or lets it not fall asleep.
+            // A job that finishes after this check wakes the caller or keeps it awake.
             if backoff.is_completed() { self.parker.park() } else { backoff.snooze() }
         }
         shared.wanted.store(NOT_WAITING, SeqCst);
         Ok(())
     }
 
-    /// A job that is done.
+    /// Returns a finished job.
     pub(super) fn take(&self) -> Option<Box<J>> {
         self.shared.done.pop()
     }
@@ -145,7 +166,7 @@ impl<J: Job> Shared<J> {
         }
     }
 
-    /// The thread's own next job, or else another's.
+    /// Returns the next job of the thread's own queue, or else of another's.
     fn next(&self, index: usize) -> Option<Box<J>> {
         let (before, from) = self.todo.split_at(index);
         from.iter().chain(before).find_map(ArrayQueue::pop)
@@ -153,14 +174,14 @@ impl<J: Job> Shared<J> {
 
     fn finish(&self, job: Box<J>) {
         let queued = self.done.push(job);
-        assert!(queued.is_ok(), "there is room for all jobs");
+        assert!(queued.is_ok(), "a queue has room for all jobs");
         if self.done.len() >= self.wanted.load(SeqCst) {
             self.caller.unpark();
         }
     }
 }
 
-/// Tells the caller when a thread dies, so that it waits for nothing.
+/// Tells the caller when a thread dies, so that it does not wait forever.
 struct Alarm<'a, J>(&'a Shared<J>);
 
 impl<J> Drop for Alarm<'_, J> {
@@ -179,7 +200,7 @@ impl<J> Drop for Pool<J> {
             worker.unparker.unpark();
         }
         for worker in &mut self.workers {
-            // A thread that has panicked has said so on standard error.
+            // A panic has already been reported on standard error.
             let _ = worker.thread.take().map(JoinHandle::join);
         }
     }

@@ -1,19 +1,27 @@
+//! An environment as it travels between threads, with its commands and results.
+
 use std::{
     any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
 use super::{
-    AutoresetMode,
     batch::{Batch, Dims},
+    config::AutoresetMode,
     pool::Job,
 };
-use crate::{EnvError, GoalEnv, Info, Step};
+use crate::{
+    env::{
+        Step,
+        goal::{GoalEnv, Info},
+    },
+    error::EnvError,
+};
 
-/// An environment with what it is told and what it gives: what travels between the threads.
+/// An environment with its next command and its last results.
 pub(super) struct Slot<E: GoalEnv> {
     pub(super) env_id: usize,
-    /// `None` once it has panicked.
+    /// `None` after a panic.
     env: Option<E>,
     mode: AutoresetMode,
     pub(super) command: Command<E::ResetOptions>,
@@ -49,7 +57,7 @@ impl<E: GoalEnv> Slot<E> {
         let env = self.env.as_mut().ok_or_else(out_of_use)?;
         match &self.command {
             Command::Reset { seed, options } => {
-                // A reset that was asked for and fails is the caller's to repeat.
+                // If a requested reset fails, repeating it is up to the caller.
                 self.reset_is_due = false;
                 let reset = env.reset_with(*seed, options)?;
                 self.row.set_state(&reset.observation, reset.info);
@@ -60,7 +68,7 @@ impl<E: GoalEnv> Slot<E> {
                 Ok(step) => self.finish(&step),
                 Err(error) => {
                     if !error.leaves_unchanged() {
-                        // Where the reset fails as well, the next step tries it again.
+                        // If the reset fails as well, the next step tries it again.
                         let _ = self.end_episode();
                     }
                     Err(error)
@@ -104,7 +112,7 @@ impl<E: GoalEnv<ResetOptions: Send> + Send> Job for Slot<E> {
                 self.row.set_error(error, ends_episode);
             }
             Err(payload) => {
-                // Its state may be anything: it is not used again, and even dropping it may fail.
+                // Its state is unknown, so it is never used again, and even its drop may panic.
                 let env = self.env.take();
                 let _ = catch_unwind(AssertUnwindSafe(|| drop(env)));
                 self.row.set_error(EnvError::Panicked { message: message(&*payload) }, true);

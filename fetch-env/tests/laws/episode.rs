@@ -1,26 +1,28 @@
 use std::collections::HashMap;
 
-use fetch_env::{Env, EnvError, EnvId, FetchObservation, GoalObservation, observation_fields};
+use fetch_env::{
+    Env, EnvError, EnvId, FetchObservation, FetchResetOptions, GoalObservation, ObservationField,
+};
 use fetch_sim::{Simulator, Task};
 use nalgebra::{Rotation3, Vector3};
 use serde::Deserialize;
 
-use super::{Backend, make, random_steps};
+use super::{Backend, Result, make, random_steps};
 
 /// The elements of a field, by the table that users get.
 fn field(task: Task, observation: &FetchObservation, name: &str) -> Vec<f64> {
-    let field = observation_fields(task).iter().find(|field| field.name == name);
-    observation.observation()[field.expect("a field of the task").range.clone()].to_vec()
+    let field = ObservationField::find(task, name).expect("a field of the task");
+    observation.observation()[field.range.clone()].to_vec()
 }
 
-pub(crate) fn observations_are_made_as_documented<B: Backend>() {
+pub(crate) fn observations_are_made_as_documented<B: Backend>() -> Result {
     const PERIOD: f64 = 0.04;
     let scaled = |velocity: &[f64]| velocity.iter().map(|v| v * PERIOD).collect::<Vec<_>>();
     for id in EnvId::ALL {
-        let mut env = make::<B>(id);
-        env.reset(Some(3)).expect("a reset");
+        let mut env = make::<B>(id)?;
+        env.reset(Some(3))?;
         for step in 0..20 {
-            let observation = random_steps::<B>(&mut env, step, 1)[0].observation;
+            let observation = random_steps::<B>(&mut env, step, 1)?[0].observation;
             let get = |name| field(id.task, &observation, name);
             let simulator = env.inner().simulator();
             assert_eq!(simulator.control_period(), PERIOD, "{id}");
@@ -31,6 +33,7 @@ pub(crate) fn observations_are_made_as_documented<B: Backend>() {
             assert_eq!(get("grip_velp"), scaled(gripper.velocity.as_slice()), "{id}");
             assert_eq!(get("gripper_vel"), scaled(&gripper.finger_velocities), "{id}");
             assert_eq!(observation.grip_position(), gripper.position.as_slice(), "{id}");
+            assert_eq!(observation.grip_velocity(), *get("grip_velp"), "{id}");
             assert_eq!(observation.finger_positions(), gripper.finger_positions, "{id}");
 
             let Some(object) = simulator.object() else {
@@ -38,6 +41,7 @@ pub(crate) fn observations_are_made_as_documented<B: Backend>() {
                 assert_eq!(observation.observation().len(), 10);
                 assert_eq!(observation.achieved_goal(), get("grip_pos"), "{id}");
                 assert_eq!(observation.object_position(), None);
+                assert_eq!(observation.object_relative_velocity(), None);
                 continue;
             };
             assert_eq!(observation.observation().len(), 25, "{id}");
@@ -48,6 +52,7 @@ pub(crate) fn observations_are_made_as_documented<B: Backend>() {
             assert_eq!(get("object_rel_pos"), relative.as_slice(), "{id}");
             let velocity = object.linear_velocity * PERIOD - gripper.velocity * PERIOD;
             assert_eq!(get("object_velp"), velocity.as_slice(), "{id}");
+            assert_eq!(observation.object_relative_velocity(), Some(velocity.into()), "{id}");
             assert_eq!(get("object_velr"), scaled(object.angular_velocity.as_slice()), "{id}");
             let [x, y, z] = get("object_rot").try_into().expect("three angles");
             let turn = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
@@ -57,6 +62,7 @@ pub(crate) fn observations_are_made_as_documented<B: Backend>() {
             assert!((rotation.matrix() - object.rotation).abs().max() < 1e-9, "{id}");
         }
     }
+    Ok(())
 }
 
 #[derive(Deserialize)]
@@ -82,21 +88,21 @@ struct RecordedStart {
     desired_goal: [f64; 3],
 }
 
-pub(crate) fn goals_and_objects_start_where_the_reference_puts_them<B: Backend>() {
+pub(crate) fn goals_and_objects_start_where_the_reference_puts_them<B: Backend>() -> Result {
     // Relative to where the gripper settled, which differs between versions of MuJoCo.
     const TOLERANCE: f64 = 1e-12;
     let recording = include_str!("../fixtures/episode_starts.json");
-    let recording: Recording = serde_json::from_str(recording).expect("the fixture's format");
+    let recording: Recording = serde_json::from_str(recording)?;
     for id in EnvId::ALL {
         let recorded = &recording.tasks[&id.task];
-        let mut env = make::<B>(id);
+        let mut env = make::<B>(id)?;
         let settled = env.inner().simulator().settled();
         let shift = |position: f64, axis: usize| {
             position - recorded.initial_gripper_xpos[axis] + settled.gripper_position[axis]
         };
         for RecordedStarts { seed, episodes } in &recorded.starts {
             for (episode, start) in episodes.iter().enumerate() {
-                let reset = env.reset((episode == 0).then_some(*seed)).expect("a reset");
+                let reset = env.reset((episode == 0).then_some(*seed))?;
                 let observation = reset.observation;
                 let pairs = |actual: &[f64], recorded: &[f64]| {
                     for axis in 0..2 {
@@ -123,21 +129,20 @@ pub(crate) fn goals_and_objects_start_where_the_reference_puts_them<B: Backend>(
             }
         }
     }
+    Ok(())
 }
 
-pub(crate) fn an_episode_lasts_fifty_steps_and_is_never_terminated<B: Backend>() {
+pub(crate) fn an_episode_lasts_fifty_steps_and_is_never_terminated<B: Backend>() -> Result {
     for id in EnvId::ALL {
-        let mut env = make::<B>(id);
+        let mut env = make::<B>(id)?;
         // A goal reached from the start must not end the episode.
-        let start = env.reset(Some(0)).expect("a reset").observation;
-        let options = fetch_env::FetchResetOptions {
-            desired_goal: start.achieved_goal().try_into().ok(),
-            ..Default::default()
-        };
-        let start = env.reset_with(Some(0), &options).expect("a reset");
+        let start = env.reset(Some(0))?.observation;
+        let options =
+            FetchResetOptions::default().with_desired_goal(start.achieved_goal().try_into()?);
+        let start = env.reset_with(Some(0), &options)?;
         assert!(start.info.is_success, "{id}: {start:?}");
         for elapsed in 1..=50 {
-            let step = env.step(&[0.0; 4]).expect("a step");
+            let step = env.step(&[0.0; 4])?;
             assert!(!step.terminated, "{id}");
             assert_eq!(step.truncated, elapsed == 50, "{id}: step {elapsed}");
             assert_eq!(env.elapsed_steps(), elapsed);
@@ -146,9 +151,10 @@ pub(crate) fn an_episode_lasts_fifty_steps_and_is_never_terminated<B: Backend>()
 
         // Without the limit there is no end.
         let mut env = env.into_inner();
-        env.reset(Some(0)).expect("a reset");
+        env.reset(Some(0))?;
         for _ in 0..60 {
-            assert!(!env.step(&[0.0; 4]).expect("a step").is_last(), "{id}");
+            assert!(!env.step(&[0.0; 4])?.is_last(), "{id}");
         }
     }
+    Ok(())
 }

@@ -8,9 +8,10 @@ pub(crate) mod reward;
 pub(crate) mod snapshot;
 
 use fetch_env::{
-    Env, EnvId, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info, Step, TimeLimit,
+    Env, EnvError, EnvId, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info, Step,
+    TimeLimit,
 };
-use fetch_sim::{KinematicSimulator, SimConfig, Simulator};
+use fetch_sim::{KinematicSimulator, SimConfig, SimError, Simulator};
 use rand_pcg::Pcg64;
 
 /// A kind of simulator to run the laws on.
@@ -20,7 +21,7 @@ pub(crate) trait Backend {
     /// How many random steps it can take in a second or so, unoptimized.
     const STEPS: usize;
 
-    fn simulator(config: &SimConfig) -> Self::Sim;
+    fn simulator(config: &SimConfig) -> Result<Self::Sim, SimError>;
 }
 
 /// The stand-in.
@@ -31,8 +32,8 @@ impl Backend for Kinematic {
 
     const STEPS: usize = 10_000;
 
-    fn simulator(config: &SimConfig) -> KinematicSimulator {
-        KinematicSimulator::new(config)
+    fn simulator(config: &SimConfig) -> Result<KinematicSimulator, SimError> {
+        Ok(KinematicSimulator::new(config))
     }
 }
 
@@ -46,7 +47,7 @@ impl Backend for Mujoco {
 
     const STEPS: usize = 10_000;
 
-    fn simulator(config: &SimConfig) -> Self::Sim {
+    fn simulator(config: &SimConfig) -> Result<Self::Sim, SimError> {
         use fetch_sim::{FetchModel, MujocoSimulator, Task};
         use std::sync::{Arc, OnceLock};
 
@@ -56,25 +57,25 @@ impl Backend for Mujoco {
             let settle = |task| FetchModel::load(&SimConfig::new(task)).expect("MuJoCo");
             Task::ALL.map(settle).into()
         });
-        if *config != SimConfig::new(config.task()) {
-            return MujocoSimulator::new(config).expect("MuJoCo");
+        match models.iter().find(|model| model.config() == config) {
+            Some(model) => MujocoSimulator::from_model(Arc::clone(model)),
+            None => MujocoSimulator::new(config),
         }
-        let at = Task::ALL.iter().position(|&task| task == config.task()).expect("a task");
-        MujocoSimulator::from_model(Arc::clone(&models[at])).expect("memory")
     }
 }
 
+pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 pub(crate) type TestEnv<B> = TimeLimit<FetchEnv<<B as Backend>::Sim>>;
 pub(crate) type FetchStep = Step<FetchObservation, Info>;
 
 /// An environment of the reference's configuration.
-pub(crate) fn make<B: Backend>(id: EnvId) -> TestEnv<B> {
-    make_config::<B>(id.config())
+pub(crate) fn make<B: Backend>(id: EnvId) -> Result<TestEnv<B>, EnvError> {
+    make_with_config::<B>(id.config())
 }
 
-pub(crate) fn make_config<B: Backend>(config: FetchConfig) -> TestEnv<B> {
-    let simulator = B::simulator(config.sim());
-    FetchEnv::new(config, simulator).expect("a fitting simulator").time_limited()
+pub(crate) fn make_with_config<B: Backend>(config: FetchConfig) -> Result<TestEnv<B>, EnvError> {
+    let simulator = B::simulator(&config.sim()?)?;
+    Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
 /// Takes `steps` random steps, with a reset where an episode ends.
@@ -82,15 +83,15 @@ pub(crate) fn random_steps<B: Backend>(
     env: &mut TestEnv<B>,
     seed: u64,
     steps: usize,
-) -> Vec<FetchStep> {
+) -> Result<Vec<FetchStep>, EnvError> {
     let mut rng = Pcg64::new(seed.into(), 0xac7);
     (0..steps)
         .map(|_| {
-            let step = env.step(&env.action_space().sample(&mut rng)).expect("a step");
+            let step = env.step(&env.action_space().sample(&mut rng))?;
             if step.is_last() {
-                env.reset(None).expect("a reset");
+                env.reset(None)?;
             }
-            step
+            Ok(step)
         })
         .collect()
 }
@@ -109,7 +110,7 @@ pub(crate) fn trajectory_bits(steps: &[FetchStep]) -> Vec<(Vec<u64>, u64, bool, 
     steps
         .iter()
         .map(|step| {
-            let Info { is_success, distance } = step.info;
+            let Info { is_success, distance, .. } = step.info;
             let observation = bits(&step.observation);
             let (reward, distance) = (step.reward.to_bits(), distance.to_bits());
             (observation, reward, step.terminated, step.truncated, is_success, distance)

@@ -1,19 +1,19 @@
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation};
+use fetch_env::{Env, EnvId, GoalEnvExt, GoalObservation};
 use fetch_sim::Task;
 use goal_reward::{GoalPairs, RewardKind};
 
-use super::{Backend, bits, make, random_steps};
+use super::{Backend, Result, bits, make, random_steps};
 
-pub(crate) fn the_step_reward_is_the_reward_of_its_goals<B: Backend>() {
+pub(crate) fn the_step_reward_is_the_reward_of_its_goals<B: Backend>() -> Result {
     for id in EnvId::ALL {
-        let mut env = make::<B>(id);
-        env.reset(Some(11)).expect("a reset");
-        let steps = random_steps::<B>(&mut env, 11, B::STEPS);
+        let mut env = make::<B>(id)?;
+        env.reset(Some(11))?;
+        let steps = random_steps::<B>(&mut env, 11, B::STEPS)?;
         let (mut achieved, mut desired) = (Vec::new(), Vec::new());
         for step in &steps {
             let observation = &step.observation;
             let goals = (observation.achieved_goal(), observation.desired_goal());
-            let computed = env.compute_reward(goals.0, goals.1).expect("goals");
+            let computed = env.compute_reward(goals.0, goals.1)?;
             assert_eq!(step.reward.to_bits(), computed.to_bits(), "{id}");
             let expected = match id.reward {
                 RewardKind::Dense => -step.info.distance,
@@ -25,23 +25,25 @@ pub(crate) fn the_step_reward_is_the_reward_of_its_goals<B: Backend>() {
             achieved.extend_from_slice(goals.0);
             desired.extend_from_slice(goals.1);
         }
-        let pairs = GoalPairs::new(&achieved, &desired, 3).expect("whole goals");
+        let pairs = GoalPairs::new(&achieved, &desired, 3)?;
         let mut rewards = vec![0.0; B::STEPS];
-        env.compute_reward_batch(pairs, &mut rewards).expect("finite goals");
+        env.compute_reward_batch(pairs, &mut rewards)?;
         let step_rewards: Vec<f64> = steps.iter().map(|step| step.reward).collect();
         assert_eq!(rewards, step_rewards, "{id}");
     }
+    Ok(())
 }
 
-pub(crate) fn dense_and_sparse_see_the_same_trajectory<B: Backend>() {
+pub(crate) fn dense_and_sparse_see_the_same_trajectory<B: Backend>() -> Result {
     for task in Task::ALL {
-        let [sparse, dense] = [RewardKind::Sparse, RewardKind::Dense].map(|reward| {
-            let mut env = make::<B>(EnvId { task, reward });
-            env.reset(Some(12)).expect("a reset");
+        let steps = |reward| {
+            let mut env = make::<B>(EnvId { task, reward })?;
+            env.reset(Some(12))?;
             random_steps::<B>(&mut env, 12, 120)
-        });
-        for (sparse, dense) in sparse.iter().zip(&dense) {
+        };
+        for (sparse, dense) in steps(RewardKind::Sparse)?.iter().zip(&steps(RewardKind::Dense)?) {
             assert_eq!(bits(&sparse.observation), bits(&dense.observation), "{task}");
         }
     }
+    Ok(())
 }

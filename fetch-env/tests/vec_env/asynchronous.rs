@@ -2,7 +2,9 @@ use fetch_env::vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset};
 use fetch_sim::KinematicSimulator;
 use proptest::prelude::*;
 
-use crate::common::{MODES, Row, TestEnv, action, kinematic, row_of, rows, singles, vec_env};
+use crate::common::{
+    MODES, Result, Row, TestEnv, action, kinematic, row_of, rows, singles, vec_env,
+};
 
 /// What each environment gave, in its own order.
 struct Histories {
@@ -12,8 +14,8 @@ struct Histories {
 
 impl Histories {
     fn new(count: usize, threads: usize, mode: AutoresetMode) -> Self {
-        let config = VecConfig::default().threads(threads).autoreset(mode);
-        let mut envs = vec_env(count, config);
+        let config = VecConfig::default().with_num_threads(threads).with_autoreset(mode);
+        let mut envs = vec_env(count, config).expect("a vector");
         envs.send_reset(&VecReset::seeded(5)).expect("a reset");
         Self { envs, rows: vec![Vec::new(); count] }
     }
@@ -36,14 +38,15 @@ impl Histories {
     }
 
     fn check(&self, mode: AutoresetMode) {
-        let singles = singles(self.rows.len(), mode, kinematic);
+        let singles = singles(self.rows.len(), mode, kinematic).expect("environments");
         for (env_id, (mut single, rows)) in singles.into_iter().zip(&self.rows).enumerate() {
             let mut expected = Vec::with_capacity(rows.len());
             for row in 0..rows.len() {
-                expected.push(match row {
+                let row = match row {
                     0 => single.reset(Some(5 + env_id as u64)),
                     _ => single.step(env_id),
-                });
+                };
+                expected.push(row.expect("a row"));
             }
             assert_eq!(*rows, expected, "environment {env_id}, {mode:?}");
         }
@@ -99,15 +102,16 @@ proptest! {
 }
 
 #[test]
-fn a_masked_reset_can_be_in_flight_beside_steps() {
-    let mut envs = vec_env(3, VecConfig::default().threads(2));
-    let expected = rows(envs.reset(Some(0)).expect("a reset"));
-    envs.send(&action(1, 0), &[1]).expect("an idle environment");
+fn a_masked_reset_can_be_in_flight_beside_steps() -> Result {
+    let mut envs = vec_env(3, VecConfig::default().with_num_threads(2))?;
+    let expected = rows(envs.reset(Some(0))?);
+    envs.send(&action(1, 0), &[1])?;
     let mask = [true, false, true];
     let again = VecReset { mask: Some(&mask), ..VecReset::seeded(0) };
-    envs.send_reset(&again).expect("idle environments");
-    let batch = envs.recv(3).expect("a batch");
+    envs.send_reset(&again)?;
+    let batch = envs.recv(3)?;
     for (row, &env_id) in batch.env_ids().iter().enumerate() {
         assert_eq!(row_of(batch, row) == expected[env_id], env_id != 1);
     }
+    Ok(())
 }

@@ -1,35 +1,42 @@
-//! Single environments with Gymnasium's rules written out, to compare with.
+//! Single environments that follow Gymnasium's autoreset rules, as the reference for batches.
 
 use fetch_env::{
-    Env, EnvId, FetchEnv, FetchObservation, GoalObservation, Info, TimeLimit,
+    Env, EnvError, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info, TimeLimit,
     vec_env::{AutoresetMode, Batch, VecConfig, VecEnv},
 };
-use fetch_sim::{KinematicSimulator, Simulator};
+use fetch_sim::{KinematicSimulator, SimConfig, Simulator, Task};
+use goal_reward::RewardKind;
 
 pub(crate) const MODES: [AutoresetMode; 3] =
     [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled];
 
+pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 pub(crate) type TestEnv<S> = TimeLimit<FetchEnv<S>>;
 
-/// Environments of which every other has shorter episodes: their ends do not coincide.
+/// Environments whose episodes alternate in length, so that their ends do not coincide.
 pub(crate) fn envs<S: Simulator>(
     count: usize,
-    simulator: impl Fn(EnvId) -> S,
-) -> impl Iterator<Item = TestEnv<S>> {
-    let id: EnvId = "FetchPushDense-v4".parse().expect("an id");
-    (0..count).map(move |i| {
-        let env = FetchEnv::new(id.config(), simulator(id)).expect("a fitting simulator");
-        let steps = if i % 2 == 0 { 5 } else { 7 };
-        TimeLimit::new(env, steps.try_into().expect("not 0"))
-    })
+    simulator: impl Fn(&SimConfig) -> S,
+) -> Result<Vec<TestEnv<S>>> {
+    let config = FetchConfig::new(Task::Push, RewardKind::Dense);
+    (0..count)
+        .map(|i| {
+            let config = config.clone().with_max_episode_steps(if i % 2 == 0 { 5 } else { 7 });
+            let simulator = simulator(&config.sim()?);
+            Ok(FetchEnv::new(config, simulator)?.time_limited())
+        })
+        .collect()
 }
 
-pub(crate) fn kinematic(id: EnvId) -> KinematicSimulator {
-    KinematicSimulator::new(id.config().sim())
+pub(crate) fn kinematic(config: &SimConfig) -> KinematicSimulator {
+    KinematicSimulator::new(config)
 }
 
-pub(crate) fn vec_env(count: usize, config: VecConfig) -> VecEnv<TestEnv<KinematicSimulator>> {
-    VecEnv::new(envs(count, kinematic), config).expect("a vector of environments")
+pub(crate) fn vec_env(
+    count: usize,
+    config: VecConfig,
+) -> Result<VecEnv<TestEnv<KinematicSimulator>>> {
+    Ok(VecEnv::new(envs(count, kinematic)?, config)?)
 }
 
 /// The action of an environment's `step`-th step.
@@ -42,7 +49,7 @@ pub(crate) fn actions(count: usize, step: usize) -> Vec<f32> {
     (0..count).flat_map(|env_id| action(env_id, step)).collect()
 }
 
-/// All that a row holds, as bits.
+/// Everything in a row, as bits.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
     pub(crate) state: Vec<u64>,
@@ -65,7 +72,7 @@ fn observation_bits(observation: &FetchObservation) -> Vec<u64> {
     bits([observation.observation(), observation.achieved_goal(), observation.desired_goal()])
 }
 
-/// The rows of a batch that has no error.
+/// The rows of a batch without errors.
 pub(crate) fn rows(batch: &Batch) -> Vec<Row> {
     assert_eq!(batch.errors().collect::<Vec<_>>(), []);
     (0..batch.len()).map(|row| row_of(batch, row)).collect()
@@ -91,7 +98,7 @@ pub(crate) fn row_of(batch: &Batch, row: usize) -> Row {
     }
 }
 
-/// One environment under Gymnasium's autoreset, as its `SyncVectorEnv` (1.4.0) writes it.
+/// One environment with Gymnasium's autoreset, written as in its `SyncVectorEnv` (1.4.0).
 pub(crate) struct Single<E> {
     env: E,
     mode: AutoresetMode,
@@ -104,31 +111,31 @@ impl<E: Env<Observation = FetchObservation, Info = Info>> Single<E> {
         Self { env, mode, autoreset: false, steps: 0 }
     }
 
-    pub(crate) fn reset(&mut self, seed: Option<u64>) -> Row {
+    pub(crate) fn reset(&mut self, seed: Option<u64>) -> Result<Row, EnvError> {
         self.autoreset = false;
-        let reset = self.env.reset(seed).expect("a reset");
-        Row {
+        let reset = self.env.reset(seed)?;
+        Ok(Row {
             state: observation_bits(&reset.observation),
             reward: 0.0_f64.to_bits(),
             terminated: false,
             truncated: false,
             info: info_bits(reset.info),
             last: None,
-        }
+        })
     }
 
-    /// Whether its episode is over and nobody will reset it.
+    /// Whether its episode is over and it has no autoreset.
     pub(crate) fn needs_reset(&self) -> bool {
         self.autoreset && self.mode == AutoresetMode::Disabled
     }
 
-    pub(crate) fn step(&mut self, env_id: usize) -> Row {
+    pub(crate) fn step(&mut self, env_id: usize) -> Result<Row, EnvError> {
         let action = action(env_id, self.steps);
         self.steps += 1;
         if self.autoreset {
             return self.reset(None);
         }
-        let step = self.env.step(&action).expect("a step");
+        let step = self.env.step(&action)?;
         let over = step.is_last();
         let mut row = Row {
             state: observation_bits(&step.observation),
@@ -140,19 +147,19 @@ impl<E: Env<Observation = FetchObservation, Info = Info>> Single<E> {
         };
         if over && self.mode == AutoresetMode::SameStep {
             let last = (row.state, row.info);
-            let reset = self.reset(None);
+            let reset = self.reset(None)?;
             row = Row { state: reset.state, info: reset.info, last: Some(last), ..row };
         } else {
             self.autoreset = over;
         }
-        row
+        Ok(row)
     }
 }
 
 pub(crate) fn singles<S: Simulator>(
     count: usize,
     mode: AutoresetMode,
-    simulator: impl Fn(EnvId) -> S,
-) -> Vec<Single<TestEnv<S>>> {
-    envs(count, simulator).map(|env| Single::new(env, mode)).collect()
+    simulator: impl Fn(&SimConfig) -> S,
+) -> Result<Vec<Single<TestEnv<S>>>> {
+    Ok(envs(count, simulator)?.into_iter().map(|env| Single::new(env, mode)).collect())
 }

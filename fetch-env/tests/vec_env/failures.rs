@@ -1,4 +1,4 @@
-//! One environment's failure is its own.
+//! The failure of one environment does not affect the others.
 
 use std::{
     panic::panic_any,
@@ -8,17 +8,17 @@ use std::{
 };
 
 use fetch_env::{
-    EnvError, EnvId,
+    EnvError,
     vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError},
 };
-use fetch_sim::SimError;
+use fetch_sim::{SimConfig, SimError};
 
 use crate::{
-    common::{MODES, TestEnv, actions, envs, kinematic, row_of, singles, vec_env},
+    common::{MODES, Result, TestEnv, actions, envs, kinematic, row_of, singles, vec_env},
     faulty::{Fault, Faulty},
 };
 
-/// Its own drop panics, which nothing can catch.
+/// A panic payload whose drop panics, which nothing can catch.
 struct Bomb;
 
 impl Drop for Bomb {
@@ -39,111 +39,118 @@ fn diverged() -> SimError {
     SimError::Unstable { reason: "told to go down".into() }
 }
 
-fn faulty_vec(count: usize, fault: Fault, mode: AutoresetMode) -> VecEnv<TestEnv<Faulty>> {
-    let config = VecConfig::default().threads(2).autoreset(mode);
-    let simulator = |id: EnvId| Faulty::new(id.config().sim(), fault);
-    let mut made = VecEnv::new(envs(count, simulator), config).expect("a vector");
-    made.reset(Some(0)).expect("a reset");
-    made
+fn faulty_vec(count: usize, fault: Fault, mode: AutoresetMode) -> Result<VecEnv<TestEnv<Faulty>>> {
+    let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
+    let simulator = |config: &SimConfig| Faulty::new(config, fault);
+    let mut made = VecEnv::new(envs(count, simulator)?, config)?;
+    made.reset(Some(0))?;
+    Ok(made)
 }
 
-/// Four environments, of which the third is told to go down.
+/// Actions of four environments, of which the third goes down.
 const DOWN: [f32; 16] =
     [0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.5, 0.0, 0.5, 0.5, -1.0, 0.0, 0.5, 0.5, 0.5, 0.0];
 const STAY: [f32; 16] = [0.0; 16];
 
 #[test]
-fn a_wrong_action_changes_nothing_in_its_row_and_nothing_elsewhere() {
+fn a_wrong_action_changes_nothing_in_its_row_and_nothing_elsewhere() -> Result {
     const COUNT: usize = 5;
     for mode in MODES {
-        let mut together = vec_env(COUNT, VecConfig::default().threads(2).autoreset(mode));
-        together.reset(Some(0)).expect("a reset");
-        let mut singles = singles(COUNT, mode, kinematic);
+        let mut together =
+            vec_env(COUNT, VecConfig::default().with_num_threads(2).with_autoreset(mode))?;
+        together.reset(Some(0))?;
+        let mut singles = singles(COUNT, mode, kinematic)?;
         for (seed, env) in (0..).zip(&mut singles) {
-            env.reset(Some(seed));
+            env.reset(Some(seed))?;
         }
         let mut with_nan = actions(COUNT, 0);
         with_nan[2 * 4 + 1] = f32::NAN;
         let before = together.batch().observation()[2 * 25..3 * 25].to_vec();
-        let batch = together.step(&with_nan).expect("a batch");
-        let (row, error) = batch.errors().next().expect("one error");
+        let batch = together.step(&with_nan)?;
+        let (row, error) = batch.errors().next().ok_or("no error")?;
         assert_eq!((row, batch.errors().count()), (2, 1));
         assert!(matches!(error, EnvError::ActionNotFinite { index: 1, .. }));
         assert_eq!(batch.observation()[2 * 25..3 * 25], before);
         assert!(batch.reward()[2].is_nan() && !batch.truncated()[2] && !batch.success()[2]);
         for (env_id, single) in singles.iter_mut().enumerate().filter(|(env_id, _)| *env_id != 2) {
-            assert_eq!(row_of(batch, env_id), single.step(env_id));
+            assert_eq!(row_of(batch, env_id), single.step(env_id)?);
         }
-        // The refused action never was: the next is the environment's first.
+        // The refused action does not count: the next is the environment's first.
         let mut next = actions(COUNT, 1);
         next[8..12].copy_from_slice(&actions(COUNT, 0)[8..12]);
-        let batch = together.step(&next).expect("a batch");
+        let batch = together.step(&next)?;
         for (env_id, single) in singles.iter_mut().enumerate() {
-            assert_eq!(row_of(batch, env_id), single.step(env_id));
+            assert_eq!(row_of(batch, env_id), single.step(env_id)?);
         }
     }
+    Ok(())
 }
 
 #[test]
-fn a_simulation_that_diverges_ends_its_episode_alone() {
+fn a_simulation_that_diverges_ends_its_episode_alone() -> Result {
     for mode in MODES {
-        let mut envs = faulty_vec(4, || Err(diverged()), mode);
+        let mut envs = faulty_vec(4, || Err(diverged()), mode)?;
         let goal = envs.batch().desired_goal()[6..9].to_vec();
-        let batch = envs.step(&DOWN).expect("a batch");
+        let batch = envs.step(&DOWN)?;
         assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &EnvError::Sim(diverged()))]);
         assert_eq!(batch.truncated(), [false, false, true, false]);
         assert_eq!(batch.final_step(2), None);
         let is_reset = batch.desired_goal()[6..9] != goal;
         assert_eq!(is_reset, mode == AutoresetMode::SameStep);
-        let batch = envs.step(&STAY).expect("a batch");
+        let batch = envs.step(&STAY)?;
         let expected = (mode == AutoresetMode::Disabled).then_some(EnvError::ResetNeeded);
         assert_eq!(batch.error(2), expected.as_ref());
         assert_eq!(batch.errors().count(), usize::from(expected.is_some()));
         let is_reset = batch.desired_goal()[6..9] != goal;
         assert_eq!(is_reset, mode != AutoresetMode::Disabled);
     }
+    Ok(())
 }
 
 #[test]
-fn an_environment_that_panics_is_out_of_use_and_the_others_go_on() {
+fn an_environment_that_panics_is_out_of_use_and_the_others_go_on() -> Result {
     for mode in MODES {
-        let mut envs = faulty_vec(4, || panic!("told to go down"), mode);
-        let batch = envs.step(&DOWN).expect("a batch");
+        let mut envs = faulty_vec(4, || panic!("told to go down"), mode)?;
+        let batch = envs.step(&DOWN)?;
         let panicked = EnvError::Panicked { message: "told to go down".into() };
         assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &panicked)]);
         assert_eq!(batch.truncated(), [false, false, true, false]);
         for _ in 0..2 {
-            let batch = envs.step(&STAY).expect("a batch");
+            let batch = envs.step(&STAY)?;
             assert_eq!(batch.errors().map(|(row, _)| row).collect::<Vec<_>>(), [2]);
         }
-        assert_eq!(envs.reset(None).expect("a batch").errors().count(), 1);
+        assert_eq!(envs.reset(None)?.errors().count(), 1);
         assert!(envs.env(2).is_none() && envs.env(3).is_some());
     }
+    Ok(())
 }
 
 #[test]
-fn a_thread_that_dies_does_not_hang_the_caller() {
-    let mut envs = faulty_vec(4, || panic_any(Bomb), AutoresetMode::NextStep);
+fn a_thread_that_dies_does_not_hang_the_caller() -> Result {
+    let mut envs = faulty_vec(4, || panic_any(Bomb), AutoresetMode::NextStep)?;
     assert_eq!(envs.step(&DOWN).err(), Some(VecEnvError::WorkerLost));
     assert_eq!(envs.recv(4).err(), Some(VecEnvError::WorkerLost));
+    Ok(())
 }
 
 #[test]
-fn a_drop_leaves_what_is_not_yet_begun() {
-    let mut envs = faulty_vec(100, take_long, AutoresetMode::NextStep);
+fn a_drop_abandons_steps_that_have_not_begun() -> Result {
+    let mut envs = faulty_vec(100, take_long, AutoresetMode::NextStep)?;
     let down = [0.0, 0.0, -1.0, 0.0].repeat(100);
-    envs.send(&down, &(0..100).collect::<Vec<_>>()).expect("idle environments");
-    envs.recv(1).expect("the first");
+    envs.send(&down, &(0..100).collect::<Vec<_>>())?;
+    envs.recv(1)?;
     drop(envs);
     let begun = LONG_STEPS.load(SeqCst);
     assert!((1..100).contains(&begun), "{begun}");
+    Ok(())
 }
 
 #[test]
-fn a_vector_goes_to_another_thread_with_steps_in_flight() {
-    let mut envs = vec_env(4, VecConfig::default().threads(2));
-    envs.reset(Some(0)).expect("a reset");
-    envs.send(&actions(4, 0), &[0, 1, 2, 3]).expect("idle environments");
+fn a_vector_goes_to_another_thread_with_steps_in_flight() -> Result {
+    let mut envs = vec_env(4, VecConfig::default().with_num_threads(2))?;
+    envs.reset(Some(0))?;
+    envs.send(&actions(4, 0), &[0, 1, 2, 3])?;
     let received = thread::spawn(move || envs.recv(4).map(|batch| batch.len()));
     assert_eq!(received.join().expect("no panic"), Ok(4));
+    Ok(())
 }

@@ -1,18 +1,18 @@
-//! Calls that make no sense are errors, and nothing has happened then.
+//! Invalid calls are errors and change nothing.
 
 use fetch_env::{
     EnvError, FetchResetOptions, make_kinematic,
     vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecEnvError, VecReset},
 };
 
-use crate::common::{actions, rows, vec_env};
+use crate::common::{Result, actions, rows, vec_env};
 
 type Options = FetchResetOptions;
 
 #[test]
-fn wrong_sizes_are_errors() {
-    let mut envs = vec_env(3, VecConfig::default());
-    let start = rows(envs.reset(Some(0)).expect("a reset"));
+fn wrong_sizes_are_errors() -> Result {
+    let mut envs = vec_env(3, VecConfig::default())?;
+    let start = rows(envs.reset(Some(0))?);
     for actual in [0, 4, 11, 13, 16] {
         let error = VecEnvError::ActionCount { rows: 3, action_len: 4, actual };
         assert_eq!(envs.step(&vec![0.0; actual]).err(), Some(error.clone()));
@@ -22,8 +22,8 @@ fn wrong_sizes_are_errors() {
     let reset = |seeds, mask| VecReset { seeds, mask, options: Options::default() };
     for (wrong, error) in [
         (reset(Seeds::Each(&[None; 2]), None), count("seeds", 2)),
-        (reset(Seeds::GoOn, Some(&[true; 4])), count("mask", 4)),
-        (reset(Seeds::GoOn, Some(&[false; 3])), VecEnvError::EmptyMask),
+        (reset(Seeds::Continue, Some(&[true; 4])), count("mask", 4)),
+        (reset(Seeds::Continue, Some(&[false; 3])), VecEnvError::EmptyMask),
         (
             VecReset::seeded(u64::MAX - 1),
             VecEnvError::SeedTooLarge { first: u64::MAX - 1, num_envs: 3 },
@@ -34,20 +34,21 @@ fn wrong_sizes_are_errors() {
     }
     assert_eq!(rows(envs.batch()), start);
     assert_eq!(envs.in_flight(), 0);
-    envs.reset(Some(u64::MAX - 2)).expect("the largest seed");
+    envs.reset(Some(u64::MAX - 2))?;
+    Ok(())
 }
 
 #[test]
-fn wrong_ids_are_errors() {
-    let mut envs = vec_env(3, VecConfig::default());
-    envs.reset(Some(0)).expect("a reset");
+fn wrong_ids_are_errors() -> Result {
+    let mut envs = vec_env(3, VecConfig::default())?;
+    envs.reset(Some(0))?;
     let unknown = VecEnvError::UnknownEnv { env_id: 3, num_envs: 3 };
     assert_eq!(envs.send(&[0.0; 8], &[0, 3]), Err(unknown));
     let twice = VecEnvError::EnvInFlight { env_id: 1 };
     assert_eq!(envs.send(&[0.0; 8], &[1, 1]), Err(twice.clone()));
     assert_eq!(envs.in_flight(), 0);
 
-    envs.send(&[0.0; 8], &[1, 2]).expect("idle environments");
+    envs.send(&[0.0; 8], &[1, 2])?;
     assert_eq!(envs.send(&[0.0; 8], &[0, 1]), Err(twice.clone()));
     assert_eq!(envs.send_reset(&VecReset::default()), Err(twice));
     let busy = VecEnvError::InFlight { count: 2 };
@@ -56,64 +57,74 @@ fn wrong_ids_are_errors() {
     assert!(envs.env(0).is_some() && envs.env(1).is_none() && envs.env(3).is_none());
     let too_large = VecEnvError::BatchTooLarge { batch_size: 3, in_flight: 2 };
     assert_eq!(envs.recv(3).err(), Some(too_large));
-    assert_eq!(envs.recv(0).expect("nothing").len(), 0);
-    assert_eq!(envs.recv(2).expect("a batch").len(), 2);
-    envs.step(&[0.0; 12]).expect("all are idle");
+    assert_eq!(envs.recv(0)?.len(), 0);
+    assert_eq!(envs.recv(2)?.len(), 2);
+    envs.step(&[0.0; 12])?;
+    Ok(())
 }
 
 #[test]
-fn environments_that_do_not_make_a_batch_are_refused() {
+fn environments_that_do_not_make_a_batch_are_refused() -> Result {
     let none: [fetch_env::KinematicEnv; 0] = [];
     assert_eq!(VecEnv::new(none, VecConfig::default()).err(), Some(VecEnvError::NoEnvs));
     let mixed = ["FetchPush-v4", "FetchSlide-v4", "FetchReach-v4"].map(make_kinematic);
-    let mixed = mixed.into_iter().map(|env| env.expect("an id"));
+    let mixed = mixed.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;
     let differ = VecEnvError::SpacesDiffer { env_id: 2 };
     assert_eq!(VecEnv::new(mixed, VecConfig::default()).err(), Some(differ));
+    Ok(())
 }
 
 #[test]
-fn there_are_never_more_threads_than_environments() {
+fn there_are_never_more_threads_than_environments() -> Result {
     for (threads, expected) in [(1, 1), (3, 3), (4, 3), (100, 3)] {
-        assert_eq!(vec_env(3, VecConfig::default().threads(threads)).num_threads(), expected);
+        assert_eq!(
+            vec_env(3, VecConfig::default().with_num_threads(threads))?.num_threads(),
+            expected
+        );
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    assert_eq!(vec_env(64, VecConfig::default().threads(0)).num_threads(), cores.min(64));
+    assert_eq!(vec_env(64, VecConfig::default().with_num_threads(0))?.num_threads(), cores.min(64));
+    Ok(())
 }
 
 #[test]
-fn pinned_threads_work_or_say_that_they_cannot() {
-    let made = VecEnv::new(make_kinematic("FetchPush-v4"), VecConfig::default().pin_threads(true));
+fn pinned_threads_work_or_say_that_they_cannot() -> Result {
+    let made =
+        VecEnv::new(make_kinematic("FetchPush-v4"), VecConfig::default().with_pin_threads(true));
     match made {
-        Ok(mut envs) => assert_eq!(envs.reset(Some(0)).expect("a reset").len(), 1),
+        Ok(mut envs) => assert_eq!(envs.reset(Some(0))?.len(), 1),
         Err(error) => assert_eq!(error, VecEnvError::Pinning),
     }
+    Ok(())
 }
 
 #[test]
-fn a_step_before_the_reset_is_an_error_in_its_row() {
+fn a_step_before_the_reset_is_an_error_in_its_row() -> Result {
     for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled] {
-        let mut envs = vec_env(2, VecConfig::default().autoreset(mode));
+        let mut envs = vec_env(2, VecConfig::default().with_autoreset(mode))?;
         for _ in 0..2 {
-            let batch = envs.step(&actions(2, 0)).expect("a batch");
+            let batch = envs.step(&actions(2, 0))?;
             let needed = EnvError::ResetNeeded;
             assert_eq!(batch.errors().collect::<Vec<_>>(), [(0, &needed), (1, &needed)]);
             assert!(batch.reward()[0].is_nan() && batch.observation()[0].is_nan());
         }
-        envs.reset(Some(0)).expect("a reset");
-        assert_eq!(envs.step(&actions(2, 0)).expect("a step").errors().count(), 0);
+        envs.reset(Some(0))?;
+        assert_eq!(envs.step(&actions(2, 0))?.errors().count(), 0);
     }
+    Ok(())
 }
 
 #[test]
-fn without_autoreset_a_step_after_the_end_is_an_error_in_its_row() {
-    let mut envs = vec_env(2, VecConfig::default().autoreset(AutoresetMode::Disabled));
-    envs.reset(Some(0)).expect("a reset");
+fn without_autoreset_a_step_after_the_end_is_an_error_in_its_row() -> Result {
+    let mut envs = vec_env(2, VecConfig::default().with_autoreset(AutoresetMode::Disabled))?;
+    envs.reset(Some(0))?;
     for step in 0..5 {
-        envs.step(&actions(2, step)).expect("a step");
+        envs.step(&actions(2, step))?;
     }
-    let batch = envs.step(&actions(2, 5)).expect("a batch");
+    let batch = envs.step(&actions(2, 5))?;
     assert_eq!(batch.errors().collect::<Vec<_>>(), [(0, &EnvError::EpisodeOver)]);
     let reset = VecReset { mask: Some(&[true, false]), ..VecReset::default() };
-    envs.reset_with(&reset).expect("a reset");
-    assert_eq!(envs.step(&actions(2, 6)).expect("a batch").errors().count(), 0);
+    envs.reset_with(&reset)?;
+    assert_eq!(envs.step(&actions(2, 6))?.errors().count(), 0);
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fetch_env::make_config;
+use fetch_env::make_with_config;
 
 use crate::shared::{
     choice::EnvChoice,
@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 
     let comparison =
         Comparison { steps: STEPS, goals_per_step: GOALS_PER_STEP, tolerance: TOLERANCE };
-    let mismatches = comparison.run(&mut make_config(id.config())?, seed)?;
+    let mismatches = comparison.run(&mut make_with_config(id.config())?, seed)?;
     let relabeled = STEPS * GOALS_PER_STEP;
     if let Some(path) = &args.json {
         let count = |name: &str, value| (format!("bridge/{name}"), Quantity::count(value));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config, observation_fields};
+use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_with_config, observation_fields};
 use serde_json::{Value, json};
 
 use crate::shared::{
@@ -24,7 +24,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 }
 
 pub fn describe(id: EnvId, seed: u64, out: &std::path::Path) -> anyhow::Result<bool> {
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let first = env.reset(Some(seed))?.observation;
     let part = |values: &[f64]| {
         json!({

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use fetch_env::{
-    Env, EnvError, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv, Space, make,
+    Env, EnvError, EnvId, FetchObservation, GoalEnvExt, GoalObservation, MujocoEnv, Space, make,
 };
 use fetch_sim::{MujocoVersion, Task};
 use goal_reward::RewardKind;
@@ -188,7 +188,7 @@ fn dense_is_registered(_seed: u64) -> anyhow::Result<Finding> {
 
 fn random_success(seed: u64) -> anyhow::Result<Finding> {
     let rate = evaluate_random(DENSE_REACH, seed, 50)?.summary()?.success_rate.value;
-    let threshold = DENSE_REACH.config().reward().threshold().get();
+    let threshold = DENSE_REACH.config().distance_threshold();
     let seen = format!("{rate} in 50 episodes, threshold {threshold} m");
     finding(rate <= 0.1 && threshold == 0.05, seen)
 }

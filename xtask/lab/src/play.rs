@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use baselines::page::{Document, Playback};
-use fetch_env::{GoalObservation, make_config};
+use fetch_env::{GoalObservation, make_with_config};
 
 use crate::shared::{
     choice::{EnvArgs, PolicyChoice},
@@ -27,7 +27,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env.id(), args.env.seed);
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let mut policy = args.policy.policy(id.task, seed);
     if args.verbose {
         println!("  step   reward  distance  achieved goal            action");

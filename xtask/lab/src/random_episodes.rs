@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use baselines::{Evaluation, RandomPolicy, Summary, evaluate};
-use fetch_env::{EnvId, make_config};
+use fetch_env::{EnvId, make_with_config};
 use serde::Serialize;
 
 use crate::shared::{
@@ -77,7 +77,7 @@ pub fn evaluate_random(id: EnvId, seed: u64, count: usize) -> anyhow::Result<Eva
     let bar = progress::bar(count, "random episodes");
     let mut policy = RandomPolicy::new(seed);
     let evaluation =
-        evaluate(&mut make_config(id.config())?, &mut policy, count, seed, |_| bar.inc(1))?;
+        evaluate(&mut make_with_config(id.config())?, &mut policy, count, seed, |_| bar.inc(1))?;
     bar.finish_and_clear();
     Ok(evaluation)
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fetch_env::{EnvId, make_config};
+use fetch_env::{EnvId, make_with_config};
 
 use crate::shared::{
     choice::EnvArgs,
@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<usize> {
     let comparison =
         Comparison { steps: STEPS, goals_per_step: RANDOM_GOALS, tolerance: TOLERANCE };
-    let found = comparison.run(&mut make_config(id.config())?, seed)?;
+    let found = comparison.run(&mut make_with_config(id.config())?, seed)?;
     let mismatches = found.steps + found.goals;
     let settings = format!("atol={TOLERANCE:e}, n_steps={STEPS}, n_random_goals={RANDOM_GOALS}");
     if mismatches > 0 {

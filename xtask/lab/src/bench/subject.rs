@@ -3,6 +3,7 @@
 use std::fmt;
 
 use fetch_env::{FetchConfig, Task};
+use goal_reward::RewardKind;
 use serde::Serialize;
 
 use crate::shared::choice::ModelChoice;
@@ -38,7 +39,7 @@ impl Subjects {
 
 impl Subject {
     pub fn config(self) -> anyhow::Result<FetchConfig> {
-        Ok(FetchConfig::builder(self.task).model(self.model.source()).build()?)
+        Ok(FetchConfig::new(self.task, RewardKind::Sparse).with_model(self.model.source()))
     }
 
     /// Returns the flags that select it.

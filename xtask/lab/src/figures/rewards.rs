@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use fetch_env::EnvId;
-use fetch_sim::Task;
-use goal_reward::{GoalReward, RewardKind};
+use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 use plotters::prelude::*;
 
 use super::canvas::{Area, BLUE, Drawing, FAINT, FONT, INK, RED, bold, text};
@@ -38,7 +36,7 @@ fn chart<B: DrawingBackend<ErrorType: 'static>>(
     title: &str,
     unit: &str,
 ) -> anyhow::Result<()> {
-    let reward = EnvId { task: Task::Reach, reward: kind }.config().reward();
+    let reward = DistanceReward::new(kind, DistanceThreshold::FETCH);
     let threshold = reward.threshold().get();
     area.draw_text(title, &text(17, INK), (70, 18))?;
     let mut chart = ChartBuilder::on(area)

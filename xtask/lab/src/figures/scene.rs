@@ -3,7 +3,7 @@
 use fetch_env::clip::write_png;
 use fetch_env::{
     Env, EnvError, EnvId, FetchObservation, GoalObservation, RenderEnv, RenderError, RenderOptions,
-    make_config,
+    make_with_config,
 };
 use fetch_sim::Task;
 use goal_reward::{RewardKind, goal_distance};
@@ -29,7 +29,7 @@ const BOTTOM: u32 = 116;
 impl Scene {
     pub fn after_reset(task: Task, seed: u64) -> anyhow::Result<Self> {
         let id = EnvId { task, reward: RewardKind::Sparse };
-        let mut env = make_config(id.config())?;
+        let mut env = make_with_config(id.config())?;
         let observation = env.reset(Some(seed))?.observation;
         let options = RenderOptions::default().with_width(SIDE).with_height(SIDE);
         let rgb = match env.renderer(options) {

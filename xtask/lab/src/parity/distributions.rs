@@ -180,7 +180,7 @@ impl Sample {
 
     fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow::Result<Self> {
         let config = EnvId { task: simulator.task(), reward: RewardKind::Dense }.config();
-        let threshold = config.reward().threshold().get();
+        let threshold = config.distance_threshold();
         let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
         let mut sample = Self::default();
         for episode in 0..episodes as u64 {

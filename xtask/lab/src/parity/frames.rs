@@ -25,10 +25,11 @@ const FILES: [(Task, &str); 4] = [
 
 /// Renders an episode of every task in Python and here, and compares each picture.
 pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<Vec<Check>> {
-    let config = |task| FetchConfig::builder(task).model(ModelSource::Reference).build();
+    let config =
+        |task| FetchConfig::new(task, RewardKind::Sparse).with_model(ModelSource::Reference);
     // Fails early if there is no OpenGL here.
     let renderer = |task| -> anyhow::Result<Renderer> {
-        Ok(Renderer::new(config(task)?.sim(), RenderOptions::default())?)
+        Ok(Renderer::new(&config(task).sim()?, RenderOptions::default())?)
     };
     drop(renderer(Task::Reach)?);
     let backend = Renderer::backend().context("a renderer was made")?.to_lowercase();
@@ -37,7 +38,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
     for (task, file) in FILES {
         let recorded = Recorded::read(&folder.join(file)).with_context(|| file.to_owned())?;
         let simulator = MujocoSimulator::from_model(models.get(task)?)?;
-        let mut env = FetchEnv::new(config(task)?, simulator)?.time_limited();
+        let mut env = FetchEnv::new(config(task), simulator)?.time_limited();
         let mut renderer = renderer(task)?;
         env.reset(Some(seed))?;
         let mut differences = vec![difference(env.render(&mut renderer)?, recorded.frame(0))?];

@@ -136,6 +136,6 @@ fn success(task: Task, policies: &[&Outcome]) -> anyhow::Result<Plot> {
         plot.legend(ink, outcome.policy.name());
     }
     let id = EnvId { task, reward: RewardKind::Sparse };
-    plot.vertical(id.config().reward().threshold().get());
+    plot.vertical(id.config().distance_threshold());
     Ok(plot)
 }

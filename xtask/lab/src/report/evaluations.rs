@@ -1,7 +1,7 @@
 //! The evaluations and observations that the report's sections show.
 
 use baselines::{Action, Evaluation, Policy, evaluate, page::Ink};
-use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make_config};
+use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make_with_config};
 use goal_reward::RewardKind;
 use rayon::prelude::*;
 
@@ -20,7 +20,7 @@ impl Outcome {
         let mut watched =
             Watched { policy: policy.policy(id.task, seed), ranges: Ranges::default() };
         let evaluation =
-            evaluate(&mut make_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
+            evaluate(&mut make_with_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
     }
 

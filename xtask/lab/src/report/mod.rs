@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use anyhow::ensure;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use baselines::page::{Document, Playback, escape};
-use fetch_env::{EnvId, Task, make_config};
+use fetch_env::{EnvId, Task, make_with_config};
 use goal_reward::RewardKind;
 
 use self::evaluations::evaluate_all;
@@ -122,7 +122,7 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
         let id = EnvId { task, reward: RewardKind::Sparse };
         let scripted = PolicyChoice::Scripted;
         let mut policy = scripted.policy(task, seed);
-        let playback = Playback::record(&mut make_config(id.config())?, &mut policy, seed)?;
+        let playback = Playback::record(&mut make_with_config(id.config())?, &mut policy, seed)?;
         let title = format!("{id}, {} policy, seed {seed}", scripted.name());
         html += &playback.with_title(&title).html()?;
     }

@@ -4,8 +4,8 @@ use baselines::{
     RandomPolicy, ScriptedPolicy,
     page::{Axis, Ink, Plot},
 };
-use fetch_env::{EnvId, Task};
-use goal_reward::{GoalReward, RewardKind};
+use fetch_env::Task;
+use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 
 use crate::exercise::Trajectory;
 
@@ -41,7 +41,7 @@ fn over_distance() -> Plot {
     let mut plot =
         plot("Reward over distance", Axis::new("distance to the goal (m)", 0.0, 0.3), -1.1);
     for (ink, kind) in [(Ink::Blue, RewardKind::Dense), (Ink::Orange, RewardKind::Sparse)] {
-        let reward = EnvId { task: Task::Reach, reward: kind }.config().reward();
+        let reward = DistanceReward::new(kind, DistanceThreshold::FETCH);
         let at = |distance: f64| reward.reward(&[distance, 0.0, 0.0], &[0.0; 3]);
         plot.line(ink, (0..=300).map(|mm| 1e-3 * f64::from(mm)).map(|d| (d, at(d))));
     }

@@ -2,7 +2,7 @@
 //! the environment never set.
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, GoalEnv, GoalObservation, MujocoEnv};
+use fetch_env::{Env, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
 use goal_reward::{DistanceReward, RewardKind};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

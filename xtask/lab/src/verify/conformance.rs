@@ -3,14 +3,14 @@
 use fetch_env::{
     EnvId, MujocoEnv,
     check::{CheckOptions, check_snapshot_env},
-    make_config,
+    make_with_config,
 };
 
 use crate::shared::{check::Check, json::Quantity};
 
 pub fn check(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
-    let options = CheckOptions { seed, ..CheckOptions::default() };
-    let report = check_snapshot_env(|| make_config(id.config()), &options);
+    let options = CheckOptions::default().with_seed(seed);
+    let report = check_snapshot_env(|| make_with_config(id.config()), &options);
     Ok(report
         .checks
         .iter()

@@ -11,7 +11,7 @@ mod tasks;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use fetch_env::{EnvId, MujocoEnv, make_config};
+use fetch_env::{EnvId, MujocoEnv, make_with_config};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -108,14 +108,14 @@ pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>
 
 /// Makes the checks of an observation or of rewards, and returns the one of a name.
 pub fn check_by_name(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Check> {
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let part = if name.starts_with("reward/") { rewards::check } else { observations::check };
     let found = part(id, &mut env, seed)?.into_iter().find(|check| check.name == name);
     found.with_context(|| format!("there is no check {name}"))
 }
 
 fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Check>> {
-    let mut env = make_config(id.config())?;
+    let mut env = make_with_config(id.config())?;
     let mut checks = Vec::new();
     for part in PARTS {
         checks.extend(part(id, &mut env, seed)?);

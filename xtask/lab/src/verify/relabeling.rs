@@ -1,7 +1,7 @@
 //! Section 2.6: rewards for goals that the environment never set.
 
 use baselines::{Policy, RandomPolicy, buffer_config, collect};
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, MujocoEnv};
+use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
 use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
 
 use crate::shared::{

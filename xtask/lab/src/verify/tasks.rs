@@ -1,6 +1,6 @@
 //! Section 2.7: one interface, four tasks.
 
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_config};
+use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_with_config};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
@@ -12,7 +12,7 @@ pub fn check(seed: u64) -> anyhow::Result<Vec<Check>> {
     let mut thresholds = Vec::new();
     for task in Task::ALL {
         let id = EnvId { task, reward: RewardKind::Sparse };
-        let mut env = make_config(id.config())?;
+        let mut env = make_with_config(id.config())?;
         let observation = env.reset(Some(seed))?.observation;
         let obs_dim = observation.observation().len();
         let ag_matches_grip = observation.achieved_goal() == &observation.observation()[..3];

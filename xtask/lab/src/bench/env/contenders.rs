@@ -101,7 +101,7 @@ impl BareLoop {
             let targets = self.fingers.map(|qpos| self.data.qpos()[qpos] + fingers);
             self.data.ctrl_mut().copy_from_slice(&targets);
         }
-        self.data.step(self.episodes.config.sim().n_substeps().get())?;
+        self.data.step(self.episodes.config.n_substeps())?;
         if blocked {
             for qpos in self.fingers {
                 self.data.qpos_mut()[qpos] = 0.0;
@@ -136,7 +136,8 @@ impl Together {
     pub fn new(episodes: &Episodes, num_envs: usize, threads: usize) -> anyhow::Result<Self> {
         let envs: anyhow::Result<Vec<_>> = (0..num_envs).map(|_| episodes.env()).collect();
         // Every step is a transition in every environment, and its time includes the resets.
-        let config = VecConfig::default().threads(threads).autoreset(AutoresetMode::SameStep);
+        let config =
+            VecConfig::default().with_num_threads(threads).with_autoreset(AutoresetMode::SameStep);
         let mut envs = VecEnv::new(envs?, config)?;
         envs.reset(Some(super::episodes::SEED))?;
         let actions = super::episodes::random_actions((num_envs + 1) * STEPS)?;

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Context;
-use fetch_env::{FetchConfig, make_vec_config, vec_env::VecConfig};
+use fetch_env::{FetchConfig, make_vec_with_config, vec_env::VecConfig};
 use serde::{Deserialize, Serialize};
 
 use super::episodes::{SEED, random_actions};
@@ -35,7 +35,7 @@ impl Footprint {
         let envs = usize::from(envs);
         let actions = random_actions(envs)?.into_flattened();
         let start = Instant::now();
-        let mut first = make_vec_config(config, 1, VecConfig::default())?;
+        let mut first = make_vec_with_config(config, 1, VecConfig::default())?;
         first.reset(Some(SEED))?;
         let first_made = start.elapsed();
         for _ in 0..STEPS {
@@ -43,7 +43,7 @@ impl Footprint {
         }
         let one = resident_bytes()?;
         let start = Instant::now();
-        let mut others = make_vec_config(config, envs - 1, VecConfig::default())?;
+        let mut others = make_vec_with_config(config, envs - 1, VecConfig::default())?;
         others.reset(Some(SEED))?;
         let construction = (first_made + start.elapsed()).as_secs_f64();
         for _ in 0..STEPS {

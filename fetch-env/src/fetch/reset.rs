@@ -1,24 +1,50 @@
+//! Resets of a Fetch environment: their options, and the start drawn for an episode.
+
 use fetch_sim::{Settled, SimError, Task};
 use serde::{Deserialize, Serialize};
 
-use crate::{EnvError, FetchConfig, NpRandom, config};
+use super::config::{FetchConfig, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE};
+use crate::{error::EnvError, np_random::NpRandom};
 
-/// What can be asked of the reset of a Fetch environment.
+/// Options of the reset of a Fetch environment.
 ///
-/// What is not asked for is drawn at random. What is asked for is drawn as well and then replaced,
-/// so that the stream of random numbers is the same with and without options.
+/// A reset draws what the options leave open. It also draws what they set, and then replaces it, so
+/// that the stream of random numbers is the same with and without options.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
+#[must_use]
 pub struct FetchResetOptions {
-    /// The goal, in meters in the world frame.
-    pub desired_goal: Option<[f64; 3]>,
-    /// Where the object starts: x and y in meters in the world frame. Taken as it is, also off the
-    /// table or under the gripper.
-    pub object_position: Option<[f64; 2]>,
+    desired_goal: Option<[f64; 3]>,
+    object_position: Option<[f64; 2]>,
 }
 
 impl FetchResetOptions {
-    pub(crate) fn check(&self, task: Task) -> Result<(), EnvError> {
+    /// Sets the goal, in meters in the world frame. By default it is drawn.
+    pub const fn with_desired_goal(mut self, meters: [f64; 3]) -> Self {
+        self.desired_goal = Some(meters);
+        self
+    }
+
+    /// Sets the object's start: x and y in meters in the world frame, even off the table or under
+    /// the gripper. By default it is drawn.
+    pub const fn with_object_position(mut self, meters: [f64; 2]) -> Self {
+        self.object_position = Some(meters);
+        self
+    }
+
+    /// The goal, in meters in the world frame; `None` if it is drawn.
+    #[must_use]
+    pub const fn desired_goal(&self) -> Option<[f64; 3]> {
+        self.desired_goal
+    }
+
+    /// The object's start: x and y in meters in the world frame; `None` if it is drawn.
+    #[must_use]
+    pub const fn object_position(&self) -> Option<[f64; 2]> {
+        self.object_position
+    }
+
+    pub(super) fn check(&self, task: Task) -> Result<(), EnvError> {
         if self.object_position.is_some() && !task.has_object() {
             return Err(SimError::NoObject { task }.into());
         }
@@ -33,19 +59,19 @@ impl FetchResetOptions {
     }
 }
 
-/// Where an episode starts.
+/// The start of an episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(test, derive(Deserialize))]
-pub(crate) struct Start {
-    pub(crate) object_position: Option<[f64; 2]>,
-    pub(crate) desired_goal: [f64; 3],
+pub(super) struct Start {
+    pub(super) object_position: Option<[f64; 2]>,
+    pub(super) desired_goal: [f64; 3],
 }
 
 impl Start {
-    /// Draws a start in the reference's order: the object's place, then the goal.
+    /// Draws a start in the reference's order: the object's position, then the goal.
     ///
     /// Source: `_reset_sim` and `_sample_goal` of gymnasium-robotics 1.4.2.
-    pub(crate) fn draw(config: &FetchConfig, settled: &Settled, random: &mut NpRandom) -> Self {
+    pub(super) fn draw(config: &FetchConfig, settled: &Settled, random: &mut NpRandom) -> Self {
         let gripper: [f64; 3] = settled.gripper_position.into();
         let object_position =
             config.object_range().map(|range| draw_object(range, [gripper[0], gripper[1]], random));
@@ -59,20 +85,20 @@ impl Start {
         if let Some(height) = settled.object_height {
             goal[2] = height;
             if config.target_in_the_air() && random.random() < 0.5 {
-                goal[2] += random.uniform(0.0, config::MAX_TARGET_RISE);
+                goal[2] += random.uniform(0.0, MAX_TARGET_RISE);
             }
         }
         Self { object_position, desired_goal: goal }
     }
 }
 
-/// Draws the object's place around the gripper's until it is far enough away.
+/// Draws positions of the object around the gripper until one is far enough away.
 fn draw_object(range: f64, gripper: [f64; 2], random: &mut NpRandom) -> [f64; 2] {
     loop {
         let place = gripper.map(|coordinate| coordinate + random.uniform(-range, range));
-        // The offset is taken back out of the sum, rounding included, as the reference does.
+        // Subtracting the gripper again keeps the rounding of the sum, as the reference does.
         let [x, y] = [place[0] - gripper[0], place[1] - gripper[1]];
-        if (x * x + y * y).sqrt() >= config::MIN_OBJECT_DISTANCE {
+        if (x * x + y * y).sqrt() >= MIN_OBJECT_DISTANCE {
             return place;
         }
     }
@@ -106,9 +132,10 @@ mod tests {
     }
 
     #[test]
-    fn every_recorded_start_of_the_reference_is_reproduced_to_the_last_bit() {
-        let recording = include_str!("../tests/fixtures/episode_starts.json");
-        let recording: Recording = serde_json::from_str(recording).expect("the fixture's format");
+    fn every_recorded_start_of_the_reference_is_reproduced_to_the_last_bit()
+    -> Result<(), serde_json::Error> {
+        let recording = include_str!("../../tests/fixtures/episode_starts.json");
+        let recording: Recording = serde_json::from_str(recording)?;
         assert_eq!(recording.tasks.len(), Task::ALL.len());
         for (task, recorded) in recording.tasks {
             let config = FetchConfig::new(task, RewardKind::Sparse);
@@ -124,6 +151,7 @@ mod tests {
                 }
             }
         }
+        Ok(())
     }
 
     proptest! {
@@ -137,12 +165,13 @@ mod tests {
             target_offset in prop::array::uniform3(-0.5..0.5),
         ) {
             const ROUNDING: f64 = 1e-15;
-            let mut builder =
-                FetchConfig::builder(task).target_range(target_range).target_offset(target_offset);
+            let mut config = FetchConfig::new(task, RewardKind::Sparse)
+                .with_target_range(target_range)
+                .with_target_offset(target_offset);
             if task.has_object() {
-                builder = builder.object_range(object_range).target_in_the_air(true);
+                config = config.with_object_range(object_range).with_target_in_the_air(true);
             }
-            let config = builder.build().expect("valid numbers");
+            config.check()?;
             let object_height = task.has_object().then_some(0.4);
             let settled = Settled { gripper_position: gripper.into(), object_height };
             let start = Start::draw(&config, &settled, &mut NpRandom::new(seed));

@@ -1,17 +1,24 @@
+//! Observations with pictures.
+
 use std::{collections::VecDeque, fmt, num::NonZeroU8, ops::Deref, sync::Arc};
 
 use fetch_sim::{RenderOptions, Renderer};
 use serde::{Deserialize, Serialize};
 
+use super::RenderEnv;
 use crate::{
-    BoxSpace, DictSpace, Env, EnvError, GoalEnv, GoalObservation, RenderEnv, Reset, Space, Step,
-    spaces::{ImageSpace, Value},
+    env::{
+        Env, Reset, Step,
+        goal::{GoalEnv, GoalObservation},
+    },
+    error::EnvError,
+    spaces::{DictSpace, ImageSpace, Space, Value, box_space::BoxSpace},
 };
 
-/// An environment that observes pictures of itself beside what it observes anyway.
+/// An environment that adds pictures of itself to its observations.
 ///
-/// As Gymnasium's wrapper of this name, with the frames stacked. Its observations hold a picture
-/// each; the memory of one that was dropped is used again.
+/// It is Gymnasium's wrapper of this name, with stacked frames. Each observation owns its pictures,
+/// and reuses the memory of dropped observations.
 ///
 /// ```
 /// use fetch_env::{AddRenderObservation, Env, PixelOptions, make};
@@ -32,22 +39,18 @@ pub struct AddRenderObservation<E> {
     order: ChannelOrder,
     image_space: ImageSpace,
     observation_space: Space,
-    /// The last frames, the oldest first.
+    /// The last frames, oldest first.
     frames: VecDeque<Box<[u8]>>,
     pool: Pool,
 }
 
-/// What pictures an [`AddRenderObservation`] observes.
+/// Settings of the pictures of an [`AddRenderObservation`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct PixelOptions {
-    /// What the pictures are like; by default 84 x 84 pixels without smooth edges, from the
-    /// reference's camera.
-    pub render: RenderOptions,
-    /// How many frames an observation holds, the present one last; 1 by default. After a reset all
-    /// are the first.
-    pub frame_stack: NonZeroU8,
-    /// Where the channels stand; last by default.
-    pub channel_order: ChannelOrder,
+    render: RenderOptions,
+    frame_stack: NonZeroU8,
+    channel_order: ChannelOrder,
 }
 
 impl Default for PixelOptions {
@@ -60,18 +63,58 @@ impl Default for PixelOptions {
     }
 }
 
-/// Where the channels stand: red, green and blue of the oldest frame, then of the next.
+impl PixelOptions {
+    /// Sets the options of the renderer. The default is 84 x 84 pixels without smooth edges, as
+    /// policies use them, from the reference's camera.
+    pub fn with_render(mut self, render: RenderOptions) -> Self {
+        self.render = render;
+        self
+    }
+
+    /// Sets the number of frames in an observation, the current one last. The default is 1. After a
+    /// reset all of them are the first frame.
+    pub const fn with_frame_stack(mut self, frame_stack: NonZeroU8) -> Self {
+        self.frame_stack = frame_stack;
+        self
+    }
+
+    /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
+    pub const fn with_channel_order(mut self, channel_order: ChannelOrder) -> Self {
+        self.channel_order = channel_order;
+        self
+    }
+
+    /// The options of the renderer.
+    #[must_use]
+    pub const fn render(&self) -> &RenderOptions {
+        &self.render
+    }
+
+    /// The number of frames in an observation.
+    #[must_use]
+    pub const fn frame_stack(&self) -> NonZeroU8 {
+        self.frame_stack
+    }
+
+    /// The order of the axes.
+    #[must_use]
+    pub const fn channel_order(&self) -> ChannelOrder {
+        self.channel_order
+    }
+}
+
+/// Order of the axes. The channels are red, green and blue of the oldest frame, then of the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ChannelOrder {
-    /// Height x width x channels, as pictures are stored.
+    /// Height x width x channels, as image files have it.
     #[default]
     Hwc,
-    /// Channels x height x width, as convolutions want them.
+    /// Channels x height x width, as convolutions expect it.
     Chw,
 }
 
-/// The bytes of stacked pictures, row-major. A clone shares them.
+/// Bytes of stacked pictures, row-major. Clones share them.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Pixels(Arc<[u8]>);
 
@@ -89,20 +132,21 @@ impl fmt::Debug for Pixels {
     }
 }
 
-/// What an [`AddRenderObservation`] observes.
+/// Observation of an [`AddRenderObservation`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PixelObservation<O> {
     /// The pictures.
     pub pixels: Pixels,
-    /// What the environment below observes.
+    /// Observation of the wrapped environment.
     pub state: O,
 }
 
 impl<E: RenderEnv> AddRenderObservation<E> {
-    /// Adds pictures to what `env` observes.
+    /// Adds pictures to the observations of `env`.
     ///
     /// # Errors
-    /// [`EnvError::Render`] without OpenGL, and for options that cannot be.
+    /// [`EnvError::Render`] without OpenGL and for invalid options.
     ///
     /// # Panics
     /// If an observation of `env` is a dictionary with the key `pixels`.
@@ -128,13 +172,13 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         })
     }
 
-    /// The environment below. It is not to be had mutably: a step there would not be seen.
+    /// The wrapped environment. There is no mutable access, because a step there would miss its frame.
     #[must_use]
     pub const fn inner(&self) -> &E {
         &self.env
     }
 
-    /// Gives the environment back.
+    /// Removes the wrapper.
     #[must_use]
     pub fn into_inner(self) -> E {
         self.env
@@ -146,7 +190,7 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         self.image_space
     }
 
-    /// Renders the present state into the frames from `first` on, and stacks them all.
+    /// Renders the current state into the frames from `first` on, and stacks all frames.
     fn observe(&mut self, first: usize) -> Result<Pixels, EnvError> {
         let rgb = self.env.render(&mut self.renderer)?;
         for frame in self.frames.range_mut(first..) {
@@ -157,7 +201,8 @@ impl<E: RenderEnv> AddRenderObservation<E> {
     }
 }
 
-/// The space of a state with pictures: a dictionary keeps its keys, anything else is `state`.
+/// Returns the space of a state with pictures: a dictionary keeps its keys, anything else becomes
+/// `state`.
 fn with_pixels(state: &Space, image: ImageSpace) -> Space {
     let mut spaces: Vec<(String, Space)> = match state {
         Space::Dict(dict) => dict.iter().map(|(key, space)| (key.into(), space.clone())).collect(),
@@ -189,13 +234,13 @@ fn stack(frames: &VecDeque<Box<[u8]>>, order: ChannelOrder, out: &mut [u8]) {
     }
 }
 
-/// Memory of observations that may have been dropped.
+/// Memory of observations, reused once they are dropped.
 #[derive(Debug, Default)]
 struct Pool {
     slots: VecDeque<Pixels>,
 }
 
-/// How many observations can be alive before their memory is no longer used again.
+/// Number of observations whose memory the pool remembers.
 const POOL_SIZE: usize = 4;
 
 impl Pool {
@@ -249,12 +294,16 @@ impl<E: RenderEnv> Env for AddRenderObservation<E> {
     }
 }
 
-/// Goals and rewards are the environment's below.
+/// Goals and rewards are those of the wrapped environment.
 impl<E: RenderEnv + GoalEnv> GoalEnv for AddRenderObservation<E> {
-    crate::goal_env::as_in_the_environment_below!();
+    type GoalReward = E::GoalReward;
+
+    fn goal_reward(&self) -> &E::GoalReward {
+        self.env.goal_reward()
+    }
 }
 
-/// The vectors are the state's: the pixels are to be had from the field.
+/// The vectors are those of the state; the pixels are a field.
 impl<O: GoalObservation> GoalObservation for PixelObservation<O> {
     fn observation(&self) -> &[f64] {
         self.state.observation()

@@ -1,27 +1,44 @@
-use fetch_sim::{Control, Settled, Simulator};
+//! The Fetch environment: settings, a simulator and a reward.
+
+use std::num::NonZeroU32;
+
+use fetch_sim::{Control, Settled, SimConfig, Simulator};
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
+use super::{
+    config::{FetchConfig, Parts},
+    observation::FetchObservation,
+    reset::{FetchResetOptions, Start},
+};
 use crate::{
-    BoxSpace, DictSpace, Env, EnvError, FetchConfig, FetchObservation, FetchResetOptions,
-    FetchSnapshot, GoalEnv, GoalObservation, Info, NpRandom, Reset, SnapshotEnv, Space, Step,
-    TimeLimit, reset::Start,
+    env::{
+        Env, Reset, SnapshotEnv, Step,
+        goal::{GoalEnv, GoalEnvExt, GoalObservation, Info},
+        time_limit::TimeLimit,
+    },
+    error::EnvError,
+    np_random::NpRandom,
+    spaces::{DictSpace, Space, box_space::BoxSpace},
 };
 
-/// The gripper's largest displacement along an axis in one step, in meters.
+/// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
 
-/// A Fetch environment: a configuration, a simulator and a reward.
+/// A Fetch environment: settings, a simulator and a reward.
 ///
-/// Actions are `[dx, dy, dz, fingers]`, each clipped to [-1, 1] in single precision: the first
-/// three displace the gripper's target by up to 5 cm along the world's axes, the last opens
-/// (positive) or closes the fingers and has no effect where the task holds them closed. Observations
-/// are [`FetchObservation`]s.
+/// Actions are `[dx, dy, dz, fingers]`, each clipped to [-1, 1] in single precision. The first three
+/// displace the gripper's target by up to 5 cm along the world's axes. The last opens (positive) or
+/// closes the fingers; it has no effect in tasks that hold them closed. Observations are
+/// [`FetchObservation`]s.
 ///
-/// Episodes have no end of their own; [`TimeLimit`] gives them one.
+/// Episodes never end by themselves; [`TimeLimit`] ends them.
 #[derive(Clone, Debug)]
 pub struct FetchEnv<S> {
     config: FetchConfig,
+    sim: SimConfig,
+    max_episode_steps: NonZeroU32,
     simulator: S,
     reward: DistanceReward,
     settled: Settled,
@@ -29,17 +46,19 @@ pub struct FetchEnv<S> {
     observation_space: Space,
     /// `None` until the first reset.
     random: Option<NpRandom>,
-    /// `None` where a reset is needed.
+    /// `None` until a reset.
     goal: Option<[f64; 3]>,
 }
 
 impl<S: Simulator> FetchEnv<S> {
-    /// An environment in `simulator`, which must have been made from
+    /// Creates an environment in `simulator`, which must be made from
     /// [`config.sim()`](FetchConfig::sim).
     ///
     /// # Errors
-    /// [`EnvError::SimulatorMismatch`] if it was not.
+    /// [`EnvError::Config`] for invalid settings, [`EnvError::SimulatorMismatch`] if the simulator
+    /// is made from others.
     pub fn new(config: FetchConfig, simulator: S) -> Result<Self, EnvError> {
+        let Parts { sim, reward, max_episode_steps } = config.parts()?;
         let settled = simulator.settled();
         let mismatch = |reason| Err(EnvError::SimulatorMismatch { reason });
         let (task, theirs) = (config.task(), simulator.task());
@@ -62,8 +81,10 @@ impl<S: Simulator> FetchEnv<S> {
         ])
         .expect("the keys differ");
         Ok(Self {
-            reward: config.reward(),
             config,
+            sim,
+            max_episode_steps,
+            reward,
             simulator,
             settled,
             action_space: BoxSpace::uniform(vec![4], -1.0, 1.0).expect("-1 is less than 1"),
@@ -73,43 +94,42 @@ impl<S: Simulator> FetchEnv<S> {
         })
     }
 
-    /// Ends every episode after [`max_episode_steps`](FetchConfig::max_episode_steps).
+    /// Truncates every episode after [`max_episode_steps`](FetchConfig::max_episode_steps).
     #[must_use]
     pub fn time_limited(self) -> TimeLimit<Self> {
-        let max_episode_steps = self.config.max_episode_steps();
+        let max_episode_steps = self.max_episode_steps;
         TimeLimit::new(self, max_episode_steps)
     }
 
-    /// What the environment was made from.
-    #[must_use]
+    /// The settings of the environment.
     pub const fn config(&self) -> &FetchConfig {
         &self.config
     }
 
-    /// The simulator below. It is not to be had mutably: its state is the environment's.
+    /// The simulator. There is no mutable access, because the environment owns the simulator's state.
     #[must_use]
     pub const fn simulator(&self) -> &S {
         &self.simulator
     }
 
-    /// Where the goal is, in meters; `None` where a reset is needed.
+    /// The goal of the episode, in meters; `None` until a reset.
     #[must_use]
     pub const fn desired_goal(&self) -> Option<[f64; 3]> {
         self.goal
     }
 
-    /// The seed of the random numbers, given or taken from the operating system; `None` before the
-    /// first reset.
+    /// The seed of the random numbers, whether the caller or the operating system provided it; `None`
+    /// before the first reset.
     #[must_use]
     pub fn np_random_seed(&self) -> Option<u64> {
         self.random.as_ref().map(NpRandom::seed)
     }
 
-    /// The present observation, as the last reset or step gave it, or as it was when a restored
-    /// snapshot was taken.
+    /// Returns the current observation, which the last reset or step returned, or which the restored
+    /// environment had.
     ///
     /// # Errors
-    /// [`EnvError::ResetNeeded`] if there is none.
+    /// [`EnvError::ResetNeeded`] before a reset and after a failure.
     pub fn observe(&self) -> Result<FetchObservation, EnvError> {
         let goal = self.goal.ok_or(EnvError::ResetNeeded)?;
         Ok(FetchObservation::new(
@@ -122,13 +142,10 @@ impl<S: Simulator> FetchEnv<S> {
 
     fn info(&self, observation: &FetchObservation) -> Info {
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
-        Info {
-            is_success: self.is_success(achieved, desired),
-            distance: goal_distance(achieved, desired),
-        }
+        Info::new(self.is_success(achieved, desired), goal_distance(achieved, desired))
     }
 
-    /// The command that an action stands for.
+    /// Turns an action into the command of a control step.
     fn control(&self, action: &[f32]) -> Result<Control, EnvError> {
         let &[dx, dy, dz, fingers] = action else {
             let (expected, actual) = (self.action_space.len(), action.len());
@@ -165,8 +182,8 @@ impl<S: Simulator> Env for FetchEnv<S> {
         let start = Start::draw(&self.config, &self.settled, &mut random);
         self.random = Some(random);
         self.goal = None;
-        self.simulator.reset(options.object_position.or(start.object_position))?;
-        self.goal = Some(options.desired_goal.unwrap_or(start.desired_goal));
+        self.simulator.reset(options.object_position().or(start.object_position))?;
+        self.goal = Some(options.desired_goal().unwrap_or(start.desired_goal));
         let observation = self.observe()?;
         Ok(Reset { observation, info: self.info(&observation) })
     }
@@ -174,7 +191,7 @@ impl<S: Simulator> Env for FetchEnv<S> {
     fn step(&mut self, action: &[f32]) -> Result<Step<FetchObservation, Info>, EnvError> {
         let goal = self.goal.ok_or(EnvError::ResetNeeded)?;
         let control = self.control(action)?;
-        // Without a goal until the simulation has succeeded, so that a failure asks for a reset.
+        // The goal is absent until the simulation succeeds, so that a failure demands a reset.
         self.goal = None;
         self.simulator.step(&control)?;
         self.goal = Some(goal);
@@ -211,7 +228,7 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
 
     fn snapshot(&self) -> Self::Snapshot {
         FetchSnapshot {
-            sim: self.config.sim().clone(),
+            sim: self.sim.clone(),
             simulator: self.simulator.snapshot(),
             random: self.random.clone(),
             goal: self.goal,
@@ -219,10 +236,56 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
     }
 
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
-        snapshot.check(self.config.sim())?;
+        snapshot.check(&self.sim)?;
         self.simulator.restore(&snapshot.simulator)?;
         self.random.clone_from(&snapshot.random);
         self.goal = snapshot.goal;
         Ok(())
+    }
+}
+
+/// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
+///
+/// `S` is the simulator's own snapshot. Formats that write every bit of a number preserve it exactly;
+/// serde_json needs its feature `float_roundtrip`. A snapshot fits every environment whose simulator
+/// is made the same way (task, model, number of substeps), whatever its rewards and ranges.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FetchSnapshot<S> {
+    sim: SimConfig,
+    simulator: S,
+    random: Option<NpRandom>,
+    goal: Option<[f64; 3]>,
+}
+
+impl<S> FetchSnapshot<S> {
+    fn check(&self, sim: &SimConfig) -> Result<(), EnvError> {
+        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
+        if self.sim.task() != sim.task() {
+            return foreign(format!("it is of {}, this is {}", self.sim.task(), sim.task()));
+        }
+        if self.sim.n_substeps() != sim.n_substeps() {
+            let (theirs, ours) = (self.sim.n_substeps(), sim.n_substeps());
+            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
+        }
+        if self.goal.is_some_and(|goal| !goal.iter().all(|element| element.is_finite())) {
+            return foreign(format!("its goal {:?} is not finite", self.goal));
+        }
+        if self.goal.is_some() && self.random.is_none() {
+            return foreign("it has a goal but no random numbers".into());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(feature = "render")]
+impl crate::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
+    fn renderer(&self, options: fetch_sim::RenderOptions) -> Result<fetch_sim::Renderer, EnvError> {
+        Ok(fetch_sim::Renderer::new(&self.sim, options)?)
+    }
+
+    fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {
+        let goal = self.goal.ok_or(EnvError::ResetNeeded)?;
+        Ok(renderer.update_scene(&self.simulator, Some(Vector3::from(goal)))?)
     }
 }

@@ -1,12 +1,18 @@
-use fetch_sim::{MujocoSimulator, RenderOptions, Renderer, Segment};
-use nalgebra::Vector3;
+//! Rendering: environments that can be shown to a renderer.
 
-use crate::{Env, EnvError, FetchEnv, TimeLimit};
+pub(crate) mod pixels;
 
-/// An environment that can be looked at.
+use fetch_sim::{RenderOptions, Renderer, Segment};
+
+use crate::{
+    env::{Env, time_limit::TimeLimit},
+    error::EnvError,
+};
+
+/// An environment that can be rendered.
 ///
-/// Looking changes nothing: steps that follow give the same results, to the last bit. Where there is
-/// no OpenGL, [`renderer`](Self::renderer) is an error that says what to install.
+/// Rendering changes nothing: later steps give the same results, to the last bit. Without OpenGL
+/// [`renderer`](Self::renderer) returns an error that says what to install.
 ///
 /// ```
 /// use fetch_env::{Env, RenderEnv, RenderOptions, make};
@@ -20,21 +26,21 @@ use crate::{Env, EnvError, FetchEnv, TimeLimit};
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 pub trait RenderEnv: Env {
-    /// A renderer for environments of this one's task and model. It stays on its thread, unlike
-    /// environments.
+    /// Creates a renderer for environments with this task and model. Unlike environments it stays on
+    /// its thread.
     ///
     /// # Errors
-    /// [`EnvError::Render`] without OpenGL, and for options that cannot be.
+    /// [`EnvError::Render`] without OpenGL and for invalid options.
     fn renderer(&self, options: RenderOptions) -> Result<Renderer, EnvError>;
 
-    /// Shows the present state to a renderer.
+    /// Shows the current state to a renderer.
     ///
     /// # Errors
-    /// [`EnvError::ResetNeeded`] where a reset is needed; [`EnvError::Render`] if the renderer is for
-    /// another task or model.
+    /// [`EnvError::ResetNeeded`] before a reset and after a failure; [`EnvError::Render`] if the
+    /// renderer is for another task or model.
     fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError>;
 
-    /// The present state as colors: height x width x 3 (red, green, blue), the top row first.
+    /// Renders the colors of the current state: height x width x 3 (red, green, blue), the top row first.
     ///
     /// # Errors
     /// As [`update_scene`](Self::update_scene); [`EnvError::Render`] if rendering fails.
@@ -43,7 +49,7 @@ pub trait RenderEnv: Env {
         Ok(renderer.rgb()?)
     }
 
-    /// How far away everything is, height x width, in meters: see [`Renderer::depth`].
+    /// Renders distances from the camera, height x width, in meters: see [`Renderer::depth`].
     ///
     /// # Errors
     /// As [`render`](Self::render).
@@ -52,7 +58,7 @@ pub trait RenderEnv: Env {
         Ok(renderer.depth()?)
     }
 
-    /// What each pixel shows, height x width: see [`Renderer::segmentation`].
+    /// Renders what each pixel shows, height x width: see [`Renderer::segmentation`].
     ///
     /// # Errors
     /// As [`render`](Self::render).
@@ -62,17 +68,6 @@ pub trait RenderEnv: Env {
     ) -> Result<&'a [Segment], EnvError> {
         self.update_scene(renderer)?;
         Ok(renderer.segmentation()?)
-    }
-}
-
-impl RenderEnv for FetchEnv<MujocoSimulator> {
-    fn renderer(&self, options: RenderOptions) -> Result<Renderer, EnvError> {
-        Ok(Renderer::new(self.config().sim(), options)?)
-    }
-
-    fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError> {
-        let goal = self.desired_goal().ok_or(EnvError::ResetNeeded)?;
-        Ok(renderer.update_scene(self.simulator(), Some(Vector3::from(goal)))?)
     }
 }
 

@@ -1,13 +1,19 @@
+//! The time limit of an environment's episodes.
+
 use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BoxSpace, Env, EnvError, GoalEnv, Reset, SnapshotEnv, Space, Step};
+use super::{Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
+use crate::{
+    error::EnvError,
+    spaces::{Space, box_space::BoxSpace},
+};
 
 /// An environment whose episodes are truncated after a number of steps.
 ///
-/// A step after the end, by the limit or by the environment itself, is an error until the next
-/// reset. Where an episode ends both ways in one step, both `terminated` and `truncated` are true.
+/// A step after the end, set by the limit or by the environment itself, is an error until the next
+/// reset. If an episode ends in both ways in one step, both `terminated` and `truncated` are true.
 #[derive(Clone, Debug)]
 pub struct TimeLimit<E> {
     env: E,
@@ -15,7 +21,7 @@ pub struct TimeLimit<E> {
     episode: Episode,
 }
 
-/// How far the episode is.
+/// Progress of the episode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Episode {
@@ -25,19 +31,19 @@ enum Episode {
 }
 
 impl<E> TimeLimit<E> {
-    /// Limits the episodes of `env`, which needs a reset before its next step.
+    /// Limits the episodes of `env`, which must be reset before its next step.
     #[must_use]
     pub const fn new(env: E, max_episode_steps: NonZeroU32) -> Self {
         Self { env, max_episode_steps, episode: Episode::NotStarted }
     }
 
-    /// Steps after which an episode is truncated.
+    /// The number of steps after which an episode is truncated.
     #[must_use]
     pub const fn max_episode_steps(&self) -> NonZeroU32 {
         self.max_episode_steps
     }
 
-    /// Steps taken in this episode; 0 before the first reset.
+    /// The number of steps taken in this episode; 0 before the first reset.
     #[must_use]
     pub const fn elapsed_steps(&self) -> u32 {
         match self.episode {
@@ -46,13 +52,13 @@ impl<E> TimeLimit<E> {
         }
     }
 
-    /// The environment below. It is not to be had mutably: a step there would not be counted.
+    /// The wrapped environment. There is no mutable access, because a step there would not be counted.
     #[must_use]
     pub const fn inner(&self) -> &E {
         &self.env
     }
 
-    /// Takes the limit off.
+    /// Removes the limit.
     #[must_use]
     pub fn into_inner(self) -> E {
         self.env
@@ -99,13 +105,18 @@ impl<E: Env> Env for TimeLimit<E> {
     }
 }
 
-/// The goals are the inner environment's; [`compute_truncated`](GoalEnv::compute_truncated) knows
-/// no time.
+/// The goals are the wrapped environment's. Its
+/// [`compute_truncated`](super::goal::GoalEnvExt::compute_truncated) ignores the limit, which is not
+/// a function of the goals.
 impl<E: GoalEnv> GoalEnv for TimeLimit<E> {
-    crate::goal_env::as_in_the_environment_below!();
+    type GoalReward = E::GoalReward;
+
+    fn goal_reward(&self) -> &E::GoalReward {
+        self.env.goal_reward()
+    }
 }
 
-/// The state of a [`TimeLimit`]: that of the environment below, and the steps taken.
+/// Snapshot of a [`TimeLimit`]: the state of the wrapped environment and the steps taken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimeLimitSnapshot<T> {

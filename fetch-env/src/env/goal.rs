@@ -1,0 +1,111 @@
+//! Goal-conditioned environments: their goals, and the rewards that follow from them.
+
+use std::fmt::Debug;
+
+use goal_reward::{GoalError, GoalPairs, GoalReward};
+use serde::{Deserialize, Serialize};
+
+use super::Env;
+use crate::spaces::Value;
+
+/// An environment whose task is to bring about a desired goal.
+///
+/// Every goal-conditioned environment keeps this law, on which hindsight relabeling relies, bit for
+/// bit: the reward of a step is [`compute_reward`](GoalEnvExt::compute_reward) of the observed
+/// `achieved_goal` and `desired_goal`, and `terminated` is
+/// [`compute_terminated`](GoalEnvExt::compute_terminated) of them. A step is `truncated` if
+/// [`compute_truncated`](GoalEnvExt::compute_truncated) says so, or at a time limit.
+pub trait GoalEnv: Env<Observation: GoalObservation, Info = Info> {
+    /// The reward as a function of the goals.
+    type GoalReward: GoalReward;
+
+    /// The reward as a function of the goals, as a hindsight buffer needs it.
+    fn goal_reward(&self) -> &Self::GoalReward;
+}
+
+/// The calls of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).
+///
+/// Every [`GoalEnv`] has them; wrappers cannot forget or change one.
+pub trait GoalEnvExt: GoalEnv {
+    /// Returns the reward that a step with these goals would give.
+    ///
+    /// # Errors
+    /// [`GoalError`] if the goals differ in length, are empty or not finite.
+    fn compute_reward(
+        &self,
+        achieved_goal: &[f64],
+        desired_goal: &[f64],
+    ) -> Result<f64, GoalError> {
+        self.goal_reward().try_reward(achieved_goal, desired_goal)
+    }
+
+    /// Writes the [reward](Self::compute_reward) of every pair to `rewards`.
+    ///
+    /// # Errors
+    /// [`GoalError`] if a goal is not finite or `rewards` does not have one element for each pair;
+    /// `rewards` is then unchanged.
+    fn compute_reward_batch(
+        &self,
+        pairs: GoalPairs<'_>,
+        rewards: &mut [f64],
+    ) -> Result<(), GoalError> {
+        self.goal_reward().try_reward_batch(pairs, rewards)
+    }
+
+    /// Whether a step with these goals would end the task.
+    fn compute_terminated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+        self.goal_reward().terminated(achieved_goal, desired_goal)
+    }
+
+    /// Whether a step with these goals would cut the episode off, time limits aside.
+    fn compute_truncated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+        self.goal_reward().truncated(achieved_goal, desired_goal)
+    }
+
+    /// Whether the achieved goal counts as the desired one; never true of goals without a distance.
+    fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+        self.goal_reward().is_success(achieved_goal, desired_goal)
+    }
+}
+
+impl<E: GoalEnv> GoalEnvExt for E {}
+
+/// An observation with two goals.
+pub trait GoalObservation: Clone + Debug + PartialEq {
+    /// The part of the state that a policy sees.
+    fn observation(&self) -> &[f64];
+
+    /// The goal that the state achieves.
+    fn achieved_goal(&self) -> &[f64];
+
+    /// The goal to achieve; constant throughout an episode.
+    fn desired_goal(&self) -> &[f64];
+
+    /// Returns the three parts as a value of the environment's observation space.
+    fn to_value(&self) -> Value {
+        let parts = [
+            ("achieved_goal", self.achieved_goal()),
+            ("desired_goal", self.desired_goal()),
+            ("observation", self.observation()),
+        ];
+        Value::Dict(parts.map(|(key, part)| (key.into(), Value::F64(part.into()))).into())
+    }
+}
+
+/// Diagnostic information of a goal-conditioned environment.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Info {
+    /// Whether the achieved goal counts as the desired one.
+    pub is_success: bool,
+    /// Euclidean distance between the two goals, in their unit: meters in the Fetch tasks.
+    pub distance: f64,
+}
+
+impl Info {
+    /// Creates the information about a state.
+    #[must_use]
+    pub const fn new(is_success: bool, distance: f64) -> Self {
+        Self { is_success, distance }
+    }
+}

@@ -1,0 +1,116 @@
+//! Environments in general: resets, steps and snapshots.
+
+pub(crate) mod goal;
+pub(crate) mod time_limit;
+
+use std::fmt::Debug;
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use crate::{
+    error::EnvError,
+    spaces::{Space, box_space::BoxSpace},
+};
+
+/// An environment: it is reset, takes actions, and returns observations and rewards.
+///
+/// The semantics are those of Gymnasium's `Env`, with errors instead of exceptions and silent
+/// misbehavior. One value is one environment; several can run on several threads.
+pub trait Env {
+    /// An observation: an owned value, never a view of state that later steps change.
+    type Observation: Clone + Debug + PartialEq;
+    /// Diagnostic information, not meant for learning.
+    type Info: Clone + Debug + PartialEq;
+    /// Options of a reset.
+    type ResetOptions: Default;
+
+    /// Starts a new episode: [`reset_with`](Self::reset_with) with default options.
+    ///
+    /// # Errors
+    /// As [`reset_with`](Self::reset_with).
+    fn reset(
+        &mut self,
+        seed: Option<u64>,
+    ) -> Result<Reset<Self::Observation, Self::Info>, EnvError> {
+        self.reset_with(seed, &Self::ResetOptions::default())
+    }
+
+    /// Starts a new episode, whether or not the last one is over.
+    ///
+    /// A seed and the actions decide everything that follows. Without a seed the stream of random
+    /// numbers continues from the last episode; before the first episode the operating system
+    /// provides a seed.
+    ///
+    /// # Errors
+    /// Rejects invalid options before anything changes. After any other error the environment must
+    /// be reset.
+    fn reset_with(
+        &mut self,
+        seed: Option<u64>,
+        options: &Self::ResetOptions,
+    ) -> Result<Reset<Self::Observation, Self::Info>, EnvError>;
+
+    /// Takes one action.
+    ///
+    /// # Errors
+    /// [`EnvError::ResetNeeded`] before the first reset, [`EnvError::EpisodeOver`] after the end of
+    /// the episode, [`EnvError::ActionLength`] or [`EnvError::ActionNotFinite`] for an invalid
+    /// action. None of these changes anything. After any other error the environment must be reset.
+    fn step(&mut self, action: &[f32]) -> Result<Step<Self::Observation, Self::Info>, EnvError>;
+
+    /// The space of the actions that [`step`](Self::step) expects.
+    fn action_space(&self) -> &BoxSpace<f32>;
+
+    /// The space of all observations.
+    fn observation_space(&self) -> &Space;
+}
+
+/// Result of a reset.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reset<O, I> {
+    /// First observation of the episode.
+    pub observation: O,
+    /// Diagnostic information returned with the observation.
+    pub info: I,
+}
+
+/// Result of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Step<O, I> {
+    /// Observation after the action.
+    pub observation: O,
+    /// Reward of the action.
+    pub reward: f64,
+    /// Whether the task itself has ended: no reward can follow, so learners must not bootstrap.
+    pub terminated: bool,
+    /// Whether the episode was cut off for a reason outside the task, such as a time limit; learners
+    /// bootstrap from the value of the last observation.
+    pub truncated: bool,
+    /// Diagnostic information returned with the observation.
+    pub info: I,
+}
+
+impl<O, I> Step<O, I> {
+    /// Whether the episode is over, for either reason.
+    #[must_use]
+    pub const fn is_last(&self) -> bool {
+        self.terminated || self.truncated
+    }
+}
+
+/// An environment whose complete state can be saved and restored.
+pub trait SnapshotEnv: Env {
+    /// Everything that decides the environment's future, exact to the last bit.
+    type Snapshot: Clone + Debug + PartialEq + Serialize + DeserializeOwned;
+
+    /// Returns the current state.
+    fn snapshot(&self) -> Self::Snapshot;
+
+    /// Restores a snapshot of this environment or of one made the same way. Afterwards the same
+    /// actions give the same results, bit for bit, and so do later resets without a seed.
+    ///
+    /// # Errors
+    /// [`EnvError::ForeignSnapshot`] if the snapshot is of another environment; this one is then
+    /// unchanged.
+    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError>;
+}

@@ -1,0 +1,313 @@
+//! The settings of a Fetch environment.
+
+use std::num::NonZeroU32;
+
+use fetch_sim::{ModelSource, SimConfig, Task};
+use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+use crate::{env_id::EnvId, error::ConfigError};
+
+/// Smallest distance between the object's start and the gripper, in meters in the plane.
+pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
+/// Largest height of a goal in the air above the table's goals, in meters.
+pub(super) const MAX_TARGET_RISE: f64 = 0.45;
+/// Time step of all Fetch scenes, in seconds.
+const PHYSICS_TIME_STEP: f64 = 0.002;
+/// Smallest object range, in meters: below it hardly any draw reaches [`MIN_OBJECT_DISTANCE`].
+const MIN_OBJECT_RANGE: f64 = 0.075;
+
+/// Settings of a Fetch environment.
+///
+/// [`new`](Self::new) gives the reference's numbers, and the setters change them:
+/// ```
+/// use fetch_env::FetchConfig;
+/// use fetch_sim::Task;
+/// use goal_reward::RewardKind;
+///
+/// let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(0.02);
+/// assert_eq!(config.target_range(), 0.15);
+/// config.check()?;
+/// let config = FetchConfig::new(Task::Reach, RewardKind::Sparse).with_object_range(0.2);
+/// assert!(config.check().is_err());
+/// # Ok::<(), fetch_env::ConfigError>(())
+/// ```
+/// Setters accept any value. [`check`](Self::check) finds invalid ones; deserializing and everything
+/// that makes an environment call it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+// `Self` makes serde's derives inherent functions, which the impls below wrap.
+#[serde(remote = "Self", deny_unknown_fields)]
+#[must_use]
+pub struct FetchConfig {
+    task: Task,
+    #[serde(default)]
+    model: ModelSource,
+    #[serde(default = "on")]
+    contact_filter: bool,
+    n_substeps: u32,
+    reward: RewardKind,
+    distance_threshold: f64,
+    object_range: Option<f64>,
+    target_range: f64,
+    target_offset: [f64; 3],
+    target_in_the_air: bool,
+    max_episode_steps: u32,
+}
+
+const fn on() -> bool {
+    true
+}
+
+/// The parts of a [`FetchConfig`] whose types allow only valid values.
+pub(super) struct Parts {
+    pub(super) sim: SimConfig,
+    pub(super) reward: DistanceReward,
+    pub(super) max_episode_steps: NonZeroU32,
+}
+
+impl FetchConfig {
+    /// Creates the reference's settings for a task.
+    ///
+    /// Source: the constructors in `envs/fetch/*.py` of gymnasium-robotics 1.4.2 and its registry.
+    pub fn new(task: Task, reward: RewardKind) -> Self {
+        let spec = task.spec();
+        Self {
+            task,
+            model: ModelSource::default(),
+            contact_filter: true,
+            n_substeps: 20,
+            reward,
+            distance_threshold: DistanceThreshold::FETCH.get(),
+            object_range: default_object_range(task),
+            target_range: spec.goal.range,
+            target_offset: spec.goal.offset,
+            target_in_the_air: spec.goal.in_the_air,
+            max_episode_steps: 50,
+        }
+    }
+
+    /// Sets the source of the robot's model. The default is the built-in one, which needs no files.
+    pub fn with_model(mut self, model: ModelSource) -> Self {
+        self.model = model;
+        self
+    }
+
+    /// Sets whether MuJoCo skips collision tests that would find nothing, which changes no result.
+    /// The default, true, is faster.
+    pub const fn with_contact_filter(mut self, contact_filter: bool) -> Self {
+        self.contact_filter = contact_filter;
+        self
+    }
+
+    /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
+    /// reference's 25 Hz.
+    pub const fn with_n_substeps(mut self, n_substeps: u32) -> Self {
+        self.n_substeps = n_substeps;
+        self
+    }
+
+    /// Sets the kind of reward.
+    pub const fn with_reward(mut self, reward: RewardKind) -> Self {
+        self.reward = reward;
+        self
+    }
+
+    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is the
+    /// reference's.
+    pub const fn with_distance_threshold(mut self, meters: f64) -> Self {
+        self.distance_threshold = meters;
+        self
+    }
+
+    /// Sets the largest distance between the object's start and the gripper in x and in y, in
+    /// meters. The default is the reference's: 0.15, and 0.1 in Slide.
+    pub const fn with_object_range(mut self, meters: f64) -> Self {
+        self.object_range = Some(meters);
+        self
+    }
+
+    /// Sets the largest distance along each axis between a goal and the gripper's start plus
+    /// [`target_offset`](Self::target_offset), in meters. The default is the reference's: 0.15, and
+    /// 0.3 in Slide.
+    pub const fn with_target_range(mut self, meters: f64) -> Self {
+        self.target_range = meters;
+        self
+    }
+
+    /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4 in x
+    /// in Slide.
+    pub const fn with_target_offset(mut self, meters: [f64; 3]) -> Self {
+        self.target_offset = meters;
+        self
+    }
+
+    /// Sets whether half of the goals are raised by up to 0.45 m. The default is the reference's:
+    /// true in PickAndPlace alone.
+    pub const fn with_target_in_the_air(mut self, target_in_the_air: bool) -> Self {
+        self.target_in_the_air = target_in_the_air;
+        self
+    }
+
+    /// Sets the number of steps after which an episode is truncated. The default, 50, is the
+    /// reference's.
+    pub const fn with_max_episode_steps(mut self, steps: u32) -> Self {
+        self.max_episode_steps = steps;
+        self
+    }
+
+    /// The task.
+    #[must_use]
+    pub const fn task(&self) -> Task {
+        self.task
+    }
+
+    /// The source of the robot's model.
+    #[must_use]
+    pub const fn model(&self) -> &ModelSource {
+        &self.model
+    }
+
+    /// Whether MuJoCo skips collision tests that would find nothing.
+    #[must_use]
+    pub const fn contact_filter(&self) -> bool {
+        self.contact_filter
+    }
+
+    /// The number of physics steps per control step.
+    #[must_use]
+    pub const fn n_substeps(&self) -> u32 {
+        self.n_substeps
+    }
+
+    /// Duration of a control step, in seconds.
+    #[must_use]
+    pub fn control_period(&self) -> f64 {
+        f64::from(self.n_substeps) * PHYSICS_TIME_STEP
+    }
+
+    /// The kind of reward.
+    #[must_use]
+    pub const fn reward(&self) -> RewardKind {
+        self.reward
+    }
+
+    /// The distance within which a goal counts as reached, in meters.
+    #[must_use]
+    pub const fn distance_threshold(&self) -> f64 {
+        self.distance_threshold
+    }
+
+    /// Largest distance between the object's start and the gripper in x and in y, in meters; `None`
+    /// without an object.
+    #[must_use]
+    pub const fn object_range(&self) -> Option<f64> {
+        self.object_range
+    }
+
+    /// Largest distance along each axis between a goal and the gripper's start plus
+    /// [`target_offset`](Self::target_offset), in meters. With an object, the goal's height is the
+    /// object's instead.
+    #[must_use]
+    pub const fn target_range(&self) -> f64 {
+        self.target_range
+    }
+
+    /// Offset of every goal, in meters; with an object, z has no effect.
+    #[must_use]
+    pub const fn target_offset(&self) -> [f64; 3] {
+        self.target_offset
+    }
+
+    /// Whether half of the goals are raised by up to 0.45 m; always false without an object, whose
+    /// goals are in the air anyway.
+    #[must_use]
+    pub const fn target_in_the_air(&self) -> bool {
+        self.target_in_the_air
+    }
+
+    /// The number of steps after which an episode is truncated.
+    #[must_use]
+    pub const fn max_episode_steps(&self) -> u32 {
+        self.max_episode_steps
+    }
+
+    /// Returns the settings of the simulator.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn sim(&self) -> Result<SimConfig, ConfigError> {
+        Ok(self.parts()?.sim)
+    }
+
+    /// Checks all settings.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for the first invalid one.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.parts().map(drop)
+    }
+
+    pub(super) fn parts(&self) -> Result<Parts, ConfigError> {
+        let task = self.task;
+        let not_zero = |option, number| NonZeroU32::new(number).ok_or(ConfigError::Zero { option });
+        if !task.has_object() {
+            let object_options = [
+                ("object_range", self.object_range.is_some()),
+                ("target_in_the_air", self.target_in_the_air),
+            ];
+            if let Some((option, _)) = object_options.into_iter().find(|(_, is_set)| *is_set) {
+                return Err(ConfigError::NoObject { task, option });
+            }
+        }
+        for (option, range, least) in [
+            ("object_range", self.object_range, MIN_OBJECT_RANGE),
+            ("target_range", Some(self.target_range), 0.0),
+        ] {
+            // Draws come from an interval twice as wide as the range.
+            if let Some(value) =
+                range.filter(|&range| !((2.0 * range).is_finite() && range >= least))
+            {
+                return Err(ConfigError::Range { option, value, least });
+            }
+        }
+        if let Some(axis) = self.target_offset.iter().position(|offset| !offset.is_finite()) {
+            return Err(ConfigError::Offset { axis, value: self.target_offset[axis] });
+        }
+        let threshold = DistanceThreshold::new(self.distance_threshold)?;
+        let sim = SimConfig::new(task)
+            .with_n_substeps(not_zero("n_substeps", self.n_substeps)?)
+            .with_model(self.model.clone())
+            .with_contact_filter(self.contact_filter);
+        Ok(Parts {
+            sim,
+            reward: DistanceReward::new(self.reward, threshold),
+            max_episode_steps: not_zero("max_episode_steps", self.max_episode_steps)?,
+        })
+    }
+}
+
+fn default_object_range(task: Task) -> Option<f64> {
+    task.spec().object.map(|object| object.range)
+}
+
+impl Serialize for FetchConfig {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for FetchConfig {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut config = Self::deserialize(deserializer)?;
+        config.object_range = config.object_range.or(default_object_range(config.task));
+        config.check().map_err(D::Error::custom)?;
+        Ok(config)
+    }
+}
+
+impl EnvId {
+    /// Returns the reference's settings for the environment.
+    pub fn config(self) -> FetchConfig {
+        FetchConfig::new(self.task, self.reward)
+    }
+}

@@ -1,0 +1,8 @@
+//! The Fetch environments.
+
+pub(crate) mod config;
+pub(crate) mod env;
+pub(crate) mod layout;
+pub(crate) mod make;
+pub(crate) mod observation;
+pub(crate) mod reset;

@@ -1,0 +1,345 @@
+//! What a Fetch environment observes.
+
+use fetch_sim::{GripperState, ObjectState, Task};
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+
+use super::layout::{OBJECT, REACH, len, start};
+use crate::env::goal::GoalObservation;
+
+/// Number of elements of an observation without an object.
+const REACH_LEN: usize = len(&REACH);
+/// Number of elements of an observation with an object.
+const OBJECT_LEN: usize = len(&OBJECT);
+
+/// Observation of a Fetch environment.
+///
+/// `achieved_goal` (3 elements, meters) is the gripper's position in Reach and the object's
+/// elsewhere; `desired_goal` (3 elements, meters) is the episode's goal. `observation` holds, in
+/// the world frame (x forward from the base, y to its left, z up),
+///
+/// | Push, PickAndPlace, Slide | Reach | name | unit | meaning |
+/// |---|---|---|---|---|
+/// | 0-2 | 0-2 | `grip_pos` | m | position of the grip site, between the fingers |
+/// | 3-5 | - | `object_pos` | m | position of the object's center |
+/// | 6-8 | - | `object_rel_pos` | m | `object_pos - grip_pos` |
+/// | 9-10 | 3-4 | `gripper_state` | m | right and left finger joint; 0 is closed, 0.05 open |
+/// | 11-13 | - | `object_rot` | rad | XYZ Euler angles of the object |
+/// | 14-16 | - | `object_velp` | m/step | the object's velocity minus the gripper's |
+/// | 17-19 | - | `object_velr` | rad/step | angular velocity of the object |
+/// | 20-22 | 5-7 | `grip_velp` | m/step | velocity of the grip site |
+/// | 23-24 | 8-9 | `gripper_vel` | m/step | velocities of the right and left finger joint |
+///
+/// A step is a control step: velocities per step are velocities per second times
+/// [`control_period`](fetch_sim::Simulator::control_period), 0.04 s by default.
+/// [`observation_fields`](super::layout::observation_fields) returns the table at run time.
+///
+/// Source: `_get_obs` of gymnasium-robotics 1.4.2; its own table says "m/s".
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Parts", into = "Parts")]
+pub struct FetchObservation {
+    observation: Vector,
+    achieved_goal: [f64; 3],
+    desired_goal: [f64; 3],
+}
+
+/// The elements, stored inline, so that an observation needs no allocation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Vector {
+    Reach([f64; REACH_LEN]),
+    Object([f64; OBJECT_LEN]),
+}
+
+/// Writes values to the places that a layout gives their fields.
+macro_rules! arrange {
+    ($fields:ident: $($name:literal = $values:expr,)*) => {{
+        let mut elements = [0.0; len(&$fields)];
+        $(put(&mut elements, const { start(&$fields, $name) }, $values);)*
+        elements
+    }};
+}
+
+#[inline(always)]
+fn put<const N: usize>(elements: &mut [f64], start: usize, values: [f64; N]) {
+    elements[start..start + N].copy_from_slice(&values);
+}
+
+#[inline(always)]
+fn take<const N: usize>(elements: &[f64], start: usize) -> [f64; N] {
+    std::array::from_fn(|i| elements[start + i])
+}
+
+impl FetchObservation {
+    pub(super) fn new(
+        gripper: &GripperState,
+        object: Option<&ObjectState>,
+        desired_goal: [f64; 3],
+        control_period: f64,
+    ) -> Self {
+        let grip_pos = gripper.position;
+        let grip_velp = gripper.velocity * control_period;
+        let gripper_vel = gripper.finger_velocities.map(|velocity| velocity * control_period);
+        let Some(object) = object else {
+            let observation = arrange! { REACH:
+                "grip_pos" = grip_pos.into(),
+                "gripper_state" = gripper.finger_positions,
+                "grip_velp" = grip_velp.into(),
+                "gripper_vel" = gripper_vel,
+            };
+            let observation = Vector::Reach(observation);
+            return Self { observation, achieved_goal: grip_pos.into(), desired_goal };
+        };
+        let observation = arrange! { OBJECT:
+            "grip_pos" = grip_pos.into(),
+            "object_pos" = object.position.into(),
+            "object_rel_pos" = (object.position - grip_pos).into(),
+            "gripper_state" = gripper.finger_positions,
+            "object_rot" = matrix_to_euler(&object.rotation),
+            "object_velp" = (object.linear_velocity * control_period - grip_velp).into(),
+            "object_velr" = (object.angular_velocity * control_period).into(),
+            "grip_velp" = grip_velp.into(),
+            "gripper_vel" = gripper_vel,
+        };
+        let observation = Vector::Object(observation);
+        Self { observation, achieved_goal: object.position.into(), desired_goal }
+    }
+
+    /// Returns the number of elements of a task's `observation`.
+    #[must_use]
+    pub const fn len_of(task: Task) -> usize {
+        if task.has_object() { OBJECT_LEN } else { REACH_LEN }
+    }
+
+    /// Position of the gripper, in meters.
+    #[must_use]
+    pub fn grip_position(&self) -> [f64; 3] {
+        match &self.observation {
+            Vector::Reach(elements) => take(elements, const { start(&REACH, "grip_pos") }),
+            Vector::Object(elements) => take(elements, const { start(&OBJECT, "grip_pos") }),
+        }
+    }
+
+    /// Velocity of the gripper, in meters per control step.
+    #[must_use]
+    pub fn grip_velocity(&self) -> [f64; 3] {
+        match &self.observation {
+            Vector::Reach(elements) => take(elements, const { start(&REACH, "grip_velp") }),
+            Vector::Object(elements) => take(elements, const { start(&OBJECT, "grip_velp") }),
+        }
+    }
+
+    /// Positions of the right and left finger joint, in meters.
+    #[must_use]
+    pub fn finger_positions(&self) -> [f64; 2] {
+        match &self.observation {
+            Vector::Reach(elements) => take(elements, const { start(&REACH, "gripper_state") }),
+            Vector::Object(elements) => take(elements, const { start(&OBJECT, "gripper_state") }),
+        }
+    }
+
+    /// Position of the object, in meters; `None` in Reach.
+    #[must_use]
+    pub fn object_position(&self) -> Option<[f64; 3]> {
+        match &self.observation {
+            Vector::Reach(_) => None,
+            Vector::Object(elements) => {
+                Some(take(elements, const { start(&OBJECT, "object_pos") }))
+            }
+        }
+    }
+
+    /// Velocity of the object minus the gripper's, in meters per control step; `None` in Reach.
+    #[must_use]
+    pub fn object_relative_velocity(&self) -> Option<[f64; 3]> {
+        match &self.observation {
+            Vector::Reach(_) => None,
+            Vector::Object(elements) => {
+                Some(take(elements, const { start(&OBJECT, "object_velp") }))
+            }
+        }
+    }
+}
+
+impl GoalObservation for FetchObservation {
+    fn observation(&self) -> &[f64] {
+        match &self.observation {
+            Vector::Reach(observation) => observation,
+            Vector::Object(observation) => observation,
+        }
+    }
+
+    fn achieved_goal(&self) -> &[f64] {
+        &self.achieved_goal
+    }
+
+    fn desired_goal(&self) -> &[f64] {
+        &self.desired_goal
+    }
+}
+
+/// Returns the XYZ Euler angles of a rotation matrix, in radians.
+///
+/// Near the singularity, where the cosine of the second angle vanishes, the first angle is 0.
+///
+/// Source: `mat2euler` of gymnasium-robotics 1.4.2, operation for operation. The results are equal
+/// to the last bit if numpy calls the C library's arctangent; numpy's own for AVX-512 differs in the
+/// last bit for one number in thirteen.
+fn matrix_to_euler(matrix: &Matrix3<f64>) -> [f64; 3] {
+    const SINGULAR: f64 = 4.0 * f64::EPSILON;
+    let m = |row, column| matrix[(row, column)];
+    let cos_y = (m(2, 2) * m(2, 2) + m(1, 2) * m(1, 2)).sqrt();
+    let y = -(-m(0, 2)).atan2(cos_y);
+    if cos_y > SINGULAR {
+        [-m(1, 2).atan2(m(2, 2)), y, -m(0, 1).atan2(m(0, 0))]
+    } else {
+        [0.0, y, -(-m(1, 0)).atan2(m(1, 1))]
+    }
+}
+
+/// The serialized form.
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "FetchObservation", deny_unknown_fields)]
+struct Parts {
+    observation: Vec<f64>,
+    achieved_goal: [f64; 3],
+    desired_goal: [f64; 3],
+}
+
+impl From<FetchObservation> for Parts {
+    fn from(from: FetchObservation) -> Self {
+        Self {
+            observation: from.observation().into(),
+            achieved_goal: from.achieved_goal,
+            desired_goal: from.desired_goal,
+        }
+    }
+}
+
+impl TryFrom<Parts> for FetchObservation {
+    type Error = String;
+
+    fn try_from(parts: Parts) -> Result<Self, String> {
+        let elements = parts.observation.as_slice();
+        let observation = if let Ok(reach) = elements.try_into() {
+            Vector::Reach(reach)
+        } else if let Ok(object) = elements.try_into() {
+            Vector::Object(object)
+        } else {
+            let len = elements.len();
+            return Err(format!(
+                "an observation has {REACH_LEN} or {OBJECT_LEN} elements, not {len}"
+            ));
+        };
+        let Parts { achieved_goal, desired_goal, .. } = parts;
+        Ok(Self { observation, achieved_goal, desired_goal })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Rotation3, Vector3};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::fetch::layout::{ObservationField, observation_fields};
+
+    type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+
+    fn observation(task: Task) -> FetchObservation {
+        let gripper = GripperState {
+            position: Vector3::new(1.3, 0.7, 0.5),
+            velocity: Vector3::new(0.1, -0.2, 0.3),
+            finger_positions: [0.01, 0.02],
+            finger_velocities: [0.5, -0.5],
+        };
+        let object = ObjectState {
+            position: Vector3::new(1.2, 0.8, 0.4),
+            rotation: Matrix3::identity(),
+            linear_velocity: Vector3::new(1.0, 2.0, 3.0),
+            angular_velocity: Vector3::new(4.0, 5.0, 6.0),
+        };
+        let object = task.has_object().then_some(&object);
+        FetchObservation::new(&gripper, object, [1.0, 0.9, 0.8], 0.04)
+    }
+
+    #[test]
+    fn the_fields_follow_each_other_without_a_gap() {
+        for task in Task::ALL {
+            let mut next = 0;
+            for field in observation_fields(task) {
+                assert_eq!(field.range.start, next, "{task}: {}", field.name);
+                next = field.range.end;
+            }
+            assert_eq!(next, FetchObservation::len_of(task), "{task}");
+            assert_eq!(observation(task).observation().len(), next, "{task}");
+        }
+    }
+
+    #[test]
+    fn an_observation_survives_json() -> Result {
+        for task in Task::ALL {
+            let observation = observation(task);
+            let json = serde_json::to_string(&observation)?;
+            assert_eq!(serde_json::from_str::<FetchObservation>(&json)?, observation);
+        }
+        let json = r#"{"observation":[1.0],"achieved_goal":[0,0,0],"desired_goal":[0,0,0]}"#;
+        let refusal = serde_json::from_str::<FetchObservation>(json).expect_err("1 element");
+        assert!(refusal.to_string().contains("10 or 25 elements, not 1"), "{refusal}");
+        Ok(())
+    }
+
+    #[test]
+    fn the_documented_table_is_the_layout() {
+        let source = include_str!("observation.rs");
+        for field in observation_fields(Task::Push) {
+            let indices =
+                |field: &ObservationField| format!("{}-{}", field.range.start, field.range.end - 1);
+            let reach = ObservationField::find(Task::Reach, field.name);
+            let reach = reach.map_or_else(|| "-".into(), indices);
+            let row = format!(
+                "/// | {} | {reach} | `{}` | {} | ",
+                indices(field),
+                field.name,
+                field.unit
+            );
+            assert!(source.contains(&row), "no line starts with {row}");
+        }
+    }
+
+    #[derive(Deserialize)]
+    struct Recording {
+        cases: Vec<Case>,
+    }
+
+    #[derive(Deserialize)]
+    struct Case {
+        matrix: [f64; 9],
+        euler: [f64; 3],
+    }
+
+    #[test]
+    fn every_recorded_angle_of_the_reference_is_reproduced_to_the_last_bit() -> Result {
+        let recording = include_str!("../../tests/fixtures/mat2euler.json");
+        let recording: Recording = serde_json::from_str(recording)?;
+        assert!(recording.cases.len() > 30);
+        for Case { matrix, euler } in recording.cases {
+            let angles = matrix_to_euler(&Matrix3::from_row_slice(&matrix));
+            assert_eq!(angles.map(f64::to_bits), euler.map(f64::to_bits), "{matrix:?}");
+        }
+        Ok(())
+    }
+
+    proptest! {
+        /// The definition: turns about the fixed axes z, y and x, in this order, give the rotation.
+        #[test]
+        fn the_angles_compose_to_the_rotation(axis in prop::array::uniform3(-3.0..3.0_f64)) {
+            let rotation = Rotation3::from_scaled_axis(Vector3::from(axis));
+            let [x, y, z] = matrix_to_euler(rotation.matrix());
+            let turn = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
+            let composed = turn(Vector3::x_axis(), x)
+                * turn(Vector3::y_axis(), y)
+                * turn(Vector3::z_axis(), z);
+            prop_assert!((composed.matrix() - rotation.matrix()).abs().max() < 1e-9);
+        }
+    }
+}
