@@ -9,8 +9,8 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::{Arrays, EPISODE_LENGTHS, TERMINATED, TRUNCATED};
-use crate::episodes::Episode;
-use crate::replace::replace;
+use crate::save::replace::replace;
+use crate::store::episodes::Episode;
 use crate::{HerBuffer, Scalar};
 
 impl<T: Scalar> HerBuffer<T> {

@@ -1,9 +1,9 @@
 //! The buffer: adding episodes, and what is kept of them.
 
-use crate::add::{AddError, EpisodeData, EpisodeStart, Step};
-use crate::episodes::Ending;
-use crate::recorder::Recorder;
-use crate::storage::{Storage, TransitionId};
+use crate::add::arguments::{AddError, EpisodeData, EpisodeStart, Step};
+use crate::add::recorder::Recorder;
+use crate::store::episodes::Ending;
+use crate::store::storage::{Storage, TransitionId};
 use crate::{BufferConfig, ConfigError, Scalar};
 
 /// A replay buffer for goal-conditioned tasks that keeps the newest `capacity` transitions of

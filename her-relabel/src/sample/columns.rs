@@ -1,7 +1,7 @@
 //! Views of the rows of a batch, to be written part by part.
 
-use crate::config::Dims;
-use crate::storage::TransitionId;
+use crate::store::config::Dims;
+use crate::store::storage::TransitionId;
 
 /// Mutable views of some consecutive rows of a batch, and of the scratch memory that belongs to them.
 pub(crate) struct Rows<'a, T> {

@@ -1,9 +1,9 @@
 //! A batch of sampled transitions, in memory that is used again.
 
-use crate::config::Dims;
-use crate::field::{Fields, UnknownField};
-use crate::rows::{Relabeled, Rows};
-use crate::storage::{Storage, TransitionId};
+use crate::sample::columns::{Relabeled, Rows};
+use crate::store::config::Dims;
+use crate::store::fields::{Fields, UnknownField};
+use crate::store::storage::{Storage, TransitionId};
 use crate::{Sampler, Scalar};
 
 /// Sampled transitions, column by column: each column is one contiguous row-major matrix, as

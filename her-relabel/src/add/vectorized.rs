@@ -1,7 +1,7 @@
 //! Adding a step of every environment at once.
 
-use crate::add::{AddError, EpisodeStart, Step, check, check_len};
-use crate::field::FieldRows;
+use crate::add::arguments::{AddError, EpisodeStart, Step, check, check_len};
+use crate::store::fields::FieldRows;
 use crate::{HerBuffer, Scalar};
 
 /// The first states of new episodes: row `i` is environment `i`, row-major, one row for each

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use prefetch_index::prefetch_index;
 
-use crate::draws::below;
-use crate::queue::Queue;
+use crate::sample::draws::below;
+use crate::store::queue::Queue;
 
 /// Transitions are numbered in the order in which they were stored, and so are episodes. A cell is
 /// a run of this many transition numbers, as a power of two.

@@ -5,8 +5,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::field::Field;
-use crate::priority::{NewPriority, Priorities, PriorityUnit};
+use crate::store::fields::Field;
+use crate::store::priority_table::{NewPriority, Priorities, PriorityUnit};
 
 /// The lengths of the vectors of a task, in elements; each at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Write};
 
-use crate::field::MAX_NAME;
+use crate::store::fields::MAX_NAME;
 use crate::{LoadError, Scalar};
 
 /// How many elements are converted at a time, which bounds what a wrong length can allocate.

@@ -5,12 +5,12 @@ use std::iter;
 use prefetch_index::prefetch_index;
 
 use crate::Scalar;
-use crate::copy::copy;
-use crate::draws::{Draws, Purpose, unit};
-use crate::rows::{Relabeled, Rows};
-use crate::sampler::{NStep, Sampler};
-use crate::storage::{Storage, TransitionId};
-use crate::strategy::Goal;
+use crate::sample::columns::{Relabeled, Rows};
+use crate::sample::copy::copy;
+use crate::sample::draws::{Draws, Purpose, unit};
+use crate::sample::goals::Goal;
+use crate::sample::sampler::{NStep, Sampler};
+use crate::store::storage::{Storage, TransitionId};
 
 /// How many rows each stage of [`gather`] is ahead of the next: so long does memory take.
 const AHEAD: usize = 8;

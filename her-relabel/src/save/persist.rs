@@ -13,17 +13,19 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-use crate::config::Layout;
-use crate::episodes::Episodes;
-use crate::field::{Field, Fields};
-use crate::load_error::LoadError;
-use crate::priority::{NewPriority, Priorities, PriorityTable, PriorityUnit, is_priority};
-use crate::recorder::Recorder;
-use crate::replace::replace;
-use crate::storage::Storage;
-use crate::stream::{Source, Target};
-use crate::sum_tree::SumTree;
-use crate::tape::Tape;
+use crate::add::recorder::Recorder;
+use crate::save::load_error::LoadError;
+use crate::save::replace::replace;
+use crate::save::stream::{Source, Target};
+use crate::store::config::Layout;
+use crate::store::episodes::Episodes;
+use crate::store::fields::{Field, Fields};
+use crate::store::priority_table::{
+    NewPriority, Priorities, PriorityTable, PriorityUnit, is_priority,
+};
+use crate::store::storage::Storage;
+use crate::store::sum_tree::SumTree;
+use crate::store::tape::Tape;
 use crate::{BufferConfig, Dims, HerBuffer, Scalar};
 
 const MAGIC: [u8; 8] = *b"HERBUF\r\n";

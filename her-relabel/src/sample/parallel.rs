@@ -1,11 +1,11 @@
 //! Gathering on several threads.
 
 use crate::Scalar;
-use crate::draws::Draws;
-use crate::gather::{Counts, gather};
-use crate::rows::Rows;
-use crate::sampler::Sampler;
-use crate::storage::Storage;
+use crate::sample::columns::Rows;
+use crate::sample::draws::Draws;
+use crate::sample::gather::{Counts, gather};
+use crate::sample::sampler::Sampler;
+use crate::store::storage::Storage;
 
 /// The most rows that are not worth another thread.
 const PART: usize = 512;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::Discount;
-use crate::draws::{below, unit};
-use crate::episodes::{Episode, Episodes};
+use crate::sample::draws::{below, unit};
+use crate::store::episodes::{Episode, Episodes};
 
 /// Where the goal comes from that replaces the desired goal of a relabeled transition.
 ///

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::GoalStrategy;
-use crate::draws::unit;
+use crate::sample::draws::unit;
 
 /// The most strategies that can be mixed.
 const MAX_PARTS: usize = 6;

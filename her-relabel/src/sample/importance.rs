@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::Scalar;
-use crate::batch::Batch;
-use crate::storage::Storage;
+use crate::sample::batch::Batch;
+use crate::store::storage::Storage;
 
 /// How far importance weights make up for the priorities: from 0, not at all, to 1, fully.
 ///

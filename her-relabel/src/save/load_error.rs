@@ -5,7 +5,7 @@ use std::io;
 use thiserror::Error;
 
 use crate::ConfigError;
-use crate::persist::VERSION;
+use crate::save::persist::VERSION;
 
 /// Why no buffer can be loaded.
 #[derive(Debug, Error)]

@@ -1,9 +1,10 @@
 //! The unfinished episode of one environment.
 
-use crate::add::{EpisodeStart, Step};
-use crate::config::Layout;
-use crate::field::{FieldRows, Fields};
-use crate::{Scalar, add::EpisodeData};
+use crate::Scalar;
+use crate::add::arguments::EpisodeData;
+use crate::add::arguments::{EpisodeStart, Step};
+use crate::store::config::Layout;
+use crate::store::fields::{FieldRows, Fields};
 
 /// The rows of an episode that has not ended, or none if no episode is under way.
 #[derive(Clone, Debug, Default)]

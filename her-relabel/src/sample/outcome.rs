@@ -3,12 +3,12 @@
 use goal_reward::{GoalPairs, GoalReward};
 
 use crate::Scalar;
-use crate::batch::Batch;
-use crate::gather::Counts;
-use crate::rows::Relabeled;
-use crate::sample_error::SampleError;
-use crate::sampler::Sampler;
-use crate::storage::Storage;
+use crate::sample::batch::Batch;
+use crate::sample::columns::Relabeled;
+use crate::sample::error::SampleError;
+use crate::sample::gather::Counts;
+use crate::sample::sampler::Sampler;
+use crate::store::storage::Storage;
 
 /// Computes what depends on the goals of the gathered rows and puts it where it belongs.
 pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::add::{AddError, check};
+use crate::add::arguments::{AddError, check};
 use crate::{ConfigError, Scalar};
 
 /// The most bytes of a field's name.

@@ -6,14 +6,14 @@ use goal_reward::GoalReward;
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::config::Dims;
-use crate::draws::Draws;
-use crate::gather::{Counts, gather};
-use crate::outcome;
-use crate::parallel::gather_parallel;
-use crate::priority::PriorityTable;
-use crate::rows::Rows;
-use crate::storage::Storage;
+use crate::sample::columns::Rows;
+use crate::sample::draws::Draws;
+use crate::sample::gather::{Counts, gather};
+use crate::sample::outcome;
+use crate::sample::parallel::gather_parallel;
+use crate::store::config::Dims;
+use crate::store::priority_table::PriorityTable;
+use crate::store::storage::Storage;
 use crate::{
     Batch, Beta, Discount, GoalMixture, GoalStrategy, HerBuffer, RelabelRatio, SampleError, Scalar,
 };

@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use crate::Scalar;
-use crate::config::Layout;
-use crate::field::{FieldRows, Fields, UnknownField};
+use crate::store::config::Layout;
+use crate::store::fields::{FieldRows, Fields, UnknownField};
 
 /// The first state of an episode and the goal that it is about.
 ///

@@ -1,7 +1,7 @@
 //! Rows of equal length, added at the back and dropped at the front.
 
 use crate::Scalar;
-use crate::block::Block;
+use crate::store::block::Block;
 
 /// The memory of one block, at most, unless a single row needs more. The system gives it page by page
 /// when it is first written, so a large block costs nothing until it is used.

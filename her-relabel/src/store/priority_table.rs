@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::draws::{Draws, Purpose, below, unit};
-use crate::episodes::Episodes;
-use crate::storage::TransitionId;
-use crate::sum_tree::SumTree;
+use crate::sample::draws::{Draws, Purpose, below, unit};
+use crate::store::episodes::Episodes;
+use crate::store::storage::TransitionId;
+use crate::store::sum_tree::SumTree;
 use crate::{ConfigError, HerBuffer, Scalar};
 
 /// Far from where sums would overflow.

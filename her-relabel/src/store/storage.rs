@@ -2,11 +2,11 @@
 
 use std::num::NonZeroU64;
 
-use crate::config::Layout;
-use crate::episodes::{Ending, Episodes};
-use crate::field::Fields;
-use crate::priority::{Priorities, PriorityTable};
-use crate::tape::Tape;
+use crate::store::config::Layout;
+use crate::store::episodes::{Ending, Episodes};
+use crate::store::fields::Fields;
+use crate::store::priority_table::{Priorities, PriorityTable};
+use crate::store::tape::Tape;
 use crate::{BufferConfig, ConfigError, Scalar};
 
 /// The number of a stored transition. Numbers rise in the order of storing and are never used

@@ -1,0 +1,5 @@
+//! Adding steps and episodes to a buffer.
+
+pub(crate) mod arguments;
+pub(crate) mod recorder;
+pub(crate) mod vectorized;

@@ -1,0 +1,12 @@
+//! The buffer and what it holds.
+
+pub(crate) mod block;
+pub(crate) mod buffer;
+pub(crate) mod config;
+pub(crate) mod episodes;
+pub(crate) mod fields;
+pub(crate) mod priority_table;
+pub(crate) mod queue;
+pub(crate) mod storage;
+pub(crate) mod sum_tree;
+pub(crate) mod tape;
