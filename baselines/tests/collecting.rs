@@ -2,7 +2,7 @@
 
 use baselines::{CollectError, RandomPolicy, buffer_config, collect};
 use fetch_env::{Env, FetchObservation, GoalEnv, GoalObservation, make_kinematic};
-use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
+use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 const EPISODES: usize = 4;
 const STEPS: usize = 50;
@@ -13,11 +13,11 @@ fn check<E: GoalEnv<Observation = FetchObservation>>(mut env: E) {
     let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &first)).expect("a buffer");
     let collected = collect(&mut env, &mut RandomPolicy::new(3), EPISODES, 10, &mut buffer, 0);
     assert_eq!(collected.expect("episodes").episodes.len(), EPISODES);
-    assert_eq!((buffer.len(), buffer.n_episodes()), (EPISODES * STEPS, EPISODES));
+    assert_eq!((buffer.len(), buffer.num_episodes()), (EPISODES * STEPS, EPISODES));
 
     let mut batch = Batch::new();
-    let sampler = Sampler::new(2000, GoalStrategy::Future, RelabelRatio::from_k(4));
-    sampler.sample_seeded(&buffer, env.goal_reward(), 1, &mut batch).expect("a batch");
+    let sampler = Sampler::new(2000, GoalStrategy::Future, UnitInterval::from_k(4));
+    sampler.sample(&buffer, env.goal_reward(), 1, &mut batch).expect("a batch");
     let goal = |goals: &[f64], row: usize| goals[row * 3..][..3].to_vec();
     let mut rewards = Vec::new();
     for row in 0..batch.len() {

@@ -6,8 +6,8 @@ use std::num::NonZeroUsize;
 use allocation_counter::measure;
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, Beta, BufferConfig, Dims, Discount, EpisodeData, GoalStrategy, HerBuffer, NStep,
-    NewPriority, PriorityUnit, RelabelRatio, Sampler, StartBatch, StepBatch,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, Priorities,
+    PriorityUnit, Sampler, StartBatch, StepBatch, UnitInterval,
 };
 
 const N_ENVS: usize = 4;
@@ -15,10 +15,10 @@ const STEPS: usize = 50;
 
 fn config() -> BufferConfig {
     BufferConfig::new(1000, Dims { observation: 25, goal: 3, action: 4 })
-        .with_n_envs(N_ENVS)
+        .with_num_envs(N_ENVS)
         .with_field("log_prob", 1)
         .with_field("latent", 8)
-        .with_priorities(PriorityUnit::Transition, NewPriority::Highest)
+        .with_priorities(Priorities::new(PriorityUnit::Transition))
 }
 
 /// A step of every environment, the last one of an episode or not.
@@ -55,22 +55,21 @@ fn full() -> HerBuffer<f32> {
 fn sampling_allocates_nothing_once_the_batch_has_its_size() {
     let buffer = full();
     let reward = DistanceReward::sparse();
-    let n_step =
-        NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma: Discount::new(0.98).unwrap() };
-    let plain = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.98).unwrap());
+    let plain = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     for sampler in [
         plain,
-        plain.with_strategy(GoalStrategy::Random).with_recomputed_terminated(true),
+        plain.with_strategy(GoalStrategy::Random).with_recompute_terminated(true),
         plain.with_n_step(n_step).with_success(true),
-        plain.with_priorities(Beta::FULL),
+        plain.with_priorities(UnitInterval::ONE),
     ] {
         // The pairs of goals that the reward judges are as many as there are relabeled rows at most.
         let mut batch = Batch::new();
-        let all = sampler.with_ratio(RelabelRatio::ALL);
-        (0..20).for_each(|seed| all.sample_seeded(&buffer, &reward, seed, &mut batch).unwrap());
+        let all = sampler.with_ratio(UnitInterval::ONE);
+        (0..20).for_each(|seed| all.sample(&buffer, &reward, seed, &mut batch).unwrap());
         let counted = measure(|| {
             for seed in 0..50 {
-                sampler.sample_seeded(&buffer, &reward, seed, &mut batch).unwrap();
+                sampler.sample(&buffer, &reward, seed, &mut batch).unwrap();
                 batch.field("latent").unwrap();
             }
         });

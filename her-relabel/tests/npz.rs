@@ -7,8 +7,8 @@ use std::io::{Cursor, Read, Write};
 
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NpzError, RelabelRatio,
-    Sampler, Scalar,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NpzError, Sampler, Scalar,
+    UnitInterval,
 };
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
@@ -52,9 +52,9 @@ fn exported<T: Scalar>(buffer: &HerBuffer<T>) -> Vec<u8> {
 
 /// Everything of a batch but the numbers of its transitions, which begin anew in another buffer.
 fn drawn<T: Scalar>(buffer: &HerBuffer<T>) -> Vec<f64> {
-    let sampler = Sampler::new(300, GoalStrategy::Random, RelabelRatio::from_k(1));
+    let sampler = Sampler::new(300, GoalStrategy::Random, UnitInterval::from_k(1));
     let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &DistanceReward::dense(), 5, &mut batch).unwrap();
+    sampler.sample(buffer, &DistanceReward::dense(), 5, &mut batch).unwrap();
     let columns = [
         batch.observation(),
         batch.achieved_goal(),
@@ -79,8 +79,8 @@ fn imported_episodes_are_the_exported_ones() {
         let bytes = exported(&buffer);
         let mut same = HerBuffer::<f32>::new(config(capacity)).unwrap();
         let count = same.import_npz_bytes(&bytes).unwrap();
-        assert_eq!(count, buffer.n_episodes() as u64);
-        assert_eq!((same.len(), same.n_episodes()), (buffer.len(), buffer.n_episodes()));
+        assert_eq!(count, buffer.num_episodes() as u64);
+        assert_eq!((same.len(), same.num_episodes()), (buffer.len(), buffer.num_episodes()));
         assert_eq!(drawn(&same), drawn(&buffer));
         // These numbers are exact in both types.
         let mut wider = HerBuffer::<f64>::new(config(capacity)).unwrap();
@@ -125,7 +125,7 @@ fn an_empty_buffer_is_an_archive_of_no_episodes() {
     let empty = exported(&filled::<f64>(50, 0));
     let mut buffer = filled::<f64>(50, 2);
     assert_eq!(buffer.import_npz_bytes(&empty).unwrap(), 0);
-    assert_eq!(buffer.n_episodes(), 2);
+    assert_eq!(buffer.num_episodes(), 2);
 }
 
 /// Written by numpy 2.4: `numpy.savez_compressed` of two episodes of two and one steps, with integers of 64 bits
@@ -195,12 +195,12 @@ fn plain(dtype: &str, shape: &str, data: &[u8]) -> Vec<u8> {
 /// Imports into a buffer that has something, and checks that a refusal changes nothing.
 fn refusal(bytes: &[u8]) -> Option<NpzError> {
     let mut buffer = filled::<f64>(50, 2);
-    let before = (buffer.transition_ids(), buffer.n_episodes());
+    let before = (buffer.transition_ids(), buffer.num_episodes());
     let result = buffer.import_npz_bytes(bytes);
     let error = result.err();
     if error.is_some() {
         // Numbers of transitions are never used again.
-        assert_eq!((buffer.transition_ids(), buffer.n_episodes()), before);
+        assert_eq!((buffer.transition_ids(), buffer.num_episodes()), before);
     }
     error
 }

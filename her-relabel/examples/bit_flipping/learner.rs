@@ -8,7 +8,7 @@
 
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Step,
+    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, Sampler, Step, UnitInterval,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -94,12 +94,12 @@ fn random_unit(rng: &mut ChaCha8Rng) -> f64 {
 
 /// Learns for some episodes and returns the share of 200 fresh goals that the greedy policy reaches within
 /// [`BITS`] steps.
-pub(crate) fn learn(ratio: RelabelRatio, episodes: usize, seed: u64) -> Result<f64, Failure> {
+pub(crate) fn learn(ratio: UnitInterval, episodes: usize, seed: u64) -> Result<f64, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let dims = Dims { observation: BITS, goal: BITS, action: 1 };
     let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(100_000, dims))?;
     let sampler =
-        Sampler::new(BATCH_SIZE, GoalStrategy::Future, ratio).with_recomputed_terminated(true);
+        Sampler::new(BATCH_SIZE, GoalStrategy::Future, ratio).with_recompute_terminated(true);
     let mut batch = Batch::new();
     let mut network = Network::new();
     let mut target = network.clone();

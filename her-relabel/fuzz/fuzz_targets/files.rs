@@ -1,16 +1,16 @@
 //! Files that are nearly right.
 
 use arbitrary::Arbitrary;
-use her_relabel::{BufferConfig, HerBuffer, NewPriority, PriorityUnit, Scalar};
+use her_relabel::{BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit, Scalar};
 
 use crate::common::{DIMS, add_whole, begin, step};
 
 /// A buffer with everything in it.
 pub fn template<T: Scalar>() -> HerBuffer<T> {
     let config = BufferConfig::new(8, DIMS)
-        .with_n_envs(2)
+        .with_num_envs(2)
         .with_field("value", 1)
-        .with_priorities(PriorityUnit::Episode, NewPriority::Given(0.5));
+        .with_priorities(Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)));
     let mut buffer = HerBuffer::new(config).expect("a buffer");
     for number in [1, 2, 3] {
         add_whole(&mut buffer, number, 3);

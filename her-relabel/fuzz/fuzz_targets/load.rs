@@ -17,9 +17,9 @@ fn check<T: Scalar>(bytes: &[u8]) {
     let again = HerBuffer::<T>::read_from(&saved[..]).expect("a saved buffer");
     assert_eq!(drawn, draw(&again));
     // It goes on, if its sizes are those of the common episodes.
-    if buffer.config().dims == common::DIMS && buffer.config().capacity < 1000 {
+    if buffer.config().dims() == common::DIMS && buffer.config().capacity() < 1000 {
         let fits =
-            buffer.config().fields.iter().all(|field| field.name == "value" && field.len == 1);
+            buffer.config().fields().iter().all(|field| field.name == "value" && field.len == 1);
         for episode in 0..3 {
             let _ = begin(&mut buffer, 0, episode);
             if fits {

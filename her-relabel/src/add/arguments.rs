@@ -1,14 +1,14 @@
-//! What is added to a buffer, and what can be wrong with it.
+//! The arguments of adding: starts, steps and episodes, of one environment or of all.
 
-use thiserror::Error;
+use crate::store::config::Dims;
 
-use crate::Scalar;
-use crate::store::config::Layout;
-use crate::store::fields::{FieldRows, Fields, UnknownField};
+/// The name of a field and its numbers: `len` of them for one step, and a row-major matrix with `len`
+/// columns for several.
+pub type FieldRows<'a, S> = (&'a str, &'a [S]);
 
-/// The first state of an episode and the goal that it is about.
+/// The first state of an episode, and the episode's goal.
 ///
-/// `S` may be `f32` or `f64`, whatever the buffer stores.
+/// `S` is `f32` or `f64`, independent of the type that the buffer stores.
 #[derive(Clone, Copy, Debug)]
 pub struct EpisodeStart<'a, S> {
     /// The observation, `dims.observation` elements.
@@ -26,14 +26,14 @@ pub struct Step<'a, S> {
     pub action: &'a [S],
     /// The reward for the episode's own goal.
     pub reward: S,
-    /// The observation after the step: at an episode's end its terminal observation, never the first
-    /// of the next episode. `dims.observation` elements.
+    /// The observation after the step, `dims.observation` elements: at an episode's end its terminal
+    /// observation, never the first one of the next episode.
     pub next_observation: &'a [S],
     /// The goal achieved after the step, `dims.goal` elements.
     pub next_achieved_goal: &'a [S],
-    /// The task is over here: no later reward exists.
+    /// Whether the task ended here, so that there is no later reward.
     pub terminated: bool,
-    /// The episode was cut off here, by a time limit for example, though the task goes on.
+    /// Whether the episode was cut off here, by a time limit for example, although the task goes on.
     pub truncated: bool,
     /// The fields of the configuration, by name, in any order.
     pub fields: &'a [FieldRows<'a, S>],
@@ -50,170 +50,111 @@ pub struct EpisodeData<'a, S> {
     pub desired_goal: &'a [S],
     /// The actions, `T * dims.action` elements.
     pub actions: &'a [S],
-    /// The rewards for the episode's own goal, `T` elements; they decide `T`.
+    /// The rewards for the episode's own goal, `T` elements. Their number determines `T`.
     pub rewards: &'a [S],
-    /// The last step ended the task.
+    /// Whether the last step ended the task.
     pub terminated: bool,
-    /// The last step was cut off.
+    /// Whether the episode was cut off after the last step.
     pub truncated: bool,
     /// The fields of the configuration, by name, in any order; `T * len` elements each.
     pub fields: &'a [FieldRows<'a, S>],
 }
 
-/// Something that cannot be added. The buffer is as it was before the call.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum AddError {
-    /// There is no such environment.
-    #[error(
-        "environment {env} of {n_envs}: number environments from 0, and set `n_envs` of the configuration to how many there are"
-    )]
-    UnknownEnv {
-        /// The environment asked for.
-        env: usize,
-        /// The number of environments.
-        n_envs: usize,
-    },
-    /// A new episode begins although the last one has not ended.
-    #[error(
-        "environment {env} is in the middle of an episode; call end_episode to keep its steps, or discard_episode"
-    )]
-    EpisodeUnderWay {
-        /// The environment.
-        env: usize,
-    },
-    /// A step or an end comes without an episode.
-    #[error("environment {env} has no episode under way; call begin_episode after every reset")]
-    NoEpisode {
-        /// The environment.
-        env: usize,
-    },
-    /// A whole episode has no step.
-    #[error("an episode without steps holds nothing to learn from; pass at least one reward")]
-    EmptyEpisode,
-    /// A whole episode is neither terminated nor truncated.
-    #[error("the episode is neither terminated nor truncated; set `truncated` if it was cut off")]
-    NotEnded,
-    /// A vector has the wrong length.
-    #[error(
-        "`{field}` has {actual} elements and should have {expected}; check the sizes of the configuration"
-    )]
-    WrongLength {
-        /// The field.
-        field: String,
-        /// The length it should have.
-        expected: usize,
-        /// Its length.
-        actual: usize,
-    },
-    /// An element is NaN or infinite, or is so once rounded to the buffer's type.
-    #[error(
-        "`{field}[{index}]` is {value}, which the buffer cannot store as a finite number; drop the episode or find the step that made it"
-    )]
-    NotFinite {
-        /// The field.
-        field: String,
-        /// The element.
-        index: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// A field is given that the buffer was not configured with.
-    #[error(transparent)]
-    UnknownField(#[from] UnknownField),
-    /// A field of the configuration is not given.
-    #[error("the field `{name}` is missing; every step needs all fields of the configuration")]
-    MissingField {
-        /// Its name.
-        name: String,
-    },
-    /// A field is given twice.
-    #[error("the field `{name}` is given twice; leave one out")]
-    RepeatedField {
-        /// Its name.
-        name: String,
-    },
+/// The first states of new episodes: row-major, one row for each environment of the buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct StartBatch<'a, S> {
+    /// The observations, `num_envs * dims.observation` elements.
+    pub observations: &'a [S],
+    /// The goals achieved in these states, `num_envs * dims.goal` elements.
+    pub achieved_goals: &'a [S],
+    /// The goals of the whole episodes, `num_envs * dims.goal` elements.
+    pub desired_goals: &'a [S],
 }
 
-impl<S: Scalar> EpisodeStart<'_, S> {
-    /// Checks everything, as elements of `T`.
-    pub(crate) fn check<T: Scalar>(&self, layout: &Layout) -> Result<(), AddError> {
-        let dims = layout.dims();
-        check::<T, S>("observation", self.observation, dims.observation)?;
-        check::<T, S>("achieved_goal", self.achieved_goal, dims.goal)?;
-        check::<T, S>("desired_goal", self.desired_goal, dims.goal)
-    }
-}
-
-impl<S: Scalar> Step<'_, S> {
-    /// Checks everything, as elements of `T`.
-    pub(crate) fn check<T: Scalar>(
-        &self,
-        layout: &Layout,
-        fields: &Fields,
-    ) -> Result<(), AddError> {
-        let dims = layout.dims();
-        check::<T, S>("action", self.action, dims.action)?;
-        check::<T, S>("reward", &[self.reward], 1)?;
-        check::<T, S>("next_observation", self.next_observation, dims.observation)?;
-        check::<T, S>("next_achieved_goal", self.next_achieved_goal, dims.goal)?;
-        fields.check::<T, S>(self.fields, 1)
-    }
-}
-
-impl<S: Scalar> EpisodeData<'_, S> {
-    /// Checks everything, as elements of `T`.
-    pub(crate) fn check<T: Scalar>(
-        &self,
-        layout: &Layout,
-        fields: &Fields,
-    ) -> Result<(), AddError> {
-        let dims = layout.dims();
-        let steps = self.rewards.len();
-        if steps == 0 {
-            return Err(AddError::EmptyEpisode);
+impl<'a, S> StartBatch<'a, S> {
+    /// The row of environment `env`.
+    pub(crate) fn row(&self, env: usize, dims: Dims) -> EpisodeStart<'a, S> {
+        EpisodeStart {
+            observation: row(self.observations, env, dims.observation),
+            achieved_goal: row(self.achieved_goals, env, dims.goal),
+            desired_goal: row(self.desired_goals, env, dims.goal),
         }
-        if !(self.terminated || self.truncated) {
-            return Err(AddError::NotEnded);
+    }
+}
+
+/// A step of all environments: row-major, one row for each environment.
+///
+/// # Example
+/// Two environments, of which the first one ends its episode and begins another.
+/// ```
+/// use her_relabel::{BufferConfig, Dims, HerBuffer, StartBatch, StepBatch};
+///
+/// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
+/// let mut buffer = HerBuffer::<f32>::new(config.with_num_envs(2))?;
+/// let starts = StartBatch {
+///     observations: &[0.0, 0.0],
+///     achieved_goals: &[0.0, 0.0],
+///     desired_goals: &[5.0, 6.0],
+/// };
+/// buffer.begin_episodes(&starts)?;
+/// buffer.add_steps(&StepBatch {
+///     actions: &[1.0, 1.0],
+///     rewards: &[-1.0, -1.0],
+///     next_observations: &[1.0, 1.0],
+///     next_achieved_goals: &[1.0, 1.0],
+///     terminated: &[false, false],
+///     truncated: &[true, false],
+///     next_starts: Some(starts),
+///     fields: &[],
+/// })?;
+/// assert_eq!(buffer.len(), 1);
+/// assert_eq!(buffer.unfinished_steps(0)?, Some(0));
+/// assert_eq!(buffer.unfinished_steps(1)?, Some(1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct StepBatch<'a, S> {
+    /// The actions taken, `num_envs * dims.action` elements.
+    pub actions: &'a [S],
+    /// The rewards for the episodes' own goals, `num_envs` elements.
+    pub rewards: &'a [S],
+    /// The observations after the step, `num_envs * dims.observation` elements: of an episode that ends its
+    /// terminal observation, which vectorized environments often return separately.
+    pub next_observations: &'a [S],
+    /// The goals achieved after the step, `num_envs * dims.goal` elements.
+    pub next_achieved_goals: &'a [S],
+    /// Whether each task ended, `num_envs` elements.
+    pub terminated: &'a [bool],
+    /// Whether each episode was cut off, `num_envs` elements.
+    pub truncated: &'a [bool],
+    /// The first states of the episodes that follow those ending here. Only the rows of environments whose
+    /// episode ends are read. With `None`, these environments wait for
+    /// [`HerBuffer::begin_episode`](crate::HerBuffer::begin_episode).
+    pub next_starts: Option<StartBatch<'a, S>>,
+    /// The fields of the configuration, by name, in any order; `num_envs * len` elements each.
+    pub fields: &'a [FieldRows<'a, S>],
+}
+
+impl<'a, S: Copy> StepBatch<'a, S> {
+    /// The row of environment `env`, with the fields of all rows.
+    pub(crate) fn row(&self, env: usize, dims: Dims) -> Step<'a, S> {
+        Step {
+            action: row(self.actions, env, dims.action),
+            reward: self.rewards[env],
+            next_observation: row(self.next_observations, env, dims.observation),
+            next_achieved_goal: row(self.next_achieved_goals, env, dims.goal),
+            terminated: self.terminated[env],
+            truncated: self.truncated[env],
+            fields: self.fields,
         }
-        check::<T, S>(
-            "observations",
-            self.observations,
-            (steps + 1).saturating_mul(dims.observation),
-        )?;
-        check::<T, S>(
-            "achieved_goals",
-            self.achieved_goals,
-            (steps + 1).saturating_mul(dims.goal),
-        )?;
-        check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
-        check::<T, S>("actions", self.actions, steps.saturating_mul(dims.action))?;
-        check::<T, S>("rewards", self.rewards, steps)?;
-        fields.check::<T, S>(self.fields, steps)
+    }
+
+    /// Whether the episode of environment `env` ends.
+    pub(crate) fn ends(&self, env: usize) -> bool {
+        self.terminated[env] || self.truncated[env]
     }
 }
 
-/// Checks the length of a vector and that each element is finite as a `T`.
-pub(crate) fn check<T: Scalar, S: Scalar>(
-    field: &str,
-    values: &[S],
-    expected: usize,
-) -> Result<(), AddError> {
-    check_len(field, values.len(), expected)?;
-    let is_bad = |value: &S| !T::from_f64(value.to_f64()).to_f64().is_finite();
-    // Looks at every element, so that the loop is compiled to vector instructions.
-    if values.iter().fold(false, |bad, value| bad | is_bad(value)) {
-        let index = values.iter().position(is_bad).unwrap_or_default();
-        let field = field.to_owned();
-        return Err(AddError::NotFinite { field, index, value: values[index].to_f64() });
-    }
-    Ok(())
-}
-
-/// Checks the length of a vector.
-pub(crate) fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
-    if actual == expected {
-        return Ok(());
-    }
-    Err(AddError::WrongLength { field: field.to_owned(), expected, actual })
+fn row<S>(matrix: &[S], at: usize, len: usize) -> &[S] {
+    &matrix[at * len..][..len]
 }

@@ -1,5 +1,7 @@
 //! Adding steps and episodes to a buffer.
 
 pub(crate) mod arguments;
+pub(crate) mod check;
+pub(crate) mod episode;
 pub(crate) mod recorder;
 pub(crate) mod vectorized;

@@ -1,33 +1,11 @@
-//! The unfinished episode of one environment.
+//! Recording an episode as rows.
 
-use crate::Scalar;
-use crate::add::arguments::EpisodeData;
-use crate::add::arguments::{EpisodeStart, Step};
-use crate::store::config::Layout;
-use crate::store::fields::{FieldRows, Fields};
+use crate::add::arguments::{EpisodeData, EpisodeStart, FieldRows, Step};
+use crate::scalar::Scalar;
+use crate::store::layout::Layout;
+use crate::store::storage::{Storage, Unfinished};
 
-/// The rows of an episode that has not ended, or none if no episode is under way.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Recorder<T> {
-    pub(crate) rows: Vec<T>,
-    pub(crate) desired_goal: Vec<T>,
-}
-
-impl<T: Scalar> Recorder<T> {
-    pub(crate) fn is_recording(&self) -> bool {
-        !self.rows.is_empty()
-    }
-
-    /// The number of steps recorded, of which at most the newest `capacity` are kept.
-    pub(crate) fn steps(&self, layout: &Layout) -> usize {
-        (self.rows.len() / layout.row()).saturating_sub(1)
-    }
-
-    /// Forgets the episode.
-    pub(crate) fn discard(&mut self) {
-        self.rows.clear();
-    }
-
+impl<T: Scalar> Unfinished<T> {
     /// Begins an episode with a checked state.
     pub(crate) fn begin<S: Scalar>(&mut self, layout: &Layout, start: &EpisodeStart<'_, S>) {
         self.rows.clear();
@@ -37,37 +15,26 @@ impl<T: Scalar> Recorder<T> {
             .extend(start.desired_goal.iter().map(|value| T::from_f64(value.to_f64())));
     }
 
-    /// Adds a checked step, whose fields are row `at` of those given.
-    pub(crate) fn step<S: Scalar>(
-        &mut self,
-        layout: &Layout,
-        fields: &Fields,
-        capacity: usize,
-        step: &Step<'_, S>,
-        at: usize,
-    ) {
+    /// Adds a checked step, with row `at` of its fields.
+    pub(crate) fn step<S: Scalar>(&mut self, storage: &Storage<T>, step: &Step<'_, S>, at: usize) {
+        let Storage { ref layout, capacity, .. } = *storage;
         self.set_action(layout, step.action, step.reward);
         let last = self.rows.len() - layout.row();
-        set_fields(layout, fields, &mut self.rows[last..], step.fields, at);
+        set_fields(storage, &mut self.rows[last..], step.fields, at);
         self.push_state(layout, step.next_observation, step.next_achieved_goal);
         let steps = self.steps(layout);
         if steps >= 2 * capacity {
-            // An episode without end must not grow without end. Half at a time, so that a step
-            // moves a constant number of rows on average.
+            // An endless episode must not take endless memory. Half of it is dropped at a time, so that a
+            // step moves a constant number of rows on average.
             self.rows.drain(..(steps - capacity) * layout.row());
         }
     }
 
     /// Records a checked episode from beginning to end.
-    pub(crate) fn record<S: Scalar>(
-        &mut self,
-        layout: &Layout,
-        fields: &Fields,
-        capacity: usize,
-        episode: &EpisodeData<'_, S>,
-    ) {
+    pub(crate) fn record<S: Scalar>(&mut self, storage: &Storage<T>, episode: &EpisodeData<'_, S>) {
+        let layout = &storage.layout;
         let dims = layout.dims();
-        let skipped = episode.rewards.len().saturating_sub(capacity);
+        let skipped = episode.rewards.len().saturating_sub(storage.capacity);
         let states = episode
             .observations
             .chunks_exact(dims.observation)
@@ -83,12 +50,13 @@ impl<T: Scalar> Recorder<T> {
             self.push_state(layout, observation, achieved_goal);
         }
         let last = self.rows.len() - layout.row();
-        set_fields(layout, fields, &mut self.rows[..last], episode.fields, skipped);
+        set_fields(storage, &mut self.rows[..last], episode.fields, skipped);
     }
 
-    /// The rows of the newest `capacity` steps as the tape keeps them, ready to be stored.
-    pub(crate) fn finish(&mut self, layout: &Layout, capacity: usize) -> &[T] {
-        let skipped = self.steps(layout).saturating_sub(capacity);
+    /// The rows of the newest `capacity` steps, ready to be stored.
+    pub(crate) fn finish(&mut self, storage: &Storage<T>) -> &[T] {
+        let layout = &storage.layout;
+        let skipped = self.steps(layout).saturating_sub(storage.capacity);
         let last = self.rows.len() - layout.row();
         self.rows[last..][layout.desired_goal()].copy_from_slice(&self.desired_goal);
         &self.rows[skipped * layout.row()..]
@@ -110,15 +78,15 @@ impl<T: Scalar> Recorder<T> {
     }
 }
 
-/// Writes the given fields into consecutive rows, from row `at` of those given.
+/// Writes the given fields, from their row `at`, into consecutive rows.
 fn set_fields<T: Scalar, S: Scalar>(
-    layout: &Layout,
-    fields: &Fields,
+    storage: &Storage<T>,
     rows: &mut [T],
     given: &[FieldRows<'_, S>],
     at: usize,
 ) {
-    for (field, place) in fields.places() {
+    let layout = &storage.layout;
+    for (field, place) in storage.fields.places() {
         let Some((_, values)) = given.iter().find(|(name, _)| *name == field.name) else {
             continue;
         };

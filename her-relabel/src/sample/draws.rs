@@ -1,9 +1,38 @@
-//! The random numbers of a batch.
+//! The random numbers of a batch, and their source.
 
-/// How many words each row of a batch may use.
+use rand_core::Rng;
+
+/// The source of a batch's random numbers: a seed, or a generator. Sealed.
+///
+/// A seed always gives the same batch of the same buffer, whatever was drawn before. Of a generator one
+/// word is used per batch, as the seed.
+pub trait RandomSource: sealed::Sealed {
+    /// Returns the seed of a batch.
+    fn seed(self) -> u64;
+}
+
+impl RandomSource for u64 {
+    fn seed(self) -> u64 {
+        self
+    }
+}
+
+impl<R: Rng + ?Sized> RandomSource for &mut R {
+    fn seed(self) -> u64 {
+        self.next_u64()
+    }
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for u64 {}
+    impl<R: rand_core::Rng + ?Sized> Sealed for &mut R {}
+}
+
+/// The number of words that each row of a batch may use.
 const WORDS_PER_ROW: u64 = 4;
 
-/// The random words of a batch, all of them functions of one key: a row's words can be had in any
+/// The random words of a batch. All are functions of one key, so that a row's words are available in any
 /// order and on any thread.
 ///
 /// This is the generator SplitMix64, seeded with the key, with each row at its own place of the
@@ -13,7 +42,7 @@ pub(crate) struct Draws {
     key: u64,
 }
 
-/// What a word of a row is for.
+/// The purpose of one of a row's words.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     Transition,
@@ -38,8 +67,8 @@ impl Draws {
     }
 }
 
-/// A number below `n`, at least 1, from a random word. No number is likelier than another by more than
-/// `n / 2^64` of its probability.
+/// A number below `n`, at least 1, from a random word. The probabilities differ by at most `n / 2^64` of
+/// their value.
 #[inline(always)]
 pub(crate) fn below(word: u64, n: u64) -> u64 {
     ((u128::from(word) * u128::from(n)) >> 64) as u64

@@ -1,31 +1,36 @@
-//! From random words to the rows of a batch.
+//! From random words to the rows of a batch, on one thread or several.
 
 use std::iter;
 
 use prefetch_index::prefetch_index;
 
-use crate::Scalar;
-use crate::sample::columns::{Relabeled, Rows};
-use crate::sample::copy::copy;
+use crate::sample::batch::{Relabeled, Rows};
+use crate::sample::copy::{copy, widen};
 use crate::sample::draws::{Draws, Purpose, unit};
 use crate::sample::goals::Goal;
-use crate::sample::sampler::{NStep, Sampler};
-use crate::store::storage::{Storage, TransitionId};
+use crate::sample::n_step::NStep;
+use crate::sample::sampler::Sampler;
+use crate::scalar::Scalar;
+use crate::store::storage::Storage;
+use crate::store::transition_id::TransitionId;
 
-/// How many rows each stage of [`gather`] is ahead of the next: so long does memory take.
+/// The number of rows by which each stage of [`gather`] is ahead of the next: the latency of memory.
 const AHEAD: usize = 8;
 
-/// The bytes of a cache line.
+/// The largest number of rows that do not gain from another thread.
+pub(crate) const PART: usize = 512;
+
+/// The number of bytes of a cache line.
 const LINE: usize = 64;
 
-/// A row of the batch: which transition, and which goal.
+/// A drawn row of the batch: its transition and its goal.
 #[derive(Clone, Copy)]
 struct Planned<'a, T> {
     transition: u64,
     /// The tape's row of the state before the step, and its number.
     state: &'a [T],
     row: u64,
-    /// The steps of the window, at least 1, and the state after them: the front of its row.
+    /// The number of steps of the window, at least 1, and the state after them, which begins its row.
     steps: u64,
     next: &'a [T],
     goal: &'a [T],
@@ -48,22 +53,50 @@ impl<T> Planned<'_, T> {
     };
 }
 
-/// How many rows were relabeled, and how many pairs of goals they have together.
+/// The number of relabeled rows, and of all their pairs of goals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counts {
     pub(crate) rows: usize,
     pub(crate) pairs: usize,
 }
 
-/// Draws rows and copies their transitions, which `pick` takes from random words, with rewards as
-/// stored. The relabeled rows and their pairs of goals are put at the front of their scratch memory.
+/// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is a function
+/// of the random words of its place in the batch, so the division into parts does not change the batch.
+pub(crate) fn gather_parts<T: Scalar>(
+    storage: &Storage<T>,
+    sampler: &Sampler,
+    draws: Draws,
+    pick: impl Fn(u64) -> u64 + Copy + Sync,
+    rows: &mut Rows<'_, T>,
+    part: usize,
+) -> Counts {
+    if rows.len() <= part {
+        return gather(storage, sampler, draws, pick, rows);
+    }
+    let middle = rows.len() / 2;
+    let (mut front, mut back) = rows.split_at(middle);
+    let (first, second) = rayon::join(
+        || gather_parts(storage, sampler, draws, pick, &mut front, part),
+        || gather_parts(storage, sampler, draws, pick, &mut back, part),
+    );
+    // The back's relabeled rows follow the front's, as in a batch of one part.
+    let (scratch, goal, goals) = (&mut rows.scratch, rows.widths.goal, rows.widths.goals);
+    scratch.relabeled.copy_within(middle..middle + second.rows, first.rows);
+    let pairs = middle * goals..middle * goals + second.pairs * goal;
+    scratch.achieved_pairs.copy_within(pairs.clone(), first.pairs * goal);
+    scratch.desired_pairs.copy_within(pairs, first.pairs * goal);
+    Counts { rows: first.rows + second.rows, pairs: first.pairs + second.pairs }
+}
+
+/// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored rewards.
+/// The relabeled rows and their pairs of goals go to the front of their scratch memory.
 ///
-/// A row goes through four stages, `AHEAD` rows behind each other: its transition is drawn; its episode's
-/// record is looked for; its goal is drawn; it is copied. Each stage asks for the memory that the next one
-/// reads. The stages take turns row by row, for a processor has only a few requests under way at a
-/// time, and would wait for them and do nothing if many rows were planned at once. For the same reason the
-/// state after the window is asked for one row later than the rest.
-pub(crate) fn gather<T: Scalar>(
+/// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn; its episode's
+/// record is looked up; its goal is drawn; it is copied. Each stage prefetches the memory that the next one
+/// reads. The stages take turns row by row, because a processor has only a few memory requests under way at
+/// a time, and would idle if many rows were planned at once. For the same reason, the state after the window
+/// is prefetched one row later than the rest.
+fn gather<T: Scalar>(
     storage: &Storage<T>,
     sampler: &Sampler,
     draws: Draws,
@@ -98,7 +131,7 @@ pub(crate) fn gather<T: Scalar>(
     counts
 }
 
-/// Draws a row's goal, and asks for all that the row will be copied from but the state after its window.
+/// Draws a row's goal, and prefetches all that the row is copied from except the state after its window.
 #[inline(always)]
 fn plan<'a, T: Scalar>(
     storage: &'a Storage<T>,
@@ -109,13 +142,13 @@ fn plan<'a, T: Scalar>(
 ) -> Planned<'a, T> {
     let Storage { layout, episodes, tape, .. } = storage;
     let episode = episodes.of(transition);
-    let is_relabeled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio.get();
-    let strategy = sampler.goals.choose(|| draws.word(row, Purpose::Strategy));
+    let is_relabeled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio().get();
+    let strategy = sampler.goals().choose(|| draws.word(row, Purpose::Strategy));
     let goals = [
         Goal { source: transition, row: episode.last_row(), is_desired: true },
         strategy.draw(transition, &episode, episodes, draws.word(row, Purpose::Goal)),
     ];
-    // No branch, for which rows are relabeled cannot be predicted.
+    // No branch, because it would be unpredictable which rows are relabeled.
     let goal = goals[usize::from(is_relabeled)];
     let goal_source = goal.source;
     let left = episode.end - transition;
@@ -146,7 +179,7 @@ fn plan<'a, T: Scalar>(
     }
 }
 
-/// Asks for every cache line of a slice.
+/// Prefetches every cache line of a slice.
 #[inline(always)]
 fn prefetch<T>(slice: &[T]) {
     let mut at = 0;
@@ -157,14 +190,14 @@ fn prefetch<T>(slice: &[T]) {
     prefetch_index(slice, slice.len() - 1);
 }
 
-/// Asks for a window that does not lie in one piece, and returns the state after it.
+/// Prefetches a window that is not contiguous, and returns the state after it.
 #[cold]
 fn prefetch_apart<T: Scalar>(storage: &Storage<T>, row: u64, steps: u64) -> &[T] {
     (row..row + steps).for_each(|row| prefetch(storage.tape.row(row)));
     &storage.tape.row(row + steps)[storage.layout.state()]
 }
 
-/// The states of a window between its first and its last.
+/// The states of a window between the first and the last.
 fn between<'a, T: Scalar>(
     storage: &'a Storage<T>,
     planned: &Planned<'_, T>,
@@ -185,21 +218,21 @@ fn put<T: Scalar>(
 ) {
     let layout = &storage.layout;
     let Planned { transition, state, next, goal, goal_source, .. } = *planned;
-    put_part(rows.observation, at, &state[layout.observation()]);
-    put_part(rows.achieved_goal, at, &state[layout.achieved_goal()]);
-    put_part(rows.desired_goal, at, goal);
-    put_part(rows.action, at, &state[layout.action()]);
-    rows.reward[at] = state[layout.reward()];
-    put_part(rows.next_observation, at, &next[layout.observation()]);
-    put_part(rows.next_achieved_goal, at, &next[layout.achieved_goal()]);
-    if !rows.fields.is_empty() {
-        put_part(rows.fields, at, &state[layout.fields()]);
+    put_part(rows.columns.observation, at, &state[layout.observation()]);
+    put_part(rows.columns.achieved_goal, at, &state[layout.achieved_goal()]);
+    put_part(rows.columns.desired_goal, at, goal);
+    put_part(rows.columns.action, at, &state[layout.action()]);
+    rows.columns.reward[at] = state[layout.reward()];
+    put_part(rows.columns.next_observation, at, &next[layout.observation()]);
+    put_part(rows.columns.next_achieved_goal, at, &next[layout.achieved_goal()]);
+    if !rows.scratch.field_rows.is_empty() {
+        put_part(rows.scratch.field_rows, at, &state[layout.fields()]);
     }
-    rows.terminated[at] = planned.terminated;
-    rows.truncated[at] = planned.truncated;
-    rows.transition[at] = TransitionId::of(transition);
-    rows.goal_source[at] = goal_source;
-    if let Some(n_step) = sampler.n_step {
+    rows.columns.terminated[at] = planned.terminated;
+    rows.columns.truncated[at] = planned.truncated;
+    rows.columns.transition[at] = TransitionId::of(transition);
+    rows.columns.goal_source[at] = goal_source;
+    if let Some(n_step) = sampler.n_step() {
         put_return(storage, n_step, planned, at, rows);
     }
     put_pairs(storage, planned, at, rows, counts);
@@ -212,7 +245,7 @@ fn put_part<T: Copy>(column: &mut [T], at: usize, part: &[T]) {
     copy(&mut column[at * width..][..width], part);
 }
 
-/// Puts the discounted sum of the stored rewards in the place of the first reward.
+/// Replaces the row's reward with the discounted sum of the stored rewards of its window.
 fn put_return<T: Scalar>(
     storage: &Storage<T>,
     n_step: NStep,
@@ -222,13 +255,13 @@ fn put_return<T: Scalar>(
 ) {
     let states = iter::once(planned.state).chain(between(storage, planned));
     let rewards = states.map(|state| state[storage.layout.reward()].to_f64());
-    let (sum, discount) = n_step.gamma.sum(rewards);
-    rows.reward[at] = T::from_f64(sum);
-    rows.discount[at] = T::from_f64(discount);
+    let (sum, discount) = n_step.sum(rewards);
+    rows.columns.reward[at] = T::from_f64(sum);
+    rows.columns.discount[at] = T::from_f64(discount);
 }
 
-/// Puts the pairs of goals of a row side by side: of each step of the window what it achieved, and the
-/// new goal. They are kept if the row is relabeled.
+/// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new goal. They
+/// are kept only if the row is relabeled.
 #[inline(always)]
 fn put_pairs<T: Scalar>(
     storage: &Storage<T>,
@@ -240,36 +273,30 @@ fn put_pairs<T: Scalar>(
     let achieved_goal = storage.layout.achieved_goal();
     let steps = planned.steps as usize;
     let last = counts.pairs + steps - 1;
-    put_wide(rows.achieved_pairs, last, &planned.next[achieved_goal.clone()]);
-    put_wide(rows.desired_pairs, last, planned.goal);
+    put_wide(rows.scratch.achieved_pairs, last, &planned.next[achieved_goal.clone()]);
+    put_wide(rows.scratch.desired_pairs, last, planned.goal);
     if steps > 1 {
         for (pair, state) in (counts.pairs..).zip(between(storage, planned)) {
-            put_wide(rows.achieved_pairs, pair, &state[achieved_goal.clone()]);
-            put_wide(rows.desired_pairs, pair, planned.goal);
+            put_wide(rows.scratch.achieved_pairs, pair, &state[achieved_goal.clone()]);
+            put_wide(rows.scratch.desired_pairs, pair, planned.goal);
         }
     }
-    rows.relabeled[counts.rows] = Relabeled { row: rows.first + at, pairs: steps, used: steps };
-    // No branch, for which rows are relabeled cannot be predicted.
+    rows.scratch.relabeled[counts.rows] =
+        Relabeled { row: rows.first + at, pairs: steps, used: steps };
+    // No branch, because it would be unpredictable which rows are relabeled.
     let is_relabeled = usize::from(planned.goal_source.is_some());
     counts.rows += is_relabeled;
     counts.pairs += is_relabeled * steps;
 }
 
-/// Puts a goal in its place among the numbers that reward functions take.
+/// Puts a goal into its place among the `f64` that reward functions take.
 #[inline(always)]
 fn put_wide<T: Scalar>(goals: &mut [f64], at: usize, goal: &[T]) {
     let target = &mut goals[at * goal.len()..][..goal.len()];
-    // Most goals are places.
+    // Most goals are positions.
     if let ([x, y, z], &[from_x, from_y, from_z]) = (&mut *target, goal) {
         (*x, *y, *z) = (from_x.to_f64(), from_y.to_f64(), from_z.to_f64());
     } else {
         widen(target, goal);
-    }
-}
-
-#[inline(never)]
-fn widen<T: Scalar>(target: &mut [f64], source: &[T]) {
-    for (target, source) in target.iter_mut().zip(source) {
-        *target = source.to_f64();
     }
 }

@@ -1,56 +1,62 @@
-//! Where hindsight goals come from, and how often.
+//! Where hindsight goals come from: strategies and mixtures of them.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::Discount;
 use crate::sample::draws::{below, unit};
+use crate::sample::n_step::geometric;
+use crate::sample::pick::uniform;
 use crate::store::episodes::{Episode, Episodes};
+use crate::unit_interval::UnitInterval;
 
-/// Where the goal comes from that replaces the desired goal of a relabeled transition.
+/// The most strategies that can be mixed.
+const MAX_PARTS: usize = 6;
+
+/// The strategy that chooses the new goal of a relabeled transition.
 ///
 /// The states of an episode of `T` transitions are `0..=T`, and transition `t` leads from state `t`
-/// to state `t + 1`. All draws are independent of each other, and uniform but for
-/// [`Geometric`](Self::Geometric). Of an episode whose oldest transitions have been overwritten, only
-/// the goals achieved by what is left are drawn.
+/// to state `t + 1`. All draws are independent, and uniform except with [`Geometric`](Self::Geometric).
+/// Of an episode whose oldest transitions have been overwritten, only the goals achieved by the remaining
+/// ones are drawn.
 ///
 /// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5, for the first four.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum GoalStrategy {
-    /// Achieved in a state from `t + 1` to `T`: the transition's own next state is among them.
+    /// A goal achieved in a state from `t + 1` to `T`, which includes the transition's own next state.
     Future,
-    /// Achieved in state `T`.
+    /// The goal achieved in state `T`.
     Final,
-    /// Achieved in a state from 1 to `T`.
+    /// A goal achieved in a state from 1 to `T`.
     Episode,
-    /// Achieved after any transition of the buffer.
+    /// A goal achieved after any transition of the buffer.
     Random,
-    /// Achieved in state `t + j`, with a probability proportional to `gamma^(j - 1)` for `j` from 1 to
-    /// `T - t`: near goals are likelier. A `gamma` of 1 is [`Future`](Self::Future) in distribution,
-    /// and 0 is always the next state.
+    /// A goal achieved in state `t + j`, with a probability proportional to `gamma^(j - 1)` for `j` from 1
+    /// to `T - t`, so that near goals are more likely. A `gamma` of 1 has the distribution of
+    /// [`Future`](Self::Future), and 0 always gives the next state.
     ///
     /// Source: Eysenbach et al., *Contrastive learning as goal-conditioned reinforcement learning*,
-    /// 2022; the distribution is cut off at the end of the episode and normalized.
+    /// 2022. The distribution is truncated at the end of the episode and normalized.
     Geometric {
         /// The discount of each further step.
-        gamma: Discount,
+        gamma: UnitInterval,
     },
     /// The desired goal of the episode of any transition of the buffer.
     ///
     /// Source: Pitis et al., *Maximum entropy gain exploration for long horizon multi-goal
-    /// reinforcement learning*, 2020, where it is called past.
+    /// reinforcement learning*, 2020, which calls it past.
     PastDesired,
 }
 
 /// A drawn goal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
-    /// The transition that it was achieved by, or that pursued it.
+    /// The transition that achieved or pursued it.
     pub(crate) source: u64,
-    /// The tape's row that holds it: as desired goal if it is an episode's own, else as achieved goal.
+    /// The tape's row that holds it.
     pub(crate) row: u64,
+    /// Whether it is that row's desired goal, not the achieved one.
     pub(crate) is_desired: bool,
 }
 
@@ -71,16 +77,16 @@ impl GoalStrategy {
             Self::Final => achieved_by(end - 1),
             Self::Episode => achieved_by(start + below(word, end - start)),
             Self::Geometric { gamma } => {
-                achieved_by(transition + gamma.steps_below(end - transition, unit(word)))
+                achieved_by(transition + geometric(gamma, end - transition, unit(word)))
             }
             Self::Random | Self::PastDesired => self.draw_from_any(episodes, word),
         }
     }
 
-    /// Draws a goal of any episode.
+    /// Draws a goal from any episode.
     #[inline(never)]
     fn draw_from_any(self, episodes: &Episodes, word: u64) -> Goal {
-        let source = episodes.pick(word);
+        let source = uniform(episodes, word);
         let episode = episodes.of(source);
         let is_desired = self == Self::PastDesired;
         let row = if is_desired { episode.last_row() } else { episode.row(source) + 1 };
@@ -88,72 +94,154 @@ impl GoalStrategy {
     }
 }
 
-/// The share of sampled transitions that get a new goal, from 0 to 1.
+/// Goal strategies, and the average share of each among the rows that get a new goal. The share of rows that
+/// get one is the sampler's [ratio](crate::Sampler::with_ratio).
 ///
-/// Each row of a batch is drawn on its own, so the share holds on average for batches of any size.
+/// Serialized as the list of its parts, which is checked when it is read.
 ///
 /// # Example
 /// ```
-/// use her_relabel::RelabelRatio;
+/// use her_relabel::{GoalMixture, GoalPart, GoalStrategy, Sampler, UnitInterval};
 ///
-/// assert_eq!(RelabelRatio::from_k(4).get(), 0.8);
-/// assert_eq!(RelabelRatio::new(0.5)?.get(), 0.5);
-/// # Ok::<(), her_relabel::RatioError>(())
+/// // Two in three relabeled rows get a future goal, and one in three a goal that was once desired.
+/// let goals = GoalMixture::new(&[
+///     GoalPart::new(GoalStrategy::Future, 2.0),
+///     GoalPart::new(GoalStrategy::PastDesired, 1.0),
+/// ])?;
+/// let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4)).with_goals(goals);
+/// # Ok::<(), her_relabel::MixtureError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
-#[serde(try_from = "f64", into = "f64")]
-pub struct RelabelRatio(f64);
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<GoalPart>", into = "Vec<GoalPart>")]
+pub struct GoalMixture {
+    parts: [GoalPart; MAX_PARTS],
+    len: usize,
+    /// The sum of the weights.
+    total: f64,
+}
 
-impl RelabelRatio {
-    /// No transition: plain experience replay.
-    pub const NONE: Self = Self(0.0);
-    /// Every transition.
-    pub const ALL: Self = Self(1.0);
+/// A strategy and its weight in a [`GoalMixture`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GoalPart {
+    strategy: GoalStrategy,
+    weight: f64,
+}
 
-    /// The share `ratio`.
+impl GoalPart {
+    /// A strategy that is used in proportion to its `weight`, finite and at least 0.
+    #[must_use]
+    pub const fn new(strategy: GoalStrategy, weight: f64) -> Self {
+        Self { strategy, weight }
+    }
+
+    /// Returns the strategy.
+    #[must_use]
+    pub const fn strategy(self) -> GoalStrategy {
+        self.strategy
+    }
+
+    /// Returns the weight.
+    #[must_use]
+    pub const fn weight(self) -> f64 {
+        self.weight
+    }
+}
+
+impl GoalMixture {
+    /// Checks a mixture of one to six strategies.
     ///
     /// # Errors
-    /// [`RatioError`] if it is not between 0 and 1.
-    pub fn new(ratio: f64) -> Result<Self, RatioError> {
-        if (0.0..=1.0).contains(&ratio) { Ok(Self(ratio)) } else { Err(RatioError { ratio }) }
+    /// [`MixtureError`] if there are none or too many, a weight is negative or not finite, or the
+    /// sum of the weights is not a positive, finite number.
+    pub fn new(parts: &[GoalPart]) -> Result<Self, MixtureError> {
+        if parts.is_empty() || parts.len() > MAX_PARTS {
+            return Err(MixtureError::PartCount { count: parts.len() });
+        }
+        if let Some(part) = parts.iter().find(|part| !(0.0..f64::INFINITY).contains(&part.weight)) {
+            return Err(MixtureError::BadWeight { weight: part.weight });
+        }
+        let total: f64 = parts.iter().map(|part| part.weight).sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return Err(MixtureError::BadTotal { total });
+        }
+        let mut mixture = Self { total, len: parts.len(), ..Self::only(GoalStrategy::Future) };
+        mixture.parts[..parts.len()].copy_from_slice(parts);
+        Ok(mixture)
     }
 
-    /// `k` relabeled transitions for each that is left alone: the share `k / (k + 1)`. This `k` is
-    /// the paper's, and `n_sampled_goal` of other libraries.
+    /// A mixture of one strategy.
     #[must_use]
-    pub fn from_k(k: u32) -> Self {
-        Self(f64::from(k) / (f64::from(k) + 1.0))
+    pub const fn only(strategy: GoalStrategy) -> Self {
+        let unused = GoalPart::new(GoalStrategy::Future, 0.0);
+        let mut parts = [unused; MAX_PARTS];
+        parts[0] = GoalPart::new(strategy, 1.0);
+        Self { parts, len: 1, total: 1.0 }
     }
 
-    /// The share, from 0 to 1.
-    #[inline]
+    /// Returns the strategies and their weights.
     #[must_use]
-    pub const fn get(self) -> f64 {
-        self.0
+    pub fn parts(&self) -> &[GoalPart] {
+        &self.parts[..self.len]
+    }
+
+    /// The strategy that a random word chooses.
+    #[inline(always)]
+    pub(crate) fn choose(&self, word: impl FnOnce() -> u64) -> GoalStrategy {
+        if self.len == 1 {
+            return self.parts[0].strategy;
+        }
+        self.choose_part(word())
+    }
+
+    #[inline(never)]
+    fn choose_part(&self, word: u64) -> GoalStrategy {
+        let mut rest = unit(word) * self.total;
+        let mut chosen = self.parts[0].strategy;
+        for part in self.parts().iter().filter(|part| part.weight > 0.0) {
+            chosen = part.strategy;
+            if rest < part.weight {
+                break;
+            }
+            rest -= part.weight;
+        }
+        chosen
     }
 }
 
-impl TryFrom<f64> for RelabelRatio {
-    type Error = RatioError;
+impl TryFrom<Vec<GoalPart>> for GoalMixture {
+    type Error = MixtureError;
 
-    fn try_from(ratio: f64) -> Result<Self, RatioError> {
-        Self::new(ratio)
+    fn try_from(parts: Vec<GoalPart>) -> Result<Self, MixtureError> {
+        Self::new(&parts)
     }
 }
 
-impl From<RelabelRatio> for f64 {
-    fn from(ratio: RelabelRatio) -> Self {
-        ratio.0
+impl From<GoalMixture> for Vec<GoalPart> {
+    fn from(mixture: GoalMixture) -> Self {
+        mixture.parts().to_vec()
     }
 }
 
-/// A number that is no share.
+/// Error returned for strategies and weights that do not make a mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[error(
-    "a relabel ratio lies between 0 and 1, but it is {ratio}; for k goals use RelabelRatio::from_k"
-)]
 #[non_exhaustive]
-pub struct RatioError {
-    /// The number that was refused.
-    pub ratio: f64,
+pub enum MixtureError {
+    /// There are no parts, or too many.
+    #[error("a mixture of {count} parts is not possible: pass from 1 to {MAX_PARTS}")]
+    PartCount {
+        /// The number of parts.
+        count: usize,
+    },
+    /// A weight is negative, NaN or infinite.
+    #[error("the weight {weight} is negative or not finite: use a finite number from 0")]
+    BadWeight {
+        /// The weight.
+        weight: f64,
+    },
+    /// The weights add up to 0 or overflow.
+    #[error("the weights add up to {total}: make at least one positive, and none enormous")]
+    BadTotal {
+        /// Their sum.
+        total: f64,
+    },
 }

@@ -1,16 +1,16 @@
-//! What the new goals mean: rewards, termination and success.
+//! The outcomes for the new goals: rewards, termination and success.
 
 use goal_reward::{GoalPairs, GoalReward};
 
-use crate::Scalar;
-use crate::sample::batch::Batch;
-use crate::sample::columns::Relabeled;
+use crate::sample::batch::{Batch, Relabeled};
+use crate::sample::copy::widen;
 use crate::sample::error::SampleError;
 use crate::sample::gather::Counts;
 use crate::sample::sampler::Sampler;
+use crate::scalar::Scalar;
 use crate::store::storage::Storage;
 
-/// Computes what depends on the goals of the gathered rows and puts it where it belongs.
+/// Computes everything in the gathered rows that depends on their goals.
 pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
     storage: &Storage<T>,
     sampler: &Sampler,
@@ -20,32 +20,32 @@ pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
 ) -> Result<(), SampleError> {
     if counts.rows > 0 {
         let goal_dim = storage.layout.dims().goal;
-        let scratch = &mut batch.scratch;
+        let Batch { scratch, judged, .. } = &mut *batch;
         let elements = counts.pairs * goal_dim;
         let achieved = &scratch.achieved_pairs[..elements];
         let desired = &scratch.desired_pairs[..elements];
         let pairs = GoalPairs::new(achieved, desired, goal_dim)?;
-        // NaN and `false` tell a reward function that leaves elements out.
-        scratch.rewards.clear();
-        scratch.rewards.resize(counts.pairs, f64::NAN);
-        reward.reward_batch(pairs, &mut scratch.rewards)?;
-        if sampler.recompute_terminated {
-            scratch.terminated.clear();
-            scratch.terminated.resize(counts.pairs, false);
-            reward.terminated_batch(pairs, &mut scratch.terminated)?;
+        // NaN and `false` reveal a reward function that leaves elements out.
+        judged.rewards.clear();
+        judged.rewards.resize(counts.pairs, f64::NAN);
+        reward.reward_batch(pairs, &mut judged.rewards)?;
+        if sampler.recompute_terminated() {
+            judged.terminated.clear();
+            judged.terminated.resize(counts.pairs, false);
+            reward.terminated_batch(pairs, &mut judged.terminated)?;
             terminate(storage, counts, batch);
         }
         put_rewards(sampler, counts, batch)?;
     }
-    if sampler.success { judge(storage, reward, batch) } else { Ok(()) }
+    if sampler.success() { judge(storage, reward, batch) } else { Ok(()) }
 }
 
-/// Ends each relabeled window where the new goal ends the task, if it does.
+/// Ends each relabeled window at the first step with which the new goal ends the task.
 fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<T>) {
-    let Batch { columns, scratch } = batch;
+    let Batch { columns, scratch, judged, .. } = batch;
     let Storage { layout, tape, episodes, .. } = storage;
     let dims = layout.dims();
-    let mut rest = &scratch.terminated[..];
+    let mut rest = &judged.terminated[..];
     for relabeled in &mut scratch.relabeled[..counts.rows] {
         let (terminated, later) = rest.split_at(relabeled.pairs);
         rest = later;
@@ -66,20 +66,20 @@ fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<
     }
 }
 
-/// Puts the rewards of the windows, whose lengths are final, into the relabeled rows.
+/// Puts the rewards of the windows, once their lengths are final, into the relabeled rows.
 fn put_rewards<T: Scalar>(
     sampler: &Sampler,
     counts: Counts,
     batch: &mut Batch<T>,
 ) -> Result<(), SampleError> {
-    let Batch { columns, scratch } = batch;
-    let mut rest = &scratch.rewards[..];
+    let Batch { columns, scratch, judged, .. } = batch;
+    let mut rest = &judged.rewards[..];
     for Relabeled { row, pairs, used } in &scratch.relabeled[..counts.rows] {
         let (rewards, later) = rest.split_at(*pairs);
         rest = later;
         let mut value = rewards[0];
-        if let Some(n_step) = sampler.n_step {
-            let (sum, discount) = n_step.gamma.sum(rewards[..*used].iter().copied());
+        if let Some(n_step) = sampler.n_step() {
+            let (sum, discount) = n_step.sum(rewards[..*used].iter().copied());
             value = sum;
             columns.discount[*row] = T::from_f64(discount);
         }
@@ -98,15 +98,12 @@ fn judge<T: Scalar, F: GoalReward + ?Sized>(
     reward: &F,
     batch: &mut Batch<T>,
 ) -> Result<(), SampleError> {
-    let Batch { columns, scratch } = batch;
-    widen(&mut scratch.achieved_pairs, &columns.next_achieved_goal);
-    widen(&mut scratch.desired_pairs, &columns.desired_goal);
-    let goal_dim = storage.layout.dims().goal;
-    let pairs = GoalPairs::new(&scratch.achieved_pairs, &scratch.desired_pairs, goal_dim)?;
+    let Batch { columns, scratch, .. } = batch;
+    let len = columns.desired_goal.len();
+    let achieved = &mut scratch.achieved_pairs[..len];
+    let desired = &mut scratch.desired_pairs[..len];
+    widen(achieved, &columns.next_achieved_goal);
+    widen(desired, &columns.desired_goal);
+    let pairs = GoalPairs::new(achieved, desired, storage.layout.dims().goal)?;
     Ok(reward.is_success_batch(pairs, &mut columns.success)?)
-}
-
-fn widen<T: Scalar>(target: &mut Vec<f64>, source: &[T]) {
-    target.clear();
-    target.extend(source.iter().map(|element| element.to_f64()));
 }

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Writing files so that they appear whole or not at all.
 
 use std::fs::File;
 use std::io;
@@ -6,7 +6,8 @@ use std::path::Path;
 
 use tempfile::NamedTempFile;
 
-/// Writes a file beside its place and then puts it there. If anything fails, a previous file is as it was.
+/// Writes a temporary file in the same directory and then renames it. If anything fails, a previous file is
+/// unchanged.
 pub(crate) fn replace<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
@@ -19,11 +20,12 @@ pub(crate) fn replace<E: From<io::Error>>(
     write(file.as_file_mut())?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(io::Error::from)?;
-    // On Unix the new name is safe once its directory is; elsewhere directories cannot be opened.
+    // On Unix, the new name is durable once the directory is; elsewhere directories cannot be opened.
     if cfg!(unix) { Ok(File::open(directory)?.sync_all()?) } else { Ok(()) }
 }
 
-/// A file that others may read as any new file of the user; temporary files are private otherwise.
+/// A temporary file with the permissions of an ordinary new file, because temporary files are private by
+/// default.
 fn create_in(directory: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]

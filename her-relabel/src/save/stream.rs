@@ -1,14 +1,15 @@
-//! Numbers to and from a file, with a checksum of what went by.
+//! Writing and reading numbers, with a checksum of them.
 
 use std::io::{self, Read, Write};
 
+use crate::save::load_error::LoadError;
+use crate::scalar::Scalar;
 use crate::store::fields::MAX_NAME;
-use crate::{LoadError, Scalar};
 
-/// How many elements are converted at a time, which bounds what a wrong length can allocate.
+/// The number of elements converted at a time, which bounds the memory that a wrong length can claim.
 const CHUNK: usize = 1 << 12;
 
-/// Where a buffer is written to.
+/// The writer of a buffer, with the checksum so far.
 pub(crate) struct Target<W> {
     writer: W,
     checksum: crc32fast::Hasher,
@@ -53,7 +54,7 @@ impl<W: Write> Target<W> {
     }
 }
 
-/// Where a buffer is read from.
+/// The reader of a buffer, with the checksum so far.
 pub(crate) struct Source<R> {
     reader: R,
     checksum: crc32fast::Hasher,
@@ -76,7 +77,7 @@ impl<R: Read> Source<R> {
         Ok(u64::from_le_bytes(self.bytes()?))
     }
 
-    /// The name of a field, after its length.
+    /// Reads the length of a name, and the name.
     pub(crate) fn text(&mut self) -> Result<String, LoadError> {
         let [len] = self.sizes()?;
         if len > MAX_NAME {
@@ -88,7 +89,7 @@ impl<R: Read> Source<R> {
         String::from_utf8(bytes).map_err(|_| LoadError::Damaged)
     }
 
-    /// Numbers that must fit into memory.
+    /// Reads numbers that must fit into a `usize`.
     pub(crate) fn sizes<const N: usize>(&mut self) -> Result<[usize; N], LoadError> {
         let mut sizes = [0; N];
         for size in &mut sizes {
@@ -97,7 +98,7 @@ impl<R: Read> Source<R> {
         Ok(sizes)
     }
 
-    /// Replaces what `elements` holds by the next `len` elements, all of them finite.
+    /// Replaces `elements` by the next `len` elements, all of which must be finite.
     pub(crate) fn elements<T: Scalar>(
         &mut self,
         len: usize,
@@ -122,7 +123,7 @@ impl<R: Read> Source<R> {
         Ok(())
     }
 
-    /// Checks the checksum, and that nothing follows it.
+    /// Checks the checksum, which must be the end.
     pub(crate) fn finish(mut self) -> Result<(), LoadError> {
         let expected = self.checksum.clone().finalize();
         let is_whole = u32::from_le_bytes(self.bytes()?) == expected;

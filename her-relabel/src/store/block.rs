@@ -2,12 +2,12 @@
 
 use std::ops::{Deref, DerefMut};
 
-use crate::Scalar;
+use crate::scalar::Scalar;
 
-/// A slice of zeros on the heap, or on Linux in huge pages if the system has them: of a table of small
-/// pages almost every random access has to look up where the page is, which takes as long as the access.
+/// A slice of zeros on the heap, or on Linux in huge pages if the system provides them. In a table of small
+/// pages almost every random access has to look up the page's address, which takes as long as the access.
 ///
-/// The system gives the memory when it is first written.
+/// The system provides the memory when it is first written.
 #[derive(Clone, Debug)]
 pub(crate) struct Block<T>(memory::Memory<T>);
 
@@ -40,7 +40,7 @@ mod memory {
 
     use memmap2::{Advice, MmapMut};
 
-    use crate::Scalar;
+    use crate::scalar::Scalar;
 
     #[derive(Debug)]
     pub(super) struct Memory<T> {
@@ -51,10 +51,10 @@ mod memory {
     impl<T> Memory<T> {
         fn of_bytes(bytes: usize) -> Self {
             let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
-                // As where a `Vec` finds no memory.
+                // As a `Vec` does without memory.
                 handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<T>()))
             });
-            // Where there are no huge pages, small ones do.
+            // Without huge pages, small ones do.
             let _ = map.advise(Advice::HugePage);
             Self { map, element: PhantomData }
         }
@@ -86,7 +86,7 @@ mod memory {
 
 #[cfg(not(target_os = "linux"))]
 mod memory {
-    use crate::Scalar;
+    use crate::scalar::Scalar;
 
     #[derive(Clone, Debug)]
     pub(super) struct Memory<T>(Box<[T]>);

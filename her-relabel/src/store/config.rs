@@ -1,14 +1,14 @@
-//! The sizes of a buffer, and where things lie in a stored row.
+//! The configuration of a buffer, and its checks.
 
-use std::ops::Range;
+use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::store::fields::Field;
-use crate::store::priority_table::{NewPriority, Priorities, PriorityUnit};
+use crate::store::fields::{Field, MAX_NAME};
+use crate::store::priorities::{NewPriority, Priorities, is_priority};
 
-/// The lengths of the vectors of a task, in elements; each at least 1.
+/// The lengths of a task's vectors, in elements; each at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Dims {
     /// The length of an observation (without the goals).
@@ -19,180 +19,142 @@ pub struct Dims {
     pub action: usize,
 }
 
-/// The sizes of a [`HerBuffer`](crate::HerBuffer).
+/// Settings of a [`HerBuffer`](crate::HerBuffer), checked by [`HerBuffer::new`](crate::HerBuffer::new).
 ///
 /// # Example
 /// ```
 /// use her_relabel::{BufferConfig, Dims};
 ///
 /// let dims = Dims { observation: 25, goal: 3, action: 4 };
-/// let config = BufferConfig::new(1_000_000, dims).with_n_envs(8).with_field("log_prob", 1);
-/// assert_eq!(config.n_envs, 8);
+/// let config = BufferConfig::new(1_000_000, dims).with_num_envs(8).with_field("log_prob", 1);
+/// assert_eq!(config.num_envs(), 8);
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub struct BufferConfig {
-    /// How many transitions the buffer keeps at most; at least 1.
-    pub capacity: usize,
-    /// The lengths of the task's vectors.
-    pub dims: Dims,
-    /// How many environments add to the buffer side by side; at least 1.
-    pub n_envs: usize,
-    /// What every transition has besides; nothing in a new configuration.
-    pub fields: Vec<Field>,
-    /// Priorities, for sampling by them. `None` in a new configuration.
-    pub priorities: Option<Priorities>,
+    capacity: usize,
+    dims: Dims,
+    #[serde(rename = "n_envs")]
+    num_envs: usize,
+    fields: Vec<Field>,
+    priorities: Option<Priorities>,
 }
 
 impl BufferConfig {
-    /// A buffer of `capacity` transitions for one environment.
+    /// Settings of a buffer that keeps up to `capacity` transitions, at least 1, of vectors of the lengths
+    /// `dims`.
     #[must_use]
     pub const fn new(capacity: usize, dims: Dims) -> Self {
-        Self { capacity, dims, n_envs: 1, fields: Vec::new(), priorities: None }
+        Self { capacity, dims, num_envs: 1, fields: Vec::new(), priorities: None }
     }
 
-    /// The same for `n_envs` environments that add side by side.
+    /// Sets the number of environments that add to the buffer side by side, at least 1. The default is 1.
     #[must_use]
-    pub const fn with_n_envs(mut self, n_envs: usize) -> Self {
-        self.n_envs = n_envs;
+    pub const fn with_num_envs(mut self, num_envs: usize) -> Self {
+        self.num_envs = num_envs;
         self
     }
 
-    /// The same with another field for every transition, of `len` elements.
+    /// Adds a [`Field`] of `len` elements to every transition. There are none by default, because each takes
+    /// memory.
     #[must_use]
     pub fn with_field(mut self, name: impl Into<String>, len: usize) -> Self {
         self.fields.push(Field { name: name.into(), len });
         self
     }
 
-    /// The same with priorities.
+    /// Sets the priorities to sample by. The default is `None`, because they take memory and only
+    /// [prioritized](crate::Sampler::with_priorities) samplers use them.
     #[must_use]
-    pub const fn with_priorities(mut self, unit: PriorityUnit, new: NewPriority) -> Self {
-        self.priorities = Some(Priorities { unit, new });
+    pub fn with_priorities(mut self, priorities: impl Into<Option<Priorities>>) -> Self {
+        self.priorities = priorities.into();
         self
+    }
+
+    /// Returns the largest number of transitions that the buffer keeps.
+    #[must_use]
+    pub const fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Returns the lengths of the task's vectors.
+    #[must_use]
+    pub const fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    /// Returns the number of environments that add to the buffer side by side.
+    #[must_use]
+    pub const fn num_envs(&self) -> usize {
+        self.num_envs
+    }
+
+    /// Returns the additional fields of every transition.
+    #[must_use]
+    pub fn fields(&self) -> &[Field] {
+        &self.fields
+    }
+
+    /// Returns the priorities to sample by.
+    #[must_use]
+    pub const fn priorities(&self) -> Option<Priorities> {
+        self.priorities
+    }
+
+    /// Checks all settings but the size of the memory, which depends on the element type.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let Dims { observation, goal, action } = self.dims;
+        let sizes = [
+            ("capacity", self.capacity),
+            ("num_envs", self.num_envs),
+            ("dims.observation", observation),
+            ("dims.goal", goal),
+            ("dims.action", action),
+        ];
+        let lens = self.fields.iter().map(|field| ("fields.len", field.len));
+        if let Some((name, _)) = sizes.into_iter().chain(lens).find(|(_, size)| *size == 0) {
+            return Err(ConfigError::Zero { name });
+        }
+        let mut names = BTreeSet::new();
+        for name in self.fields.iter().map(|field| &field.name) {
+            let is_plain = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+            if !(is_plain && (1..=MAX_NAME).contains(&name.len()) && names.insert(name)) {
+                return Err(ConfigError::FieldName { name: name.clone() });
+            }
+        }
+        match self.priorities.map(Priorities::new_priority) {
+            Some(NewPriority::Given(priority)) if !is_priority(priority) => {
+                Err(ConfigError::BadPriority { priority })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
-/// Sizes that no buffer can have.
+/// Error returned for settings that no buffer can have.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// A size is 0.
-    #[error("`{name}` is 0; a buffer needs at least 1")]
+    #[error("`{name}` is 0: set it to at least 1")]
     Zero {
         /// The name of the size.
         name: &'static str,
     },
-    /// A field has no proper name, or that of another field.
+    /// A field has an invalid name, or that of another field.
     #[error(
-        "the field name {name:?} is taken or is no name; use up to 64 ASCII letters, digits and underscores"
+        "the field name {name:?} is invalid or taken: use up to 64 ASCII letters, digits and underscores, and each name once"
     )]
     FieldName {
         /// The name.
         name: String,
     },
-    /// The priority of what is added is negative, NaN, infinite or enormous.
-    #[error("the new priority is {priority}; use a finite number from 0 to 1e200")]
+    /// The priority of new transitions is negative, NaN, infinite or enormous.
+    #[error("the new priority is {priority}: use a finite number from 0 to 1e200")]
     BadPriority {
         /// The priority.
         priority: f64,
     },
     /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed.
-    #[error("a buffer of these sizes exceeds the address space; check `capacity` and `dims`")]
+    #[error("a buffer of these sizes exceeds the address space: reduce `capacity` or `dims`")]
     TooLarge,
-}
-
-/// Where things lie in a stored row.
-///
-/// A row is one state of an episode and what happened in it:
-/// `observation | achieved_goal | action | reward | fields`. The last state of an episode has no
-/// action; the episode's desired goal lies in that place, so that it costs no memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Layout {
-    dims: Dims,
-    /// The elements of all fields.
-    fields: usize,
-    row: usize,
-}
-
-impl Layout {
-    pub(crate) fn new<T>(config: &BufferConfig) -> Result<Self, ConfigError> {
-        let dims = config.dims;
-        let sizes = [
-            ("capacity", config.capacity),
-            ("n_envs", config.n_envs),
-            ("dims.observation", dims.observation),
-            ("dims.goal", dims.goal),
-            ("dims.action", dims.action),
-        ];
-        if let Some((name, _)) = sizes.into_iter().find(|(_, size)| *size == 0) {
-            return Err(ConfigError::Zero { name });
-        }
-        let fields =
-            config.fields.iter().try_fold(0_usize, |sum, field| sum.checked_add(field.len));
-        let fields = fields.ok_or(ConfigError::TooLarge)?;
-        let row = row_len(dims, fields).ok_or(ConfigError::TooLarge)?;
-        // Episodes of one step keep two states a transition; that is the most.
-        let elements = config.capacity.checked_mul(2).and_then(|rows| rows.checked_mul(row));
-        let bytes = elements.and_then(|elements| elements.checked_mul(size_of::<T>()));
-        match bytes {
-            Some(bytes) if bytes <= isize::MAX.unsigned_abs() => Ok(Self { dims, fields, row }),
-            _ => Err(ConfigError::TooLarge),
-        }
-    }
-
-    /// The elements of a row.
-    pub(crate) fn row(&self) -> usize {
-        self.row
-    }
-
-    pub(crate) fn dims(&self) -> Dims {
-        self.dims
-    }
-
-    pub(crate) fn observation(&self) -> Range<usize> {
-        0..self.dims.observation
-    }
-
-    pub(crate) fn achieved_goal(&self) -> Range<usize> {
-        self.dims.observation..self.tail()
-    }
-
-    pub(crate) fn action(&self) -> Range<usize> {
-        self.tail()..self.reward()
-    }
-
-    pub(crate) fn reward(&self) -> usize {
-        self.tail() + self.dims.action
-    }
-
-    pub(crate) fn fields(&self) -> Range<usize> {
-        self.reward() + 1..self.reward() + 1 + self.fields
-    }
-
-    /// The desired goal, in an episode's last row only.
-    pub(crate) fn desired_goal(&self) -> Range<usize> {
-        self.tail()..self.tail() + self.dims.goal
-    }
-
-    /// A goal: the desired one, in an episode's last row only, or the achieved one.
-    #[inline(always)]
-    pub(crate) fn goal(&self, is_desired: bool) -> Range<usize> {
-        if is_desired { self.desired_goal() } else { self.achieved_goal() }
-    }
-
-    /// The state: what an episode's last row has too.
-    pub(crate) fn state(&self) -> Range<usize> {
-        0..self.tail()
-    }
-
-    /// Where the state ends.
-    fn tail(&self) -> usize {
-        self.dims.observation + self.dims.goal
-    }
-}
-
-fn row_len(dims: Dims, fields: usize) -> Option<usize> {
-    let tail = dims.action.checked_add(1)?.checked_add(fields)?.max(dims.goal);
-    dims.observation.checked_add(dims.goal)?.checked_add(tail)
 }

@@ -1,46 +1,45 @@
-//! Which episode a transition belongs to.
+//! The stored episodes, and the map from transitions to them.
 
 use std::ops::Range;
 
 use prefetch_index::prefetch_index;
 
-use crate::sample::draws::below;
 use crate::store::queue::Queue;
 
-/// Transitions are numbered in the order in which they were stored, and so are episodes. A cell is
-/// a run of this many transition numbers, as a power of two.
+/// The binary logarithm of the number of transitions of a cell, a run of transition numbers. Transitions are
+/// numbered in the order in which they were stored, and so are episodes.
 const CELL_SHIFT: u32 = 6;
 
-/// The stored episodes, in order: a map from transitions to episodes that takes a fraction of a byte
-/// for each transition and finds an episode among the few that share a cell.
+/// The stored episodes, in order, and a map from transitions to episodes. It takes a fraction of a byte per
+/// transition, and finds an episode among the few that share a cell.
 #[derive(Clone, Debug)]
 pub(crate) struct Episodes {
-    /// The transitions that are live.
+    /// The live transitions.
     live: Range<u64>,
-    /// One for every episode, and one for the episode to come, which begins where the last one ends.
+    /// One record per episode, and one for the next episode, which begins where the last one ends.
     records: Queue<Record>,
     /// The number of the first record.
     first_episode: u64,
-    /// For every cell, the episode of the cell's first transition.
+    /// The episode of each cell's first transition.
     cells: Queue<u64>,
     first_cell: u64,
 }
 
-/// How an episode ended. At least one is true, but for the episode to come.
+/// The end of an episode. At least one flag is set, except for the next episode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ending {
     pub(crate) terminated: bool,
     pub(crate) truncated: bool,
 }
 
-/// The first transition that was stored of an episode, live or not, and how the episode ended, in one
-/// word: 62 bits of transition number are more than a computer can count up to.
+/// The first stored transition of an episode, live or not, and the episode's end, in one word: no computer
+/// counts beyond 62 bits of transition number.
 #[derive(Clone, Copy, Debug)]
 struct Record(u64);
 
 impl Record {
-    /// That of an episode to come.
-    fn coming(first: u64) -> Self {
+    /// The record of the next episode.
+    fn next(first: u64) -> Self {
         Self::new(first, Ending { terminated: false, truncated: false })
     }
 
@@ -63,20 +62,20 @@ impl Record {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Episode {
     pub(crate) number: u64,
-    /// Its first live transition, and the one after its last.
+    /// The first live transition, and the one after the last.
     pub(crate) start: u64,
     pub(crate) end: u64,
     pub(crate) ending: Ending,
 }
 
 impl Episode {
-    /// Its live transitions.
+    /// The live transitions.
     pub(crate) fn live(&self) -> Range<u64> {
         self.start..self.end
     }
 
     /// The row of the state in which transition `transition` of this episode starts. Every earlier
-    /// episode has one row more than it has transitions.
+    /// episode has one more row than transitions.
     #[inline(always)]
     pub(crate) fn row(&self, transition: u64) -> u64 {
         transition + self.number
@@ -96,10 +95,10 @@ impl Default for Episodes {
 }
 
 impl Episodes {
-    /// No episodes yet; the first one will have this number, and its first transition that.
+    /// No episodes. The first one gets the number `first_episode`, and its first transition `transition`.
     fn starting_at(first_episode: u64, transition: u64) -> Self {
         let mut records = Queue::default();
-        records.push(Record::coming(transition));
+        records.push(Record::next(transition));
         Self {
             live: transition..transition,
             records,
@@ -109,7 +108,7 @@ impl Episodes {
         }
     }
 
-    /// What [`records`](Self::records) gave, if that describes episodes with these live transitions.
+    /// Restores episodes from their [`records`](Self::records), if these fit the live transitions.
     pub(crate) fn restore(live: Range<u64>, first_episode: u64, records: &[u64]) -> Option<Self> {
         let Range { start, end } = live;
         let is_amid_cell = !start.is_multiple_of(1 << CELL_SHIFT);
@@ -128,13 +127,13 @@ impl Episodes {
             let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
             episodes.cells.extend(cells.map(|_| first_episode + at as u64));
             episodes.records[at] = record;
-            episodes.records.push(Record::coming(next));
+            episodes.records.push(Record::next(next));
             episodes.live.end = next;
         }
         (episodes.live.end == end).then_some(episodes)
     }
 
-    /// The episodes, each in one word.
+    /// The records of the episodes, one word each.
     pub(crate) fn records(&self) -> impl Iterator<Item = u64> + '_ {
         self.records[..self.len()].iter().map(|record| record.0)
     }
@@ -145,12 +144,12 @@ impl Episodes {
         self.live.clone()
     }
 
-    /// The numbers of the episodes of which a transition is live.
+    /// The numbers of the episodes with a live transition.
     pub(crate) fn numbers(&self) -> Range<u64> {
         self.first_episode..self.first_episode + self.len() as u64
     }
 
-    /// The number of episodes of which a transition is live.
+    /// The number of episodes with a live transition.
     pub(crate) fn len(&self) -> usize {
         self.records.len() - 1
     }
@@ -161,12 +160,12 @@ impl Episodes {
         let (first, at) = (self.live.end, self.len());
         self.live.end += len;
         self.records[at] = Record::new(first, ending);
-        self.records.push(Record::coming(self.live.end));
+        self.records.push(Record::next(self.live.end));
         let cells = first.div_ceil(1 << CELL_SHIFT)..self.live.end.div_ceil(1 << CELL_SHIFT);
         self.cells.extend(cells.map(|_| self.first_episode + at as u64));
     }
 
-    /// Lets go of the transitions below `start` and returns the first row that is still needed.
+    /// Drops the transitions below `start` and returns the first row that is still needed.
     pub(crate) fn drop_before(&mut self, start: u64) -> u64 {
         debug_assert!(start <= self.live.end);
         let start = self.live.start.max(start);
@@ -182,25 +181,13 @@ impl Episodes {
         start + self.first_episode
     }
 
-    /// A live transition, each with the same probability, from a random word. At least one must live.
-    #[inline(always)]
-    pub(crate) fn pick(&self, word: u64) -> u64 {
-        self.live.start + below(word, self.live.end - self.live.start)
-    }
-
-    /// [`pick`](Self::pick) as a function.
-    #[inline(always)]
-    pub(crate) fn picker(&self) -> impl Fn(u64) -> u64 + Copy {
-        |word| self.pick(word)
-    }
-
-    /// Asks for the memory that [`prefetch_record`](Self::prefetch_record) begins with.
+    /// Prefetches what [`prefetch_record`](Self::prefetch_record) reads.
     #[inline(always)]
     pub(crate) fn prefetch_cell(&self, transition: u64) {
         prefetch_index(&self.cells[..], self.cell(transition));
     }
 
-    /// Asks for the memory that [`of`](Self::of) ends with.
+    /// Prefetches the record that [`of`](Self::of) reads.
     #[inline(always)]
     pub(crate) fn prefetch_record(&self, transition: u64) {
         prefetch_index(&self.records[..], self.first_in(self.cell(transition)));
@@ -211,10 +198,10 @@ impl Episodes {
         ((transition >> CELL_SHIFT) - self.first_cell) as usize
     }
 
-    /// The place of the episode of the first transition of a cell.
+    /// The place of the episode of a cell's first transition.
     #[inline(always)]
     fn first_in(&self, cell: usize) -> usize {
-        // It may be gone.
+        // The episode may have been dropped.
         self.cells[cell].saturating_sub(self.first_episode) as usize
     }
 
@@ -225,7 +212,7 @@ impl Episodes {
         let records = &self.records[..];
         let cell = self.cell(transition);
         let mut at = self.first_in(cell);
-        // Two episodes on without a branch that could be mispredicted: seldom do more begin in a cell.
+        // Two steps without a branch that could be mispredicted; seldom do more episodes begin in a cell.
         for _ in 0..2 {
             at += usize::from(records[at + 1].first() <= transition);
         }
@@ -235,7 +222,7 @@ impl Episodes {
         self.at(at)
     }
 
-    /// The place of the episode of a transition of this cell, which begins after the episode at `at`.
+    /// The place of the episode of a transition of this cell, somewhere after the place `at`.
     #[cold]
     fn search(&self, cell: usize, at: usize, transition: u64) -> usize {
         let last = match self.cells.get(cell + 1) {
@@ -246,7 +233,7 @@ impl Episodes {
         at + self.records[at + 1..=last].partition_point(begun)
     }
 
-    /// The episode with this number, of which a transition must be live.
+    /// The episode with this number, which must have a live transition.
     pub(crate) fn get(&self, number: u64) -> Episode {
         self.at((number - self.first_episode) as usize)
     }

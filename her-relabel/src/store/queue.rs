@@ -1,13 +1,13 @@
-//! A queue that is one slice.
+//! A queue in one slice.
 
 use std::ops::{Deref, DerefMut};
 
-/// Elements that are added at the back and taken from the front. Unlike those of a `VecDeque` they always
-/// lie in one slice, which is faster to look things up in.
+/// Elements that are added at the back and taken from the front. Unlike those of a `VecDeque`, they always
+/// lie in one slice, in which lookups are faster.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue<T> {
     items: Vec<T>,
-    /// How many of the items are gone.
+    /// The number of items that were removed.
     front: usize,
 }
 
@@ -43,10 +43,10 @@ impl<T> Queue<T> {
         self.items.push(item);
     }
 
-    /// Takes the first element away, in constant time on average.
+    /// Removes the first element, in constant time on average.
     pub(crate) fn pop_front(&mut self) {
         self.front += usize::from(!self.is_empty());
-        // The items that are gone stay a small part of the memory.
+        // The removed items stay a small part of the memory.
         if self.front > self.len() / 8 + 16 {
             self.items.drain(..self.front);
             self.front = 0;

@@ -1,18 +1,18 @@
-//! Weights from which one can be drawn in proportion.
+//! A tree of weights, to draw in proportion to them.
 
 use std::ops::Range;
 
-/// How many numbers are added to one of the next level: those of a cache line.
+/// The number of summands of a sum on the next level: those of a cache line.
 const FANOUT: usize = 8;
 
-/// Weights of consecutive numbers that slide upwards, and sums of them, so that a draw and a change cost
-/// the logarithm of how many there are.
+/// Weights of consecutive numbers that slide upward, and sums of them, so that the time of a draw or a change
+/// grows with the logarithm of their number.
 ///
-/// A sum is always computed from what it adds up, never adjusted: no error grows, and equal weights give
-/// equal draws however they came about.
+/// A sum is always computed from its summands, never adjusted: no error accumulates, and equal weights give
+/// equal draws, whatever their history.
 #[derive(Clone, Debug)]
 pub(crate) struct SumTree {
-    /// The weights, each in the place of its number modulo their count, which is a power of two; then sums
+    /// The weights, each at the place of its number modulo the size, which is a power of two; then sums
     /// of groups of them, sums of groups of these, and so on until one group is left.
     levels: Vec<Vec<f64>>,
     live: Range<u64>,
@@ -23,7 +23,7 @@ impl SumTree {
         Self { levels: levels(FANOUT), live: 0..0 }
     }
 
-    /// The weights of the numbers `live` in their order, in a tree of `size` places; `None` if it cannot have
+    /// A tree of `size` places with the weights of the numbers `live`, in their order; `None` if it cannot have
     /// that size.
     pub(crate) fn restore(size: usize, live: Range<u64>, weights: &[f64]) -> Option<Self> {
         let fits = size.is_power_of_two() && size >= FANOUT.max(weights.len());
@@ -36,12 +36,12 @@ impl SumTree {
         fits.then_some(tree)
     }
 
-    /// The places that so many weights need.
+    /// The size of a tree of so many weights.
     pub(crate) fn size_for(len: usize) -> usize {
         len.next_power_of_two().max(FANOUT)
     }
 
-    /// How many weights there is place for.
+    /// The number of places for weights.
     pub(crate) fn size(&self) -> usize {
         self.levels[0].len()
     }
@@ -66,8 +66,8 @@ impl SumTree {
         self.fill(number..number + 1, weight);
     }
 
-    /// Makes `live`, neither of whose ends may be lower than before, the live numbers, with the weight
-    /// `weight` for each new one.
+    /// Moves the live numbers to `live`, of which neither end may be lower than before, and gives each new
+    /// number the weight `weight`.
     pub(crate) fn slide(&mut self, live: Range<u64>, weight: f64) {
         let old = self.live.clone();
         self.fill(old.start..live.start.min(old.end), 0.0);
@@ -83,8 +83,8 @@ impl SumTree {
         self.fill(old.end.max(self.live.start)..self.live.end, weight);
     }
 
-    /// A live number, with a probability in proportion to its weight, from a number `unit` of `[0, 1)`. The
-    /// total must be positive; a number whose weight is 0 is never drawn.
+    /// Draws a live number, with a probability in proportion to its weight, by a number `unit` of `[0, 1)`.
+    /// The total must be positive. A number of weight 0 is never drawn.
     #[inline]
     pub(crate) fn draw(&self, unit: f64) -> u64 {
         let mut rest = unit * self.total();
@@ -93,7 +93,7 @@ impl SumTree {
             let group = chosen * FANOUT;
             for (at, weight) in level[group..].iter().take(FANOUT).enumerate() {
                 if *weight > 0.0 {
-                    // Rounding may leave more than there is: the last positive one it is then.
+                    // Rounding may leave a rest beyond the last positive weight, which is then chosen.
                     chosen = group + at;
                     if rest < *weight {
                         break;
@@ -111,7 +111,7 @@ impl SumTree {
         (number & (self.size() as u64 - 1)) as usize
     }
 
-    /// Gives the numbers, not more than there is place for, the same weight.
+    /// Gives the numbers, at most as many as the places, the same weight.
     fn fill(&mut self, numbers: Range<u64>, weight: f64) {
         let mut start = numbers.start;
         while start < numbers.end {
@@ -123,7 +123,7 @@ impl SumTree {
         }
     }
 
-    /// Computes the sums over some places, of which there is one at least.
+    /// Computes the sums over some places, at least one.
     fn add_up(&mut self, places: Range<usize>) {
         let Range { mut start, mut end } = places;
         for at in 1..self.levels.len() {
@@ -181,7 +181,7 @@ mod tests {
                 prop_assert!(tree.weights().eq(model.values().copied()));
                 let total: f64 = model.values().sum();
                 prop_assert_eq!(tree.total(), total);
-                // A draw inverts the sums, which are exact: every unit of weight is found.
+                // A draw inverts the sums, which are exact, so every unit of weight is found.
                 let mut found = BTreeMap::new();
                 for at in 0..total as u32 {
                     *found.entry(tree.draw((f64::from(at) + 0.5) / total)).or_insert(0.0) += 1.0;

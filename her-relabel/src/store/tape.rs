@@ -1,33 +1,33 @@
 //! Rows of equal length, added at the back and dropped at the front.
 
-use crate::Scalar;
+use crate::scalar::Scalar;
 use crate::store::block::Block;
 
-/// The memory of one block, at most, unless a single row needs more. The system gives it page by page
-/// when it is first written, so a large block costs nothing until it is used.
+/// The largest memory of a block, in bytes, unless a single row needs more. The system provides it page by
+/// page when it is first written, so a large block costs nothing until it is used.
 const BLOCK_BYTES: usize = 1 << 26;
 
-/// Rows that keep their number for ever: rows are appended at the back, which numbers them on, and
+/// Rows that keep their number forever. They are appended at the back, where they get consecutive numbers, and
 /// dropped at the front.
 ///
-/// Rows live in blocks, made when first needed and used again once all their rows are dropped. So a
-/// tape takes the memory of the most rows it ever held, never moves a row, and does not allocate
+/// Rows lie in blocks, which are allocated when first needed and reused once all their rows are dropped. A
+/// tape therefore takes the memory of the most rows it ever held, never moves a row, and does not allocate
 /// while its length is steady.
 #[derive(Clone, Debug)]
 pub(crate) struct Tape<T> {
     row_len: usize,
-    /// Rows of a block, as a power of two.
+    /// The binary logarithm of the number of rows of a block.
     block_shift: u32,
     blocks: Vec<Block<T>>,
     /// The number of the first block.
     first_block: u64,
-    /// The first row kept and the row after the last.
+    /// The first kept row, and the row after the last.
     start: u64,
     end: u64,
 }
 
 impl<T: Scalar> Tape<T> {
-    /// An empty tape. If it holds more than `usual_rows` rows, it takes several blocks.
+    /// An empty tape, which takes several blocks if it holds more than `usual_rows` rows.
     pub(crate) fn new(row_len: usize, usual_rows: usize) -> Self {
         Self::with_block_bytes(row_len, usual_rows, BLOCK_BYTES)
     }
@@ -55,13 +55,13 @@ impl<T: Scalar> Tape<T> {
         (self.start..self.end).map(|number| self.row(number))
     }
 
-    /// The row with this number, which must be kept still.
+    /// The row with this number, which must still be kept.
     #[inline(always)]
     pub(crate) fn row(&self, number: u64) -> &[T] {
         &self.rows_from(number)[..self.row_len]
     }
 
-    /// The row with this number, which must be kept still, and what lies behind it in its block.
+    /// The row with this number, which must still be kept, and the rest of its block.
     #[inline(always)]
     pub(crate) fn rows_from(&self, number: u64) -> &[T] {
         debug_assert!((self.start..self.end).contains(&number));
@@ -86,13 +86,13 @@ impl<T: Scalar> Tape<T> {
         debug_assert!(start <= self.end);
         self.start = self.start.max(start);
         while (self.first_block + 1) << self.block_shift <= self.start {
-            // The block waits behind the last one until the tape comes to it.
+            // The block waits behind the last one until the tape reaches it.
             self.blocks.rotate_left(1);
             self.first_block += 1;
         }
     }
 
-    /// The rest of the block that the next row goes to, at least one row.
+    /// The free part of the block that the next row goes to, at least one row.
     fn back_room(&mut self) -> &mut [T] {
         let (block, at) = self.place(self.end);
         if block == self.blocks.len() {
@@ -138,7 +138,7 @@ mod tests {
                 for number in start..end {
                     prop_assert!(tape.row(number).iter().all(|value| *value == number as f64));
                 }
-                // The rows of `most`, which may begin and end inside a block.
+                // `most` rows may begin and end inside a block.
                 prop_assert!(tape.blocks.len() as u64 <= most / 2 + 1);
             }
         }

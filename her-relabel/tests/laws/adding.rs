@@ -12,7 +12,7 @@ fn sizes_of_zero_and_sizes_beyond_memory_are_refused() {
         other => panic!("{other:?}"),
     };
     assert_eq!(zero(BufferConfig::new(0, DIMS)), "capacity");
-    assert_eq!(zero(BufferConfig::new(1, DIMS).with_n_envs(0)), "n_envs");
+    assert_eq!(zero(BufferConfig::new(1, DIMS).with_num_envs(0)), "num_envs");
     assert_eq!(zero(BufferConfig::new(1, Dims { observation: 0, ..DIMS })), "dims.observation");
     assert_eq!(zero(BufferConfig::new(1, Dims { goal: 0, ..DIMS })), "dims.goal");
     assert_eq!(zero(BufferConfig::new(1, Dims { action: 0, ..DIMS })), "dims.action");
@@ -37,7 +37,7 @@ fn calls_out_of_order_are_errors() {
     assert_eq!(step(&mut buffer, 0, 1, 0, (false, false)), Err(AddError::NoEpisode { env: 0 }));
     assert_eq!(buffer.end_episode(0), Err(AddError::NoEpisode { env: 0 }));
     assert_eq!(buffer.discard_episode(0), Err(AddError::NoEpisode { env: 0 }));
-    let unknown = AddError::UnknownEnv { env: 1, n_envs: 1 };
+    let unknown = AddError::UnknownEnv { env: 1, num_envs: 1 };
     assert_eq!(begin(&mut buffer, 1, 1), Err(unknown.clone()));
     assert_eq!(step(&mut buffer, 1, 1, 0, (false, false)), Err(unknown.clone()));
     assert_eq!(buffer.unfinished_steps(1), Err(unknown));

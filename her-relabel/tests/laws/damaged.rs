@@ -2,9 +2,7 @@
 
 use crate::common::Telling;
 use crate::saving::{load, plain_step, saved, small};
-use her_relabel::{
-    Batch, Beta, EpisodeStart, GoalStrategy, HerBuffer, LoadError, RelabelRatio, Sampler,
-};
+use her_relabel::{Batch, EpisodeStart, GoalStrategy, HerBuffer, LoadError, Sampler, UnitInterval};
 use proptest::prelude::*;
 
 #[test]
@@ -96,11 +94,12 @@ proptest! {
 
 /// Whatever was loaded must work like any buffer.
 fn use_it(buffer: &mut HerBuffer<f64>) {
-    let mut sampler = Sampler::new(20, GoalStrategy::Random, RelabelRatio::from_k(1));
+    let beta = buffer.config().priorities().map(|_| UnitInterval::ONE);
+    let sampler =
+        Sampler::new(20, GoalStrategy::Random, UnitInterval::from_k(1)).with_priorities(beta);
     let mut batch = Batch::new();
     for _ in 0..5 {
-        sampler.prioritized = buffer.config().priorities.map(|_| Beta::FULL);
-        let _may_have_nothing = sampler.sample_seeded(buffer, &Telling, 1, &mut batch);
+        let _may_have_nothing = sampler.sample(buffer, &Telling, 1, &mut batch);
         let _may_need_other_fields = buffer.add_step(0, &plain_step());
         let _may_be_recording_nothing = buffer.end_episode(0);
         let _may_have_other_sizes = buffer.begin_episode(

@@ -5,13 +5,11 @@ use std::sync::RwLock;
 use std::thread;
 
 use crate::common::{Telling, add, begin, buffer, rows, step};
-use her_relabel::{
-    Batch, Discount, GoalStrategy, HerBuffer, NStep, RelabelRatio, SampleError, Sampler,
-};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, SampleError, Sampler, UnitInterval};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-const SAMPLER: Sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::ALL);
+const SAMPLER: Sampler = Sampler::new(200, GoalStrategy::Future, UnitInterval::ONE);
 
 #[test]
 fn the_same_generator_gives_the_same_batches_and_another_gives_others() {
@@ -39,7 +37,7 @@ fn a_batch_is_a_function_of_one_word_of_the_generator() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     SAMPLER.sample(&buffer, &Telling, &mut rng, &mut drawn).unwrap();
     let mut same = ChaCha8Rng::seed_from_u64(3);
-    SAMPLER.sample_seeded(&buffer, &Telling, same.next_u64(), &mut seeded).unwrap();
+    SAMPLER.sample(&buffer, &Telling, same.next_u64(), &mut seeded).unwrap();
     assert_eq!(drawn, seeded);
     assert_eq!(rng.next_u64(), same.next_u64());
 }
@@ -50,9 +48,9 @@ fn a_used_batch_gives_what_a_new_one_gives() {
     add(&mut buffer, 1, 50, (false, true));
     let (mut used, mut new) = (Batch::new(), Batch::new());
     let larger = SAMPLER.with_batch_size(500);
-    larger.sample_seeded(&buffer, &Telling, 1, &mut used).unwrap();
-    SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut used).unwrap();
-    SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut new).unwrap();
+    larger.sample(&buffer, &Telling, 1, &mut used).unwrap();
+    SAMPLER.sample(&buffer, &Telling, 2, &mut used).unwrap();
+    SAMPLER.sample(&buffer, &Telling, 2, &mut new).unwrap();
     assert_eq!(used, new);
 }
 
@@ -62,15 +60,17 @@ fn any_number_of_threads_draws_the_same_batch() {
     for episode in 0..40 {
         add(&mut buffer, episode, 1 + episode % 30, (episode % 2 == 0, true));
     }
-    let n_step =
-        NStep { steps: NonZeroUsize::MIN.saturating_add(3), gamma: Discount::new(0.9).unwrap() };
-    let sampler = Sampler::new(5001, GoalStrategy::Random, RelabelRatio::from_k(4));
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(3), UnitInterval::new(0.9).unwrap());
+    let sampler = Sampler::new(5001, GoalStrategy::Random, UnitInterval::from_k(4));
     for sampler in [sampler, sampler.with_n_step(n_step).with_success(true)] {
         let (mut alone, mut together) = (Batch::new(), Batch::new());
-        sampler.sample_seeded(&buffer, &Telling, 5, &mut alone).unwrap();
+        sampler.sample(&buffer, &Telling, 5, &mut alone).unwrap();
         for threads in 1..=4 {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| sampler.sample_parallel(&buffer, &Telling, 5, &mut together)).unwrap();
+            pool.install(|| {
+                sampler.with_parallel(true).sample(&buffer, &Telling, 5, &mut together)
+            })
+            .unwrap();
             assert_eq!(alone, together);
         }
         // What one thread draws is not what another draws.
@@ -92,7 +92,7 @@ fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() {
     let before = saved(&buffer);
     let mut batch = Batch::new();
     for seed in 0..10 {
-        SAMPLER.sample_parallel(&buffer, &Telling, seed, &mut batch).unwrap();
+        SAMPLER.with_parallel(true).sample(&buffer, &Telling, seed, &mut batch).unwrap();
     }
     assert!(saved(&buffer) == before);
     let copy = batch.clone();
@@ -108,9 +108,9 @@ fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() {
 fn batches_beyond_memory_are_refused() {
     let mut buffer = buffer(10);
     add(&mut buffer, 1, 5, (false, true));
-    let n_step = NStep { steps: NonZeroUsize::MAX, gamma: Discount::new(0.9).unwrap() };
+    let n_step = NStep::new(NonZeroUsize::MAX, UnitInterval::new(0.9).unwrap());
     for sampler in [SAMPLER.with_batch_size(usize::MAX), SAMPLER.with_n_step(n_step)] {
-        let result = sampler.sample_seeded(&buffer, &Telling, 0, &mut Batch::new());
+        let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::new());
         assert_eq!(result, Err(SampleError::TooLarge));
     }
 }
@@ -122,9 +122,9 @@ fn seeded_batches_are_pinned() {
     for episode in 0..20 {
         add(&mut buffer, episode, 50, (false, true));
     }
-    let sampler = Sampler::new(6, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let sampler = Sampler::new(6, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();
-    sampler.sample_seeded(&buffer, &Telling, 42, &mut batch).unwrap();
+    sampler.sample(&buffer, &Telling, 42, &mut batch).unwrap();
     let drawn: Vec<_> = rows(&batch).iter().map(|row| (row.id, row.ahead)).collect();
     // Worked out by another program from the definition of SplitMix64.
     let expected = [
@@ -142,15 +142,15 @@ fn seeded_batches_are_pinned() {
 fn nothing_can_be_drawn_before_an_episode_ends() {
     let mut buffer = buffer(100);
     let mut batch = Batch::new();
-    let result = SAMPLER.sample_seeded(&buffer, &Telling, 0, &mut batch);
+    let result = SAMPLER.sample(&buffer, &Telling, 0, &mut batch);
     assert_eq!(result, Err(SampleError::NoFinishedEpisode));
     begin(&mut buffer, 0, 1).unwrap();
     step(&mut buffer, 0, 1, 0, (false, false)).unwrap();
-    let error = SAMPLER.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap_err();
+    let error = SAMPLER.sample(&buffer, &Telling, 0, &mut batch).unwrap_err();
     assert!(error.to_string().contains("call end_episode"));
     let none = SAMPLER.with_batch_size(0);
     add(&mut buffer, 2, 3, (false, true));
-    assert_eq!(none.sample_seeded(&buffer, &Telling, 0, &mut batch), Err(SampleError::EmptyBatch));
+    assert_eq!(none.sample(&buffer, &Telling, 0, &mut batch), Err(SampleError::EmptyBatch));
 }
 
 #[test]
@@ -165,9 +165,7 @@ fn readers_beside_a_writer_never_see_a_torn_row() {
                 let mut batch = Batch::new();
                 for seed in 0..300 {
                     let buffer = shared.read().unwrap();
-                    SAMPLER
-                        .sample_seeded(&buffer, &Telling, reader * 1000 + seed, &mut batch)
-                        .unwrap();
+                    SAMPLER.sample(&buffer, &Telling, reader * 1000 + seed, &mut batch).unwrap();
                     drop(buffer);
                     // Checks that every number of a row belongs to one transition.
                     rows(&batch);

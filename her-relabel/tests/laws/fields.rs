@@ -5,8 +5,8 @@ use crate::common::{
 };
 use goal_reward::GoalReward;
 use her_relabel::{
-    AddError, Batch, BufferConfig, ConfigError, Discount, EpisodeData, GoalStrategy, HerBuffer,
-    NStep, RelabelRatio, Sampler, StartBatch, Step, StepBatch, UnknownField,
+    AddError, Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, NStep,
+    Sampler, StartBatch, Step, StepBatch, UnitInterval, UnknownField,
 };
 use std::num::NonZeroUsize;
 
@@ -102,20 +102,19 @@ fn assert_fields(batch: &Batch<f64>) {
 
 #[test]
 fn fields_go_with_their_transition_however_they_came() {
-    let mut buffer = HerBuffer::<f64>::new(config(200).with_n_envs(2)).unwrap();
+    let mut buffer = HerBuffer::<f64>::new(config(200).with_num_envs(2)).unwrap();
     let mut batch = Batch::new();
-    let sampler = Sampler::new(600, GoalStrategy::Future, RelabelRatio::from_k(4));
-    let n_step =
-        NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma: Discount::new(0.9).unwrap() };
+    let sampler = Sampler::new(600, GoalStrategy::Future, UnitInterval::from_k(4));
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.9).unwrap());
     for round in 0..12 {
         add_whole(&mut buffer, 4 * round, 1 + round * 5 % 17);
         add_vectorized(&mut buffer, &[4 * round + 1, 4 * round + 2], 1 + round * 7 % 13);
         add_steps(&mut buffer, 4 * round + 3, 1 + round * 3 % 11);
-        sampler.sample_seeded(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
+        sampler.sample(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
         rows(&batch);
         assert_fields(&batch);
-        let windows = sampler.with_n_step(n_step);
-        windows.sample_parallel(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
+        let windows = sampler.with_n_step(n_step).with_parallel(true);
+        windows.sample(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
         assert_fields(&batch);
     }
     assert_eq!(buffer.len(), 200, "the ring has wrapped");
@@ -130,10 +129,10 @@ fn a_loaded_buffer_has_the_fields_of_the_saved_one() {
     let mut bytes = Vec::new();
     buffer.write_to(&mut bytes).unwrap();
     let loaded = HerBuffer::<f64>::read_from(&bytes[..]).unwrap();
-    let sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let sampler = Sampler::new(200, GoalStrategy::Future, UnitInterval::from_k(4));
     let (mut batch, mut expected) = (Batch::new(), Batch::new());
-    sampler.sample_seeded(&loaded, &Telling, 0, &mut batch).unwrap();
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut expected).unwrap();
+    sampler.sample(&loaded, &Telling, 0, &mut batch).unwrap();
+    sampler.sample(&buffer, &Telling, 0, &mut expected).unwrap();
     assert_fields(&batch);
     assert_eq!(batch, expected);
 }
@@ -141,11 +140,11 @@ fn a_loaded_buffer_has_the_fields_of_the_saved_one() {
 #[test]
 fn an_episode_longer_than_the_buffer_keeps_the_fields_of_its_end() {
     let mut buffer = HerBuffer::<f64>::new(config(7)).unwrap();
-    let sampler = Sampler::new(100, GoalStrategy::Final, RelabelRatio::ALL);
+    let sampler = Sampler::new(100, GoalStrategy::Final, UnitInterval::ONE);
     let mut batch = Batch::new();
     for add in [add_whole, add_steps] {
         add(&mut buffer, 1, 20);
-        sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+        sampler.sample(&buffer, &Telling, 0, &mut batch).unwrap();
         assert_fields(&batch);
     }
 }
@@ -156,7 +155,7 @@ fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() {
     let narrow = BufferConfig::new(50, common::DIMS);
     let mut plain = HerBuffer::<f64>::new(narrow.clone()).unwrap();
     let mut buffer = HerBuffer::<f64>::new(narrow.with_field("value", 1)).unwrap();
-    let sampler = Sampler::new(100, GoalStrategy::PastDesired, RelabelRatio::from_k(1));
+    let sampler = Sampler::new(100, GoalStrategy::PastDesired, UnitInterval::from_k(1));
     let (mut batch, mut without) = (Batch::new(), Batch::new());
     common::add(&mut plain, 1, 1, (false, true));
     let data = EpisodeData {
@@ -170,8 +169,8 @@ fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() {
         fields: &[("value", &[3.5])],
     };
     buffer.add_episode(&data).unwrap();
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
-    sampler.sample_seeded(&plain, &Telling, 0, &mut without).unwrap();
+    sampler.sample(&buffer, &Telling, 0, &mut batch).unwrap();
+    sampler.sample(&plain, &Telling, 0, &mut without).unwrap();
     assert_eq!(batch.field("value").unwrap(), [3.5; 100]);
     assert_eq!(batch.desired_goal(), without.desired_goal());
     assert_eq!(batch.reward(), without.reward());
@@ -198,7 +197,7 @@ fn unknown_missing_repeated_and_misshapen_fields_are_refused() {
     let unknown = refusal(&[("log_prob", &[0.0]), ("value", &[0.0])], &mut buffer);
     assert_eq!(
         unknown.to_string(),
-        "`value` is no field: there are [log_prob, latent]; name it in `fields` of the configuration"
+        "there is no field `value` among [log_prob, latent]: declare it with `BufferConfig::with_field`"
     );
     let missing = refusal(&[("log_prob", &[0.0])], &mut buffer);
     assert_eq!(missing, AddError::MissingField { name: "latent".into() });
@@ -212,8 +211,8 @@ fn unknown_missing_repeated_and_misshapen_fields_are_refused() {
 
     let mut batch = Batch::new();
     assert!(matches!(batch.field("log_prob"), Err(UnknownField { known, .. }) if known.is_empty()));
-    let sampler = Sampler::new(3, GoalStrategy::Final, RelabelRatio::NONE);
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    let sampler = Sampler::new(3, GoalStrategy::Final, UnitInterval::ZERO);
+    sampler.sample(&buffer, &Telling, 0, &mut batch).unwrap();
     assert_eq!(batch.field("latent").unwrap(), [0.0; 9]);
     assert!(matches!(batch.field("value"), Err(UnknownField { name, .. }) if name == "value"));
 }
@@ -238,8 +237,8 @@ fn the_reward_knows_nothing_of_fields() {
     let mut buffer = HerBuffer::<f64>::new(config(50)).unwrap();
     add_whole(&mut buffer, 2, 9);
     let mut batch = Batch::new();
-    let sampler = Sampler::new(64, GoalStrategy::Episode, RelabelRatio::ALL);
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    let sampler = Sampler::new(64, GoalStrategy::Episode, UnitInterval::ONE);
+    sampler.sample(&buffer, &Telling, 0, &mut batch).unwrap();
     for row in 0..batch.len() {
         let goals = (&batch.next_achieved_goal()[3 * row..], &batch.desired_goal()[3 * row..]);
         assert_eq!(batch.reward()[row], Telling.reward(goals.0, goals.1));

@@ -2,19 +2,18 @@
 
 use crate::common::{Row, Telling, add, assert_distribution, assert_uniform, buffer, rows};
 use her_relabel::{
-    Batch, Discount, GoalMixture, GoalPart, GoalStrategy, HerBuffer, MixtureError, RelabelRatio,
-    Sampler,
+    Batch, GoalMixture, GoalPart, GoalStrategy, HerBuffer, MixtureError, Sampler, UnitInterval,
 };
 use proptest::prelude::*;
 
 fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Vec<Row> {
     let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &Telling, seed, &mut batch).unwrap();
+    sampler.sample(buffer, &Telling, seed, &mut batch).unwrap();
     rows(&batch)
 }
 
 fn relabel_all(batch_size: usize, strategy: GoalStrategy) -> Sampler {
-    Sampler::new(batch_size, strategy, RelabelRatio::ALL)
+    Sampler::new(batch_size, strategy, UnitInterval::ONE)
 }
 
 /// Episodes 1, 2 and 3 of 2, 5 and 3 steps.
@@ -44,7 +43,7 @@ fn random_goals_are_uniform_over_the_buffer_whatever_the_transition() {
 fn past_goals_were_desired_as_often_as_they_were_pursued() {
     let sampler = relabel_all(30_000, GoalStrategy::PastDesired);
     let mut batch = Batch::new();
-    sampler.sample_seeded(&three_episodes(), &Telling, 2, &mut batch).unwrap();
+    sampler.sample(&three_episodes(), &Telling, 2, &mut batch).unwrap();
     let mut counts = [0; 3];
     for (row, goal) in batch.desired_goal().chunks_exact(3).enumerate() {
         let episode = goal[0] as u32;
@@ -62,7 +61,7 @@ fn geometric_goals_are_as_likely_as_gamma_says() {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, LEN, (false, true));
     for gamma in [0.0, 0.3, 0.9, 1.0] {
-        let strategy = GoalStrategy::Geometric { gamma: Discount::new(gamma).unwrap() };
+        let strategy = GoalStrategy::Geometric { gamma: UnitInterval::new(gamma).unwrap() };
         let drawn = draw(&buffer, &relabel_all(40_000, strategy), 3);
         for t in 0..LEN {
             let left = (LEN - t) as usize;
@@ -84,7 +83,7 @@ fn geometric_goals_are_as_likely_as_gamma_says() {
 
 #[test]
 fn a_mixture_uses_its_strategies_as_often_as_they_weigh() {
-    let part = |strategy, weight| GoalPart { strategy, weight };
+    let part = GoalPart::new;
     let goals = GoalMixture::new(&[
         part(GoalStrategy::Final, 3.0),
         part(GoalStrategy::Random, 0.0),
@@ -94,9 +93,9 @@ fn a_mixture_uses_its_strategies_as_often_as_they_weigh() {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 6, (false, true));
     let sampler =
-        Sampler::new(20_000, GoalStrategy::Future, RelabelRatio::from_k(1)).with_goals(goals);
+        Sampler::new(20_000, GoalStrategy::Future, UnitInterval::from_k(1)).with_goals(goals);
     let mut batch = Batch::new();
-    sampler.sample_seeded(&buffer, &Telling, 4, &mut batch).unwrap();
+    sampler.sample(&buffer, &Telling, 4, &mut batch).unwrap();
     let mut counts = [0; 3];
     for (goal, relabeled) in batch.desired_goal().chunks_exact(3).zip(batch.relabeled()) {
         counts[match (relabeled, goal[1]) {
@@ -112,29 +111,28 @@ fn a_mixture_uses_its_strategies_as_often_as_they_weigh() {
 #[test]
 fn a_mixture_of_one_is_that_strategy() {
     let sampler = relabel_all(100, GoalStrategy::Episode);
-    let part = GoalPart { strategy: GoalStrategy::Episode, weight: 0.25 };
+    let part = GoalPart::new(GoalStrategy::Episode, 0.25);
     let mixed = sampler.with_goals(GoalMixture::new(&[part]).unwrap());
     assert_eq!(draw(&three_episodes(), &sampler, 5), draw(&three_episodes(), &mixed, 5));
 }
 
 #[test]
 fn weights_that_make_no_mixture_are_refused() {
-    let part = |weight| GoalPart { strategy: GoalStrategy::Future, weight };
+    let part = |weight| GoalPart::new(GoalStrategy::Future, weight);
     assert_eq!(GoalMixture::new(&[]), Err(MixtureError::PartCount { count: 0 }));
     assert_eq!(GoalMixture::new(&[part(1.0); 7]), Err(MixtureError::PartCount { count: 7 }));
     assert_eq!(GoalMixture::new(&[part(-1.0)]), Err(MixtureError::BadWeight { weight: -1.0 }));
     assert!(GoalMixture::new(&[part(1.0), part(f64::NAN)]).is_err());
     assert_eq!(GoalMixture::new(&[part(0.0)]), Err(MixtureError::BadTotal { total: 0.0 }));
     assert!(GoalMixture::new(&[part(f64::MAX); 2]).is_err());
-    assert!(Discount::new(1.1).is_err() && Discount::new(f64::NAN).is_err());
+    assert!(UnitInterval::new(1.1).is_err() && UnitInterval::new(f64::NAN).is_err());
 }
 
 proptest! {
     #[test]
     fn a_sampler_survives_serialization(weights in prop::collection::vec(0.1_f64..9.0, 1..6)) {
-        let part = |(at, weight): (usize, f64)| GoalPart {
-            strategy: [GoalStrategy::Random, GoalStrategy::PastDesired][at % 2],
-            weight,
+        let part = |(at, weight): (usize, f64)| {
+            GoalPart::new([GoalStrategy::Random, GoalStrategy::PastDesired][at % 2], weight)
         };
         let parts: Vec<GoalPart> = weights.into_iter().enumerate().map(part).collect();
         let sampler =

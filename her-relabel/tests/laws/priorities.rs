@@ -5,31 +5,33 @@ use std::num::NonZeroUsize;
 
 use crate::common::{DIMS, Telling, add, assert_distribution, rows};
 use her_relabel::{
-    Batch, Beta, BufferConfig, ConfigError, Discount, GoalMixture, GoalPart, GoalStrategy,
-    HerBuffer, NStep, NewPriority, PriorityError, PriorityUnit, RelabelRatio, SampleError, Sampler,
-    TransitionId,
+    Batch, BufferConfig, ConfigError, GoalMixture, GoalPart, GoalStrategy, HerBuffer, NStep,
+    NewPriority, Priorities, PriorityError, PriorityUnit, SampleError, Sampler, TransitionId,
+    UnitInterval,
 };
 use proptest::prelude::*;
 
-const BETA: Beta = Beta::FULL;
-const SAMPLER: Sampler =
-    Sampler::new(20_000, GoalStrategy::Future, RelabelRatio::NONE).with_priorities(BETA);
+/// Batches drawn by priority, with full correction.
+fn sampler() -> Sampler {
+    Sampler::new(20_000, GoalStrategy::Future, UnitInterval::ZERO)
+        .with_priorities(UnitInterval::ONE)
+}
 
 fn buffer(capacity: usize, unit: PriorityUnit) -> HerBuffer<f64> {
-    let config = BufferConfig::new(capacity, DIMS).with_priorities(unit, NewPriority::Highest);
+    let config = BufferConfig::new(capacity, DIMS).with_priorities(Priorities::new(unit));
     HerBuffer::new(config).unwrap()
 }
 
 fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Batch<f64> {
     let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &Telling, seed, &mut batch).unwrap();
+    sampler.sample(buffer, &Telling, seed, &mut batch).unwrap();
     rows(&batch);
     batch
 }
 
 /// All live transitions, oldest first.
 fn live(buffer: &HerBuffer<f64>) -> Vec<TransitionId> {
-    let sampler = Sampler::new(40 * buffer.len(), GoalStrategy::Future, RelabelRatio::NONE);
+    let sampler = Sampler::new(40 * buffer.len(), GoalStrategy::Future, UnitInterval::ZERO);
     let mut ids = draw(buffer, &sampler, 0).transition().to_vec();
     ids.sort_unstable();
     ids.dedup();
@@ -77,15 +79,13 @@ fn transitions_are_drawn_as_often_as_their_priorities_say() {
     let ids = live(&buffer);
     let weights: Vec<f64> = (0..30_u8).map(|at| f64::from(at % 4)).collect();
     buffer.set_priorities(&ids, &weights).unwrap();
-    let batch = draw(&buffer, &SAMPLER, 1);
+    let batch = draw(&buffer, &sampler(), 1);
     assert_shares(&counts(&buffer, &batch), &weights, "transitions");
     for (row, id) in batch.transition().iter().enumerate() {
         // (N P)^-1 over the highest such number, that of priority 1.
         assert_eq!(batch.importance_weight()[row], 1.0 / buffer.priority(*id).unwrap());
     }
-    let mut plain = SAMPLER;
-    plain.prioritized = None;
-    let batch = draw(&buffer, &plain, 1);
+    let batch = draw(&buffer, &sampler().with_priorities(None), 1);
     assert_shares(&counts(&buffer, &batch), &[1.0; 30], "uniform draws from the same buffer");
     assert!(batch.importance_weight().is_empty());
 }
@@ -106,7 +106,7 @@ fn episodes_are_drawn_as_often_as_their_priorities_say_and_their_steps_alike() {
         buffer.set_priorities(&[spokesman], &[priority]).unwrap();
         assert_eq!(buffer.priority(ids[first]), buffer.priority(ids[last]));
     }
-    let batch = draw(&buffer, &SAMPLER, 2);
+    let batch = draw(&buffer, &sampler(), 2);
     assert_shares(&counts(&buffer, &batch), &weights, "episodes");
     let least = 1.0 / 14.0;
     let first = ids[0].get();
@@ -124,7 +124,8 @@ fn importance_weights_are_the_papers() {
     buffer.set_priorities(&ids, &priorities).unwrap();
     let total: f64 = priorities.iter().sum();
     for beta in [0.0, 0.4, 1.0] {
-        let sampler = SAMPLER.with_batch_size(50).with_priorities(Beta::new(beta).unwrap());
+        let sampler =
+            sampler().with_batch_size(50).with_priorities(UnitInterval::new(beta).unwrap());
         let batch = draw(&buffer, &sampler, 3);
         let raw: Vec<f64> = batch
             .transition()
@@ -137,7 +138,7 @@ fn importance_weights_are_the_papers() {
         }
         assert!(batch.importance_weight().contains(&1.0));
     }
-    assert!(Beta::new(f64::NAN).is_err() && Beta::new(1.1).is_err());
+    assert!(UnitInterval::new(f64::NAN).is_err() && UnitInterval::new(1.1).is_err());
 }
 
 #[test]
@@ -163,14 +164,17 @@ fn what_is_new_has_the_highest_priority_so_far_or_the_given_one() {
     assert_eq!(newest(&by_highest).1, 1.0);
 
     let config = BufferConfig::new(30, DIMS);
-    let given = config.clone().with_priorities(PriorityUnit::Transition, NewPriority::Given(0.0));
+    let given = config.clone().with_priorities(
+        Priorities::new(PriorityUnit::Transition).with_new_priority(NewPriority::Given(0.0)),
+    );
     let mut buffer = HerBuffer::<f64>::new(given).unwrap();
     add(&mut buffer, 1, 3, (false, true));
-    let result = SAMPLER.sample_seeded(&buffer, &Telling, 0, &mut Batch::new());
+    let result = sampler().sample(&buffer, &Telling, 0, &mut Batch::new());
     assert_eq!(result, Err(SampleError::ZeroPriorities));
     for priority in [-1.0, f64::NAN, f64::INFINITY] {
-        let config =
-            config.clone().with_priorities(PriorityUnit::Episode, NewPriority::Given(priority));
+        let config = config.clone().with_priorities(
+            Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(priority)),
+        );
         let refused = HerBuffer::<f64>::new(config).unwrap_err();
         assert!(matches!(refused, ConfigError::BadPriority { .. }));
     }
@@ -216,14 +220,14 @@ fn wrong_priorities_are_refused_whole() {
     add(&mut plain, 1, 3, (false, true));
     let none = plain.set_priorities(&[], &[0.5_f32; 0]);
     assert_eq!(none, Err(PriorityError::NoPriorities));
-    let result = SAMPLER.sample_seeded(&plain, &Telling, 0, &mut Batch::new());
+    let result = sampler().sample(&plain, &Telling, 0, &mut Batch::new());
     assert_eq!(result, Err(SampleError::NoPriorities));
 }
 
 #[test]
 fn every_strategy_goes_with_priorities_on_any_number_of_threads() {
-    let gamma = Discount::new(0.9).unwrap();
-    let part = |strategy| GoalPart { strategy, weight: 1.0 };
+    let gamma = UnitInterval::new(0.9).unwrap();
+    let part = |strategy| GoalPart::new(strategy, 1.0);
     let goals = GoalMixture::new(&[
         part(GoalStrategy::Future),
         part(GoalStrategy::Final),
@@ -232,23 +236,24 @@ fn every_strategy_goes_with_priorities_on_any_number_of_threads() {
         part(GoalStrategy::Geometric { gamma }),
     ])
     .unwrap();
-    let n_step = NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma };
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), gamma);
     for unit in [PriorityUnit::Transition, PriorityUnit::Episode] {
         let mut buffer = wrapped(unit);
         let ids = live(&buffer);
         let priorities: Vec<f64> = (0..30_u8).map(|at| f64::from(at % 3)).collect();
         buffer.set_priorities(&ids, &priorities).unwrap();
-        let sampler = SAMPLER.with_goals(goals).with_ratio(RelabelRatio::from_k(4));
+        let sampler = sampler().with_goals(goals).with_ratio(UnitInterval::from_k(4));
         let sampler = sampler.with_batch_size(2001);
         draw(&buffer, &sampler, 4);
         for sampler in [sampler, sampler.with_n_step(n_step).with_success(true)] {
             let (mut alone, mut together) = (Batch::new(), Batch::new());
-            sampler.sample_seeded(&buffer, &Telling, 5, &mut alone).unwrap();
+            sampler.sample(&buffer, &Telling, 5, &mut alone).unwrap();
             let drawn = alone.transition().iter().map(|id| buffer.priority(*id));
             assert!(drawn.into_iter().all(|priority| priority > Some(0.0)));
             for threads in [1, 3] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let sample = || sampler.sample_parallel(&buffer, &Telling, 5, &mut together);
+                let sample =
+                    || sampler.with_parallel(true).sample(&buffer, &Telling, 5, &mut together);
                 pool.install(sample).unwrap();
                 assert_eq!(alone, together);
             }
@@ -290,7 +295,7 @@ proptest! {
                 prop_assert_eq!(buffer.priority(*id), Some(*priority));
             }
             let mut batch = Batch::new();
-            let drawn = SAMPLER.with_batch_size(64).sample_seeded(&buffer, &Telling, 0, &mut batch);
+            let drawn = sampler().with_batch_size(64).sample(&buffer, &Telling, 0, &mut batch);
             if model.values().all(|priority| *priority == 0.0) {
                 prop_assert!(drawn.is_err());
             } else {

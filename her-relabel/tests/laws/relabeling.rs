@@ -6,24 +6,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::common::{Row, Telling, add, assert_uniform, buffer, rows};
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 use her_relabel::{
-    Batch, BufferConfig, Dims, Discount, EpisodeData, GoalStrategy, HerBuffer, RelabelRatio,
-    SampleError, Sampler,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, SampleError, Sampler,
+    UnitInterval,
 };
 
 /// All strategies whose goals come from the transition's own episode.
 fn strategies() -> [GoalStrategy; 4] {
-    let geometric = GoalStrategy::Geometric { gamma: Discount::new(0.9).unwrap() };
+    let geometric = GoalStrategy::Geometric { gamma: UnitInterval::new(0.9).unwrap() };
     [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode, geometric]
 }
 
 fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Vec<Row> {
     let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &Telling, seed, &mut batch).unwrap();
+    sampler.sample(buffer, &Telling, seed, &mut batch).unwrap();
     rows(&batch)
 }
 
 fn relabel_all(batch_size: usize, strategy: GoalStrategy) -> Sampler {
-    Sampler::new(batch_size, strategy, RelabelRatio::ALL)
+    Sampler::new(batch_size, strategy, UnitInterval::ONE)
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn the_ratio_holds_for_batches_of_one() {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 6, (false, true));
     for k in [0, 1, 4] {
-        let ratio = RelabelRatio::from_k(k);
+        let ratio = UnitInterval::from_k(k);
         let sampler = Sampler::new(1, GoalStrategy::Future, ratio);
         let relabeled = (0..BATCHES)
             .filter(|seed| draw(&buffer, &sampler, *seed)[0].new_goal.is_some())
@@ -135,7 +135,7 @@ fn the_ratio_holds_for_batches_of_one() {
         let deviation = (expected * (1.0 - ratio.get())).sqrt();
         assert!((relabeled - expected).abs() <= 5.0 * deviation, "k = {k}: {relabeled}");
     }
-    assert!((RelabelRatio::from_k(4).get() - 0.8).abs() < 1e-15);
+    assert!((UnitInterval::from_k(4).get() - 0.8).abs() < 1e-15);
     let all = draw(&buffer, &relabel_all(5000, GoalStrategy::Future), 6);
     assert!(all.iter().all(|row| row.new_goal.is_some()));
 }
@@ -143,7 +143,7 @@ fn the_ratio_holds_for_batches_of_one() {
 #[test]
 fn ratios_outside_of_zero_to_one_are_refused() {
     for bad in [-0.1, 1.5, f64::NAN] {
-        assert!(RelabelRatio::new(bad).is_err());
+        assert!(UnitInterval::new(bad).is_err());
     }
 }
 
@@ -174,16 +174,16 @@ fn the_reward_is_called_once_with_the_relabeled_rows_or_not_at_all() {
     add(&mut buffer, 1, 6, (false, true));
     let mut batch = Batch::new();
     let counting = Counting::default();
-    let sampler = Sampler::new(64, GoalStrategy::Future, RelabelRatio::from_k(1));
-    sampler.sample_seeded(&buffer, &counting, 7, &mut batch).unwrap();
+    let sampler = Sampler::new(64, GoalStrategy::Future, UnitInterval::from_k(1));
+    sampler.sample(&buffer, &counting, 7, &mut batch).unwrap();
     assert_eq!(counting.calls.load(Ordering::Relaxed), 1);
     let relabeled = batch.relabeled().filter(|relabeled| *relabeled).count();
     assert_eq!(counting.rows.load(Ordering::Relaxed), relabeled);
     assert!((1..64).contains(&relabeled));
     rows(&batch);
 
-    let none = sampler.with_ratio(RelabelRatio::NONE);
-    none.sample_seeded(&buffer, &counting, 7, &mut batch).unwrap();
+    let none = sampler.with_ratio(UnitInterval::ZERO);
+    none.sample(&buffer, &counting, 7, &mut batch).unwrap();
     assert_eq!(counting.calls.load(Ordering::Relaxed), 1);
 }
 
@@ -217,17 +217,16 @@ fn a_bad_reward_function_harms_nothing() {
     let sampler = relabel_all(8, GoalStrategy::Future);
     let expected = draw(&buffer, &sampler, 8);
     let mut batch = Batch::new();
-    let result = sampler.sample_seeded(&buffer, &Bad::Fails, 8, &mut batch);
+    let result = sampler.sample(&buffer, &Bad::Fails, 8, &mut batch);
     assert_eq!(result, Err(SampleError::Reward(GoalError::Empty)));
     assert!(batch.is_empty());
-    let result = sampler.sample_seeded(&buffer, &Bad::IsNan, 8, &mut batch);
+    let result = sampler.sample(&buffer, &Bad::IsNan, 8, &mut batch);
     assert!(matches!(result, Err(SampleError::RewardNotFinite { row: 0, .. })));
     assert!(batch.is_empty());
-    let panicked = catch_unwind(AssertUnwindSafe(|| {
-        sampler.sample_seeded(&buffer, &Bad::Panics, 8, &mut batch)
-    }));
+    let panicked =
+        catch_unwind(AssertUnwindSafe(|| sampler.sample(&buffer, &Bad::Panics, 8, &mut batch)));
     assert!(panicked.is_err());
-    sampler.sample_seeded(&buffer, &Telling, 8, &mut batch).unwrap();
+    sampler.sample(&buffer, &Telling, 8, &mut batch).unwrap();
     assert_eq!(rows(&batch), expected);
 }
 
@@ -249,7 +248,7 @@ fn reward_at(distance: f64) -> f64 {
         .unwrap();
     let mut batch = Batch::new();
     let sampler = relabel_all(32, GoalStrategy::Final);
-    sampler.sample_seeded(&buffer, &DistanceReward::sparse(), 0, &mut batch).unwrap();
+    sampler.sample(&buffer, &DistanceReward::sparse(), 0, &mut batch).unwrap();
     let first = batch.next_achieved_goal().iter().position(|goal| *goal == 0.0).unwrap();
     batch.reward()[first]
 }
@@ -281,12 +280,12 @@ fn f32_goals_are_widened_for_the_reward() {
         .unwrap();
     let mut batch = Batch::new();
     let sampler = relabel_all(1, GoalStrategy::Future);
-    sampler.sample_seeded(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
+    sampler.sample(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
     assert_eq!(batch.next_achieved_goal(), [0.3_f32]);
     assert_eq!(batch.desired_goal(), [0.3_f32]);
     assert_eq!(batch.reward(), [0.0_f32]);
-    let plain = sampler.with_ratio(RelabelRatio::NONE);
-    plain.sample_seeded(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
+    let plain = sampler.with_ratio(UnitInterval::ZERO);
+    plain.sample(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
     assert_eq!(batch.reward(), [-0.4_f32]);
     assert_eq!(batch.desired_goal(), [0.7_f32]);
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::{DIMS, Row, Telling, add, assert_uniform, begin, buffer, rows, step};
 use her_relabel::{
-    Batch, BufferConfig, GoalStrategy, HerBuffer, RelabelRatio, SampleError, Sampler,
+    Batch, BufferConfig, GoalStrategy, HerBuffer, SampleError, Sampler, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -89,11 +89,11 @@ impl Model {
         assert_eq!(buffer.len(), live.len());
         assert_eq!(buffer.is_empty(), live.is_empty());
         let episodes: BTreeSet<u32> = live.iter().map(|(episode, ..)| *episode).collect();
-        assert_eq!(buffer.n_episodes(), episodes.len());
-        let sampler = Sampler::new(30 * live.len().max(1), GoalStrategy::Future, RelabelRatio::ALL);
+        assert_eq!(buffer.num_episodes(), episodes.len());
+        let sampler = Sampler::new(30 * live.len().max(1), GoalStrategy::Future, UnitInterval::ONE);
         let mut batch = Batch::new();
         if live.is_empty() {
-            let result = sampler.sample_seeded(buffer, &Telling, 0, &mut batch);
+            let result = sampler.sample(buffer, &Telling, 0, &mut batch);
             assert_eq!(result, Err(SampleError::NoFinishedEpisode));
             assert_eq!(buffer.transition_ids(), None);
             return;
@@ -103,7 +103,7 @@ impl Model {
         let states: BTreeSet<(u32, u32)> = live.iter().map(|(e, t, _)| (*e, *t + 1)).collect();
         for strategy in [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode] {
             let sampler = sampler.with_strategy(strategy);
-            sampler.sample_seeded(buffer, &Telling, 0, &mut batch).unwrap();
+            sampler.sample(buffer, &Telling, 0, &mut batch).unwrap();
             let drawn = rows(&batch);
             let found: BTreeSet<Stored> = drawn.iter().map(|r| (r.episode, r.t, r.ends)).collect();
             assert_eq!(found, live.iter().copied().collect());
@@ -149,7 +149,7 @@ proptest! {
         capacity in prop_oneof![1_usize..12, 60_usize..70, Just(200)],
         ops in (1_usize..4).prop_flat_map(|n| prop::collection::vec(op(n), 1..120)),
     ) {
-        let config = BufferConfig::new(capacity, DIMS).with_n_envs(3);
+        let config = BufferConfig::new(capacity, DIMS).with_num_envs(3);
         let mut buffer = HerBuffer::<f64>::new(config).unwrap();
         let mut model = Model { capacity, ..Model::default() };
         for (at, op) in ops.iter().enumerate() {
@@ -173,8 +173,8 @@ fn every_live_transition_is_equally_likely() {
     assert_eq!(newest.get() - oldest.get(), 99);
     let mut counts = vec![0; 100];
     let mut batch = Batch::new();
-    let sampler = Sampler::new(100_000, GoalStrategy::Future, RelabelRatio::from_k(4));
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    let sampler = Sampler::new(100_000, GoalStrategy::Future, UnitInterval::from_k(4));
+    sampler.sample(&buffer, &Telling, 0, &mut batch).unwrap();
     for id in batch.transition() {
         counts[(id.get() - oldest.get()) as usize] += 1;
     }
@@ -189,7 +189,7 @@ fn one_exact_lap_and_several_laps_keep_the_newest() {
         for _ in 0..laps * 12 {
             model.apply(&mut buffer, &Op::Whole(5, (false, true)));
         }
-        assert_eq!(buffer.n_episodes(), 12);
+        assert_eq!(buffer.num_episodes(), 12);
         model.check(&buffer);
     }
 }
@@ -217,7 +217,7 @@ fn an_episode_longer_than_the_buffer_keeps_its_end() {
 
 #[test]
 fn environments_that_end_at_different_times_do_not_mix() {
-    let config = BufferConfig::new(50, DIMS).with_n_envs(4);
+    let config = BufferConfig::new(50, DIMS).with_num_envs(4);
     let mut buffer = HerBuffer::<f64>::new(config).unwrap();
     let mut model = Model { capacity: 50, ..Model::default() };
     for round in 0..200_usize {
@@ -236,10 +236,10 @@ fn a_cleared_buffer_gives_nothing_and_never_uses_a_number_again() {
     add(&mut buffer, 2, 5, (false, true));
     let (_, newest) = buffer.transition_ids().unwrap();
     buffer.clear();
-    assert_eq!((buffer.len(), buffer.n_episodes()), (0, 0));
+    assert_eq!((buffer.len(), buffer.num_episodes()), (0, 0));
     assert_eq!(buffer.unfinished_steps(0), Ok(None));
-    let sampler = Sampler::new(4, GoalStrategy::Future, RelabelRatio::ALL);
-    let result = sampler.sample_seeded(&buffer, &Telling, 0, &mut Batch::new());
+    let sampler = Sampler::new(4, GoalStrategy::Future, UnitInterval::ONE);
+    let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::new());
     assert_eq!(result, Err(SampleError::NoFinishedEpisode));
     add(&mut buffer, 3, 5, (false, true));
     assert!(buffer.transition_ids().unwrap().0 > newest);

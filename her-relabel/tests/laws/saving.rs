@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use crate::common::{DIMS, Telling, add, begin, buffer, rows, step};
 use her_relabel::{
-    Batch, Beta, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NewPriority,
-    PriorityUnit, RelabelRatio, Sampler, Step,
+    Batch, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NewPriority, Priorities,
+    PriorityUnit, Sampler, Step, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -29,7 +29,7 @@ fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, b
         0..4 => add(buffer, at, len + 1, (ends, true)),
         4 if at.is_multiple_of(7) => buffer.clear(),
         4 => {
-            let ends = buffer.transition_ids().filter(|_| buffer.config().priorities.is_some());
+            let ends = buffer.transition_ids().filter(|_| buffer.config().priorities().is_some());
             if let Some((oldest, newest)) = ends {
                 let priorities = [f64::from(at % 3), f64::from(at) / 7.0];
                 buffer.set_priorities(&[oldest, newest], &priorities).unwrap();
@@ -44,7 +44,7 @@ fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, b
                 }
             };
             // The steps of a longer episode could not be counted by what is kept of it.
-            let ends = ends || t as usize + 1 == buffer.config().capacity;
+            let ends = ends || t as usize + 1 == buffer.config().capacity();
             step(buffer, env, env as u32 + 900, t, (false, ends)).unwrap();
         }
     }
@@ -53,17 +53,18 @@ fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, b
 fn assert_same(one: &HerBuffer<f64>, other: &HerBuffer<f64>) {
     assert_eq!(one.config(), other.config());
     assert_eq!(one.transition_ids(), other.transition_ids());
-    assert_eq!(one.n_episodes(), other.n_episodes());
-    let mut sampler = Sampler::new(200, GoalStrategy::Random, RelabelRatio::from_k(1));
-    sampler.prioritized = one.config().priorities.map(|_| Beta::FULL);
+    assert_eq!(one.num_episodes(), other.num_episodes());
+    let beta = one.config().priorities().map(|_| UnitInterval::ONE);
+    let sampler =
+        Sampler::new(200, GoalStrategy::Random, UnitInterval::from_k(1)).with_priorities(beta);
     let mut batches = [Batch::new(), Batch::new()];
     let [a, b] = [one, other].map(|buffer| {
         let [batch, _] = &mut batches;
-        let drawn = sampler.sample_seeded(buffer, &Telling, 9, batch);
+        let drawn = sampler.sample(buffer, &Telling, 9, batch);
         drawn.map(|()| batch.clone())
     });
     // Only episodes without fields tell where their numbers come from.
-    if let (Ok(batch), true) = (&a, one.config().fields.is_empty()) {
+    if let (Ok(batch), true) = (&a, one.config().fields().is_empty()) {
         rows(batch);
     }
     assert_eq!(a, b);
@@ -83,10 +84,9 @@ proptest! {
         before in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
         after in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
     ) {
-        let mut config = BufferConfig::new(capacity, DIMS).with_n_envs(2);
-        if let Some(unit) = unit {
-            config = config.with_priorities(unit, NewPriority::Highest);
-        }
+        let config = BufferConfig::new(capacity, DIMS)
+            .with_num_envs(2)
+            .with_priorities(unit.map(Priorities::new));
         let mut buffer = HerBuffer::<f64>::new(config).unwrap();
         for (at, event) in before.into_iter().enumerate() {
             happen(&mut buffer, at as u32, event);
@@ -104,9 +104,9 @@ proptest! {
 
 /// A buffer of everything: a ring that has wrapped, a field, priorities, an unfinished episode.
 pub(crate) fn small() -> HerBuffer<f64> {
-    let config = BufferConfig::new(8, DIMS)
-        .with_field("value", 1)
-        .with_priorities(PriorityUnit::Episode, NewPriority::Given(0.5));
+    let config = BufferConfig::new(8, DIMS).with_field("value", 1).with_priorities(
+        Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)),
+    );
     let mut buffer = HerBuffer::new(config).unwrap();
     for episode in 0..4_u8 {
         buffer
@@ -220,7 +220,7 @@ fn a_crash_while_saving_leaves_a_whole_file() {
         child.kill().unwrap();
         child.wait().unwrap();
         let loaded = HerBuffer::load(&path).unwrap();
-        let expected = if loaded.config().priorities.is_some() { small() } else { plain() };
+        let expected = if loaded.config().priorities().is_some() { small() } else { plain() };
         assert_same(&loaded, &expected);
     }
 }

@@ -4,8 +4,8 @@ use crate::common::{
     DIMS, Telling, achieved_goal, action, begin, desired_goal, observation, reward, rows, step,
 };
 use her_relabel::{
-    AddError, Batch, BufferConfig, GoalStrategy, HerBuffer, RelabelRatio, Sampler, StartBatch,
-    StepBatch,
+    AddError, Batch, BufferConfig, GoalStrategy, HerBuffer, Sampler, StartBatch, StepBatch,
+    UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -62,7 +62,7 @@ impl Rows {
 }
 
 fn buffer() -> HerBuffer<f64> {
-    HerBuffer::new(BufferConfig::new(40, DIMS).with_n_envs(N_ENVS)).unwrap()
+    HerBuffer::new(BufferConfig::new(40, DIMS).with_num_envs(N_ENVS)).unwrap()
 }
 
 proptest! {
@@ -99,10 +99,10 @@ proptest! {
                 }
             }
         }
-        let sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::from_k(1));
+        let sampler = Sampler::new(200, GoalStrategy::Future, UnitInterval::from_k(1));
         let mut batches = [Batch::new(), Batch::new()];
         let drawn = [(&together, 0), (&each, 1)]
-            .map(|(buffer, at)| sampler.sample_seeded(buffer, &Telling, 1, &mut batches[at]));
+            .map(|(buffer, at)| sampler.sample(buffer, &Telling, 1, &mut batches[at]));
         prop_assert_eq!(&drawn[0], &drawn[1]);
         // The terminal observation belongs to the episode that ends, not to the next.
         rows(&batches[0]);

@@ -3,7 +3,7 @@
 use baselines::{Policy, RandomPolicy};
 use fetch_env::{Env, EnvId, FetchObservation, GoalEnv, GoalObservation, MujocoEnv};
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Step,
+    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, Sampler, Step, UnitInterval,
 };
 
 use super::goals::{GoalSampler, expected_reward};
@@ -43,9 +43,9 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
 /// goals left alone and for goals achieved later.
 fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let buffer = collect(env, seed)?;
-    let sampler = Sampler::new(BATCH, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let sampler = Sampler::new(BATCH, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();
-    sampler.sample_seeded(&buffer, env.goal_reward(), seed, &mut batch)?;
+    sampler.sample(&buffer, env.goal_reward(), seed, &mut batch)?;
     let mut mismatches = 0;
     let goals =
         batch.next_achieved_goal().chunks_exact(3).zip(batch.desired_goal().chunks_exact(3));
