@@ -2,6 +2,5 @@
 
 pub(crate) mod arguments;
 pub(crate) mod check;
-pub(crate) mod episode;
 pub(crate) mod recorder;
-pub(crate) mod vectorized;
+pub(crate) mod steps;

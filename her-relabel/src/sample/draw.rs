@@ -3,11 +3,10 @@
 use goal_reward::GoalReward;
 
 use crate::sample::batch::Batch;
-use crate::sample::draws::{Draws, RandomSource};
+use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
 use crate::sample::error::SampleError;
 use crate::sample::gather::{PART, gather_parts};
 use crate::sample::outcome;
-use crate::sample::pick::{by_priority, uniform, weigh};
 use crate::sample::sampler::Sampler;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -65,7 +64,7 @@ impl Sampler {
         };
         batch.separate_fields();
         if let Some(beta) = self.priorities() {
-            weigh(beta, storage, batch);
+            outcome::weigh(beta, storage, batch);
         }
         outcome::compute(storage, self, reward, counts, batch)
     }

@@ -1,6 +1,11 @@
-//! The random numbers of a batch, and their source.
+//! The random numbers of a batch: their source, and draws by them.
 
 use rand_core::Rng;
+
+use crate::store::episodes::Episodes;
+use crate::store::priorities::PriorityUnit;
+use crate::store::priority_table::PriorityTable;
+use crate::unit_interval::UnitInterval;
 
 /// The source of a batch's random numbers: a seed, or a generator. Sealed.
 ///
@@ -78,4 +83,40 @@ pub(crate) fn below(word: u64, n: u64) -> u64 {
 #[inline(always)]
 pub(crate) fn unit(word: u64) -> f64 {
     (word >> 11) as f64 * f64::EPSILON / 2.0
+}
+
+/// A number of steps from 0 to `n - 1`, each with a probability proportional to `gamma^steps`, from
+/// a number `unit` of `[0, 1)`; `n` is at least 1.
+#[inline(never)]
+pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
+    let gamma = gamma.get();
+    if gamma == 1.0 {
+        return ((unit * n as f64) as u64).min(n - 1);
+    }
+    // The inverse of the distribution function (1 - gamma^(s + 1)) / (1 - gamma^n). Gamma 0 needs no
+    // special case: ln(1 - unit) is at least -37, and ln(0) is minus infinity.
+    let tail = gamma.powf(n as f64);
+    let steps = (unit * (tail - 1.0)).ln_1p() / gamma.ln();
+    (steps as u64).min(n - 1)
+}
+
+/// A live transition, each with the same probability, from a random word. At least one must live.
+#[inline(always)]
+pub(crate) fn uniform(episodes: &Episodes, word: u64) -> u64 {
+    let live = episodes.live();
+    live.start + below(word, live.end - live.start)
+}
+
+/// A live transition, by priority, from a random word. At least one priority must be positive.
+#[inline]
+pub(crate) fn by_priority(table: &PriorityTable, episodes: &Episodes, word: u64) -> u64 {
+    let drawn = table.tree.draw(unit(word));
+    match table.settings.unit() {
+        PriorityUnit::Transition => drawn,
+        PriorityUnit::Episode => {
+            let live = episodes.get(drawn).live();
+            let another = Draws::new(word).word(0, Purpose::Transition);
+            live.start + below(another, live.end - live.start)
+        }
+    }
 }

@@ -5,11 +5,10 @@ use std::iter;
 use prefetch_index::prefetch_index;
 
 use crate::sample::batch::{Relabeled, Rows};
-use crate::sample::copy::{copy, widen};
+use crate::sample::columns::{copy, widen};
 use crate::sample::draws::{Draws, Purpose, unit};
 use crate::sample::goals::Goal;
-use crate::sample::n_step::NStep;
-use crate::sample::sampler::Sampler;
+use crate::sample::sampler::{NStep, Sampler};
 use crate::scalar::Scalar;
 use crate::store::storage::Storage;
 use crate::store::transition_id::TransitionId;

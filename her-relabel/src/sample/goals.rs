@@ -3,9 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::sample::draws::{below, unit};
-use crate::sample::n_step::geometric;
-use crate::sample::pick::uniform;
+use crate::sample::draws::{below, geometric, uniform, unit};
 use crate::store::episodes::{Episode, Episodes};
 use crate::unit_interval::UnitInterval;
 

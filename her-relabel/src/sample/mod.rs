@@ -2,13 +2,10 @@
 
 pub(crate) mod batch;
 pub(crate) mod columns;
-pub(crate) mod copy;
 pub(crate) mod draw;
 pub(crate) mod draws;
 pub(crate) mod error;
 pub(crate) mod gather;
 pub(crate) mod goals;
-pub(crate) mod n_step;
 pub(crate) mod outcome;
-pub(crate) mod pick;
 pub(crate) mod sampler;

@@ -1,14 +1,18 @@
-//! The outcomes for the new goals: rewards, termination and success.
+//! The outcomes of drawn rows: rewards, termination, success and importance weights.
 
 use goal_reward::{GoalPairs, GoalReward};
 
 use crate::sample::batch::{Batch, Relabeled};
-use crate::sample::copy::widen;
+use crate::sample::columns::widen;
 use crate::sample::error::SampleError;
 use crate::sample::gather::Counts;
 use crate::sample::sampler::Sampler;
 use crate::scalar::Scalar;
+use crate::store::episodes::Episodes;
+use crate::store::priorities::PriorityUnit;
+use crate::store::priority_table::PriorityTable;
 use crate::store::storage::Storage;
+use crate::unit_interval::UnitInterval;
 
 /// Computes everything in the gathered rows that depends on their goals.
 pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
@@ -106,4 +110,31 @@ fn judge<T: Scalar, F: GoalReward + ?Sized>(
     widen(desired, &columns.desired_goal);
     let pairs = GoalPairs::new(achieved, desired, storage.layout.dims().goal)?;
     Ok(reward.is_success_batch(pairs, &mut columns.success)?)
+}
+
+/// Computes the importance weights of the gathered rows, with the exponent `beta`.
+pub(crate) fn weigh<T: Scalar>(beta: UnitInterval, storage: &Storage<T>, batch: &mut Batch<T>) {
+    let Some(table) = &storage.priorities else { return };
+    let Batch { columns, judged, .. } = batch;
+    let shares = columns.transition.iter().map(|id| share(table, &storage.episodes, id.number()));
+    judged.shares.clear();
+    judged.shares.extend(shares);
+    let least = judged.shares.iter().copied().fold(f64::INFINITY, f64::min);
+    for (weight, share) in columns.importance_weight.iter_mut().zip(&judged.shares) {
+        // The least probable row has the highest weight, by which all are divided.
+        *weight = T::from_f64((least / share).powf(beta.get()));
+    }
+}
+
+/// A number in proportion to the probability of drawing a live transition that was picked.
+fn share(table: &PriorityTable, episodes: &Episodes, transition: u64) -> f64 {
+    match table.settings.unit() {
+        PriorityUnit::Transition => table.tree.weight(transition),
+        PriorityUnit::Episode => {
+            let episode = episodes.of(transition);
+            let len = (episode.end - episode.start) as f64;
+            // Even the smallest positive number must not become 0.
+            (table.tree.weight(episode.number) / len).max(f64::MIN_POSITIVE)
+        }
+    }
 }

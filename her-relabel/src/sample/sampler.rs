@@ -1,9 +1,10 @@
 //! The settings of sampling.
 
+use std::num::NonZeroUsize;
+
 use serde::{Deserialize, Serialize};
 
 use crate::sample::goals::{GoalMixture, GoalStrategy};
-use crate::sample::n_step::NStep;
 use crate::unit_interval::UnitInterval;
 
 /// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting for one
@@ -240,5 +241,45 @@ impl Sampler {
     #[inline(always)]
     pub(crate) fn window(&self) -> usize {
         self.n_step.map_or(1, |n_step| n_step.steps().get())
+    }
+}
+
+/// Settings of windows of several steps, for n-step returns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NStep {
+    steps: NonZeroUsize,
+    gamma: UnitInterval,
+}
+
+impl NStep {
+    /// Windows of up to `steps` steps, shorter where the episode ends, whose rewards are discounted by
+    /// `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
+    #[must_use]
+    pub const fn new(steps: NonZeroUsize, gamma: UnitInterval) -> Self {
+        Self { steps, gamma }
+    }
+
+    /// Returns the maximal number of steps of a window.
+    #[inline]
+    #[must_use]
+    pub const fn steps(self) -> NonZeroUsize {
+        self.steps
+    }
+
+    /// Returns the discount per step.
+    #[inline]
+    #[must_use]
+    pub const fn gamma(self) -> UnitInterval {
+        self.gamma
+    }
+
+    /// The discounted sum of the rewards of consecutive steps, at least one, and the discount of what
+    /// follows them.
+    #[inline(always)]
+    pub(crate) fn sum(self, rewards: impl Iterator<Item = f64>) -> (f64, f64) {
+        // -0.0 is the neutral element of addition: a single reward keeps its bits.
+        rewards.fold((-0.0, 1.0), |(sum, discount), reward| {
+            (sum + discount * reward, discount * self.gamma.get())
+        })
     }
 }

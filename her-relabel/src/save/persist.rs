@@ -18,9 +18,8 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-use crate::save::load_error::{LoadError, VERSION};
 use crate::save::replace::replace;
-use crate::save::stream::{Source, Target};
+use crate::save::stream::{LoadError, Source, Target, VERSION};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::{BufferConfig, Dims};
