@@ -95,6 +95,8 @@ pub(crate) fn gather_parts<T: Scalar>(
 /// reads. The stages take turns row by row, because a processor has only a few memory requests under way at
 /// a time, and would idle if many rows were planned at once. For the same reason, the state after the window
 /// is prefetched one row later than the rest.
+// Not inlined, so that the code around the loop takes none of its registers.
+#[inline(never)]
 fn gather<T: Scalar>(
     storage: &Storage<T>,
     sampler: &Sampler,
