@@ -14,7 +14,7 @@ pub struct NormalizerConfig {
 }
 
 impl NormalizerConfig {
-    /// Settings for vectors of `dim` elements, at least 1.
+    /// Makes settings for vectors of `dim` elements, at least 1.
     #[must_use]
     pub const fn new(dim: usize) -> Self {
         Self { dim, min_std: 0.01, clip: 5.0 }

@@ -1,4 +1,4 @@
-//! What allocates and what does not, as a counting allocator sees it.
+//! Sampling, adding and loading under a counting allocator.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::num::NonZeroUsize;
@@ -9,6 +9,8 @@ use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, Priorities,
     PriorityUnit, Sampler, StartBatch, StepBatch, UnitInterval,
 };
+
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const N_ENVS: usize = 4;
 const STEPS: usize = 50;
@@ -21,7 +23,7 @@ fn config() -> BufferConfig {
         .with_priorities(Priorities::new(PriorityUnit::Transition))
 }
 
-/// A step of every environment, the last one of an episode or not.
+/// Adds a step of every environment, which ends the episodes if `is_last`.
 fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
     let starts = StartBatch {
         observations: &[0.5; N_ENVS * 25],
@@ -52,10 +54,10 @@ fn full() -> HerBuffer<f32> {
 }
 
 #[test]
-fn sampling_allocates_nothing_once_the_batch_has_its_size() {
+fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
     let buffer = full();
     let reward = DistanceReward::sparse();
-    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.98).unwrap());
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.98)?);
     let plain = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     for sampler in [
         plain,
@@ -63,7 +65,7 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() {
         plain.with_n_step(n_step).with_success(true),
         plain.with_priorities(UnitInterval::ONE),
     ] {
-        // The pairs of goals that the reward judges are as many as there are relabeled rows at most.
+        // With every row relabeled, the reward judges the most pairs of goals.
         let mut batch = Batch::new();
         let all = sampler.with_ratio(UnitInterval::ONE);
         (0..20).for_each(|seed| all.sample(&buffer, &reward, seed, &mut batch).unwrap());
@@ -75,10 +77,11 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() {
         });
         assert_eq!(counted.count_total, 0, "{sampler:?}: {counted:?}");
     }
+    Ok(())
 }
 
 #[test]
-fn adding_to_a_full_ring_allocates_nothing() {
+fn adding_to_a_full_ring_allocates_nothing() -> Result {
     let mut buffer = full();
     let ids = buffer.transition_ids().unwrap();
     let counted = measure(|| {
@@ -88,12 +91,13 @@ fn adding_to_a_full_ring_allocates_nothing() {
         buffer.set_priorities(&[ids.0, ids.1], &[0.5, 1.5]).unwrap();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
+    Ok(())
 }
 
 #[test]
-fn no_file_asks_for_much_more_memory_than_it_has() {
+fn no_file_asks_for_much_more_memory_than_it_has() -> Result {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
-    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(8, dims)).unwrap();
+    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(8, dims))?;
     let episode = EpisodeData {
         observations: &[0.0; 3],
         achieved_goals: &[0.0; 3],
@@ -104,20 +108,21 @@ fn no_file_asks_for_much_more_memory_than_it_has() {
         truncated: true,
         fields: &[],
     };
-    buffer.add_episode(&episode).unwrap();
+    buffer.add_episode(&episode)?;
     let mut bytes = Vec::new();
-    buffer.write_to(&mut bytes).unwrap();
+    buffer.write_to(&mut bytes)?;
     // Six sizes, the number of fields among them, the priorities, and the counts.
     for number in 0..12 {
         for shift in 0..64 {
             let mut hostile = bytes.clone();
             hostile[16 + 8 * number..][..8].copy_from_slice(&(1_u64 << shift).to_le_bytes());
             let counted = measure(|| drop(HerBuffer::<f64>::read_from(&hostile[..])));
-            // One block of the tape, of which nothing is touched, is the least there can be.
+            // The smallest possible amount is one untouched block of the tape.
             let most = (1 << 23) + (1 << 17);
             assert!(counted.bytes_max < most, "number {number}, 2^{shift}: {counted:?}");
         }
     }
+    Ok(())
 }
 
 #[test]

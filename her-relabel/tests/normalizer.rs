@@ -3,7 +3,7 @@
 use her_relabel::{Normalizer, NormalizerConfig, NormalizerError};
 use proptest::prelude::*;
 
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const DIM: usize = 3;
 const CONFIG: NormalizerConfig = NormalizerConfig::new(DIM);
@@ -14,10 +14,7 @@ fn rows() -> impl Strategy<Value = Vec<f64>> {
     (0..40_usize).prop_flat_map(move |n| prop::collection::vec(value.clone(), n * DIM))
 }
 
-fn normalizer(
-    config: NormalizerConfig,
-    rows: &[f64],
-) -> std::result::Result<Normalizer, NormalizerError> {
+fn normalizer(config: NormalizerConfig, rows: &[f64]) -> Result<Normalizer, NormalizerError> {
     let mut normalizer = Normalizer::new(config)?;
     normalizer.update(rows)?;
     Ok(normalizer)

@@ -72,7 +72,7 @@ pub struct StartBatch<'a, S> {
 }
 
 impl<'a, S> StartBatch<'a, S> {
-    /// The row of environment `env`.
+    /// Returns the row of environment `env`.
     pub(crate) fn row(&self, env: usize, dims: Dims) -> EpisodeStart<'a, S> {
         EpisodeStart {
             observation: row(self.observations, env, dims.observation),
@@ -136,7 +136,7 @@ pub struct StepBatch<'a, S> {
 }
 
 impl<'a, S: Copy> StepBatch<'a, S> {
-    /// The row of environment `env`, with the fields of all rows.
+    /// Returns the row of environment `env`, with the fields of all rows.
     pub(crate) fn row(&self, env: usize, dims: Dims) -> Step<'a, S> {
         Step {
             action: row(self.actions, env, dims.action),

@@ -53,7 +53,7 @@ impl<T: Scalar> Unfinished<T> {
         set_fields(storage, &mut self.rows[..last], episode.fields, skipped);
     }
 
-    /// The rows of the newest `capacity` steps, ready to be stored.
+    /// Returns the rows of the newest `capacity` steps, ready to be stored.
     pub(crate) fn finish(&mut self, storage: &Storage<T>) -> &[T] {
         let layout = &storage.layout;
         let skipped = self.steps(layout).saturating_sub(storage.capacity);

@@ -33,7 +33,7 @@ pub(crate) trait Element: Sized {
     /// The accepted types, in words.
     const TYPES: &'static str;
 
-    /// The encoding of a type in numpy's notation, if it is accepted.
+    /// Returns the encoding of a type in numpy's notation, if it is accepted.
     fn encoding(dtype: &str) -> Option<Encoding<Self>>;
 }
 
@@ -70,7 +70,7 @@ impl Element for bool {
     }
 }
 
-/// Up to eight bytes as a number.
+/// Returns up to eight bytes as a number.
 fn word(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
 }
@@ -107,7 +107,7 @@ impl<'a, E: Element> Array<'a, E> {
         Ok(Self { name: name.to_owned(), reader: Box::new(reader), encoding, rows, row })
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     pub(crate) fn len(&self) -> u64 {
         self.rows
     }

@@ -61,7 +61,7 @@ impl Draws {
         Self { key }
     }
 
-    /// The word of row `row` for `purpose`.
+    /// Returns the word of row `row` for `purpose`.
     #[inline(always)]
     pub(crate) fn word(&self, row: usize, purpose: Purpose) -> u64 {
         let place = row as u64 * WORDS_PER_ROW + purpose as u64 + 1;
@@ -72,20 +72,20 @@ impl Draws {
     }
 }
 
-/// A number below `n`, at least 1, from a random word. The probabilities differ by at most `n / 2^64` of
+/// Draws a number below `n`, at least 1, from a random word. The probabilities differ by at most `n / 2^64` of
 /// their value.
 #[inline(always)]
 pub(crate) fn below(word: u64, n: u64) -> u64 {
     ((u128::from(word) * u128::from(n)) >> 64) as u64
 }
 
-/// A number from 0 up to but not including 1, a multiple of 2^-53.
+/// Draws a number from 0 up to but not including 1, a multiple of 2^-53, from a random word.
 #[inline(always)]
 pub(crate) fn unit(word: u64) -> f64 {
     (word >> 11) as f64 * f64::EPSILON / 2.0
 }
 
-/// A number of steps from 0 to `n - 1`, each with a probability proportional to `gamma^steps`, from
+/// Draws a number of steps from 0 to `n - 1`, each with a probability proportional to `gamma^steps`, from
 /// a number `unit` of `[0, 1)`; `n` is at least 1.
 #[inline(never)]
 pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
@@ -100,14 +100,14 @@ pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
     (steps as u64).min(n - 1)
 }
 
-/// A live transition, each with the same probability, from a random word. At least one must live.
+/// Draws a live transition, each with the same probability, from a random word. At least one must live.
 #[inline(always)]
 pub(crate) fn uniform(episodes: &Episodes, word: u64) -> u64 {
     let live = episodes.live();
     live.start + below(word, live.end - live.start)
 }
 
-/// A live transition, by priority, from a random word. At least one priority must be positive.
+/// Draws a live transition, by priority, from a random word. At least one priority must be positive.
 #[inline]
 pub(crate) fn by_priority(table: &PriorityTable, episodes: &Episodes, word: u64) -> u64 {
     let drawn = table.tree.draw(unit(word));

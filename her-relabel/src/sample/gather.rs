@@ -198,7 +198,7 @@ fn prefetch_apart<T: Scalar>(storage: &Storage<T>, row: u64, steps: u64) -> &[T]
     &storage.tape.row(row + steps)[storage.layout.state()]
 }
 
-/// The states of a window between the first and the last.
+/// Returns the states of a window between the first and the last.
 fn between<'a, T: Scalar>(
     storage: &'a Storage<T>,
     planned: &Planned<'_, T>,

@@ -126,7 +126,7 @@ pub struct GoalPart {
 }
 
 impl GoalPart {
-    /// A strategy that is used in proportion to its `weight`, finite and at least 0.
+    /// Makes a strategy that is used in proportion to its `weight`, finite and at least 0.
     #[must_use]
     pub const fn new(strategy: GoalStrategy, weight: f64) -> Self {
         Self { strategy, weight }
@@ -167,7 +167,7 @@ impl GoalMixture {
         Ok(mixture)
     }
 
-    /// A mixture of one strategy.
+    /// Makes a mixture of one strategy.
     #[must_use]
     pub const fn only(strategy: GoalStrategy) -> Self {
         let unused = GoalPart::new(GoalStrategy::Future, 0.0);
@@ -182,7 +182,7 @@ impl GoalMixture {
         &self.parts[..self.len]
     }
 
-    /// The strategy that a random word chooses.
+    /// Returns the strategy that a random word chooses.
     #[inline(always)]
     pub(crate) fn choose(&self, word: impl FnOnce() -> u64) -> GoalStrategy {
         if self.len == 1 {

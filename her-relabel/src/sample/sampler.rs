@@ -58,7 +58,8 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Batches of `batch_size` rows, at least 1, of which the share `ratio` gets a new goal by `strategy`.
+    /// Makes settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of the rows gets
+    /// a new goal by `strategy`.
     #[must_use]
     pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: UnitInterval) -> Self {
         Self {
@@ -237,7 +238,7 @@ impl Sampler {
         self.parallel
     }
 
-    /// The maximal number of steps of a row.
+    /// Returns the maximal number of steps of a row.
     #[inline(always)]
     pub(crate) fn window(&self) -> usize {
         self.n_step.map_or(1, |n_step| n_step.steps().get())
@@ -252,7 +253,7 @@ pub struct NStep {
 }
 
 impl NStep {
-    /// Windows of up to `steps` steps, shorter where the episode ends, whose rewards are discounted by
+    /// Makes windows of up to `steps` steps, shorter where the episode ends, with rewards discounted by
     /// `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
     #[must_use]
     pub const fn new(steps: NonZeroUsize, gamma: UnitInterval) -> Self {
@@ -273,7 +274,7 @@ impl NStep {
         self.gamma
     }
 
-    /// The discounted sum of the rewards of consecutive steps, at least one, and the discount of what
+    /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the discount of what
     /// follows them.
     #[inline(always)]
     pub(crate) fn sum(self, rewards: impl Iterator<Item = f64>) -> (f64, f64) {

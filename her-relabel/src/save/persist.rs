@@ -186,7 +186,7 @@ fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadErro
     Ok(config)
 }
 
-/// The code of the settings of priorities: the unit and the new priority.
+/// Returns the code of the settings of priorities: the unit and the new priority.
 fn code(priorities: Option<Priorities>) -> [u64; 2] {
     let unit = match priorities.map(Priorities::unit) {
         None => 0,

@@ -24,7 +24,7 @@ pub(crate) fn replace<E: From<io::Error>>(
     if cfg!(unix) { Ok(File::open(directory)?.sync_all()?) } else { Ok(()) }
 }
 
-/// A temporary file with the permissions of an ordinary new file, because temporary files are private by
+/// Makes a temporary file with the permissions of an ordinary new file, because temporary files are private by
 /// default.
 fn create_in(directory: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();

@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 pub(crate) struct Block<T>(memory::Memory<T>);
 
 impl<T: Scalar> Block<T> {
-    /// A block of `len` elements, at least one.
+    /// Makes a block of `len` elements, at least one.
     pub(crate) fn new(len: usize) -> Self {
         Self(memory::Memory::zeroed(len))
     }

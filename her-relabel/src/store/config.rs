@@ -40,8 +40,8 @@ pub struct BufferConfig {
 }
 
 impl BufferConfig {
-    /// Settings of a buffer that keeps up to `capacity` transitions, at least 1, of vectors of the lengths
-    /// `dims`.
+    /// Makes settings of a buffer that keeps up to `capacity` transitions, at least 1, with vectors of the
+    /// lengths `dims`.
     #[must_use]
     pub const fn new(capacity: usize, dims: Dims) -> Self {
         Self { capacity, dims, num_envs: 1, fields: Vec::new(), priorities: None }

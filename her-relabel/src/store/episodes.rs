@@ -38,7 +38,7 @@ pub(crate) struct Ending {
 struct Record(u64);
 
 impl Record {
-    /// The record of the next episode.
+    /// Makes the record of the next episode.
     fn next(first: u64) -> Self {
         Self::new(first, Ending { terminated: false, truncated: false })
     }
@@ -69,19 +69,19 @@ pub(crate) struct Episode {
 }
 
 impl Episode {
-    /// The live transitions.
+    /// Returns the live transitions.
     pub(crate) fn live(&self) -> Range<u64> {
         self.start..self.end
     }
 
-    /// The row of the state in which transition `transition` of this episode starts. Every earlier
+    /// Returns the row of the state in which transition `transition` of this episode starts. Every earlier
     /// episode has one more row than transitions.
     #[inline(always)]
     pub(crate) fn row(&self, transition: u64) -> u64 {
         transition + self.number
     }
 
-    /// The row of the episode's last state.
+    /// Returns the row of the episode's last state.
     #[inline(always)]
     pub(crate) fn last_row(&self) -> u64 {
         self.row(self.end)
@@ -95,7 +95,8 @@ impl Default for Episodes {
 }
 
 impl Episodes {
-    /// No episodes. The first one gets the number `first_episode`, and its first transition `transition`.
+    /// Makes an empty list, whose first episode gets the number `first_episode`, and its first transition
+    /// `transition`.
     fn starting_at(first_episode: u64, transition: u64) -> Self {
         let mut records = Queue::default();
         records.push(Record::next(transition));
@@ -133,23 +134,23 @@ impl Episodes {
         (episodes.live.end == end).then_some(episodes)
     }
 
-    /// The records of the episodes, one word each.
+    /// Returns the records of the episodes, one word each.
     pub(crate) fn records(&self) -> impl Iterator<Item = u64> + '_ {
         self.records[..self.len()].iter().map(|record| record.0)
     }
 
-    /// The numbers of the live transitions.
+    /// Returns the numbers of the live transitions.
     #[inline(always)]
     pub(crate) fn live(&self) -> Range<u64> {
         self.live.clone()
     }
 
-    /// The numbers of the episodes with a live transition.
+    /// Returns the numbers of the episodes with a live transition.
     pub(crate) fn numbers(&self) -> Range<u64> {
         self.first_episode..self.first_episode + self.len() as u64
     }
 
-    /// The number of episodes with a live transition.
+    /// Returns the number of episodes with a live transition.
     pub(crate) fn len(&self) -> usize {
         self.records.len() - 1
     }
@@ -198,14 +199,14 @@ impl Episodes {
         ((transition >> CELL_SHIFT) - self.first_cell) as usize
     }
 
-    /// The place of the episode of a cell's first transition.
+    /// Returns the place of the episode of a cell's first transition.
     #[inline(always)]
     fn first_in(&self, cell: usize) -> usize {
         // The episode may have been dropped.
         self.cells[cell].saturating_sub(self.first_episode) as usize
     }
 
-    /// The episode of a live transition.
+    /// Returns the episode of a live transition.
     #[inline(always)]
     pub(crate) fn of(&self, transition: u64) -> Episode {
         debug_assert!(self.live.contains(&transition));
@@ -222,7 +223,7 @@ impl Episodes {
         self.at(at)
     }
 
-    /// The place of the episode of a transition of this cell, somewhere after the place `at`.
+    /// Returns the place of the episode of a transition of this cell, somewhere after the place `at`.
     #[cold]
     fn search(&self, cell: usize, at: usize, transition: u64) -> usize {
         let last = match self.cells.get(cell + 1) {
@@ -233,7 +234,7 @@ impl Episodes {
         at + self.records[at + 1..=last].partition_point(begun)
     }
 
-    /// The episode with this number, which must have a live transition.
+    /// Returns the episode with this number, which must have a live transition.
     pub(crate) fn get(&self, number: u64) -> Episode {
         self.at((number - self.first_episode) as usize)
     }

@@ -35,7 +35,7 @@ pub struct UnknownField {
 pub(crate) struct Fields(Arc<[Field]>);
 
 impl Fields {
-    /// Fields of a checked configuration.
+    /// Makes the fields of a checked configuration.
     pub(crate) fn new(fields: &[Field]) -> Self {
         Self(fields.into())
     }
@@ -49,7 +49,7 @@ impl Fields {
         self.0.len() < 2
     }
 
-    /// The fields, each with its place among the elements of all fields.
+    /// Returns the fields, each with its place among the elements of all fields.
     pub(crate) fn places(&self) -> impl Iterator<Item = (&Field, Range<usize>)> {
         self.0.iter().scan(0, |end, field| {
             let start = *end;
@@ -58,7 +58,7 @@ impl Fields {
         })
     }
 
-    /// The place of a field among the elements of all fields.
+    /// Returns the place of a field among the elements of all fields.
     pub(crate) fn place(&self, name: &str) -> Result<Range<usize>, UnknownField> {
         let found = self.places().find(|(field, _)| field.name == name);
         found.map(|(_, place)| place).ok_or_else(|| UnknownField {

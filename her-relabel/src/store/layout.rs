@@ -18,7 +18,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// The layout of rows of `T`, if the rows of a full buffer can be addressed.
+    /// Makes the layout of rows of `T`, if the rows of a full buffer can be addressed.
     pub(crate) fn new<T>(config: &BufferConfig) -> Result<Self, ConfigError> {
         let dims = config.dims();
         let sizes = || {
@@ -34,7 +34,7 @@ impl Layout {
         sizes().ok_or(ConfigError::TooLarge)
     }
 
-    /// The number of elements of a row.
+    /// Returns the number of elements of a row.
     pub(crate) fn row(&self) -> usize {
         self.row
     }
@@ -63,23 +63,23 @@ impl Layout {
         self.reward() + 1..self.reward() + 1 + self.fields
     }
 
-    /// The desired goal, which only an episode's last row has.
+    /// Returns the desired goal, which only an episode's last row has.
     pub(crate) fn desired_goal(&self) -> Range<usize> {
         self.tail()..self.tail() + self.dims.goal
     }
 
-    /// The desired goal, which only an episode's last row has, or the achieved goal.
+    /// Returns the desired goal, which only an episode's last row has, or the achieved goal.
     #[inline(always)]
     pub(crate) fn goal(&self, is_desired: bool) -> Range<usize> {
         if is_desired { self.desired_goal() } else { self.achieved_goal() }
     }
 
-    /// The state, which every row has.
+    /// Returns the state, which every row has.
     pub(crate) fn state(&self) -> Range<usize> {
         0..self.tail()
     }
 
-    /// The end of the state.
+    /// Returns the end of the state.
     fn tail(&self) -> usize {
         self.dims.observation + self.dims.goal
     }

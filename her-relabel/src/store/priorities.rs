@@ -18,7 +18,7 @@ pub struct Priorities {
 }
 
 impl Priorities {
-    /// Priorities of every `unit`.
+    /// Makes settings of a priority for every `unit`.
     #[must_use]
     pub const fn new(unit: PriorityUnit) -> Self {
         Self { unit, new_priority: NewPriority::Highest }

@@ -40,12 +40,12 @@ impl PriorityTable {
         self.tree.set(self.number(episodes, transition), priority);
     }
 
-    /// The priority of a live transition, or of its episode.
+    /// Returns the priority of a live transition, or of its episode.
     pub(crate) fn priority(&self, episodes: &Episodes, transition: u64) -> f64 {
         self.tree.weight(self.number(episodes, transition))
     }
 
-    /// The number of the unit that a live transition is or belongs to.
+    /// Returns the number of the unit that a live transition is or belongs to.
     fn number(&self, episodes: &Episodes, transition: u64) -> u64 {
         match self.settings.unit() {
             PriorityUnit::Transition => transition,
@@ -55,7 +55,7 @@ impl PriorityTable {
 }
 
 impl PriorityUnit {
-    /// The numbers of all live units.
+    /// Returns the numbers of all live units.
     pub(crate) fn live(self, episodes: &Episodes) -> Range<u64> {
         match self {
             Self::Transition => episodes.live(),

@@ -74,7 +74,7 @@ impl<T: Scalar> Unfinished<T> {
         !self.rows.is_empty()
     }
 
-    /// The number of recorded steps, of which at most the newest `capacity` are kept.
+    /// Returns the number of recorded steps, of which at most the newest `capacity` are kept.
     pub(crate) fn steps(&self, layout: &Layout) -> usize {
         (self.rows.len() / layout.row()).saturating_sub(1)
     }

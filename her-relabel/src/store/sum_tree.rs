@@ -23,8 +23,8 @@ impl SumTree {
         Self { levels: levels(FANOUT), live: 0..0 }
     }
 
-    /// A tree of `size` places with the weights of the numbers `live`, in their order; `None` if it cannot have
-    /// that size.
+    /// Makes a tree of `size` places with the weights of the numbers `live`, in their order; `None` if the
+    /// size does not fit.
     pub(crate) fn restore(size: usize, live: Range<u64>, weights: &[f64]) -> Option<Self> {
         let fits = size.is_power_of_two() && size >= FANOUT.max(weights.len());
         let mut tree = Self { levels: levels(if fits { size } else { FANOUT }), live };
@@ -36,12 +36,12 @@ impl SumTree {
         fits.then_some(tree)
     }
 
-    /// The size of a tree of so many weights.
+    /// Returns the size of a tree of so many weights.
     pub(crate) fn size_for(len: usize) -> usize {
         len.next_power_of_two().max(FANOUT)
     }
 
-    /// The number of places for weights.
+    /// Returns the number of places for weights.
     pub(crate) fn size(&self) -> usize {
         self.levels[0].len()
     }
@@ -50,7 +50,7 @@ impl SumTree {
         self.live.clone().map(|number| self.weight(number))
     }
 
-    /// The weight of a live number.
+    /// Returns the weight of a live number.
     #[inline(always)]
     pub(crate) fn weight(&self, number: u64) -> f64 {
         self.levels[0][self.place(number)]
@@ -137,7 +137,7 @@ impl SumTree {
     }
 }
 
-/// The levels of a tree of `size` weights, all 0.
+/// Makes the levels of a tree of `size` weights, all 0.
 fn levels(size: usize) -> Vec<Vec<f64>> {
     let mut levels = vec![vec![0.0; size]];
     let mut len = size;

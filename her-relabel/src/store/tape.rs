@@ -50,18 +50,18 @@ impl<T: Scalar> Tape<T> {
         Self { first_block: start >> tape.block_shift, start, end: start, ..tape }
     }
 
-    /// All rows, in order.
+    /// Returns all rows, in order.
     pub(crate) fn rows(&self) -> impl Iterator<Item = &[T]> {
         (self.start..self.end).map(|number| self.row(number))
     }
 
-    /// The row with this number, which must still be kept.
+    /// Returns the row with this number, which must still be kept.
     #[inline(always)]
     pub(crate) fn row(&self, number: u64) -> &[T] {
         &self.rows_from(number)[..self.row_len]
     }
 
-    /// The row with this number, which must still be kept, and the rest of its block.
+    /// Returns the row with this number, which must still be kept, and the rest of its block.
     #[inline(always)]
     pub(crate) fn rows_from(&self, number: u64) -> &[T] {
         debug_assert!((self.start..self.end).contains(&number));
@@ -92,7 +92,7 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
-    /// The free part of the block that the next row goes to, at least one row.
+    /// Returns the free part of the block that the next row goes to, at least one row.
     fn back_room(&mut self) -> &mut [T] {
         let (block, at) = self.place(self.end);
         if block == self.blocks.len() {

@@ -17,7 +17,7 @@ impl TransitionId {
         self.0.get()
     }
 
-    /// The identity of the transition with the internal number `number`, which counts from 0.
+    /// Returns the identity of the transition with the internal number `number`, which counts from 0.
     #[inline(always)]
     pub(crate) fn of(number: u64) -> Self {
         Self(NonZeroU64::MIN.saturating_add(number))
@@ -29,7 +29,7 @@ impl TransitionId {
         NonZeroU64::new((number + 1) * u64::from(is_some)).map(Self)
     }
 
-    /// The internal number, which counts from 0.
+    /// Returns the internal number, which counts from 0.
     #[inline(always)]
     pub(crate) fn number(self) -> u64 {
         self.get() - 1

@@ -6,7 +6,7 @@ use crate::common::{DIMS, Telling, achieved_goal, add, buffer, observation, rewa
 use goal_reward::GoalReward;
 use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, Sampler, UnitInterval};
 
-/// [`Telling`] for a task that is over once its goal is reached.
+/// [`Telling`] for a task that ends once its goal is reached.
 struct Ending;
 
 impl GoalReward for Ending {
@@ -42,7 +42,7 @@ fn episodes() -> HerBuffer<f64> {
 const LENS: [u32; 4] = [0, 4, 1, 7];
 
 #[test]
-fn outcomes_are_as_stored_unless_asked_for() {
+fn outcomes_are_as_stored_unless_requested() {
     let batch = draw(&episodes(), &sampler());
     assert!(batch.success().is_empty() && batch.discount().is_empty());
     for row in 0..batch.len() {
@@ -88,7 +88,7 @@ fn a_window_has_one_goal_and_ends_with_its_episode() {
     }
 }
 
-/// Works a window out step by step.
+/// Computes a window step by step.
 fn check_window(batch: &Batch<f64>, row: usize, steps: u32, gamma: f64, recompute: bool) {
     let (episode, t) = place(batch, row);
     let new_goal = batch.goal_source()[row].is_some().then(|| goal(batch.desired_goal(), row));

@@ -1,8 +1,8 @@
-//! The ring against a plain list of episodes.
+//! The ring, compared with a plain list of episodes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::common::{DIMS, Row, Telling, add, assert_uniform, begin, buffer, rows, step};
+use crate::common::{DIMS, Result, Row, Telling, add, assert_uniform, begin, buffer, rows, step};
 use her_relabel::{
     Batch, BufferConfig, GoalStrategy, HerBuffer, SampleError, Sampler, UnitInterval,
 };
@@ -11,20 +11,20 @@ use proptest::prelude::*;
 /// A finished transition: (episode, step, ends).
 type Stored = (u32, u32, (bool, bool));
 
-/// What the buffer should hold.
+/// The expected contents of the buffer.
 #[derive(Default)]
 struct Model {
     capacity: usize,
     /// All finished transitions, oldest first.
     finished: Vec<Stored>,
-    /// By environment: the episode and its steps so far.
+    /// For each environment, the episode and its steps so far.
     under_way: BTreeMap<usize, (u32, u32)>,
     next_episode: u32,
 }
 
 #[derive(Clone, Debug)]
 enum Op {
-    /// A step, after a reset where one is due; ends or not.
+    /// A step, after a reset if one is due, with its flags.
     Step(usize, (bool, bool)),
     End(usize),
     Discard(usize),
@@ -83,7 +83,7 @@ impl Model {
         }
     }
 
-    /// Checks that exactly the live transitions are drawn, each whole, and goals only from among them.
+    /// Checks that exactly the live transitions are drawn, each whole, and only goals from among them.
     fn check(&self, buffer: &HerBuffer<f64>) {
         let live = self.live();
         assert_eq!(buffer.len(), live.len());
@@ -163,8 +163,8 @@ proptest! {
 }
 
 #[test]
-fn every_live_transition_is_equally_likely() {
-    // 10 full episodes of different lengths and a part of the oldest.
+fn every_live_transition_is_equally_likely() -> Result {
+    // Ten full episodes of different lengths, and a part of the oldest.
     let mut buffer = buffer(100);
     for episode in 0..40 {
         add(&mut buffer, episode, 1 + episode * 13 % 17, (false, true));
@@ -174,11 +174,12 @@ fn every_live_transition_is_equally_likely() {
     let mut counts = vec![0; 100];
     let mut batch = Batch::new();
     let sampler = Sampler::new(100_000, GoalStrategy::Future, UnitInterval::from_k(4));
-    sampler.sample(&buffer, &Telling, 0, &mut batch).unwrap();
+    sampler.sample(&buffer, &Telling, 0, &mut batch)?;
     for id in batch.transition() {
         counts[(id.get() - oldest.get()) as usize] += 1;
     }
     assert_uniform(&counts, "transitions");
+    Ok(())
 }
 
 #[test]
@@ -195,7 +196,7 @@ fn one_exact_lap_and_several_laps_keep_the_newest() {
 }
 
 #[test]
-fn an_episode_longer_than_the_buffer_keeps_its_end() {
+fn an_episode_longer_than_the_buffer_keeps_its_end() -> Result {
     for capacity in [1, 3, 10] {
         for len in [capacity as u32, 11, 20, 21, 100] {
             let mut whole = buffer(capacity);
@@ -205,20 +206,21 @@ fn an_episode_longer_than_the_buffer_keeps_its_end() {
             for t in 0..len {
                 let ends = (t + 1 == len, false);
                 model.apply(&mut stepped, &Op::Step(0, ends));
-                assert!(stepped.unfinished_steps(0).unwrap().unwrap_or(0) <= capacity);
+                assert!(stepped.unfinished_steps(0)?.unwrap_or(0) <= capacity);
             }
-            // The model counts its episodes itself; both began with another number.
+            // The model numbers its episodes differently.
             model.finished.iter_mut().for_each(|stored| stored.0 = 1);
             model.check(&whole);
             model.check(&stepped);
         }
     }
+    Ok(())
 }
 
 #[test]
-fn environments_that_end_at_different_times_do_not_mix() {
+fn environments_that_end_at_different_times_do_not_mix() -> Result {
     let config = BufferConfig::new(50, DIMS).with_num_envs(4);
-    let mut buffer = HerBuffer::<f64>::new(config).unwrap();
+    let mut buffer = HerBuffer::<f64>::new(config)?;
     let mut model = Model { capacity: 50, ..Model::default() };
     for round in 0..200_usize {
         for env in 0..4 {
@@ -227,12 +229,13 @@ fn environments_that_end_at_different_times_do_not_mix() {
         }
         model.check(&buffer);
     }
+    Ok(())
 }
 
 #[test]
-fn a_cleared_buffer_gives_nothing_and_never_uses_a_number_again() {
+fn a_cleared_buffer_is_empty_and_never_reuses_a_number() -> Result {
     let mut buffer = buffer(50);
-    begin(&mut buffer, 0, 1).unwrap();
+    begin(&mut buffer, 0, 1)?;
     add(&mut buffer, 2, 5, (false, true));
     let (_, newest) = buffer.transition_ids().unwrap();
     buffer.clear();
@@ -243,4 +246,5 @@ fn a_cleared_buffer_gives_nothing_and_never_uses_a_number_again() {
     assert_eq!(result, Err(SampleError::NoFinishedEpisode));
     add(&mut buffer, 3, 5, (false, true));
     assert!(buffer.transition_ids().unwrap().0 > newest);
+    Ok(())
 }
