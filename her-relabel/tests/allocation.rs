@@ -12,12 +12,12 @@ use her_relabel::{
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
-const N_ENVS: usize = 4;
+const NUM_ENVS: usize = 4;
 const STEPS: usize = 50;
 
 fn config() -> BufferConfig {
     BufferConfig::new(1000, Dims { observation: 25, goal: 3, action: 4 })
-        .with_num_envs(N_ENVS)
+        .with_num_envs(NUM_ENVS)
         .with_field("log_prob", 1)
         .with_field("latent", 8)
         .with_priorities(Priorities::new(PriorityUnit::Transition))
@@ -26,22 +26,22 @@ fn config() -> BufferConfig {
 /// Adds a step of every environment, which ends the episodes if `is_last`.
 fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
     let starts = StartBatch {
-        observations: &[0.5; N_ENVS * 25],
-        achieved_goals: &[0.5; N_ENVS * 3],
-        desired_goals: &[0.25; N_ENVS * 3],
+        observations: &[0.5; NUM_ENVS * 25],
+        achieved_goals: &[0.5; NUM_ENVS * 3],
+        desired_goals: &[0.25; NUM_ENVS * 3],
     };
     if buffer.unfinished_steps(0).unwrap().is_none() {
         buffer.begin_episodes(&starts).unwrap();
     }
     let steps = StepBatch {
-        actions: &[0.0; N_ENVS * 4],
-        rewards: &[-1.0; N_ENVS],
-        next_observations: &[0.5; N_ENVS * 25],
-        next_achieved_goals: &[0.5; N_ENVS * 3],
-        terminated: &[false; N_ENVS],
-        truncated: &[is_last; N_ENVS],
+        actions: &[0.0; NUM_ENVS * 4],
+        rewards: &[-1.0; NUM_ENVS],
+        next_observations: &[0.5; NUM_ENVS * 25],
+        next_achieved_goals: &[0.5; NUM_ENVS * 3],
+        terminated: &[false; NUM_ENVS],
+        truncated: &[is_last; NUM_ENVS],
         next_starts: Some(starts),
-        fields: &[("log_prob", &[0.0; N_ENVS]), ("latent", &[0.0; N_ENVS * 8])],
+        fields: &[("log_prob", &[0.0; NUM_ENVS]), ("latent", &[0.0; NUM_ENVS * 8])],
     };
     buffer.add_steps(&steps).unwrap();
 }

@@ -1,4 +1,4 @@
-//! Any sequence of calls leaves the buffer that a plain list of episodes would be.
+//! Any sequence of calls leaves the buffer in the state of a plain list of episodes.
 #![no_main]
 
 mod common;
@@ -8,7 +8,7 @@ use common::{DIMS, add_whole, begin, draw, step};
 use her_relabel::{BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit};
 use libfuzzer_sys::fuzz_target;
 
-const N_ENVS: usize = 2;
+const NUM_ENVS: usize = 2;
 
 #[derive(Arbitrary, Debug)]
 enum Op {
@@ -23,12 +23,12 @@ enum Op {
     SaveAndLoad,
 }
 
-/// What the buffer should hold: the transitions of finished episodes as (episode, step), and of each
-/// environment the episode and its steps so far.
+/// The expected contents of the buffer: the transitions of finished episodes as (episode, step), and the episode
+/// of each environment with its steps so far.
 #[derive(Default)]
 struct Model {
     finished: Vec<(u8, u8)>,
-    under_way: [Option<(u8, u8)>; N_ENVS],
+    under_way: [Option<(u8, u8)>; NUM_ENVS],
     episodes: u8,
 }
 
@@ -132,12 +132,16 @@ impl Model {
 fuzz_target!(|input: (u8, u8, Vec<Op>)| {
     let (capacity, unit, ops) = input;
     let mut config = BufferConfig::new(usize::from(capacity).max(1), DIMS)
-        .with_num_envs(N_ENVS)
+        .with_num_envs(NUM_ENVS)
         .with_field("value", 1);
     match unit % 3 {
         0 => {}
         1 => config = config.with_priorities(Priorities::new(PriorityUnit::Transition)),
-        _ => config = config.with_priorities(Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(2.0))),
+        _ => {
+            config = config.with_priorities(
+                Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(2.0)),
+            )
+        }
     }
     let mut buffer = HerBuffer::new(config).expect("a buffer");
     let mut model = Model::default();

@@ -131,11 +131,11 @@ fn ends() -> impl Strategy<Value = (bool, bool)> {
     ]
 }
 
-fn op(n_envs: usize) -> impl Strategy<Value = Op> {
+fn op(num_envs: usize) -> impl Strategy<Value = Op> {
     prop_oneof![
-        30 => (0..n_envs, ends()).prop_map(|(env, ends)| Op::Step(env, ends)),
-        2 => (0..n_envs).prop_map(Op::End),
-        1 => (0..n_envs).prop_map(Op::Discard),
+        30 => (0..num_envs, ends()).prop_map(|(env, ends)| Op::Step(env, ends)),
+        2 => (0..num_envs).prop_map(Op::End),
+        1 => (0..num_envs).prop_map(Op::Discard),
         6 => (1_u32..25, 0..3_u8).prop_map(|(len, end)| Op::Whole(len, (end != 1, end != 0))),
         1 => Just(Op::Clear),
     ]

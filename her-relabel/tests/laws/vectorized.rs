@@ -10,7 +10,7 @@ use her_relabel::{
 };
 use proptest::prelude::*;
 
-const N_ENVS: usize = 3;
+const NUM_ENVS: usize = 3;
 
 /// The rows of all environments, as a vectorized environment gives them.
 #[derive(Default)]
@@ -46,7 +46,7 @@ impl Rows {
 
     fn steps<'a>(
         &'a self,
-        ends: &'a ([bool; N_ENVS], [bool; N_ENVS]),
+        ends: &'a ([bool; NUM_ENVS], [bool; NUM_ENVS]),
         next_starts: Option<StartBatch<'a, f64>>,
     ) -> StepBatch<'a, f64> {
         StepBatch {
@@ -63,7 +63,7 @@ impl Rows {
 }
 
 fn buffer() -> HerBuffer<f64> {
-    HerBuffer::new(BufferConfig::new(40, DIMS).with_num_envs(N_ENVS)).unwrap()
+    HerBuffer::new(BufferConfig::new(40, DIMS).with_num_envs(NUM_ENVS)).unwrap()
 }
 
 proptest! {
@@ -77,7 +77,7 @@ proptest! {
         let mut states = [(0, 0), (1, 0), (2, 0)];
         let mut next_episode = 3;
         together.begin_episodes(&Rows::new(&states).starts()).unwrap();
-        (0..N_ENVS).for_each(|env| begin(&mut each, env, env as u32).unwrap());
+        (0..NUM_ENVS).for_each(|env| begin(&mut each, env, env as u32).unwrap());
         for flags in flags {
             let ends = (flags.map(|flag| flag == 0), flags.map(|flag| flag < 2));
             let mut starts = states;
@@ -94,7 +94,7 @@ proptest! {
             }
             let (now, next) = (Rows::new(&states), Rows::new(&starts));
             together.add_steps(&now.steps(&ends, Some(next.starts()))).unwrap();
-            for env in 0..N_ENVS {
+            for env in 0..NUM_ENVS {
                 if ends.1[env] {
                     states[env] = starts[env];
                 }
@@ -108,7 +108,7 @@ proptest! {
         // The terminal observation belongs to the episode that ends, not to the next one.
         rows(&batches[0]);
         prop_assert_eq!(&batches[0], &batches[1]);
-        for env in 0..N_ENVS {
+        for env in 0..NUM_ENVS {
             prop_assert_eq!(together.unfinished_steps(env), each.unfinished_steps(env));
         }
     }
