@@ -5,19 +5,19 @@
 
 use baselines::{RandomPolicy, buffer_config, collect};
 use fetch_env::{Env, GoalEnv, make};
-use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut env = make("FetchPush-v4")?;
     let first = env.reset(Some(0))?.observation;
     let mut buffer = HerBuffer::<f32>::new(buffer_config(100_000, &first))?;
     collect(&mut env, &mut RandomPolicy::new(1), 20, 1, &mut buffer, 0)?;
-    println!("{} transitions of {} episodes", buffer.len(), buffer.n_episodes());
+    println!("{} transitions of {} episodes", buffer.len(), buffer.num_episodes());
 
-    let sampler = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();
-    for (name, ratio) in [("as it was", RelabelRatio::NONE), ("in hindsight", sampler.ratio)] {
-        sampler.with_ratio(ratio).sample_seeded(&buffer, env.goal_reward(), 2, &mut batch)?;
+    for (name, ratio) in [("as it was", UnitInterval::ZERO), ("in hindsight", sampler.ratio())] {
+        sampler.with_ratio(ratio).sample(&buffer, env.goal_reward(), 2, &mut batch)?;
         let reached = batch.reward().iter().filter(|reward| **reward == 0.0).count();
         println!("{name}: {reached} of {} rows reach their goal", batch.len());
     }

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use baselines::{CollectError, RandomPolicy, buffer_config, collect};
 use fetch_env::{Env, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
-use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
+use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 
@@ -17,11 +17,11 @@ fn check<E: GoalEnv<Observation = FetchObservation>>(mut env: E) -> Result {
     let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &first))?;
     let collected = collect(&mut env, &mut RandomPolicy::new(3), EPISODES, 10, &mut buffer, 0)?;
     assert_eq!(collected.episodes.len(), EPISODES);
-    assert_eq!((buffer.len(), buffer.n_episodes()), (EPISODES * STEPS, EPISODES));
+    assert_eq!((buffer.len(), buffer.num_episodes()), (EPISODES * STEPS, EPISODES));
 
     let mut batch = Batch::new();
-    let sampler = Sampler::new(2000, GoalStrategy::Future, RelabelRatio::from_k(4));
-    sampler.sample_seeded(&buffer, env.goal_reward(), 1, &mut batch)?;
+    let sampler = Sampler::new(2000, GoalStrategy::Future, UnitInterval::from_k(4));
+    sampler.sample(&buffer, env.goal_reward(), 1, &mut batch)?;
     let goal = |goals: &[f64], row: usize| goals[row * 3..][..3].to_vec();
     let mut rewards = Vec::new();
     for row in 0..batch.len() {

@@ -1,28 +1,28 @@
 //! Hindsight Experience Replay: a buffer of episodes that relabels goals.
 //!
-//! An agent that fails to reach its goal has still reached *something*. [`HerBuffer`] stores the
-//! episodes of a goal-conditioned task, and [`Sampler`] draws transitions from it whose desired goal
-//! is replaced, for a share of them, by a goal that was achieved later in the same episode, with the
-//! reward that this goal would have given. It needs no environment: any task with an achieved and a
-//! desired goal can use it, with any [`GoalReward`](goal_reward::GoalReward).
+//! An agent that misses its goal has still reached *something*. [`HerBuffer`] stores the episodes of a
+//! goal-conditioned task, and [`Sampler`] draws transitions from it. For a share of them, it replaces the
+//! desired goal by a goal that was achieved later in the same episode, and the reward by the one for that
+//! goal. The crate needs no environment: it works for any task with an achieved and a desired goal, and with
+//! any [`GoalReward`](goal_reward::GoalReward).
 //!
-//! It is not a learner, and sampling is a few per cent of a training step: a faster buffer does not
+//! It is not a learner, and sampling is a few percent of a training step: a faster buffer does not
 //! make a training run much faster.
 //!
-//! - Episodes come [step by step](HerBuffer::add_step), a step of
-//!   [all environments at once](HerBuffer::add_steps), or [whole](HerBuffer::add_episode), with
-//!   [fields](BufferConfig::with_field) of your own beside the usual ones.
-//! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), alone or in
-//!   [windows](Sampler::with_n_step), for goals of any [mixture](GoalMixture).
+//! - Episodes are added [step by step](HerBuffer::add_step), as a step of
+//!   [all environments at once](HerBuffer::add_steps), or [whole](HerBuffer::add_episode), with additional
+//!   [fields](BufferConfig::with_field).
+//! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), singly or in
+//!   [windows](Sampler::with_n_step), with goals of any [mixture](GoalMixture) of strategies.
 //! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished episodes, and
-//!   goes on as if nothing had happened. The feature `npz` exchanges episodes with numpy.
-//! - On Linux the transitions lie in huge pages, if the system gives any, which makes sampling faster.
+//!   continues exactly where it was. The feature `npz` exchanges episodes with numpy.
+//! - On Linux, the transitions lie in huge pages if the system provides them, which makes sampling faster.
 //!
 //! # Example
 //! ```
 //! use goal_reward::DistanceReward;
 //! use her_relabel::{Batch, BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
-//! use her_relabel::{GoalStrategy, RelabelRatio, Sampler};
+//! use her_relabel::{GoalStrategy, Sampler, UnitInterval};
 //!
 //! // A point walks along a line for five steps; its goal is far away.
 //! let dims = Dims { observation: 1, goal: 1, action: 1 };
@@ -45,10 +45,10 @@
 //!     })?;
 //! }
 //!
-//! // Four relabeled transitions for each that is left alone.
-//! let sampler = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
+//! // Four relabeled transitions for each original one.
+//! let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
 //! let mut batch = Batch::new();
-//! sampler.sample_seeded(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
+//! sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
 //! // Seen in hindsight, some steps reached their goal.
 //! assert!(batch.reward().contains(&0.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -56,56 +56,30 @@
 #![forbid(unsafe_code)]
 
 mod add;
-mod batch;
-mod block;
-mod buffer;
-mod config;
-mod copy;
-mod discount;
-mod draws;
-mod episodes;
-mod field;
-mod gather;
-mod importance;
-mod load_error;
-mod mixture;
 mod normalizer;
 #[cfg(feature = "npz")]
 mod npz;
-mod outcome;
-mod parallel;
-mod persist;
-mod priority;
-mod queue;
-mod recorder;
-mod replace;
-mod rows;
-mod sample_error;
-mod sampler;
+mod sample;
+mod save;
 mod scalar;
-mod step_batch;
-mod storage;
-mod strategy;
-mod stream;
-mod sum_tree;
-mod tape;
+mod store;
+mod unit_interval;
 
-pub use add::{AddError, EpisodeData, EpisodeStart, Step};
-pub use batch::Batch;
-pub use buffer::HerBuffer;
-pub use config::{BufferConfig, ConfigError, Dims};
-pub use discount::{Discount, DiscountError};
-pub use field::{Field, FieldRows, UnknownField};
-pub use importance::{Beta, BetaError};
-pub use load_error::LoadError;
-pub use mixture::{GoalMixture, GoalPart, MixtureError};
-pub use normalizer::{Normalizer, NormalizerError};
+pub use add::arguments::{EpisodeData, EpisodeStart, FieldRows, StartBatch, Step, StepBatch};
+pub use add::check::AddError;
+pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
-pub use npz::NpzError;
-pub use priority::{NewPriority, Priorities, PriorityError, PriorityUnit};
-pub use sample_error::SampleError;
-pub use sampler::{NStep, Sampler};
+pub use npz::error::NpzError;
+pub use sample::batch::Batch;
+pub use sample::draws::RandomSource;
+pub use sample::error::SampleError;
+pub use sample::goals::{GoalMixture, GoalPart, GoalStrategy, MixtureError};
+pub use sample::sampler::{NStep, Sampler};
+pub use save::stream::LoadError;
 pub use scalar::Scalar;
-pub use step_batch::{StartBatch, StepBatch};
-pub use storage::TransitionId;
-pub use strategy::{GoalStrategy, RatioError, RelabelRatio};
+pub use store::buffer::HerBuffer;
+pub use store::config::{BufferConfig, ConfigError, Dims};
+pub use store::fields::{Field, UnknownField};
+pub use store::priorities::{NewPriority, Priorities, PriorityError, PriorityUnit};
+pub use store::transition_id::TransitionId;
+pub use unit_interval::{UnitInterval, UnitIntervalError};

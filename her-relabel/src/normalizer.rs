@@ -1,21 +1,83 @@
-//! A running mean and standard deviation, to bring observations and goals to one scale.
+//! A running mean and standard deviation, which bring observations and goals to one scale.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::Scalar;
+use crate::scalar::Scalar;
+
+/// Settings of a [`Normalizer`], checked by [`Normalizer::new`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalizerConfig {
+    dim: usize,
+    min_std: f64,
+    clip: f64,
+}
+
+impl NormalizerConfig {
+    /// Makes settings for vectors of `dim` elements, at least 1.
+    #[must_use]
+    pub const fn new(dim: usize) -> Self {
+        Self { dim, min_std: 0.01, clip: 5.0 }
+    }
+
+    /// Sets the smallest standard deviation to divide by, positive and finite, so that an element that hardly
+    /// varies is not inflated. The default, 0.01, is the paper's.
+    #[must_use]
+    pub const fn with_min_std(mut self, min_std: f64) -> Self {
+        self.min_std = min_std;
+        self
+    }
+
+    /// Sets the bound to which normalized elements are clipped, positive and finite. The default, 5, is the
+    /// paper's.
+    #[must_use]
+    pub const fn with_clip(mut self, clip: f64) -> Self {
+        self.clip = clip;
+        self
+    }
+
+    /// Returns the number of elements of a vector.
+    #[must_use]
+    pub const fn dim(self) -> usize {
+        self.dim
+    }
+
+    /// Returns the smallest standard deviation to divide by.
+    #[must_use]
+    pub const fn min_std(self) -> f64 {
+        self.min_std
+    }
+
+    /// Returns the bound to which normalized elements are clipped.
+    #[must_use]
+    pub const fn clip(self) -> f64 {
+        self.clip
+    }
+
+    fn check(self) -> Result<(), NormalizerError> {
+        if self.dim == 0 {
+            return Err(NormalizerError::Empty);
+        }
+        let is_bad = |value: f64| !(value > 0.0 && value.is_finite());
+        let settings = [("min_std", self.min_std), ("clip", self.clip)];
+        match settings.into_iter().find(|(_, value)| is_bad(*value)) {
+            Some((name, value)) => Err(NormalizerError::BadSetting { name, value }),
+            None => Ok(()),
+        }
+    }
+}
 
 /// The running mean and standard deviation of vectors, element by element.
 ///
-/// Learners normalize what a network sees: [`update`](Self::update) with observations (or goals) as they
-/// come, [`merge`](Self::merge) what several workers saw, and [`normalize`](Self::normalize) batches. A
-/// normalized element is `(x - mean) / std`, clipped to `[-clip, clip]`. The standard deviation is that
-/// of the population, `sqrt(sum((x - mean)^2) / n)`, but never below `min_std`, so that an element that
-/// hardly varies is not blown up. Before the first update the mean is 0 and the standard deviation 1.
+/// Learners normalize the inputs of a network: [`update`](Self::update) with observations (or goals) as they
+/// come, [`merge`](Self::merge) the normalizers of several workers, and [`normalize`](Self::normalize)
+/// batches. A normalized element is `(x - mean) / std`, clipped to `[-clip, clip]`. The standard deviation is
+/// that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`. Before the first update the
+/// mean is 0 and the standard deviation 1.
 ///
 /// Sums are kept in `f64`, as distances from the mean: large means cost no digits, and a merge is as exact
-/// as one pass over all vectors. Merged in a fixed order, results are the same bit for bit. It can be saved
-/// with serde; what is loaded is checked.
+/// as one pass over all vectors. Merges in a fixed order give the same bits. A normalizer can be saved
+/// with serde, and is checked when it is loaded.
 ///
 /// Sources: Plappert et al., *Multi-goal reinforcement learning*, 2018, appendix A, for the use and the
 /// defaults; Chan, Golub and LeVeque, *Updating formulae and a pairwise algorithm for computing sample
@@ -23,9 +85,9 @@ use crate::Scalar;
 ///
 /// # Example
 /// ```
-/// use her_relabel::Normalizer;
+/// use her_relabel::{Normalizer, NormalizerConfig};
 ///
-/// let mut normalizer = Normalizer::new(2)?;
+/// let mut normalizer = Normalizer::new(NormalizerConfig::new(2))?;
 /// normalizer.update(&[1.0_f32, 10.0, 3.0, 30.0])?;
 /// assert_eq!(normalizer.mean(), [2.0, 20.0]);
 /// let mut row = [3.0_f32, 10.0];
@@ -44,7 +106,7 @@ pub struct Normalizer {
     clip: f64,
 }
 
-/// A normalizer that has not been checked.
+/// A loaded normalizer before its checks.
 #[derive(Deserialize)]
 struct Saved {
     count: u64,
@@ -55,55 +117,36 @@ struct Saved {
 }
 
 impl Normalizer {
-    /// A normalizer of vectors of `dim` elements, with a `min_std` of 0.01 and a `clip` of 5.
+    /// Makes a normalizer that has seen no vectors.
     ///
     /// # Errors
-    /// [`NormalizerError::Empty`] if `dim` is 0.
-    pub fn new(dim: usize) -> Result<Self, NormalizerError> {
-        if dim == 0 {
-            return Err(NormalizerError::Empty);
-        }
+    /// [`NormalizerError::Empty`] or [`NormalizerError::BadSetting`].
+    pub fn new(config: NormalizerConfig) -> Result<Self, NormalizerError> {
+        config.check()?;
+        let NormalizerConfig { dim, min_std, clip } = config;
         let zeros = vec![0.0; dim];
-        Ok(Self { count: 0, mean: zeros.clone(), squares: zeros, min_std: 0.01, clip: 5.0 })
+        Ok(Self { count: 0, mean: zeros.clone(), squares: zeros, min_std, clip })
     }
 
-    /// The same with another least standard deviation.
-    ///
-    /// # Errors
-    /// [`NormalizerError::BadSetting`] if it is not a positive, finite number.
-    pub fn with_min_std(mut self, min_std: f64) -> Result<Self, NormalizerError> {
-        self.min_std = setting("min_std", min_std)?;
-        Ok(self)
-    }
-
-    /// The same with another bound of normalized elements.
-    ///
-    /// # Errors
-    /// [`NormalizerError::BadSetting`] if it is not a positive, finite number.
-    pub fn with_clip(mut self, clip: f64) -> Result<Self, NormalizerError> {
-        self.clip = setting("clip", clip)?;
-        Ok(self)
-    }
-
-    /// The number of elements of a vector.
+    /// Returns the number of elements of a vector.
     #[must_use]
     pub fn dim(&self) -> usize {
         self.mean.len()
     }
 
-    /// The number of vectors seen.
+    /// Returns the number of vectors seen.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The mean of each element.
+    /// Returns the mean of each element.
     #[must_use]
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// The standard deviation that each element is divided by, at least `min_std`.
+    /// Returns the standard deviation to divide each element by, at least `min_std`.
     pub fn std(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.squares.iter().map(|squares| match self.count {
             0 => 1.0,
@@ -111,17 +154,18 @@ impl Normalizer {
         })
     }
 
-    /// Takes in vectors, a row-major matrix of any number of rows.
+    /// Adds vectors, a row-major matrix of any number of rows.
     ///
     /// # Errors
     /// [`NormalizerError::WrongLength`], [`NormalizerError::NotFinite`] or
-    /// [`NormalizerError::TooLarge`]; nothing has changed then.
+    /// [`NormalizerError::TooLarge`]; then nothing has changed.
     pub fn update<T: Scalar>(&mut self, rows: &[T]) -> Result<(), NormalizerError> {
         self.check(rows)?;
         let dim = self.dim();
         let count = (rows.len() / dim) as u64;
-        let mut seen = Self { count, ..Self::new(dim)? };
-        // The mean first, so that the squares lose no digits to it.
+        let zeros = vec![0.0; dim];
+        let mut seen = Self { count, mean: zeros.clone(), squares: zeros, ..*self };
+        // The mean comes first, so that the squares lose no digits to it.
         for row in rows.chunks_exact(dim) {
             for (mean, value) in seen.mean.iter_mut().zip(row) {
                 *mean += value.to_f64() / count as f64;
@@ -135,11 +179,11 @@ impl Normalizer {
         self.merge(&seen)
     }
 
-    /// Takes in what another normalizer has seen.
+    /// Adds the vectors that another normalizer has seen.
     ///
     /// # Errors
     /// [`NormalizerError::WrongLength`] if it has other dimensions, or [`NormalizerError::TooLarge`];
-    /// nothing has changed then.
+    /// then nothing has changed.
     pub fn merge(&mut self, other: &Self) -> Result<(), NormalizerError> {
         if other.dim() != self.dim() {
             return Err(NormalizerError::WrongLength { len: other.dim(), dim: self.dim() });
@@ -175,7 +219,7 @@ impl Normalizer {
     /// Normalizes vectors in place, a row-major matrix of any number of rows.
     ///
     /// # Errors
-    /// [`NormalizerError::WrongLength`] or [`NormalizerError::NotFinite`]; nothing has changed then.
+    /// [`NormalizerError::WrongLength`] or [`NormalizerError::NotFinite`]; then nothing has changed.
     pub fn normalize<T: Scalar>(&self, rows: &mut [T]) -> Result<(), NormalizerError> {
         self.check(rows)?;
         for row in rows.chunks_exact_mut(self.dim()) {
@@ -199,17 +243,12 @@ impl Normalizer {
     }
 }
 
-fn setting(name: &'static str, value: f64) -> Result<f64, NormalizerError> {
-    let is_good = value > 0.0 && value.is_finite();
-    if is_good { Ok(value) } else { Err(NormalizerError::BadSetting { name, value }) }
-}
-
 impl TryFrom<Saved> for Normalizer {
     type Error = NormalizerError;
 
     fn try_from(saved: Saved) -> Result<Self, NormalizerError> {
         let Saved { count, mean, squares, min_std, clip } = saved;
-        let empty = Self::new(mean.len())?.with_min_std(min_std)?.with_clip(clip)?;
+        let empty = Self::new(NormalizerConfig { dim: mean.len(), min_std, clip })?;
         if squares.len() != mean.len() {
             return Err(NormalizerError::WrongLength { len: squares.len(), dim: mean.len() });
         }
@@ -223,15 +262,15 @@ impl TryFrom<Saved> for Normalizer {
     }
 }
 
-/// What a [`Normalizer`] cannot be given.
+/// Error returned by a [`Normalizer`] for invalid settings or vectors.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NormalizerError {
-    /// Vectors without elements.
-    #[error("there is nothing to normalize in vectors of length 0; give their length")]
+    /// The vectors have no elements.
+    #[error("vectors of length 0 have nothing to normalize: set `dim` to at least 1")]
     Empty,
-    /// A matrix that has no whole number of rows, or a normalizer of other dimensions.
-    #[error("{len} elements are no vectors of {dim}; check the dimensions")]
+    /// A matrix does not consist of whole rows, or a normalizer has other dimensions.
+    #[error("{len} elements are not whole vectors of {dim}: check the dimensions")]
     WrongLength {
         /// The number of elements.
         len: usize,
@@ -239,25 +278,25 @@ pub enum NormalizerError {
         dim: usize,
     },
     /// An element is NaN or infinite.
-    #[error("element {index} is {value}; leave the vector out or find the step that made it")]
+    #[error("element {index} is {value}: leave the vector out, or find the step that produced it")]
     NotFinite {
         /// The element.
         index: usize,
         /// Its value.
         value: f64,
     },
-    /// Sums that are beyond `f64`.
-    #[error("the vectors are so large that their sums overflow; scale them down")]
+    /// The sums exceed `f64`.
+    #[error("the sums of the vectors overflow: scale the vectors down")]
     TooLarge,
-    /// A setting that makes no sense.
-    #[error("`{name}` is {value}; it must be a positive number")]
+    /// A setting is not a positive, finite number.
+    #[error("`{name}` is {value}: use a positive, finite number")]
     BadSetting {
         /// The name of the setting.
         name: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A saved normalizer with sums that no vectors have.
-    #[error("the saved sums contradict each other; the data is damaged")]
+    /// A saved normalizer has sums that no vectors have.
+    #[error("the saved sums contradict each other: use an older copy, because the data is damaged")]
     Inconsistent,
 }

@@ -4,20 +4,20 @@ use std::fmt;
 
 /// An element type of the buffer: `f32` or `f64`. Sealed.
 ///
-/// Rewards are computed in `f64`; `f32` elements are widened for that, which is exact.
+/// Rewards are computed in `f64`, to which `f32` elements are widened exactly.
 pub trait Scalar:
     sealed::Sealed + Copy + Default + PartialEq + fmt::Debug + Send + Sync + 'static
 {
-    /// The same number as `f64`.
+    /// Returns the number as `f64`.
     fn to_f64(self) -> f64;
 
-    /// The nearest number of this type.
+    /// Returns the nearest number of this type.
     fn from_f64(value: f64) -> Self;
 
-    /// The number's bits, in the lowest places.
+    /// Returns the number's bits, as the lowest bits of a word.
     fn bits(self) -> u64;
 
-    /// The number with these bits; higher places are ignored.
+    /// Returns the number with these bits; higher bits are ignored.
     fn from_bits(bits: u64) -> Self;
 }
 
@@ -66,7 +66,7 @@ impl Scalar for f64 {
 }
 
 mod sealed {
-    /// On Linux the elements lie in memory that comes as bytes.
+    /// On Linux, the memory of the elements comes as bytes.
     #[cfg(target_os = "linux")]
     pub trait Sealed: bytemuck::Pod {}
     #[cfg(not(target_os = "linux"))]

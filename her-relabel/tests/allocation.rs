@@ -1,4 +1,4 @@
-//! What allocates and what does not, as a counting allocator sees it.
+//! Sampling, adding and loading under a counting allocator.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::num::NonZeroUsize;
@@ -6,40 +6,42 @@ use std::num::NonZeroUsize;
 use allocation_counter::measure;
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, Beta, BufferConfig, Dims, Discount, EpisodeData, GoalStrategy, HerBuffer, NStep,
-    NewPriority, PriorityUnit, RelabelRatio, Sampler, StartBatch, StepBatch,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, Priorities,
+    PriorityUnit, Sampler, StartBatch, StepBatch, UnitInterval,
 };
 
-const N_ENVS: usize = 4;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+
+const NUM_ENVS: usize = 4;
 const STEPS: usize = 50;
 
 fn config() -> BufferConfig {
     BufferConfig::new(1000, Dims { observation: 25, goal: 3, action: 4 })
-        .with_n_envs(N_ENVS)
+        .with_num_envs(NUM_ENVS)
         .with_field("log_prob", 1)
         .with_field("latent", 8)
-        .with_priorities(PriorityUnit::Transition, NewPriority::Highest)
+        .with_priorities(Priorities::new(PriorityUnit::Transition))
 }
 
-/// A step of every environment, the last one of an episode or not.
+/// Adds a step of every environment, which ends the episodes if `is_last`.
 fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
     let starts = StartBatch {
-        observations: &[0.5; N_ENVS * 25],
-        achieved_goals: &[0.5; N_ENVS * 3],
-        desired_goals: &[0.25; N_ENVS * 3],
+        observations: &[0.5; NUM_ENVS * 25],
+        achieved_goals: &[0.5; NUM_ENVS * 3],
+        desired_goals: &[0.25; NUM_ENVS * 3],
     };
     if buffer.unfinished_steps(0).unwrap().is_none() {
         buffer.begin_episodes(&starts).unwrap();
     }
     let steps = StepBatch {
-        actions: &[0.0; N_ENVS * 4],
-        rewards: &[-1.0; N_ENVS],
-        next_observations: &[0.5; N_ENVS * 25],
-        next_achieved_goals: &[0.5; N_ENVS * 3],
-        terminated: &[false; N_ENVS],
-        truncated: &[is_last; N_ENVS],
+        actions: &[0.0; NUM_ENVS * 4],
+        rewards: &[-1.0; NUM_ENVS],
+        next_observations: &[0.5; NUM_ENVS * 25],
+        next_achieved_goals: &[0.5; NUM_ENVS * 3],
+        terminated: &[false; NUM_ENVS],
+        truncated: &[is_last; NUM_ENVS],
         next_starts: Some(starts),
-        fields: &[("log_prob", &[0.0; N_ENVS]), ("latent", &[0.0; N_ENVS * 8])],
+        fields: &[("log_prob", &[0.0; NUM_ENVS]), ("latent", &[0.0; NUM_ENVS * 8])],
     };
     buffer.add_steps(&steps).unwrap();
 }
@@ -52,34 +54,34 @@ fn full() -> HerBuffer<f32> {
 }
 
 #[test]
-fn sampling_allocates_nothing_once_the_batch_has_its_size() {
+fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
     let buffer = full();
     let reward = DistanceReward::sparse();
-    let n_step =
-        NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma: Discount::new(0.98).unwrap() };
-    let plain = Sampler::new(256, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.98)?);
+    let plain = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     for sampler in [
         plain,
-        plain.with_strategy(GoalStrategy::Random).with_recomputed_terminated(true),
+        plain.with_strategy(GoalStrategy::Random).with_recompute_terminated(true),
         plain.with_n_step(n_step).with_success(true),
-        plain.with_priorities(Beta::FULL),
+        plain.with_priorities(UnitInterval::ONE),
     ] {
-        // The pairs of goals that the reward judges are as many as there are relabeled rows at most.
+        // With every row relabeled, the reward judges the most pairs of goals.
         let mut batch = Batch::new();
-        let all = sampler.with_ratio(RelabelRatio::ALL);
-        (0..20).for_each(|seed| all.sample_seeded(&buffer, &reward, seed, &mut batch).unwrap());
+        let all = sampler.with_ratio(UnitInterval::ONE);
+        (0..20).for_each(|seed| all.sample(&buffer, &reward, seed, &mut batch).unwrap());
         let counted = measure(|| {
             for seed in 0..50 {
-                sampler.sample_seeded(&buffer, &reward, seed, &mut batch).unwrap();
+                sampler.sample(&buffer, &reward, seed, &mut batch).unwrap();
                 batch.field("latent").unwrap();
             }
         });
         assert_eq!(counted.count_total, 0, "{sampler:?}: {counted:?}");
     }
+    Ok(())
 }
 
 #[test]
-fn adding_to_a_full_ring_allocates_nothing() {
+fn adding_to_a_full_ring_allocates_nothing() -> Result {
     let mut buffer = full();
     let ids = buffer.transition_ids().unwrap();
     let counted = measure(|| {
@@ -89,12 +91,13 @@ fn adding_to_a_full_ring_allocates_nothing() {
         buffer.set_priorities(&[ids.0, ids.1], &[0.5, 1.5]).unwrap();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
+    Ok(())
 }
 
 #[test]
-fn no_file_asks_for_much_more_memory_than_it_has() {
+fn no_file_asks_for_much_more_memory_than_it_has() -> Result {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
-    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(8, dims)).unwrap();
+    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(8, dims))?;
     let episode = EpisodeData {
         observations: &[0.0; 3],
         achieved_goals: &[0.0; 3],
@@ -105,20 +108,21 @@ fn no_file_asks_for_much_more_memory_than_it_has() {
         truncated: true,
         fields: &[],
     };
-    buffer.add_episode(&episode).unwrap();
+    buffer.add_episode(&episode)?;
     let mut bytes = Vec::new();
-    buffer.write_to(&mut bytes).unwrap();
+    buffer.write_to(&mut bytes)?;
     // Six sizes, the number of fields among them, the priorities, and the counts.
     for number in 0..12 {
         for shift in 0..64 {
             let mut hostile = bytes.clone();
             hostile[16 + 8 * number..][..8].copy_from_slice(&(1_u64 << shift).to_le_bytes());
             let counted = measure(|| drop(HerBuffer::<f64>::read_from(&hostile[..])));
-            // One block of the tape, of which nothing is touched, is the least there can be.
+            // The smallest possible amount is one untouched block of the tape.
             let most = (1 << 23) + (1 << 17);
             assert!(counted.bytes_max < most, "number {number}, 2^{shift}: {counted:?}");
         }
     }
+    Ok(())
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Episodes to and from Python.
+//! Exchanging episodes with numpy.
 #![cfg(feature = "npz")]
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -7,11 +7,13 @@ use std::io::{Cursor, Read, Write};
 
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NpzError, RelabelRatio,
-    Sampler, Scalar,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NpzError, Sampler, Scalar,
+    UnitInterval,
 };
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const DIMS: Dims = Dims { observation: 2, goal: 1, action: 1 };
 
@@ -50,11 +52,11 @@ fn exported<T: Scalar>(buffer: &HerBuffer<T>) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Everything of a batch but the numbers of its transitions, which begin anew in another buffer.
+/// Everything in a batch except the numbers of its transitions, which differ in another buffer.
 fn drawn<T: Scalar>(buffer: &HerBuffer<T>) -> Vec<f64> {
-    let sampler = Sampler::new(300, GoalStrategy::Random, RelabelRatio::from_k(1));
+    let sampler = Sampler::new(300, GoalStrategy::Random, UnitInterval::from_k(1));
     let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &DistanceReward::dense(), 5, &mut batch).unwrap();
+    sampler.sample(buffer, &DistanceReward::dense(), 5, &mut batch).unwrap();
     let columns = [
         batch.observation(),
         batch.achieved_goal(),
@@ -72,70 +74,74 @@ fn drawn<T: Scalar>(buffer: &HerBuffer<T>) -> Vec<f64> {
 }
 
 #[test]
-fn imported_episodes_are_the_exported_ones() {
-    // All of it, and what is left of a ring that has wrapped.
+fn imported_episodes_are_the_exported_ones() -> Result {
+    // A whole buffer, and the rest of a ring that has wrapped.
     for capacity in [100, 33] {
         let buffer = filled::<f32>(capacity, 12);
         let bytes = exported(&buffer);
-        let mut same = HerBuffer::<f32>::new(config(capacity)).unwrap();
-        let count = same.import_npz_bytes(&bytes).unwrap();
-        assert_eq!(count, buffer.n_episodes() as u64);
-        assert_eq!((same.len(), same.n_episodes()), (buffer.len(), buffer.n_episodes()));
+        let mut same = HerBuffer::<f32>::new(config(capacity))?;
+        let count = same.import_npz_bytes(&bytes)?;
+        assert_eq!(count, buffer.num_episodes() as u64);
+        assert_eq!((same.len(), same.num_episodes()), (buffer.len(), buffer.num_episodes()));
         assert_eq!(drawn(&same), drawn(&buffer));
         // These numbers are exact in both types.
-        let mut wider = HerBuffer::<f64>::new(config(capacity)).unwrap();
-        wider.import_npz_bytes(&bytes).unwrap();
+        let mut wider = HerBuffer::<f64>::new(config(capacity))?;
+        wider.import_npz_bytes(&bytes)?;
         assert_eq!(drawn(&wider), drawn(&buffer));
         assert_eq!(exported(&filled::<f64>(capacity, 12)), exported(&wider));
     }
+    Ok(())
 }
 
 #[test]
-fn episodes_are_added_to_what_is_there_and_the_newest_are_kept() {
+fn episodes_are_added_to_what_is_there_and_the_newest_are_kept() -> Result {
     let archive = exported(&filled::<f64>(1000, 9));
     for capacity in [4, 20, 45, 60] {
-        let mut imported = HerBuffer::<f64>::new(config(capacity)).unwrap();
-        let mut added = HerBuffer::<f64>::new(config(capacity)).unwrap();
+        let mut imported = HerBuffer::<f64>::new(config(capacity))?;
+        let mut added = HerBuffer::<f64>::new(config(capacity))?;
         add(&mut imported, 10);
         add(&mut added, 10);
-        imported.import_npz_bytes(&archive).unwrap();
+        imported.import_npz_bytes(&archive)?;
         (0..9).for_each(|episode| add(&mut added, episode));
         assert_eq!(drawn(&imported), drawn(&added));
     }
+    Ok(())
 }
 
 #[test]
-fn a_file_is_written_whole_and_read_again() {
-    let directory = tempfile::tempdir().unwrap();
+fn a_file_is_written_whole_and_read_again() -> Result {
+    let directory = tempfile::tempdir()?;
     let path = directory.path().join("episodes.npz");
     let buffer = filled::<f32>(50, 5);
-    buffer.export_npz(&path).unwrap();
-    let mut same = HerBuffer::<f32>::new(config(50)).unwrap();
-    assert_eq!(same.import_npz(&path).unwrap(), 5);
+    buffer.export_npz(&path)?;
+    let mut same = HerBuffer::<f32>::new(config(50))?;
+    assert_eq!(same.import_npz(&path)?, 5);
     assert_eq!(drawn(&same), drawn(&buffer));
-    assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 1);
+    assert_eq!(std::fs::read_dir(directory.path())?.count(), 1);
     assert!(buffer.export_npz(directory.path().join("none").join("e.npz")).is_err());
     let missing = same.import_npz(directory.path().join("none.npz"));
     assert!(matches!(missing, Err(NpzError::Archive(_))));
     assert_eq!(same.len(), buffer.len());
+    Ok(())
 }
 
 #[test]
-fn an_empty_buffer_is_an_archive_of_no_episodes() {
+fn an_empty_buffer_is_an_archive_of_no_episodes() -> Result {
     let empty = exported(&filled::<f64>(50, 0));
     let mut buffer = filled::<f64>(50, 2);
-    assert_eq!(buffer.import_npz_bytes(&empty).unwrap(), 0);
-    assert_eq!(buffer.n_episodes(), 2);
+    assert_eq!(buffer.import_npz_bytes(&empty)?, 0);
+    assert_eq!(buffer.num_episodes(), 2);
+    Ok(())
 }
 
 /// Written by numpy 2.4: `numpy.savez_compressed` of two episodes of two and one steps, with integers of 64 bits
-/// and floats of 32 and 64 bits mixed, and an array that means nothing here.
+/// and floats of 32 and 64 bits mixed, and an unrelated array.
 #[test]
-fn what_numpy_compressed_is_read() {
-    let mut buffer = HerBuffer::<f32>::new(config(50)).unwrap();
+fn what_numpy_compressed_is_read() -> Result {
+    let mut buffer = HerBuffer::<f32>::new(config(50))?;
     let archive = include_bytes!("data/numpy.npz");
-    assert_eq!(buffer.import_npz_bytes(archive).unwrap(), 2);
-    let mut expected = HerBuffer::<f32>::new(config(50)).unwrap();
+    assert_eq!(buffer.import_npz_bytes(archive)?, 2);
+    let mut expected = HerBuffer::<f32>::new(config(50))?;
     for (observations, actions, latent, terminated) in [
         (&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0][..], &[0.5, 1.5][..], &[0.0, 1.0, 2.0, 3.0][..], false),
         (&[6.0, 7.0, 8.0, 9.0], &[2.5], &[4.0, 5.0], true),
@@ -150,12 +156,13 @@ fn what_numpy_compressed_is_read() {
             truncated: !terminated,
             fields: &[("log_prob", actions), ("latent", latent)],
         };
-        expected.add_episode(&data).unwrap();
+        expected.add_episode(&data)?;
     }
     assert_eq!(drawn(&buffer), drawn(&expected));
+    Ok(())
 }
 
-/// An archive with some arrays replaced, or left out.
+/// An archive with some arrays replaced or left out.
 fn changed(replaced: &[(&str, Option<Vec<u8>>)]) -> Vec<u8> {
     let bytes = exported(&filled::<f64>(50, 3));
     let mut archive = ZipArchive::new(Cursor::new(&bytes)).unwrap();
@@ -192,21 +199,21 @@ fn plain(dtype: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     array(1, &header, data)
 }
 
-/// Imports into a buffer that has something, and checks that a refusal changes nothing.
+/// Imports into a buffer that is not empty, and checks that an error changes nothing.
 fn refusal(bytes: &[u8]) -> Option<NpzError> {
     let mut buffer = filled::<f64>(50, 2);
-    let before = (buffer.transition_ids(), buffer.n_episodes());
+    let before = (buffer.transition_ids(), buffer.num_episodes());
     let result = buffer.import_npz_bytes(bytes);
     let error = result.err();
     if error.is_some() {
-        // Numbers of transitions are never used again.
-        assert_eq!((buffer.transition_ids(), buffer.n_episodes()), before);
+        // Numbers of transitions are never reused.
+        assert_eq!((buffer.transition_ids(), buffer.num_episodes()), before);
     }
     error
 }
 
 #[test]
-fn a_foreign_or_damaged_archive_is_refused() {
+fn a_foreign_or_damaged_archive_is_refused() -> Result {
     assert!(refusal(&changed(&[])).is_none());
     let bytes = exported(&filled::<f64>(50, 1));
     for len in (0..bytes.len()).step_by(11) {
@@ -216,19 +223,20 @@ fn a_foreign_or_damaged_archive_is_refused() {
     for at in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0x11;
-        let mut buffer = HerBuffer::<f64>::new(config(50)).unwrap();
+        let mut buffer = HerBuffer::<f64>::new(config(50))?;
         if buffer.import_npz_bytes(&damaged).is_ok() {
-            // A time or an attribute of the archive: what was stored is the same.
+            // A time or an attribute of the archive; the episodes are the same.
             assert_eq!(exported(&buffer), bytes, "byte {at}");
             unharmed += 1;
         }
     }
     assert!(unharmed < bytes.len() / 2, "{unharmed} of {}", bytes.len());
     assert!(matches!(refusal(b"not an archive"), Some(NpzError::Archive(_))));
+    Ok(())
 }
 
 #[test]
-fn arrays_that_do_not_fit_are_named() {
+fn arrays_that_do_not_fit_are_named() -> Result {
     let error = |name: &'static str, array| refusal(&changed(&[(name, array)])).unwrap();
     let missing = error("actions", None);
     assert!(matches!(&missing, NpzError::Missing { array } if array == "actions"));
@@ -256,10 +264,11 @@ fn arrays_that_do_not_fit_are_named() {
     }
     let other = plain("<i8", "3,", &lengths([3, 2, 1]));
     assert!(refusal(&changed(&[("episode_lengths", Some(other))])).is_none());
+    Ok(())
 }
 
 #[test]
-fn hostile_headers_are_refused() {
+fn hostile_headers_are_refused() -> Result {
     let huge = "4611686018427387904";
     for (name, header) in [
         ("rewards", plain("<f8", &format!("{huge},"), &[0; 8])),
@@ -277,7 +286,7 @@ fn hostile_headers_are_refused() {
     ] {
         assert!(refusal(&changed(&[(name, Some(header.clone()))])).is_some(), "{header:?}");
     }
-    // Arrays that announce the same size, and do not have it: compressed zeros come at last.
+    // Arrays that claim the same size and do not have it: an archive bomb of zeros.
     let steps = 1_u64 << 40;
     let lengths = plain("<i8", "1,", &(steps as i64).to_le_bytes());
     let matrix =
@@ -296,4 +305,5 @@ fn hostile_headers_are_refused() {
     ]);
     let error = refusal(&bomb).unwrap();
     assert!(matches!(&error, NpzError::Array { array, .. } if array == "observations"), "{error}");
+    Ok(())
 }

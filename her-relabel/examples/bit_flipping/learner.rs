@@ -1,14 +1,14 @@
-//! The bit flipping task and Q-learning, in plain numbers.
+//! The bit flipping task, and Q-learning without a deep learning library.
 //!
-//! A state and a goal are [`BITS`] bits each, an action flips one bit of the state, and the reward is 0 for
-//! reaching the goal and -1 otherwise. Of 32768 goals a random walk of 15 steps hardly ever meets the one it
-//! is given, so that ordinary experience replay sees no reward to learn from.
+//! A state and a goal have [`BITS`] bits each, an action flips one bit of the state, and the reward is 0 for
+//! reaching the goal and -1 otherwise. A random walk of 15 steps hardly ever reaches the desired one of 32768
+//! goals, so that ordinary experience replay sees no reward to learn from.
 //!
 //! Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 3.1.
 
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Step,
+    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, Sampler, Step, UnitInterval,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -22,10 +22,10 @@ const EPSILON: f64 = 0.2;
 const LEARNING_RATE: f64 = 0.02;
 const BATCH_SIZE: usize = 128;
 const BATCHES_PER_EPISODE: usize = 4;
-/// Episodes after which the network that targets come from catches up.
+/// The number of episodes between updates of the target network.
 const TARGET_EPISODES: usize = 10;
 
-/// 0 where all bits agree, where the task ends, and -1 elsewhere.
+/// A reward of 0 if all bits agree, which ends the task, and -1 otherwise.
 struct AllBits;
 
 impl GoalReward for AllBits {
@@ -42,11 +42,11 @@ impl GoalReward for AllBits {
     }
 }
 
-/// A network of one layer: the value of each action, from which bits differ from the goal's. It sees the same
-/// with hindsight and without.
+/// A network of one layer that maps the bits that differ from the goal's to the value of each action. Its
+/// inputs are the same with and without hindsight.
 #[derive(Clone)]
 struct Network {
-    /// For each action one weight a bit, and the bias.
+    /// One weight per bit, and the bias, for each action.
     weights: Vec<[f64; BITS + 1]>,
 }
 
@@ -64,7 +64,7 @@ impl Network {
         values.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
     }
 
-    /// A step down the gradient of the squared error.
+    /// Takes a step down the gradient of the squared error.
     fn learn(&mut self, inputs: &[f64; BITS + 1], action: usize, target: f64) {
         let error = target - self.value(inputs, action);
         for (weight, input) in self.weights[action].iter_mut().zip(inputs) {
@@ -73,8 +73,8 @@ impl Network {
     }
 }
 
-/// -1 for each bit that agrees with the goal's and 1 for each that differs, so that neither is nearer to 0 than
-/// the other; and a 1 for the bias.
+/// Returns -1 for each bit that agrees with the goal's and 1 for each that differs, which are equally far from 0;
+/// and a 1 for the bias.
 fn inputs(state: &[f32], goal: &[f32]) -> [f64; BITS + 1] {
     let mut inputs = [1.0; BITS + 1];
     for (input, (state, goal)) in inputs.iter_mut().zip(state.iter().zip(goal)) {
@@ -92,14 +92,14 @@ fn random_unit(rng: &mut ChaCha8Rng) -> f64 {
     f64::from(rng.next_u32()) / (f64::from(u32::MAX) + 1.0)
 }
 
-/// Learns for some episodes and returns the share of 200 fresh goals that the greedy policy reaches within
+/// Learns from `episodes` episodes and returns the share of 200 new goals that the greedy policy reaches within
 /// [`BITS`] steps.
-pub(crate) fn learn(ratio: RelabelRatio, episodes: usize, seed: u64) -> Result<f64, Failure> {
+pub(crate) fn learn(ratio: UnitInterval, episodes: usize, seed: u64) -> Result<f64, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let dims = Dims { observation: BITS, goal: BITS, action: 1 };
     let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(100_000, dims))?;
     let sampler =
-        Sampler::new(BATCH_SIZE, GoalStrategy::Future, ratio).with_recomputed_terminated(true);
+        Sampler::new(BATCH_SIZE, GoalStrategy::Future, ratio).with_recompute_terminated(true);
     let mut batch = Batch::new();
     let mut network = Network::new();
     let mut target = network.clone();
@@ -118,10 +118,10 @@ pub(crate) fn learn(ratio: RelabelRatio, episodes: usize, seed: u64) -> Result<f
     Ok(reached as f64 / f64::from(trials))
 }
 
-/// Anything that may go wrong.
+/// Any error.
 pub(crate) type Failure = Box<dyn std::error::Error>;
 
-/// An episode with some random actions, into the buffer.
+/// Adds an episode with some random actions to the buffer.
 fn play(
     buffer: &mut HerBuffer<f32>,
     network: &Network,
@@ -159,7 +159,7 @@ fn play(
     Ok(())
 }
 
-/// Q-learning: the value of an action is the reward and the discounted best value that follows.
+/// Q-learning: the value of an action is its reward plus the discounted best value of the next state.
 fn learn_batch(network: &mut Network, target: &Network, batch: &Batch<f32>) {
     for row in 0..batch.len() {
         let bits = row * BITS..(row + 1) * BITS;
@@ -167,14 +167,14 @@ fn learn_batch(network: &mut Network, target: &Network, batch: &Batch<f32>) {
         let next = inputs(&batch.next_observation()[bits.clone()], goal);
         let later = if batch.terminated()[row] { 0.0 } else { target.best(&next).1 };
         let value = f64::from(batch.reward()[row]) + GAMMA * later;
-        // No return is outside of these bounds.
+        // All returns are within these bounds.
         let value = value.clamp(-1.0 / (1.0 - GAMMA), 0.0);
         let action = batch.action()[row] as usize;
         network.learn(&inputs(&batch.observation()[bits], goal), action, value);
     }
 }
 
-/// Whether the greedy policy reaches a random goal from a random state.
+/// Returns whether the greedy policy reaches a random goal from a random state.
 fn reaches(network: &Network, rng: &mut ChaCha8Rng) -> bool {
     let (mut state, goal) = (random_bits(rng), random_bits(rng));
     for _ in 0..BITS {

@@ -1,16 +1,16 @@
-//! What the targets share.
+//! Episodes and batches for all targets.
 
 use goal_reward::DistanceReward;
 use her_relabel::{
-    AddError, Batch, Beta, Dims, EpisodeData, EpisodeStart, FieldRows, GoalStrategy, HerBuffer,
-    RelabelRatio, SampleError, Sampler, Scalar, Step,
+    AddError, Batch, Dims, EpisodeData, EpisodeStart, FieldRows, GoalStrategy, HerBuffer,
+    SampleError, Sampler, Scalar, Step, UnitInterval,
 };
 
 pub const DIMS: Dims = Dims { observation: 2, goal: 1, action: 1 };
 
-/// The fields of the buffer, all of them `value`.
+/// Fills all fields of the buffer with `value`.
 fn fields<'a, T: Scalar>(buffer: &HerBuffer<T>, value: &'a [f64]) -> Vec<FieldRows<'a, f64>> {
-    buffer.config().fields.iter().map(|_| ("value", value)).collect()
+    buffer.config().fields().iter().map(|_| ("value", value)).collect()
 }
 
 pub fn begin<T: Scalar>(
@@ -66,10 +66,11 @@ pub fn add_whole<T: Scalar>(buffer: &mut HerBuffer<T>, episode: u8, len: u8) {
     buffer.add_episode(&data).expect("an episode");
 }
 
-/// Draws a batch, by priority if there are any.
+/// Draws a batch, by priority if the buffer has priorities.
 pub fn draw<T: Scalar>(buffer: &HerBuffer<T>) -> Result<Batch<T>, SampleError> {
-    let mut sampler = Sampler::new(40, GoalStrategy::Random, RelabelRatio::from_k(1));
-    sampler.prioritized = buffer.config().priorities.map(|_| Beta::FULL);
+    let beta = buffer.config().priorities().map(|_| UnitInterval::ONE);
+    let sampler =
+        Sampler::new(40, GoalStrategy::Random, UnitInterval::from_k(1)).with_priorities(beta);
     let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &DistanceReward::sparse(), 7, &mut batch).map(|()| batch)
+    sampler.sample(buffer, &DistanceReward::sparse(), 7, &mut batch).map(|()| batch)
 }

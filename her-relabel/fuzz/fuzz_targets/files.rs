@@ -1,16 +1,16 @@
-//! Files that are nearly right.
+//! Files that are almost valid.
 
 use arbitrary::Arbitrary;
-use her_relabel::{BufferConfig, HerBuffer, NewPriority, PriorityUnit, Scalar};
+use her_relabel::{BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit, Scalar};
 
 use crate::common::{DIMS, add_whole, begin, step};
 
-/// A buffer with everything in it.
+/// A buffer with every feature.
 pub fn template<T: Scalar>() -> HerBuffer<T> {
-    let config = BufferConfig::new(8, DIMS)
-        .with_n_envs(2)
-        .with_field("value", 1)
-        .with_priorities(PriorityUnit::Episode, NewPriority::Given(0.5));
+    let config =
+        BufferConfig::new(8, DIMS).with_num_envs(2).with_field("value", 1).with_priorities(
+            Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)),
+        );
     let mut buffer = HerBuffer::new(config).expect("a buffer");
     for number in [1, 2, 3] {
         add_whole(&mut buffer, number, 3);
@@ -20,12 +20,12 @@ pub fn template<T: Scalar>() -> HerBuffer<T> {
     buffer
 }
 
-/// A file: any bytes, or a good one with some changes.
+/// A file: any bytes, or a valid file with some changes.
 #[derive(Arbitrary, Debug)]
 pub enum Input {
     Bytes(Vec<u8>),
     Changes(Vec<(u16, u8)>),
-    /// Whole numbers changed, as far from the start or the end.
+    /// Replaced numbers, by their distance from the start or the end.
     Numbers(Vec<(i16, u64)>),
 }
 

@@ -1,4 +1,4 @@
-//! Whatever a file holds, loading it is a buffer that works or an error.
+//! Loading any file gives a working buffer or an error.
 #![no_main]
 
 mod common;
@@ -16,10 +16,10 @@ fn check<T: Scalar>(bytes: &[u8]) {
     buffer.write_to(&mut saved).expect("memory takes everything");
     let again = HerBuffer::<T>::read_from(&saved[..]).expect("a saved buffer");
     assert_eq!(drawn, draw(&again));
-    // It goes on, if its sizes are those of the common episodes.
-    if buffer.config().dims == common::DIMS && buffer.config().capacity < 1000 {
+    // It accepts more episodes, if it has the sizes of the common ones.
+    if buffer.config().dims() == common::DIMS && buffer.config().capacity() < 1000 {
         let fits =
-            buffer.config().fields.iter().all(|field| field.name == "value" && field.len == 1);
+            buffer.config().fields().iter().all(|field| field.name == "value" && field.len == 1);
         for episode in 0..3 {
             let _ = begin(&mut buffer, 0, episode);
             if fits {

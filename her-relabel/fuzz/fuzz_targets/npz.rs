@@ -1,4 +1,4 @@
-//! Whatever an archive holds, importing it is episodes that can be sampled or an error that changes nothing.
+//! Importing any archive gives episodes that can be sampled, or an error that changes nothing.
 #![no_main]
 
 mod common;

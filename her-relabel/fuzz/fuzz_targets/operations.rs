@@ -1,14 +1,14 @@
-//! Any sequence of calls leaves the buffer that a plain list of episodes would be.
+//! Any sequence of calls leaves the buffer in the state of a plain list of episodes.
 #![no_main]
 
 mod common;
 
 use arbitrary::Arbitrary;
 use common::{DIMS, add_whole, begin, draw, step};
-use her_relabel::{BufferConfig, HerBuffer, NewPriority, PriorityUnit};
+use her_relabel::{BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit};
 use libfuzzer_sys::fuzz_target;
 
-const N_ENVS: usize = 2;
+const NUM_ENVS: usize = 2;
 
 #[derive(Arbitrary, Debug)]
 enum Op {
@@ -23,12 +23,12 @@ enum Op {
     SaveAndLoad,
 }
 
-/// What the buffer should hold: the transitions of finished episodes as (episode, step), and of each
-/// environment the episode and its steps so far.
+/// The expected contents of the buffer: the transitions of finished episodes as (episode, step), and the episode
+/// of each environment with its steps so far.
 #[derive(Default)]
 struct Model {
     finished: Vec<(u8, u8)>,
-    under_way: [Option<(u8, u8)>; N_ENVS],
+    under_way: [Option<(u8, u8)>; NUM_ENVS],
     episodes: u8,
 }
 
@@ -85,7 +85,7 @@ impl Model {
                 let Ok(batch) = draw(buffer) else { return };
                 let id = batch.transition()[usize::from(at) % batch.len()];
                 let result = buffer.set_priorities(&[id], &[f64::from(priority)]);
-                assert_eq!(result.is_ok(), buffer.config().priorities.is_some());
+                assert_eq!(result.is_ok(), buffer.config().priorities().is_some());
             }
             Op::Clear => {
                 buffer.clear();
@@ -102,11 +102,11 @@ impl Model {
     }
 
     fn check(&self, buffer: &HerBuffer<f32>) {
-        let live = &self.finished[self.finished.len().saturating_sub(buffer.config().capacity)..];
+        let live = &self.finished[self.finished.len().saturating_sub(buffer.config().capacity())..];
         assert_eq!(buffer.len(), live.len());
         let mut episodes: Vec<u8> = live.iter().map(|(episode, _)| *episode).collect();
         episodes.dedup();
-        assert_eq!(buffer.n_episodes(), episodes.len());
+        assert_eq!(buffer.num_episodes(), episodes.len());
         let Ok(batch) = draw(buffer) else { return };
         let oldest = buffer.transition_ids().expect("a batch was drawn").0.get();
         for row in 0..batch.len() {
@@ -132,12 +132,16 @@ impl Model {
 fuzz_target!(|input: (u8, u8, Vec<Op>)| {
     let (capacity, unit, ops) = input;
     let mut config = BufferConfig::new(usize::from(capacity).max(1), DIMS)
-        .with_n_envs(N_ENVS)
+        .with_num_envs(NUM_ENVS)
         .with_field("value", 1);
     match unit % 3 {
         0 => {}
-        1 => config = config.with_priorities(PriorityUnit::Transition, NewPriority::Highest),
-        _ => config = config.with_priorities(PriorityUnit::Episode, NewPriority::Given(2.0)),
+        1 => config = config.with_priorities(Priorities::new(PriorityUnit::Transition)),
+        _ => {
+            config = config.with_priorities(
+                Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(2.0)),
+            )
+        }
     }
     let mut buffer = HerBuffer::new(config).expect("a buffer");
     let mut model = Model::default();

@@ -1,4 +1,4 @@
-//! One array of an archive, read row by row.
+//! Reading one array of an archive, row by row.
 
 use std::io::{self, BufReader, Read, Seek};
 
@@ -6,18 +6,18 @@ use npyz::{NpyHeader, Order};
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use super::NpzError;
+use crate::npz::error::NpzError;
 
-/// The most bytes of an array's header, about ten times what numpy writes.
+/// The largest size of an array's header in bytes, about ten times what numpy writes.
 const MAX_HEADER: usize = 1024;
 
-/// The most digits of all numbers in a header, so that no product of them overflows.
+/// The largest number of digits in a header, so that no product of its numbers overflows.
 const MAX_DIGITS: usize = 19;
 
 /// An array that is read from its first row to its last.
-pub(super) struct Array<'a, E> {
+pub(crate) struct Array<'a, E> {
     name: String,
-    /// What comes next.
+    /// The next row.
     reader: Box<dyn Read + 'a>,
     encoding: Encoding<E>,
     rows: u64,
@@ -25,15 +25,15 @@ pub(super) struct Array<'a, E> {
     row: Vec<u8>,
 }
 
-/// How many bytes an element has, and what they mean.
+/// The number of bytes of an element, and their decoder.
 type Encoding<E> = (usize, fn(&[u8]) -> E);
 
-/// What is read from arrays.
-pub(super) trait Element: Sized {
-    /// The types that are read, in words.
+/// An element that can be read from arrays.
+pub(crate) trait Element: Sized {
+    /// The accepted types, in words.
     const TYPES: &'static str;
 
-    /// The encoding of a type in numpy's notation, if it is one of these.
+    /// Returns the encoding of a type in numpy's notation, if it is accepted.
     fn encoding(dtype: &str) -> Option<Encoding<Self>>;
 }
 
@@ -54,7 +54,7 @@ impl Element for u64 {
 
     fn encoding(dtype: &str) -> Option<Encoding<Self>> {
         match dtype {
-            // Negative numbers become ones that no count can reach.
+            // Negative numbers become larger than any count.
             "'<i8'" | "'<u8'" => Some((8, word)),
             "'<i4'" => Some((4, |bytes| i64::from(word(bytes) as i32) as Self)),
             _ => None,
@@ -70,14 +70,14 @@ impl Element for bool {
     }
 }
 
-/// Up to eight bytes as a number.
+/// Returns up to eight bytes as a number.
 fn word(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
 }
 
 impl<'a, E: Element> Array<'a, E> {
-    /// Opens an array whose rows have `width` numbers.
-    pub(super) fn open<R: Read + Seek>(
+    /// Opens an array whose rows have `width` elements.
+    pub(crate) fn open<R: Read + Seek>(
         archive: &'a mut ZipArchive<R>,
         name: &str,
         width: usize,
@@ -95,7 +95,7 @@ impl<'a, E: Element> Array<'a, E> {
             return Err(NpzError::Shape { array: name.to_owned(), rows, width, actual: shape });
         }
         if header.order() == Order::Fortran && shape.len() > 1 {
-            return Err(damaged(io::Error::other("it is in Fortran's order")));
+            return Err(damaged(io::Error::other("it is in Fortran order")));
         }
         let dtype = header.dtype().descr();
         let encoding = E::encoding(&dtype).ok_or_else(|| NpzError::Type {
@@ -107,13 +107,13 @@ impl<'a, E: Element> Array<'a, E> {
         Ok(Self { name: name.to_owned(), reader: Box::new(reader), encoding, rows, row })
     }
 
-    /// The number of rows.
-    pub(super) fn len(&self) -> u64 {
+    /// Returns the number of rows.
+    pub(crate) fn len(&self) -> u64 {
         self.rows
     }
 
-    /// The same if it has so many rows.
-    pub(super) fn with_rows(self, rows: u64) -> Result<Self, NpzError> {
+    /// Checks that it has `rows` rows.
+    pub(crate) fn with_rows(self, rows: u64) -> Result<Self, NpzError> {
         if self.rows == rows {
             return Ok(self);
         }
@@ -122,15 +122,15 @@ impl<'a, E: Element> Array<'a, E> {
         Err(NpzError::Shape { array: self.name, rows, width, actual })
     }
 
-    /// The first number of the next row.
-    pub(super) fn next(&mut self) -> Result<E, NpzError> {
+    /// Reads the first element of the next row.
+    pub(crate) fn next(&mut self) -> Result<E, NpzError> {
         let (size, decode) = self.encoding;
         self.read_row()?;
         Ok(decode(&self.row[..size]))
     }
 
     /// Reads the next `rows` rows and puts the last `kept` of them into `target`.
-    pub(super) fn take(
+    pub(crate) fn take(
         &mut self,
         rows: u64,
         kept: u64,
@@ -147,11 +147,11 @@ impl<'a, E: Element> Array<'a, E> {
         Ok(())
     }
 
-    /// Checks that nothing follows the last row. At the end the archive's checksum is compared, too.
-    pub(super) fn finish(mut self) -> Result<(), NpzError> {
+    /// Checks that nothing follows the last row, which also compares the archive's checksum.
+    pub(crate) fn finish(mut self) -> Result<(), NpzError> {
         let end = match self.reader.read(&mut [0]) {
             Ok(0) => return Ok(()),
-            Ok(_) => io::Error::other("it goes on after its last row"),
+            Ok(_) => io::Error::other("it continues after its last row"),
             Err(error) => error,
         };
         Err(NpzError::Array { array: self.name, source: end })
@@ -163,12 +163,12 @@ impl<'a, E: Element> Array<'a, E> {
     }
 }
 
-/// The header of an array, from its first byte, if it is as plain as all that can be read here. Others could
-/// make its reader take memory and stack without bounds.
+/// Reads the header of an array, from its first byte, if it is the plain header of a matrix. Parsing any other
+/// could take unbounded memory and stack.
 fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
     let mut header = vec![0; 8];
     file.read_exact(&mut header)?;
-    // From version 2 on the length has four bytes in place of two.
+    // From version 2 on, the length has four bytes instead of two.
     let size = if header[6] < 2 { 2 } else { 4 };
     let mut len = [0; 4];
     file.read_exact(&mut len[..size])?;

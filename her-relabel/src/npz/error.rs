@@ -1,46 +1,48 @@
-//! Why episodes cannot be imported.
+//! The error of importing episodes.
 
 use std::io;
 
 use thiserror::Error;
 
-use crate::AddError;
+use crate::add::check::AddError;
 
-/// Why episodes cannot be imported. The buffer is as it was before the call.
+/// Error returned when episodes cannot be imported. The buffer is unchanged.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpzError {
-    /// The archive cannot be read, or is none.
-    #[error("the archive cannot be read: {0}; pass a file of numpy.savez or HerBuffer::export_npz")]
-    Archive(#[from] io::Error),
-    /// The archive has no such array.
+    /// The archive cannot be read, or the file is not an archive.
     #[error(
-        "the archive has no array `{array}`; see HerBuffer::export_npz for all that there must be"
+        "the archive cannot be read ({0}): pass a file written by numpy.savez or HerBuffer::export_npz"
+    )]
+    Archive(#[from] io::Error),
+    /// An array is missing.
+    #[error(
+        "the archive has no array `{array}`: write all arrays that HerBuffer::export_npz lists"
     )]
     Missing {
         /// The array.
         array: String,
     },
-    /// An array is damaged, or has a form that is not read.
-    #[error("the array `{array}` cannot be read: {source}; write it anew")]
+    /// An array is damaged, or has an unsupported form.
+    #[error("the array `{array}` cannot be read ({source}): write it again")]
     Array {
         /// The array.
         array: String,
-        /// What was found.
+        /// The cause.
         source: io::Error,
     },
     /// An array has elements of the wrong type.
-    #[error("`{array}` has elements of type {actual}; convert it to {expected}")]
+    #[error("`{array}` has elements of type {actual}: convert it to {expected}")]
     Type {
         /// The array.
         array: String,
-        /// What it should have.
+        /// The accepted types.
         expected: &'static str,
         /// Its type in numpy's notation.
         actual: String,
     },
     /// An array has the wrong shape.
-    #[error("`{array}` has the shape {actual:?}, and should have {rows} rows of {width} numbers")]
+    #[error("`{array}` has the shape {actual:?}: give it {rows} rows of {width} elements")]
     Shape {
         /// The array.
         array: String,
@@ -53,14 +55,14 @@ pub enum NpzError {
     },
     /// The lengths of the episodes are wrong.
     #[error(
-        "`episode_lengths` does not add up: {found} steps up to episode {episode}, and `rewards` has {expected}; lengths are the steps of an episode, at least 1"
+        "`episode_lengths` has {found} steps up to episode {episode}, but `rewards` has {expected}: make each length the number of steps of its episode, at least 1"
     )]
     Lengths {
-        /// The episode that is too long, or the last one.
+        /// The first episode that is too long, or the last one.
         episode: u64,
-        /// The steps of all episodes up to that one.
+        /// The steps of all episodes up to this one.
         found: u64,
-        /// The steps that there are.
+        /// The number of rewards.
         expected: u64,
     },
     /// An episode cannot be added.
@@ -68,7 +70,7 @@ pub enum NpzError {
     Episode {
         /// The episode, from 0.
         episode: u64,
-        /// What is wrong with it.
+        /// The cause.
         source: AddError,
     },
 }

@@ -1,4 +1,4 @@
-//! Writing episodes for Python.
+//! Exporting episodes to numpy.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
@@ -8,58 +8,59 @@ use npyz::{DType, WriteOptions, WriterBuilder};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::{Arrays, EPISODE_LENGTHS, TERMINATED, TRUNCATED};
-use crate::episodes::Episode;
-use crate::replace::replace;
-use crate::{HerBuffer, Scalar};
+use crate::npz::arrays::{Arrays, EPISODE_LENGTHS, TERMINATED, TRUNCATED};
+use crate::save::replace::replace;
+use crate::scalar::Scalar;
+use crate::store::buffer::HerBuffer;
+use crate::store::episodes::Episode;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Writes all finished episodes, or what is left of them, as an archive of numpy arrays. As with
-    /// [`save`](Self::save) the file is there whole or not at all.
+    /// [`save`](Self::save), the file appears whole or not at all.
     ///
-    /// For `E` episodes of `N` transitions together the arrays are, each state stored once:
+    /// The arrays for `E` episodes of `N` transitions in total, with each state stored once:
     ///
     /// | array | shape | type |
     /// |---|---|---|
     /// | `episode_lengths` | `(E,)` | `i8` |
-    /// | `observations`, `achieved_goals` | `(N + E, dim)` | `f4` or `f8`, as the buffer |
+    /// | `observations`, `achieved_goals` | `(N + E, dim)` | `f4` or `f8`, as in the buffer |
     /// | `desired_goals` | `(E, dim)` | the same |
     /// | `actions` | `(N, dim)` | the same |
     /// | `rewards` | `(N,)` | the same |
     /// | `terminated`, `truncated` | `(E,)` | `bool` |
-    /// | `fields_NAME`, for each field | `(N, len)` | as the buffer |
+    /// | `fields_NAME`, for each field | `(N, len)` | the same |
     ///
     /// In Python, episode `i` is:
     /// ```python
     /// data = numpy.load("episodes.npz")
     /// ends = numpy.cumsum(data["episode_lengths"])
     /// start, end = ends[i] - data["episode_lengths"][i], ends[i]
-    /// observations = data["observations"][start + i : end + i + 1]  # a state more than steps
+    /// observations = data["observations"][start + i : end + i + 1]  # one more state than steps
     /// actions = data["actions"][start:end]
     /// ```
     ///
     /// # Errors
-    /// What the file system reports.
+    /// Errors of the file system.
     pub fn export_npz(&self, path: impl AsRef<Path>) -> io::Result<()> {
         replace(path.as_ref(), |file: &mut File| self.write_npz(file))
     }
 
-    /// Writes what [`export_npz`](Self::export_npz) writes.
+    /// Writes the archive of [`export_npz`](Self::export_npz) to a writer.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn write_npz(&self, writer: impl Write + Seek) -> io::Result<()> {
         let storage = &self.storage;
         let (layout, tape) = (storage.layout, &storage.tape);
         let arrays = Arrays::new(&self.config);
-        let (n_episodes, n_steps) = (self.n_episodes() as u64, self.len() as u64);
+        let (num_episodes, num_steps) = (self.num_episodes() as u64, self.len() as u64);
         let states = |episode: &Episode| episode.row(episode.start)..=episode.last_row();
         let steps = |episode: &Episode| episode.row(episode.start)..episode.last_row();
-        let mut archive = Archive { zip: ZipWriter::new(writer), storage: self };
+        let mut archive = Archive { zip: ZipWriter::new(writer), buffer: self };
 
-        archive.lengths(n_episodes)?;
+        archive.lengths(num_episodes)?;
         for (name, of) in [(TERMINATED, 0), (TRUNCATED, 1)] {
-            archive.array(name, "|b1", &[n_episodes], |out, episode| {
+            archive.array(name, "|b1", &[num_episodes], |out, episode| {
                 let flags = [episode.ending.terminated, episode.ending.truncated];
                 out.write_all(&[u8::from(flags[of])])
             })?;
@@ -68,24 +69,24 @@ impl<T: Scalar> HerBuffer<T> {
             (arrays.observations, layout.observation()),
             (arrays.achieved_goals, layout.achieved_goal()),
         ] {
-            let shape = [n_steps + n_episodes, width as u64];
+            let shape = [num_steps + num_episodes, width as u64];
             archive.elements(&name, &shape, |out, episode| {
                 states(episode).try_for_each(|row| put(out, &tape.row(row)[place.clone()]))
             })?;
         }
         let (name, width) = arrays.desired_goals;
-        archive.elements(&name, &[n_episodes, width as u64], |out, episode| {
+        archive.elements(&name, &[num_episodes, width as u64], |out, episode| {
             put(out, &tape.row(episode.last_row())[layout.desired_goal()])
         })?;
         let (name, width) = arrays.actions;
-        archive.elements(&name, &[n_steps, width as u64], |out, episode| {
+        archive.elements(&name, &[num_steps, width as u64], |out, episode| {
             steps(episode).try_for_each(|row| put(out, &tape.row(row)[layout.action()]))
         })?;
-        archive.elements(&arrays.rewards.0, &[n_steps], |out, episode| {
+        archive.elements(&arrays.rewards.0, &[num_steps], |out, episode| {
             steps(episode).try_for_each(|row| put(out, &[tape.row(row)[layout.reward()]]))
         })?;
         for ((name, width), (_, place)) in arrays.fields.iter().zip(storage.fields.places()) {
-            archive.elements(name, &[n_steps, *width as u64], |out, episode| {
+            archive.elements(name, &[num_steps, *width as u64], |out, episode| {
                 steps(episode)
                     .try_for_each(|row| put(out, &tape.row(row)[layout.fields()][place.clone()]))
             })?;
@@ -94,22 +95,22 @@ impl<T: Scalar> HerBuffer<T> {
     }
 }
 
-/// An archive that is being written.
+/// The writer of an archive.
 struct Archive<'a, T, W: Write + Seek> {
     zip: ZipWriter<W>,
-    storage: &'a HerBuffer<T>,
+    buffer: &'a HerBuffer<T>,
 }
 
 type Out<'a, W> = BufWriter<&'a mut ZipWriter<W>>;
 
 impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
-    fn lengths(&mut self, n_episodes: u64) -> io::Result<()> {
-        self.array(EPISODE_LENGTHS, "<i8", &[n_episodes], |out, episode| {
+    fn lengths(&mut self, num_episodes: u64) -> io::Result<()> {
+        self.array(EPISODE_LENGTHS, "<i8", &[num_episodes], |out, episode| {
             out.write_all(&(episode.end - episode.start).to_le_bytes())
         })
     }
 
-    /// An array of the buffer's elements, to which `write` adds those of one episode after the other.
+    /// Writes an array of the buffer's elements, of which `write` writes those of one episode.
     fn elements(
         &mut self,
         name: &str,
@@ -127,7 +128,7 @@ impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
         shape: &[u64],
         mut write: impl FnMut(&mut Out<'_, W>, &Episode) -> io::Result<()>,
     ) -> io::Result<()> {
-        // As numpy.savez does it; numbers of sensors are hardly made smaller by compression.
+        // As numpy.savez does; compression hardly shrinks sensor values.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(true);
@@ -138,7 +139,7 @@ impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
             .shape(shape)
             .writer(BufWriter::new(&mut self.zip))
             .write_header_only()?;
-        let episodes = &self.storage.storage.episodes;
+        let episodes = &self.buffer.storage.episodes;
         for number in episodes.numbers() {
             write(&mut out, &episodes.get(number))?;
         }

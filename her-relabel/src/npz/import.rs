@@ -1,4 +1,4 @@
-//! Reading episodes from Python.
+//! Importing episodes from numpy.
 
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read, Seek};
@@ -6,20 +6,23 @@ use std::path::Path;
 
 use zip::ZipArchive;
 
-use super::array::Array;
-use super::{Arrays, EPISODE_LENGTHS, NpzError, TERMINATED, TRUNCATED};
-use crate::{BufferConfig, EpisodeData, FieldRows, HerBuffer, Scalar};
+use crate::add::arguments::{EpisodeData, FieldRows};
+use crate::npz::array::Array;
+use crate::npz::arrays::{Arrays, EPISODE_LENGTHS, TERMINATED, TRUNCATED};
+use crate::npz::error::NpzError;
+use crate::scalar::Scalar;
+use crate::store::buffer::HerBuffer;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Adds all episodes of an archive of numpy arrays, in their order, and returns how many there were. The
-    /// archive is as [`export_npz`](Self::export_npz) writes it, compressed or not, with all fields of
-    /// this buffer; what else is in it is left alone.
+    /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number. The
+    /// archive has the form that [`export_npz`](Self::export_npz) writes, compressed or not, with all fields
+    /// of this buffer. Other arrays in it are ignored.
     ///
-    /// The arrays are read side by side, so that beside the file no more than this buffer's capacity takes
-    /// memory, however much an archive announces.
+    /// The arrays are read side by side, so that an import takes no more memory than the file and this
+    /// buffer's capacity, whatever sizes the archive claims.
     ///
     /// # Errors
-    /// [`NpzError`]; no episode has been added then.
+    /// [`NpzError`]; then no episode has been added.
     pub fn import_npz(&mut self, path: impl AsRef<Path>) -> Result<u64, NpzError> {
         let path = path.as_ref();
         self.import(|| File::open(path).map(BufReader::new))
@@ -28,7 +31,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive in memory, as [`import_npz`](Self::import_npz) does.
     ///
     /// # Errors
-    /// [`NpzError`]; no episode has been added then.
+    /// [`NpzError`]; then no episode has been added.
     pub fn import_npz_bytes(&mut self, bytes: &[u8]) -> Result<u64, NpzError> {
         self.import(|| Ok(Cursor::new(bytes)))
     }
@@ -37,8 +40,8 @@ impl<T: Scalar> HerBuffer<T> {
         &mut self,
         open: impl Fn() -> io::Result<R>,
     ) -> Result<u64, NpzError> {
-        let config = BufferConfig { n_envs: 1, priorities: None, ..self.config.clone() };
-        // Sizes that this buffer has are no error.
+        let config = self.config.clone().with_num_envs(1).with_priorities(None);
+        // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
         let count = read(&mut staged, open)?;
         let episodes = &staged.storage.episodes;
@@ -55,7 +58,7 @@ impl<T: Scalar> HerBuffer<T> {
     }
 }
 
-/// Adds the episodes of an archive, each array of which is read from an archive opened for it.
+/// Adds the episodes of an archive, which is opened once for each array.
 fn read<T: Scalar, R: Read + Seek>(
     buffer: &mut HerBuffer<T>,
     open: impl Fn() -> io::Result<R>,
@@ -65,34 +68,34 @@ fn read<T: Scalar, R: Read + Seek>(
     let (mut lengths, mut rewards) = (another()?, another()?);
     let mut lengths = Array::<u64>::open(&mut lengths, EPISODE_LENGTHS, 1)?;
     let mut rewards = Array::<f64>::open(&mut rewards, &names.rewards.0, 1)?;
-    let (n_episodes, n_steps) = (lengths.len(), rewards.len());
-    let n_states = n_episodes.saturating_add(n_steps);
+    let (num_episodes, num_steps) = (lengths.len(), rewards.len());
+    let num_states = num_episodes.saturating_add(num_steps);
     let mut archives = (another()?, another()?, another()?, another()?, another()?, another()?);
-    let mut terminated = flags(&mut archives.0, TERMINATED, n_episodes)?;
-    let mut truncated = flags(&mut archives.1, TRUNCATED, n_episodes)?;
-    let mut observations = matrix(&mut archives.2, &names.observations, n_states)?;
-    let mut achieved_goals = matrix(&mut archives.3, &names.achieved_goals, n_states)?;
-    let mut desired_goals = matrix(&mut archives.4, &names.desired_goals, n_episodes)?;
-    let mut actions = matrix(&mut archives.5, &names.actions, n_steps)?;
+    let mut terminated = flags(&mut archives.0, TERMINATED, num_episodes)?;
+    let mut truncated = flags(&mut archives.1, TRUNCATED, num_episodes)?;
+    let mut observations = matrix(&mut archives.2, &names.observations, num_states)?;
+    let mut achieved_goals = matrix(&mut archives.3, &names.achieved_goals, num_states)?;
+    let mut desired_goals = matrix(&mut archives.4, &names.desired_goals, num_episodes)?;
+    let mut actions = matrix(&mut archives.5, &names.actions, num_steps)?;
     let mut field_archives =
         names.fields.iter().map(|_| another()).collect::<Result<Vec<_>, _>>()?;
     let mut fields = field_archives
         .iter_mut()
         .zip(&names.fields)
-        .map(|(archive, name)| matrix(archive, name, n_steps))
+        .map(|(archive, name)| matrix(archive, name, num_steps))
         .collect::<Result<Vec<_>, _>>()?;
 
     let field_names: Vec<String> =
-        buffer.config().fields.iter().map(|field| field.name.clone()).collect();
-    let capacity = buffer.config().capacity as u64;
+        buffer.config().fields().iter().map(|field| field.name.clone()).collect();
+    let capacity = buffer.config().capacity() as u64;
     let mut found = 0;
     let mut parts: [Vec<f64>; 5] = Default::default();
     let mut field_parts = vec![Vec::new(); fields.len()];
-    for episode in 0..n_episodes {
+    for episode in 0..num_episodes {
         let len = lengths.next()?;
         found = u64::saturating_add(found, len);
-        if len == 0 || found > n_steps {
-            return Err(NpzError::Lengths { episode, found, expected: n_steps });
+        if len == 0 || found > num_steps {
+            return Err(NpzError::Lengths { episode, found, expected: num_steps });
         }
         let [states, achieved, desired, acts, rews] = &mut parts;
         observations.take(len + 1, capacity + 1, states)?;
@@ -120,15 +123,15 @@ fn read<T: Scalar, R: Read + Seek>(
         };
         buffer.add_episode(&data).map_err(|source| NpzError::Episode { episode, source })?;
     }
-    if found < n_steps {
-        let episode = n_episodes.saturating_sub(1);
-        return Err(NpzError::Lengths { episode, found, expected: n_steps });
+    if found < num_steps {
+        let episode = num_episodes.saturating_sub(1);
+        return Err(NpzError::Lengths { episode, found, expected: num_steps });
     }
     lengths.finish()?;
     [terminated, truncated].into_iter().try_for_each(Array::finish)?;
     let matrices = [observations, achieved_goals, desired_goals, actions, rewards];
     matrices.into_iter().chain(fields).try_for_each(Array::finish)?;
-    Ok(n_episodes)
+    Ok(num_episodes)
 }
 
 fn flags<'a, R: Read + Seek>(

@@ -1,6 +1,6 @@
-//! What cannot be added, and that trying changes nothing.
+//! Rejected additions, which change nothing.
 
-use crate::common::{DIMS, add, begin, buffer, step};
+use crate::common::{DIMS, Result, add, begin, buffer, step};
 use her_relabel::{
     AddError, BufferConfig, ConfigError, Dims, EpisodeData, EpisodeStart, HerBuffer, Step,
 };
@@ -12,7 +12,7 @@ fn sizes_of_zero_and_sizes_beyond_memory_are_refused() {
         other => panic!("{other:?}"),
     };
     assert_eq!(zero(BufferConfig::new(0, DIMS)), "capacity");
-    assert_eq!(zero(BufferConfig::new(1, DIMS).with_n_envs(0)), "n_envs");
+    assert_eq!(zero(BufferConfig::new(1, DIMS).with_num_envs(0)), "num_envs");
     assert_eq!(zero(BufferConfig::new(1, Dims { observation: 0, ..DIMS })), "dims.observation");
     assert_eq!(zero(BufferConfig::new(1, Dims { goal: 0, ..DIMS })), "dims.goal");
     assert_eq!(zero(BufferConfig::new(1, Dims { action: 0, ..DIMS })), "dims.action");
@@ -32,39 +32,41 @@ fn a_large_capacity_costs_nothing_until_it_is_used() {
 }
 
 #[test]
-fn calls_out_of_order_are_errors() {
+fn calls_out_of_order_are_errors() -> Result {
     let mut buffer = buffer(10);
     assert_eq!(step(&mut buffer, 0, 1, 0, (false, false)), Err(AddError::NoEpisode { env: 0 }));
     assert_eq!(buffer.end_episode(0), Err(AddError::NoEpisode { env: 0 }));
     assert_eq!(buffer.discard_episode(0), Err(AddError::NoEpisode { env: 0 }));
-    let unknown = AddError::UnknownEnv { env: 1, n_envs: 1 };
+    let unknown = AddError::UnknownEnv { env: 1, num_envs: 1 };
     assert_eq!(begin(&mut buffer, 1, 1), Err(unknown.clone()));
     assert_eq!(step(&mut buffer, 1, 1, 0, (false, false)), Err(unknown.clone()));
     assert_eq!(buffer.unfinished_steps(1), Err(unknown));
-    begin(&mut buffer, 0, 1).unwrap();
+    begin(&mut buffer, 0, 1)?;
     assert_eq!(begin(&mut buffer, 0, 2), Err(AddError::EpisodeUnderWay { env: 0 }));
-    step(&mut buffer, 0, 1, 0, (false, true)).unwrap();
+    step(&mut buffer, 0, 1, 0, (false, true))?;
     assert_eq!(
         step(&mut buffer, 0, 1, 1, (false, true)),
         Err(AddError::NoEpisode { env: 0 }),
         "no step after the end"
     );
     assert_eq!(buffer.len(), 1);
+    Ok(())
 }
 
 #[test]
-fn an_episode_without_a_step_leaves_no_trace() {
+fn an_episode_without_a_step_leaves_no_trace() -> Result {
     let mut buffer = buffer(10);
-    begin(&mut buffer, 0, 1).unwrap();
-    buffer.end_episode(0).unwrap();
+    begin(&mut buffer, 0, 1)?;
+    buffer.end_episode(0)?;
     assert!(buffer.is_empty());
-    begin(&mut buffer, 0, 2).unwrap();
+    begin(&mut buffer, 0, 2)?;
+    Ok(())
 }
 
 #[test]
-fn a_bad_step_is_refused_whole() {
+fn a_bad_step_is_refused_whole() -> Result {
     let mut buffer = buffer(10);
-    begin(&mut buffer, 0, 1).unwrap();
+    begin(&mut buffer, 0, 1)?;
     let good = Step {
         action: &[0.0],
         reward: 0.0,
@@ -91,8 +93,9 @@ fn a_bad_step_is_refused_whole() {
     assert_eq!(not_finite(buffer.add_step(0, &bad)), "next_achieved_goal[2]");
     assert_eq!(buffer.unfinished_steps(0), Ok(Some(0)));
     assert!(buffer.is_empty());
-    buffer.add_step(0, &good).unwrap();
+    buffer.add_step(0, &good)?;
     assert_eq!(buffer.len(), 1);
+    Ok(())
 }
 
 #[test]
@@ -111,7 +114,7 @@ fn a_bad_start_begins_nothing() {
 }
 
 #[test]
-fn a_bad_whole_episode_is_refused() {
+fn a_bad_whole_episode_is_refused() -> Result {
     let mut buffer = buffer(10);
     let good = EpisodeData {
         observations: &[0.0; 4],
@@ -133,15 +136,17 @@ fn a_bad_whole_episode_is_refused() {
         Err(AddError::WrongLength { field: "observations".into(), expected: 4, actual: 2 })
     );
     assert!(buffer.is_empty());
-    buffer.add_episode(&good).unwrap();
+    buffer.add_episode(&good)?;
+    Ok(())
 }
 
 #[test]
-fn a_number_that_f32_cannot_hold_is_refused_and_named() {
+fn a_number_that_f32_cannot_hold_is_refused_and_named() -> Result {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
-    let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims)).unwrap();
+    let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims))?;
     let start = EpisodeStart { observation: &[1e300], achieved_goal: &[0.0], desired_goal: &[0.0] };
     let error = buffer.begin_episode(0, &start).unwrap_err();
     assert_eq!(error, AddError::NotFinite { field: "observation".into(), index: 0, value: 1e300 });
     assert!(error.to_string().contains("`observation[0]` is 1000"));
+    Ok(())
 }

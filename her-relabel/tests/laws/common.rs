@@ -1,9 +1,12 @@
-//! Episodes whose every number says where it belongs, and a look at what comes out.
+//! Episodes in which every number identifies its place, and checks of the rows drawn from them.
 
 use goal_reward::GoalReward;
 use her_relabel::{
-    AddError, Batch, BufferConfig, Dims, EpisodeData, EpisodeStart, HerBuffer, Step,
+    AddError, Batch, BufferConfig, Dims, EpisodeData, EpisodeStart, GoalStrategy, HerBuffer,
+    Sampler, Step, UnitInterval,
 };
+
+pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 pub(crate) const DIMS: Dims = Dims { observation: 2, goal: 3, action: 1 };
 
@@ -86,7 +89,7 @@ pub(crate) fn add(buffer: &mut HerBuffer<f64>, episode: u32, len: u32, ends: (bo
         .unwrap();
 }
 
-/// A reward that tells its arguments apart, and that no stored reward equals.
+/// A reward that depends on both arguments and never equals a stored reward.
 pub(crate) struct Telling;
 
 impl GoalReward for Telling {
@@ -106,13 +109,13 @@ pub(crate) struct Row {
     /// The step: from state `t` to state `t + 1`.
     pub(crate) t: u32,
     pub(crate) ends: (bool, bool),
-    /// The episode and the state that the new goal was achieved in.
+    /// The episode and the state in which the new goal was achieved.
     pub(crate) new_goal: Option<(u32, u32)>,
-    /// How many transitions later than its own the goal's source is.
+    /// The number of transitions by which the goal's source lies ahead.
     pub(crate) ahead: Option<i64>,
 }
 
-/// Reads a row back and checks that all of it belongs together.
+/// Reads a row back and checks that all its numbers belong together.
 pub(crate) fn read(batch: &Batch<f64>, row: usize) -> Row {
     let vector = |column: &[f64], dim: usize| column[row * dim..][..dim].to_vec();
     let seen = vector(batch.observation(), 2);
@@ -146,8 +149,20 @@ pub(crate) fn rows(batch: &Batch<f64>) -> Vec<Row> {
     (0..batch.len()).map(|row| read(batch, row)).collect()
 }
 
-/// Asserts that counts are as a uniform distribution makes them: Pearson's chi-square below a bound that
-/// chance exceeds about once in a million (Wilson and Hilferty's approximation).
+/// Draws the batch of a seed and reads its rows back.
+pub(crate) fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Vec<Row> {
+    let mut batch = Batch::new();
+    sampler.sample(buffer, &Telling, seed, &mut batch).unwrap();
+    rows(&batch)
+}
+
+/// Settings that relabel every row.
+pub(crate) fn relabel_all(batch_size: usize, strategy: GoalStrategy) -> Sampler {
+    Sampler::new(batch_size, strategy, UnitInterval::ONE)
+}
+
+/// Asserts that counts fit a uniform distribution: Pearson's chi-square is below a bound that chance exceeds
+/// about once in a million (Wilson and Hilferty's approximation).
 pub(crate) fn assert_uniform(counts: &[u64], what: &str) {
     let total: u64 = counts.iter().sum();
     let shares = vec![1.0 / counts.len() as f64; counts.len()];
@@ -155,7 +170,7 @@ pub(crate) fn assert_uniform(counts: &[u64], what: &str) {
     assert_distribution(counts, &shares, what);
 }
 
-/// The same for any distribution, given by its probabilities.
+/// Asserts that counts fit a distribution, given by its probabilities.
 pub(crate) fn assert_distribution(counts: &[u64], shares: &[f64], what: &str) {
     assert_eq!(counts.len(), shares.len());
     let total: f64 = counts.iter().sum::<u64>() as f64;

@@ -1,10 +1,8 @@
-//! What is no saved buffer is refused, and a hostile file does no harm.
+//! Rejected files, and hostile files, which do no harm.
 
 use crate::common::Telling;
 use crate::saving::{load, plain_step, saved, small};
-use her_relabel::{
-    Batch, Beta, EpisodeStart, GoalStrategy, HerBuffer, LoadError, RelabelRatio, Sampler,
-};
+use her_relabel::{Batch, EpisodeStart, GoalStrategy, HerBuffer, LoadError, Sampler, UnitInterval};
 use proptest::prelude::*;
 
 #[test]
@@ -41,7 +39,7 @@ fn foreign_files_say_what_they_are() {
     assert!(other.to_string().contains("HerBuffer<f64>"));
 }
 
-/// Gives a changed file the checksum that belongs to it, as a hostile writer would.
+/// Gives a changed file the right checksum, as a hostile writer would.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let end = bytes.len() - 4;
     let checksum = crc32fast::hash(&bytes[..end]);
@@ -49,7 +47,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// Where the numbers of [`small`]'s file are that are no elements: the sizes and the field, and at the end the
+/// The places of the numbers in [`small`]'s file that are not elements: the sizes, the field, and at the end the
 /// priorities.
 fn numbers(bytes: &[u8]) -> Vec<usize> {
     let field = 16 + 6 * 8;
@@ -94,13 +92,14 @@ proptest! {
     }
 }
 
-/// Whatever was loaded must work like any buffer.
+/// Uses a loaded buffer, which must work like any other.
 fn use_it(buffer: &mut HerBuffer<f64>) {
-    let mut sampler = Sampler::new(20, GoalStrategy::Random, RelabelRatio::from_k(1));
+    let beta = buffer.config().priorities().map(|_| UnitInterval::ONE);
+    let sampler =
+        Sampler::new(20, GoalStrategy::Random, UnitInterval::from_k(1)).with_priorities(beta);
     let mut batch = Batch::new();
     for _ in 0..5 {
-        sampler.prioritized = buffer.config().priorities.map(|_| Beta::FULL);
-        let _may_have_nothing = sampler.sample_seeded(buffer, &Telling, 1, &mut batch);
+        let _may_have_nothing = sampler.sample(buffer, &Telling, 1, &mut batch);
         let _may_need_other_fields = buffer.add_step(0, &plain_step());
         let _may_be_recording_nothing = buffer.end_episode(0);
         let _may_have_other_sizes = buffer.begin_episode(

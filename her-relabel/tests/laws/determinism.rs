@@ -1,20 +1,18 @@
-//! A seed decides a batch, and readers see whole rows.
+//! Batches are functions of their seed, and readers see whole rows.
 
 use std::num::NonZeroUsize;
 use std::sync::RwLock;
 use std::thread;
 
-use crate::common::{Telling, add, begin, buffer, rows, step};
-use her_relabel::{
-    Batch, Discount, GoalStrategy, HerBuffer, NStep, RelabelRatio, SampleError, Sampler,
-};
+use crate::common::{Result, Telling, add, begin, buffer, rows, step};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, SampleError, Sampler, UnitInterval};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-const SAMPLER: Sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::ALL);
+const SAMPLER: Sampler = Sampler::new(200, GoalStrategy::Future, UnitInterval::ONE);
 
 #[test]
-fn the_same_generator_gives_the_same_batches_and_another_gives_others() {
+fn the_same_generator_gives_the_same_batches_and_another_gives_others() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 50, (false, true));
     let draw = |seed| {
@@ -29,61 +27,66 @@ fn the_same_generator_gives_the_same_batches_and_another_gives_others() {
     assert_eq!([first.clone(), second.clone()], draw(1));
     assert_ne!(first, second);
     assert_ne!(first, draw(2)[0]);
+    Ok(())
 }
 
 #[test]
-fn a_batch_is_a_function_of_one_word_of_the_generator() {
+fn a_batch_is_a_function_of_one_word_of_the_generator() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 50, (false, true));
     let (mut drawn, mut seeded) = (Batch::new(), Batch::new());
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    SAMPLER.sample(&buffer, &Telling, &mut rng, &mut drawn).unwrap();
+    SAMPLER.sample(&buffer, &Telling, &mut rng, &mut drawn)?;
     let mut same = ChaCha8Rng::seed_from_u64(3);
-    SAMPLER.sample_seeded(&buffer, &Telling, same.next_u64(), &mut seeded).unwrap();
+    SAMPLER.sample(&buffer, &Telling, same.next_u64(), &mut seeded)?;
     assert_eq!(drawn, seeded);
     assert_eq!(rng.next_u64(), same.next_u64());
+    Ok(())
 }
 
 #[test]
-fn a_used_batch_gives_what_a_new_one_gives() {
+fn a_used_batch_gives_what_a_new_one_gives() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 50, (false, true));
     let (mut used, mut new) = (Batch::new(), Batch::new());
     let larger = SAMPLER.with_batch_size(500);
-    larger.sample_seeded(&buffer, &Telling, 1, &mut used).unwrap();
-    SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut used).unwrap();
-    SAMPLER.sample_seeded(&buffer, &Telling, 2, &mut new).unwrap();
+    larger.sample(&buffer, &Telling, 1, &mut used)?;
+    SAMPLER.sample(&buffer, &Telling, 2, &mut used)?;
+    SAMPLER.sample(&buffer, &Telling, 2, &mut new)?;
     assert_eq!(used, new);
+    Ok(())
 }
 
 #[test]
-fn any_number_of_threads_draws_the_same_batch() {
+fn any_number_of_threads_draws_the_same_batch() -> Result {
     let mut buffer = buffer(1000);
     for episode in 0..40 {
         add(&mut buffer, episode, 1 + episode % 30, (episode % 2 == 0, true));
     }
-    let n_step =
-        NStep { steps: NonZeroUsize::MIN.saturating_add(3), gamma: Discount::new(0.9).unwrap() };
-    let sampler = Sampler::new(5001, GoalStrategy::Random, RelabelRatio::from_k(4));
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(3), UnitInterval::new(0.9)?);
+    let sampler = Sampler::new(5001, GoalStrategy::Random, UnitInterval::from_k(4));
     for sampler in [sampler, sampler.with_n_step(n_step).with_success(true)] {
         let (mut alone, mut together) = (Batch::new(), Batch::new());
-        sampler.sample_seeded(&buffer, &Telling, 5, &mut alone).unwrap();
+        sampler.sample(&buffer, &Telling, 5, &mut alone)?;
         for threads in 1..=4 {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| sampler.sample_parallel(&buffer, &Telling, 5, &mut together)).unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+            pool.install(|| {
+                sampler.with_parallel(true).sample(&buffer, &Telling, 5, &mut together)
+            })?;
             assert_eq!(alone, together);
         }
-        // What one thread draws is not what another draws.
+        // Threads do not draw the same rows.
         let halves = alone.transition().split_at(2500);
         assert_ne!(halves.0, &halves.1[..2500]);
     }
+    Ok(())
 }
 
 #[test]
-fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() {
+fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 50, (false, true));
-    begin(&mut buffer, 0, 2).unwrap();
+    begin(&mut buffer, 0, 2)?;
     let saved = |buffer: &HerBuffer<f64>| {
         let mut bytes = Vec::new();
         buffer.write_to(&mut bytes).unwrap();
@@ -92,7 +95,7 @@ fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() {
     let before = saved(&buffer);
     let mut batch = Batch::new();
     for seed in 0..10 {
-        SAMPLER.sample_parallel(&buffer, &Telling, seed, &mut batch).unwrap();
+        SAMPLER.with_parallel(true).sample(&buffer, &Telling, seed, &mut batch)?;
     }
     assert!(saved(&buffer) == before);
     let copy = batch.clone();
@@ -102,31 +105,33 @@ fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() {
     buffer.clear();
     assert_eq!(batch, copy);
     rows(&batch);
+    Ok(())
 }
 
 #[test]
-fn batches_beyond_memory_are_refused() {
+fn batches_beyond_memory_are_refused() -> Result {
     let mut buffer = buffer(10);
     add(&mut buffer, 1, 5, (false, true));
-    let n_step = NStep { steps: NonZeroUsize::MAX, gamma: Discount::new(0.9).unwrap() };
+    let n_step = NStep::new(NonZeroUsize::MAX, UnitInterval::new(0.9)?);
     for sampler in [SAMPLER.with_batch_size(usize::MAX), SAMPLER.with_n_step(n_step)] {
-        let result = sampler.sample_seeded(&buffer, &Telling, 0, &mut Batch::new());
+        let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::new());
         assert_eq!(result, Err(SampleError::TooLarge));
     }
+    Ok(())
 }
 
 #[test]
-fn seeded_batches_are_pinned() {
-    // A change of these numbers changes every user's results: it belongs into the changelog.
+fn seeded_batches_are_pinned() -> Result {
+    // A change of these numbers changes every user's results and belongs in the changelog.
     let mut buffer = buffer(1000);
     for episode in 0..20 {
         add(&mut buffer, episode, 50, (false, true));
     }
-    let sampler = Sampler::new(6, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let sampler = Sampler::new(6, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();
-    sampler.sample_seeded(&buffer, &Telling, 42, &mut batch).unwrap();
+    sampler.sample(&buffer, &Telling, 42, &mut batch)?;
     let drawn: Vec<_> = rows(&batch).iter().map(|row| (row.id, row.ahead)).collect();
-    // Worked out by another program from the definition of SplitMix64.
+    // Computed by another program from the definition of SplitMix64.
     let expected = [
         (742, Some(2)),
         (39, None),
@@ -136,25 +141,27 @@ fn seeded_batches_are_pinned() {
         (958, Some(25)),
     ];
     assert_eq!(drawn, expected);
+    Ok(())
 }
 
 #[test]
-fn nothing_can_be_drawn_before_an_episode_ends() {
+fn nothing_can_be_drawn_before_an_episode_ends() -> Result {
     let mut buffer = buffer(100);
     let mut batch = Batch::new();
-    let result = SAMPLER.sample_seeded(&buffer, &Telling, 0, &mut batch);
+    let result = SAMPLER.sample(&buffer, &Telling, 0, &mut batch);
     assert_eq!(result, Err(SampleError::NoFinishedEpisode));
-    begin(&mut buffer, 0, 1).unwrap();
-    step(&mut buffer, 0, 1, 0, (false, false)).unwrap();
-    let error = SAMPLER.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap_err();
+    begin(&mut buffer, 0, 1)?;
+    step(&mut buffer, 0, 1, 0, (false, false))?;
+    let error = SAMPLER.sample(&buffer, &Telling, 0, &mut batch).unwrap_err();
     assert!(error.to_string().contains("call end_episode"));
     let none = SAMPLER.with_batch_size(0);
     add(&mut buffer, 2, 3, (false, true));
-    assert_eq!(none.sample_seeded(&buffer, &Telling, 0, &mut batch), Err(SampleError::EmptyBatch));
+    assert_eq!(none.sample(&buffer, &Telling, 0, &mut batch), Err(SampleError::EmptyBatch));
+    Ok(())
 }
 
 #[test]
-fn readers_beside_a_writer_never_see_a_torn_row() {
+fn readers_beside_a_writer_never_see_a_torn_row() -> Result {
     let mut first = buffer(300);
     add(&mut first, 0, 20, (false, true));
     let shared = RwLock::new(first);
@@ -165,9 +172,7 @@ fn readers_beside_a_writer_never_see_a_torn_row() {
                 let mut batch = Batch::new();
                 for seed in 0..300 {
                     let buffer = shared.read().unwrap();
-                    SAMPLER
-                        .sample_seeded(&buffer, &Telling, reader * 1000 + seed, &mut batch)
-                        .unwrap();
+                    SAMPLER.sample(&buffer, &Telling, reader * 1000 + seed, &mut batch).unwrap();
                     drop(buffer);
                     // Checks that every number of a row belongs to one transition.
                     rows(&batch);
@@ -178,4 +183,5 @@ fn readers_beside_a_writer_never_see_a_torn_row() {
             add(&mut shared.write().unwrap(), episode, 1 + episode % 30, (false, true));
         }
     });
+    Ok(())
 }

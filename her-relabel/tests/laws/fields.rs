@@ -1,12 +1,12 @@
-//! Further named fields go with their transition, however they came.
+//! Additional fields stay with their transition, however they were added.
 
 use crate::common::{
-    self, Telling, achieved_goal, action, desired_goal, observation, reward, rows,
+    self, Result, Telling, achieved_goal, action, desired_goal, observation, reward, rows,
 };
 use goal_reward::GoalReward;
 use her_relabel::{
-    AddError, Batch, BufferConfig, ConfigError, Discount, EpisodeData, GoalStrategy, HerBuffer,
-    NStep, RelabelRatio, Sampler, StartBatch, Step, StepBatch, UnknownField,
+    AddError, Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, NStep,
+    Sampler, StartBatch, Step, StepBatch, UnitInterval, UnknownField,
 };
 use std::num::NonZeroUsize;
 
@@ -43,7 +43,7 @@ fn add_whole(buffer: &mut HerBuffer<f64>, episode: u32, len: u32) {
     buffer.add_episode(&data).unwrap();
 }
 
-/// Adds an episode to every environment, a step of each at a time.
+/// Adds an episode to every environment, one step of all at a time.
 fn add_vectorized(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
     let flat = |part: &dyn Fn(u32) -> Vec<f64>| -> Vec<f64> {
         episodes.iter().flat_map(|episode| part(*episode)).collect()
@@ -87,7 +87,7 @@ fn add_steps(buffer: &mut HerBuffer<f64>, episode: u32, len: u32) {
     }
 }
 
-/// Checks the fields of all rows by the places that the observations tell.
+/// Checks the fields of all rows by the place that the observation identifies.
 fn assert_fields(batch: &Batch<f64>) {
     let seen = batch.observation().chunks_exact(2);
     let log_probs = batch.field("log_prob").unwrap().chunks_exact(1);
@@ -101,62 +101,64 @@ fn assert_fields(batch: &Batch<f64>) {
 }
 
 #[test]
-fn fields_go_with_their_transition_however_they_came() {
-    let mut buffer = HerBuffer::<f64>::new(config(200).with_n_envs(2)).unwrap();
+fn fields_stay_with_their_transition_however_they_were_added() -> Result {
+    let mut buffer = HerBuffer::<f64>::new(config(200).with_num_envs(2))?;
     let mut batch = Batch::new();
-    let sampler = Sampler::new(600, GoalStrategy::Future, RelabelRatio::from_k(4));
-    let n_step =
-        NStep { steps: NonZeroUsize::MIN.saturating_add(2), gamma: Discount::new(0.9).unwrap() };
+    let sampler = Sampler::new(600, GoalStrategy::Future, UnitInterval::from_k(4));
+    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.9)?);
     for round in 0..12 {
         add_whole(&mut buffer, 4 * round, 1 + round * 5 % 17);
         add_vectorized(&mut buffer, &[4 * round + 1, 4 * round + 2], 1 + round * 7 % 13);
         add_steps(&mut buffer, 4 * round + 3, 1 + round * 3 % 11);
-        sampler.sample_seeded(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
+        sampler.sample(&buffer, &Telling, u64::from(round), &mut batch)?;
         rows(&batch);
         assert_fields(&batch);
-        let windows = sampler.with_n_step(n_step);
-        windows.sample_parallel(&buffer, &Telling, u64::from(round), &mut batch).unwrap();
+        let windows = sampler.with_n_step(n_step).with_parallel(true);
+        windows.sample(&buffer, &Telling, u64::from(round), &mut batch)?;
         assert_fields(&batch);
     }
     assert_eq!(buffer.len(), 200, "the ring has wrapped");
+    Ok(())
 }
 
 #[test]
-fn a_loaded_buffer_has_the_fields_of_the_saved_one() {
-    let mut buffer = HerBuffer::<f64>::new(config(30)).unwrap();
+fn a_loaded_buffer_has_the_fields_of_the_saved_one() -> Result {
+    let mut buffer = HerBuffer::<f64>::new(config(30))?;
     for episode in 0..7 {
         add_whole(&mut buffer, episode, 9);
     }
     let mut bytes = Vec::new();
-    buffer.write_to(&mut bytes).unwrap();
-    let loaded = HerBuffer::<f64>::read_from(&bytes[..]).unwrap();
-    let sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::from_k(4));
+    buffer.write_to(&mut bytes)?;
+    let loaded = HerBuffer::<f64>::read_from(&bytes[..])?;
+    let sampler = Sampler::new(200, GoalStrategy::Future, UnitInterval::from_k(4));
     let (mut batch, mut expected) = (Batch::new(), Batch::new());
-    sampler.sample_seeded(&loaded, &Telling, 0, &mut batch).unwrap();
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut expected).unwrap();
+    sampler.sample(&loaded, &Telling, 0, &mut batch)?;
+    sampler.sample(&buffer, &Telling, 0, &mut expected)?;
     assert_fields(&batch);
     assert_eq!(batch, expected);
+    Ok(())
 }
 
 #[test]
-fn an_episode_longer_than_the_buffer_keeps_the_fields_of_its_end() {
-    let mut buffer = HerBuffer::<f64>::new(config(7)).unwrap();
-    let sampler = Sampler::new(100, GoalStrategy::Final, RelabelRatio::ALL);
+fn an_episode_longer_than_the_buffer_keeps_the_fields_of_its_end() -> Result {
+    let mut buffer = HerBuffer::<f64>::new(config(7))?;
+    let sampler = Sampler::new(100, GoalStrategy::Final, UnitInterval::ONE);
     let mut batch = Batch::new();
     for add in [add_whole, add_steps] {
         add(&mut buffer, 1, 20);
-        sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+        sampler.sample(&buffer, &Telling, 0, &mut batch)?;
         assert_fields(&batch);
     }
+    Ok(())
 }
 
 #[test]
-fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() {
-    // Two elements after the state, and a desired goal of three.
+fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() -> Result {
+    // Two elements follow the state, and the desired goal has three.
     let narrow = BufferConfig::new(50, common::DIMS);
-    let mut plain = HerBuffer::<f64>::new(narrow.clone()).unwrap();
-    let mut buffer = HerBuffer::<f64>::new(narrow.with_field("value", 1)).unwrap();
-    let sampler = Sampler::new(100, GoalStrategy::PastDesired, RelabelRatio::from_k(1));
+    let mut plain = HerBuffer::<f64>::new(narrow.clone())?;
+    let mut buffer = HerBuffer::<f64>::new(narrow.with_field("value", 1))?;
+    let sampler = Sampler::new(100, GoalStrategy::PastDesired, UnitInterval::from_k(1));
     let (mut batch, mut without) = (Batch::new(), Batch::new());
     common::add(&mut plain, 1, 1, (false, true));
     let data = EpisodeData {
@@ -169,18 +171,19 @@ fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() {
         truncated: true,
         fields: &[("value", &[3.5])],
     };
-    buffer.add_episode(&data).unwrap();
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
-    sampler.sample_seeded(&plain, &Telling, 0, &mut without).unwrap();
-    assert_eq!(batch.field("value").unwrap(), [3.5; 100]);
+    buffer.add_episode(&data)?;
+    sampler.sample(&buffer, &Telling, 0, &mut batch)?;
+    sampler.sample(&plain, &Telling, 0, &mut without)?;
+    assert_eq!(batch.field("value")?, [3.5; 100]);
     assert_eq!(batch.desired_goal(), without.desired_goal());
     assert_eq!(batch.reward(), without.reward());
+    Ok(())
 }
 
 #[test]
-fn unknown_missing_repeated_and_misshapen_fields_are_refused() {
-    let mut buffer = HerBuffer::<f64>::new(config(50)).unwrap();
-    common::begin(&mut buffer, 0, 1).unwrap();
+fn unknown_missing_repeated_and_misshapen_fields_are_refused() -> Result {
+    let mut buffer = HerBuffer::<f64>::new(config(50))?;
+    common::begin(&mut buffer, 0, 1)?;
     let good = Step {
         action: &[0.0],
         reward: 0.0,
@@ -198,7 +201,7 @@ fn unknown_missing_repeated_and_misshapen_fields_are_refused() {
     let unknown = refusal(&[("log_prob", &[0.0]), ("value", &[0.0])], &mut buffer);
     assert_eq!(
         unknown.to_string(),
-        "`value` is no field: there are [log_prob, latent]; name it in `fields` of the configuration"
+        "there is no field `value` among [log_prob, latent]: declare it with `BufferConfig::with_field`"
     );
     let missing = refusal(&[("log_prob", &[0.0])], &mut buffer);
     assert_eq!(missing, AddError::MissingField { name: "latent".into() });
@@ -208,14 +211,15 @@ fn unknown_missing_repeated_and_misshapen_fields_are_refused() {
     assert_eq!(short, AddError::WrongLength { field: "latent".into(), expected: 3, actual: 1 });
     let nan = refusal(&[("log_prob", &[f64::NAN]), ("latent", &[0.0; 3])], &mut buffer);
     assert!(matches!(nan, AddError::NotFinite { field, index: 0, .. } if field == "log_prob"));
-    buffer.add_step(0, &good).unwrap();
+    buffer.add_step(0, &good)?;
 
     let mut batch = Batch::new();
     assert!(matches!(batch.field("log_prob"), Err(UnknownField { known, .. }) if known.is_empty()));
-    let sampler = Sampler::new(3, GoalStrategy::Final, RelabelRatio::NONE);
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
-    assert_eq!(batch.field("latent").unwrap(), [0.0; 9]);
+    let sampler = Sampler::new(3, GoalStrategy::Final, UnitInterval::ZERO);
+    sampler.sample(&buffer, &Telling, 0, &mut batch)?;
+    assert_eq!(batch.field("latent")?, [0.0; 9]);
     assert!(matches!(batch.field("value"), Err(UnknownField { name, .. }) if name == "value"));
+    Ok(())
 }
 
 #[test]
@@ -234,14 +238,15 @@ fn fields_need_proper_names_and_lengths() {
 }
 
 #[test]
-fn the_reward_knows_nothing_of_fields() {
-    let mut buffer = HerBuffer::<f64>::new(config(50)).unwrap();
+fn the_reward_does_not_depend_on_fields() -> Result {
+    let mut buffer = HerBuffer::<f64>::new(config(50))?;
     add_whole(&mut buffer, 2, 9);
     let mut batch = Batch::new();
-    let sampler = Sampler::new(64, GoalStrategy::Episode, RelabelRatio::ALL);
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    let sampler = Sampler::new(64, GoalStrategy::Episode, UnitInterval::ONE);
+    sampler.sample(&buffer, &Telling, 0, &mut batch)?;
     for row in 0..batch.len() {
         let goals = (&batch.next_achieved_goal()[3 * row..], &batch.desired_goal()[3 * row..]);
         assert_eq!(batch.reward()[row], Telling.reward(goals.0, goals.1));
     }
+    Ok(())
 }

@@ -4,9 +4,9 @@ use std::num::NonZeroUsize;
 
 use crate::common::{DIMS, Telling, achieved_goal, add, buffer, observation, reward};
 use goal_reward::GoalReward;
-use her_relabel::{Batch, Discount, GoalStrategy, HerBuffer, NStep, RelabelRatio, Sampler};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, Sampler, UnitInterval};
 
-/// [`Telling`] for a task that is over once its goal is reached.
+/// [`Telling`] for a task that ends once its goal is reached.
 struct Ending;
 
 impl GoalReward for Ending {
@@ -22,12 +22,12 @@ impl GoalReward for Ending {
 }
 
 fn sampler() -> Sampler {
-    Sampler::new(2000, GoalStrategy::Future, RelabelRatio::from_k(1))
+    Sampler::new(2000, GoalStrategy::Future, UnitInterval::from_k(1))
 }
 
 fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler) -> Batch<f64> {
     let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &Ending, 1, &mut batch).unwrap();
+    sampler.sample(buffer, &Ending, 1, &mut batch).unwrap();
     batch
 }
 
@@ -42,7 +42,7 @@ fn episodes() -> HerBuffer<f64> {
 const LENS: [u32; 4] = [0, 4, 1, 7];
 
 #[test]
-fn outcomes_are_as_stored_unless_asked_for() {
+fn outcomes_are_as_stored_unless_requested() {
     let batch = draw(&episodes(), &sampler());
     assert!(batch.success().is_empty() && batch.discount().is_empty());
     for row in 0..batch.len() {
@@ -56,7 +56,7 @@ fn outcomes_are_as_stored_unless_asked_for() {
 #[test]
 fn termination_and_success_are_those_of_the_new_goal() {
     let stored = draw(&episodes(), &sampler());
-    let with_outcomes = sampler().with_recomputed_terminated(true).with_success(true);
+    let with_outcomes = sampler().with_recompute_terminated(true).with_success(true);
     let batch = draw(&episodes(), &with_outcomes);
     assert_eq!(batch.success().len(), batch.len());
     for (row, relabeled) in batch.relabeled().enumerate() {
@@ -71,7 +71,7 @@ fn termination_and_success_are_those_of_the_new_goal() {
 }
 
 fn n_step(steps: usize, gamma: f64) -> NStep {
-    NStep { steps: NonZeroUsize::new(steps).unwrap(), gamma: Discount::new(gamma).unwrap() }
+    NStep::new(NonZeroUsize::new(steps).unwrap(), UnitInterval::new(gamma).unwrap())
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn a_window_has_one_goal_and_ends_with_its_episode() {
     for (steps, gamma) in [(1, 0.5), (3, 0.5), (5, 1.0), (100, 0.9)] {
         for recompute in [false, true] {
             let sampler =
-                sampler().with_n_step(n_step(steps, gamma)).with_recomputed_terminated(recompute);
+                sampler().with_n_step(n_step(steps, gamma)).with_recompute_terminated(recompute);
             let batch = draw(&episodes(), &sampler);
             for row in 0..batch.len() {
                 check_window(&batch, row, steps as u32, gamma, recompute);
@@ -88,7 +88,7 @@ fn a_window_has_one_goal_and_ends_with_its_episode() {
     }
 }
 
-/// Works a window out step by step.
+/// Computes a window step by step.
 fn check_window(batch: &Batch<f64>, row: usize, steps: u32, gamma: f64, recompute: bool) {
     let (episode, t) = place(batch, row);
     let new_goal = batch.goal_source()[row].is_some().then(|| goal(batch.desired_goal(), row));

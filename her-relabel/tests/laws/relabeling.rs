@@ -3,31 +3,21 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::common::{Row, Telling, add, assert_uniform, buffer, rows};
+use crate::common::{Result, Telling, add, assert_uniform, buffer, draw, relabel_all, rows};
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 use her_relabel::{
-    Batch, BufferConfig, Dims, Discount, EpisodeData, GoalStrategy, HerBuffer, RelabelRatio,
-    SampleError, Sampler,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, SampleError, Sampler,
+    UnitInterval,
 };
 
 /// All strategies whose goals come from the transition's own episode.
 fn strategies() -> [GoalStrategy; 4] {
-    let geometric = GoalStrategy::Geometric { gamma: Discount::new(0.9).unwrap() };
+    let geometric = GoalStrategy::Geometric { gamma: UnitInterval::new(0.9).unwrap() };
     [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode, geometric]
 }
 
-fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Vec<Row> {
-    let mut batch = Batch::new();
-    sampler.sample_seeded(buffer, &Telling, seed, &mut batch).unwrap();
-    rows(&batch)
-}
-
-fn relabel_all(batch_size: usize, strategy: GoalStrategy) -> Sampler {
-    Sampler::new(batch_size, strategy, RelabelRatio::ALL)
-}
-
 #[test]
-fn future_goals_are_uniform_over_the_states_after_the_step() {
+fn future_goals_are_uniform_over_the_states_after_the_step() -> Result {
     const LEN: u32 = 12;
     let mut buffer = buffer(100);
     add(&mut buffer, 3, LEN, (false, true));
@@ -41,6 +31,7 @@ fn future_goals_are_uniform_over_the_states_after_the_step() {
         }
         assert_uniform(&counts, &format!("future goals of step {t}"));
     }
+    Ok(())
 }
 
 #[test]
@@ -56,7 +47,7 @@ fn final_goals_are_the_last_state() {
 }
 
 #[test]
-fn episode_goals_are_uniform_over_all_states_but_the_first() {
+fn episode_goals_are_uniform_over_all_states_but_the_first() -> Result {
     const LEN: u32 = 9;
     let mut buffer = buffer(100);
     add(&mut buffer, 1, LEN, (false, true));
@@ -68,10 +59,11 @@ fn episode_goals_are_uniform_over_all_states_but_the_first() {
         }
         assert_uniform(&counts, &format!("episode goals of step {t}"));
     }
+    Ok(())
 }
 
 #[test]
-fn goals_of_neighboring_rows_are_independent() {
+fn goals_of_neighboring_rows_are_independent() -> Result {
     const LEN: u32 = 5;
     let mut buffer = buffer(100);
     add(&mut buffer, 1, LEN, (false, true));
@@ -85,6 +77,7 @@ fn goals_of_neighboring_rows_are_independent() {
     }
     assert_uniform(&goals, "pairs of goals");
     assert_uniform(&step_and_goal, "a step and the goal of the next row");
+    Ok(())
 }
 
 #[test]
@@ -100,7 +93,7 @@ fn an_episode_of_one_step_has_one_hindsight_goal() {
 }
 
 #[test]
-fn goals_come_from_the_same_episode_at_every_offset_of_the_ring() {
+fn goals_come_from_the_same_episode_at_every_offset_of_the_ring() -> Result {
     for capacity in [1, 7, 64, 65, 200] {
         let mut buffer = buffer(capacity);
         for episode in 0..90 {
@@ -118,6 +111,7 @@ fn goals_come_from_the_same_episode_at_every_offset_of_the_ring() {
             }
         }
     }
+    Ok(())
 }
 
 #[test]
@@ -126,7 +120,7 @@ fn the_ratio_holds_for_batches_of_one() {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 6, (false, true));
     for k in [0, 1, 4] {
-        let ratio = RelabelRatio::from_k(k);
+        let ratio = UnitInterval::from_k(k);
         let sampler = Sampler::new(1, GoalStrategy::Future, ratio);
         let relabeled = (0..BATCHES)
             .filter(|seed| draw(&buffer, &sampler, *seed)[0].new_goal.is_some())
@@ -135,7 +129,7 @@ fn the_ratio_holds_for_batches_of_one() {
         let deviation = (expected * (1.0 - ratio.get())).sqrt();
         assert!((relabeled - expected).abs() <= 5.0 * deviation, "k = {k}: {relabeled}");
     }
-    assert!((RelabelRatio::from_k(4).get() - 0.8).abs() < 1e-15);
+    assert!((UnitInterval::from_k(4).get() - 0.8).abs() < 1e-15);
     let all = draw(&buffer, &relabel_all(5000, GoalStrategy::Future), 6);
     assert!(all.iter().all(|row| row.new_goal.is_some()));
 }
@@ -143,11 +137,11 @@ fn the_ratio_holds_for_batches_of_one() {
 #[test]
 fn ratios_outside_of_zero_to_one_are_refused() {
     for bad in [-0.1, 1.5, f64::NAN] {
-        assert!(RelabelRatio::new(bad).is_err());
+        assert!(UnitInterval::new(bad).is_err());
     }
 }
 
-/// Counts calls, and remembers how many rows came.
+/// A reward that counts its calls and the rows of the last one.
 #[derive(Default)]
 struct Counting {
     calls: AtomicUsize,
@@ -169,25 +163,26 @@ impl GoalReward for Counting {
 }
 
 #[test]
-fn the_reward_is_called_once_with_the_relabeled_rows_or_not_at_all() {
+fn the_reward_is_called_once_with_the_relabeled_rows_or_not_at_all() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 6, (false, true));
     let mut batch = Batch::new();
     let counting = Counting::default();
-    let sampler = Sampler::new(64, GoalStrategy::Future, RelabelRatio::from_k(1));
-    sampler.sample_seeded(&buffer, &counting, 7, &mut batch).unwrap();
+    let sampler = Sampler::new(64, GoalStrategy::Future, UnitInterval::from_k(1));
+    sampler.sample(&buffer, &counting, 7, &mut batch)?;
     assert_eq!(counting.calls.load(Ordering::Relaxed), 1);
     let relabeled = batch.relabeled().filter(|relabeled| *relabeled).count();
     assert_eq!(counting.rows.load(Ordering::Relaxed), relabeled);
     assert!((1..64).contains(&relabeled));
     rows(&batch);
 
-    let none = sampler.with_ratio(RelabelRatio::NONE);
-    none.sample_seeded(&buffer, &counting, 7, &mut batch).unwrap();
+    let none = sampler.with_ratio(UnitInterval::ZERO);
+    none.sample(&buffer, &counting, 7, &mut batch)?;
     assert_eq!(counting.calls.load(Ordering::Relaxed), 1);
+    Ok(())
 }
 
-/// A reward that misbehaves.
+/// A reward that fails.
 enum Bad {
     Panics,
     Fails,
@@ -211,27 +206,27 @@ impl GoalReward for Bad {
 }
 
 #[test]
-fn a_bad_reward_function_harms_nothing() {
+fn a_bad_reward_function_harms_nothing() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 6, (false, true));
     let sampler = relabel_all(8, GoalStrategy::Future);
     let expected = draw(&buffer, &sampler, 8);
     let mut batch = Batch::new();
-    let result = sampler.sample_seeded(&buffer, &Bad::Fails, 8, &mut batch);
+    let result = sampler.sample(&buffer, &Bad::Fails, 8, &mut batch);
     assert_eq!(result, Err(SampleError::Reward(GoalError::Empty)));
     assert!(batch.is_empty());
-    let result = sampler.sample_seeded(&buffer, &Bad::IsNan, 8, &mut batch);
+    let result = sampler.sample(&buffer, &Bad::IsNan, 8, &mut batch);
     assert!(matches!(result, Err(SampleError::RewardNotFinite { row: 0, .. })));
     assert!(batch.is_empty());
-    let panicked = catch_unwind(AssertUnwindSafe(|| {
-        sampler.sample_seeded(&buffer, &Bad::Panics, 8, &mut batch)
-    }));
+    let panicked =
+        catch_unwind(AssertUnwindSafe(|| sampler.sample(&buffer, &Bad::Panics, 8, &mut batch)));
     assert!(panicked.is_err());
-    sampler.sample_seeded(&buffer, &Telling, 8, &mut batch).unwrap();
+    sampler.sample(&buffer, &Telling, 8, &mut batch)?;
     assert_eq!(rows(&batch), expected);
+    Ok(())
 }
 
-/// Two states of one dimension whose distance is `distance`, in hindsight of the second.
+/// The reward of a state at `distance` from the goal, in one dimension.
 fn reward_at(distance: f64) -> f64 {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(10, dims)).unwrap();
@@ -249,7 +244,7 @@ fn reward_at(distance: f64) -> f64 {
         .unwrap();
     let mut batch = Batch::new();
     let sampler = relabel_all(32, GoalStrategy::Final);
-    sampler.sample_seeded(&buffer, &DistanceReward::sparse(), 0, &mut batch).unwrap();
+    sampler.sample(&buffer, &DistanceReward::sparse(), 0, &mut batch).unwrap();
     let first = batch.next_achieved_goal().iter().position(|goal| *goal == 0.0).unwrap();
     batch.reward()[first]
 }
@@ -264,29 +259,28 @@ fn goals_are_not_rounded_before_the_threshold() {
 }
 
 #[test]
-fn f32_goals_are_widened_for_the_reward() {
+fn f32_goals_are_widened_for_the_reward() -> Result {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
-    let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims)).unwrap();
-    buffer
-        .add_episode(&EpisodeData {
-            observations: &[0.1_f64, 0.2],
-            achieved_goals: &[0.0, 0.3],
-            desired_goal: &[0.7],
-            actions: &[0.1],
-            rewards: &[-0.4],
-            terminated: false,
-            truncated: true,
-            fields: &[],
-        })
-        .unwrap();
+    let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims))?;
+    buffer.add_episode(&EpisodeData {
+        observations: &[0.1_f64, 0.2],
+        achieved_goals: &[0.0, 0.3],
+        desired_goal: &[0.7],
+        actions: &[0.1],
+        rewards: &[-0.4],
+        terminated: false,
+        truncated: true,
+        fields: &[],
+    })?;
     let mut batch = Batch::new();
     let sampler = relabel_all(1, GoalStrategy::Future);
-    sampler.sample_seeded(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
+    sampler.sample(&buffer, &DistanceReward::dense(), 0, &mut batch)?;
     assert_eq!(batch.next_achieved_goal(), [0.3_f32]);
     assert_eq!(batch.desired_goal(), [0.3_f32]);
     assert_eq!(batch.reward(), [0.0_f32]);
-    let plain = sampler.with_ratio(RelabelRatio::NONE);
-    plain.sample_seeded(&buffer, &DistanceReward::dense(), 0, &mut batch).unwrap();
+    let plain = sampler.with_ratio(UnitInterval::ZERO);
+    plain.sample(&buffer, &DistanceReward::dense(), 0, &mut batch)?;
     assert_eq!(batch.reward(), [-0.4_f32]);
     assert_eq!(batch.desired_goal(), [0.7_f32]);
+    Ok(())
 }

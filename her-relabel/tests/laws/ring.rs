@@ -1,30 +1,30 @@
-//! The ring against a plain list of episodes.
+//! The ring, compared with a plain list of episodes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::common::{DIMS, Row, Telling, add, assert_uniform, begin, buffer, rows, step};
+use crate::common::{DIMS, Result, Row, Telling, add, assert_uniform, begin, buffer, rows, step};
 use her_relabel::{
-    Batch, BufferConfig, GoalStrategy, HerBuffer, RelabelRatio, SampleError, Sampler,
+    Batch, BufferConfig, GoalStrategy, HerBuffer, SampleError, Sampler, UnitInterval,
 };
 use proptest::prelude::*;
 
 /// A finished transition: (episode, step, ends).
 type Stored = (u32, u32, (bool, bool));
 
-/// What the buffer should hold.
+/// The expected contents of the buffer.
 #[derive(Default)]
 struct Model {
     capacity: usize,
     /// All finished transitions, oldest first.
     finished: Vec<Stored>,
-    /// By environment: the episode and its steps so far.
+    /// For each environment, the episode and its steps so far.
     under_way: BTreeMap<usize, (u32, u32)>,
     next_episode: u32,
 }
 
 #[derive(Clone, Debug)]
 enum Op {
-    /// A step, after a reset where one is due; ends or not.
+    /// A step, after a reset if one is due, with its flags.
     Step(usize, (bool, bool)),
     End(usize),
     Discard(usize),
@@ -83,17 +83,17 @@ impl Model {
         }
     }
 
-    /// Checks that exactly the live transitions are drawn, each whole, and goals only from among them.
+    /// Checks that exactly the live transitions are drawn, each whole, and only goals from among them.
     fn check(&self, buffer: &HerBuffer<f64>) {
         let live = self.live();
         assert_eq!(buffer.len(), live.len());
         assert_eq!(buffer.is_empty(), live.is_empty());
         let episodes: BTreeSet<u32> = live.iter().map(|(episode, ..)| *episode).collect();
-        assert_eq!(buffer.n_episodes(), episodes.len());
-        let sampler = Sampler::new(30 * live.len().max(1), GoalStrategy::Future, RelabelRatio::ALL);
+        assert_eq!(buffer.num_episodes(), episodes.len());
+        let sampler = Sampler::new(30 * live.len().max(1), GoalStrategy::Future, UnitInterval::ONE);
         let mut batch = Batch::new();
         if live.is_empty() {
-            let result = sampler.sample_seeded(buffer, &Telling, 0, &mut batch);
+            let result = sampler.sample(buffer, &Telling, 0, &mut batch);
             assert_eq!(result, Err(SampleError::NoFinishedEpisode));
             assert_eq!(buffer.transition_ids(), None);
             return;
@@ -103,7 +103,7 @@ impl Model {
         let states: BTreeSet<(u32, u32)> = live.iter().map(|(e, t, _)| (*e, *t + 1)).collect();
         for strategy in [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode] {
             let sampler = sampler.with_strategy(strategy);
-            sampler.sample_seeded(buffer, &Telling, 0, &mut batch).unwrap();
+            sampler.sample(buffer, &Telling, 0, &mut batch).unwrap();
             let drawn = rows(&batch);
             let found: BTreeSet<Stored> = drawn.iter().map(|r| (r.episode, r.t, r.ends)).collect();
             assert_eq!(found, live.iter().copied().collect());
@@ -131,11 +131,11 @@ fn ends() -> impl Strategy<Value = (bool, bool)> {
     ]
 }
 
-fn op(n_envs: usize) -> impl Strategy<Value = Op> {
+fn op(num_envs: usize) -> impl Strategy<Value = Op> {
     prop_oneof![
-        30 => (0..n_envs, ends()).prop_map(|(env, ends)| Op::Step(env, ends)),
-        2 => (0..n_envs).prop_map(Op::End),
-        1 => (0..n_envs).prop_map(Op::Discard),
+        30 => (0..num_envs, ends()).prop_map(|(env, ends)| Op::Step(env, ends)),
+        2 => (0..num_envs).prop_map(Op::End),
+        1 => (0..num_envs).prop_map(Op::Discard),
         6 => (1_u32..25, 0..3_u8).prop_map(|(len, end)| Op::Whole(len, (end != 1, end != 0))),
         1 => Just(Op::Clear),
     ]
@@ -149,7 +149,7 @@ proptest! {
         capacity in prop_oneof![1_usize..12, 60_usize..70, Just(200)],
         ops in (1_usize..4).prop_flat_map(|n| prop::collection::vec(op(n), 1..120)),
     ) {
-        let config = BufferConfig::new(capacity, DIMS).with_n_envs(3);
+        let config = BufferConfig::new(capacity, DIMS).with_num_envs(3);
         let mut buffer = HerBuffer::<f64>::new(config).unwrap();
         let mut model = Model { capacity, ..Model::default() };
         for (at, op) in ops.iter().enumerate() {
@@ -163,8 +163,8 @@ proptest! {
 }
 
 #[test]
-fn every_live_transition_is_equally_likely() {
-    // 10 full episodes of different lengths and a part of the oldest.
+fn every_live_transition_is_equally_likely() -> Result {
+    // Ten full episodes of different lengths, and a part of the oldest.
     let mut buffer = buffer(100);
     for episode in 0..40 {
         add(&mut buffer, episode, 1 + episode * 13 % 17, (false, true));
@@ -173,12 +173,13 @@ fn every_live_transition_is_equally_likely() {
     assert_eq!(newest.get() - oldest.get(), 99);
     let mut counts = vec![0; 100];
     let mut batch = Batch::new();
-    let sampler = Sampler::new(100_000, GoalStrategy::Future, RelabelRatio::from_k(4));
-    sampler.sample_seeded(&buffer, &Telling, 0, &mut batch).unwrap();
+    let sampler = Sampler::new(100_000, GoalStrategy::Future, UnitInterval::from_k(4));
+    sampler.sample(&buffer, &Telling, 0, &mut batch)?;
     for id in batch.transition() {
         counts[(id.get() - oldest.get()) as usize] += 1;
     }
     assert_uniform(&counts, "transitions");
+    Ok(())
 }
 
 #[test]
@@ -189,13 +190,13 @@ fn one_exact_lap_and_several_laps_keep_the_newest() {
         for _ in 0..laps * 12 {
             model.apply(&mut buffer, &Op::Whole(5, (false, true)));
         }
-        assert_eq!(buffer.n_episodes(), 12);
+        assert_eq!(buffer.num_episodes(), 12);
         model.check(&buffer);
     }
 }
 
 #[test]
-fn an_episode_longer_than_the_buffer_keeps_its_end() {
+fn an_episode_longer_than_the_buffer_keeps_its_end() -> Result {
     for capacity in [1, 3, 10] {
         for len in [capacity as u32, 11, 20, 21, 100] {
             let mut whole = buffer(capacity);
@@ -205,20 +206,21 @@ fn an_episode_longer_than_the_buffer_keeps_its_end() {
             for t in 0..len {
                 let ends = (t + 1 == len, false);
                 model.apply(&mut stepped, &Op::Step(0, ends));
-                assert!(stepped.unfinished_steps(0).unwrap().unwrap_or(0) <= capacity);
+                assert!(stepped.unfinished_steps(0)?.unwrap_or(0) <= capacity);
             }
-            // The model counts its episodes itself; both began with another number.
+            // The model numbers its episodes differently.
             model.finished.iter_mut().for_each(|stored| stored.0 = 1);
             model.check(&whole);
             model.check(&stepped);
         }
     }
+    Ok(())
 }
 
 #[test]
-fn environments_that_end_at_different_times_do_not_mix() {
-    let config = BufferConfig::new(50, DIMS).with_n_envs(4);
-    let mut buffer = HerBuffer::<f64>::new(config).unwrap();
+fn environments_that_end_at_different_times_do_not_mix() -> Result {
+    let config = BufferConfig::new(50, DIMS).with_num_envs(4);
+    let mut buffer = HerBuffer::<f64>::new(config)?;
     let mut model = Model { capacity: 50, ..Model::default() };
     for round in 0..200_usize {
         for env in 0..4 {
@@ -227,20 +229,22 @@ fn environments_that_end_at_different_times_do_not_mix() {
         }
         model.check(&buffer);
     }
+    Ok(())
 }
 
 #[test]
-fn a_cleared_buffer_gives_nothing_and_never_uses_a_number_again() {
+fn a_cleared_buffer_is_empty_and_never_reuses_a_number() -> Result {
     let mut buffer = buffer(50);
-    begin(&mut buffer, 0, 1).unwrap();
+    begin(&mut buffer, 0, 1)?;
     add(&mut buffer, 2, 5, (false, true));
     let (_, newest) = buffer.transition_ids().unwrap();
     buffer.clear();
-    assert_eq!((buffer.len(), buffer.n_episodes()), (0, 0));
+    assert_eq!((buffer.len(), buffer.num_episodes()), (0, 0));
     assert_eq!(buffer.unfinished_steps(0), Ok(None));
-    let sampler = Sampler::new(4, GoalStrategy::Future, RelabelRatio::ALL);
-    let result = sampler.sample_seeded(&buffer, &Telling, 0, &mut Batch::new());
+    let sampler = Sampler::new(4, GoalStrategy::Future, UnitInterval::ONE);
+    let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::new());
     assert_eq!(result, Err(SampleError::NoFinishedEpisode));
     add(&mut buffer, 3, 5, (false, true));
     assert!(buffer.transition_ids().unwrap().0 > newest);
+    Ok(())
 }

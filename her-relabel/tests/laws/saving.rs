@@ -1,15 +1,16 @@
-//! A loaded buffer is the saved one, and saving leaves a whole file.
+//! A loaded buffer equals the saved one, and saving leaves a whole file.
 
 use std::fs;
 use std::io::{self, Write};
+use std::num::NonZeroUsize;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use crate::common::{DIMS, Telling, add, begin, buffer, rows, step};
+use crate::common::{DIMS, Result, Telling, add, begin, buffer, rows, step};
 use her_relabel::{
-    Batch, Beta, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NewPriority,
-    PriorityUnit, RelabelRatio, Sampler, Step,
+    Batch, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep, NewPriority,
+    Priorities, PriorityUnit, Sampler, Step, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -23,13 +24,13 @@ pub(crate) fn load(bytes: &[u8]) -> Result<HerBuffer<f64>, LoadError> {
     HerBuffer::read_from(bytes)
 }
 
-/// Adds to the buffer: step `at` of all that happens.
+/// Changes the buffer by event number `at`.
 fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, bool)) {
     match len {
         0..4 => add(buffer, at, len + 1, (ends, true)),
         4 if at.is_multiple_of(7) => buffer.clear(),
         4 => {
-            let ends = buffer.transition_ids().filter(|_| buffer.config().priorities.is_some());
+            let ends = buffer.transition_ids().filter(|_| buffer.config().priorities().is_some());
             if let Some((oldest, newest)) = ends {
                 let priorities = [f64::from(at % 3), f64::from(at) / 7.0];
                 buffer.set_priorities(&[oldest, newest], &priorities).unwrap();
@@ -43,8 +44,8 @@ fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, b
                     0
                 }
             };
-            // The steps of a longer episode could not be counted by what is kept of it.
-            let ends = ends || t as usize + 1 == buffer.config().capacity;
+            // The kept part of a longer episode would not give its number of steps.
+            let ends = ends || t as usize + 1 == buffer.config().capacity();
             step(buffer, env, env as u32 + 900, t, (false, ends)).unwrap();
         }
     }
@@ -53,17 +54,18 @@ fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, b
 fn assert_same(one: &HerBuffer<f64>, other: &HerBuffer<f64>) {
     assert_eq!(one.config(), other.config());
     assert_eq!(one.transition_ids(), other.transition_ids());
-    assert_eq!(one.n_episodes(), other.n_episodes());
-    let mut sampler = Sampler::new(200, GoalStrategy::Random, RelabelRatio::from_k(1));
-    sampler.prioritized = one.config().priorities.map(|_| Beta::FULL);
+    assert_eq!(one.num_episodes(), other.num_episodes());
+    let beta = one.config().priorities().map(|_| UnitInterval::ONE);
+    let sampler =
+        Sampler::new(200, GoalStrategy::Random, UnitInterval::from_k(1)).with_priorities(beta);
     let mut batches = [Batch::new(), Batch::new()];
     let [a, b] = [one, other].map(|buffer| {
         let [batch, _] = &mut batches;
-        let drawn = sampler.sample_seeded(buffer, &Telling, 9, batch);
+        let drawn = sampler.sample(buffer, &Telling, 9, batch);
         drawn.map(|()| batch.clone())
     });
-    // Only episodes without fields tell where their numbers come from.
-    if let (Ok(batch), true) = (&a, one.config().fields.is_empty()) {
+    // Only the numbers of episodes without fields identify their place.
+    if let (Ok(batch), true) = (&a, one.config().fields().is_empty()) {
         rows(batch);
     }
     assert_eq!(a, b);
@@ -73,7 +75,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn a_loaded_buffer_goes_on_as_the_saved_one(
+    fn a_loaded_buffer_continues_like_the_saved_one(
         capacity in prop_oneof![3_usize..12, 60_usize..70, Just(130)],
         unit in prop_oneof![
             Just(None),
@@ -83,10 +85,9 @@ proptest! {
         before in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
         after in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
     ) {
-        let mut config = BufferConfig::new(capacity, DIMS).with_n_envs(2);
-        if let Some(unit) = unit {
-            config = config.with_priorities(unit, NewPriority::Highest);
-        }
+        let config = BufferConfig::new(capacity, DIMS)
+            .with_num_envs(2)
+            .with_priorities(unit.map(Priorities::new));
         let mut buffer = HerBuffer::<f64>::new(config).unwrap();
         for (at, event) in before.into_iter().enumerate() {
             happen(&mut buffer, at as u32, event);
@@ -102,11 +103,11 @@ proptest! {
     }
 }
 
-/// A buffer of everything: a ring that has wrapped, a field, priorities, an unfinished episode.
+/// A buffer with everything: a ring that has wrapped, a field, priorities, and an unfinished episode.
 pub(crate) fn small() -> HerBuffer<f64> {
-    let config = BufferConfig::new(8, DIMS)
-        .with_field("value", 1)
-        .with_priorities(PriorityUnit::Episode, NewPriority::Given(0.5));
+    let config = BufferConfig::new(8, DIMS).with_field("value", 1).with_priorities(
+        Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)),
+    );
     let mut buffer = HerBuffer::new(config).unwrap();
     for episode in 0..4_u8 {
         buffer
@@ -142,7 +143,7 @@ pub(crate) fn plain_step() -> Step<'static, f64> {
     }
 }
 
-/// The same without a field and priorities, which tells where its numbers come from.
+/// A similar buffer without a field and priorities, whose numbers identify their place.
 fn plain() -> HerBuffer<f64> {
     let mut buffer = buffer(8);
     for episode in 0..4 {
@@ -153,25 +154,47 @@ fn plain() -> HerBuffer<f64> {
     buffer
 }
 
+/// Settings as the previous versions serialized them, without `parallel`.
 #[test]
-fn saving_replaces_the_file_whole_or_not_at_all() {
-    let directory = tempfile::tempdir().unwrap();
+fn settings_keep_their_serialized_names() -> Result {
+    let config = BufferConfig::new(400, DIMS)
+        .with_num_envs(2)
+        .with_field("value", 1)
+        .with_priorities(Priorities::new(PriorityUnit::Episode));
+    let text = r#"{"capacity":400,"dims":{"observation":2,"goal":3,"action":1},"n_envs":2,"fields":[{"name":"value","len":1}],"priorities":{"unit":"episode","new":"highest"}}"#;
+    assert_eq!(serde_json::to_string(&config)?, text);
+    assert_eq!(serde_json::from_str::<BufferConfig>(text)?, config);
+
+    let sampler = Sampler::new(9, GoalStrategy::Future, UnitInterval::from_k(1))
+        .with_n_step(NStep::new(NonZeroUsize::MIN, UnitInterval::ONE))
+        .with_priorities(UnitInterval::ZERO);
+    let text = r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"recompute_terminated":false,"success":false,"n_step":{"steps":1,"gamma":1.0},"prioritized":0.0}"#;
+    assert_eq!(serde_json::to_string(&sampler)?.replace(r#","parallel":false"#, ""), text);
+    assert_eq!(serde_json::from_str::<Sampler>(text)?, sampler);
+    assert!(serde_json::from_str::<Sampler>(&text.replace("0.5", "1.5")).is_err());
+    Ok(())
+}
+
+#[test]
+fn saving_replaces_the_file_whole_or_not_at_all() -> Result {
+    let directory = tempfile::tempdir()?;
     let path = directory.path().join("replay.her");
-    small().save(&path).unwrap();
-    assert_same(&HerBuffer::load(&path).unwrap(), &small());
+    small().save(&path)?;
+    assert_same(&HerBuffer::load(&path)?, &small());
     let mut later = small();
-    later.end_episode(0).unwrap();
-    later.save(&path).unwrap();
-    assert_same(&HerBuffer::load(&path).unwrap(), &later);
-    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "nothing is left over");
+    later.end_episode(0)?;
+    later.save(&path)?;
+    assert_same(&HerBuffer::load(&path)?, &later);
+    assert_eq!(fs::read_dir(directory.path())?.count(), 1, "nothing is left over");
     assert!(later.save(directory.path().join("missing").join("replay.her")).is_err());
-    // A directory cannot be replaced by a file: the last step fails, after everything was written.
+    // A file cannot replace a directory: the last step fails, after everything was written.
     let taken = directory.path().join("taken");
-    fs::create_dir(&taken).unwrap();
+    fs::create_dir(&taken)?;
     assert!(later.save(&taken).is_err());
-    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
+    assert_eq!(fs::read_dir(directory.path())?.count(), 2);
     let missing = HerBuffer::<f64>::load(directory.path().join("none")).unwrap_err();
     assert!(matches!(missing, LoadError::Io(_)));
+    Ok(())
 }
 
 /// A disk with room for so many bytes.
@@ -188,10 +211,10 @@ impl Write for Disk {
     }
 }
 
-/// What the next test runs in another process, which it kills.
+/// The process that the next test starts and kills.
 #[test]
 #[ignore = "runs until it is killed"]
-fn saves_for_ever() {
+fn saves_forever() {
     let path = std::env::var_os("HER_RELABEL_SAVES_TO").unwrap();
     loop {
         small().save(&path).unwrap();
@@ -200,29 +223,29 @@ fn saves_for_ever() {
 }
 
 #[test]
-fn a_crash_while_saving_leaves_a_whole_file() {
-    let directory = tempfile::tempdir().unwrap();
+fn a_crash_while_saving_leaves_a_whole_file() -> Result {
+    let directory = tempfile::tempdir()?;
     let path = directory.path().join("replay.her");
-    small().save(&path).unwrap();
+    small().save(&path)?;
     for wait in 0..12 {
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "saving::saves_for_ever", "--ignored"])
+        let mut child = Command::new(std::env::current_exe()?)
+            .args(["--exact", "saving::saves_forever", "--ignored"])
             .env("HER_RELABEL_SAVES_TO", &path)
             .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-        // It is at work as soon as its first temporary file or a replaced file shows.
-        let before = fs::metadata(&path).unwrap().modified().unwrap();
-        while fs::metadata(&path).unwrap().modified().unwrap() == before {
-            assert!(child.try_wait().unwrap().is_none(), "it saves until it is killed");
+            .spawn()?;
+        // It is at work once it has replaced the file.
+        let before = fs::metadata(&path)?.modified()?;
+        while fs::metadata(&path)?.modified()? == before {
+            assert!(child.try_wait()?.is_none(), "it saves until it is killed");
         }
         thread::sleep(Duration::from_micros(wait * 300));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        let loaded = HerBuffer::load(&path).unwrap();
-        let expected = if loaded.config().priorities.is_some() { small() } else { plain() };
+        child.kill()?;
+        child.wait()?;
+        let loaded = HerBuffer::load(&path)?;
+        let expected = if loaded.config().priorities().is_some() { small() } else { plain() };
         assert_same(&loaded, &expected);
     }
+    Ok(())
 }
 
 #[test]

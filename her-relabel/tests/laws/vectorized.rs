@@ -1,15 +1,16 @@
-//! A step of all environments at once is a step of each.
+//! A step of all environments at once equals a step of each.
 
 use crate::common::{
-    DIMS, Telling, achieved_goal, action, begin, desired_goal, observation, reward, rows, step,
+    DIMS, Result, Telling, achieved_goal, action, begin, desired_goal, observation, reward, rows,
+    step,
 };
 use her_relabel::{
-    AddError, Batch, BufferConfig, GoalStrategy, HerBuffer, RelabelRatio, Sampler, StartBatch,
-    StepBatch,
+    AddError, Batch, BufferConfig, GoalStrategy, HerBuffer, Sampler, StartBatch, StepBatch,
+    UnitInterval,
 };
 use proptest::prelude::*;
 
-const N_ENVS: usize = 3;
+const NUM_ENVS: usize = 3;
 
 /// The rows of all environments, as a vectorized environment gives them.
 #[derive(Default)]
@@ -45,7 +46,7 @@ impl Rows {
 
     fn steps<'a>(
         &'a self,
-        ends: &'a ([bool; N_ENVS], [bool; N_ENVS]),
+        ends: &'a ([bool; NUM_ENVS], [bool; NUM_ENVS]),
         next_starts: Option<StartBatch<'a, f64>>,
     ) -> StepBatch<'a, f64> {
         StepBatch {
@@ -62,7 +63,7 @@ impl Rows {
 }
 
 fn buffer() -> HerBuffer<f64> {
-    HerBuffer::new(BufferConfig::new(40, DIMS).with_n_envs(N_ENVS)).unwrap()
+    HerBuffer::new(BufferConfig::new(40, DIMS).with_num_envs(NUM_ENVS)).unwrap()
 }
 
 proptest! {
@@ -76,14 +77,14 @@ proptest! {
         let mut states = [(0, 0), (1, 0), (2, 0)];
         let mut next_episode = 3;
         together.begin_episodes(&Rows::new(&states).starts()).unwrap();
-        (0..N_ENVS).for_each(|env| begin(&mut each, env, env as u32).unwrap());
+        (0..NUM_ENVS).for_each(|env| begin(&mut each, env, env as u32).unwrap());
         for flags in flags {
             let ends = (flags.map(|flag| flag == 0), flags.map(|flag| flag < 2));
             let mut starts = states;
             for (env, state) in states.iter_mut().enumerate() {
                 step(&mut each, env, state.0, state.1, (ends.0[env], ends.1[env])).unwrap();
                 state.1 += 1;
-                // Nothing is read of a row that begins no episode.
+                // The start of an environment that begins no episode is not read.
                 starts[env] = (77, 77);
                 if ends.1[env] {
                     starts[env] = (next_episode, 0);
@@ -93,43 +94,44 @@ proptest! {
             }
             let (now, next) = (Rows::new(&states), Rows::new(&starts));
             together.add_steps(&now.steps(&ends, Some(next.starts()))).unwrap();
-            for env in 0..N_ENVS {
+            for env in 0..NUM_ENVS {
                 if ends.1[env] {
                     states[env] = starts[env];
                 }
             }
         }
-        let sampler = Sampler::new(200, GoalStrategy::Future, RelabelRatio::from_k(1));
+        let sampler = Sampler::new(200, GoalStrategy::Future, UnitInterval::from_k(1));
         let mut batches = [Batch::new(), Batch::new()];
         let drawn = [(&together, 0), (&each, 1)]
-            .map(|(buffer, at)| sampler.sample_seeded(buffer, &Telling, 1, &mut batches[at]));
+            .map(|(buffer, at)| sampler.sample(buffer, &Telling, 1, &mut batches[at]));
         prop_assert_eq!(&drawn[0], &drawn[1]);
-        // The terminal observation belongs to the episode that ends, not to the next.
+        // The terminal observation belongs to the episode that ends, not to the next one.
         rows(&batches[0]);
         prop_assert_eq!(&batches[0], &batches[1]);
-        for env in 0..N_ENVS {
+        for env in 0..NUM_ENVS {
             prop_assert_eq!(together.unfinished_steps(env), each.unfinished_steps(env));
         }
     }
 }
 
 #[test]
-fn without_next_starts_an_ended_environment_waits_for_its_reset() {
+fn without_next_starts_an_ended_environment_waits_for_its_reset() -> Result {
     let mut buffer = buffer();
     let ends = ([false, true, false], [false; 3]);
-    buffer.begin_episodes(&Rows::new(&[(0, 0), (1, 0), (2, 0)]).starts()).unwrap();
-    buffer.add_steps(&Rows::new(&[(0, 1), (1, 1), (2, 1)]).steps(&ends, None)).unwrap();
+    buffer.begin_episodes(&Rows::new(&[(0, 0), (1, 0), (2, 0)]).starts())?;
+    buffer.add_steps(&Rows::new(&[(0, 1), (1, 1), (2, 1)]).steps(&ends, None))?;
     assert_eq!(buffer.len(), 1);
     let next = Rows::new(&[(0, 2), (1, 2), (2, 2)]);
     let error = buffer.add_steps(&next.steps(&ends, None)).unwrap_err();
     assert_eq!(error, AddError::NoEpisode { env: 1 });
     assert_eq!(buffer.unfinished_steps(0), Ok(Some(1)), "nothing was added");
-    begin(&mut buffer, 1, 3).unwrap();
-    buffer.add_steps(&next.steps(&ends, None)).unwrap();
+    begin(&mut buffer, 1, 3)?;
+    buffer.add_steps(&next.steps(&ends, None))?;
+    Ok(())
 }
 
 #[test]
-fn a_bad_row_of_one_environment_adds_nothing_for_any() {
+fn a_bad_row_of_one_environment_adds_nothing_for_any() -> Result {
     let mut buffer = buffer();
     let mut starts = Rows::new(&[(0, 0), (1, 0), (2, 0)]);
     starts.desired_goals[8] = f64::NAN;
@@ -140,7 +142,7 @@ fn a_bad_row_of_one_environment_adds_nothing_for_any() {
     let few = StartBatch { observations: &[0.0; 2], ..starts.starts() };
     let expected = AddError::WrongLength { field: "observations".into(), expected: 6, actual: 2 };
     assert_eq!(buffer.begin_episodes(&few), Err(expected));
-    buffer.begin_episodes(&starts.starts()).unwrap();
+    buffer.begin_episodes(&starts.starts())?;
     let again = buffer.begin_episodes(&starts.starts());
     assert_eq!(again, Err(AddError::EpisodeUnderWay { env: 0 }));
 
@@ -152,13 +154,14 @@ fn a_bad_row_of_one_environment_adds_nothing_for_any() {
     let mut bad = Rows::new(&[(0, 1), (1, 1), (2, 1)]);
     bad.achieved_goals[8] = f64::INFINITY;
     assert!(buffer.add_steps(&bad.steps(&ends, None)).is_err());
-    // A start is looked at where an episode ended, and only there.
+    // A start is read only where an episode ended.
     let mut next = Rows::new(&[(3, 0), (4, 0), (5, 0)]);
     next.observations[5] = f64::NAN;
     next.observations[0] = f64::NAN;
     assert!(buffer.add_steps(&now.steps(&ends, Some(next.starts()))).is_err());
     assert!(buffer.is_empty());
     next.observations[0] = 3.0;
-    buffer.add_steps(&now.steps(&ends, Some(next.starts()))).unwrap();
+    buffer.add_steps(&now.steps(&ends, Some(next.starts())))?;
     assert_eq!((buffer.len(), buffer.unfinished_steps(0)), (1, Ok(Some(0))));
+    Ok(())
 }

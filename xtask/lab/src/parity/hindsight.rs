@@ -7,7 +7,7 @@ use baselines::chi_square;
 use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, RelabelRatio, Sampler,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, UnitInterval,
 };
 
 use super::npz::Npz;
@@ -104,8 +104,8 @@ impl Rows {
         seed: u64,
     ) -> anyhow::Result<Self> {
         let mut batch = Batch::new();
-        let sampler = Sampler::new(rows, strategy, RelabelRatio::from_k(4));
-        sampler.sample_seeded(buffer, &DistanceReward::sparse(), seed, &mut batch)?;
+        let sampler = Sampler::new(rows, strategy, UnitInterval::from_k(4));
+        sampler.sample(buffer, &DistanceReward::sparse(), seed, &mut batch)?;
         Ok(Self {
             observation: batch.observation().to_vec(),
             desired_goal: batch.desired_goal().to_vec(),

@@ -2,7 +2,7 @@
 
 use baselines::{Policy, RandomPolicy, buffer_config, collect};
 use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
-use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 use crate::shared::{
     check::Check,
@@ -44,9 +44,9 @@ fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let first = env.reset(Some(seed))?.observation;
     let mut buffer = HerBuffer::<f64>::new(buffer_config(50 * EPISODES, &first))?;
     collect(env, &mut RandomPolicy::new(seed), EPISODES, seed, &mut buffer, 0)?;
-    let sampler = Sampler::new(BATCH, GoalStrategy::Future, RelabelRatio::from_k(4));
+    let sampler = Sampler::new(BATCH, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();
-    sampler.sample_seeded(&buffer, env.goal_reward(), seed, &mut batch)?;
+    sampler.sample(&buffer, env.goal_reward(), seed, &mut batch)?;
     let mut mismatches = 0;
     let goals =
         batch.next_achieved_goal().chunks_exact(3).zip(batch.desired_goal().chunks_exact(3));

@@ -3,7 +3,7 @@
 use std::{cell::RefCell, hint::black_box, rc::Rc};
 
 use goal_reward::DistanceReward;
-use her_relabel::{Batch, GoalStrategy, HerBuffer, RelabelRatio, Sampler, Scalar};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, Scalar, UnitInterval};
 
 use super::episodes::{DIMS, Episode, STEPS, Stepper, full_buffer};
 use crate::bench::interleaved::Contender;
@@ -51,7 +51,7 @@ impl<T: Scalar> Sampling<T> {
     ) -> impl Iterator<Item = (usize, Self)> {
         let stepper = Rc::new(RefCell::new(Stepper::new(ENV_OF_SAMPLING, 1)));
         sizes.iter().map(move |&size| {
-            let sampler = Sampler::new(size, GoalStrategy::Future, RelabelRatio::from_k(4));
+            let sampler = Sampler::new(size, GoalStrategy::Future, UnitInterval::from_k(4));
             let (table, stepper) = (Rc::clone(table), Rc::clone(&stepper));
             (size, Self { table, sampler, batch: Batch::new(), stepper, seed: 0 })
         })
@@ -62,10 +62,10 @@ impl<T: Scalar> Contender for Sampling<T> {
     fn work(&mut self) -> anyhow::Result<usize> {
         let Table { buffer, episodes } = &mut *self.table.borrow_mut();
         let mut stepper = self.stepper.borrow_mut();
-        let size = self.sampler.batch_size;
+        let size = self.sampler.batch_size();
         let reward = DistanceReward::sparse();
         for _ in 0..ROWS / size {
-            self.sampler.sample_seeded(buffer, &reward, self.seed, &mut self.batch)?;
+            self.sampler.sample(buffer, &reward, self.seed, &mut self.batch)?;
             black_box(&self.batch);
             stepper.step(buffer, episodes)?;
             self.seed += 1;

@@ -84,7 +84,7 @@ pub fn full_buffer<T: Scalar>(
     num_envs: usize,
     episodes: &[Episode<T>],
 ) -> anyhow::Result<HerBuffer<T>> {
-    let config = BufferConfig::new(transitions, DIMS).with_n_envs(num_envs);
+    let config = BufferConfig::new(transitions, DIMS).with_num_envs(num_envs);
     let mut buffer = HerBuffer::new(config)?;
     for episode in episodes.iter().cycle().take(transitions.div_ceil(STEPS)) {
         buffer.add_episode(&episode.data())?;

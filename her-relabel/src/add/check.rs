@@ -1,0 +1,198 @@
+//! The checks of what is added, and their error.
+
+use thiserror::Error;
+
+use crate::add::arguments::{EpisodeData, EpisodeStart, FieldRows, StartBatch, Step, StepBatch};
+use crate::scalar::Scalar;
+use crate::store::config::Dims;
+use crate::store::fields::{Field, Fields, UnknownField};
+use crate::store::storage::Storage;
+
+/// Error returned for what cannot be added. The buffer is unchanged.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum AddError {
+    /// The environment does not exist.
+    #[error(
+        "there is no environment {env} among {num_envs}: number them from 0, and set their number with `BufferConfig::with_num_envs`"
+    )]
+    UnknownEnv {
+        /// The requested environment.
+        env: usize,
+        /// The number of environments.
+        num_envs: usize,
+    },
+    /// An episode begins although the previous one has not ended.
+    #[error(
+        "environment {env} is in the middle of an episode: call end_episode to keep its steps, or discard_episode"
+    )]
+    EpisodeUnderWay {
+        /// The environment.
+        env: usize,
+    },
+    /// A step or an end comes without an episode.
+    #[error("environment {env} has no episode under way: call begin_episode after every reset")]
+    NoEpisode {
+        /// The environment.
+        env: usize,
+    },
+    /// A whole episode has no step.
+    #[error("the episode has no steps: pass at least one reward")]
+    EmptyEpisode,
+    /// A whole episode is neither terminated nor truncated.
+    #[error("the episode is neither terminated nor truncated: set `truncated` if it was cut off")]
+    NotEnded,
+    /// A vector has the wrong length.
+    #[error(
+        "`{field}` has {actual} elements instead of {expected}: check the sizes of the configuration"
+    )]
+    WrongLength {
+        /// The field.
+        field: String,
+        /// The length it should have.
+        expected: usize,
+        /// Its length.
+        actual: usize,
+    },
+    /// An element is NaN or infinite, possibly only once rounded to the buffer's type.
+    #[error(
+        "`{field}[{index}]` is {value}, which the buffer cannot store as a finite number: drop the episode, or find the step that produced it"
+    )]
+    NotFinite {
+        /// The field.
+        field: String,
+        /// The element.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A given field is not in the configuration.
+    #[error(transparent)]
+    UnknownField(#[from] UnknownField),
+    /// A field of the configuration is not given.
+    #[error("the field `{name}` is missing: give every step all fields of the configuration")]
+    MissingField {
+        /// Its name.
+        name: String,
+    },
+    /// A field is given twice.
+    #[error("the field `{name}` is given twice: leave one out")]
+    RepeatedField {
+        /// Its name.
+        name: String,
+    },
+}
+
+// Every check is of the values as elements of the buffer's type `T`.
+
+impl<S: Scalar> EpisodeStart<'_, S> {
+    pub(crate) fn check<T: Scalar>(&self, dims: Dims) -> Result<(), AddError> {
+        check::<T, S>("observation", self.observation, dims.observation)?;
+        check::<T, S>("achieved_goal", self.achieved_goal, dims.goal)?;
+        check::<T, S>("desired_goal", self.desired_goal, dims.goal)
+    }
+}
+
+impl<S: Scalar> Step<'_, S> {
+    pub(crate) fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), AddError> {
+        let dims = storage.layout.dims();
+        check::<T, S>("action", self.action, dims.action)?;
+        check::<T, S>("reward", &[self.reward], 1)?;
+        check::<T, S>("next_observation", self.next_observation, dims.observation)?;
+        check::<T, S>("next_achieved_goal", self.next_achieved_goal, dims.goal)?;
+        check_fields::<T, S>(&storage.fields, self.fields, 1)
+    }
+}
+
+impl<S: Scalar> EpisodeData<'_, S> {
+    pub(crate) fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), AddError> {
+        let dims = storage.layout.dims();
+        let steps = self.rewards.len();
+        if steps == 0 {
+            return Err(AddError::EmptyEpisode);
+        }
+        if !(self.terminated || self.truncated) {
+            return Err(AddError::NotEnded);
+        }
+        let states = |len: usize| (steps + 1).saturating_mul(len);
+        check::<T, S>("observations", self.observations, states(dims.observation))?;
+        check::<T, S>("achieved_goals", self.achieved_goals, states(dims.goal))?;
+        check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
+        check::<T, S>("actions", self.actions, steps.saturating_mul(dims.action))?;
+        check::<T, S>("rewards", self.rewards, steps)?;
+        check_fields::<T, S>(&storage.fields, self.fields, steps)
+    }
+}
+
+impl<S: Scalar> StartBatch<'_, S> {
+    /// Checks the lengths only, because not every row may be read.
+    pub(crate) fn check_lens(&self, dims: Dims, num_envs: usize) -> Result<(), AddError> {
+        let goals = num_envs.saturating_mul(dims.goal);
+        let observations = num_envs.saturating_mul(dims.observation);
+        check_len("observations", self.observations.len(), observations)?;
+        check_len("achieved_goals", self.achieved_goals.len(), goals)?;
+        check_len("desired_goals", self.desired_goals.len(), goals)
+    }
+}
+
+impl<S: Scalar> StepBatch<'_, S> {
+    pub(crate) fn check<T: Scalar>(
+        &self,
+        storage: &Storage<T>,
+        num_envs: usize,
+    ) -> Result<(), AddError> {
+        let dims = storage.layout.dims();
+        let size = |len: usize| num_envs.saturating_mul(len);
+        check::<T, S>("actions", self.actions, size(dims.action))?;
+        check::<T, S>("rewards", self.rewards, num_envs)?;
+        check::<T, S>("next_observations", self.next_observations, size(dims.observation))?;
+        check::<T, S>("next_achieved_goals", self.next_achieved_goals, size(dims.goal))?;
+        check_len("terminated", self.terminated.len(), num_envs)?;
+        check_len("truncated", self.truncated.len(), num_envs)?;
+        check_fields::<T, S>(&storage.fields, self.fields, num_envs)?;
+        let Some(starts) = &self.next_starts else { return Ok(()) };
+        starts.check_lens(dims, num_envs)?;
+        let mut ended = (0..num_envs).filter(|env| self.ends(*env));
+        ended.try_for_each(|env| starts.row(env, dims).check::<T>(dims))
+    }
+}
+
+/// Checks that all fields, and nothing else, are given for `rows` steps.
+fn check_fields<T: Scalar, S: Scalar>(
+    fields: &Fields,
+    given: &[FieldRows<'_, S>],
+    rows: usize,
+) -> Result<(), AddError> {
+    for (at, (name, values)) in given.iter().enumerate() {
+        let len = fields.place(name)?.len();
+        if given[..at].iter().any(|(other, _)| other == name) {
+            return Err(AddError::RepeatedField { name: (*name).to_owned() });
+        }
+        check::<T, S>(name, values, rows.saturating_mul(len))?;
+    }
+    let is_missing = |field: &&Field| given.iter().all(|(name, _)| *name != field.name);
+    match fields.places().map(|(field, _)| field).find(is_missing) {
+        Some(field) => Err(AddError::MissingField { name: field.name.clone() }),
+        None => Ok(()),
+    }
+}
+
+/// Checks the length of a vector, and that each element is finite.
+fn check<T: Scalar, S: Scalar>(field: &str, values: &[S], expected: usize) -> Result<(), AddError> {
+    check_len(field, values.len(), expected)?;
+    let is_bad = |value: &S| !T::from_f64(value.to_f64()).to_f64().is_finite();
+    // Without an early exit, the loop compiles to vector instructions.
+    if values.iter().fold(false, |bad, value| bad | is_bad(value)) {
+        let index = values.iter().position(is_bad).unwrap_or_default();
+        let field = field.to_owned();
+        return Err(AddError::NotFinite { field, index, value: values[index].to_f64() });
+    }
+    Ok(())
+}
+
+fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
+    if actual == expected {
+        return Ok(());
+    }
+    Err(AddError::WrongLength { field: field.to_owned(), expected, actual })
+}

@@ -1,0 +1,6 @@
+//! Adding steps and episodes to a buffer.
+
+pub(crate) mod arguments;
+pub(crate) mod check;
+pub(crate) mod recorder;
+pub(crate) mod steps;

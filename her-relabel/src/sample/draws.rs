@@ -1,0 +1,122 @@
+//! The random numbers of a batch: their source, and draws by them.
+
+use rand_core::Rng;
+
+use crate::store::episodes::Episodes;
+use crate::store::priorities::PriorityUnit;
+use crate::store::priority_table::PriorityTable;
+use crate::unit_interval::UnitInterval;
+
+/// The source of a batch's random numbers: a seed, or a generator. Sealed.
+///
+/// A seed always gives the same batch of the same buffer, whatever was drawn before. Of a generator one
+/// word is used per batch, as the seed.
+pub trait RandomSource: sealed::Sealed {
+    /// Returns the seed of a batch.
+    fn seed(self) -> u64;
+}
+
+impl RandomSource for u64 {
+    fn seed(self) -> u64 {
+        self
+    }
+}
+
+impl<R: Rng + ?Sized> RandomSource for &mut R {
+    fn seed(self) -> u64 {
+        self.next_u64()
+    }
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for u64 {}
+    impl<R: rand_core::Rng + ?Sized> Sealed for &mut R {}
+}
+
+/// The number of words that each row of a batch may use.
+const WORDS_PER_ROW: u64 = 4;
+
+/// The random words of a batch. All are functions of one key, so that a row's words are available in any
+/// order and on any thread.
+///
+/// This is the generator SplitMix64, seeded with the key, with each row at its own place of the
+/// sequence. Source: Steele, Lea and Flood, *Fast splittable pseudorandom number generators*, 2014.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Draws {
+    key: u64,
+}
+
+/// The purpose of one of a row's words.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Purpose {
+    Transition,
+    Relabel,
+    Goal,
+    Strategy,
+}
+
+impl Draws {
+    pub(crate) fn new(key: u64) -> Self {
+        Self { key }
+    }
+
+    /// Returns the word of row `row` for `purpose`.
+    #[inline(always)]
+    pub(crate) fn word(&self, row: usize, purpose: Purpose) -> u64 {
+        let place = row as u64 * WORDS_PER_ROW + purpose as u64 + 1;
+        let mut word = self.key.wrapping_add(place.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        word ^ (word >> 31)
+    }
+}
+
+/// Draws a number below `n`, at least 1, from a random word. The probabilities differ by at most `n / 2^64` of
+/// their value.
+#[inline(always)]
+pub(crate) fn below(word: u64, n: u64) -> u64 {
+    ((u128::from(word) * u128::from(n)) >> 64) as u64
+}
+
+/// Draws a number from 0 up to but not including 1, a multiple of 2^-53, from a random word.
+#[inline(always)]
+pub(crate) fn unit(word: u64) -> f64 {
+    (word >> 11) as f64 * f64::EPSILON / 2.0
+}
+
+/// Draws a number of steps from 0 to `n - 1`, each with a probability proportional to `gamma^steps`, from
+/// a number `unit` of `[0, 1)`; `n` is at least 1.
+#[inline(never)]
+pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
+    let gamma = gamma.get();
+    if gamma == 1.0 {
+        return ((unit * n as f64) as u64).min(n - 1);
+    }
+    // The inverse of the distribution function (1 - gamma^(s + 1)) / (1 - gamma^n). Gamma 0 needs no
+    // special case: ln(1 - unit) is at least -37, and ln(0) is minus infinity.
+    let tail = gamma.powf(n as f64);
+    let steps = (unit * (tail - 1.0)).ln_1p() / gamma.ln();
+    (steps as u64).min(n - 1)
+}
+
+/// Draws a live transition, each with the same probability, from a random word. At least one must live.
+#[inline(always)]
+pub(crate) fn uniform(episodes: &Episodes, word: u64) -> u64 {
+    let live = episodes.live();
+    live.start + below(word, live.end - live.start)
+}
+
+/// Draws a live transition, by priority, from a random word. At least one priority must be positive.
+#[inline]
+pub(crate) fn by_priority(table: &PriorityTable, episodes: &Episodes, word: u64) -> u64 {
+    let drawn = table.tree.draw(unit(word));
+    match table.settings.unit() {
+        PriorityUnit::Transition => drawn,
+        PriorityUnit::Episode => {
+            let live = episodes.get(drawn).live();
+            let another = Draws::new(word).word(0, Purpose::Transition);
+            live.start + below(another, live.end - live.start)
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! From random words to the rows of a batch, on one thread or several.
+
+use std::iter;
+
+use prefetch_index::prefetch_index;
+
+use crate::sample::batch::{Relabeled, Rows};
+use crate::sample::columns::{copy, widen};
+use crate::sample::draws::{Draws, Purpose, unit};
+use crate::sample::goals::Goal;
+use crate::sample::sampler::{NStep, Sampler};
+use crate::scalar::Scalar;
+use crate::store::storage::Storage;
+use crate::store::transition_id::TransitionId;
+
+/// The number of rows by which each stage of [`gather`] is ahead of the next: the latency of memory.
+const AHEAD: usize = 8;
+
+/// The largest number of rows that do not gain from another thread.
+pub(crate) const PART: usize = 512;
+
+/// The number of bytes of a cache line.
+const LINE: usize = 64;
+
+/// A drawn row of the batch: its transition and its goal.
+#[derive(Clone, Copy)]
+struct Planned<'a, T> {
+    transition: u64,
+    /// The tape's row of the state before the step, and its number.
+    state: &'a [T],
+    row: u64,
+    /// The number of steps of the window, at least 1, and the state after them, which begins its row.
+    steps: u64,
+    next: &'a [T],
+    goal: &'a [T],
+    goal_source: Option<TransitionId>,
+    terminated: bool,
+    truncated: bool,
+}
+
+impl<T> Planned<'_, T> {
+    const NOTHING: Self = Self {
+        transition: 0,
+        state: &[],
+        row: 0,
+        steps: 0,
+        next: &[],
+        goal: &[],
+        goal_source: None,
+        terminated: false,
+        truncated: false,
+    };
+}
+
+/// The number of relabeled rows, and of all their pairs of goals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Counts {
+    pub(crate) rows: usize,
+    pub(crate) pairs: usize,
+}
+
+/// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is a function
+/// of the random words of its place in the batch, so the division into parts does not change the batch.
+pub(crate) fn gather_parts<T: Scalar>(
+    storage: &Storage<T>,
+    sampler: &Sampler,
+    draws: Draws,
+    pick: impl Fn(u64) -> u64 + Copy + Sync,
+    rows: &mut Rows<'_, T>,
+    part: usize,
+) -> Counts {
+    if rows.len() <= part {
+        return gather(storage, sampler, draws, pick, rows);
+    }
+    let middle = rows.len() / 2;
+    let (mut front, mut back) = rows.split_at(middle);
+    let (first, second) = rayon::join(
+        || gather_parts(storage, sampler, draws, pick, &mut front, part),
+        || gather_parts(storage, sampler, draws, pick, &mut back, part),
+    );
+    // The back's relabeled rows follow the front's, as in a batch of one part.
+    let (scratch, goal, goals) = (&mut rows.scratch, rows.widths.goal, rows.widths.goals);
+    scratch.relabeled.copy_within(middle..middle + second.rows, first.rows);
+    let pairs = middle * goals..middle * goals + second.pairs * goal;
+    scratch.achieved_pairs.copy_within(pairs.clone(), first.pairs * goal);
+    scratch.desired_pairs.copy_within(pairs, first.pairs * goal);
+    Counts { rows: first.rows + second.rows, pairs: first.pairs + second.pairs }
+}
+
+/// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored rewards.
+/// The relabeled rows and their pairs of goals go to the front of their scratch memory.
+///
+/// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn; its episode's
+/// record is looked up; its goal is drawn; it is copied. Each stage prefetches the memory that the next one
+/// reads. The stages take turns row by row, because a processor has only a few memory requests under way at
+/// a time, and would idle if many rows were planned at once. For the same reason, the state after the window
+/// is prefetched one row later than the rest.
+// Not inlined, so that the code around the loop takes none of its registers.
+#[inline(never)]
+fn gather<T: Scalar>(
+    storage: &Storage<T>,
+    sampler: &Sampler,
+    draws: Draws,
+    pick: impl Fn(u64) -> u64 + Copy,
+    rows: &mut Rows<'_, T>,
+) -> Counts {
+    let mut counts = Counts::default();
+    let mut transitions = [0; 2 * AHEAD];
+    let mut planned = [Planned::NOTHING; AHEAD];
+    let (episodes, len) = (&storage.episodes, rows.len());
+    for at in 0..len + 3 * AHEAD {
+        if let Some(row) = at.checked_sub(3 * AHEAD) {
+            put(storage, sampler, &planned[row % AHEAD], row, rows, &mut counts);
+        }
+        if let Some(row) = at.checked_sub(2 * AHEAD + 1).filter(|row| *row < len) {
+            prefetch(planned[row % AHEAD].next);
+        }
+        if let Some(row) = at.checked_sub(2 * AHEAD).filter(|row| *row < len) {
+            let planned = &mut planned[row % AHEAD];
+            let transition = transitions[row % (2 * AHEAD)];
+            *planned = plan(storage, sampler, draws, transition, rows.first + row);
+        }
+        if let Some(row) = at.checked_sub(AHEAD).filter(|row| *row < len) {
+            episodes.prefetch_record(transitions[row % (2 * AHEAD)]);
+        }
+        if at < len {
+            let transition = pick(draws.word(rows.first + at, Purpose::Transition));
+            episodes.prefetch_cell(transition);
+            transitions[at % (2 * AHEAD)] = transition;
+        }
+    }
+    counts
+}
+
+/// Draws a row's goal, and prefetches all that the row is copied from except the state after its window.
+#[inline(always)]
+fn plan<'a, T: Scalar>(
+    storage: &'a Storage<T>,
+    sampler: &Sampler,
+    draws: Draws,
+    transition: u64,
+    row: usize,
+) -> Planned<'a, T> {
+    let Storage { layout, episodes, tape, .. } = storage;
+    let episode = episodes.of(transition);
+    let is_relabeled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio().get();
+    let strategy = sampler.goals().choose(|| draws.word(row, Purpose::Strategy));
+    let goals = [
+        Goal { source: transition, row: episode.last_row(), is_desired: true },
+        strategy.draw(transition, &episode, episodes, draws.word(row, Purpose::Goal)),
+    ];
+    // No branch, because it would be unpredictable which rows are relabeled.
+    let goal = goals[usize::from(is_relabeled)];
+    let goal_source = goal.source;
+    let left = episode.end - transition;
+    let steps = left.min(sampler.window() as u64);
+    let is_last = steps == left;
+    let row = episode.row(transition);
+    let state = tape.rows_from(row);
+    let next_at = layout.row() * steps as usize;
+    let next = match state.get(next_at..next_at + layout.state().end) {
+        Some(next) => {
+            prefetch(&state[..next_at]);
+            next
+        }
+        None => prefetch_apart(storage, row, steps),
+    };
+    let goal = &tape.rows_from(goal.row)[layout.goal(goal.is_desired)];
+    prefetch(goal);
+    Planned {
+        transition,
+        state,
+        row,
+        steps,
+        next,
+        goal,
+        goal_source: TransitionId::of_if(goal_source, is_relabeled),
+        terminated: is_last & episode.ending.terminated,
+        truncated: is_last & episode.ending.truncated,
+    }
+}
+
+/// Prefetches every cache line of a slice.
+#[inline(always)]
+fn prefetch<T>(slice: &[T]) {
+    let mut at = 0;
+    while at < slice.len() {
+        prefetch_index(slice, at);
+        at += LINE / size_of::<T>();
+    }
+    prefetch_index(slice, slice.len() - 1);
+}
+
+/// Prefetches a window that is not contiguous, and returns the state after it.
+#[cold]
+fn prefetch_apart<T: Scalar>(storage: &Storage<T>, row: u64, steps: u64) -> &[T] {
+    (row..row + steps).for_each(|row| prefetch(storage.tape.row(row)));
+    &storage.tape.row(row + steps)[storage.layout.state()]
+}
+
+/// Returns the states of a window between the first and the last.
+fn between<'a, T: Scalar>(
+    storage: &'a Storage<T>,
+    planned: &Planned<'_, T>,
+) -> impl Iterator<Item = &'a [T]> {
+    let row = planned.row;
+    (1..planned.steps).map(move |step| storage.tape.row(row + step))
+}
+
+/// Copies a transition to the row at `at`.
+#[inline(always)]
+fn put<T: Scalar>(
+    storage: &Storage<T>,
+    sampler: &Sampler,
+    planned: &Planned<'_, T>,
+    at: usize,
+    rows: &mut Rows<'_, T>,
+    counts: &mut Counts,
+) {
+    let layout = &storage.layout;
+    let Planned { transition, state, next, goal, goal_source, .. } = *planned;
+    put_part(rows.columns.observation, at, &state[layout.observation()]);
+    put_part(rows.columns.achieved_goal, at, &state[layout.achieved_goal()]);
+    put_part(rows.columns.desired_goal, at, goal);
+    put_part(rows.columns.action, at, &state[layout.action()]);
+    rows.columns.reward[at] = state[layout.reward()];
+    put_part(rows.columns.next_observation, at, &next[layout.observation()]);
+    put_part(rows.columns.next_achieved_goal, at, &next[layout.achieved_goal()]);
+    if !rows.scratch.field_rows.is_empty() {
+        put_part(rows.scratch.field_rows, at, &state[layout.fields()]);
+    }
+    rows.columns.terminated[at] = planned.terminated;
+    rows.columns.truncated[at] = planned.truncated;
+    rows.columns.transition[at] = TransitionId::of(transition);
+    rows.columns.goal_source[at] = goal_source;
+    if let Some(n_step) = sampler.n_step() {
+        put_return(storage, n_step, planned, at, rows);
+    }
+    put_pairs(storage, planned, at, rows, counts);
+}
+
+/// Copies a part of a transition to the row at `at` of its column.
+#[inline(always)]
+fn put_part<T: Copy>(column: &mut [T], at: usize, part: &[T]) {
+    let width = part.len();
+    copy(&mut column[at * width..][..width], part);
+}
+
+/// Replaces the row's reward with the discounted sum of the stored rewards of its window.
+fn put_return<T: Scalar>(
+    storage: &Storage<T>,
+    n_step: NStep,
+    planned: &Planned<'_, T>,
+    at: usize,
+    rows: &mut Rows<'_, T>,
+) {
+    let states = iter::once(planned.state).chain(between(storage, planned));
+    let rewards = states.map(|state| state[storage.layout.reward()].to_f64());
+    let (sum, discount) = n_step.sum(rewards);
+    rows.columns.reward[at] = T::from_f64(sum);
+    rows.columns.discount[at] = T::from_f64(discount);
+}
+
+/// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new goal. They
+/// are kept only if the row is relabeled.
+#[inline(always)]
+fn put_pairs<T: Scalar>(
+    storage: &Storage<T>,
+    planned: &Planned<'_, T>,
+    at: usize,
+    rows: &mut Rows<'_, T>,
+    counts: &mut Counts,
+) {
+    let achieved_goal = storage.layout.achieved_goal();
+    let steps = planned.steps as usize;
+    let last = counts.pairs + steps - 1;
+    put_wide(rows.scratch.achieved_pairs, last, &planned.next[achieved_goal.clone()]);
+    put_wide(rows.scratch.desired_pairs, last, planned.goal);
+    if steps > 1 {
+        for (pair, state) in (counts.pairs..).zip(between(storage, planned)) {
+            put_wide(rows.scratch.achieved_pairs, pair, &state[achieved_goal.clone()]);
+            put_wide(rows.scratch.desired_pairs, pair, planned.goal);
+        }
+    }
+    rows.scratch.relabeled[counts.rows] =
+        Relabeled { row: rows.first + at, pairs: steps, used: steps };
+    // No branch, because it would be unpredictable which rows are relabeled.
+    let is_relabeled = usize::from(planned.goal_source.is_some());
+    counts.rows += is_relabeled;
+    counts.pairs += is_relabeled * steps;
+}
+
+/// Puts a goal into its place among the `f64` that reward functions take.
+#[inline(always)]
+fn put_wide<T: Scalar>(goals: &mut [f64], at: usize, goal: &[T]) {
+    let target = &mut goals[at * goal.len()..][..goal.len()];
+    // Most goals are positions.
+    if let ([x, y, z], &[from_x, from_y, from_z]) = (&mut *target, goal) {
+        (*x, *y, *z) = (from_x.to_f64(), from_y.to_f64(), from_z.to_f64());
+    } else {
+        widen(target, goal);
+    }
+}

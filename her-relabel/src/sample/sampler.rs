@@ -1,0 +1,286 @@
+//! The settings of sampling.
+
+use std::num::NonZeroUsize;
+
+use serde::{Deserialize, Serialize};
+
+use crate::sample::goals::{GoalMixture, GoalStrategy};
+use crate::unit_interval::UnitInterval;
+
+/// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting for one
+/// call, use another sampler, such as `sampler.with_ratio(UnitInterval::ZERO)`.
+///
+/// Each row is drawn independently: first a live transition, uniformly (or by its priority) and with
+/// replacement; then, with the probability of the ratio, a new goal by the strategy. A relabeled row gets
+/// the new goal and the reward `f(next_achieved_goal, new_goal)`. Everything else in it, and all other
+/// rows, are as they were stored, unless a setting says otherwise.
+///
+/// The time of a draw is proportional to the batch and does not depend on how much is stored.
+///
+/// # Example
+/// ```
+/// use goal_reward::DistanceReward;
+/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, HerBuffer};
+/// use her_relabel::{GoalStrategy, Sampler, UnitInterval};
+///
+/// let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(
+///     1000,
+///     Dims { observation: 1, goal: 1, action: 1 },
+/// ))?;
+/// buffer.add_episode(&EpisodeData {
+///     observations: &[0.0, 1.0, 2.0],
+///     achieved_goals: &[0.0, 1.0, 2.0],
+///     desired_goal: &[9.0],
+///     actions: &[1.0, 1.0],
+///     rewards: &[-1.0, -1.0],
+///     terminated: false,
+///     truncated: true,
+///     fields: &[],
+/// })?;
+/// let sampler = Sampler::new(256, GoalStrategy::Final, UnitInterval::ONE);
+/// let mut batch = Batch::new();
+/// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
+/// assert!(batch.desired_goal().iter().all(|goal| *goal == 2.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sampler {
+    batch_size: usize,
+    goals: GoalMixture,
+    ratio: UnitInterval,
+    recompute_terminated: bool,
+    success: bool,
+    n_step: Option<NStep>,
+    #[serde(rename = "prioritized")]
+    priorities: Option<UnitInterval>,
+    #[serde(default)]
+    parallel: bool,
+}
+
+impl Sampler {
+    /// Makes settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of the rows gets
+    /// a new goal by `strategy`.
+    #[must_use]
+    pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: UnitInterval) -> Self {
+        Self {
+            batch_size,
+            goals: GoalMixture::only(strategy),
+            ratio,
+            recompute_terminated: false,
+            success: false,
+            n_step: None,
+            priorities: None,
+            parallel: false,
+        }
+    }
+
+    /// Sets the number of rows of a batch, at least 1.
+    #[must_use]
+    pub const fn with_batch_size(mut self, batch_size: usize) -> Self {
+        self.batch_size = batch_size;
+        self
+    }
+
+    /// Sets the only strategy of new goals.
+    #[must_use]
+    pub const fn with_strategy(self, strategy: GoalStrategy) -> Self {
+        self.with_goals(GoalMixture::only(strategy))
+    }
+
+    /// Sets the strategies of new goals.
+    #[must_use]
+    pub const fn with_goals(mut self, goals: GoalMixture) -> Self {
+        self.goals = goals;
+        self
+    }
+
+    /// Sets the average share of rows that get a new goal. As each row is drawn independently, it holds for
+    /// batches of any size.
+    #[must_use]
+    pub const fn with_ratio(mut self, ratio: UnitInterval) -> Self {
+        self.ratio = ratio;
+        self
+    }
+
+    /// Sets whether the reward function decides the termination of relabeled rows, for their new goal. Off
+    /// by default, as in the paper: they keep the stored termination.
+    #[must_use]
+    pub const fn with_recompute_terminated(mut self, recompute_terminated: bool) -> Self {
+        self.recompute_terminated = recompute_terminated;
+        self
+    }
+
+    /// Sets whether [`Batch::success`](crate::Batch::success) is computed. Off by default, because learning
+    /// does not need it.
+    #[must_use]
+    pub const fn with_success(mut self, success: bool) -> Self {
+        self.success = success;
+        self
+    }
+
+    /// Sets windows of several steps. The default is `None`: rows of one step.
+    ///
+    /// A row's window begins with its transition and ends with the episode at the latest. It has one
+    /// goal, for which all of its rewards are computed if the row is relabeled; a future goal is one of
+    /// the states after the first step. [`Batch::reward`](crate::Batch::reward) is the discounted sum of
+    /// the rewards, the next observation and the flags belong to the last step, and
+    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value. If termination is
+    /// recomputed, a window ends with the first step that terminates.
+    #[must_use]
+    pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
+        self.n_step = n_step.into();
+        self
+    }
+
+    /// Sets draws by the buffer's [`Priorities`](crate::Priorities), and the exponent `beta` of the
+    /// [importance weights](crate::Batch::importance_weight), which correct for non-uniform draws: 0 for no
+    /// correction (all weights are 1), 1 for full correction. The default is `None`: uniform draws.
+    ///
+    /// A row drawn with probability `P` from `N` transitions has the weight `(N * P)^-beta`, divided by the
+    /// highest weight of the batch. Prioritized replay usually starts with a `beta` of 0.4 and raises it to 1
+    /// toward the end of training. The time of each draw grows with the logarithm of how much is stored.
+    ///
+    /// Source: Schaul et al., *Prioritized experience replay*, 2016, section 3.4. There the highest weight is
+    /// that of the whole buffer; most libraries take the batch's, as here.
+    ///
+    /// # Example
+    /// ```
+    /// use goal_reward::DistanceReward;
+    /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+    /// use her_relabel::{Priorities, PriorityUnit, Sampler, UnitInterval};
+    ///
+    /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 })
+    ///     .with_priorities(Priorities::new(PriorityUnit::Transition));
+    /// let mut buffer = HerBuffer::<f32>::new(config)?;
+    /// buffer.add_episode(&EpisodeData {
+    ///     observations: &[0.0, 1.0, 2.0],
+    ///     achieved_goals: &[0.0, 1.0, 2.0],
+    ///     desired_goal: &[9.0],
+    ///     actions: &[1.0, 1.0],
+    ///     rewards: &[-1.0, -1.0],
+    ///     terminated: false,
+    ///     truncated: true,
+    ///     fields: &[],
+    /// })?;
+    /// let mut batch = Batch::new();
+    /// let sampler = Sampler::new(32, GoalStrategy::Future, UnitInterval::from_k(4))
+    ///     .with_priorities(UnitInterval::new(0.4)?);
+    /// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
+    /// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
+    /// let errors = [0.5_f32; 32];
+    /// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn with_priorities(mut self, beta: impl Into<Option<UnitInterval>>) -> Self {
+        self.priorities = beta.into();
+        self
+    }
+
+    /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is the same,
+    /// whatever their number, and the reward function is called on the calling thread.
+    ///
+    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread.
+    #[must_use]
+    pub const fn with_parallel(mut self, parallel: bool) -> Self {
+        self.parallel = parallel;
+        self
+    }
+
+    /// Returns the number of rows of a batch.
+    #[must_use]
+    pub const fn batch_size(&self) -> usize {
+        self.batch_size
+    }
+
+    /// Returns the strategies of new goals.
+    #[inline]
+    #[must_use]
+    pub const fn goals(&self) -> &GoalMixture {
+        &self.goals
+    }
+
+    /// Returns the average share of rows that get a new goal.
+    #[inline]
+    #[must_use]
+    pub const fn ratio(&self) -> UnitInterval {
+        self.ratio
+    }
+
+    /// Returns whether the reward function decides the termination of relabeled rows.
+    #[must_use]
+    pub const fn recompute_terminated(&self) -> bool {
+        self.recompute_terminated
+    }
+
+    /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
+    #[must_use]
+    pub const fn success(&self) -> bool {
+        self.success
+    }
+
+    /// Returns the windows of several steps.
+    #[inline]
+    #[must_use]
+    pub const fn n_step(&self) -> Option<NStep> {
+        self.n_step
+    }
+
+    /// Returns the exponent of the importance weights; `None` for uniform draws.
+    #[must_use]
+    pub const fn priorities(&self) -> Option<UnitInterval> {
+        self.priorities
+    }
+
+    /// Returns whether batches are drawn on several threads.
+    #[must_use]
+    pub const fn parallel(&self) -> bool {
+        self.parallel
+    }
+
+    /// Returns the maximal number of steps of a row.
+    #[inline(always)]
+    pub(crate) fn window(&self) -> usize {
+        self.n_step.map_or(1, |n_step| n_step.steps().get())
+    }
+}
+
+/// Settings of windows of several steps, for n-step returns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NStep {
+    steps: NonZeroUsize,
+    gamma: UnitInterval,
+}
+
+impl NStep {
+    /// Makes windows of up to `steps` steps, shorter where the episode ends, with rewards discounted by
+    /// `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
+    #[must_use]
+    pub const fn new(steps: NonZeroUsize, gamma: UnitInterval) -> Self {
+        Self { steps, gamma }
+    }
+
+    /// Returns the maximal number of steps of a window.
+    #[inline]
+    #[must_use]
+    pub const fn steps(self) -> NonZeroUsize {
+        self.steps
+    }
+
+    /// Returns the discount per step.
+    #[inline]
+    #[must_use]
+    pub const fn gamma(self) -> UnitInterval {
+        self.gamma
+    }
+
+    /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the discount of what
+    /// follows them.
+    #[inline(always)]
+    pub(crate) fn sum(self, rewards: impl Iterator<Item = f64>) -> (f64, f64) {
+        // -0.0 is the neutral element of addition: a single reward keeps its bits.
+        rewards.fold((-0.0, 1.0), |(sum, discount), reward| {
+            (sum + discount * reward, discount * self.gamma.get())
+        })
+    }
+}

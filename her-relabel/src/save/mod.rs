@@ -1,0 +1,5 @@
+//! Saving buffers and loading them.
+
+pub(crate) mod persist;
+pub(crate) mod replace;
+pub(crate) mod stream;

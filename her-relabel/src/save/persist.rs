@@ -1,0 +1,241 @@
+//! Saving a buffer and loading it again.
+//!
+//! The file format, with little-endian numbers, of 64 bits unless stated otherwise:
+//! 1. eight bytes of magic, the version (32 bits), the bytes of an element (32 bits);
+//! 2. capacity, lengths of observation, goal and action, number of environments, number of fields;
+//! 3. for each field the length of its name in bytes, the name, and the field's length;
+//! 4. 0 without priorities, 1 or 2 for priorities of transitions or of episodes, and the new priority (a
+//!    double, negative for the highest);
+//! 5. first and next live transition, first and next kept episode;
+//! 6. a record of each episode;
+//! 7. the rows of the live states;
+//! 8. for each environment the number of rows of its unfinished episode, the rows and, if there are any, the
+//!    desired goal;
+//! 9. with priorities, the highest one, the number of places of their tree, and all priorities;
+//! 10. the CRC-32 of everything before it (32 bits).
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::path::Path;
+
+use crate::save::replace::replace;
+use crate::save::stream::{LoadError, Source, Target, VERSION};
+use crate::scalar::Scalar;
+use crate::store::buffer::HerBuffer;
+use crate::store::config::{BufferConfig, Dims};
+use crate::store::episodes::Episodes;
+use crate::store::fields::{Field, Fields};
+use crate::store::layout::Layout;
+use crate::store::priorities::{NewPriority, Priorities, PriorityUnit, is_priority};
+use crate::store::priority_table::PriorityTable;
+use crate::store::storage::{Storage, Unfinished};
+use crate::store::sum_tree::SumTree;
+use crate::store::tape::Tape;
+
+const MAGIC: [u8; 8] = *b"HERBUF\r\n";
+
+/// The code of [`NewPriority::Highest`].
+const HIGHEST: f64 = -1.0;
+
+/// The highest number of a transition: more than anyone can store, and far from overflow.
+const LAST: u64 = 1 << 60;
+
+impl<T: Scalar> HerBuffer<T> {
+    /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives the same
+    /// batches as this one, seed by seed.
+    ///
+    /// The file is written under a temporary name and then renamed, so that a crash or a full disk leaves a
+    /// previous file as it was.
+    ///
+    /// # Errors
+    /// Errors of the file system.
+    pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
+    }
+
+    /// Loads a buffer that [`save`](Self::save) saved. Memory is taken only as the file's contents come, so
+    /// that no file can claim much more than its own size.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        Self::read_from(BufReader::new(File::open(path)?))
+    }
+
+    /// Writes the contents of a [saved](Self::save) file to a writer.
+    ///
+    /// # Errors
+    /// Errors of the writer.
+    pub fn write_to(&self, writer: impl Write) -> io::Result<()> {
+        let Storage { layout, episodes, tape, .. } = &self.storage;
+        let config = &self.config;
+        let mut target = Target::new(writer);
+        target.bytes(&MAGIC)?;
+        target.bytes(&VERSION.to_le_bytes())?;
+        target.bytes(&(size_of::<T>() as u32).to_le_bytes())?;
+        let (num_envs, num_fields) = (config.num_envs(), config.fields().len());
+        let Dims { observation, goal, action } = config.dims();
+        let sizes = [config.capacity(), observation, goal, action, num_envs, num_fields];
+        target.numbers(sizes.map(|size| size as u64))?;
+        for Field { name, len } in config.fields() {
+            target.number(name.len() as u64)?;
+            target.bytes(name.as_bytes())?;
+            target.number(*len as u64)?;
+        }
+        target.numbers(code(config.priorities()))?;
+        let (live, kept) = (episodes.live(), episodes.numbers());
+        target.numbers([live.start, live.end, kept.start, kept.end])?;
+        for record in episodes.records() {
+            target.number(record)?;
+        }
+        for row in tape.rows() {
+            target.elements(row)?;
+        }
+        for Unfinished { rows, desired_goal } in &self.unfinished {
+            target.number((rows.len() / layout.row()) as u64)?;
+            if !rows.is_empty() {
+                target.elements(rows)?;
+                target.elements(desired_goal)?;
+            }
+        }
+        if let Some(PriorityTable { highest, tree, .. }) = &self.storage.priorities {
+            target.numbers([highest.to_bits(), tree.size() as u64])?;
+            for priority in tree.weights() {
+                target.number(priority.to_bits())?;
+            }
+        }
+        target.finish()
+    }
+
+    /// Reads what [`write_to`](Self::write_to) wrote, up to the end of the reader.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn read_from(reader: impl Read) -> Result<Self, LoadError> {
+        let mut source = Source::new(reader);
+        if source.bytes::<8>()? != MAGIC {
+            return Err(LoadError::Foreign);
+        }
+        let version = u32::from_le_bytes(source.bytes()?);
+        if version != VERSION {
+            return Err(LoadError::Version { version });
+        }
+        let actual = u32::from_le_bytes(source.bytes()?);
+        if actual as usize != size_of::<T>() {
+            return Err(LoadError::ElementSize { expected: size_of::<T>(), actual });
+        }
+        let config = read_config(&mut source)?;
+        let (layout, fields) = (Layout::new::<T>(&config)?, Fields::new(config.fields()));
+        let capacity = config.capacity();
+        let live = source.number()?..source.number()?;
+        let kept = source.number()?..source.number()?;
+        let num_live = live.end.checked_sub(live.start).ok_or(LoadError::Damaged)?;
+        let num_kept = kept.end.checked_sub(kept.start).ok_or(LoadError::Damaged)?;
+        // A dropped episode had at least one transition.
+        let is_early = live.end <= LAST && kept.start <= live.start;
+        if num_live > capacity as u64 || num_kept > num_live || !is_early {
+            return Err(LoadError::Damaged);
+        }
+        let mut records = Vec::new();
+        for _ in kept.clone() {
+            records.push(source.number()?);
+        }
+        let mut tape = Tape::starting_at(layout.row(), capacity, live.start + kept.start);
+        let mut row = Vec::new();
+        for _ in 0..num_live + num_kept {
+            source.elements(layout.row(), &mut row)?;
+            tape.push_rows(&row);
+        }
+        // The rows were read, so there is memory for what depends on their number.
+        let episodes = Episodes::restore(live, kept.start, &records).ok_or(LoadError::Damaged)?;
+        let mut unfinished = Vec::new();
+        for _ in 0..config.num_envs() {
+            unfinished.push(read_unfinished(&mut source, &layout, capacity)?);
+        }
+        let priorities = match config.priorities() {
+            Some(settings) => Some(read_priorities(&mut source, settings, &episodes)?),
+            None => None,
+        };
+        source.finish()?;
+        let storage = Storage { layout, fields, capacity, episodes, tape, priorities };
+        Ok(Self { config, storage, unfinished, whole: Unfinished::default() })
+    }
+}
+
+fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadError> {
+    let [capacity, observation, goal, action, num_envs, num_fields] = source.sizes()?;
+    let dims = Dims { observation, goal, action };
+    let mut config = BufferConfig::new(capacity, dims).with_num_envs(num_envs);
+    for _ in 0..num_fields {
+        let name = source.text()?;
+        let [len] = source.sizes()?;
+        config = config.with_field(name, len);
+    }
+    let unit = match source.number()? {
+        0 => None,
+        1 => Some(PriorityUnit::Transition),
+        2 => Some(PriorityUnit::Episode),
+        _ => return Err(LoadError::Damaged),
+    };
+    let new = match f64::from_bits(source.number()?) {
+        HIGHEST => NewPriority::Highest,
+        priority => NewPriority::Given(priority),
+    };
+    config = config.with_priorities(unit.map(|unit| Priorities::new(unit).with_new_priority(new)));
+    config.check()?;
+    Ok(config)
+}
+
+/// Returns the code of the settings of priorities: the unit and the new priority.
+fn code(priorities: Option<Priorities>) -> [u64; 2] {
+    let unit = match priorities.map(Priorities::unit) {
+        None => 0,
+        Some(PriorityUnit::Transition) => 1,
+        Some(PriorityUnit::Episode) => 2,
+    };
+    let new = match priorities.map(Priorities::new_priority) {
+        Some(NewPriority::Given(priority)) => priority,
+        None | Some(NewPriority::Highest) => HIGHEST,
+    };
+    [unit, new.to_bits()]
+}
+
+fn read_priorities<R: Read>(
+    source: &mut Source<R>,
+    settings: Priorities,
+    episodes: &Episodes,
+) -> Result<PriorityTable, LoadError> {
+    let highest = f64::from_bits(source.number()?);
+    let [size] = source.sizes()?;
+    let live = settings.unit().live(episodes);
+    let mut weights = Vec::new();
+    for _ in live.clone() {
+        weights.push(f64::from_bits(source.number()?));
+    }
+    let transitions = episodes.live();
+    // There are never more episodes than transitions.
+    let is_needed = size <= SumTree::size_for((transitions.end - transitions.start) as usize);
+    if !(is_needed && is_priority(highest) && weights.iter().copied().all(is_priority)) {
+        return Err(LoadError::Damaged);
+    }
+    let tree = SumTree::restore(size, live, &weights).ok_or(LoadError::Damaged)?;
+    Ok(PriorityTable { settings, highest, tree })
+}
+
+fn read_unfinished<T: Scalar, R: Read>(
+    source: &mut Source<R>,
+    layout: &Layout,
+    capacity: usize,
+) -> Result<Unfinished<T>, LoadError> {
+    let mut unfinished = Unfinished::default();
+    let [num_rows] = source.sizes()?;
+    if num_rows > capacity.saturating_mul(2) {
+        return Err(LoadError::Damaged);
+    }
+    if num_rows > 0 {
+        let elements = num_rows.checked_mul(layout.row()).ok_or(LoadError::Damaged)?;
+        source.elements(elements, &mut unfinished.rows)?;
+        source.elements(layout.dims().goal, &mut unfinished.desired_goal)?;
+    }
+    Ok(unfinished)
+}

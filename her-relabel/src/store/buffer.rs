@@ -1,0 +1,187 @@
+//! The buffer: its configuration, what it holds, and its priorities.
+
+use crate::scalar::Scalar;
+use crate::store::config::{BufferConfig, ConfigError};
+use crate::store::priorities::{PriorityError, is_priority};
+use crate::store::storage::{Storage, Unfinished};
+use crate::store::transition_id::TransitionId;
+
+/// A replay buffer for goal-conditioned tasks that keeps the newest `capacity` transitions of
+/// finished episodes.
+///
+/// An episode enters the buffer when it ends, with all its transitions at once. Until then its steps are
+/// kept apart, per environment, and are never sampled. *Newest* therefore refers to the order in which
+/// episodes ended, and within an episode to the order of its steps. Each state is stored once:
+/// an episode of `T` steps takes `T + 1` rows.
+///
+/// [`Sampler`](crate::Sampler) draws batches from a shared reference, through which nothing changes.
+/// For one writer and concurrent readers, put the buffer into an [`RwLock`](std::sync::RwLock): readers
+/// sample side by side, and no reader ever sees half of a step.
+/// ```
+/// use std::{sync::RwLock, thread};
+///
+/// use goal_reward::DistanceReward;
+/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+/// use her_relabel::{Sampler, UnitInterval};
+///
+/// let episode = EpisodeData {
+///     observations: &[0.0, 1.0],
+///     achieved_goals: &[0.0, 1.0],
+///     desired_goal: &[9.0],
+///     actions: &[1.0],
+///     rewards: &[-1.0],
+///     terminated: false,
+///     truncated: true,
+///     fields: &[],
+/// };
+/// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
+/// buffer.add_episode(&episode)?;
+/// let shared = RwLock::new(buffer);
+/// thread::scope(|scope| {
+///     for reader in 0..2_u64 {
+///         let shared = &shared;
+///         scope.spawn(move || {
+///             let sampler = Sampler::new(64, GoalStrategy::Future, UnitInterval::from_k(4));
+///             let mut batch = Batch::new();
+///             let buffer = shared.read().expect("no writer panicked");
+///             sampler.sample(&buffer, &DistanceReward::sparse(), reader, &mut batch)
+///         });
+///     }
+///     // Each reader owns its batch: only sampling needs the lock, learning does not.
+///     shared.write().expect("no writer panicked").add_episode(&episode)
+/// })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Example
+/// ```
+/// use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
+///
+/// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
+/// buffer.begin_episode(0, &EpisodeStart {
+///     observation: &[0.0, 0.0],
+///     achieved_goal: &[0.0],
+///     desired_goal: &[2.0],
+/// })?;
+/// buffer.add_step(0, &Step {
+///     action: &[1.0],
+///     reward: -1.0,
+///     next_observation: &[1.0, 1.0],
+///     next_achieved_goal: &[1.0],
+///     terminated: false,
+///     truncated: true,
+///     fields: &[],
+/// })?;
+/// assert_eq!((buffer.len(), buffer.num_episodes()), (1, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct HerBuffer<T> {
+    pub(crate) config: BufferConfig,
+    pub(crate) storage: Storage<T>,
+    /// The unfinished episode of each environment.
+    pub(crate) unfinished: Vec<Unfinished<T>>,
+    /// Scratch memory in which whole episodes become rows.
+    pub(crate) whole: Unfinished<T>,
+}
+
+impl<T: Scalar> HerBuffer<T> {
+    /// Makes an empty buffer, which takes memory only as transitions come.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a setting is invalid.
+    pub fn new(config: BufferConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        Ok(Self {
+            storage: Storage::new(&config)?,
+            unfinished: vec![Unfinished::default(); config.num_envs()],
+            whole: Unfinished::default(),
+            config,
+        })
+    }
+
+    /// Returns the buffer's settings.
+    #[must_use]
+    pub fn config(&self) -> &BufferConfig {
+        &self.config
+    }
+
+    /// Returns the number of transitions that can be sampled, at most the capacity.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        let live = self.storage.episodes.live();
+        (live.end - live.start) as usize
+    }
+
+    /// Returns whether there is nothing to sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.storage.episodes.live().is_empty()
+    }
+
+    /// Returns the number of finished episodes of which at least one transition is kept.
+    #[must_use]
+    pub fn num_episodes(&self) -> usize {
+        self.storage.episodes.len()
+    }
+
+    /// Returns the oldest and the newest transition that can be sampled, as can all numbers between them.
+    #[must_use]
+    pub fn transition_ids(&self) -> Option<(TransitionId, TransitionId)> {
+        let live = self.storage.episodes.live();
+        let ids = (TransitionId::of(live.start), TransitionId::of(live.end.saturating_sub(1)));
+        (!live.is_empty()).then_some(ids)
+    }
+
+    /// Forgets everything, including unfinished episodes. The memory is kept for later transitions.
+    pub fn clear(&mut self) {
+        self.storage.clear();
+        self.unfinished.iter_mut().for_each(Unfinished::discard);
+    }
+
+    /// Sets the priorities of transitions, or of their episodes. If one is given several times the last
+    /// priority counts. Overwritten transitions are ignored.
+    ///
+    /// A priority is the weight of a draw itself: for the paper's prioritized replay, pass
+    /// `(|td_error| + epsilon).powf(alpha)`.
+    ///
+    /// # Errors
+    /// [`PriorityError`].
+    pub fn set_priorities<S: Scalar>(
+        &mut self,
+        transitions: &[TransitionId],
+        priorities: &[S],
+    ) -> Result<(), PriorityError> {
+        let episodes = &self.storage.episodes;
+        let table = self.storage.priorities.as_mut().ok_or(PriorityError::NoPriorities)?;
+        let lens = (transitions.len(), priorities.len());
+        if lens.0 != lens.1 {
+            return Err(PriorityError::WrongLength { transitions: lens.0, priorities: lens.1 });
+        }
+        let is_bad = |priority: &S| !is_priority(priority.to_f64());
+        if let Some(index) = priorities.iter().position(is_bad) {
+            let priority = priorities[index].to_f64();
+            return Err(PriorityError::BadPriority { index, priority });
+        }
+        let live = episodes.live();
+        if let Some(id) = transitions.iter().find(|id| id.number() >= live.end) {
+            return Err(PriorityError::UnknownTransition { number: id.get() });
+        }
+        let pairs = transitions.iter().zip(priorities);
+        for (id, priority) in pairs.filter(|(id, _)| id.number() >= live.start) {
+            table.set(episodes, id.number(), priority.to_f64());
+        }
+        Ok(())
+    }
+
+    /// Returns the priority of a transition, or of its episode; `None` if it has been overwritten or the
+    /// buffer has no priorities.
+    #[must_use]
+    pub fn priority(&self, transition: TransitionId) -> Option<f64> {
+        let (episodes, number) = (&self.storage.episodes, transition.number());
+        let table = self.storage.priorities.as_ref()?;
+        episodes.live().contains(&number).then(|| table.priority(episodes, number))
+    }
+}

@@ -1,0 +1,160 @@
+//! The configuration of a buffer, and its checks.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::store::fields::{Field, MAX_NAME};
+use crate::store::priorities::{NewPriority, Priorities, is_priority};
+
+/// The lengths of a task's vectors, in elements; each at least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Dims {
+    /// The length of an observation (without the goals).
+    pub observation: usize,
+    /// The length of an achieved or a desired goal.
+    pub goal: usize,
+    /// The length of an action.
+    pub action: usize,
+}
+
+/// Settings of a [`HerBuffer`](crate::HerBuffer), checked by [`HerBuffer::new`](crate::HerBuffer::new).
+///
+/// # Example
+/// ```
+/// use her_relabel::{BufferConfig, Dims};
+///
+/// let dims = Dims { observation: 25, goal: 3, action: 4 };
+/// let config = BufferConfig::new(1_000_000, dims).with_num_envs(8).with_field("log_prob", 1);
+/// assert_eq!(config.num_envs(), 8);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BufferConfig {
+    capacity: usize,
+    dims: Dims,
+    #[serde(rename = "n_envs")]
+    num_envs: usize,
+    fields: Vec<Field>,
+    priorities: Option<Priorities>,
+}
+
+impl BufferConfig {
+    /// Makes settings of a buffer that keeps up to `capacity` transitions, at least 1, with vectors of the
+    /// lengths `dims`.
+    #[must_use]
+    pub const fn new(capacity: usize, dims: Dims) -> Self {
+        Self { capacity, dims, num_envs: 1, fields: Vec::new(), priorities: None }
+    }
+
+    /// Sets the number of environments that add to the buffer side by side, at least 1. The default is 1.
+    #[must_use]
+    pub const fn with_num_envs(mut self, num_envs: usize) -> Self {
+        self.num_envs = num_envs;
+        self
+    }
+
+    /// Adds a [`Field`] of `len` elements to every transition. There are none by default, because each takes
+    /// memory.
+    #[must_use]
+    pub fn with_field(mut self, name: impl Into<String>, len: usize) -> Self {
+        self.fields.push(Field { name: name.into(), len });
+        self
+    }
+
+    /// Sets the priorities to sample by. The default is `None`, because they take memory and only
+    /// [prioritized](crate::Sampler::with_priorities) samplers use them.
+    #[must_use]
+    pub fn with_priorities(mut self, priorities: impl Into<Option<Priorities>>) -> Self {
+        self.priorities = priorities.into();
+        self
+    }
+
+    /// Returns the largest number of transitions that the buffer keeps.
+    #[must_use]
+    pub const fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Returns the lengths of the task's vectors.
+    #[must_use]
+    pub const fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    /// Returns the number of environments that add to the buffer side by side.
+    #[must_use]
+    pub const fn num_envs(&self) -> usize {
+        self.num_envs
+    }
+
+    /// Returns the additional fields of every transition.
+    #[must_use]
+    pub fn fields(&self) -> &[Field] {
+        &self.fields
+    }
+
+    /// Returns the priorities to sample by.
+    #[must_use]
+    pub const fn priorities(&self) -> Option<Priorities> {
+        self.priorities
+    }
+
+    /// Checks all settings but the size of the memory, which depends on the element type.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let Dims { observation, goal, action } = self.dims;
+        let sizes = [
+            ("capacity", self.capacity),
+            ("num_envs", self.num_envs),
+            ("dims.observation", observation),
+            ("dims.goal", goal),
+            ("dims.action", action),
+        ];
+        let lens = self.fields.iter().map(|field| ("fields.len", field.len));
+        if let Some((name, _)) = sizes.into_iter().chain(lens).find(|(_, size)| *size == 0) {
+            return Err(ConfigError::Zero { name });
+        }
+        let mut names = BTreeSet::new();
+        for name in self.fields.iter().map(|field| &field.name) {
+            let is_plain = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+            if !(is_plain && (1..=MAX_NAME).contains(&name.len()) && names.insert(name)) {
+                return Err(ConfigError::FieldName { name: name.clone() });
+            }
+        }
+        match self.priorities.map(Priorities::new_priority) {
+            Some(NewPriority::Given(priority)) if !is_priority(priority) => {
+                Err(ConfigError::BadPriority { priority })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Error returned for settings that no buffer can have.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// A size is 0.
+    #[error("`{name}` is 0: set it to at least 1")]
+    Zero {
+        /// The name of the size.
+        name: &'static str,
+    },
+    /// A field has an invalid name, or that of another field.
+    #[error(
+        "the field name {name:?} is invalid or taken: use up to 64 ASCII letters, digits and underscores, and each name once"
+    )]
+    FieldName {
+        /// The name.
+        name: String,
+    },
+    /// The priority of new transitions is negative, NaN, infinite or enormous.
+    #[error("the new priority is {priority}: use a finite number from 0 to 1e200")]
+    BadPriority {
+        /// The priority.
+        priority: f64,
+    },
+    /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed.
+    #[error("a buffer of these sizes exceeds the address space: reduce `capacity` or `dims`")]
+    TooLarge,
+}

@@ -1,0 +1,86 @@
+//! The contents of a buffer: finished episodes, and the rows of unfinished ones.
+
+use crate::scalar::Scalar;
+use crate::store::config::{BufferConfig, ConfigError};
+use crate::store::episodes::{Ending, Episodes};
+use crate::store::fields::Fields;
+use crate::store::layout::Layout;
+use crate::store::priority_table::PriorityTable;
+use crate::store::tape::Tape;
+
+/// The newest `capacity` transitions of finished episodes.
+#[derive(Clone, Debug)]
+pub(crate) struct Storage<T> {
+    pub(crate) layout: Layout,
+    pub(crate) fields: Fields,
+    pub(crate) capacity: usize,
+    pub(crate) episodes: Episodes,
+    pub(crate) tape: Tape<T>,
+    pub(crate) priorities: Option<PriorityTable>,
+}
+
+impl<T: Scalar> Storage<T> {
+    /// An empty store of a checked configuration.
+    pub(crate) fn new(config: &BufferConfig) -> Result<Self, ConfigError> {
+        let layout = Layout::new::<T>(config)?;
+        Ok(Self {
+            layout,
+            fields: Fields::new(config.fields()),
+            capacity: config.capacity(),
+            episodes: Episodes::default(),
+            tape: Tape::new(layout.row(), config.capacity()),
+            priorities: config.priorities().map(PriorityTable::new),
+        })
+    }
+
+    /// Adds the rows of an episode of 1 to `capacity` transitions, and drops the oldest ones that no longer
+    /// fit.
+    pub(crate) fn push_episode(&mut self, rows: &[T], ending: Ending) {
+        let steps = (rows.len() / self.layout.row() - 1) as u64;
+        let kept = self.capacity as u64 - steps;
+        let live = self.episodes.live();
+        // Old rows are dropped first, so that the tape can reuse their memory.
+        self.drop_before(live.end.saturating_sub(kept));
+        self.tape.push_rows(rows);
+        self.episodes.push(steps, ending);
+        if let Some(table) = &mut self.priorities {
+            table.follow(&self.episodes);
+        }
+    }
+
+    /// Drops everything.
+    pub(crate) fn clear(&mut self) {
+        self.drop_before(self.episodes.live().end);
+        if let Some(table) = &mut self.priorities {
+            table.clear(&self.episodes);
+        }
+    }
+
+    fn drop_before(&mut self, transition: u64) {
+        let row = self.episodes.drop_before(transition);
+        self.tape.drop_before(row);
+    }
+}
+
+/// The rows of an environment's unfinished episode; none if no episode is under way.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Unfinished<T> {
+    pub(crate) rows: Vec<T>,
+    pub(crate) desired_goal: Vec<T>,
+}
+
+impl<T: Scalar> Unfinished<T> {
+    pub(crate) fn is_under_way(&self) -> bool {
+        !self.rows.is_empty()
+    }
+
+    /// Returns the number of recorded steps, of which at most the newest `capacity` are kept.
+    pub(crate) fn steps(&self, layout: &Layout) -> usize {
+        (self.rows.len() / layout.row()).saturating_sub(1)
+    }
+
+    /// Forgets the episode.
+    pub(crate) fn discard(&mut self) {
+        self.rows.clear();
+    }
+}
