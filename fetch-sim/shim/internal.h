@@ -74,8 +74,8 @@ typedef struct {
   fs_filter* filter;
   fs_handlers handlers;
 } fs_outer;
-fs_outer fs_enter(fs_filter* filter);
-fs_status fs_leave(fs_outer outer, fs_status status);
+void fs_enter(fs_outer* outer, fs_filter* filter);
+fs_status fs_leave(const fs_outer* outer, fs_status status);
 extern _Thread_local jmp_buf fs_after_error;
 
 // Runs a statement of MuJoCo calls with this thread's handlers and a contact filter (or NULL) in
@@ -84,10 +84,11 @@ extern _Thread_local jmp_buf fs_after_error;
 // anything that has to be released when a failure leaves it, and must not change a local variable.
 #define FS_GUARDED(filter, statement)                                                              \
   do {                                                                                             \
-    const fs_outer outer = fs_enter(filter);                                                       \
-    if (setjmp(fs_after_error)) return fs_leave(outer, FS_FAILED);                                 \
+    fs_outer outer;                                                                                \
+    fs_enter(&outer, filter);                                                                      \
+    if (setjmp(fs_after_error)) return fs_leave(&outer, FS_FAILED);                                \
     statement;                                                                                     \
-    return fs_leave(outer, FS_OK);                                                                 \
+    return fs_leave(&outer, FS_OK);                                                                \
   } while (0)
 
 // ------------------------------------------------------------------------------ contact_filter.c
