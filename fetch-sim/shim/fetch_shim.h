@@ -167,8 +167,8 @@ void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* trans
                       double* rotation);
 double fs_time(const mjData* d);
 void fs_set_time(mjData* d, double time);
-// Writes the arrays of the data, which stay in place as long as the data. The address of an empty one
-// may be NULL.
+// Writes the arrays of the data, which keep their places as long as it lives. The address of an empty
+// array may be NULL.
 void fs_data_arrays(const mjModel* m, const mjData* d, fs_array arrays[FS_NUM_DATA_ARRAYS]);
 int fs_constraint_count(const mjData* d);
 int fs_contact_count(const mjData* d);
@@ -207,8 +207,8 @@ fs_status fs_place(const mjModel* m, mjData* d);
 fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl);
 void fs_delete_renderer(fs_renderer* r);
 
-// Selects a free camera: the point at which it looks and its distance (meters), azimuth and elevation
-// (degrees).
+// Selects a free camera, given the point at which it looks and its distance (meters), its azimuth and
+// its elevation (degrees).
 void fs_set_free_camera(fs_renderer* r, const double numbers[6]);
 // Selects a camera of the model.
 void fs_set_fixed_camera(fs_renderer* r, int id);
@@ -219,8 +219,8 @@ void fs_set_fixed_camera(fs_renderer* r, int id);
 // of its object in fs_segments.
 fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
                   unsigned char* rgb, float* depth);
-// Writes the distances of the near and the far plane in the last picture (meters); returns whether its
-// camera projects in parallel.
+// Writes the distances of the near and the far plane in the last picture (meters), and returns whether
+// its camera projects in parallel.
 int fs_planes(const fs_renderer* r, float planes[2]);
 // Writes the objects of the last picture, by index; returns how many there may be.
 int fs_segments(const fs_renderer* r, fs_segment* segments, int size);
