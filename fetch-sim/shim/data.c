@@ -34,13 +34,10 @@ void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* trans
 double fs_time(const mjData* d) { return d->time; }
 void fs_set_time(mjData* d, double time) { d->time = time; }
 
-double* fs_data_array(const mjModel* m, const mjData* d, int array, int* len) {
-  switch (array) {
-#define X(number, field, length) case number: *len = (int)(length); return d->field;
-    FS_DATA_ARRAYS(X)
+void fs_data_arrays(const mjModel* m, const mjData* d, fs_array arrays[FS_NUM_DATA_ARRAYS]) {
+#define X(number, field, length) arrays[number] = (fs_array){d->field, (size_t)(length)};
+  FS_DATA_ARRAYS(X)
 #undef X
-    default: *len = 0; return NULL;
-  }
 }
 
 int fs_constraint_count(const mjData* d) { return d->nefc; }

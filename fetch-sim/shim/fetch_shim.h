@@ -62,13 +62,13 @@
 enum { FS_STATUSES(FS_ENUMERATOR) };
 enum { FS_OBJECT_KINDS(FS_ENUMERATOR) };
 enum { FS_MODEL_ARRAYS(FS_ENUMERATOR) };
-enum { FS_DATA_ARRAYS(FS_ENUMERATOR) };
+enum { FS_DATA_ARRAYS(FS_ENUMERATOR) FS_NUM_DATA_ARRAYS };
 enum { FS_FAULTS(FS_ENUMERATOR) };
 enum { FS_SHAPES(FS_ENUMERATOR) };
 enum { FS_SEGMENTS(FS_ENUMERATOR) };
 #define FS_NUMBERS(X)                                                                              \
-  FS_STATUSES(X) FS_OBJECT_KINDS(X) FS_MODEL_ARRAYS(X) FS_DATA_ARRAYS(X) FS_FAULTS(X) FS_SHAPES(X) \
-  FS_SEGMENTS(X)
+  FS_STATUSES(X) FS_OBJECT_KINDS(X) FS_MODEL_ARRAYS(X) FS_DATA_ARRAYS(X) X(FS_NUM_DATA_ARRAYS)     \
+  FS_FAULTS(X) FS_SHAPES(X) FS_SEGMENTS(X)
 
 // Sizes of a model.
 #define FS_COUNTS(X, s)                                                                            \
@@ -87,11 +87,13 @@ enum { FS_SEGMENTS(FS_ENUMERATOR) };
   X(s, unsigned long long, pairs) X(s, unsigned long long, rejected)                               \
   X(s, unsigned long long, checked) X(s, unsigned long long, refuted)
 
+#define FS_ARRAY(X, s) X(s, double*, first) X(s, size_t, len)
+
 #define FS_SEGMENT(X, s) X(s, int, kind) X(s, int, id)
 
 #define FS_STRUCTS(X)                                                                              \
   X(fs_sizes, FS_SIZES) X(fs_visual_geom, FS_VISUAL_GEOM) X(fs_filter_counts, FS_FILTER_COUNTS)    \
-  X(fs_segment, FS_SEGMENT)
+  X(fs_array, FS_ARRAY) X(fs_segment, FS_SEGMENT)
 #define FS_FIELD(s, type, name, ...) type name __VA_ARGS__;
 #define FS_STRUCT(s, FIELDS) typedef struct { FIELDS(FS_FIELD, s) } s;
 FS_STRUCTS(FS_STRUCT)
@@ -165,8 +167,9 @@ void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* trans
                       double* rotation);
 double fs_time(const mjData* d);
 void fs_set_time(mjData* d, double time);
-// Returns an array of the data, and its length. Valid as long as the data.
-double* fs_data_array(const mjModel* m, const mjData* d, int array, int* len);
+// Writes the arrays of the data, which keep their places as long as it lives. The address of an empty
+// array may be NULL.
+void fs_data_arrays(const mjModel* m, const mjData* d, fs_array arrays[FS_NUM_DATA_ARRAYS]);
 int fs_constraint_count(const mjData* d);
 int fs_contact_count(const mjData* d);
 void fs_contact_geoms(const mjData* d, int contact, int geoms[2]);
@@ -204,8 +207,8 @@ fs_status fs_place(const mjModel* m, mjData* d);
 fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl);
 void fs_delete_renderer(fs_renderer* r);
 
-// Selects a free camera: the point at which it looks and its distance (meters), azimuth and elevation
-// (degrees).
+// Selects a free camera, given the point at which it looks and its distance (meters), its azimuth and
+// its elevation (degrees).
 void fs_set_free_camera(fs_renderer* r, const double numbers[6]);
 // Selects a camera of the model.
 void fs_set_fixed_camera(fs_renderer* r, int id);
@@ -216,8 +219,8 @@ void fs_set_fixed_camera(fs_renderer* r, int id);
 // of its object in fs_segments.
 fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
                   unsigned char* rgb, float* depth);
-// Writes the distances of the near and the far plane in the last picture (meters); returns whether its
-// camera projects in parallel.
+// Writes the distances of the near and the far plane in the last picture (meters), and returns whether
+// its camera projects in parallel.
 int fs_planes(const fs_renderer* r, float planes[2]);
 // Writes the objects of the last picture, by index; returns how many there may be.
 int fs_segments(const fs_renderer* r, fs_segment* segments, int size);

@@ -55,13 +55,14 @@ static fs_handlers exchange_handlers(fs_handlers handlers) {
 }
 #endif
 
-fs_outer fs_enter(fs_filter* filter) {
+void fs_enter(fs_outer* outer, fs_filter* filter) {
   error_text[0] = warning_text[0] = '\0';
-  return (fs_outer){fs_use_filter(filter), exchange_handlers(our_handlers)};
+  outer->filter = fs_use_filter(filter);
+  outer->handlers = exchange_handlers(our_handlers);
 }
 
-fs_status fs_leave(fs_outer outer, fs_status status) {
-  fs_use_filter(outer.filter);
-  exchange_handlers(outer.handlers);
+fs_status fs_leave(const fs_outer* outer, fs_status status) {
+  fs_use_filter(outer->filter);
+  exchange_handlers(outer->handlers);
   return status | (warning_text[0] ? FS_WARNED : FS_OK);
 }

@@ -1,4 +1,4 @@
-// What the files of the shim share and Rust does not see.
+// Declarations that the files of the shim share and Rust does not see.
 
 #pragma once
 
@@ -65,7 +65,8 @@ typedef struct {
 // Sets the text of fs_error_text and returns FS_FAILED.
 __attribute__((format(printf, 1, 2))) fs_status fs_fail(const char* format, ...);
 
-// What MuJoCo's handlers do; a guarded statement may call them, too. fs_on_error does not return.
+// Do the work of MuJoCo's handlers; a guarded statement may call them, too. fs_on_error does not
+// return.
 __attribute__((noreturn)) void fs_on_error(const char* message);
 void fs_on_warning(const char* message);
 
@@ -74,20 +75,21 @@ typedef struct {
   fs_filter* filter;
   fs_handlers handlers;
 } fs_outer;
-fs_outer fs_enter(fs_filter* filter);
-fs_status fs_leave(fs_outer outer, fs_status status);
+void fs_enter(fs_outer* outer, fs_filter* filter);
+fs_status fs_leave(const fs_outer* outer, fs_status status);
 extern _Thread_local jmp_buf fs_after_error;
 
 // Runs a statement of MuJoCo calls with this thread's handlers and a contact filter (or NULL) in
 // place, and returns its status. mju_error must not return, so its handler jumps back to here; only
 // frames of MuJoCo, and of the filter between them, lie in between. The statement must not hold
-// anything that has to be released when a failure leaves it, and must not change a local variable.
+// anything that a failure would have to release, and must not change a local variable of its function.
 #define FS_GUARDED(filter, statement)                                                              \
   do {                                                                                             \
-    const fs_outer outer = fs_enter(filter);                                                       \
-    if (setjmp(fs_after_error)) return fs_leave(outer, FS_FAILED);                                 \
+    fs_outer outer;                                                                                \
+    fs_enter(&outer, filter);                                                                      \
+    if (setjmp(fs_after_error)) return fs_leave(&outer, FS_FAILED);                                \
     statement;                                                                                     \
-    return fs_leave(outer, FS_OK);                                                                 \
+    return fs_leave(&outer, FS_OK);                                                                \
   } while (0)
 
 // ------------------------------------------------------------------------------ contact_filter.c

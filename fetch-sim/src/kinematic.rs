@@ -18,7 +18,7 @@ const REACHABLE: [[f64; 2]; 3] = [[0.75, 1.6], [0.35, 1.15], [0.41, 1.1]];
 const OBJECT_RADIUS: f64 = 0.025;
 /// Half of the closed gripper's width, in meters.
 const GRIPPER_RADIUS: f64 = 0.015;
-/// Largest height of the grip site above or below the object's center at which it touches, in meters.
+/// Largest height difference at which the grip site still touches the object, in meters.
 const GRIP_REACH: f64 = 0.03;
 /// A finger's joint position when the gripper is open, in meters.
 const FINGER_OPEN: f64 = 0.05;

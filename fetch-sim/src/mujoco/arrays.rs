@@ -1,12 +1,12 @@
 //! Access to what a simulation's data holds: time, the arrays, and the poses in them.
 
-use std::{ffi::c_int, ptr, slice};
+use std::{ffi::c_int, slice};
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 use super::{
     data::Data,
-    ffi::{self, DataArray},
+    ffi::{self, DataArray, RawArray},
     ids::{BodyId, SiteId},
 };
 
@@ -138,26 +138,22 @@ impl Data {
     }
 
     fn array(&self, array: DataArray) -> &[f64] {
-        let (first, len) = self.raw_array(array);
-        // SAFETY: the array has this length, lives as long as the data, and is written to only
-        // through `&mut self`.
+        let RawArray { first, len } = self.arrays[array as usize];
+        if len == 0 {
+            return &[]; // an empty array may have no address in C; a slice must have one
+        }
+        // SAFETY: the array has this address and length as long as the data lives, and is written to
+        // only through `&mut self`.
         unsafe { slice::from_raw_parts(first, len) }
     }
 
     fn array_mut(&mut self, array: DataArray) -> &mut [f64] {
-        let (first, len) = self.raw_array(array);
+        let RawArray { first, len } = self.arrays[array as usize];
+        if len == 0 {
+            return &mut [];
+        }
         // SAFETY: as in `array`, and `&mut self` makes this borrow the only one.
         unsafe { slice::from_raw_parts_mut(first, len) }
-    }
-
-    fn raw_array(&self, array: DataArray) -> (*mut f64, usize) {
-        let (model, mut len) = (self.model().as_ptr(), 0);
-        // SAFETY: model and data are alive and belong together, the array is one of the shim's, and
-        // `len` is valid for writes.
-        let first =
-            unsafe { ffi::fs_data_array(model, self.as_ptr(), array as c_int, &raw mut len) };
-        // An empty array may have no address in C; a slice must have one.
-        if first.is_null() { (ptr::dangling_mut(), 0) } else { (first, len as usize) }
     }
 }
 

@@ -9,7 +9,7 @@ use std::{
 
 use super::{
     contact_filter::ContactFilter,
-    ffi::{self, Fault, RawData, RawFilter},
+    ffi::{self, DataArrays, Fault, RawData, RawFilter},
     ids::GeomId,
     library::check,
     model::Model,
@@ -24,6 +24,7 @@ use crate::error::SimError;
 pub struct Data {
     model: Arc<Model>,
     raw: NonNull<RawData>,
+    pub(super) arrays: DataArrays,
     filter: Option<ContactFilter>,
 }
 
@@ -44,7 +45,10 @@ impl Data {
         check(status)?;
         let raw = NonNull::new(raw)
             .ok_or_else(|| SimError::Mujoco { message: "mj_makeData returned nothing".into() })?;
-        Ok(Self { model, raw, filter: None })
+        let mut arrays = DataArrays::default();
+        // SAFETY: the data is alive and was made from this model; `arrays` is valid for writes.
+        unsafe { ffi::fs_data_arrays(model.as_ptr(), raw.as_ptr(), &raw mut arrays) };
+        Ok(Self { model, raw, arrays, filter: None })
     }
 
     /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so that a

@@ -47,6 +47,8 @@ contract! {
     numbers {
         FS_OK = 0, FS_FAILED = 1, FS_WARNED = 2,
 
+        FS_NUM_DATA_ARRAYS = 10,
+
         FS_PLANE = 0, FS_SPHERE = 1, FS_CAPSULE = 2, FS_ELLIPSOID = 3, FS_CYLINDER = 4, FS_BOX = 5,
         FS_MESH = 6, FS_OTHER_SHAPE = 7,
 
@@ -97,10 +99,16 @@ contract! {
             pairs: c_ulonglong, rejected: c_ulonglong, checked: c_ulonglong, refuted: c_ulonglong,
         }
 
+        /// An array of a simulation's data.
+        RawArray = fs_array { first: *mut f64, len: usize, }
+
         /// What a pixel shows.
         RawSegment = fs_segment { kind: c_int, id: c_int, }
     }
 }
+
+/// All arrays of a simulation's data, by [`DataArray`].
+pub(super) type DataArrays = [RawArray; FS_NUM_DATA_ARRAYS as usize];
 
 /// Declares types of C that Rust knows only by pointer.
 macro_rules! opaque {
@@ -182,12 +190,7 @@ unsafe extern "C" {
     );
     pub(super) fn fs_time(d: *const RawData) -> f64;
     pub(super) fn fs_set_time(d: *mut RawData, time: f64);
-    pub(super) fn fs_data_array(
-        m: *const RawModel,
-        d: *const RawData,
-        array: c_int,
-        len: *mut c_int,
-    ) -> *mut f64;
+    pub(super) fn fs_data_arrays(m: *const RawModel, d: *const RawData, out: *mut DataArrays);
     pub(super) fn fs_constraint_count(d: *const RawData) -> c_int;
     pub(super) fn fs_contact_count(d: *const RawData) -> c_int;
     pub(super) fn fs_contact_geoms(d: *const RawData, contact: c_int, geoms: *mut [c_int; 2]);

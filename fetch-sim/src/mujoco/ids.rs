@@ -1,4 +1,4 @@
-//! Ids of a model's objects: looking them up by name, and what the model knows of them.
+//! Ids of a model's objects, their names, and the properties that a model stores for them.
 
 use std::{
     ffi::{CStr, CString, c_int},
@@ -21,7 +21,7 @@ macro_rules! ids {
         )*
 
         impl Model {$(
-            #[doc = concat!("Returns the ", stringify!($find), " of a name.\n")]
+            #[doc = concat!("Returns the ", stringify!($find), " with this name.\n")]
             /// # Errors
             /// [`SimError::MissingName`] if the model has none.
             pub fn $find(&self, name: &str) -> Result<$id, SimError> {
