@@ -52,6 +52,7 @@ mod env;
 mod env_id;
 mod error;
 mod fetch;
+mod getters;
 mod np_random;
 #[cfg(feature = "render")]
 mod render;

@@ -6,13 +6,10 @@ use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use super::report::{Failure, ensure};
-use crate::{
-    env::{
-        Env, Reset, Step,
-        goal::{GoalEnv, GoalObservation, Info},
-    },
-    error::EnvError,
-};
+use crate::env::goal::{GoalEnv, GoalObservation, Info};
+use crate::env::{Env, Reset, Step};
+use crate::error::EnvError;
+use crate::getters::getters;
 
 /// Settings of the environment checker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,22 +49,13 @@ impl CheckOptions {
         self
     }
 
-    /// The seed of the episodes.
-    #[must_use]
-    pub const fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    /// The number of random steps in each check that steps.
-    #[must_use]
-    pub const fn num_steps(&self) -> u32 {
-        self.num_steps
-    }
-
-    /// The number of steps after which the environment must truncate an episode.
-    #[must_use]
-    pub const fn max_episode_steps(&self) -> Option<NonZeroU32> {
-        self.max_episode_steps
+    getters! {
+        /// The seed of the episodes.
+        seed: u64,
+        /// The number of random steps in each check that steps.
+        num_steps: u32,
+        /// The number of steps after which the environment must truncate an episode.
+        max_episode_steps: Option<NonZeroU32>,
     }
 }
 

@@ -4,11 +4,11 @@ use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
-use crate::{
-    error::EnvError,
-    spaces::{Space, box_space::BoxSpace},
-};
+use super::goal::GoalEnv;
+use super::{Env, Reset, SnapshotEnv, Step};
+use crate::error::EnvError;
+use crate::spaces::Space;
+use crate::spaces::box_space::BoxSpace;
 
 /// An environment whose episodes are truncated after a number of steps.
 ///

@@ -7,21 +7,16 @@ use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    config::{FetchConfig, Parts},
-    observation::FetchObservation,
-    reset::{FetchResetOptions, Start},
-};
-use crate::{
-    env::{
-        Env, Reset, SnapshotEnv, Step,
-        goal::{GoalEnv, GoalEnvExt, GoalObservation, Info},
-        time_limit::TimeLimit,
-    },
-    error::EnvError,
-    np_random::NpRandom,
-    spaces::{DictSpace, Space, box_space::BoxSpace},
-};
+use super::config::{FetchConfig, Parts};
+use super::observation::FetchObservation;
+use super::reset::{FetchResetOptions, Start};
+use crate::env::goal::{GoalEnv, GoalEnvExt, GoalObservation, Info};
+use crate::env::time_limit::TimeLimit;
+use crate::env::{Env, Reset, SnapshotEnv, Step};
+use crate::error::EnvError;
+use crate::np_random::NpRandom;
+use crate::spaces::box_space::BoxSpace;
+use crate::spaces::{DictSpace, Space};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;

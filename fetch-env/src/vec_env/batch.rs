@@ -1,9 +1,7 @@
 //! The results of many environments, row after row.
 
-use crate::{
-    env::goal::{GoalObservation, Info},
-    error::EnvError,
-};
+use crate::env::goal::{GoalObservation, Info};
+use crate::error::EnvError;
 
 /// Lengths of an environment's observations, goals and actions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

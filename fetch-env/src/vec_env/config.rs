@@ -5,6 +5,7 @@ use std::{num::NonZeroUsize, thread};
 use serde::{Deserialize, Serialize};
 
 use crate::error::VecEnvError;
+use crate::getters::getters;
 
 /// When the next episode starts after the end of one.
 ///
@@ -61,22 +62,13 @@ impl VecConfig {
         self
     }
 
-    /// The number of worker threads; 0 for one per core.
-    #[must_use]
-    pub const fn num_threads(&self) -> usize {
-        self.num_threads
-    }
-
-    /// When the next episode starts.
-    #[must_use]
-    pub const fn autoreset(&self) -> AutoresetMode {
-        self.autoreset
-    }
-
-    /// Whether each worker thread keeps to its own core.
-    #[must_use]
-    pub const fn pin_threads(&self) -> bool {
-        self.pin_threads
+    getters! {
+        /// The number of worker threads; 0 for one per core.
+        num_threads: usize,
+        /// When the next episode starts.
+        autoreset: AutoresetMode,
+        /// Whether each worker thread keeps to its own core.
+        pin_threads: bool,
     }
 
     /// Returns the number of worker threads for `num_envs` environments.

@@ -74,9 +74,25 @@ fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow:
         ] {
             area.draw_text(&column, &text(13, INK), (left + x, y))?;
         }
-        area.draw_text(field.summary, &text(13, FAINT), (left + 358, y))?;
+        area.draw_text(short(field.name), &text(13, FAINT), (left + 358, y))?;
     }
     Ok(())
+}
+
+/// A field's meaning in as few words as there is room for.
+fn short(name: &str) -> &'static str {
+    match name {
+        "grip_pos" => "gripper's position",
+        "object_pos" => "object's position",
+        "object_rel_pos" => "object's, from the gripper",
+        "gripper_state" => "fingers, 0 is closed",
+        "object_rot" => "object's Euler angles",
+        "object_velp" => "object's, from the gripper",
+        "object_velr" => "object's rotation",
+        "grip_velp" => "gripper's velocity",
+        "gripper_vel" => "fingers' velocities",
+        _ => "",
+    }
 }
 
 fn labeled<B: DrawingBackend<ErrorType: 'static>>(
