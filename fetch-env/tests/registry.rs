@@ -111,7 +111,11 @@ fn the_defaults_are_the_references() -> Result {
 
 #[test]
 fn the_serialized_settings_have_these_keys() -> Result {
-    let json = r#"{"task":"push","model":"builtin","contact_filter":true,"n_substeps":20,"reward":"dense","distance_threshold":0.05,"object_range":0.15,"target_range":0.15,"target_offset":[0.0,0.0,0.0],"target_in_the_air":false,"max_episode_steps":50}"#;
+    let json = concat!(
+        r#"{"task":"push","model":"builtin","contact_filter":true,"n_substeps":20,"#,
+        r#""reward":"dense","distance_threshold":0.05,"object_range":0.15,"target_range":0.15,"#,
+        r#""target_offset":[0.0,0.0,0.0],"target_in_the_air":false,"max_episode_steps":50}"#,
+    );
     let config = FetchConfig::new(Task::Push, RewardKind::Dense);
     assert_eq!(serde_json::to_string(&config)?, json);
     let defaults =

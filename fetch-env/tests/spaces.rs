@@ -99,7 +99,8 @@ fn samples_have_the_distribution_of_their_interval() -> Result {
     let space = BoxSpace::new(vec![2, 2], low, high)?;
     let mut rng = Pcg64::new(0, 0);
     let samples: Vec<_> = (0..SAMPLES).map(|_| space.sample(&mut rng)).collect();
-    // Mean and variance of the distributions: uniform, exponential, its mirror image, standard normal.
+    // Mean and variance of the distributions: uniform, exponential, its mirror image, standard
+    // normal.
     for (at, (mean, variance)) in
         [(1.0, 16.0 / 12.0), (3.0, 1.0), (1.0, 1.0), (0.0, 1.0)].into_iter().enumerate()
     {

@@ -124,7 +124,8 @@ proptest! {
         cut in 1..8_u32,
         limit in 1..8_u32,
     ) {
-        let mut env = TimeLimit::new(Counter::new(end, cut), NonZeroU32::new(limit).expect("at least 1"));
+        let max_episode_steps = NonZeroU32::new(limit).expect("at least 1");
+        let mut env = TimeLimit::new(Counter::new(end, cut), max_episode_steps);
         prop_assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
         for _ in 0..2 {
             env.reset(None)?;

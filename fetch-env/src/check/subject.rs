@@ -35,15 +35,15 @@ impl CheckOptions {
         self
     }
 
-    /// Sets the number of random steps in each check that steps. The default, 60, exceeds an episode,
-    /// so that the steps include resets without a seed.
+    /// Sets the number of random steps in each check that steps. The default, 60, exceeds an
+    /// episode, so that the steps include resets without a seed.
     pub const fn with_num_steps(mut self, num_steps: u32) -> Self {
         self.num_steps = num_steps;
         self
     }
 
-    /// Sets the number of steps after which the environment must truncate an episode; `None` if only
-    /// its own rules may. The default, 50, is that of the Fetch environments.
+    /// Sets the number of steps after which the environment must truncate an episode; `None` if
+    /// only its own rules may. The default, 50, is that of the Fetch environments.
     pub const fn with_max_episode_steps(mut self, steps: Option<NonZeroU32>) -> Self {
         self.max_episode_steps = steps;
         self
@@ -128,7 +128,8 @@ impl<E: GoalEnv> Subject<'_, E> {
     }
 }
 
-/// Takes random steps from the environment's current state and resets it at the end of each episode.
+/// Takes random steps from the environment's current state and resets it at the end of each
+/// episode.
 pub(super) fn random_steps<E: GoalEnv>(
     env: &mut E,
     rng: &mut Pcg64,

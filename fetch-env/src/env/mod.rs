@@ -82,8 +82,8 @@ pub struct Step<O, I> {
     pub reward: f64,
     /// Whether the task itself has ended: no reward can follow, so learners must not bootstrap.
     pub terminated: bool,
-    /// Whether the episode was cut off for a reason outside the task, such as a time limit; learners
-    /// bootstrap from the value of the last observation.
+    /// Whether the episode was cut off for a reason outside the task, such as a time limit;
+    /// learners bootstrap from the value of the last observation.
     pub truncated: bool,
     /// Diagnostic information returned with the observation.
     pub info: I,

@@ -34,8 +34,8 @@ const MIN_OBJECT_RANGE: f64 = 0.075;
 /// assert!(config.check().is_err());
 /// # Ok::<(), fetch_env::ConfigError>(())
 /// ```
-/// Setters accept any value. [`check`](Self::check) finds invalid ones; deserializing and everything
-/// that makes an environment call it.
+/// Setters accept any value. [`check`](Self::check) finds invalid ones; deserializing and
+/// everything that makes an environment call it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 // `Self` makes serde's derives inherent functions, which the impls below wrap.
 #[serde(remote = "Self", deny_unknown_fields)]
@@ -114,8 +114,8 @@ impl FetchConfig {
         self
     }
 
-    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is the
-    /// reference's.
+    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is
+    /// the reference's.
     pub const fn with_distance_threshold(mut self, meters: f64) -> Self {
         self.distance_threshold = meters;
         self
@@ -184,8 +184,8 @@ impl FetchConfig {
         /// `None` without an object.
         object_range: Option<f64>,
         /// Largest distance along each axis between a goal and the gripper's start plus
-        /// [`target_offset`](Self::target_offset), in meters. With an object, the goal's height is the
-        /// object's instead.
+        /// [`target_offset`](Self::target_offset), in meters. With an object, the goal's height is
+        /// the object's instead.
         target_range: f64,
         /// Offset of every goal, in meters; with an object, z has no effect.
         target_offset: [f64; 3],

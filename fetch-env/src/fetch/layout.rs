@@ -42,8 +42,8 @@ pub(super) const OBJECT: [ObservationField; 9] = fields(true);
 const EVERY_TASK: bool = false;
 const WITH_OBJECT: bool = true;
 
-/// Every field in the order of the observation: the tasks that have it, its name, number of elements,
-/// unit and meaning.
+/// Every field in the order of the observation: the tasks that have it, its name, number of
+/// elements, unit and meaning.
 ///
 /// Source: `_get_obs` of gymnasium-robotics 1.4.2; its own table says "m/s".
 const ROWS: [(bool, &str, usize, &str, &str); 9] = [
@@ -82,8 +82,8 @@ pub(super) const fn len(fields: &[ObservationField]) -> usize {
     fields[fields.len() - 1].range.end
 }
 
-/// Returns the index of a field's first element. Call it in a `const` block: an unknown name is then
-/// a compile error.
+/// Returns the index of a field's first element. Call it in a `const` block: an unknown name is
+/// then a compile error.
 pub(super) const fn start(fields: &[ObservationField], name: &str) -> usize {
     let mut field = 0;
     while !equal(fields[field].name, name) {

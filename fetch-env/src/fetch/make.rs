@@ -28,8 +28,8 @@ pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
 #[cfg(feature = "mujoco")]
 pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;
 
-/// Makes the environment of this name on the [stand-in](KinematicSimulator) for the physics, to test
-/// code that uses environments on machines without MuJoCo.
+/// Makes the environment of this name on the [stand-in](KinematicSimulator) for the physics, to
+/// test code that uses environments on machines without MuJoCo.
 ///
 /// # Errors
 /// [`EnvError::UnknownId`], which lists the nearest names, if no environment has this name.
@@ -39,8 +39,8 @@ pub fn make_kinematic(id: &str) -> Result<KinematicEnv, EnvError> {
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
-/// Makes the environment of this name, as Gymnasium's `make` does: on MuJoCo, with the built-in model
-/// and 50 steps per episode.
+/// Makes the environment of this name, as Gymnasium's `make` does: on MuJoCo, with the built-in
+/// model and 50 steps per episode.
 ///
 /// ```
 /// use fetch_env::{Env, make};
@@ -136,8 +136,8 @@ pub fn make_vec_with_config(
 #[cfg(feature = "mujoco")]
 static MODELS: Mutex<Vec<Weak<FetchModel>>> = Mutex::new(Vec::new());
 
-/// Returns the model of a configuration, compiled and settled once for all living environments. They
-/// can share it because a model never changes.
+/// Returns the model of a configuration, compiled and settled once for all living environments.
+/// They can share it because a model never changes.
 #[cfg(feature = "mujoco")]
 fn shared_model(config: &SimConfig) -> Result<Arc<FetchModel>, SimError> {
     // A panic while the lock is held leaves a valid list.

@@ -177,8 +177,8 @@ impl GoalObservation for FetchObservation {
 /// Near the singularity, where the cosine of the second angle vanishes, the first angle is 0.
 ///
 /// Source: `mat2euler` of gymnasium-robotics 1.4.2, operation for operation. The results are equal
-/// to the last bit if numpy calls the C library's arctangent; numpy's own for AVX-512 differs in the
-/// last bit for one number in thirteen.
+/// to the last bit if numpy calls the C library's arctangent; numpy's own for AVX-512 differs in
+/// the last bit for one number in thirteen.
 fn matrix_to_euler(matrix: &Matrix3<f64>) -> [f64; 3] {
     const SINGULAR: f64 = 4.0 * f64::EPSILON;
     let m = |row, column| matrix[(row, column)];

@@ -25,8 +25,8 @@ use crate::error::EnvError;
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 pub trait RenderEnv: Env {
-    /// Creates a renderer for environments with this task and model. Unlike environments it stays on
-    /// its thread.
+    /// Creates a renderer for environments with this task and model. Unlike environments it stays
+    /// on its thread.
     ///
     /// # Errors
     /// [`EnvError::Render`] without OpenGL and for invalid options.
@@ -39,7 +39,8 @@ pub trait RenderEnv: Env {
     /// renderer is for another task or model.
     fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError>;
 
-    /// Renders the colors of the current state: height x width x 3 (red, green, blue), the top row first.
+    /// Renders the colors of the current state: height x width x 3 (red, green, blue), the top row
+    /// first.
     ///
     /// # Errors
     /// As [`update_scene`](Self::update_scene); [`EnvError::Render`] if rendering fails.

@@ -165,7 +165,8 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         })
     }
 
-    /// The wrapped environment. There is no mutable access, because a step there would miss its frame.
+    /// The wrapped environment. There is no mutable access, because a step there would miss its
+    /// frame.
     #[must_use]
     pub const fn inner(&self) -> &E {
         &self.env
@@ -177,9 +178,10 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         self.env
     }
 
-    getters! {
-        /// The space of the pictures.
-        image_space: ImageSpace,
+    /// The space of the pictures.
+    #[must_use]
+    pub const fn image_space(&self) -> ImageSpace {
+        self.image_space
     }
 
     /// Renders the current state into the frames from `first` on, and stacks all frames.

@@ -56,8 +56,8 @@ pub struct BoxSpace<T> {
 }
 
 impl<T: Element> BoxSpace<T> {
-    /// Creates the space of arrays of `shape` between `low` and `high`, row-major; an infinite bound
-    /// means none.
+    /// Creates the space of arrays of `shape` between `low` and `high`, row-major; an infinite
+    /// bound means none.
     ///
     /// # Errors
     /// [`SpaceError::BoundCount`] if `low` or `high` does not have one element for each of the
@@ -138,7 +138,8 @@ impl<T: Element> BoxSpace<T> {
 
     /// Whether `array`, row-major, has the right length and lies within all bounds.
     ///
-    /// No box contains NaN. A box without a bound on one side contains that infinity, as in Gymnasium.
+    /// No box contains NaN. A box without a bound on one side contains that infinity, as in
+    /// Gymnasium.
     #[must_use]
     pub fn contains(&self, array: &[T]) -> bool {
         array.len() == self.len()

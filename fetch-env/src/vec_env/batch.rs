@@ -150,8 +150,8 @@ impl Batch {
         Some(FinalStep { observation, achieved_goal, desired_goal, info })
     }
 
-    /// Returns the error of this row. Its observation is then the environment's last one (NaN before
-    /// the first), unless the environment was reset in the same step.
+    /// Returns the error of this row. Its observation is then the environment's last one (NaN
+    /// before the first), unless the environment was reset in the same step.
     ///
     /// An invalid action changes nothing. A failure ends the episode: `truncated` is true, and the
     /// environment is reset as its [`AutoresetMode`](super::AutoresetMode) says; one that

@@ -17,8 +17,8 @@ pub enum AutoresetMode {
     /// nothing.
     #[default]
     NextStep,
-    /// The step that ends the episode also resets the environment: observation and info are the next
-    /// episode's first, [`Batch::final_step`](super::Batch::final_step) has the last ones.
+    /// The step that ends the episode also resets the environment: observation and info are the
+    /// next episode's first, [`Batch::final_step`](super::Batch::final_step) has the last ones.
     SameStep,
     /// Never: the caller resets with a [mask](VecReset::mask). A step before that is
     /// [`EnvError::EpisodeOver`](crate::EnvError::EpisodeOver).
@@ -55,8 +55,8 @@ impl VecConfig {
         self
     }
 
-    /// Sets whether each worker thread keeps to its own core, the first thread to the first core. The
-    /// default is false: pinning helps only if nothing else runs on the machine.
+    /// Sets whether each worker thread keeps to its own core, the first thread to the first core.
+    /// The default is false: pinning helps only if nothing else runs on the machine.
     pub const fn with_pin_threads(mut self, pin_threads: bool) -> Self {
         self.pin_threads = pin_threads;
         self

@@ -107,8 +107,8 @@ where
         self.in_flight
     }
 
-    /// Returns an environment for inspection; `None` if the id is unknown, or if the environment is in
-    /// flight or has panicked.
+    /// Returns an environment for inspection; `None` if the id is unknown, or if the environment is
+    /// in flight or has panicked.
     #[must_use]
     pub fn env(&self, env_id: usize) -> Option<&E> {
         self.idle.get(env_id)?.as_ref()?.env()

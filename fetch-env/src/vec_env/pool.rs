@@ -199,7 +199,8 @@ mod tests {
     use super::*;
 
     impl<J: Job + 'static> Pool<J> {
-        /// Starts threads that count their allocations and return the count when the pool is dropped.
+        /// Starts threads that count their allocations and return the count when the pool is
+        /// dropped.
         pub(in crate::vec_env) fn counting(
             threads: usize,
             jobs: usize,

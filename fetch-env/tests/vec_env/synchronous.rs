@@ -36,7 +36,8 @@ fn equal_to_singles<S: Simulator + Send + 'static>(
                     .zip(&mut singles)
                     .map(|(id, env)| env.step(id))
                     .collect::<Result<_, _>>()?;
-                // The actions depend on the number of calls, as those of the single environments do.
+                // The actions depend on the number of calls, as those of the single environments
+                // do.
                 let batch = together.step(&actions(COUNT, step))?;
                 assert_eq!(rows(batch), expected, "{mode:?}, {threads} threads, step {step}");
             }
