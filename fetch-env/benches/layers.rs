@@ -1,7 +1,7 @@
-//! What each layer of a step costs, and of a reset: `cargo bench -p fetch-env --bench layers`.
+//! The cost of each layer of a step and of a reset: `cargo bench -p fetch-env --bench layers`.
 //!
-//! Times of a busy machine tell little; `cargo xtask bench instructions` counts instructions instead.
-#![allow(missing_docs)] // what the macros make
+//! On a busy machine times vary; `cargo xtask bench instructions` counts instructions instead.
+#![allow(missing_docs)] // for the functions that the macros generate
 
 use std::hint::black_box;
 
@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 
 const ACTION: [f32; 4] = [0.3, -0.2, 0.1, 0.5];
 
-/// From the physics up: the simulator's step, and the environment's around it.
+/// Measures the simulator's step and the environment's around it.
 fn layers(criterion: &mut Criterion) {
     for id in EnvId::ALL.into_iter().step_by(2) {
         let mut group = criterion.benchmark_group(id.to_string());
@@ -54,7 +54,7 @@ fn layers(criterion: &mut Criterion) {
     }
 }
 
-/// What lies above a simulator that costs next to nothing.
+/// Measures an environment around a simulator that costs almost nothing.
 fn above_the_simulator(criterion: &mut Criterion) {
     let mut env = make_kinematic("FetchPush-v4").expect("an id");
     env.reset(Some(0)).expect("a reset");

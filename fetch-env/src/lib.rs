@@ -1,10 +1,10 @@
 //! The eight Fetch environments of gymnasium-robotics 1.4.2, goal-conditioned, native in Rust.
 //!
-//! A [`FetchEnv`] consists of settings, a simulator and a reward. The traits say what an environment
-//! does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals, [`SnapshotEnv`] saves and
-//! restores its state. [`TimeLimit`] ends its episodes. The semantics are Gymnasium's, with typed
-//! errors instead of exceptions and silent misbehavior. [`check`] tests whether any environment, of
-//! this crate or not, keeps the laws that its users rely on.
+//! A [`FetchEnv`] consists of settings, a simulator and a reward. The traits say what an
+//! environment does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals,
+//! [`SnapshotEnv`] saves and restores its state. [`TimeLimit`] ends its episodes. The semantics are
+//! Gymnasium's, with typed errors instead of exceptions and silent misbehavior. [`check`] tests
+//! whether any environment, of this crate or not, keeps the laws that its users rely on.
 //!
 //! ```
 //! use fetch_env::{Env, GoalEnvExt, GoalObservation, make_kinematic};
@@ -34,14 +34,14 @@
 //!
 //! # Seeds
 //! `reset(Some(seed))` restarts the random numbers as numpy's `PCG64(SeedSequence(seed))`: the same
-//! seed gives the same goals and object positions as in Python. `reset(None)` continues them. Draw a
-//! policy's random numbers from a different generator: one with the same seed would repeat the numbers
-//! from which the goal was drawn.
+//! seed gives the same goals and object positions as in Python. `reset(None)` continues them. Draw
+//! a policy's random numbers from a different generator: one with the same seed would repeat the
+//! numbers from which the goal was drawn.
 //!
 //! # Features
 //! - `mujoco` (default): `make`, on MuJoCo. Everything else works without it and needs no library.
-//! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads OpenGL;
-//!   building does not need it.
+//! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads
+//!   OpenGL; building does not need it.
 //! - `clip`: GIF, APNG and PNG files of rendered frames.
 #![forbid(unsafe_code)]
 
@@ -52,6 +52,7 @@ mod env;
 mod env_id;
 mod error;
 mod fetch;
+mod getters;
 mod np_random;
 #[cfg(feature = "render")]
 mod render;

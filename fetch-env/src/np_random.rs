@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::EnvError;
 
-/// numpy's `Generator(PCG64(SeedSequence(seed)))`, with the distributions that the environments draw.
+/// numpy's `Generator(PCG64(SeedSequence(seed)))`, with the distributions that environments draw
+/// from.
 ///
 /// The same seed gives the same numbers as in Python, bit for bit. The seed and the number of draws
 /// decide the state and are its serialized form.
@@ -58,7 +59,8 @@ impl NpRandom {
         unit_interval(self.pcg.next_u64())
     }
 
-    /// Draws numpy's `uniform(low, high)`: `low + (high - low) * random()`, rounded after each operation.
+    /// Draws numpy's `uniform(low, high)`: `low + (high - low) * random()`, rounded after each
+    /// operation.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.random()
     }

@@ -1,4 +1,4 @@
-//! What an environment does when the physics fails.
+//! Environments whose physics fails.
 
 mod faulty;
 
@@ -9,7 +9,7 @@ use fetch_sim::SimError;
 type Result = std::result::Result<(), Box<dyn std::error::Error>>;
 
 fn unstable() -> SimError {
-    SimError::Unstable { reason: "told to go down".into() }
+    SimError::Unstable { reason: "the gripper went down".into() }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A snapshot taken in one process goes on in another as it did in the first, to the last bit.
+//! A snapshot continues in another process as in its own, to the last bit.
 #![cfg(feature = "mujoco")]
 
 use std::{env, fs, path::Path, process::Command};
@@ -16,7 +16,7 @@ fn environment(id: EnvId) -> Result<MujocoEnv> {
     Ok(make_with_config(id.config().with_max_episode_steps(1000))?)
 }
 
-/// Drives at the object, or about where there is none: many contacts.
+/// Drives at the object, which causes many contacts, or around if there is none.
 fn action(step: u32, observation: &FetchObservation) -> [f32; 4] {
     let phase = step as f32;
     let toward = |axis: usize| match observation.object_position() {
@@ -26,8 +26,8 @@ fn action(step: u32, observation: &FetchObservation) -> [f32; 4] {
     [toward(0), toward(1), toward(2), (0.3 * phase).sin()]
 }
 
-/// All bits of all observations and rewards of some steps, in hexadecimal.
-fn go_on(env: &mut MujocoEnv, mut observation: FetchObservation) -> Result<String> {
+/// Takes some steps and returns all bits of their observations and rewards, in hexadecimal.
+fn continue_from(env: &mut MujocoEnv, mut observation: FetchObservation) -> Result<String> {
     let mut bits = String::new();
     for step in 0..STEPS {
         let result = env.step(&action(step, &observation))?;
@@ -40,9 +40,9 @@ fn go_on(env: &mut MujocoEnv, mut observation: FetchObservation) -> Result<Strin
 }
 
 #[test]
-fn a_snapshot_goes_on_in_another_process() -> Result {
+fn a_snapshot_continues_in_another_process() -> Result {
     if let Some(folder) = env::var_os(SNAPSHOTS) {
-        return go_on_from(Path::new(&folder));
+        return continue_all(Path::new(&folder));
     }
     let folder = tempfile::tempdir()?;
     let mut expected = Vec::new();
@@ -54,34 +54,34 @@ fn a_snapshot_goes_on_in_another_process() -> Result {
         }
         let snapshot = serde_json::to_string(&env.snapshot())?;
         fs::write(folder.path().join(id.to_string()), snapshot)?;
-        let bits = go_on(&mut env, observation)?;
-        // Back in the same process too.
+        let bits = continue_from(&mut env, observation)?;
+        // Restored in the same process too.
         let text = fs::read_to_string(folder.path().join(id.to_string()))?;
         env.restore(&serde_json::from_str(&text)?)?;
         let observation = env.inner().observe()?;
-        assert_eq!(go_on(&mut env, observation)?, bits, "{id}");
+        assert_eq!(continue_from(&mut env, observation)?, bits, "{id}");
         expected.push((id, bits));
     }
     let status = Command::new(env::current_exe()?)
-        .args(["--exact", "a_snapshot_goes_on_in_another_process"])
+        .args(["--exact", "a_snapshot_continues_in_another_process"])
         .env(SNAPSHOTS, folder.path())
         .status()?;
     assert!(status.success());
     for (id, bits) in expected {
         let theirs = fs::read_to_string(folder.path().join(format!("{id}.bits")))?;
-        assert!(theirs == bits, "{id}: the other process went on differently");
+        assert!(theirs == bits, "{id}: the other process continued differently");
     }
     Ok(())
 }
 
-/// The other process: restores every snapshot and writes down how it goes on.
-fn go_on_from(folder: &Path) -> Result {
+/// The other process: restores every snapshot and writes the bits of the steps that follow.
+fn continue_all(folder: &Path) -> Result {
     for id in EnvId::ALL {
         let text = fs::read_to_string(folder.join(id.to_string()))?;
         let mut env = environment(id)?;
         env.restore(&serde_json::from_str(&text)?)?;
         let observation = env.inner().observe()?;
-        let bits = go_on(&mut env, observation)?;
+        let bits = continue_from(&mut env, observation)?;
         fs::write(folder.join(format!("{id}.bits")), bits)?;
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! The eight names and their configurations.
+//! The eight names and their settings.
 
 use fetch_env::{ConfigError, EnvError, EnvId, FetchConfig, FetchEnv, make_kinematic};
 use fetch_sim::{KinematicSimulator, SimConfig, Task};
@@ -34,7 +34,7 @@ fn the_names_are_gymnasiums() -> Result {
 }
 
 #[test]
-fn an_unknown_name_is_answered_with_the_nearest() {
+fn the_error_for_an_unknown_name_lists_the_nearest() {
     for (unknown, nearest) in [
         ("FetchPush-v3", "FetchPush-v4"),
         ("fetchpush-v4", "FetchPush-v4"),
@@ -111,7 +111,11 @@ fn the_defaults_are_the_references() -> Result {
 
 #[test]
 fn the_serialized_settings_have_these_keys() -> Result {
-    let json = r#"{"task":"push","model":"builtin","contact_filter":true,"n_substeps":20,"reward":"dense","distance_threshold":0.05,"object_range":0.15,"target_range":0.15,"target_offset":[0.0,0.0,0.0],"target_in_the_air":false,"max_episode_steps":50}"#;
+    let json = concat!(
+        r#"{"task":"push","model":"builtin","contact_filter":true,"n_substeps":20,"#,
+        r#""reward":"dense","distance_threshold":0.05,"object_range":0.15,"target_range":0.15,"#,
+        r#""target_offset":[0.0,0.0,0.0],"target_in_the_air":false,"max_episode_steps":50}"#,
+    );
     let config = FetchConfig::new(Task::Push, RewardKind::Dense);
     assert_eq!(serde_json::to_string(&config)?, json);
     let defaults =
@@ -125,7 +129,7 @@ fn the_serialized_settings_have_these_keys() -> Result {
 }
 
 #[test]
-fn each_impossible_configuration_is_named() -> Result {
+fn each_invalid_setting_is_named() -> Result {
     let push = || FetchConfig::new(Task::Push, RewardKind::Sparse);
     let reach = || FetchConfig::new(Task::Reach, RewardKind::Sparse);
     let no_object = |option| ConfigError::NoObject { task: Task::Reach, option };
@@ -133,7 +137,7 @@ fn each_impossible_configuration_is_named() -> Result {
     for (config, error) in [
         (reach().with_object_range(0.1), no_object("object_range")),
         (reach().with_target_in_the_air(true), no_object("target_in_the_air")),
-        // No offset within it would be 0.1 m long.
+        // In this range no offset is 0.1 m long.
         (push().with_object_range(0.07), range("object_range", 0.07, 0.075)),
         (push().with_target_range(-0.1), range("target_range", -0.1, 0.0)),
         (push().with_target_range(f64::MAX), range("target_range", f64::MAX, 0.0)),

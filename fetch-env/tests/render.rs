@@ -1,4 +1,5 @@
-//! Rendering environments, and observing their pictures. Without OpenGL the tests have nothing to do.
+//! Rendering environments, and observing their pictures. Without OpenGL the tests have nothing to
+//! do.
 #![cfg(feature = "render")]
 
 use std::num::NonZeroU8;

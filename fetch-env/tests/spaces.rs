@@ -1,4 +1,4 @@
-//! Laws of the spaces.
+//! Laws of spaces.
 
 use fetch_env::{
     BoxSpace, DictSpace, Space,
@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 
 type Result = std::result::Result<(), Box<dyn std::error::Error>>;
 
-/// Bounds of any kind, infinite ones among them.
+/// Bounds of any kind, including infinite ones.
 fn interval() -> impl Strategy<Value = (f64, f64)> {
     let bound = || prop_oneof![3 => -1e6..1e6, 1 => Just(f64::MIN), 1 => Just(f64::MAX)];
     (bound(), bound(), any::<bool>(), any::<bool>()).prop_map(
@@ -28,7 +28,7 @@ fn box_f64() -> impl Strategy<Value = BoxSpace<f64>> {
     })
 }
 
-/// The same in single precision, where the largest numbers round to infinity.
+/// Converts a space to single precision, in which the largest numbers would round to infinity.
 fn narrowed(space: &BoxSpace<f64>) -> BoxSpace<f32> {
     let narrow = |bounds: &[f64], finite: f32| -> Vec<f32> {
         bounds.iter().map(|&x| if x.abs() > 1e30 { finite } else { x as f32 }).collect()
@@ -40,7 +40,7 @@ fn narrowed(space: &BoxSpace<f64>) -> BoxSpace<f32> {
 
 proptest! {
     #[test]
-    fn samples_lie_in_their_space_and_are_decided_by_the_generator(space in box_f64(), seed: u64) {
+    fn samples_lie_in_their_space_and_depend_only_on_the_generator(space in box_f64(), seed: u64) {
         let mut rng = Pcg64::new(seed.into(), 0);
         let mut same = rng.clone();
         let single = narrowed(&space);
@@ -57,12 +57,12 @@ proptest! {
     }
 
     #[test]
-    fn what_is_beyond_a_bound_or_nan_lies_outside(space in box_f64(), at: prop::sample::Index) {
+    fn numbers_beyond_a_bound_and_nan_lie_outside(space in box_f64(), at: prop::sample::Index) {
         prop_assume!(!space.is_empty());
         let at = at.index(space.len());
         let mut rng = Pcg64::new(0, 0);
         for outside in [space.low()[at].next_down(), space.high()[at].next_up(), f64::NAN] {
-            // Beyond infinity is nothing.
+            // Nothing lies beyond infinity.
             if outside.is_infinite() && space.contains(&vec![outside; space.len()]) {
                 continue;
             }
@@ -99,7 +99,8 @@ fn samples_have_the_distribution_of_their_interval() -> Result {
     let space = BoxSpace::new(vec![2, 2], low, high)?;
     let mut rng = Pcg64::new(0, 0);
     let samples: Vec<_> = (0..SAMPLES).map(|_| space.sample(&mut rng)).collect();
-    // Mean and variance of: uniform, exponential, its mirror image, standard normal.
+    // Mean and variance of the distributions: uniform, exponential, its mirror image, standard
+    // normal.
     for (at, (mean, variance)) in
         [(1.0, 16.0 / 12.0), (3.0, 1.0), (1.0, 1.0), (0.0, 1.0)].into_iter().enumerate()
     {
@@ -113,7 +114,7 @@ fn samples_have_the_distribution_of_their_interval() -> Result {
 }
 
 #[test]
-fn impossible_spaces_are_refused() {
+fn invalid_spaces_are_refused() {
     let box_of = |low, high| BoxSpace::new(vec![1], vec![low], vec![high]);
     for (low, high) in [
         (1.0, 0.0),

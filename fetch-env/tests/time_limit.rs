@@ -10,7 +10,7 @@ use fetch_sim::KinematicSimulator;
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use proptest::prelude::*;
 
-/// Terminates at step `end` and truncates itself at step `cut`.
+/// An environment that terminates at step `end` and truncates at step `cut`.
 #[derive(Debug)]
 struct Counter {
     steps: u32,
@@ -21,7 +21,7 @@ struct Counter {
     observation_space: Space,
 }
 
-/// A reward that, unlike Fetch's, ends the task at the goal.
+/// A reward that ends the task at the goal, unlike Fetch's.
 #[derive(Debug)]
 struct ReachedIsTheEnd(DistanceReward);
 
@@ -39,7 +39,7 @@ impl GoalReward for ReachedIsTheEnd {
     }
 }
 
-/// The steps taken, and when the end comes.
+/// The number of steps taken, and the step of the end.
 #[derive(Clone, Debug, PartialEq)]
 struct Count([f64; 2]);
 
@@ -124,7 +124,8 @@ proptest! {
         cut in 1..8_u32,
         limit in 1..8_u32,
     ) {
-        let mut env = TimeLimit::new(Counter::new(end, cut), NonZeroU32::new(limit).expect("at least 1"));
+        let max_episode_steps = NonZeroU32::new(limit).expect("at least 1");
+        let mut env = TimeLimit::new(Counter::new(end, cut), max_episode_steps);
         prop_assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
         for _ in 0..2 {
             env.reset(None)?;
@@ -143,7 +144,7 @@ proptest! {
 }
 
 #[test]
-fn the_goals_are_the_inner_environments() {
+fn the_goals_are_those_of_the_inner_environment() {
     let env = TimeLimit::new(Counter::new(3, 9), NonZeroU32::MIN);
     assert!(env.compute_terminated(&[3.0], &[3.0]));
     assert!(!env.compute_terminated(&[2.0], &[3.0]));

@@ -1,10 +1,10 @@
 //! Laws of an environment's interface: its spaces, and the calls that it refuses.
 
-use super::{
-    report::{Failure, Outcome, ensure},
-    subject::{Subject, ensure_same_steps, random_steps},
-};
-use crate::{env::goal::GoalEnv, error::EnvError, spaces::Space};
+use super::report::{Failure, Outcome, ensure};
+use super::subject::{Subject, ensure_same_steps, random_steps};
+use crate::env::goal::GoalEnv;
+use crate::error::EnvError;
+use crate::spaces::Space;
 
 /// The action space is bounded, symmetric and within ±1, as Gymnasium and Stable-Baselines3
 /// recommend, and contains its samples.

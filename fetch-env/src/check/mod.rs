@@ -14,10 +14,9 @@ pub use self::{
     report::{Check, CheckReport},
     subject::CheckOptions,
 };
-use crate::{
-    env::{SnapshotEnv, goal::GoalEnv},
-    error::EnvError,
-};
+use crate::env::SnapshotEnv;
+use crate::env::goal::GoalEnv;
+use crate::error::EnvError;
 
 type Law<E> = fn(&Subject<'_, E>) -> Outcome;
 

@@ -1,18 +1,12 @@
 //! Laws of resets, steps and snapshots: results lie in their space and are reproducible.
 
-use super::{
-    report::{Outcome, ensure},
-    subject::{
-        Subject, ensure_same_reset, ensure_same_steps, random_steps, same_bits, same_observation,
-    },
+use super::report::{Outcome, ensure};
+use super::subject::{
+    Subject, ensure_same_reset, ensure_same_steps, random_steps, same_bits, same_observation,
 };
-use crate::{
-    env::{
-        SnapshotEnv,
-        goal::{GoalEnv, GoalObservation},
-    },
-    error::EnvError,
-};
+use crate::env::SnapshotEnv;
+use crate::env::goal::{GoalEnv, GoalObservation};
+use crate::error::EnvError;
 
 /// The first observation lies in its space, and both goals have the same length.
 pub(super) fn reset_in_space<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
@@ -112,6 +106,19 @@ const DEPTHS: [u32; 4] = [0, 1, 7, 30];
 
 /// After a snapshot the same actions give the same results, resets without a seed included.
 pub(super) fn snapshot<E: GoalEnv + SnapshotEnv>(subject: &Subject<'_, E>) -> Outcome {
+    replays(subject, Ok)
+}
+
+/// A snapshot restored in another environment continues as in its own.
+pub(super) fn snapshot_elsewhere<E: GoalEnv + SnapshotEnv>(subject: &Subject<'_, E>) -> Outcome {
+    replays(subject, |_| subject.env())
+}
+
+/// Compares the steps after a snapshot with those of the environment that `other` returns.
+fn replays<E: GoalEnv + SnapshotEnv>(
+    subject: &Subject<'_, E>,
+    other: impl Fn(E) -> Result<E, EnvError>,
+) -> Outcome {
     let steps = subject.options.num_steps();
     for depth in DEPTHS {
         let (mut env, _) = subject.started()?;
@@ -119,26 +126,10 @@ pub(super) fn snapshot<E: GoalEnv + SnapshotEnv>(subject: &Subject<'_, E>) -> Ou
         random_steps(&mut env, &mut rng, depth)?;
         let snapshot = env.snapshot();
         let first = random_steps(&mut env, &mut rng.clone(), steps)?;
-        env.restore(&snapshot)?;
-        ensure(env.snapshot() == snapshot, || "a snapshot is not what was restored".into())?;
-        ensure_same_steps(&first, &random_steps(&mut env, &mut rng, steps)?)?;
-    }
-    Ok(format!("{steps} steps, from {} places", DEPTHS.len()))
-}
-
-/// A snapshot restored in another environment continues as in its own.
-pub(super) fn snapshot_elsewhere<E: GoalEnv + SnapshotEnv>(subject: &Subject<'_, E>) -> Outcome {
-    let steps = subject.options.num_steps();
-    for depth in DEPTHS {
-        let (mut env, _) = subject.started()?;
-        let mut rng = subject.rng();
-        random_steps(&mut env, &mut rng, depth)?;
-        let mut other = subject.env()?;
-        other.restore(&env.snapshot())?;
-        ensure_same_steps(
-            &random_steps(&mut env, &mut rng.clone(), steps)?,
-            &random_steps(&mut other, &mut rng, steps)?,
-        )?;
+        let mut other = other(env)?;
+        other.restore(&snapshot)?;
+        ensure(other.snapshot() == snapshot, || "a snapshot is not what was restored".into())?;
+        ensure_same_steps(&first, &random_steps(&mut other, &mut rng, steps)?)?;
     }
     Ok(format!("{steps} steps, from {} places", DEPTHS.len()))
 }

@@ -6,13 +6,10 @@ use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use super::report::{Failure, ensure};
-use crate::{
-    env::{
-        Env, Reset, Step,
-        goal::{GoalEnv, GoalObservation, Info},
-    },
-    error::EnvError,
-};
+use crate::env::goal::{GoalEnv, GoalObservation, Info};
+use crate::env::{Env, Reset, Step};
+use crate::error::EnvError;
+use crate::getters::getters;
 
 /// Settings of the environment checker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,36 +35,27 @@ impl CheckOptions {
         self
     }
 
-    /// Sets the number of random steps in each check that steps. The default, 60, exceeds an episode,
-    /// so that the steps include resets without a seed.
+    /// Sets the number of random steps in each check that steps. The default, 60, exceeds an
+    /// episode, so that the steps include resets without a seed.
     pub const fn with_num_steps(mut self, num_steps: u32) -> Self {
         self.num_steps = num_steps;
         self
     }
 
-    /// Sets the number of steps after which the environment must truncate an episode; `None` if only
-    /// its own rules may. The default, 50, is that of the Fetch environments.
+    /// Sets the number of steps after which the environment must truncate an episode; `None` if
+    /// only its own rules may. The default, 50, is that of the Fetch environments.
     pub const fn with_max_episode_steps(mut self, steps: Option<NonZeroU32>) -> Self {
         self.max_episode_steps = steps;
         self
     }
 
-    /// The seed of the episodes.
-    #[must_use]
-    pub const fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    /// The number of random steps in each check that steps.
-    #[must_use]
-    pub const fn num_steps(&self) -> u32 {
-        self.num_steps
-    }
-
-    /// The number of steps after which the environment must truncate an episode.
-    #[must_use]
-    pub const fn max_episode_steps(&self) -> Option<NonZeroU32> {
-        self.max_episode_steps
+    getters! {
+        /// The seed of the episodes.
+        seed: u64,
+        /// The number of random steps in each check that steps.
+        num_steps: u32,
+        /// The number of steps after which the environment must truncate an episode.
+        max_episode_steps: Option<NonZeroU32>,
     }
 }
 
@@ -140,7 +128,8 @@ impl<E: GoalEnv> Subject<'_, E> {
     }
 }
 
-/// Takes random steps from the environment's current state and resets it at the end of each episode.
+/// Takes random steps from the environment's current state and resets it at the end of each
+/// episode.
 pub(super) fn random_steps<E: GoalEnv>(
     env: &mut E,
     rng: &mut Pcg64,

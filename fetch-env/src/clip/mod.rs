@@ -70,8 +70,8 @@ impl Clip {
         self.0.rgb.iter().map(Vec::as_slice)
     }
 
-    /// Writes the clip as a GIF that repeats forever. All frames share one palette of 256 colors, so
-    /// that static parts do not flicker.
+    /// Writes the clip as a GIF that repeats forever. All frames share one palette of 256 colors,
+    /// so that static parts do not flicker.
     ///
     /// # Errors
     /// [`ClipError::NoFrames`], or [`ClipError::Io`] if `out` cannot be written to.
@@ -145,8 +145,8 @@ fn is_dot(text: &str, x: usize, y: usize) -> bool {
 /// Writes one frame, height x width x 3 (red, green, blue), as a PNG.
 ///
 /// # Errors
-/// [`ClipError::Size`] or [`ClipError::FrameLength`] if the sizes do not fit, or [`ClipError::Io`] if
-/// `out` cannot be written to.
+/// [`ClipError::Size`] or [`ClipError::FrameLength`] if the sizes do not fit, or [`ClipError::Io`]
+/// if `out` cannot be written to.
 pub fn write_png(rgb: &[u8], width: u32, height: u32, out: impl Write) -> Result<(), ClipError> {
     let mut clip = Clip::new(width, height)?;
     clip.push(rgb)?;

@@ -7,10 +7,9 @@ use std::fmt::Debug;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::{
-    error::EnvError,
-    spaces::{Space, box_space::BoxSpace},
-};
+use crate::error::EnvError;
+use crate::spaces::Space;
+use crate::spaces::box_space::BoxSpace;
 
 /// An environment: it is reset, takes actions, and returns observations and rewards.
 ///
@@ -83,8 +82,8 @@ pub struct Step<O, I> {
     pub reward: f64,
     /// Whether the task itself has ended: no reward can follow, so learners must not bootstrap.
     pub terminated: bool,
-    /// Whether the episode was cut off for a reason outside the task, such as a time limit; learners
-    /// bootstrap from the value of the last observation.
+    /// Whether the episode was cut off for a reason outside the task, such as a time limit;
+    /// learners bootstrap from the value of the last observation.
     pub truncated: bool,
     /// Diagnostic information returned with the observation.
     pub info: I,

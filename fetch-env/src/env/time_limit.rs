@@ -4,11 +4,11 @@ use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
-use crate::{
-    error::EnvError,
-    spaces::{Space, box_space::BoxSpace},
-};
+use super::goal::GoalEnv;
+use super::{Env, Reset, SnapshotEnv, Step};
+use crate::error::EnvError;
+use crate::spaces::Space;
+use crate::spaces::box_space::BoxSpace;
 
 /// An environment whose episodes are truncated after a number of steps.
 ///
@@ -52,7 +52,8 @@ impl<E> TimeLimit<E> {
         }
     }
 
-    /// The wrapped environment. There is no mutable access, because a step there would not be counted.
+    /// The wrapped environment. There is no mutable access, because a step there would not be
+    /// counted.
     #[must_use]
     pub const fn inner(&self) -> &E {
         &self.env
@@ -106,8 +107,8 @@ impl<E: Env> Env for TimeLimit<E> {
 }
 
 /// The goals are the wrapped environment's. Its
-/// [`compute_truncated`](super::goal::GoalEnvExt::compute_truncated) ignores the limit, which is not
-/// a function of the goals.
+/// [`compute_truncated`](super::goal::GoalEnvExt::compute_truncated) ignores the limit, which is
+/// not a function of the goals.
 impl<E: GoalEnv> GoalEnv for TimeLimit<E> {
     type GoalReward = E::GoalReward;
 

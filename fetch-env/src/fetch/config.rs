@@ -6,7 +6,9 @@ use fetch_sim::{ModelSource, SimConfig, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-use crate::{env_id::EnvId, error::ConfigError};
+use crate::env_id::EnvId;
+use crate::error::ConfigError;
+use crate::getters::getters;
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -32,8 +34,8 @@ const MIN_OBJECT_RANGE: f64 = 0.075;
 /// assert!(config.check().is_err());
 /// # Ok::<(), fetch_env::ConfigError>(())
 /// ```
-/// Setters accept any value. [`check`](Self::check) finds invalid ones; deserializing and everything
-/// that makes an environment call it.
+/// Setters accept any value. [`check`](Self::check) finds invalid ones; deserializing and
+/// everything that makes an environment call it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 // `Self` makes serde's derives inherent functions, which the impls below wrap.
 #[serde(remote = "Self", deny_unknown_fields)]
@@ -112,8 +114,8 @@ impl FetchConfig {
         self
     }
 
-    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is the
-    /// reference's.
+    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is
+    /// the reference's.
     pub const fn with_distance_threshold(mut self, meters: f64) -> Self {
         self.distance_threshold = meters;
         self
@@ -155,28 +157,10 @@ impl FetchConfig {
         self
     }
 
-    /// The task.
-    #[must_use]
-    pub const fn task(&self) -> Task {
-        self.task
-    }
-
     /// The source of the robot's model.
     #[must_use]
     pub const fn model(&self) -> &ModelSource {
         &self.model
-    }
-
-    /// Whether MuJoCo skips collision tests that would find nothing.
-    #[must_use]
-    pub const fn contact_filter(&self) -> bool {
-        self.contact_filter
-    }
-
-    /// The number of physics steps per control step.
-    #[must_use]
-    pub const fn n_substeps(&self) -> u32 {
-        self.n_substeps
     }
 
     /// Duration of a control step, in seconds.
@@ -185,50 +169,31 @@ impl FetchConfig {
         f64::from(self.n_substeps) * PHYSICS_TIME_STEP
     }
 
-    /// The kind of reward.
-    #[must_use]
-    pub const fn reward(&self) -> RewardKind {
-        self.reward
-    }
-
-    /// The distance within which a goal counts as reached, in meters.
-    #[must_use]
-    pub const fn distance_threshold(&self) -> f64 {
-        self.distance_threshold
-    }
-
-    /// Largest distance between the object's start and the gripper in x and in y, in meters; `None`
-    /// without an object.
-    #[must_use]
-    pub const fn object_range(&self) -> Option<f64> {
-        self.object_range
-    }
-
-    /// Largest distance along each axis between a goal and the gripper's start plus
-    /// [`target_offset`](Self::target_offset), in meters. With an object, the goal's height is the
-    /// object's instead.
-    #[must_use]
-    pub const fn target_range(&self) -> f64 {
-        self.target_range
-    }
-
-    /// Offset of every goal, in meters; with an object, z has no effect.
-    #[must_use]
-    pub const fn target_offset(&self) -> [f64; 3] {
-        self.target_offset
-    }
-
-    /// Whether half of the goals are raised by up to 0.45 m; always false without an object, whose
-    /// goals are in the air anyway.
-    #[must_use]
-    pub const fn target_in_the_air(&self) -> bool {
-        self.target_in_the_air
-    }
-
-    /// The number of steps after which an episode is truncated.
-    #[must_use]
-    pub const fn max_episode_steps(&self) -> u32 {
-        self.max_episode_steps
+    getters! {
+        /// The task.
+        task: Task,
+        /// Whether MuJoCo skips collision tests that would find nothing.
+        contact_filter: bool,
+        /// The number of physics steps per control step.
+        n_substeps: u32,
+        /// The kind of reward.
+        reward: RewardKind,
+        /// The distance within which a goal counts as reached, in meters.
+        distance_threshold: f64,
+        /// Largest distance between the object's start and the gripper in x and in y, in meters;
+        /// `None` without an object.
+        object_range: Option<f64>,
+        /// Largest distance along each axis between a goal and the gripper's start plus
+        /// [`target_offset`](Self::target_offset), in meters. With an object, the goal's height is
+        /// the object's instead.
+        target_range: f64,
+        /// Offset of every goal, in meters; with an object, z has no effect.
+        target_offset: [f64; 3],
+        /// Whether half of the goals are raised by up to 0.45 m; always false without an object,
+        /// whose goals are in the air anyway.
+        target_in_the_air: bool,
+        /// The number of steps after which an episode is truncated.
+        max_episode_steps: u32,
     }
 
     /// Returns the settings of the simulator.

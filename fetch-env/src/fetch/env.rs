@@ -7,31 +7,26 @@ use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    config::{FetchConfig, Parts},
-    observation::FetchObservation,
-    reset::{FetchResetOptions, Start},
-};
-use crate::{
-    env::{
-        Env, Reset, SnapshotEnv, Step,
-        goal::{GoalEnv, GoalEnvExt, GoalObservation, Info},
-        time_limit::TimeLimit,
-    },
-    error::EnvError,
-    np_random::NpRandom,
-    spaces::{DictSpace, Space, box_space::BoxSpace},
-};
+use super::config::{FetchConfig, Parts};
+use super::observation::FetchObservation;
+use super::reset::{FetchResetOptions, Start};
+use crate::env::goal::{GoalEnv, GoalEnvExt, GoalObservation, Info};
+use crate::env::time_limit::TimeLimit;
+use crate::env::{Env, Reset, SnapshotEnv, Step};
+use crate::error::EnvError;
+use crate::np_random::NpRandom;
+use crate::spaces::box_space::BoxSpace;
+use crate::spaces::{DictSpace, Space};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
 
 /// A Fetch environment: settings, a simulator and a reward.
 ///
-/// Actions are `[dx, dy, dz, fingers]`, each clipped to [-1, 1] in single precision. The first three
-/// displace the gripper's target by up to 5 cm along the world's axes. The last opens (positive) or
-/// closes the fingers; it has no effect in tasks that hold them closed. Observations are
-/// [`FetchObservation`]s.
+/// Actions are `[dx, dy, dz, fingers]`, each clipped to [-1, 1] in single precision. The first
+/// three displace the gripper's target by up to 5 cm along the world's axes. The last opens
+/// (positive) or closes the fingers; it has no effect in tasks that hold them closed. Observations
+/// are [`FetchObservation`]s.
 ///
 /// Episodes never end by themselves; [`TimeLimit`] ends them.
 #[derive(Clone, Debug)]
@@ -106,7 +101,8 @@ impl<S: Simulator> FetchEnv<S> {
         &self.config
     }
 
-    /// The simulator. There is no mutable access, because the environment owns the simulator's state.
+    /// The simulator. There is no mutable access, because the environment owns the simulator's
+    /// state.
     #[must_use]
     pub const fn simulator(&self) -> &S {
         &self.simulator
@@ -118,15 +114,15 @@ impl<S: Simulator> FetchEnv<S> {
         self.goal
     }
 
-    /// The seed of the random numbers, whether the caller or the operating system provided it; `None`
-    /// before the first reset.
+    /// The seed of the random numbers, whether the caller or the operating system provided it;
+    /// `None` before the first reset.
     #[must_use]
     pub fn np_random_seed(&self) -> Option<u64> {
         self.random.as_ref().map(NpRandom::seed)
     }
 
-    /// Returns the current observation, which the last reset or step returned, or which the restored
-    /// environment had.
+    /// Returns the current observation, which the last reset or step returned, or which the
+    /// restored environment had.
     ///
     /// # Errors
     /// [`EnvError::ResetNeeded`] before a reset and after a failure.
@@ -246,9 +242,10 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
 
 /// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
 ///
-/// `S` is the simulator's own snapshot. Formats that write every bit of a number preserve it exactly;
-/// serde_json needs its feature `float_roundtrip`. A snapshot fits every environment whose simulator
-/// is made the same way (task, model, number of substeps), whatever its rewards and ranges.
+/// `S` is the simulator's own snapshot. Formats that write every bit of a number preserve it
+/// exactly; serde_json needs its feature `float_roundtrip`. A snapshot fits every environment whose
+/// simulator is made the same way (task, model, number of substeps), whatever its rewards and
+/// ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FetchSnapshot<S> {

@@ -17,9 +17,6 @@ pub struct ObservationField {
     pub unit: &'static str,
     /// Meaning of the elements.
     pub description: &'static str,
-    /// The meaning in as few words as possible, for tables and figures.
-    #[serde(skip)]
-    pub summary: &'static str,
 }
 
 impl ObservationField {
@@ -42,108 +39,37 @@ pub(super) const REACH: [ObservationField; 4] = fields(false);
 /// The fields of an observation with an object.
 pub(super) const OBJECT: [ObservationField; 9] = fields(true);
 
-/// A field before it has a place.
-struct Row {
-    name: &'static str,
-    len: usize,
-    /// Whether only tasks with an object have the field.
-    object: bool,
-    unit: &'static str,
-    description: &'static str,
-    summary: &'static str,
-}
+const EVERY_TASK: bool = false;
+const WITH_OBJECT: bool = true;
 
-/// Every field, in the order of the observation.
+/// Every field in the order of the observation: the tasks that have it, its name, number of
+/// elements, unit and meaning.
 ///
 /// Source: `_get_obs` of gymnasium-robotics 1.4.2; its own table says "m/s".
-const ROWS: [Row; 9] = [
-    Row {
-        name: "grip_pos",
-        len: 3,
-        object: false,
-        unit: "m",
-        description: "position of the grip site, between the fingers",
-        summary: "gripper's position",
-    },
-    Row {
-        name: "object_pos",
-        len: 3,
-        object: true,
-        unit: "m",
-        description: "position of the object's center",
-        summary: "object's position",
-    },
-    Row {
-        name: "object_rel_pos",
-        len: 3,
-        object: true,
-        unit: "m",
-        description: "position of the object relative to the gripper",
-        summary: "object's, from the gripper",
-    },
-    Row {
-        name: "gripper_state",
-        len: 2,
-        object: false,
-        unit: "m",
-        description: "right and left finger joint, 0 closed to 0.05 open",
-        summary: "fingers, 0 is closed",
-    },
-    Row {
-        name: "object_rot",
-        len: 3,
-        object: true,
-        unit: "rad",
-        description: "XYZ Euler angles of the object",
-        summary: "object's Euler angles",
-    },
-    Row {
-        name: "object_velp",
-        len: 3,
-        object: true,
-        unit: "m/step",
-        description: "velocity of the object relative to the gripper",
-        summary: "object's, from the gripper",
-    },
-    Row {
-        name: "object_velr",
-        len: 3,
-        object: true,
-        unit: "rad/step",
-        description: "angular velocity of the object",
-        summary: "object's rotation",
-    },
-    Row {
-        name: "grip_velp",
-        len: 3,
-        object: false,
-        unit: "m/step",
-        description: "velocity of the grip site",
-        summary: "gripper's velocity",
-    },
-    Row {
-        name: "gripper_vel",
-        len: 2,
-        object: false,
-        unit: "m/step",
-        description: "velocities of the right and left finger joint",
-        summary: "fingers' velocities",
-    },
+const ROWS: [(bool, &str, usize, &str, &str); 9] = [
+    (EVERY_TASK, "grip_pos", 3, "m", "position of the grip site, between the fingers"),
+    (WITH_OBJECT, "object_pos", 3, "m", "position of the object's center"),
+    (WITH_OBJECT, "object_rel_pos", 3, "m", "position of the object relative to the gripper"),
+    (EVERY_TASK, "gripper_state", 2, "m", "right and left finger joint, 0 closed to 0.05 open"),
+    (WITH_OBJECT, "object_rot", 3, "rad", "XYZ Euler angles of the object"),
+    (WITH_OBJECT, "object_velp", 3, "m/step", "velocity of the object relative to the gripper"),
+    (WITH_OBJECT, "object_velr", 3, "rad/step", "angular velocity of the object"),
+    (EVERY_TASK, "grip_velp", 3, "m/step", "velocity of the grip site"),
+    (EVERY_TASK, "gripper_vel", 2, "m/step", "velocities of the right and left finger joint"),
 ];
 
 /// Places the `N` fields of an observation with or without an object one after another.
 const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
-    let mut fields = [const {
-        ObservationField { name: "", range: 0..0, unit: "", description: "", summary: "" }
-    }; N];
+    let mut fields =
+        [const { ObservationField { name: "", range: 0..0, unit: "", description: "" } }; N];
     let (mut row, mut field, mut start) = (0, 0, 0);
     while row < ROWS.len() {
-        let Row { name, len, object, unit, description, summary } = ROWS[row];
-        if has_object || !object {
-            fields[field] =
-                ObservationField { name, range: start..start + len, unit, description, summary };
-            field += 1;
+        let (needs_object, name, len, unit, description) = ROWS[row];
+        if has_object || !needs_object {
+            let range = start..start + len;
+            fields[field] = ObservationField { name, range, unit, description };
             start += len;
+            field += 1;
         }
         row += 1;
     }
@@ -156,8 +82,8 @@ pub(super) const fn len(fields: &[ObservationField]) -> usize {
     fields[fields.len() - 1].range.end
 }
 
-/// Returns the index of a field's first element. Call it in a `const` block: an unknown name is then
-/// a compile error.
+/// Returns the index of a field's first element. Call it in a `const` block: an unknown name is
+/// then a compile error.
 pub(super) const fn start(fields: &[ObservationField], name: &str) -> usize {
     let mut field = 0;
     while !equal(fields[field].name, name) {

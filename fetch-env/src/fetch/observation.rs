@@ -36,7 +36,7 @@ const OBJECT_LEN: usize = len(&OBJECT);
 ///
 /// Source: `_get_obs` of gymnasium-robotics 1.4.2; its own table says "m/s".
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Parts", into = "Parts")]
+#[serde(deny_unknown_fields)]
 pub struct FetchObservation {
     observation: Vector,
     achieved_goal: [f64; 3],
@@ -44,10 +44,20 @@ pub struct FetchObservation {
 }
 
 /// The elements, stored inline, so that an observation needs no allocation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
 enum Vector {
     Reach([f64; REACH_LEN]),
     Object([f64; OBJECT_LEN]),
+}
+
+impl Vector {
+    fn as_slice(&self) -> &[f64] {
+        match self {
+            Self::Reach(elements) => elements,
+            Self::Object(elements) => elements,
+        }
+    }
 }
 
 /// Writes values to the places that a layout gives their fields.
@@ -62,11 +72,6 @@ macro_rules! arrange {
 #[inline(always)]
 fn put<const N: usize>(elements: &mut [f64], start: usize, values: [f64; N]) {
     elements[start..start + N].copy_from_slice(&values);
-}
-
-#[inline(always)]
-fn take<const N: usize>(elements: &[f64], start: usize) -> [f64; N] {
-    std::array::from_fn(|i| elements[start + i])
 }
 
 impl FetchObservation {
@@ -113,59 +118,49 @@ impl FetchObservation {
     /// Position of the gripper, in meters.
     #[must_use]
     pub fn grip_position(&self) -> [f64; 3] {
-        match &self.observation {
-            Vector::Reach(elements) => take(elements, const { start(&REACH, "grip_pos") }),
-            Vector::Object(elements) => take(elements, const { start(&OBJECT, "grip_pos") }),
-        }
+        self.take(const { [start(&REACH, "grip_pos"), start(&OBJECT, "grip_pos")] })
     }
 
     /// Velocity of the gripper, in meters per control step.
     #[must_use]
     pub fn grip_velocity(&self) -> [f64; 3] {
-        match &self.observation {
-            Vector::Reach(elements) => take(elements, const { start(&REACH, "grip_velp") }),
-            Vector::Object(elements) => take(elements, const { start(&OBJECT, "grip_velp") }),
-        }
+        self.take(const { [start(&REACH, "grip_velp"), start(&OBJECT, "grip_velp")] })
     }
 
     /// Positions of the right and left finger joint, in meters.
     #[must_use]
     pub fn finger_positions(&self) -> [f64; 2] {
-        match &self.observation {
-            Vector::Reach(elements) => take(elements, const { start(&REACH, "gripper_state") }),
-            Vector::Object(elements) => take(elements, const { start(&OBJECT, "gripper_state") }),
-        }
+        self.take(const { [start(&REACH, "gripper_state"), start(&OBJECT, "gripper_state")] })
     }
 
     /// Position of the object, in meters; `None` in Reach.
     #[must_use]
     pub fn object_position(&self) -> Option<[f64; 3]> {
-        match &self.observation {
-            Vector::Reach(_) => None,
-            Vector::Object(elements) => {
-                Some(take(elements, const { start(&OBJECT, "object_pos") }))
-            }
-        }
+        self.take_of_object(const { start(&OBJECT, "object_pos") })
     }
 
     /// Velocity of the object minus the gripper's, in meters per control step; `None` in Reach.
     #[must_use]
     pub fn object_relative_velocity(&self) -> Option<[f64; 3]> {
+        self.take_of_object(const { start(&OBJECT, "object_velp") })
+    }
+
+    /// Copies the elements from an index on; the index depends on whether there is an object.
+    fn take<const N: usize>(&self, [reach, object]: [usize; 2]) -> [f64; N] {
         match &self.observation {
-            Vector::Reach(_) => None,
-            Vector::Object(elements) => {
-                Some(take(elements, const { start(&OBJECT, "object_velp") }))
-            }
+            Vector::Reach(elements) => std::array::from_fn(|i| elements[reach + i]),
+            Vector::Object(elements) => std::array::from_fn(|i| elements[object + i]),
         }
+    }
+
+    fn take_of_object(&self, start: usize) -> Option<[f64; 3]> {
+        matches!(self.observation, Vector::Object(_)).then(|| self.take([0, start]))
     }
 }
 
 impl GoalObservation for FetchObservation {
     fn observation(&self) -> &[f64] {
-        match &self.observation {
-            Vector::Reach(observation) => observation,
-            Vector::Object(observation) => observation,
-        }
+        self.observation.as_slice()
     }
 
     fn achieved_goal(&self) -> &[f64] {
@@ -182,8 +177,8 @@ impl GoalObservation for FetchObservation {
 /// Near the singularity, where the cosine of the second angle vanishes, the first angle is 0.
 ///
 /// Source: `mat2euler` of gymnasium-robotics 1.4.2, operation for operation. The results are equal
-/// to the last bit if numpy calls the C library's arctangent; numpy's own for AVX-512 differs in the
-/// last bit for one number in thirteen.
+/// to the last bit if numpy calls the C library's arctangent; numpy's own for AVX-512 differs in
+/// the last bit for one number in thirteen.
 fn matrix_to_euler(matrix: &Matrix3<f64>) -> [f64; 3] {
     const SINGULAR: f64 = 4.0 * f64::EPSILON;
     let m = |row, column| matrix[(row, column)];
@@ -196,42 +191,21 @@ fn matrix_to_euler(matrix: &Matrix3<f64>) -> [f64; 3] {
     }
 }
 
-/// The serialized form.
-#[derive(Serialize, Deserialize)]
-#[serde(rename = "FetchObservation", deny_unknown_fields)]
-struct Parts {
-    observation: Vec<f64>,
-    achieved_goal: [f64; 3],
-    desired_goal: [f64; 3],
-}
-
-impl From<FetchObservation> for Parts {
-    fn from(from: FetchObservation) -> Self {
-        Self {
-            observation: from.observation().into(),
-            achieved_goal: from.achieved_goal,
-            desired_goal: from.desired_goal,
-        }
+impl From<Vector> for Vec<f64> {
+    fn from(vector: Vector) -> Self {
+        vector.as_slice().into()
     }
 }
 
-impl TryFrom<Parts> for FetchObservation {
+impl TryFrom<Vec<f64>> for Vector {
     type Error = String;
 
-    fn try_from(parts: Parts) -> Result<Self, String> {
-        let elements = parts.observation.as_slice();
-        let observation = if let Ok(reach) = elements.try_into() {
-            Vector::Reach(reach)
-        } else if let Ok(object) = elements.try_into() {
-            Vector::Object(object)
-        } else {
-            let len = elements.len();
-            return Err(format!(
-                "an observation has {REACH_LEN} or {OBJECT_LEN} elements, not {len}"
-            ));
-        };
-        let Parts { achieved_goal, desired_goal, .. } = parts;
-        Ok(Self { observation, achieved_goal, desired_goal })
+    fn try_from(elements: Vec<f64>) -> Result<Self, String> {
+        let len = elements.len();
+        let reach = elements.as_slice().try_into().map(Self::Reach);
+        reach.or_else(|_| elements.as_slice().try_into().map(Self::Object)).map_err(|_| {
+            format!("an observation has {REACH_LEN} or {OBJECT_LEN} elements, not {len}")
+        })
     }
 }
 

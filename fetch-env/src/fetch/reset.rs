@@ -4,7 +4,9 @@ use fetch_sim::{Settled, SimError, Task};
 use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE};
-use crate::{error::EnvError, np_random::NpRandom};
+use crate::error::EnvError;
+use crate::getters::getters;
+use crate::np_random::NpRandom;
 
 /// Options of the reset of a Fetch environment.
 ///
@@ -32,16 +34,11 @@ impl FetchResetOptions {
         self
     }
 
-    /// The goal, in meters in the world frame; `None` if it is drawn.
-    #[must_use]
-    pub const fn desired_goal(&self) -> Option<[f64; 3]> {
-        self.desired_goal
-    }
-
-    /// The object's start: x and y in meters in the world frame; `None` if it is drawn.
-    #[must_use]
-    pub const fn object_position(&self) -> Option<[f64; 2]> {
-        self.object_position
+    getters! {
+        /// The goal, in meters in the world frame; `None` if it is drawn.
+        desired_goal: Option<[f64; 3]>,
+        /// The object's start: x and y in meters in the world frame; `None` if it is drawn.
+        object_position: Option<[f64; 2]>,
     }
 
     pub(super) fn check(&self, task: Task) -> Result<(), EnvError> {

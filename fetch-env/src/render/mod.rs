@@ -4,10 +4,9 @@ pub(crate) mod pixels;
 
 use fetch_sim::{RenderOptions, Renderer, Segment};
 
-use crate::{
-    env::{Env, time_limit::TimeLimit},
-    error::EnvError,
-};
+use crate::env::Env;
+use crate::env::time_limit::TimeLimit;
+use crate::error::EnvError;
 
 /// An environment that can be rendered.
 ///
@@ -26,8 +25,8 @@ use crate::{
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 pub trait RenderEnv: Env {
-    /// Creates a renderer for environments with this task and model. Unlike environments it stays on
-    /// its thread.
+    /// Creates a renderer for environments with this task and model. Unlike environments it stays
+    /// on its thread.
     ///
     /// # Errors
     /// [`EnvError::Render`] without OpenGL and for invalid options.
@@ -40,7 +39,8 @@ pub trait RenderEnv: Env {
     /// renderer is for another task or model.
     fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError>;
 
-    /// Renders the colors of the current state: height x width x 3 (red, green, blue), the top row first.
+    /// Renders the colors of the current state: height x width x 3 (red, green, blue), the top row
+    /// first.
     ///
     /// # Errors
     /// As [`update_scene`](Self::update_scene); [`EnvError::Render`] if rendering fails.

@@ -6,14 +6,12 @@ use fetch_sim::{RenderOptions, Renderer};
 use serde::{Deserialize, Serialize};
 
 use super::RenderEnv;
-use crate::{
-    env::{
-        Env, Reset, Step,
-        goal::{GoalEnv, GoalObservation},
-    },
-    error::EnvError,
-    spaces::{DictSpace, ImageSpace, Space, Value, box_space::BoxSpace},
-};
+use crate::env::goal::{GoalEnv, GoalObservation};
+use crate::env::{Env, Reset, Step};
+use crate::error::EnvError;
+use crate::getters::getters;
+use crate::spaces::box_space::BoxSpace;
+use crate::spaces::{DictSpace, ImageSpace, Space, Value};
 
 /// An environment that adds pictures of itself to its observations.
 ///
@@ -90,16 +88,11 @@ impl PixelOptions {
         &self.render
     }
 
-    /// The number of frames in an observation.
-    #[must_use]
-    pub const fn frame_stack(&self) -> NonZeroU8 {
-        self.frame_stack
-    }
-
-    /// The order of the axes.
-    #[must_use]
-    pub const fn channel_order(&self) -> ChannelOrder {
-        self.channel_order
+    getters! {
+        /// The number of frames in an observation.
+        frame_stack: NonZeroU8,
+        /// The order of the axes.
+        channel_order: ChannelOrder,
     }
 }
 
@@ -172,7 +165,8 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         })
     }
 
-    /// The wrapped environment. There is no mutable access, because a step there would miss its frame.
+    /// The wrapped environment. There is no mutable access, because a step there would miss its
+    /// frame.
     #[must_use]
     pub const fn inner(&self) -> &E {
         &self.env

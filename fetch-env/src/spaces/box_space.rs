@@ -5,7 +5,8 @@ use std::fmt;
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::{error::SpaceError, np_random::unit_interval};
+use crate::error::SpaceError;
+use crate::np_random::unit_interval;
 
 /// Precision of the elements of a [`BoxSpace`]: `f32` or `f64`.
 pub trait Element: Copy + PartialOrd + fmt::Debug + Into<f64> + private::Sealed {
@@ -20,27 +21,24 @@ pub trait Element: Copy + PartialOrd + fmt::Debug + Into<f64> + private::Sealed 
 
 mod private {
     pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
 }
 
-impl Element for f32 {
-    const NEG_INFINITY: Self = Self::NEG_INFINITY;
-    const INFINITY: Self = Self::INFINITY;
+macro_rules! element {
+    ($($float:ident),*) => {$(
+        impl private::Sealed for $float {}
 
-    fn from_f64(value: f64) -> Self {
-        value as Self
-    }
+        impl Element for $float {
+            const NEG_INFINITY: Self = Self::NEG_INFINITY;
+            const INFINITY: Self = Self::INFINITY;
+
+            fn from_f64(value: f64) -> Self {
+                value as Self
+            }
+        }
+    )*};
 }
 
-impl Element for f64 {
-    const NEG_INFINITY: Self = Self::NEG_INFINITY;
-    const INFINITY: Self = Self::INFINITY;
-
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-}
+element!(f32, f64);
 
 /// Arrays of a fixed shape, each element within its own closed, possibly unbounded interval.
 ///
@@ -58,8 +56,8 @@ pub struct BoxSpace<T> {
 }
 
 impl<T: Element> BoxSpace<T> {
-    /// Creates the space of arrays of `shape` between `low` and `high`, row-major; an infinite bound
-    /// means none.
+    /// Creates the space of arrays of `shape` between `low` and `high`, row-major; an infinite
+    /// bound means none.
     ///
     /// # Errors
     /// [`SpaceError::BoundCount`] if `low` or `high` does not have one element for each of the
@@ -140,7 +138,8 @@ impl<T: Element> BoxSpace<T> {
 
     /// Whether `array`, row-major, has the right length and lies within all bounds.
     ///
-    /// No box contains NaN. A box without a bound on one side contains that infinity, as in Gymnasium.
+    /// No box contains NaN. A box without a bound on one side contains that infinity, as in
+    /// Gymnasium.
     #[must_use]
     pub fn contains(&self, array: &[T]) -> bool {
         array.len() == self.len()

@@ -3,7 +3,7 @@
 pub(crate) mod box_space;
 
 use rand_core::Rng;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
 pub use self::box_space::{BoxSpace, Element};
 pub use crate::error::SpaceError;
@@ -73,34 +73,23 @@ impl Space {
     }
 }
 
-impl From<BoxSpace<f32>> for Space {
-    fn from(space: BoxSpace<f32>) -> Self {
-        Self::BoxF32(space)
-    }
+macro_rules! space_from {
+    ($($variant:ident($space:ty)),*) => {$(
+        impl From<$space> for Space {
+            fn from(space: $space) -> Self {
+                Self::$variant(space)
+            }
+        }
+    )*};
 }
 
-impl From<BoxSpace<f64>> for Space {
-    fn from(space: BoxSpace<f64>) -> Self {
-        Self::BoxF64(space)
-    }
-}
-
-impl From<ImageSpace> for Space {
-    fn from(space: ImageSpace) -> Self {
-        Self::Image(space)
-    }
-}
-
-impl From<DictSpace> for Space {
-    fn from(space: DictSpace) -> Self {
-        Self::Dict(space)
-    }
-}
+space_from!(BoxF32(BoxSpace<f32>), BoxF64(BoxSpace<f64>), Image(ImageSpace), Dict(DictSpace));
 
 /// Named spaces in a fixed order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Entries", into = "Entries")]
+#[serde(deny_unknown_fields)]
 pub struct DictSpace {
+    #[serde(deserialize_with = "distinct")]
     spaces: Vec<(String, Space)>,
 }
 
@@ -150,25 +139,10 @@ impl DictSpace {
     }
 }
 
-/// The serialized form of a [`DictSpace`].
-#[derive(Serialize, Deserialize)]
-#[serde(rename = "DictSpace", deny_unknown_fields)]
-struct Entries {
-    spaces: Vec<(String, Space)>,
-}
-
-impl From<DictSpace> for Entries {
-    fn from(DictSpace { spaces }: DictSpace) -> Self {
-        Self { spaces }
-    }
-}
-
-impl TryFrom<Entries> for DictSpace {
-    type Error = SpaceError;
-
-    fn try_from(Entries { spaces }: Entries) -> Result<Self, SpaceError> {
-        Self::new(spaces)
-    }
+/// Deserializes spaces whose keys differ.
+fn distinct<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, Space)>, D::Error> {
+    let spaces = Vec::<(String, Space)>::deserialize(deserializer)?;
+    Ok(DictSpace::new(spaces).map_err(D::Error::custom)?.spaces)
 }
 
 /// Images, or stacks of them: arrays of bytes of a fixed shape, each from 0 to 255.

@@ -1,9 +1,7 @@
 //! The results of many environments, row after row.
 
-use crate::{
-    env::goal::{GoalObservation, Info},
-    error::EnvError,
-};
+use crate::env::goal::{GoalObservation, Info};
+use crate::error::EnvError;
 
 /// Lengths of an environment's observations, goals and actions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,8 +150,8 @@ impl Batch {
         Some(FinalStep { observation, achieved_goal, desired_goal, info })
     }
 
-    /// Returns the error of this row. Its observation is then the environment's last one (NaN before
-    /// the first), unless the environment was reset in the same step.
+    /// Returns the error of this row. Its observation is then the environment's last one (NaN
+    /// before the first), unless the environment was reset in the same step.
     ///
     /// An invalid action changes nothing. A failure ends the episode: `truncated` is true, and the
     /// environment is reset as its [`AutoresetMode`](super::AutoresetMode) says; one that

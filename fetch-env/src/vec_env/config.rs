@@ -5,6 +5,7 @@ use std::{num::NonZeroUsize, thread};
 use serde::{Deserialize, Serialize};
 
 use crate::error::VecEnvError;
+use crate::getters::getters;
 
 /// When the next episode starts after the end of one.
 ///
@@ -16,8 +17,8 @@ pub enum AutoresetMode {
     /// nothing.
     #[default]
     NextStep,
-    /// The step that ends the episode also resets the environment: observation and info are the next
-    /// episode's first, [`Batch::final_step`](super::Batch::final_step) has the last ones.
+    /// The step that ends the episode also resets the environment: observation and info are the
+    /// next episode's first, [`Batch::final_step`](super::Batch::final_step) has the last ones.
     SameStep,
     /// Never: the caller resets with a [mask](VecReset::mask). A step before that is
     /// [`EnvError::EpisodeOver`](crate::EnvError::EpisodeOver).
@@ -54,29 +55,20 @@ impl VecConfig {
         self
     }
 
-    /// Sets whether each worker thread keeps to its own core, the first thread to the first core. The
-    /// default is false: pinning helps only if nothing else runs on the machine.
+    /// Sets whether each worker thread keeps to its own core, the first thread to the first core.
+    /// The default is false: pinning helps only if nothing else runs on the machine.
     pub const fn with_pin_threads(mut self, pin_threads: bool) -> Self {
         self.pin_threads = pin_threads;
         self
     }
 
-    /// The number of worker threads; 0 for one per core.
-    #[must_use]
-    pub const fn num_threads(&self) -> usize {
-        self.num_threads
-    }
-
-    /// When the next episode starts.
-    #[must_use]
-    pub const fn autoreset(&self) -> AutoresetMode {
-        self.autoreset
-    }
-
-    /// Whether each worker thread keeps to its own core.
-    #[must_use]
-    pub const fn pin_threads(&self) -> bool {
-        self.pin_threads
+    getters! {
+        /// The number of worker threads; 0 for one per core.
+        num_threads: usize,
+        /// When the next episode starts.
+        autoreset: AutoresetMode,
+        /// Whether each worker thread keeps to its own core.
+        pin_threads: bool,
     }
 
     /// Returns the number of worker threads for `num_envs` environments.

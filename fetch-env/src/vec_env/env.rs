@@ -2,23 +2,20 @@
 
 use std::fmt;
 
-use super::{
-    batch::{Batch, Dims},
-    config::{AutoresetMode, VecConfig, VecReset},
-    pool::Pool,
-    slot::{Command, Slot},
-};
-use crate::{
-    env::goal::GoalEnv,
-    error::VecEnvError,
-    spaces::{Space, box_space::BoxSpace},
-};
+use super::batch::{Batch, Dims};
+use super::config::{AutoresetMode, VecConfig, VecReset};
+use super::pool::Pool;
+use super::slot::{Command, Slot};
+use crate::env::goal::GoalEnv;
+use crate::error::VecEnvError;
+use crate::spaces::Space;
+use crate::spaces::box_space::BoxSpace;
 
 /// Environments that are stepped together; see the [module](super).
 pub struct VecEnv<E: GoalEnv> {
     /// By id; `None` while an environment is in flight.
     idle: Vec<Option<Box<Slot<E>>>>,
-    pub(super) pool: Pool<Slot<E>>,
+    pool: Pool<Slot<E>>,
     in_flight: usize,
     batch: Batch,
     autoreset: AutoresetMode,
@@ -110,8 +107,8 @@ where
         self.in_flight
     }
 
-    /// Returns an environment for inspection; `None` if the id is unknown, or if the environment is in
-    /// flight or has panicked.
+    /// Returns an environment for inspection; `None` if the id is unknown, or if the environment is
+    /// in flight or has panicked.
     #[must_use]
     pub fn env(&self, env_id: usize) -> Option<&E> {
         self.idle.get(env_id)?.as_ref()?.env()
@@ -296,5 +293,22 @@ fn part_len(space: &Space, key: &'static str) -> Result<usize, VecEnvError> {
     match space.as_dict().and_then(|dict| dict.get(key)) {
         Some(Space::BoxF64(part)) => Ok(part.len()),
         _ => Err(VecEnvError::NoGoalSpace { key }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread::JoinHandle;
+
+    use super::*;
+
+    impl<E: GoalEnv<ResetOptions: Clone + Send> + Send + 'static> VecEnv<E> {
+        /// Replaces the threads by ones that count their allocations and return the count when the
+        /// vector is dropped.
+        pub(crate) fn count_allocations(&mut self) -> Vec<JoinHandle<u64>> {
+            let (pool, counts) = Pool::counting(self.num_threads(), self.num_envs());
+            self.pool = pool;
+            counts
+        }
     }
 }

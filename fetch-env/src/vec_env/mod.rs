@@ -39,8 +39,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(test)]
-mod allocation;
 mod batch;
 pub(crate) mod config;
 pub(crate) mod env;

@@ -94,20 +94,6 @@ impl<J: Job + 'static> Pool<J> {
         Self { shared, parker, workers: Vec::with_capacity(threads) }
     }
 
-    /// Starts threads that count their allocations and return the count when the pool is dropped.
-    #[cfg(test)]
-    pub(super) fn counting(threads: usize, jobs: usize) -> (Self, Vec<JoinHandle<u64>>) {
-        let mut pool = Self::with_queues(threads, jobs);
-        let start = |index| {
-            let (shared, parker) = (Arc::clone(&pool.shared), Parker::new());
-            pool.workers.push(Worker { unparker: parker.unparker().clone(), thread: None });
-            let work = move || shared.work(index, &parker);
-            thread::spawn(move || allocation_counter::measure(work).count_total)
-        };
-        let counts = (0..threads).map(start).collect();
-        (pool, counts)
-    }
-
     pub(super) fn threads(&self) -> usize {
         self.workers.len()
     }
@@ -203,5 +189,55 @@ impl<J> Drop for Pool<J> {
             // A panic has already been reported on standard error.
             let _ = worker.thread.take().map(JoinHandle::join);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::hint::black_box;
+
+    use super::*;
+
+    impl<J: Job + 'static> Pool<J> {
+        /// Starts threads that count their allocations and return the count when the pool is
+        /// dropped.
+        pub(in crate::vec_env) fn counting(
+            threads: usize,
+            jobs: usize,
+        ) -> (Self, Vec<JoinHandle<u64>>) {
+            let mut pool = Self::with_queues(threads, jobs);
+            let start = |index| {
+                let (shared, parker) = (Arc::clone(&pool.shared), Parker::new());
+                pool.workers.push(Worker { unparker: parker.unparker().clone(), thread: None });
+                let work = move || shared.work(index, &parker);
+                thread::spawn(move || allocation_counter::measure(work).count_total)
+            };
+            let counts = (0..threads).map(start).collect();
+            (pool, counts)
+        }
+    }
+
+    struct Allocating;
+
+    impl Job for Allocating {
+        fn run(&mut self) {
+            drop(black_box(vec![0_u8; 10]));
+        }
+    }
+
+    #[test]
+    fn the_counting_threads_count() -> Result<(), VecEnvError> {
+        let (pool, counts) = Pool::counting(1, 3);
+        for _ in 0..3 {
+            pool.lend(0, Box::new(Allocating));
+        }
+        pool.wake();
+        pool.wait(3)?;
+        drop(pool);
+        assert_eq!(
+            counts.into_iter().map(|count| count.join().ok()).collect::<Vec<_>>(),
+            [Some(3)]
+        );
+        Ok(())
     }
 }

@@ -5,18 +5,12 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use super::{
-    batch::{Batch, Dims},
-    config::AutoresetMode,
-    pool::Job,
-};
-use crate::{
-    env::{
-        Step,
-        goal::{GoalEnv, Info},
-    },
-    error::EnvError,
-};
+use super::batch::{Batch, Dims};
+use super::config::AutoresetMode;
+use super::pool::Job;
+use crate::env::Step;
+use crate::env::goal::{GoalEnv, Info};
+use crate::error::EnvError;
 
 /// An environment with its next command and its last results.
 pub(super) struct Slot<E: GoalEnv> {

@@ -5,10 +5,10 @@ use fetch_sim::{
     Simulator, Task,
 };
 
-/// What happens where the gripper is told to go down.
+/// The result of a step in which the gripper goes down.
 pub(crate) type Fault = fn() -> Result<(), SimError>;
 
-/// The stand-in, with a fault.
+/// The stand-in with a fault.
 pub(crate) struct Faulty {
     simulator: KinematicSimulator,
     fault: Fault,

@@ -1,3 +1,5 @@
+//! Laws of actions: clipping, and what each element does.
+
 use fetch_env::{Env, EnvError, EnvId, GoalObservation};
 
 use super::{Backend, Result, bits, make};
@@ -31,7 +33,7 @@ pub(crate) fn the_fourth_element_moves_the_fingers_where_they_are_free<B: Backen
             assert_eq!(opened.finger_positions(), [0.0; 2], "{id}");
             continue;
         }
-        // A positive action opens, which the chapter's table has the other way round.
+        // A positive action opens, contrary to the chapter's table.
         assert!(opened.finger_positions().iter().all(|&q| q > 0.045), "{id}: {opened:?}");
         for _ in 0..5 {
             env.step(&[0.0, 0.0, 0.0, -1.0])?;
@@ -45,7 +47,7 @@ pub(crate) fn the_fourth_element_moves_the_fingers_where_they_are_free<B: Backen
 pub(crate) fn each_axis_moves_the_gripper_its_way<B: Backend>() -> Result {
     for id in EnvId::ALL {
         for axis in 0..3 {
-            // Upwards only: in three of the tasks the table is just below.
+            // Upwards only, because in three of the tasks the table is just below.
             for sign in [1.0, -1.0].into_iter().take(if axis == 2 { 1 } else { 2 }) {
                 let mut env = make::<B>(id)?;
                 let start = env.reset(Some(1))?.observation;

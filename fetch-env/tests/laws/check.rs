@@ -1,3 +1,5 @@
+//! The environment checker on every environment.
+
 use fetch_env::{
     EnvId,
     check::{CheckOptions, check_snapshot_env},

@@ -1,3 +1,5 @@
+//! Laws of episodes: observations, starts and the time limit.
+
 use std::collections::HashMap;
 
 use fetch_env::{
@@ -9,7 +11,7 @@ use serde::Deserialize;
 
 use super::{Backend, Result, make, random_steps};
 
-/// The elements of a field, by the table that users get.
+/// Returns the elements of a field, by the public table.
 fn field(task: Task, observation: &FetchObservation, name: &str) -> Vec<f64> {
     let field = ObservationField::find(task, name).expect("a field of the task");
     observation.observation()[field.range.clone()].to_vec()
@@ -89,7 +91,7 @@ struct RecordedStart {
 }
 
 pub(crate) fn goals_and_objects_start_where_the_reference_puts_them<B: Backend>() -> Result {
-    // Relative to where the gripper settled, which differs between versions of MuJoCo.
+    // Relative to the settled gripper, whose position differs between versions of MuJoCo.
     const TOLERANCE: f64 = 1e-12;
     let recording = include_str!("../fixtures/episode_starts.json");
     let recording: Recording = serde_json::from_str(recording)?;
@@ -135,7 +137,7 @@ pub(crate) fn goals_and_objects_start_where_the_reference_puts_them<B: Backend>(
 pub(crate) fn an_episode_lasts_fifty_steps_and_is_never_terminated<B: Backend>() -> Result {
     for id in EnvId::ALL {
         let mut env = make::<B>(id)?;
-        // A goal reached from the start must not end the episode.
+        // Reaching the goal at the start must not end the episode.
         let start = env.reset(Some(0))?.observation;
         let options =
             FetchResetOptions::default().with_desired_goal(start.achieved_goal().try_into()?);
@@ -149,7 +151,7 @@ pub(crate) fn an_episode_lasts_fifty_steps_and_is_never_terminated<B: Backend>()
         }
         assert_eq!(env.step(&[0.0; 4]), Err(EnvError::EpisodeOver), "{id}");
 
-        // Without the limit there is no end.
+        // Without the limit the episode never ends.
         let mut env = env.into_inner();
         env.reset(Some(0))?;
         for _ in 0..60 {

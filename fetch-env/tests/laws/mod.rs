@@ -18,13 +18,13 @@ use rand_pcg::Pcg64;
 pub(crate) trait Backend {
     type Sim: Simulator + std::fmt::Debug;
 
-    /// How many random steps it can take in a second or so, unoptimized.
+    /// The number of random steps that take about a second in a debug build.
     const STEPS: usize;
 
     fn simulator(config: &SimConfig) -> Result<Self::Sim, SimError>;
 }
 
-/// The stand-in.
+/// The stand-in for the physics.
 pub(crate) struct Kinematic;
 
 impl Backend for Kinematic {
@@ -68,7 +68,7 @@ pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Re
 pub(crate) type TestEnv<B> = TimeLimit<FetchEnv<<B as Backend>::Sim>>;
 pub(crate) type FetchStep = Step<FetchObservation, Info>;
 
-/// An environment of the reference's configuration.
+/// Makes an environment with the reference's settings.
 pub(crate) fn make<B: Backend>(id: EnvId) -> Result<TestEnv<B>, EnvError> {
     make_with_config::<B>(id.config())
 }
@@ -78,7 +78,7 @@ pub(crate) fn make_with_config<B: Backend>(config: FetchConfig) -> Result<TestEn
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
-/// Takes `steps` random steps, with a reset where an episode ends.
+/// Takes `steps` random steps, with a reset at the end of each episode.
 pub(crate) fn random_steps<B: Backend>(
     env: &mut TestEnv<B>,
     seed: u64,
@@ -96,7 +96,7 @@ pub(crate) fn random_steps<B: Backend>(
         .collect()
 }
 
-/// All numbers of an observation, as bits.
+/// Returns all numbers of an observation as bits.
 pub(crate) fn bits(observation: &FetchObservation) -> Vec<u64> {
     [observation.observation(), observation.achieved_goal(), observation.desired_goal()]
         .concat()
@@ -105,7 +105,7 @@ pub(crate) fn bits(observation: &FetchObservation) -> Vec<u64> {
         .collect()
 }
 
-/// All of a trajectory, as bits.
+/// Returns a trajectory as bits.
 pub(crate) fn trajectory_bits(steps: &[FetchStep]) -> Vec<(Vec<u64>, u64, bool, bool, bool, u64)> {
     steps
         .iter()

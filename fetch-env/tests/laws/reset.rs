@@ -1,3 +1,5 @@
+//! Laws of reset options and seeds.
+
 use fetch_env::{Env, EnvError, EnvId, FetchResetOptions, GoalObservation};
 use fetch_sim::SimError;
 
@@ -17,7 +19,7 @@ pub(crate) fn goals_and_objects_start_where_the_options_say<B: Backend>() -> Res
         let start = env.reset_with(Some(0), &options(id))?.observation;
         assert_eq!(start.desired_goal(), GOAL, "{id}");
         if let Some([x, y, z]) = start.object_position() {
-            // The object's site is not exactly at its body's origin on every simulator.
+            // On some simulators the object's site is not exactly at the origin of its body.
             assert!((x - PLACE[0]).abs() < 1e-3 && (y - PLACE[1]).abs() < 1e-3, "{id}: {start:?}");
             assert!((0.41..0.43).contains(&z), "{id}: {start:?}");
         }

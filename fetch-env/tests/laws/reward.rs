@@ -1,3 +1,5 @@
+//! Laws of rewards.
+
 use fetch_env::{Env, EnvId, GoalEnvExt, GoalObservation};
 use fetch_sim::Task;
 use goal_reward::{GoalPairs, RewardKind};

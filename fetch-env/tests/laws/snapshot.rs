@@ -1,3 +1,5 @@
+//! Laws of snapshots.
+
 use fetch_env::{Env, EnvError, EnvId, FetchConfig, SnapshotEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;

@@ -1,3 +1,5 @@
+//! Sending and receiving give each environment the results that it gives alone.
+
 use fetch_env::vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset};
 use fetch_sim::KinematicSimulator;
 use proptest::prelude::*;
@@ -6,7 +8,7 @@ use crate::common::{
     MODES, Result, Row, TestEnv, action, kinematic, row_of, rows, singles, vec_env,
 };
 
-/// What each environment gave, in its own order.
+/// The results of each environment, in its own order.
 struct Histories {
     envs: VecEnv<TestEnv<KinematicSimulator>>,
     rows: Vec<Vec<Row>>,
@@ -30,7 +32,7 @@ impl Histories {
         batch.env_ids().to_vec()
     }
 
-    /// Each environment's next action: its own number of steps decides it.
+    /// Sends each environment its next action, which depends on its own number of steps.
     fn send(&mut self, env_ids: &[usize]) {
         let next = |&env_id: &usize| action(env_id, self.rows[env_id].len() - 1);
         let actions: Vec<f32> = env_ids.iter().flat_map(next).collect();
@@ -83,7 +85,7 @@ proptest! {
         for (amount, sends) in moves {
             if sends && !idle.is_empty() {
                 let ids: Vec<usize> = idle.drain(..=amount.index(idle.len())).collect();
-                // A reset by hand is another test's; here those stay idle.
+                // Another test covers resets by the caller; here these environments stay idle.
                 let over = |id: &usize| {
                     mode == AutoresetMode::Disabled
                         && histories.rows[*id].last().is_some_and(|row| row.truncated)

@@ -39,7 +39,7 @@ pub(crate) fn vec_env(
     Ok(VecEnv::new(envs(count, kinematic)?, config)?)
 }
 
-/// The action of an environment's `step`-th step.
+/// Returns the action of an environment's `step`-th step.
 pub(crate) fn action(env_id: usize, step: usize) -> [f32; 4] {
     let angle = (env_id * 37 + step * 11) as f32;
     [angle.sin(), (1.7 * angle).sin(), (0.3 * angle).cos() - 0.5, angle.cos()]
@@ -72,7 +72,7 @@ fn observation_bits(observation: &FetchObservation) -> Vec<u64> {
     bits([observation.observation(), observation.achieved_goal(), observation.desired_goal()])
 }
 
-/// The rows of a batch without errors.
+/// Returns the rows of a batch without errors.
 pub(crate) fn rows(batch: &Batch) -> Vec<Row> {
     assert_eq!(batch.errors().collect::<Vec<_>>(), []);
     (0..batch.len()).map(|row| row_of(batch, row)).collect()

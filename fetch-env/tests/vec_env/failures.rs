@@ -36,7 +36,7 @@ fn take_long() -> Result<(), SimError> {
 }
 
 fn diverged() -> SimError {
-    SimError::Unstable { reason: "told to go down".into() }
+    SimError::Unstable { reason: "the gripper went down".into() }
 }
 
 fn faulty_vec(count: usize, fault: Fault, mode: AutoresetMode) -> Result<VecEnv<TestEnv<Faulty>>> {
@@ -108,11 +108,11 @@ fn a_simulation_that_diverges_ends_its_episode_alone() -> Result {
 }
 
 #[test]
-fn an_environment_that_panics_is_out_of_use_and_the_others_go_on() -> Result {
+fn an_environment_that_panics_is_out_of_use_and_the_others_continue() -> Result {
     for mode in MODES {
-        let mut envs = faulty_vec(4, || panic!("told to go down"), mode)?;
+        let mut envs = faulty_vec(4, || panic!("the gripper went down"), mode)?;
         let batch = envs.step(&DOWN)?;
-        let panicked = EnvError::Panicked { message: "told to go down".into() };
+        let panicked = EnvError::Panicked { message: "the gripper went down".into() };
         assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &panicked)]);
         assert_eq!(batch.truncated(), [false, false, true, false]);
         for _ in 0..2 {

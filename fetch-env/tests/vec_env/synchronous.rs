@@ -1,3 +1,5 @@
+//! Stepping all environments together gives the results of single ones.
+
 use fetch_env::{
     FetchResetOptions,
     vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecReset},
@@ -6,7 +8,7 @@ use fetch_sim::{SimConfig, Simulator};
 
 use crate::common::{MODES, Result, actions, envs, kinematic, row_of, rows, singles, vec_env};
 
-/// Twenty steps of nine environments, compared row by row.
+/// Compares twenty steps of nine environments row by row.
 fn equal_to_singles<S: Simulator + Send + 'static>(
     simulator: impl Fn(&SimConfig) -> S + Copy,
 ) -> Result {
@@ -34,7 +36,8 @@ fn equal_to_singles<S: Simulator + Send + 'static>(
                     .zip(&mut singles)
                     .map(|(id, env)| env.step(id))
                     .collect::<Result<_, _>>()?;
-                // Actions count the calls of an environment, as the singles do.
+                // The actions depend on the number of calls, as those of the single environments
+                // do.
                 let batch = together.step(&actions(COUNT, step))?;
                 assert_eq!(rows(batch), expected, "{mode:?}, {threads} threads, step {step}");
             }

@@ -75,8 +75,7 @@ fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow:
         ] {
             area.draw_text(&column, &text(13, INK), (left + x, y))?;
         }
-        let what = short(field.name);
-        area.draw_text(what, &text(13, FAINT), (left + 358, y))?;
+        area.draw_text(short(field.name), &text(13, FAINT), (left + 358, y))?;
     }
     Ok(())
 }
