@@ -74,7 +74,7 @@ fn a_page_holds_the_episode() -> Result {
 fn pages_of_ones_own_are_put_together() -> Result {
     let mut seen = Vec::new();
     let mut env = make("FetchReach-v4")?;
-    let playback = Playback::record_with(&mut env, &mut RandomPolicy::new(1), 1, |step, _, _| {
+    let playback = Playback::record(&mut env, &mut RandomPolicy::new(1), 1, |step, _, _| {
         seen.push(step);
     })?;
     assert_eq!(seen, (1..=50).collect::<Vec<_>>());
@@ -124,7 +124,7 @@ fn bad_input_is_an_error() -> Result {
 
     let foreign = FetchConfig::builder(Task::Reach).model(ModelSource::Reference).build()?;
     if let Ok(mut env) = make_config(foreign) {
-        let error = Playback::record(&mut env, &mut RandomPolicy::new(0), 0).err();
+        let error = Playback::record(&mut env, &mut RandomPolicy::new(0), 0, |_, _, _| ()).err();
         assert!(matches!(error, Some(PageError::ForeignModel)), "{error:?}");
     }
     Ok(())

@@ -20,6 +20,7 @@ use super::{
     peer::{Orders, Peer},
 };
 use crate::shared::{
+    choice::flag_name,
     json::{JsonOutput, Quantity, write_json},
     python,
 };
@@ -65,15 +66,6 @@ enum Element {
     F64,
 }
 
-impl Element {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-        }
-    }
-}
-
 fn parse_transitions(text: &str) -> Result<usize, String> {
     let transitions: usize = text.parse().map_err(|error| format!("{error}"))?;
     let sensible = (1000..=1_000_000_000).contains(&transitions);
@@ -97,7 +89,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             Element::F64 => measure::<f64>(args, element, sb3.as_ref()),
         };
         for (name, figure) in measured? {
-            let name = format!("her/{}/{name}", element.name());
+            let name = format!("her/{}/{name}", flag_name(element));
             println!("{name:<54} {figure}");
             figures.push((name, figure));
         }
@@ -200,16 +192,12 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
 
 /// Measures [`bytes_per_transition`] in a new process.
 fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
-    let transitions = transitions.to_string();
-    let text = measure_in_new_process(&[
-        "bench",
-        "her",
-        "--footprint",
-        "--element",
-        element.name(),
-        "--transitions",
-        &transitions,
-    ])?;
+    let arguments = format!(
+        "bench her --footprint --element {} --transitions {transitions}",
+        flag_name(element)
+    );
+    let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
+    let text = measure_in_new_process(&arguments)?;
     Ok(text.trim().parse()?)
 }
 
