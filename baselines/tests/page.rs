@@ -110,11 +110,11 @@ fn pages_of_ones_own_are_put_together() -> Result {
 fn bad_input_is_an_error() -> Result {
     for bad in [f64::NAN, f64::INFINITY] {
         let plot = Plot::new("plot", Axis::new("x", 0.0, bad), Axis::new("y", 0.0, 1.0));
-        assert!(matches!(plot.with_equal_scale().svg(), Err(PageError::Axis { .. })), "{bad}");
+        assert!(matches!(plot.with_equal_scale().svg(), Err(PageError::Plot { .. })), "{bad}");
     }
     assert!(matches!(
         Plot::new("empty", Axis::around("x", []), Axis::new("y", 0.0, 1.0)).svg(),
-        Err(PageError::Axis { .. })
+        Err(PageError::Plot { .. })
     ));
     // A single value still makes an axis, and points that are no numbers stay within it.
     let mut plot = Plot::new("one value", Axis::around("x", [1.0]), Axis::new("y", 2.0, 2.0));

@@ -231,20 +231,19 @@ impl Plot {
     /// Returns the plot as an SVG element for a [`Document`](super::Document).
     ///
     /// # Errors
-    /// [`PageError::Axis`] if an axis is not finite; [`PageError::Plot`] if the plotting library
-    /// fails.
+    /// [`PageError::Plot`] if an axis is not finite, or the plotting library fails.
     pub fn svg(&self) -> Result<String, PageError> {
-        for axis in [&self.x, &self.y] {
-            if !(axis.range.start.is_finite() && axis.range.end.is_finite()) {
-                return Err(PageError::Axis { axis: axis.label.clone(), plot: self.title.clone() });
+        let failed = |reason| PageError::Plot { plot: self.title.clone(), reason };
+        for Axis { label, range } in [&self.x, &self.y] {
+            if !(range.start.is_finite() && range.end.is_finite()) {
+                return Err(failed(format!("the axis {label:?} is not finite")));
             }
         }
         let height = TOP + self.inner_height + BELOW;
         let mut svg = String::new();
         let size = (WIDTH as u32, height.max(1) as u32);
-        self.draw(SVGBackend::with_string(&mut svg, size).into_drawing_area()).map_err(
-            |error| PageError::Plot { plot: self.title.clone(), reason: error.to_string() },
-        )?;
+        self.draw(SVGBackend::with_string(&mut svg, size).into_drawing_area())
+            .map_err(|error| failed(error.to_string()))?;
         for (ink, property) in Ink::ALL {
             let RGBColor(r, g, b) = ink.placeholder();
             let placeholder = format!("\"#{r:02X}{g:02X}{b:02X}\"");

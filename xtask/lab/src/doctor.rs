@@ -13,7 +13,7 @@ use crate::{
     random_episodes::evaluate_random,
     shared::{
         check::mark,
-        json::{JsonOutput, Quantity, write_json},
+        json::{Quantity, write_results},
     },
     verify::check_by_name,
 };
@@ -123,9 +123,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         let faults = Quantity::count(usize::from(!well));
         results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(Settings { seed: args.seed }, results))?;
-    }
+    write_results(args.json.as_ref(), Settings { seed: args.seed }, results)?;
     Ok(healthy)
 }
 

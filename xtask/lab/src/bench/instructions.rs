@@ -17,7 +17,7 @@ use super::{
 };
 use crate::shared::{
     choice::flag_name,
-    json::{JsonOutput, Quantity, write_json},
+    json::{Quantity, write_results},
 };
 
 #[derive(Debug, clap::Args, Serialize)]
@@ -77,9 +77,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             println!("{name:<54} {figure}");
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }
 

@@ -8,7 +8,7 @@ use goal_reward::{DistanceReward, GoalPairs, GoalReward};
 use serde::Serialize;
 
 use super::interleaved::{Clock, Contender, Entry, interleave};
-use crate::shared::json::{JsonOutput, Quantity, write_json};
+use crate::shared::json::{Quantity, write_results};
 
 const PAIRS: usize = 1_000_000;
 const DIM: usize = 3;
@@ -89,8 +89,6 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     for (name, figure) in &figures {
         println!("{name:<54} {figure}");
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }

@@ -24,7 +24,7 @@ use super::{
     subject::{Subject, Subjects},
 };
 use crate::shared::{
-    json::{JsonOutput, Quantity, write_json},
+    json::{Quantity, write_results},
     python,
 };
 
@@ -79,9 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((name, figure));
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }
 

@@ -21,7 +21,7 @@ use super::{
 };
 use crate::shared::{
     choice::flag_name,
-    json::{JsonOutput, Quantity, write_json},
+    json::{Quantity, write_results},
     python,
 };
 
@@ -94,9 +94,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((name, figure));
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }
 

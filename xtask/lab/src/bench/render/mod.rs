@@ -17,7 +17,7 @@ use super::{
     subject::{Subject, Subjects},
 };
 use crate::shared::{
-    json::{JsonOutput, Quantity, write_json},
+    json::{Quantity, write_results},
     python,
 };
 
@@ -72,9 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     let opengl = opengl()?;
     println!("drawn with {opengl}");
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(Settings { args, opengl }, figures))?;
-    }
+    write_results(args.json.as_ref(), Settings { args, opengl }, figures)?;
     Ok(true)
 }
 
