@@ -43,7 +43,7 @@ fn a_page_holds_the_episode() -> Result {
     // The same episode, stepped here.
     let mut env = make_config(id.config())?;
     let start = env.reset(Some(3))?.observation;
-    let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start.clone());
+    let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start);
     let mut rewards = Vec::new();
     loop {
         let step = env.step(&policy.act(&observation))?;
