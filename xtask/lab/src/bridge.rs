@@ -6,7 +6,7 @@ use fetch_env::make_config;
 
 use crate::shared::{
     choice::EnvChoice,
-    json::{EnvSettings, Quantity, write_results},
+    json::{EnvSettings, Metric, write_results},
     rewards::Comparison,
 };
 
@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         Comparison { steps: STEPS, goals_per_step: GOALS_PER_STEP, tolerance: TOLERANCE };
     let mismatches = comparison.run(&mut make_config(id.config())?, seed)?;
     let relabeled = STEPS * GOALS_PER_STEP;
-    let count = |name: &str, value| (format!("bridge/{name}"), Quantity::count(value));
+    let count = |name: &str, value| (format!("bridge/{name}"), Metric::count(value));
     let results = [
         count("step-checks", STEPS),
         count("step-mismatches", mismatches.steps),

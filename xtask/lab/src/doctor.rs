@@ -13,7 +13,7 @@ use crate::{
     random_episodes::evaluate_random,
     shared::{
         check::mark,
-        json::{Quantity, write_results},
+        json::{Metric, write_results},
     },
     verify::check_by_name,
 };
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             println!("      fix: {}", symptom.fix);
         }
         healthy &= well;
-        let faults = Quantity::count(usize::from(!well));
+        let faults = Metric::count(usize::from(!well));
         results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
     }
     write_results(args.json.as_ref(), Settings { seed: args.seed }, results)?;

@@ -6,7 +6,7 @@ use fetch_env::{EnvId, make_config};
 
 use crate::shared::{
     choice::EnvArgs,
-    json::{EnvSettings, Quantity, write_results},
+    json::{EnvSettings, Metric, write_results},
     rewards::Comparison,
 };
 
@@ -26,7 +26,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env.id(), args.env.seed);
     let mismatches = reward_check(id, seed)?;
-    let count = |name: &str, value| (format!("reward-check/{name}"), Quantity::count(value));
+    let count = |name: &str, value| (format!("reward-check/{name}"), Metric::count(value));
     let checks = STEPS * (1 + RANDOM_GOALS);
     let results = [count("checks", checks), count("mismatches", mismatches)];
     write_results(args.json.as_ref(), EnvSettings { env_id: id, seed }, results)?;

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::shared::{
     choice::flag_name,
-    json::{Quantity, write_results},
+    json::{Metric, write_results},
 };
 
 #[derive(Debug, clap::Args, Serialize)]
@@ -64,11 +64,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             let name = flag_name(*part);
             let count = count(subject, &name)? / STEPS as f64;
             counts.push(count);
-            figures.push((format!("instructions/{subject}/{name}"), Quantity::new(count, "1")));
+            figures.push((format!("instructions/{subject}/{name}"), Metric::new(count, "1")));
         }
         let [physics, single, reset_bare, reset] = counts[..] else { bail!("a count is missing") };
         let ratio = |name: &str, value| {
-            (format!("instructions/{subject}/ratio/{name}"), Quantity::new(value, "1"))
+            (format!("instructions/{subject}/ratio/{name}"), Metric::new(value, "1"))
         };
         figures.push(ratio("above-physics", 1.0 - physics / single));
         figures.push(ratio("reset-cost-to-bare", reset / reset_bare));

@@ -10,7 +10,7 @@ use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 
 use super::{counting::Counting, npz::Npz};
-use crate::shared::{check::Check, choice::task_name, json::Quantity};
+use crate::shared::{check::Check, choice::task_name, json::Metric};
 
 /// The seeds of the recordings: episode `e` was reset with the first plus `e`, and numpy's generator
 /// drew its actions with the second plus `e`.
@@ -90,7 +90,7 @@ fn same_scripted_success(
         format!("{task}/scripted-success"),
         p >= LEAST_P_VALUE,
         seen,
-        Quantity::new(p, "1"),
+        Metric::new(p, "1"),
     ))
 }
 
@@ -105,7 +105,7 @@ fn same_distribution(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Ch
         mean(ours),
         mean(theirs)
     );
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(statistic, "1"))
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Metric::new(statistic, "1"))
 }
 
 fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
@@ -114,7 +114,7 @@ fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
     let p = fisher_exact(a, ours.len() as u64, b, theirs.len() as u64);
     let seen =
         format!("{a} of {}, recorded {b} of {}; Fisher's p = {p:.3}", ours.len(), theirs.len());
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(p, "1"))
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Metric::new(p, "1"))
 }
 
 /// Checks that the mean returns, of the same episodes, are within 2 % of each other.
@@ -128,7 +128,7 @@ fn same_mean_return(task: Task, ours: &[f64], theirs: &[f64]) -> Check {
         100.0 * off,
         ours.len()
     );
-    Check::new(format!("{task}/mean-return"), off <= 0.02, seen, Quantity::new(off, "1"))
+    Check::new(format!("{task}/mean-return"), off <= 0.02, seen, Metric::new(off, "1"))
 }
 
 fn mean(sample: &[f64]) -> f64 {

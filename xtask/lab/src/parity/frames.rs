@@ -11,7 +11,7 @@ use super::{Models, live, npz::Npz};
 use crate::shared::{
     check::{self, Check},
     choice::task_name,
-    json::Quantity,
+    json::Metric,
 };
 
 const SCRIPT: &str = include_str!("../../scripts/frames.py");
@@ -56,7 +56,7 @@ fn judge(name: &str, differences: &[f64]) -> Check {
     let largest = differences.iter().copied().fold(0.0, f64::max);
     let seen =
         format!("{equal} of {} equal, largest mean difference {largest:.1e}", differences.len());
-    Check::new(name, largest < TOLERANCE, seen, Quantity::new(largest, "1"))
+    Check::new(name, largest < TOLERANCE, seen, Metric::new(largest, "1"))
 }
 
 /// Returns the mean difference of two pictures' colors.

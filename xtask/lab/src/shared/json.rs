@@ -43,7 +43,7 @@ struct Machine {
 
 /// A number with its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Quantity {
+pub struct Metric {
     value: f64,
     unit: &'static str,
 }
@@ -52,10 +52,10 @@ pub struct Quantity {
 struct Named {
     name: String,
     #[serde(flatten)]
-    figure: Quantity,
+    figure: Metric,
 }
 
-impl Quantity {
+impl Metric {
     /// Returns a number with a unit, which is `1` for a pure number.
     pub const fn new(value: f64, unit: &'static str) -> Self {
         Self { value, unit }
@@ -72,7 +72,7 @@ impl Quantity {
     }
 }
 
-impl fmt::Display for Quantity {
+impl fmt::Display for Metric {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { value, unit } = *self;
         let decimals = if value.abs() < 100.0 { 3 } else { 0 };
@@ -90,7 +90,7 @@ impl Versions {
 pub fn write_results(
     path: Option<&PathBuf>,
     settings: impl Serialize,
-    results: impl IntoIterator<Item = (String, Quantity)>,
+    results: impl IntoIterator<Item = (String, Metric)>,
 ) -> anyhow::Result<()> {
     let Some(path) = path else { return Ok(()) };
     let machine = Machine {

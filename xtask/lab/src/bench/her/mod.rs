@@ -21,7 +21,7 @@ use super::{
 };
 use crate::shared::{
     choice::flag_name,
-    json::{Quantity, write_results},
+    json::{Metric, write_results},
     python,
 };
 
@@ -111,11 +111,11 @@ fn measure<T: Scalar>(
     args: &Args,
     element: Element,
     sb3: Option<&Rc<RefCell<Peer>>>,
-) -> anyhow::Result<Vec<(String, Quantity)>> {
+) -> anyhow::Result<Vec<(String, Metric)>> {
     const ROWS: &str = "rows/s";
     const ADDED: &str = "transitions/s";
     let bytes = footprint(element, args.transitions)?;
-    let mut figures = vec![("bytes-per-transition".into(), Quantity::new(bytes, "bytes"))];
+    let mut figures = vec![("bytes-per-transition".into(), Metric::new(bytes, "bytes"))];
     let table = Table::<T>::full(args.transitions)?;
     let mut entries = Vec::new();
     for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
@@ -151,7 +151,7 @@ fn measure<T: Scalar>(
         for peer in ["bare-gather", SB3] {
             let ratio = rounds.ratio(Cpu, &ours, &format!("{peer}-{size}"));
             figures.extend(
-                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Quantity::new(ratio, "1"))),
+                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Metric::new(ratio, "1"))),
             );
         }
     }
@@ -163,7 +163,7 @@ fn measure<T: Scalar>(
 
 /// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share that
 /// caches explain.
-fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
+fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {
         let table = Table::<T>::full(transitions)?;
@@ -174,15 +174,15 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
         }
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
-    let time = |(name, rate): (String, Quantity)| {
-        (format!("time/{name}"), Quantity::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
+    let time = |(name, rate): (String, Metric)| {
+        (format!("time/{name}"), Metric::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
     };
     let mut figures: Vec<_> = rounds.figures().map(time).collect();
     for contender in ["batch", "bare-gather"] {
         let name = |transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}");
         let ratio = rounds.ratio(Cpu, &name(TABLES[0]), &name(TABLES[2]));
         figures.extend(
-            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Quantity::new(ratio, "1"))),
+            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Metric::new(ratio, "1"))),
         );
     }
     Ok(figures)
