@@ -74,21 +74,11 @@ where
 }
 
 /// The source of an episode's failure.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
 enum Source {
-    Environment(EnvError),
-    Buffer(AddError),
-}
-
-impl From<EnvError> for Source {
-    fn from(error: EnvError) -> Self {
-        Self::Environment(error)
-    }
-}
-
-impl From<AddError> for Source {
-    fn from(error: AddError) -> Self {
-        Self::Buffer(error)
-    }
+    Environment(#[from] EnvError),
+    Buffer(#[from] AddError),
 }
 
 fn begin<T: Scalar>(

@@ -45,7 +45,7 @@ fn a_page_holds_the_episode() -> Result {
     // The same episode, stepped here.
     let mut env = make_with_config(id.config())?;
     let start = env.reset(Some(3))?.observation;
-    let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start.clone());
+    let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start);
     let mut rewards = Vec::new();
     loop {
         let step = env.step(&policy.act(&observation))?;
@@ -76,7 +76,7 @@ fn a_page_holds_the_episode() -> Result {
 fn pages_of_ones_own_are_put_together() -> Result {
     let mut seen = Vec::new();
     let mut env = make("FetchReach-v4")?;
-    let playback = Playback::record_with(&mut env, &mut RandomPolicy::new(1), 1, |step, _, _| {
+    let playback = Playback::record(&mut env, &mut RandomPolicy::new(1), 1, |step, _, _| {
         seen.push(step);
     })?;
     assert_eq!(seen, (1..=50).collect::<Vec<_>>());
@@ -112,11 +112,11 @@ fn pages_of_ones_own_are_put_together() -> Result {
 fn bad_input_is_an_error() -> Result {
     for bad in [f64::NAN, f64::INFINITY] {
         let plot = Plot::new("plot", Axis::new("x", 0.0, bad), Axis::new("y", 0.0, 1.0));
-        assert!(matches!(plot.with_equal_scale().svg(), Err(PageError::Axis { .. })), "{bad}");
+        assert!(matches!(plot.with_equal_scale().svg(), Err(PageError::Plot { .. })), "{bad}");
     }
     assert!(matches!(
         Plot::new("empty", Axis::around("x", []), Axis::new("y", 0.0, 1.0)).svg(),
-        Err(PageError::Axis { .. })
+        Err(PageError::Plot { .. })
     ));
     // A single value still makes an axis, and points that are no numbers stay within it.
     let mut plot = Plot::new("one value", Axis::around("x", [1.0]), Axis::new("y", 2.0, 2.0));
@@ -127,7 +127,7 @@ fn bad_input_is_an_error() -> Result {
     let foreign =
         FetchConfig::new(Task::Reach, RewardKind::Sparse).with_model(ModelSource::Reference);
     if let Ok(mut env) = make_with_config(foreign) {
-        let error = Playback::record(&mut env, &mut RandomPolicy::new(0), 0).err();
+        let error = Playback::record(&mut env, &mut RandomPolicy::new(0), 0, |_, _, _| ()).err();
         assert!(matches!(error, Some(PageError::ForeignModel)), "{error:?}");
     }
     Ok(())

@@ -26,20 +26,12 @@ pub enum PageError {
     /// The episode cannot be written as JSON.
     #[error("the episode cannot be written as JSON")]
     Json(#[from] serde_json::Error),
-    /// An axis of a plot has no finite range.
-    #[error("the axis {axis:?} of the plot {plot:?} is not finite: plot finite values")]
-    Axis {
-        /// The label of the axis.
-        axis: String,
-        /// The title of the plot.
-        plot: String,
-    },
-    /// The plot cannot be drawn.
+    /// The plot cannot be drawn: an axis is not finite, or the plotting library failed.
     #[error("the plot {plot:?} cannot be drawn: {reason}")]
     Plot {
         /// The title of the plot.
         plot: String,
-        /// The message of the plotting library.
+        /// What is wrong.
         reason: String,
     },
 }

@@ -39,7 +39,7 @@ where
     E: PlaybackEnv,
     P: Policy + ?Sized,
 {
-    let playback = Playback::record(env, policy, seed)?;
+    let playback = Playback::record(env, policy, seed, |_, _, _| ())?;
     let mut page = Document::new(playback.title());
     page.push(&playback.html()?);
     Ok(page.html())

@@ -1,6 +1,6 @@
-// Plays recorded episodes: every figure of class "playback" holds its episode as JSON, and is drawn
-// with WebGL 2 from boxes, balls, cylinders and meshes. Lengths in meters unless told otherwise, z
-// up, quaternions w x y z.
+// Plays recorded episodes: every figure of class "playback" holds its episode as JSON, and WebGL 2
+// draws it from boxes, balls, cylinders and meshes. Lengths are in meters unless stated otherwise, z
+// is up, and quaternions are w x y z.
 "use strict";
 (() => {
   const VERTEX = `#version 300 es
@@ -57,8 +57,8 @@
   const cube = [0, 1, 2].flatMap((axis) => [...side(axis, 1), ...side(axis, -1)]);
   const MESHES = { ball, tube: [...tube, ...lid(1), ...lid(-1)], square, cube };
 
-  // A mesh of the episode, in tenths of a millimeter. Much as MuJoCo draws it: edges of triangles
-  // that are nearly in one plane are smooth, the others sharp.
+  // A mesh of the episode, in tenths of a millimeter. Edges between triangles that are nearly in one
+  // plane are smooth and the others sharp, much as MuJoCo draws them.
   const smoothed = ({ corners, triangles }) => {
     const normals = triangles.map((triangle) => {
       const [a, b, c] = triangle.map((corner) => corners[corner]);
@@ -72,7 +72,7 @@
     }));
   };
 
-  // The unit shapes that a shape is made of: mesh, scale, and shift along its own z axis.
+  // The parts of a shape: the mesh of each, its scale, and its shift along the z axis of the shape.
   const parts = ({ shape, size: [a, b, c], mesh }) => {
     switch (shape) {
       case "plane": return [["square", [a, b, 1], 0]];
@@ -92,7 +92,7 @@
     a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g,
     a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e,
   ];
-  // Column by column, as WebGL wants it.
+  // In column-major order, as WebGL requires.
   const matrix = ([w, x, y, z]) => [
     1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y),
     2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x),
@@ -111,7 +111,7 @@
     const [ce, se] = [Math.cos(elevation), Math.sin(elevation)];
     const forward = [ce * ca, ce * sa, se], right = [sa, -ca, 0], up = cross(right, forward);
     const eye = at.map((p, i) => p - distance * forward[i]);
-    // What is seen is as wide as it is high, at least: a narrow picture keeps the whole robot.
+    // The view is at least as wide as it is high, so that a narrow picture shows the whole robot.
     const f = Math.min(1, aspect) / Math.tan(FIELD_OF_VIEW / 2);
     const rows = [
       [...right.map((v) => v * f / aspect), -dot(right, eye) * f / aspect],
@@ -234,7 +234,7 @@
     for (const end of ["pointerup", "pointercancel"]) {
       canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
     }
-    // A plain wheel goes on scrolling the page.
+    // A wheel without Ctrl still scrolls the page.
     canvas.addEventListener("wheel", (event) => {
       if (!event.ctrlKey) return;
       event.preventDefault();
@@ -295,7 +295,7 @@
       };
       requestAnimationFrame(tick);
     };
-    // `#frame=N` shows a step: to link to, and to look at without a hand.
+    // `#frame=N` in the address shows a step, for links and screenshots.
     const goToFragment = () => {
       const number = /^#frame=(\d+)$/.exec(location.hash);
       if (number) {

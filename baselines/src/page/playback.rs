@@ -93,25 +93,13 @@ struct Mesh {
 }
 
 impl Playback {
-    /// Runs one episode, reset with `seed`, until it is terminated or truncated.
+    /// Runs one episode, reset with `seed`, until it is terminated or truncated, and calls `watch`
+    /// after each step with its number, counted from 1, its action and its outcome.
     ///
     /// # Errors
     /// [`PageError::Environment`] if a reset or a step fails; [`PageError::ForeignModel`] if the
     /// environment does not simulate the built-in model.
-    pub fn record<E, P>(env: &mut E, policy: &mut P, seed: u64) -> Result<Self, PageError>
-    where
-        E: PlaybackEnv,
-        P: Policy + ?Sized,
-    {
-        Self::record_with(env, policy, seed, |_, _, _| ())
-    }
-
-    /// Does the same, and calls `watch` after each step with its number, counted from 1, its action
-    /// and its outcome.
-    ///
-    /// # Errors
-    /// The same as [`record`](Self::record).
-    pub fn record_with<E, P>(
+    pub fn record<E, P>(
         env: &mut E,
         policy: &mut P,
         seed: u64,
@@ -128,14 +116,10 @@ impl Playback {
         }
         let id = EnvId { task: config.task(), reward: config.reward() };
         let geoms = VisualGeom::of_builtin(id.task).map_err(|e| failed(EnvError::from(e)))?;
-        let mut carriers: Vec<BodyId> = Vec::new();
-        let mut meshes = Vec::new();
+        let (mut carriers, mut meshes) = (Vec::new(), Vec::new());
         let shapes = geoms
             .iter()
-            .map(|geom| {
-                let body = index_of(&mut carriers, geom.body);
-                DrawnShape::new(geom, body, &mut meshes)
-            })
+            .map(|geom| DrawnShape::new(geom, index_of(&mut carriers, geom.body), &mut meshes))
             .collect::<Result<_, PageError>>()?;
         let mut episode = Recorded {
             period: env.fetch_env().simulator().control_period(),

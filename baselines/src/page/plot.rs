@@ -10,7 +10,7 @@ use plotters::{
     element::DashedPathElement,
     prelude::*,
     style::{
-        FontTransform, RGBAColor, TextStyle,
+        FontTransform, TextStyle,
         text_anchor::{HPos, Pos, VPos},
     },
 };
@@ -68,10 +68,6 @@ impl Ink {
     /// The color that stands for this one until the drawing is finished.
     const fn placeholder(self) -> RGBColor {
         RGBColor(1, 2, self as u8)
-    }
-
-    fn mix(self, opacity: f64) -> RGBAColor {
-        self.placeholder().mix(opacity)
     }
 }
 
@@ -147,14 +143,23 @@ pub struct Plot {
     legend: Vec<(Ink, String)>,
 }
 
+/// A shape through points.
 #[derive(Clone, Debug)]
-enum Mark {
-    Line { color: Ink, points: Vec<Point> },
-    Vertical { x: f64 },
-    Band { color: Ink, outline: Vec<Point> },
-    Bar { color: Ink, corners: [Point; 2] },
-    Area { corners: [Point; 2] },
-    Dots { color: Ink, radius: i32, opacity: f64, points: Vec<Point> },
+struct Mark {
+    ink: Ink,
+    look: Look,
+    points: Vec<Point>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Look {
+    /// A line of this width.
+    Line(u32),
+    Dashes,
+    /// A polygon of this opacity.
+    Fill(f64),
+    /// A dot of this radius and opacity at each point.
+    Dots(i32, f64),
 }
 
 impl Plot {
@@ -174,74 +179,73 @@ impl Plot {
     }
 
     /// Names a color in the legend.
-    pub fn legend(&mut self, color: Ink, name: &str) {
-        self.legend.push((color, name.into()));
+    pub fn legend(&mut self, ink: Ink, name: &str) {
+        self.legend.push((ink, name.into()));
+    }
+
+    fn mark(&mut self, ink: Ink, look: Look, points: impl IntoIterator<Item = Point>) {
+        let clamp = |(x, y)| (self.x.clamp(x), self.y.clamp(y));
+        let points = points.into_iter().map(clamp).collect();
+        self.marks.push(Mark { ink, look, points });
     }
 
     /// Draws a line through points.
-    pub fn line(&mut self, color: Ink, points: impl IntoIterator<Item = Point>) {
-        let points = points.into_iter().map(|point| self.clamped(point)).collect();
-        self.marks.push(Mark::Line { color, points });
+    pub fn line(&mut self, ink: Ink, points: impl IntoIterator<Item = Point>) {
+        self.mark(ink, Look::Line(7), points);
     }
 
     /// Draws a dashed vertical line.
     pub fn vertical(&mut self, x: f64) {
-        self.marks.push(Mark::Vertical { x: self.x.clamp(x) });
+        let Range { start, end } = self.y.range;
+        self.mark(Ink::Text, Look::Dashes, [(x, start), (x, end)]);
     }
 
     /// Draws the area between two lines through points (x, low, high).
-    pub fn band(&mut self, color: Ink, points: &[(f64, f64, f64)]) {
+    pub fn band(&mut self, ink: Ink, points: &[(f64, f64, f64)]) {
         let low = points.iter().map(|&(x, low, _)| (x, low));
         let high = points.iter().rev().map(|&(x, _, high)| (x, high));
-        let outline = low.chain(high).map(|point| self.clamped(point)).collect();
-        self.marks.push(Mark::Band { color, outline });
+        self.mark(ink, Look::Fill(0.22), low.chain(high));
     }
 
     /// Draws a translucent rectangle between two opposite corners.
-    pub fn bar(&mut self, color: Ink, from: Point, to: Point) {
-        self.marks.push(Mark::Bar { color, corners: [self.clamped(from), self.clamped(to)] });
+    pub fn bar(&mut self, ink: Ink, from: Point, to: Point) {
+        self.mark(ink, Look::Fill(0.5), outline(from, to));
     }
 
     /// Draws a rectangle with a border between two opposite corners: a background.
     pub fn area(&mut self, from: Point, to: Point) {
-        self.marks.push(Mark::Area { corners: [self.clamped(from), self.clamped(to)] });
+        self.mark(Ink::Area, Look::Fill(1.0), outline(from, to));
+        self.mark(Ink::Faint, Look::Line(3), outline(from, to));
     }
 
     /// Draws many small dots.
-    pub fn dots(&mut self, color: Ink, points: impl IntoIterator<Item = Point>) {
-        let points = points.into_iter().map(|point| self.clamped(point)).collect();
-        self.marks.push(Mark::Dots { color, radius: 6, opacity: 0.7, points });
+    pub fn dots(&mut self, ink: Ink, points: impl IntoIterator<Item = Point>) {
+        self.mark(ink, Look::Dots(6, 0.7), points);
     }
 
     /// Draws one large dot.
-    pub fn dot(&mut self, color: Ink, point: Point) {
-        let points = vec![self.clamped(point)];
-        self.marks.push(Mark::Dots { color, radius: 4 * SCALE, opacity: 1.0, points });
-    }
-
-    fn clamped(&self, (x, y): Point) -> Point {
-        (self.x.clamp(x), self.y.clamp(y))
+    pub fn dot(&mut self, ink: Ink, point: Point) {
+        self.mark(ink, Look::Dots(16, 1.0), [point]);
     }
 
     /// Returns the plot as an SVG element for a [`Document`](super::Document).
     ///
     /// # Errors
-    /// [`PageError::Axis`] if an axis is not finite; [`PageError::Plot`] if the plotting library
-    /// fails.
+    /// [`PageError::Plot`] if an axis is not finite, or the plotting library fails.
     pub fn svg(&self) -> Result<String, PageError> {
-        for axis in [&self.x, &self.y] {
-            if !(axis.range.start.is_finite() && axis.range.end.is_finite()) {
-                return Err(PageError::Axis { axis: axis.label.clone(), plot: self.title.clone() });
+        let failed = |reason| PageError::Plot { plot: self.title.clone(), reason };
+        for Axis { label, range } in [&self.x, &self.y] {
+            if !(range.start.is_finite() && range.end.is_finite()) {
+                return Err(failed(format!("the axis {label:?} is not finite")));
             }
         }
         let height = TOP + self.inner_height + BELOW;
         let mut svg = String::new();
         let size = (WIDTH as u32, height.max(1) as u32);
-        self.draw(SVGBackend::with_string(&mut svg, size).into_drawing_area()).map_err(
-            |error| PageError::Plot { plot: self.title.clone(), reason: error.to_string() },
-        )?;
-        for (color, property) in Ink::ALL {
-            let RGBColor(r, g, b) = color.placeholder();
+        self.draw(SVGBackend::with_string(&mut svg, size).into_drawing_area())
+            .map_err(|error| failed(error.to_string()))?;
+        for (ink, property) in Ink::ALL {
+            let RGBColor(r, g, b) = ink.placeholder();
             let placeholder = format!("\"#{r:02X}{g:02X}{b:02X}\"");
             svg = svg.replace(&placeholder, &format!("\"var({property})\""));
         }
@@ -273,10 +277,10 @@ impl Plot {
         let bold = text(13, Ink::Text, HPos::Left, true);
         whole.draw_text(&self.title, &bold, (4 * SCALE, 12 * SCALE))?;
         let mut left = 4 * SCALE;
-        for (color, name) in &self.legend {
+        for (ink, name) in &self.legend {
             let (top, side) = (25 * SCALE, 10 * SCALE);
             let corners = [(left, top), (left + side, top + side)];
-            whole.draw(&Rectangle::new(corners, color.mix(0.5).filled()))?;
+            whole.draw(&Rectangle::new(corners, ink.placeholder().mix(0.5).filled()))?;
             let at = (left + 14 * SCALE, top + side / 2);
             whole.draw_text(name, &text(11, Ink::Text, HPos::Left, false), at)?;
             left += (28 + 6 * name.chars().count() as i32) * SCALE;
@@ -296,37 +300,22 @@ impl Plot {
             whole.draw_text(&label, &right, (LEFT - 5 * SCALE, y))?;
         }
 
-        for mark in &self.marks {
-            match mark {
-                Mark::Line { color, points } => {
-                    let style = color.placeholder().stroke_width(7);
-                    inner.draw(&PathElement::new(points.clone(), style))?;
+        for Mark { ink, look, points } in &self.marks {
+            let solid = ink.placeholder();
+            match *look {
+                Look::Line(width) => {
+                    inner.draw(&PathElement::new(points.clone(), solid.stroke_width(width)))?;
                 }
-                Mark::Vertical { x } => {
-                    let ends = [(*x, self.y.range.start), (*x, self.y.range.end)];
-                    let style = Ink::Text.placeholder().stroke_width(5);
-                    let dashes = DashedPathElement::new(ends, 4 * SCALE, 3 * SCALE, style);
-                    inner.draw(&dashes)?;
+                Look::Dashes => {
+                    let (ends, style) = (points.iter().copied(), solid.stroke_width(5));
+                    inner.draw(&DashedPathElement::new(ends, 4 * SCALE, 3 * SCALE, style))?;
                 }
-                Mark::Band { color, outline } => {
-                    inner.draw(&Polygon::new(outline.clone(), color.mix(0.22).filled()))?;
+                Look::Fill(opacity) => {
+                    inner.draw(&Polygon::new(points.clone(), solid.mix(opacity).filled()))?;
                 }
-                Mark::Bar { color, corners } => {
-                    inner.draw(&Rectangle::new(*corners, color.mix(0.5).filled()))?;
-                }
-                Mark::Area { corners } => {
-                    let fill = Ink::Area.placeholder().filled();
-                    inner.draw(&Rectangle::new(*corners, fill))?;
-                    let [(left, low), (right, high)] = *corners;
-                    let outline =
-                        [(left, low), (right, low), (right, high), (left, high), (left, low)];
-                    let border = Ink::Faint.placeholder().stroke_width(3);
-                    inner.draw(&PathElement::new(outline, border))?;
-                }
-                Mark::Dots { color, radius, opacity, points } => {
-                    let style = color.mix(*opacity).filled();
+                Look::Dots(radius, opacity) => {
                     for &point in points {
-                        inner.draw(&Circle::new(point, *radius, style))?;
+                        inner.draw(&Circle::new(point, radius, solid.mix(opacity).filled()))?;
                     }
                 }
             }
@@ -343,11 +332,16 @@ impl Plot {
     }
 }
 
+/// Returns the corners of a rectangle, the first of them twice.
+fn outline(from: Point, to: Point) -> [Point; 5] {
+    [from, (to.0, from.1), to, (from.0, to.1), from]
+}
+
 /// Returns the look of a text that is centered on its anchor vertically.
-fn text(size: u32, color: Ink, h_pos: HPos, bold: bool) -> TextStyle<'static> {
+fn text(size: u32, ink: Ink, h_pos: HPos, bold: bool) -> TextStyle<'static> {
     let style = if bold { FontStyle::Bold } else { FontStyle::Normal };
     // plotters divides the size by this for SVG.
     let size = 1.24 * f64::from(size) * f64::from(SCALE);
     let font = ("sans-serif", size, style).into_font();
-    font.color(&color.placeholder()).pos(Pos::new(h_pos, VPos::Center))
+    font.color(&ink.placeholder()).pos(Pos::new(h_pos, VPos::Center))
 }

@@ -6,7 +6,7 @@ use fetch_env::make_with_config;
 
 use crate::shared::{
     choice::EnvChoice,
-    json::{EnvSettings, JsonOutput, Quantity, write_json},
+    json::{EnvSettings, Metric, write_results},
     rewards::Comparison,
 };
 
@@ -40,16 +40,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         Comparison { steps: STEPS, goals_per_step: GOALS_PER_STEP, tolerance: TOLERANCE };
     let mismatches = comparison.run(&mut make_with_config(id.config())?, seed)?;
     let relabeled = STEPS * GOALS_PER_STEP;
-    if let Some(path) = &args.json {
-        let count = |name: &str, value| (format!("bridge/{name}"), Quantity::count(value));
-        let results = [
-            count("step-checks", STEPS),
-            count("step-mismatches", mismatches.steps),
-            count("relabel-checks", relabeled),
-            count("relabel-mismatches", mismatches.goals),
-        ];
-        write_json(path, &JsonOutput::new(EnvSettings { env_id: id, seed }, results))?;
-    }
+    let count = |name: &str, value| (format!("bridge/{name}"), Metric::count(value));
+    let results = [
+        count("step-checks", STEPS),
+        count("step-mismatches", mismatches.steps),
+        count("relabel-checks", relabeled),
+        count("relabel-mismatches", mismatches.goals),
+    ];
+    write_results(args.json.as_ref(), EnvSettings { env_id: id, seed }, results)?;
     println!("Step reward checks:    {STEPS} steps, mismatches={}", mismatches.steps);
     println!("Relabel reward checks: {relabeled} checks, mismatches={}\n", mismatches.goals);
     if mismatches.steps + mismatches.goals > 0 {

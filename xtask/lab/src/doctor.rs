@@ -13,7 +13,7 @@ use crate::{
     random_episodes::evaluate_random,
     shared::{
         check::mark,
-        json::{JsonOutput, Quantity, write_json},
+        json::{Metric, write_results},
     },
     verify::check_by_name,
 };
@@ -33,10 +33,8 @@ struct Settings {
     seed: u64,
 }
 
-struct Finding {
-    healthy: bool,
-    seen: String,
-}
+/// Whether all is well, and the observation in words.
+type Finding = (bool, String);
 
 /// A problem, how to look for it, and how to fix it.
 struct Symptom {
@@ -115,24 +113,22 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut healthy = true;
     let mut results = Vec::new();
     for symptom in &SYMPTOMS {
-        let finding = (symptom.look)(args.seed)
-            .unwrap_or_else(|error| Finding { healthy: false, seen: format!("{error:#}") });
-        println!("{}  {}\n      {}", mark(finding.healthy), symptom.name, finding.seen);
-        if !finding.healthy {
+        let (well, seen) =
+            (symptom.look)(args.seed).unwrap_or_else(|error| (false, format!("{error:#}")));
+        println!("{}  {}\n      {seen}", mark(well), symptom.name);
+        if !well {
             println!("      fix: {}", symptom.fix);
         }
-        healthy &= finding.healthy;
-        let faults = Quantity::count(usize::from(!finding.healthy));
+        healthy &= well;
+        let faults = Metric::count(usize::from(!well));
         results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(Settings { seed: args.seed }, results))?;
-    }
+    write_results(args.json.as_ref(), Settings { seed: args.seed }, results)?;
     Ok(healthy)
 }
 
 fn finding(healthy: bool, seen: impl Into<String>) -> anyhow::Result<Finding> {
-    Ok(Finding { healthy, seen: seen.into() })
+    Ok((healthy, seen.into()))
 }
 
 /// The finding of one of verify's checks.

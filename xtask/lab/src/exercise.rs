@@ -135,7 +135,7 @@ fn push(seed: u64) -> anyhow::Result<bool> {
     let tracks_object = first.achieved_goal() == object;
     println!("(a) The object's position stands at indices 3 to 5: {object:.4?} m.");
     println!("(b) achieved_goal is the object's position: {tracks_object}.");
-    let mut last = first.clone();
+    let mut last = first;
     for _ in 0..50 {
         last = env.step(&[0.0; 4])?.observation;
     }

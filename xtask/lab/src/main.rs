@@ -48,12 +48,12 @@ enum Command {
     RandomEpisodes(random_episodes::Args),
     /// Run describe, reward-check and random-episodes
     All(all::Args),
+    /// Answer one of the chapter's exercises, 1 to 4
+    Exercise(exercise::Args),
     /// Replay recordings of the real environment and compare
     Parity(parity::Args),
     /// Measure speed and memory
     Bench(bench::Args),
-    /// Answer one of the chapter's exercises, 1 to 4
-    Exercise(exercise::Args),
     /// Draw the chapter's pictures, and Slide's
     Figures(figures::Args),
     /// Write one page with checks, baselines, plots and playbacks

@@ -6,7 +6,7 @@ use baselines::page::{Document, Playback};
 use fetch_env::{GoalObservation, make_with_config};
 
 use crate::shared::{
-    choice::{EnvArgs, PolicyChoice},
+    choice::{EnvArgs, PolicyChoice, flag_name},
     json::write_text,
 };
 
@@ -32,7 +32,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     if args.verbose {
         println!("  step   reward  distance  achieved goal            action");
     }
-    let playback = Playback::record_with(&mut env, &mut policy, seed, |number, action, step| {
+    let playback = Playback::record(&mut env, &mut policy, seed, |number, action, step| {
         if args.verbose {
             let info = step.info;
             println!(
@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             );
         }
     })?;
-    let title = format!("{id}, {} policy, seed {seed}", args.policy.name());
+    let title = format!("{id}, {} policy, seed {seed}", flag_name(args.policy));
     let playback = playback.with_title(&title);
     let mut page = Document::new(&title);
     page.push(&playback.html()?);

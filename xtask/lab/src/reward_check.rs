@@ -6,7 +6,7 @@ use fetch_env::{EnvId, make_with_config};
 
 use crate::shared::{
     choice::EnvArgs,
-    json::{EnvSettings, JsonOutput, Quantity, write_json},
+    json::{EnvSettings, Metric, write_results},
     rewards::Comparison,
 };
 
@@ -26,12 +26,10 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env.id(), args.env.seed);
     let mismatches = reward_check(id, seed)?;
-    if let Some(path) = &args.json {
-        let count = |name: &str, value| (format!("reward-check/{name}"), Quantity::count(value));
-        let checks = STEPS * (1 + RANDOM_GOALS);
-        let results = [count("checks", checks), count("mismatches", mismatches)];
-        write_json(path, &JsonOutput::new(EnvSettings { env_id: id, seed }, results))?;
-    }
+    let count = |name: &str, value| (format!("reward-check/{name}"), Metric::count(value));
+    let checks = STEPS * (1 + RANDOM_GOALS);
+    let results = [count("checks", checks), count("mismatches", mismatches)];
+    write_results(args.json.as_ref(), EnvSettings { env_id: id, seed }, results)?;
     Ok(mismatches == 0)
 }
 

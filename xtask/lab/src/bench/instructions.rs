@@ -4,6 +4,7 @@
 use std::{fs, path::PathBuf, process::Command, sync::Arc};
 
 use anyhow::{Context, bail, ensure};
+use clap::ValueEnum;
 use serde::Serialize;
 
 use super::{
@@ -14,7 +15,10 @@ use super::{
     interleaved::Contender,
     subject::{Subject, Subjects},
 };
-use crate::shared::json::{JsonOutput, Quantity, write_json};
+use crate::shared::{
+    choice::flag_name,
+    json::{Metric, write_results},
+};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -43,13 +47,6 @@ enum Part {
     Reset,
 }
 
-const PARTS: [(Part, &str); 4] = [
-    (Part::Physics, "physics"),
-    (Part::Single, "single"),
-    (Part::ResetBare, "reset-bare"),
-    (Part::Reset, "reset"),
-];
-
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let subjects = args.subjects.all();
     if let Some(part) = args.part {
@@ -63,25 +60,24 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut figures = Vec::new();
     for subject in subjects {
         let mut counts = Vec::new();
-        for (_, name) in PARTS {
-            let count = count(subject, name)? / STEPS as f64;
+        for part in Part::value_variants() {
+            let name = flag_name(*part);
+            let count = count(subject, &name)? / STEPS as f64;
             counts.push(count);
-            figures.push((format!("instructions/{subject}/{name}"), Quantity::new(count, "1")));
+            figures.push((format!("instructions/{subject}/{name}"), Metric::new(count, "1")));
         }
         let [physics, single, reset_bare, reset] = counts[..] else { bail!("a count is missing") };
         let ratio = |name: &str, value| {
-            (format!("instructions/{subject}/ratio/{name}"), Quantity::new(value, "1"))
+            (format!("instructions/{subject}/ratio/{name}"), Metric::new(value, "1"))
         };
         figures.push(ratio("above-physics", 1.0 - physics / single));
         figures.push(ratio("reset-cost-to-bare", reset / reset_bare));
-        let of_subject = figures.len() - PARTS.len() - 2;
+        let of_subject = figures.len() - counts.len() - 2;
         for (name, figure) in &figures[of_subject..] {
             println!("{name:<54} {figure}");
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }
 

@@ -7,7 +7,7 @@ use std::{
 
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::shared::json::Quantity;
+use crate::shared::json::Metric;
 
 /// A contender: something whose speed is measured.
 pub trait Contender {
@@ -111,18 +111,18 @@ fn cpu_seconds() -> f64 {
 
 impl Rounds {
     /// Returns the median speed of each contender in wall time.
-    pub fn figures(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
+    pub fn figures(&self) -> impl Iterator<Item = (String, Metric)> + '_ {
         let rates = self.names.iter().zip(&self.wall);
-        rates.map(|((name, unit), rates)| (name.clone(), Quantity::new(median(rates), unit)))
+        rates.map(|((name, unit), rates)| (name.clone(), Metric::new(median(rates), unit)))
     }
 
     /// Returns the slowest and the fastest round of each contender in wall time.
-    pub fn ranges(&self) -> impl Iterator<Item = (String, Quantity)> + '_ {
+    pub fn ranges(&self) -> impl Iterator<Item = (String, Metric)> + '_ {
         self.names.iter().zip(&self.wall).flat_map(|((name, unit), rates)| {
             let least = rates.iter().copied().fold(f64::INFINITY, f64::min);
             let most = rates.iter().copied().fold(0.0, f64::max);
             [("slowest", least), ("fastest", most)]
-                .map(|(end, rate)| (format!("{name}/{end}"), Quantity::new(rate, unit)))
+                .map(|(end, rate)| (format!("{name}/{end}"), Metric::new(rate, unit)))
         })
     }
 
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(rounds.ratio(Clock::Cpu, "b", "a"), Some(1.0 / 3.0));
         assert_eq!(rounds.ratio(Clock::Cpu, "a", "c"), None);
         let figures: Vec<_> = rounds.figures().collect();
-        assert_eq!(figures[1], ("b".into(), Quantity::new(1.0, "1/s")));
+        assert_eq!(figures[1], ("b".into(), Metric::new(1.0, "1/s")));
         assert_eq!(median(&[3.0, 1.0, 2.0, 10.0]), 2.5);
         Ok(())
     }

@@ -16,7 +16,7 @@ pub fn resident_bytes() -> anyhow::Result<f64> {
 
 /// Runs this program again with other arguments, and returns its output. Earlier allocations would
 /// distort a measurement of memory in this process.
-pub fn measure_in_new_process(arguments: &[&str]) -> anyhow::Result<String> {
+pub fn measure_in_new_process(arguments: &[String]) -> anyhow::Result<String> {
     let output = Command::new(std::env::current_exe()?).args(arguments).output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
     ensure!(output.status.success(), "the measurement of memory failed: {errors}");

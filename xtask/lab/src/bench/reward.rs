@@ -8,7 +8,7 @@ use goal_reward::{DistanceReward, GoalPairs, GoalReward};
 use serde::Serialize;
 
 use super::interleaved::{Clock, Contender, Entry, interleave};
-use crate::shared::json::{JsonOutput, Quantity, write_json};
+use crate::shared::json::{Metric, write_results};
 
 const PAIRS: usize = 1_000_000;
 const DIM: usize = 3;
@@ -83,14 +83,12 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut figures: Vec<_> = rounds.figures().collect();
     for kind in ["sparse", "dense", "checked"] {
         if let Some(ratio) = rounds.ratio(Clock::Cpu, &format!("reward/{kind}"), "reward/copy") {
-            figures.push((format!("reward/ratio/{kind}-to-copy"), Quantity::new(ratio, "1")));
+            figures.push((format!("reward/ratio/{kind}-to-copy"), Metric::new(ratio, "1")));
         }
     }
     for (name, figure) in &figures {
         println!("{name:<54} {figure}");
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }

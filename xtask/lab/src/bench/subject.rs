@@ -6,7 +6,7 @@ use fetch_env::{FetchConfig, Task};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
-use crate::shared::choice::ModelChoice;
+use crate::shared::choice::{ModelChoice, flag_name, task_name};
 
 /// The flags `--task` and `--model`.
 #[derive(Clone, Copy, Debug, clap::Args, Serialize)]
@@ -43,34 +43,22 @@ impl Subject {
     }
 
     /// Returns the flags that select it.
-    pub const fn flags(self) -> [&'static str; 4] {
-        ["--task", task_name(self.task), "--model", model_name(self.model)]
+    pub fn flags(self) -> [String; 4] {
+        ["--task".into(), flag_of(self.task), "--model".into(), flag_name(self.model)]
     }
 }
 
 impl fmt::Display for Subject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", task_name(self.task), model_name(self.model))
+        write!(f, "{}/{}", flag_of(self.task), flag_name(self.model))
     }
 }
 
 fn parse_task(name: &str) -> Result<Task, String> {
-    let found = Task::ALL.into_iter().find(|task| task_name(*task) == name);
-    found.ok_or_else(|| format!("the tasks are {}", Task::ALL.map(task_name).join(", ")))
+    let found = Task::ALL.into_iter().find(|task| flag_of(*task) == name);
+    found.ok_or_else(|| format!("the tasks are {}", Task::ALL.map(flag_of).join(", ")))
 }
 
-const fn task_name(task: Task) -> &'static str {
-    match task {
-        Task::Reach => "reach",
-        Task::Push => "push",
-        Task::PickAndPlace => "pick-and-place",
-        Task::Slide => "slide",
-    }
-}
-
-const fn model_name(model: ModelChoice) -> &'static str {
-    match model {
-        ModelChoice::Builtin => "builtin",
-        ModelChoice::Reference => "reference",
-    }
+fn flag_of(task: Task) -> String {
+    task_name(task).replace('_', "-")
 }

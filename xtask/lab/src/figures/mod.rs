@@ -12,6 +12,7 @@ use fetch_sim::Task;
 
 pub use self::scene::Scene;
 use self::{canvas::save, observation::ObservationLayout, rewards::RewardCurves};
+use crate::shared::choice::task_name;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -27,13 +28,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     canvas::register_font()?;
     fs::create_dir_all(&args.out)
         .with_context(|| format!("cannot make the folder {}", args.out.display()))?;
-    for (task, name) in [
-        (Task::Reach, "reach"),
-        (Task::Push, "push"),
-        (Task::PickAndPlace, "pick_and_place"),
-        (Task::Slide, "slide"),
-    ] {
-        save(&Scene::after_reset(task, args.seed)?, &args.out, name)?;
+    for task in Task::ALL {
+        save(&Scene::after_reset(task, args.seed)?, &args.out, task_name(task))?;
     }
     save(&ObservationLayout, &args.out, "observation")?;
     save(&RewardCurves, &args.out, "rewards")?;

@@ -51,7 +51,7 @@ impl Drawing for ObservationLayout {
         let policy: Corners = [(980, 235), (1100, 385)];
         labeled(area, policy, INK, &["policy", "action: 4", "dx, dy, dz,", "gripper"])?;
         arrow(area, right_of(concatenated), left_of(policy))?;
-        let note = "HER swaps desired_goal, and computes the reward anew from both goals.";
+        let note = "HER swaps desired_goal, and recomputes the reward from both goals.";
         area.draw_text(note, &text(14, FAINT), (20, 556))?;
         Ok(())
     }

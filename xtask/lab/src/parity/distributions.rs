@@ -10,7 +10,7 @@ use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 
 use super::{counting::Counting, npz::Npz};
-use crate::shared::{check::Check, json::Quantity};
+use crate::shared::{check::Check, choice::task_name, json::Metric};
 
 /// The seeds of the recordings: episode `e` was reset with the first plus `e`, and numpy's generator
 /// drew its actions with the second plus `e`.
@@ -22,18 +22,24 @@ const STEPS: usize = 50;
 /// The p-value below which two distributions count as different.
 const LEAST_P_VALUE: f64 = 0.01;
 
-/// The figures of some episodes, one entry for each.
-#[derive(Default)]
-struct Sample {
-    goal: [Vec<f64>; 3],
-    object: [Vec<f64>; 2],
-    return_dense: Vec<f64>,
-    return_sparse: Vec<f64>,
-    final_distance: Vec<f64>,
-    contacts_per_step: Vec<f64>,
-    success_last: Vec<f64>,
-    success_any: Vec<f64>,
-}
+/// The figures of an episode: the name of each, and the recorded array and column that holds it.
+const FIGURES: [(&str, &str, usize); 11] = [
+    ("goal-x", "goal", 0),
+    ("goal-y", "goal", 1),
+    ("goal-z", "goal", 2),
+    ("object-x", "object_xy", 0),
+    ("object-y", "object_xy", 1),
+    ("return-dense", "return_dense", 0),
+    ("return-sparse", "return_sparse", 0),
+    ("final-distance", "final_distance", 0),
+    ("contacts-per-step", "contacts_per_step", 0),
+    ("success-last", "success_last", 0),
+    ("success-any", "success_any", 0),
+];
+const RETURN_DENSE: usize = 5;
+
+/// Each of the [`FIGURES`] in every episode; none where there is no object.
+type Sample = [Vec<f64>; FIGURES.len()];
 
 /// Compares a task over the first `episodes` recorded episodes.
 pub fn compare(
@@ -43,19 +49,18 @@ pub fn compare(
     episodes: usize,
     bar: &ProgressBar,
 ) -> anyhow::Result<Vec<Check>> {
-    let theirs = Sample::read(path, task, episodes)
+    let theirs = read(path, task, episodes)
         .with_context(|| format!("{} does not hold recorded distributions", path.display()))?;
-    let ours = Sample::run(MujocoSimulator::from_model(Arc::clone(&model))?, episodes, bar)?;
+    let ours = run(MujocoSimulator::from_model(Arc::clone(&model))?, episodes, bar)?;
     let mut checks = Vec::new();
-    for ((name, ours), (_, theirs)) in ours.continuous().into_iter().zip(theirs.continuous()) {
-        if !theirs.is_empty() {
-            checks.push(same_distribution(task, name, ours, theirs));
+    for ((name, ..), (ours, theirs)) in FIGURES.into_iter().zip(ours.iter().zip(&theirs)) {
+        match name {
+            _ if theirs.is_empty() => {}
+            "success-last" | "success-any" => checks.push(same_share(task, name, ours, theirs)),
+            _ => checks.push(same_distribution(task, name, ours, theirs)),
         }
     }
-    for ((name, ours), (_, theirs)) in ours.shares().into_iter().zip(theirs.shares()) {
-        checks.push(same_share(task, name, ours, theirs));
-    }
-    checks.push(same_mean_return(task, &ours.return_dense, &theirs.return_dense));
+    checks.push(same_mean_return(task, &ours[RETURN_DENSE], &theirs[RETURN_DENSE]));
     checks.push(same_scripted_success(task, MujocoSimulator::from_model(model)?, episodes)?);
     Ok(checks)
 }
@@ -85,7 +90,7 @@ fn same_scripted_success(
         format!("{task}/scripted-success"),
         p >= LEAST_P_VALUE,
         seen,
-        Quantity::new(p, "1"),
+        Metric::new(p, "1"),
     ))
 }
 
@@ -100,7 +105,7 @@ fn same_distribution(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Ch
         mean(ours),
         mean(theirs)
     );
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(statistic, "1"))
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Metric::new(statistic, "1"))
 }
 
 fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
@@ -109,7 +114,7 @@ fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
     let p = fisher_exact(a, ours.len() as u64, b, theirs.len() as u64);
     let seen =
         format!("{a} of {}, recorded {b} of {}; Fisher's p = {p:.3}", ours.len(), theirs.len());
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Quantity::new(p, "1"))
+    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Metric::new(p, "1"))
 }
 
 /// Checks that the mean returns, of the same episodes, are within 2 % of each other.
@@ -123,98 +128,62 @@ fn same_mean_return(task: Task, ours: &[f64], theirs: &[f64]) -> Check {
         100.0 * off,
         ours.len()
     );
-    Check::new(format!("{task}/mean-return"), off <= 0.02, seen, Quantity::new(off, "1"))
+    Check::new(format!("{task}/mean-return"), off <= 0.02, seen, Metric::new(off, "1"))
 }
 
 fn mean(sample: &[f64]) -> f64 {
     sample.iter().sum::<f64>() / sample.len() as f64
 }
 
-impl Sample {
-    fn continuous(&self) -> [(&'static str, &[f64]); 9] {
-        [
-            ("goal-x", &self.goal[0]),
-            ("goal-y", &self.goal[1]),
-            ("goal-z", &self.goal[2]),
-            ("object-x", &self.object[0]),
-            ("object-y", &self.object[1]),
-            ("return-dense", &self.return_dense),
-            ("return-sparse", &self.return_sparse),
-            ("final-distance", &self.final_distance),
-            ("contacts-per-step", &self.contacts_per_step),
-        ]
-    }
-
-    fn shares(&self) -> [(&'static str, &[f64]); 2] {
-        [("success-last", &self.success_last), ("success-any", &self.success_any)]
-    }
-
-    fn read(path: &Path, task: Task, episodes: usize) -> anyhow::Result<Self> {
-        let mut file = Npz::open(path)?;
-        let prefix = match task {
-            Task::Reach => "reach",
-            Task::Push => "push",
-            Task::PickAndPlace => "pick_and_place",
-            Task::Slide => "slide",
-        };
-        let mut read = |name: &str| file.array::<f64>(&format!("{prefix}_{name}"));
-        let column = |(values, shape): &(Vec<f64>, Vec<usize>), index: usize| -> Vec<f64> {
-            let width = shape.get(1).copied().unwrap_or(1);
-            values.iter().skip(index).step_by(width).take(episodes).copied().collect()
-        };
-        let goal = read("goal")?;
-        ensure!(goal.1.get(1) == Some(&3), "goals have the shape {:?}", goal.1);
-        ensure!(goal.1[0] >= episodes, "{} episodes were recorded, not {episodes}", goal.1[0]);
-        let object = if task.has_object() { read("object_xy")? } else { (vec![], vec![0, 2]) };
-        Ok(Self {
-            goal: std::array::from_fn(|axis| column(&goal, axis)),
-            object: std::array::from_fn(|axis| column(&object, axis)),
-            return_dense: column(&read("return_dense")?, 0),
-            return_sparse: column(&read("return_sparse")?, 0),
-            final_distance: column(&read("final_distance")?, 0),
-            contacts_per_step: column(&read("contacts_per_step")?, 0),
-            success_last: column(&read("success_last")?, 0),
-            success_any: column(&read("success_any")?, 0),
-        })
-    }
-
-    fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow::Result<Self> {
-        let config = EnvId { task: simulator.task(), reward: RewardKind::Dense }.config();
-        let threshold = config.distance_threshold();
-        let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
-        let mut sample = Self::default();
-        for episode in 0..episodes as u64 {
-            let mut actions = NpRandom::new(FIRST_ACTION_SEED + episode);
-            let first = env.reset(Some(FIRST_RESET_SEED + episode))?.observation;
-            for (axis, column) in sample.goal.iter_mut().enumerate() {
-                column.push(first.desired_goal()[axis]);
-            }
-            if let Some(position) = first.object_position() {
-                for (axis, column) in sample.object.iter_mut().enumerate() {
-                    column.push(position[axis]);
-                }
-            }
-            let (mut dense, mut sparse, mut contacts, mut any) = (0.0, 0.0, 0, false);
-            let mut distance = f64::NAN;
-            let mut success = false;
-            for _ in 0..STEPS {
-                let action: [f32; 4] = std::array::from_fn(|_| actions.uniform(-1.0, 1.0) as f32);
-                let step = env.step(&action)?;
-                distance = step.info.distance;
-                success = step.info.is_success;
-                any |= success;
-                dense += step.reward;
-                sparse -= f64::from(u8::from(distance > threshold));
-                contacts += env.simulator().mujoco().data().contacts().len();
-            }
-            sample.return_dense.push(dense);
-            sample.return_sparse.push(sparse);
-            sample.final_distance.push(distance);
-            sample.contacts_per_step.push(contacts as f64 / STEPS as f64);
-            sample.success_last.push(success.into());
-            sample.success_any.push(any.into());
-            bar.inc(1);
+fn read(path: &Path, task: Task, episodes: usize) -> anyhow::Result<Sample> {
+    let mut file = Npz::open(path)?;
+    let mut sample = Sample::default();
+    for ((_, name, index), column) in FIGURES.into_iter().zip(&mut sample) {
+        if name == "object_xy" && !task.has_object() {
+            continue;
         }
-        Ok(sample)
+        let (values, shape) = file.array::<f64>(&format!("{}_{name}", task_name(task)))?;
+        let width = shape.get(1).copied().unwrap_or(1);
+        ensure!(index < width && (name != "goal" || width == 3), "{name} has the shape {shape:?}");
+        ensure!(shape[0] >= episodes, "{} episodes were recorded, not {episodes}", shape[0]);
+        *column = values.into_iter().skip(index).step_by(width).take(episodes).collect();
     }
+    Ok(sample)
+}
+
+fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow::Result<Sample> {
+    let config = EnvId { task: simulator.task(), reward: RewardKind::Dense }.config();
+    let threshold = config.distance_threshold();
+    let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
+    let mut sample = Sample::default();
+    for episode in 0..episodes as u64 {
+        let mut actions = NpRandom::new(FIRST_ACTION_SEED + episode);
+        let first = env.reset(Some(FIRST_RESET_SEED + episode))?.observation;
+        let (mut dense, mut sparse, mut contacts, mut any) = (0.0, 0.0, 0, false);
+        let mut distance = f64::NAN;
+        let mut success = false;
+        for _ in 0..STEPS {
+            let action: [f32; 4] = std::array::from_fn(|_| actions.uniform(-1.0, 1.0) as f32);
+            let step = env.step(&action)?;
+            distance = step.info.distance;
+            success = step.info.is_success;
+            any |= success;
+            dense += step.reward;
+            sparse -= f64::from(u8::from(distance > threshold));
+            contacts += env.simulator().mujoco().data().contacts().len();
+        }
+        let contacts = contacts as f64 / STEPS as f64;
+        let outcome = [dense, sparse, distance, contacts, success.into(), any.into()];
+        let (starts, outcomes) = sample.split_at_mut(FIGURES.len() - outcome.len());
+        let object = first.object_position();
+        let object = object.iter().flat_map(|position| &position[..2]);
+        for (column, value) in starts.iter_mut().zip(first.desired_goal().iter().chain(object)) {
+            column.push(*value);
+        }
+        for (column, value) in outcomes.iter_mut().zip(outcome) {
+            column.push(value);
+        }
+        bar.inc(1);
+    }
+    Ok(sample)
 }

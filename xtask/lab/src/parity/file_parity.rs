@@ -6,7 +6,7 @@ use super::{
     recording::Recording,
     replay::{Deviation, EpisodeParity, replay},
 };
-use crate::shared::json::Quantity;
+use crate::shared::json::Metric;
 
 /// The deviations of a replayed file.
 pub struct FileParity {
@@ -142,7 +142,7 @@ impl FileParity {
         )
     }
 
-    pub fn figures(&self) -> Vec<(String, Quantity)> {
+    pub fn figures(&self) -> Vec<(String, Metric)> {
         let returns = |side: usize| self.episodes.iter().map(|e| e.returns[side]).sum::<f64>();
         let total = self.episodes.len() as f64;
         let free = self.free().map(|d| ("free-motion-deviation", d.size, "1"));
@@ -160,7 +160,7 @@ impl FileParity {
         .into_iter()
         .chain(free)
         .map(|(name, value, unit)| {
-            (format!("parity/{}/{name}", self.name), Quantity::new(value, unit))
+            (format!("parity/{}/{name}", self.name), Metric::new(value, unit))
         })
         .collect()
     }

@@ -10,18 +10,13 @@ use goal_reward::RewardKind;
 use super::{Models, live, npz::Npz};
 use crate::shared::{
     check::{self, Check},
-    json::Quantity,
+    choice::task_name,
+    json::Metric,
 };
 
 const SCRIPT: &str = include_str!("../../scripts/frames.py");
 /// The largest accepted mean difference of a picture, of 255.
 const TOLERANCE: f64 = 1.0;
-const FILES: [(Task, &str); 4] = [
-    (Task::Reach, "reach.npz"),
-    (Task::Push, "push.npz"),
-    (Task::PickAndPlace, "pick_and_place.npz"),
-    (Task::Slide, "slide.npz"),
-];
 
 /// Renders an episode of every task in Python and here, and compares each picture.
 pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<Vec<Check>> {
@@ -35,8 +30,9 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
     let backend = Renderer::backend().context("a renderer was made")?.to_lowercase();
     live::run_script(folder, SCRIPT, &["--seed", &seed.to_string()], &backend)?;
     let mut checks = Vec::new();
-    for (task, file) in FILES {
-        let recorded = Recorded::read(&folder.join(file)).with_context(|| file.to_owned())?;
+    for task in Task::ALL {
+        let file = format!("{}.npz", task_name(task));
+        let recorded = Recorded::read(&folder.join(&file)).context(file)?;
         let simulator = MujocoSimulator::from_model(models.get(task)?)?;
         let mut env = FetchEnv::new(config(task), simulator)?.time_limited();
         let mut renderer = renderer(task)?;
@@ -61,7 +57,7 @@ fn judge(name: &str, differences: &[f64]) -> Check {
     let largest = differences.iter().copied().fold(0.0, f64::max);
     let seen =
         format!("{equal} of {} equal, largest mean difference {largest:.1e}", differences.len());
-    Check::new(name, largest < TOLERANCE, seen, Quantity::new(largest, "1"))
+    Check::new(name, largest < TOLERANCE, seen, Metric::new(largest, "1"))
 }
 
 /// Returns the mean difference of two pictures' colors.

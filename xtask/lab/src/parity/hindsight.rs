@@ -13,7 +13,7 @@ use her_relabel::{
 use super::npz::Npz;
 use crate::shared::{
     check::{self, Check},
-    json::Quantity,
+    json::Metric,
     python,
 };
 
@@ -151,7 +151,7 @@ impl Rows {
         let (_, p) = chi_square(&[ours, n - ours], &[other, m - other]);
         let share = ours as f64 / n as f64;
         let shares = format!("ours {share:.4}, theirs {:.4}, p {p:.3}", other as f64 / m as f64);
-        let figure = Quantity::new(p, "1");
+        let figure = Metric::new(p, "1");
         let share =
             Check::new(format!("{strategy}/relabel-share"), p >= LEAST_P_VALUE, shares, figure);
         let offset = |draw: Draw| draw.goal.map(|(_, state)| state as i64 - draw.step as i64);
@@ -186,7 +186,7 @@ impl Rows {
         let n = counts.len();
         let seen = format!("chi-square {statistic:.3} a degree, p {p:.3}, {n} categories");
         let name = format!("{strategy}/{name}");
-        Check::new(name, p >= LEAST_P_VALUE, seen, Quantity::new(p, "1"))
+        Check::new(name, p >= LEAST_P_VALUE, seen, Metric::new(p, "1"))
     }
 
     /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's, or

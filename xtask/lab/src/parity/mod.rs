@@ -23,7 +23,7 @@ use self::{file_parity::FileParity, recording::Recording};
 use crate::shared::{
     check::{self, Check},
     choice::ModelChoice,
-    json::{JsonOutput, write_json},
+    json::write_results,
     progress,
 };
 
@@ -101,9 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((format!("{prefix}{}", check.name), check.figure));
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     if !bad.is_empty() {
         println!("\nnot as close as it should be: {}", bad.join(", "));
     }

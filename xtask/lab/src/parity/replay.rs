@@ -1,6 +1,6 @@
 //! Replays a recording and measures the deviations.
 
-use std::ops::Range;
+use std::ops::{AddAssign, Range};
 
 use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation};
 use fetch_sim::MujocoSimulator;
@@ -90,21 +90,17 @@ fn replay_episode(
         parity.bit_equal &= step.reward.to_bits() == theirs.reward_dense.to_bits()
             && sparse.to_bits() == theirs.reward_sparse.to_bits()
             && step.info.is_success == theirs.is_success;
-        let simulator = env.simulator();
-        for (sum, counted) in
-            parity.contacts.iter_mut().zip([simulator.contacts(), theirs.contacts])
-        {
-            *sum += counted;
-        }
-        let self_contacts = [simulator.self_contacts(), theirs.self_contacts];
-        for (sum, counted) in parity.self_contacts.iter_mut().zip(self_contacts) {
-            *sum += counted;
-        }
-        for (sum, reward) in parity.returns.iter_mut().zip([step.reward, theirs.reward_dense]) {
-            *sum += reward;
-        }
+        let counted = env.simulator();
+        add(&mut parity.contacts, [counted.contacts(), theirs.contacts]);
+        add(&mut parity.self_contacts, [counted.self_contacts(), theirs.self_contacts]);
+        add(&mut parity.returns, [step.reward, theirs.reward_dense]);
     }
     Ok(parity)
+}
+
+fn add<T: AddAssign>(sums: &mut [T; 2], [ours, theirs]: [T; 2]) {
+    sums[0] += ours;
+    sums[1] += theirs;
 }
 
 impl EpisodeParity {

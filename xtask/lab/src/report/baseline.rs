@@ -8,7 +8,7 @@ use fetch_env::{EnvId, Task};
 use goal_reward::RewardKind;
 
 use super::evaluations::Outcome;
-use crate::shared::choice::PolicyChoice;
+use crate::shared::choice::{PolicyChoice, flag_name};
 
 const BINS: usize = 24;
 
@@ -114,7 +114,7 @@ fn histogram(
             let left = low + bin as f64 * width;
             plot.bar(outcome.ink(), (left, 0.0), (left + width, share));
         }
-        plot.legend(outcome.ink(), outcome.policy.name());
+        plot.legend(outcome.ink(), &flag_name(outcome.policy));
     }
     plot.vertical(reference);
     plot
@@ -133,7 +133,7 @@ fn success(task: Task, policies: &[&Outcome]) -> anyhow::Result<Plot> {
         let ink = outcome.ink();
         plot.band(ink, &over().map(|(x, rate)| (x, rate.low, rate.high)).collect::<Vec<_>>());
         plot.line(ink, over().map(|(x, rate)| (x, rate.value)));
-        plot.legend(ink, outcome.policy.name());
+        plot.legend(ink, &flag_name(outcome.policy));
     }
     let id = EnvId { task, reward: RewardKind::Sparse };
     plot.vertical(id.config().distance_threshold());

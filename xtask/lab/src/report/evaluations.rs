@@ -5,7 +5,10 @@ use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make_with_config
 use goal_reward::RewardKind;
 use rayon::prelude::*;
 
-use crate::shared::{choice::PolicyChoice, progress};
+use crate::shared::{
+    choice::{PolicyChoice, flag_name},
+    progress,
+};
 
 /// The results of one policy in one environment.
 pub struct Outcome {
@@ -42,7 +45,7 @@ pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> 
         .map(|(id, policy)| {
             let outcome = Outcome::of(id, policy, episodes, seed)?;
             bar.inc(1);
-            progress::note(&bar, format_args!("evaluated {id}, {} policy", policy.name()));
+            progress::note(&bar, format_args!("evaluated {id}, {} policy", flag_name(policy)));
             Ok(outcome)
         })
         .collect();
@@ -50,38 +53,22 @@ pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> 
     outcomes
 }
 
-/// The least and the greatest value of each element of the observations.
+/// The least and the greatest value of each element: observation, achieved goal, desired goal.
 #[derive(Clone, Debug, Default)]
-pub struct Ranges {
-    pub observation: Vec<(f64, f64)>,
-    pub achieved_goal: Vec<(f64, f64)>,
-    pub desired_goal: Vec<(f64, f64)>,
-}
+pub struct Ranges(pub Vec<(f64, f64)>);
 
 impl Ranges {
-    /// Widens the ranges to hold an observation.
-    fn include(&mut self, observation: &FetchObservation) {
-        let points = |values: &[f64]| values.iter().map(|&v| (v, v)).collect();
-        *self = std::mem::take(self).union(&Self {
-            observation: points(observation.observation()),
-            achieved_goal: points(observation.achieved_goal()),
-            desired_goal: points(observation.desired_goal()),
-        });
+    fn of(o: &FetchObservation) -> Self {
+        let values = o.observation().iter().chain(o.achieved_goal()).chain(o.desired_goal());
+        Self(values.map(|&value| (value, value)).collect())
     }
 
-    /// Returns the ranges that hold both.
-    pub fn union(mut self, other: &Self) -> Self {
-        widen(&mut self.observation, &other.observation);
-        widen(&mut self.achieved_goal, &other.achieved_goal);
-        widen(&mut self.desired_goal, &other.desired_goal);
-        self
-    }
-}
-
-fn widen(ranges: &mut Vec<(f64, f64)>, others: &[(f64, f64)]) {
-    ranges.resize(others.len(), (f64::INFINITY, f64::NEG_INFINITY));
-    for (range, other) in ranges.iter_mut().zip(others) {
-        *range = (range.0.min(other.0), range.1.max(other.1));
+    /// Widens the ranges to hold others.
+    pub fn include(&mut self, others: &Self) {
+        self.0.resize(others.0.len(), (f64::INFINITY, f64::NEG_INFINITY));
+        for (range, other) in self.0.iter_mut().zip(&others.0) {
+            *range = (range.0.min(other.0), range.1.max(other.1));
+        }
     }
 }
 
@@ -97,7 +84,7 @@ impl Policy for Watched {
     }
 
     fn act(&mut self, observation: &FetchObservation) -> Action {
-        self.ranges.include(observation);
+        self.ranges.include(&Ranges::of(observation));
         self.policy.act(observation)
     }
 }

@@ -19,7 +19,7 @@ use self::evaluations::evaluate_all;
 use crate::{
     figures::Scene,
     shared::{
-        choice::PolicyChoice,
+        choice::{PolicyChoice, flag_name},
         json::{Versions, write_text},
     },
     verify::{all_ids, check_environments, failed},
@@ -122,8 +122,9 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
         let id = EnvId { task, reward: RewardKind::Sparse };
         let scripted = PolicyChoice::Scripted;
         let mut policy = scripted.policy(task, seed);
-        let playback = Playback::record(&mut make_with_config(id.config())?, &mut policy, seed)?;
-        let title = format!("{id}, {} policy, seed {seed}", scripted.name());
+        let playback =
+            Playback::record(&mut make_with_config(id.config())?, &mut policy, seed, |_, _, _| ())?;
+        let title = format!("{id}, {} policy, seed {seed}", flag_name(scripted));
         html += &playback.with_title(&title).html()?;
     }
     Ok(html + "</div>")

@@ -1,7 +1,7 @@
 //! The observation of each task, element by element, with its range in the evaluated episodes.
 
 use baselines::page::{Column, escape, number, table};
-use fetch_env::{Task, observation_fields};
+use fetch_env::{EnvId, Task, observation_fields};
 use goal_reward::RewardKind;
 
 use super::evaluations::{Outcome, Ranges};
@@ -13,27 +13,29 @@ pub fn section(outcomes: &[Outcome]) -> String {
          the scripted policy, one line for each element.</p>\n",
     );
     for task in Task::ALL {
-        let ranges = outcomes
-            .iter()
-            .filter(|outcome| outcome.id.task == task && outcome.id.reward == RewardKind::Dense)
-            .fold(Ranges::default(), |all, outcome| all.union(&outcome.ranges));
+        let mut ranges = Ranges::default();
+        let id = EnvId { task, reward: RewardKind::Dense };
+        for outcome in outcomes.iter().filter(|outcome| outcome.id == id) {
+            ranges.include(&outcome.ranges);
+        }
         html += &format!("<h3>Fetch{task}</h3>\n{}\n", task_table(task, &ranges));
     }
     html
 }
 
-fn task_table(task: Task, ranges: &Ranges) -> String {
+fn task_table(task: Task, Ranges(ranges): &Ranges) -> String {
+    let (observation, goals) = ranges.split_at(ranges.len() - 6);
     let mut rows: Vec<_> = observation_fields(task)
         .iter()
         .map(|field| {
             let indices = format!("{}–{}", field.range.start, field.range.end - 1);
-            let seen = &ranges.observation[field.range.clone()];
+            let seen = &observation[field.range.clone()];
             row(&indices, field.name, field.description, field.unit, seen)
         })
         .collect();
     let achieved = if task.has_object() { "where the object is" } else { "where the gripper is" };
-    rows.push(row("", "achieved_goal", achieved, "m", &ranges.achieved_goal));
-    rows.push(row("", "desired_goal", "where it should be", "m", &ranges.desired_goal));
+    rows.push(row("", "achieved_goal", achieved, "m", &goals[..3]));
+    rows.push(row("", "desired_goal", "where it should be", "m", &goals[3..]));
     let columns = [
         Column::Text("Index"),
         Column::Text("Name"),

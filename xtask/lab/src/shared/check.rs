@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::json::Quantity;
+use super::json::Metric;
 
 /// A claim that was checked.
 #[derive(Clone, Debug)]
@@ -13,16 +13,16 @@ pub struct Check {
     /// The observation, in words.
     pub seen: String,
     /// The observation, as a number.
-    pub figure: Quantity,
+    pub figure: Metric,
 }
 
 impl Check {
     /// Returns a check that passes if there are no faults; its figure is their number.
     pub fn none_of(name: impl Display, faults: usize, seen: impl Display) -> Self {
-        Self::new(name, faults == 0, seen, Quantity::count(faults))
+        Self::new(name, faults == 0, seen, Metric::count(faults))
     }
 
-    pub fn new(name: impl Display, passed: bool, seen: impl Display, figure: Quantity) -> Self {
+    pub fn new(name: impl Display, passed: bool, seen: impl Display, figure: Metric) -> Self {
         Self { name: name.to_string(), passed, seen: seen.to_string(), figure }
     }
 

@@ -8,6 +8,21 @@ use fetch_sim::{ModelSource, Task};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
+/// Returns the name of a task in the names of files and arrays.
+pub const fn task_name(task: Task) -> &'static str {
+    match task {
+        Task::Reach => "reach",
+        Task::Push => "push",
+        Task::PickAndPlace => "pick_and_place",
+        Task::Slide => "slide",
+    }
+}
+
+/// Returns the value of a flag as the user writes it.
+pub fn flag_name(value: impl clap::ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
 /// An environment and its seed.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct EnvArgs {
@@ -87,14 +102,6 @@ pub enum PolicyChoice {
 }
 
 impl PolicyChoice {
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Random => "random",
-            Self::Scripted => "scripted",
-            Self::Zero => "zero",
-        }
-    }
-
     /// Returns the policy for a task; only the random one needs the seed.
     pub fn policy(self, task: Task, seed: u64) -> Box<dyn Policy> {
         match self {

@@ -1,15 +1,18 @@
 //! The object that `--json` writes, and writing files.
 
-use std::{fmt, fs, path::Path};
+use std::{
+    fmt, fs,
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use fetch_env::EnvId;
 use fetch_sim::MujocoVersion;
 use serde::Serialize;
 
-/// Versions, machine, settings and results of one command.
+/// The object: versions, machine, settings and results of one command.
 #[derive(Debug, Serialize)]
-pub struct JsonOutput<S> {
+struct Output<S> {
     versions: Versions,
     machine: Machine,
     settings: S,
@@ -32,7 +35,7 @@ pub struct Versions {
 
 /// The machine that they ran on.
 #[derive(Clone, Debug, Serialize)]
-pub struct Machine {
+struct Machine {
     os: &'static str,
     arch: &'static str,
     cores: usize,
@@ -40,7 +43,7 @@ pub struct Machine {
 
 /// A number with its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Quantity {
+pub struct Metric {
     value: f64,
     unit: &'static str,
 }
@@ -49,10 +52,10 @@ pub struct Quantity {
 struct Named {
     name: String,
     #[serde(flatten)]
-    figure: Quantity,
+    figure: Metric,
 }
 
-impl Quantity {
+impl Metric {
     /// Returns a number with a unit, which is `1` for a pure number.
     pub const fn new(value: f64, unit: &'static str) -> Self {
         Self { value, unit }
@@ -69,7 +72,7 @@ impl Quantity {
     }
 }
 
-impl fmt::Display for Quantity {
+impl fmt::Display for Metric {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { value, unit } = *self;
         let decimals = if value.abs() < 100.0 { 3 } else { 0 };
@@ -83,20 +86,20 @@ impl Versions {
     }
 }
 
-impl<S: Serialize> JsonOutput<S> {
-    /// Returns the output of this process.
-    pub fn new(settings: S, results: impl IntoIterator<Item = (String, Quantity)>) -> Self {
-        Self {
-            versions: Versions::current(),
-            machine: Machine {
-                os: std::env::consts::OS,
-                arch: std::env::consts::ARCH,
-                cores: std::thread::available_parallelism().map_or(1, usize::from),
-            },
-            settings,
-            results: results.into_iter().map(|(name, figure)| Named { name, figure }).collect(),
-        }
-    }
+/// Writes the results of this process, if a path is given.
+pub fn write_results(
+    path: Option<&PathBuf>,
+    settings: impl Serialize,
+    results: impl IntoIterator<Item = (String, Metric)>,
+) -> anyhow::Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let machine = Machine {
+        os: std::env::consts::OS,
+        arch: std::env::consts::ARCH,
+        cores: std::thread::available_parallelism().map_or(1, usize::from),
+    };
+    let results = results.into_iter().map(|(name, figure)| Named { name, figure }).collect();
+    write_json(path, &Output { versions: Versions::current(), machine, settings, results })
 }
 
 /// Writes a value as JSON, making the folders on the way.

@@ -2,7 +2,7 @@
 
 use fetch_env::{Env, EnvId, FetchObservation, MujocoEnv};
 
-use crate::shared::{check::Check, json::Quantity};
+use crate::shared::{check::Check, json::Metric};
 
 pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let mut checks = vec![space(env)];
@@ -22,7 +22,7 @@ fn space(env: &MujocoEnv) -> Check {
     let passed = space.shape() == [4] && space.low() == [-1.0; 4] && space.high() == [1.0; 4];
     let seen =
         format!("action_shape={:?}, bounds {:?} to {:?}", space.shape(), space.low(), space.high());
-    Check::new("action/space", passed, seen, Quantity::count(space.low().len()))
+    Check::new("action/space", passed, seen, Metric::count(space.low().len()))
 }
 
 /// Returns the observations before and after one step from a reset.
@@ -47,7 +47,7 @@ fn displacement(env: &mut MujocoEnv, seed: u64, axis: usize, name: &str) -> anyh
         .fold(0.0, f64::max);
     let passed = (0.005..0.05).contains(&moved) && aside < 0.5 * moved;
     let seen = format!("+1 moves the gripper {moved:+.4} m along {name}, {aside:.4} m aside");
-    Ok(Check::new(format!("action/d{name}"), passed, seen, Quantity::new(moved, "m")))
+    Ok(Check::new(format!("action/d{name}"), passed, seen, Metric::new(moved, "m")))
 }
 
 /// Steps until the fingers, which are heavy, have reversed.
@@ -66,7 +66,7 @@ fn moving_gripper(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
         "+1 opens the fingers to {:.4} m, -1 closes them to {:.4} m (the chapter's sign is reversed)",
         opened[0], closed[0]
     );
-    Ok(Check::new("action/gripper", passed, seen, Quantity::new(opened[0], "m")))
+    Ok(Check::new("action/gripper", passed, seen, Metric::new(opened[0], "m")))
 }
 
 fn blocked_gripper(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
@@ -78,6 +78,6 @@ fn blocked_gripper(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
         "action/gripper",
         with == without && widest == 0.0,
         seen,
-        Quantity::new(widest, "m"),
+        Metric::new(widest, "m"),
     ))
 }

@@ -5,7 +5,7 @@ use fetch_env::{EnvId, MujocoEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use crate::shared::{check::Check, json::Quantity};
+use crate::shared::{check::Check, json::Metric};
 
 const EPISODES: usize = 100;
 
@@ -21,7 +21,7 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
         "baseline/ep_len_mean",
         lengths.value == 50.0 && lengths.low == lengths.high,
         format!("{} steps in each of {EPISODES} episodes", lengths.value),
-        Quantity::new(lengths.value, "steps"),
+        Metric::new(lengths.value, "steps"),
     )];
     for comparison in RandomReference::new(id.task, id.reward).compare(&evaluation)? {
         let (measured, reference, p) =
@@ -34,10 +34,7 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
             format!("baseline/{}", comparison.name),
             p >= LEAST_P_VALUE,
             format!("{measured:.3} (reference {reference:.3}, p = {p:.2}{chapter})"),
-            Quantity::new(
-                measured,
-                if comparison.name == "final_distance_mean" { "m" } else { "1" },
-            ),
+            Metric::new(measured, if comparison.name == "final_distance_mean" { "m" } else { "1" }),
         ));
     }
     Ok(checks)

@@ -6,7 +6,7 @@ use fetch_env::{
     make_with_config,
 };
 
-use crate::shared::{check::Check, json::Quantity};
+use crate::shared::{check::Check, json::Metric};
 
 pub fn check(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let options = CheckOptions::default().with_seed(seed);
@@ -17,7 +17,7 @@ pub fn check(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<C
         .map(|check| {
             let faults = usize::from(!check.passed);
             let name = format!("conformance/{}", check.name);
-            Check::new(name, check.passed, &check.message, Quantity::count(faults))
+            Check::new(name, check.passed, &check.message, Metric::count(faults))
         })
         .collect())
 }

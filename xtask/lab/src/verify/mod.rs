@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use crate::shared::{
     check::{self, Check},
-    json::{JsonOutput, write_json},
+    json::write_results,
     progress,
 };
 
@@ -68,16 +68,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let count = groups.iter().map(|group| group.checks.len()).sum::<usize>();
     let failed = failed(&groups);
     println!("\n{count} checks, {failed} failed");
-    if let Some(path) = &args.json {
-        let settings = Settings { env_ids: ids, seed: args.seed };
-        let results = groups.into_iter().flat_map(|Group { heading, checks }| {
-            let figure = move |check: Check| {
-                (format!("verify/{}/{}", heading.replace(' ', "-"), check.name), check.figure)
-            };
-            checks.into_iter().map(figure)
-        });
-        write_json(path, &JsonOutput::new(settings, results))?;
-    }
+    let settings = Settings { env_ids: ids, seed: args.seed };
+    let results = groups.into_iter().flat_map(|Group { heading, checks }| {
+        let figure = move |check: Check| {
+            (format!("verify/{}/{}", heading.replace(' ', "-"), check.name), check.figure)
+        };
+        checks.into_iter().map(figure)
+    });
+    write_results(args.json.as_ref(), settings, results)?;
     Ok(failed == 0)
 }
 

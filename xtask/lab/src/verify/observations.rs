@@ -4,7 +4,7 @@ use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv};
 use fetch_sim::{Simulator, Task};
 use nalgebra::Vector3;
 
-use crate::shared::{check::Check, json::Quantity};
+use crate::shared::{check::Check, json::Metric};
 
 const RESETS: usize = 100;
 
@@ -32,7 +32,7 @@ fn shapes(id: EnvId, observation: &FetchObservation) -> Check {
     );
     let seen = format!("obs=({obs},), ag=({ag},), dg=({dg},)");
     let passed = (obs, ag, dg) == (expected, 3, 3);
-    Check::new("observation/shapes", passed, seen, Quantity::count(obs))
+    Check::new("observation/shapes", passed, seen, Metric::count(obs))
 }
 
 fn finite(resets: &[FetchObservation]) -> Check {
@@ -99,5 +99,5 @@ fn goals_differ(resets: &[FetchObservation]) -> Check {
     goals.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     goals.dedup();
     let seen = format!("{} different goals in {RESETS} resets", goals.len());
-    Check::new("goal-space/goals-differ", goals.len() == RESETS, seen, Quantity::count(goals.len()))
+    Check::new("goal-space/goals-differ", goals.len() == RESETS, seen, Metric::count(goals.len()))
 }

@@ -3,7 +3,7 @@
 use fetch_env::{EnvId, GoalEnv, MujocoEnv};
 use goal_reward::RewardKind;
 
-use crate::shared::{check::Check, json::Quantity, rewards::Comparison};
+use crate::shared::{check::Check, json::Metric, rewards::Comparison};
 
 const STEPS: usize = 100;
 const TOLERANCE: f64 = 1e-10;
@@ -39,7 +39,7 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
             "reward/threshold",
             threshold == 0.05,
             format!("distance_threshold={threshold} m"),
-            Quantity::new(threshold, "m"),
+            Metric::new(threshold, "m"),
         ),
     ])
 }

@@ -4,7 +4,7 @@ use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_with_config};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use crate::shared::{check::Check, json::Quantity};
+use crate::shared::{check::Check, json::Metric};
 
 pub fn check(seed: u64) -> anyhow::Result<Vec<Check>> {
     let mut checks = Vec::new();
@@ -22,7 +22,7 @@ pub fn check(seed: u64) -> anyhow::Result<Vec<Check>> {
             format!("tasks/{task}"),
             obs_dim == expected_dim && ag_matches_grip == expected_match,
             format!("obs_dim={obs_dim}, ag_matches_grip={ag_matches_grip}"),
-            Quantity::count(obs_dim),
+            Metric::count(obs_dim),
         ));
         action_lengths.push(env.action_space().shape().to_vec());
         thresholds.push(env.goal_reward().threshold().get());
@@ -30,11 +30,6 @@ pub fn check(seed: u64) -> anyhow::Result<Vec<Check>> {
     let uniform = action_lengths.iter().all(|shape| shape[..] == [4])
         && thresholds.iter().all(|threshold| *threshold == 0.05);
     let seen = format!("action shapes {action_lengths:?}, thresholds {thresholds:?} m");
-    checks.push(Check::new(
-        "tasks/interface",
-        uniform,
-        seen,
-        Quantity::count(action_lengths.len()),
-    ));
+    checks.push(Check::new("tasks/interface", uniform, seen, Metric::count(action_lengths.len())));
     Ok(checks)
 }

@@ -1,6 +1,6 @@
-// Put before everything else: keeps what goes wrong.
+// Put before everything else: records errors.
 window.faults = [];
 window.addEventListener("error", (event) => window.faults.push(String(event.message)));
 console.error = (...parts) => window.faults.push(parts.join(" "));
-// Chromium's virtual time does not wait for pictures to be due, but for timers.
+// Chromium's virtual time waits for timers, but not for animation frames.
 window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16);

@@ -7,7 +7,7 @@
   const use = async (figure) => {
     const [canvas, slider, button] = ["canvas", "input", "button"].map((s) => figure.querySelector(s));
     const gl = canvas.getContext("webgl2");
-    // To be called in the same task as a draw: afterwards the browser takes the picture away.
+    // Must be called in the same task as a draw: afterwards the browser discards the picture.
     const pixels = () => {
       const bytes = new Uint8Array(4 * canvas.width * canvas.height);
       gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);

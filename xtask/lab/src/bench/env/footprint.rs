@@ -27,6 +27,7 @@ impl Footprint {
     /// [Measures](Self::measure) in a new process.
     pub fn of(subject: Subject, envs: u16) -> anyhow::Result<Self> {
         let arguments = ["bench", "env", "--footprint", "--footprint-envs", &envs.to_string()];
+        let arguments = arguments.map(str::to_owned);
         let text = measure_in_new_process(&[&arguments[..], &subject.flags()].concat())?;
         serde_json::from_str(&text).with_context(|| format!("no measurement: {text}"))
     }

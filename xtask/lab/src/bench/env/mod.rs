@@ -24,7 +24,7 @@ use super::{
     subject::{Subject, Subjects},
 };
 use crate::shared::{
-    json::{JsonOutput, Quantity, write_json},
+    json::{Metric, write_results},
     python,
 };
 
@@ -79,13 +79,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((name, figure));
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }
 
-fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Quantity)>> {
+fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {
     let episodes = Episodes::new(subject.config()?)?;
     let steps = interleave(steppers(args, &episodes)?, Duration::from_secs_f64(args.seconds))?;
     let resets = vec![
@@ -97,11 +95,8 @@ fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Quantit
     figures.extend(ratios(&steps, &resets));
     let footprint = Footprint::of(subject, args.footprint_envs)?;
     figures.extend([
-        (
-            format!("construction-{}", args.footprint_envs),
-            Quantity::new(footprint.construction, "s"),
-        ),
-        ("memory-further-env".into(), Quantity::new(footprint.further_env, "bytes")),
+        (format!("construction-{}", args.footprint_envs), Metric::new(footprint.construction, "s")),
+        ("memory-further-env".into(), Metric::new(footprint.further_env, "bytes")),
     ]);
     Ok(figures)
 }
@@ -149,11 +144,11 @@ fn peer(name: &str, id: EnvId, num_envs: usize, threads: usize) -> anyhow::Resul
 }
 
 /// Returns the ratios of figures to one another.
-fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Quantity)> {
+fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Metric)> {
     let (threads, apart) = (format!("threads-{}", threads()), format!("apart-{}", threads()));
     let ratio = |name: &str, rounds: &Rounds, clock, of, to| {
         let value = rounds.ratio(clock, of, to)?;
-        Some((format!("ratio/{name}"), Quantity::new(value, "1")))
+        Some((format!("ratio/{name}"), Metric::new(value, "1")))
     };
     [
         ratio("single-to-bare-loop", steps, Cpu, "single", "bare-loop"),

@@ -20,7 +20,8 @@ use super::{
     peer::{Orders, Peer},
 };
 use crate::shared::{
-    json::{JsonOutput, Quantity, write_json},
+    choice::flag_name,
+    json::{Metric, write_results},
     python,
 };
 
@@ -65,15 +66,6 @@ enum Element {
     F64,
 }
 
-impl Element {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-        }
-    }
-}
-
 fn parse_transitions(text: &str) -> Result<usize, String> {
     let transitions: usize = text.parse().map_err(|error| format!("{error}"))?;
     let sensible = (1000..=1_000_000_000).contains(&transitions);
@@ -97,14 +89,12 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             Element::F64 => measure::<f64>(args, element, sb3.as_ref()),
         };
         for (name, figure) in measured? {
-            let name = format!("her/{}/{name}", element.name());
+            let name = format!("her/{}/{name}", flag_name(element));
             println!("{name:<54} {figure}");
             figures.push((name, figure));
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(args, figures))?;
-    }
+    write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }
 
@@ -121,11 +111,11 @@ fn measure<T: Scalar>(
     args: &Args,
     element: Element,
     sb3: Option<&Rc<RefCell<Peer>>>,
-) -> anyhow::Result<Vec<(String, Quantity)>> {
+) -> anyhow::Result<Vec<(String, Metric)>> {
     const ROWS: &str = "rows/s";
     const ADDED: &str = "transitions/s";
     let bytes = footprint(element, args.transitions)?;
-    let mut figures = vec![("bytes-per-transition".into(), Quantity::new(bytes, "bytes"))];
+    let mut figures = vec![("bytes-per-transition".into(), Metric::new(bytes, "bytes"))];
     let table = Table::<T>::full(args.transitions)?;
     let mut entries = Vec::new();
     for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
@@ -161,7 +151,7 @@ fn measure<T: Scalar>(
         for peer in ["bare-gather", SB3] {
             let ratio = rounds.ratio(Cpu, &ours, &format!("{peer}-{size}"));
             figures.extend(
-                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Quantity::new(ratio, "1"))),
+                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Metric::new(ratio, "1"))),
             );
         }
     }
@@ -173,7 +163,7 @@ fn measure<T: Scalar>(
 
 /// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share that
 /// caches explain.
-fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
+fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {
         let table = Table::<T>::full(transitions)?;
@@ -184,15 +174,15 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
         }
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
-    let time = |(name, rate): (String, Quantity)| {
-        (format!("time/{name}"), Quantity::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
+    let time = |(name, rate): (String, Metric)| {
+        (format!("time/{name}"), Metric::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
     };
     let mut figures: Vec<_> = rounds.figures().map(time).collect();
     for contender in ["batch", "bare-gather"] {
         let name = |transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}");
         let ratio = rounds.ratio(Cpu, &name(TABLES[0]), &name(TABLES[2]));
         figures.extend(
-            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Quantity::new(ratio, "1"))),
+            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Metric::new(ratio, "1"))),
         );
     }
     Ok(figures)
@@ -200,16 +190,12 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Quantity)>> {
 
 /// Measures [`bytes_per_transition`] in a new process.
 fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
-    let transitions = transitions.to_string();
-    let text = measure_in_new_process(&[
-        "bench",
-        "her",
-        "--footprint",
-        "--element",
-        element.name(),
-        "--transitions",
-        &transitions,
-    ])?;
+    let arguments = format!(
+        "bench her --footprint --element {} --transitions {transitions}",
+        flag_name(element)
+    );
+    let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
+    let text = measure_in_new_process(&arguments)?;
     Ok(text.trim().parse()?)
 }
 

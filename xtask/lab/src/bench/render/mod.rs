@@ -17,7 +17,7 @@ use super::{
     subject::{Subject, Subjects},
 };
 use crate::shared::{
-    json::{JsonOutput, Quantity, write_json},
+    json::{Metric, write_results},
     python,
 };
 
@@ -72,19 +72,17 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     let opengl = opengl()?;
     println!("drawn with {opengl}");
-    if let Some(path) = &args.json {
-        write_json(path, &JsonOutput::new(Settings { args, opengl }, figures))?;
-    }
+    write_results(args.json.as_ref(), Settings { args, opengl }, figures)?;
     Ok(true)
 }
 
-fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Quantity)>> {
+fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {
     let episodes = Episodes::new(subject.config()?)?;
     let entries = renderers(args, &episodes)?;
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     let ratio = |to: &str, name: &str| {
         let value = rounds.ratio(Wall, &LARGE.to_string(), name)?;
-        Some((format!("ratio/{LARGE}-to-{to}"), Quantity::new(value, "1")))
+        Some((format!("ratio/{LARGE}-to-{to}"), Metric::new(value, "1")))
     };
     let ratios = [ratio(PEER, &of_peer(LARGE.side)), ratio(&sky(), &sky())];
     Ok(rounds.figures().chain(ratios.into_iter().flatten()).collect())
