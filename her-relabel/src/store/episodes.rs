@@ -112,10 +112,10 @@ impl Episodes {
     /// Restores episodes from their [`records`](Self::records), if these fit the live transitions.
     pub(crate) fn restore(live: Range<u64>, first_episode: u64, records: &[u64]) -> Option<Self> {
         let Range { start, end } = live;
-        let is_amid_cell = !start.is_multiple_of(1 << CELL_SHIFT);
+        let is_within_cell = !start.is_multiple_of(1 << CELL_SHIFT);
         let mut episodes = Self::starting_at(first_episode, start);
         // The cell that begins before the live transitions.
-        episodes.cells.extend(is_amid_cell.then_some(first_episode));
+        episodes.cells.extend(is_within_cell.then_some(first_episode));
         for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
             let next = records.get(at + 1).map_or(end, |record| Record(*record).first());
             // Only the first episode may have lost transitions.

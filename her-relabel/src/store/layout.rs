@@ -22,8 +22,8 @@ impl Layout {
     pub(crate) fn new<T>(config: &BufferConfig) -> Result<Self, ConfigError> {
         let dims = config.dims();
         let sizes = || {
-            let lens = config.fields().iter().map(|field| field.len);
-            let fields = lens.fold(Some(0), |sum: Option<usize>, len| sum?.checked_add(len))?;
+            let mut lens = config.fields().iter().map(|field| field.len);
+            let fields = lens.try_fold(0, usize::checked_add)?;
             let tail = dims.action.checked_add(1)?.checked_add(fields)?.max(dims.goal);
             let row = dims.observation.checked_add(dims.goal)?.checked_add(tail)?;
             // Episodes of one step keep two states per transition, which is the most.

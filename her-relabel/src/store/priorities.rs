@@ -18,7 +18,7 @@ pub struct Priorities {
 }
 
 impl Priorities {
-    /// Makes settings of a priority for every `unit`.
+    /// Makes settings that give every `unit` a priority.
     #[must_use]
     pub const fn new(unit: PriorityUnit) -> Self {
         Self { unit, new_priority: NewPriority::Highest }

@@ -9,7 +9,7 @@
 //! 5. Sampling changes nothing, and a batch is not a view of the buffer: `determinism`; it allocates nothing:
 //!    `tests/allocation.rs`. A benchmark shows that its time does not grow.
 //! 6. A cleared buffer is empty, and environments do not mix: `ring`, `vectorized`.
-//! 7. A loaded buffer equals the saved one, even amid an episode; a wrong file is an error, and a crash leaves
+//! 7. A loaded buffer equals the saved one, even in the middle of an episode; a wrong file is an error, and a crash leaves
 //!    the old file: `saving`, `damaged`, and for numpy archives `tests/npz.rs`.
 //! 8. A seed determines a batch, on any number of threads: `determinism`, `priorities`.
 //! 9. A window has one goal, for all its rewards, and ends with the episode: `outcomes`.

@@ -64,7 +64,7 @@ fn assert_shares(counts: &[u64], weights: &[f64], what: &str) {
     assert_distribution(&found, &shares, what);
 }
 
-/// A ring that has wrapped amid an episode.
+/// A ring that has wrapped within an episode.
 fn wrapped(unit: PriorityUnit) -> HerBuffer<f64> {
     let mut buffer = buffer(30, unit);
     for (episode, len) in [(1, 9), (2, 14), (3, 1), (4, 8), (5, 6)] {
