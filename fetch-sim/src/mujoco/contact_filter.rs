@@ -4,7 +4,8 @@ use std::{ffi::c_int, ptr::NonNull, sync::Arc};
 
 use super::{
     ffi::{self, FilterCounts, RawData, RawFilter},
-    model::{Model, no_memory_for_filter},
+    library::allocated,
+    model::Model,
 };
 use crate::error::SimError;
 
@@ -41,8 +42,7 @@ impl ContactFilter {
         // SAFETY: the shapes are alive, and stay so because the filter holds the model that owns
         // them; so is the data, which owns the filter.
         let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };
-        let raw = NonNull::new(raw).ok_or_else(no_memory_for_filter)?;
-        Ok(Self { raw, _model: Arc::clone(model) })
+        Ok(Self { raw: allocated(raw, "the contact filter")?, _model: Arc::clone(model) })
     }
 
     pub(super) const fn as_ptr(&self) -> *mut RawFilter {

@@ -11,7 +11,7 @@ use super::{
     contact_filter::ContactFilter,
     ffi::{self, DataArrays, Fault, RawData, RawFilter},
     ids::GeomId,
-    library::check,
+    library::{allocated, check},
     model::Model,
 };
 use crate::error::SimError;
@@ -43,8 +43,7 @@ impl Data {
         // SAFETY: the model is alive and `raw` is valid for writes.
         let status = unsafe { ffi::fs_make_data(model.as_ptr(), &raw mut raw) };
         check(status)?;
-        let raw = NonNull::new(raw)
-            .ok_or_else(|| SimError::Mujoco { message: "mj_makeData returned nothing".into() })?;
+        let raw = allocated(raw, "the simulation's data")?;
         let mut arrays = DataArrays::default();
         // SAFETY: the data is alive and was made from this model; `arrays` is valid for writes.
         unsafe { ffi::fs_data_arrays(model.as_ptr(), raw.as_ptr(), &raw mut arrays) };

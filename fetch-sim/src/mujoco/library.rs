@@ -5,7 +5,7 @@ use std::{
     fmt,
     os::unix::ffi::OsStrExt,
     path::{Path, PathBuf},
-    ptr,
+    ptr::{self, NonNull},
     sync::OnceLock,
 };
 
@@ -133,6 +133,12 @@ pub(super) fn check(status: c_int) -> Result<(), SimError> {
         return Err(SimError::Mujoco { message: text.to_string_lossy().into_owned() });
     }
     Ok(())
+}
+
+/// Turns the result of a call that allocates into a pointer.
+pub(super) fn allocated<T>(raw: *mut T, what: &str) -> Result<NonNull<T>, SimError> {
+    NonNull::new(raw)
+        .ok_or_else(|| SimError::Mujoco { message: format!("there is no memory for {what}") })
 }
 
 #[cfg(test)]

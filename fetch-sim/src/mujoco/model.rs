@@ -10,7 +10,7 @@ use std::{
 
 use super::{
     ffi::{self, RawModel, RawShapes, Sizes},
-    library::{check, load_once},
+    library::{allocated, check, load_once},
 };
 use crate::error::SimError;
 
@@ -139,7 +139,7 @@ impl Model {
         let make = || {
             // SAFETY: the model is alive, and owns the shapes.
             let shapes = unsafe { ffi::fs_make_shapes(self.as_ptr()) };
-            NonNull::new(shapes).map(Shapes).ok_or_else(no_memory_for_filter)
+            allocated(shapes, "the contact filter").map(Shapes)
         };
         self.shapes.get_or_init(make).as_ref().map_err(SimError::clone)
     }
@@ -212,8 +212,4 @@ impl Drop for Shapes {
         // this value. Deleting does not read the model.
         unsafe { ffi::fs_delete_shapes(self.0.as_ptr()) };
     }
-}
-
-pub(super) fn no_memory_for_filter() -> SimError {
-    SimError::Mujoco { message: "no memory for the contact filter".into() }
 }

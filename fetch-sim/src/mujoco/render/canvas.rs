@@ -184,7 +184,7 @@ fn make(model: &Model) -> Result<NonNull<RawRenderer>, RenderError> {
         RenderError::Failed { message } if has_gl == 0 => RenderError::NoOpenGl { reason: message },
         error => error,
     })?;
-    NonNull::new(raw).ok_or_else(|| RenderError::Failed { message: "no renderer was made".into() })
+    Ok(library::allocated(raw, "a renderer")?)
 }
 
 fn check(status: c_int) -> Result<(), RenderError> {
