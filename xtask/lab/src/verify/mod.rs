@@ -14,7 +14,7 @@ use anyhow::Context;
 use fetch_env::{EnvId, MujocoEnv, make_config};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde_json::json;
 
 use crate::shared::{
     check::{self, Check},
@@ -33,12 +33,6 @@ pub struct Args {
     /// Also write the figures as JSON
     #[arg(long)]
     json: Option<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct Settings {
-    env_ids: Vec<EnvId>,
-    seed: u64,
 }
 
 /// A part of the lab: the checks of one environment that belong to a section of the chapter.
@@ -68,7 +62,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let count = groups.iter().map(|group| group.checks.len()).sum::<usize>();
     let failed = failed(&groups);
     println!("\n{count} checks, {failed} failed");
-    let settings = Settings { env_ids: ids, seed: args.seed };
+    let settings = json!({"env_ids": ids, "seed": args.seed});
     let results = groups.into_iter().flat_map(|Group { heading, checks }| {
         let figure = move |check: Check| {
             (format!("verify/{}/{}", heading.replace(' ', "-"), check.name), check.figure)
