@@ -4,7 +4,6 @@ mod actions;
 mod baseline;
 mod conformance;
 mod observations;
-mod relabeling;
 mod rewards;
 mod tasks;
 
@@ -35,17 +34,11 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// A part of the lab: the checks of one environment that belong to a section of the chapter.
+/// A part of the lab: the checks of one environment that belong to a section of the chapter or two.
 type Part = fn(EnvId, &mut MujocoEnv, u64) -> anyhow::Result<Vec<Check>>;
 
-const PARTS: [Part; 6] = [
-    observations::check,
-    actions::check,
-    rewards::check,
-    relabeling::check,
-    conformance::check,
-    baseline::check,
-];
+const PARTS: [Part; 5] =
+    [observations::check, actions::check, rewards::check, conformance::check, baseline::check];
 
 /// Checks of one environment, or of what all have in common.
 pub struct Group {
