@@ -1,7 +1,7 @@
 //! Episodes of a policy, collected into a hindsight replay buffer.
 
-use fetch_env::{EnvError, FetchObservation, GoalEnv, GoalObservation, Info};
-use her_relabel::{AddError, BufferConfig, Dims, EpisodeStart, HerBuffer, Scalar};
+use fetch_env::{EnvError, FetchObservation, GoalEnv, GoalObservation};
+use her_relabel::{AddError, BufferConfig, Dims, EpisodeStart, HerBuffer, Scalar, Step};
 
 use crate::{
     error::CollectError,
@@ -48,8 +48,26 @@ where
         let mut has_begun = false;
         let result = run_episode(env, policy, seed, |_, event| {
             match event {
-                Event::Start(reset) => begin(buffer, buffer_env, &reset.observation)?,
-                Event::Step(action, step) => add(buffer, buffer_env, action, step)?,
+                Event::Start(reset) => {
+                    let start = EpisodeStart {
+                        observation: reset.observation.observation(),
+                        achieved_goal: reset.observation.achieved_goal(),
+                        desired_goal: reset.observation.desired_goal(),
+                    };
+                    buffer.begin_episode(buffer_env, &start)?;
+                }
+                Event::Step(action, step) => {
+                    let step = Step {
+                        action: &action.map(f64::from),
+                        reward: step.reward,
+                        next_observation: step.observation.observation(),
+                        next_achieved_goal: step.observation.achieved_goal(),
+                        terminated: step.terminated,
+                        truncated: step.truncated,
+                        fields: &[],
+                    };
+                    buffer.add_step(buffer_env, &step)?;
+                }
             }
             has_begun = true;
             Ok(())
@@ -79,39 +97,4 @@ where
 enum Source {
     Environment(#[from] EnvError),
     Buffer(#[from] AddError),
-}
-
-fn begin<T: Scalar>(
-    buffer: &mut HerBuffer<T>,
-    buffer_env: usize,
-    observation: &FetchObservation,
-) -> Result<(), AddError> {
-    buffer.begin_episode(
-        buffer_env,
-        &EpisodeStart {
-            observation: observation.observation(),
-            achieved_goal: observation.achieved_goal(),
-            desired_goal: observation.desired_goal(),
-        },
-    )
-}
-
-fn add<T: Scalar>(
-    buffer: &mut HerBuffer<T>,
-    buffer_env: usize,
-    action: &Action,
-    step: &fetch_env::Step<FetchObservation, Info>,
-) -> Result<(), AddError> {
-    buffer.add_step(
-        buffer_env,
-        &her_relabel::Step {
-            action: &action.map(f64::from),
-            reward: step.reward,
-            next_observation: step.observation.observation(),
-            next_achieved_goal: step.observation.achieved_goal(),
-            terminated: step.terminated,
-            truncated: step.truncated,
-            fields: &[],
-        },
-    )
 }

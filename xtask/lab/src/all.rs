@@ -20,7 +20,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let id = args.env.id();
+    let id = args.env.env_id;
     let described = describe(id, args.env.seed, &args.describe_out)?;
     let agreed = reward_check(id, args.env.seed)? == 0;
     let measured = random_episodes(id, args.env.seed, 10, &args.random_out)?;

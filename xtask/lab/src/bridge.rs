@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use fetch_env::make_with_config;
+use fetch_env::{EnvId, make_with_config};
+use serde_json::json;
 
 use crate::shared::{
-    choice::EnvChoice,
-    json::{EnvSettings, Metric, write_results},
+    choice::parse_env_id,
+    json::{Metric, write_results},
     rewards::Comparison,
 };
 
@@ -17,8 +18,8 @@ const TOLERANCE: f64 = 1e-10;
 #[derive(clap::Args)]
 pub struct Args {
     /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, default_value_t = EnvChoice::Auto)]
-    env_id: EnvChoice,
+    #[arg(long, default_value = "auto", value_parser = parse_env_id)]
+    env_id: EnvId,
     /// Seed of resets, actions and goals
     #[arg(long, default_value_t = 42)]
     seed: u64,
@@ -28,7 +29,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let id = args.env_id.id();
+    let id = args.env_id;
     let seed = args.seed;
     println!("Environment Anatomy -- Bridging Proof");
     println!("=====================================");
@@ -47,7 +48,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         count("relabel-checks", relabeled),
         count("relabel-mismatches", mismatches.goals),
     ];
-    write_results(args.json.as_ref(), EnvSettings { env_id: id, seed }, results)?;
+    write_results(args.json.as_ref(), json!({"env_id": id, "seed": seed}), results)?;
     println!("Step reward checks:    {STEPS} steps, mismatches={}", mismatches.steps);
     println!("Relabel reward checks: {relabeled} checks, mismatches={}\n", mismatches.goals);
     if mismatches.steps + mismatches.goals > 0 {

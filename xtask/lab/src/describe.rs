@@ -20,7 +20,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    describe(args.env.id(), args.env.seed, &args.describe_out)
+    describe(args.env.env_id, args.env.seed, &args.describe_out)
 }
 
 pub fn describe(id: EnvId, seed: u64, out: &std::path::Path) -> anyhow::Result<bool> {

@@ -7,7 +7,7 @@ use fetch_env::{
 };
 use fetch_sim::{MujocoVersion, Task};
 use goal_reward::RewardKind;
-use serde::Serialize;
+use serde_json::json;
 
 use crate::{
     random_episodes::evaluate_random,
@@ -26,11 +26,6 @@ pub struct Args {
     /// Also write the findings as JSON
     #[arg(long)]
     json: Option<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct Settings {
-    seed: u64,
 }
 
 /// Whether all is well, and the observation in words.
@@ -123,7 +118,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         let faults = Metric::count(usize::from(!well));
         results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
     }
-    write_results(args.json.as_ref(), Settings { seed: args.seed }, results)?;
+    write_results(args.json.as_ref(), json!({"seed": args.seed}), results)?;
     Ok(healthy)
 }
 

@@ -26,7 +26,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let (id, seed) = (args.env.id(), args.env.seed);
+    let (id, seed) = (args.env.env_id, args.env.seed);
     let mut env = make_with_config(id.config())?;
     let mut policy = args.policy.policy(id.task, seed);
     if args.verbose {

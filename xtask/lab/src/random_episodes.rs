@@ -40,7 +40,7 @@ struct Metrics {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    random_episodes(args.env.id(), args.env.seed, args.episodes, &args.random_out)
+    random_episodes(args.env.env_id, args.env.seed, args.episodes, &args.random_out)
 }
 
 pub fn random_episodes(id: EnvId, seed: u64, count: usize, out: &Path) -> anyhow::Result<bool> {

@@ -1,11 +1,8 @@
 //! The flags `--env-id`, `--seed`, `--model` and `--policy`.
 
-use std::{fmt, str::FromStr};
-
 use baselines::{Policy, RandomPolicy, ScriptedPolicy, ZeroPolicy};
 use fetch_env::{EnvId, UnknownEnvId};
 use fetch_sim::{ModelSource, Task};
-use goal_reward::RewardKind;
 use serde::Serialize;
 
 /// Returns the name of a task in the names of files and arrays.
@@ -27,50 +24,16 @@ pub fn flag_name(value: impl clap::ValueEnum) -> String {
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct EnvArgs {
     /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, default_value_t = EnvChoice::Auto)]
-    env_id: EnvChoice,
+    #[arg(long, default_value = "auto", value_parser = parse_env_id)]
+    pub env_id: EnvId,
     /// Seed of resets, actions and goals
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
 }
 
-impl EnvArgs {
-    pub fn id(&self) -> EnvId {
-        self.env_id.id()
-    }
-}
-
-/// An environment id, or `auto`: FetchReachDense-v4, as in the chapter.
-#[derive(Clone, Copy, Debug)]
-pub enum EnvChoice {
-    Auto,
-    Id(EnvId),
-}
-
-impl EnvChoice {
-    pub fn id(self) -> EnvId {
-        match self {
-            Self::Auto => EnvId { task: Task::Reach, reward: RewardKind::Dense },
-            Self::Id(id) => id,
-        }
-    }
-}
-
-impl FromStr for EnvChoice {
-    type Err = UnknownEnvId;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        if text == "auto" { Ok(Self::Auto) } else { text.parse().map(Self::Id) }
-    }
-}
-
-impl fmt::Display for EnvChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Auto => f.write_str("auto"),
-            Self::Id(id) => id.fmt(f),
-        }
-    }
+/// Parses an environment id, or `auto`: FetchReachDense-v4, as in the chapter.
+pub fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
+    if text == "auto" { "FetchReachDense-v4" } else { text }.parse()
 }
 
 /// The flag `--model`.

@@ -6,7 +6,6 @@ use std::{
 };
 
 use anyhow::Context;
-use fetch_env::EnvId;
 use fetch_sim::MujocoVersion;
 use serde::Serialize;
 
@@ -17,13 +16,6 @@ struct Output<S> {
     machine: Machine,
     settings: S,
     results: Vec<Named>,
-}
-
-/// The settings of a command about one environment.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct EnvSettings {
-    pub env_id: EnvId,
-    pub seed: u64,
 }
 
 /// The versions that ran.

@@ -1,12 +1,21 @@
-//! Section 2.5: the reward three ways.
+//! Sections 2.5 and 2.6: the reward three ways, and for goals that the environment never set.
 
-use fetch_env::{EnvId, GoalEnv, MujocoEnv};
+use baselines::{Policy, RandomPolicy, buffer_config, collect};
+use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
 use goal_reward::RewardKind;
+use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
-use crate::shared::{check::Check, json::Metric, rewards::Comparison};
+use crate::shared::{
+    check::Check,
+    json::Metric,
+    rewards::{Comparison, GoalSampler, formula_agrees},
+};
 
 const STEPS: usize = 100;
 const TOLERANCE: f64 = 1e-10;
+const GOALS: usize = 10;
+const EPISODES: usize = 3;
+const BATCH: usize = 1000;
 
 pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let comparison = Comparison { steps: STEPS, goals_per_step: 0, tolerance: TOLERANCE };
@@ -41,5 +50,51 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
             format!("distance_threshold={threshold} m"),
             Metric::new(threshold, "m"),
         ),
+        arbitrary_goals(env, seed)?,
+        hindsight(env, seed)?,
     ])
+}
+
+fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
+    let mut policy = RandomPolicy::new(seed);
+    let mut goals = GoalSampler::new(seed);
+    let first = env.reset(Some(seed))?.observation;
+    let observation = env.step(&policy.act(&first))?.observation;
+    let achieved = observation.achieved_goal();
+    let mut mismatches = 0;
+    // Far goals, goals about the threshold, and the achieved goal itself.
+    let mut arbitrary: Vec<[f64; 3]> = (0..GOALS).map(|_| goals.sample()).collect();
+    arbitrary.extend((0..GOALS).map(|_| goals.sample_near(achieved, 0.05)));
+    for goal in arbitrary.iter().map(<[f64; 3]>::as_slice).chain([achieved]) {
+        if !formula_agrees(env, achieved, goal, None, TOLERANCE)? {
+            mismatches += 1;
+        }
+    }
+    let count = 2 * GOALS + 1;
+    let seen = format!("{count} arbitrary goals, {mismatches} mismatches at {TOLERANCE:e}");
+    Ok(Check::none_of("relabel/arbitrary-goals", mismatches, seen))
+}
+
+/// Passes random episodes through the replay buffer: every reward of a batch must be the
+/// environment's, for original goals and for goals achieved later.
+fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
+    let first = env.reset(Some(seed))?.observation;
+    let mut buffer = HerBuffer::<f64>::new(buffer_config(50 * EPISODES, &first))?;
+    collect(env, &mut RandomPolicy::new(seed), EPISODES, seed, &mut buffer, 0)?;
+    let sampler = Sampler::new(BATCH, GoalStrategy::Future, UnitInterval::from_k(4));
+    let mut batch = Batch::new();
+    sampler.sample(&buffer, env.goal_reward(), seed, &mut batch)?;
+    let mut mismatches = 0;
+    let goals =
+        batch.next_achieved_goal().chunks_exact(3).zip(batch.desired_goal().chunks_exact(3));
+    for ((achieved, desired), reward) in goals.zip(batch.reward()) {
+        if env.compute_reward(achieved, desired)?.to_bits() != reward.to_bits() {
+            mismatches += 1;
+        }
+    }
+    let relabeled = batch.relabeled().filter(|relabeled| *relabeled).count();
+    let seen = format!(
+        "{relabeled} of {BATCH} transitions relabeled with later goals, {mismatches} rewards differ in any bit"
+    );
+    Ok(Check::none_of("relabel/hindsight", mismatches, seen))
 }
