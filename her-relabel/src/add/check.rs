@@ -83,7 +83,7 @@ pub enum AddError {
     },
 }
 
-// Every check is of the values as elements of the buffer's type `T`.
+// All checks are of the values rounded to the buffer's type `T`.
 
 impl<S: Scalar> EpisodeStart<'_, S> {
     pub(crate) fn check<T: Scalar>(&self, dims: Dims) -> Result<(), AddError> {

@@ -20,7 +20,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// Begins an episode of environment `env`, after its reset.
     ///
     /// # Errors
-    /// [`AddError::UnknownEnv`], [`AddError::EpisodeUnderWay`], or an error in the state.
+    /// [`AddError::UnknownEnv`], [`AddError::EpisodeUnderWay`], or another [`AddError`] for an invalid state.
     pub fn begin_episode<S: Scalar>(
         &mut self,
         env: usize,
@@ -41,7 +41,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// transitions can then be sampled.
     ///
     /// # Errors
-    /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or an error in the step.
+    /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or another [`AddError`] for an invalid step.
     pub fn add_step<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>) -> Result<(), AddError> {
         self.check_under_way(env)?;
         step.check(&self.storage)?;
@@ -77,7 +77,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// the capacity, the newest transitions are kept.
     ///
     /// # Errors
-    /// An error in the episode.
+    /// [`AddError`] if the episode is invalid.
     pub fn add_episode<S: Scalar>(&mut self, episode: &EpisodeData<'_, S>) -> Result<(), AddError> {
         episode.check(&self.storage)?;
         self.whole.record(&self.storage, episode);
@@ -90,7 +90,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// Begins an episode of every environment, after all were reset.
     ///
     /// # Errors
-    /// [`AddError::EpisodeUnderWay`], or an error in a state; then nothing has begun.
+    /// [`AddError::EpisodeUnderWay`], or another [`AddError`] for an invalid state; then nothing has begun.
     pub fn begin_episodes<S: Scalar>(
         &mut self,
         starts: &StartBatch<'_, S>,
@@ -113,7 +113,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// then be sampled, and the next one begins.
     ///
     /// # Errors
-    /// [`AddError::NoEpisode`], or an error in a row; then nothing has been added.
+    /// [`AddError::NoEpisode`], or another [`AddError`] for an invalid row; then nothing has been added.
     pub fn add_steps<S: Scalar>(&mut self, steps: &StepBatch<'_, S>) -> Result<(), AddError> {
         let (num_envs, dims) = (self.config.num_envs(), self.config.dims());
         steps.check(&self.storage, num_envs)?;

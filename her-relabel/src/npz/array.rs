@@ -17,7 +17,7 @@ const MAX_DIGITS: usize = 19;
 /// An array that is read from its first row to its last.
 pub(crate) struct Array<'a, E> {
     name: String,
-    /// The next row.
+    /// The reader, at the next row.
     reader: Box<dyn Read + 'a>,
     encoding: Encoding<E>,
     rows: u64,

@@ -51,7 +51,7 @@ mod memory {
     impl<T> Memory<T> {
         fn of_bytes(bytes: usize) -> Self {
             let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
-                // As a `Vec` does without memory.
+                // As a `Vec` does when memory runs out.
                 handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<T>()))
             });
             // Without huge pages, small ones do.

@@ -213,7 +213,7 @@ impl Episodes {
         let records = &self.records[..];
         let cell = self.cell(transition);
         let mut at = self.first_in(cell);
-        // Two steps without a branch that could be mispredicted; seldom do more episodes begin in a cell.
+        // Two steps without a branch that could be mispredicted; more episodes rarely begin in a cell.
         for _ in 0..2 {
             at += usize::from(records[at + 1].first() <= transition);
         }

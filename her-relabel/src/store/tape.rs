@@ -27,7 +27,7 @@ pub(crate) struct Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// An empty tape, which takes several blocks if it holds more than `usual_rows` rows.
+    /// Makes an empty tape, which takes several blocks if it holds more than `usual_rows` rows.
     pub(crate) fn new(row_len: usize, usual_rows: usize) -> Self {
         Self::with_block_bytes(row_len, usual_rows, BLOCK_BYTES)
     }
@@ -44,7 +44,7 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
-    /// An empty tape whose first row has the number `start`.
+    /// Makes an empty tape whose first row has the number `start`.
     pub(crate) fn starting_at(row_len: usize, usual_rows: usize, start: u64) -> Self {
         let tape = Self::new(row_len, usual_rows);
         Self { first_block: start >> tape.block_shift, start, end: start, ..tape }
