@@ -28,7 +28,11 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 #[derive(Parser)]
-#[command(name = "cargo xtask", about = "The commands of the Fetch environments")]
+#[command(
+    name = "cargo xtask",
+    bin_name = "cargo xtask",
+    about = "The commands of the Fetch environments"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
