@@ -4,7 +4,7 @@
 // environment variable MUJOCO_GL may name the one to use (egl, osmesa), or none (disable).
 // The few declarations below, from the Khronos registry and Mesa, replace the headers of OpenGL.
 
-#include "gl_context.h"
+#include "internal.h"
 
 #include <dlfcn.h>
 #include <pthread.h>

@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-#include "gl_context.h"
+#include "internal.h"
 
 // --------------------------------------------------------------------------------- model and data
 

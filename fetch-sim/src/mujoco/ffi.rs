@@ -110,29 +110,37 @@ contract! {
 /// All arrays of a simulation's data, by [`DataArray`].
 pub(super) type DataArrays = [RawArray; FS_NUM_DATA_ARRAYS as usize];
 
-/// Declares types of C that Rust knows only by pointer.
+/// A type of C that Rust knows only by pointer.
+pub(super) trait Opaque {
+    /// The shim's function that deletes an object of this type.
+    const DELETE: unsafe extern "C" fn(*mut Self);
+}
+
+/// Declares opaque types.
 macro_rules! opaque {
-    ($($(#[$doc:meta])* $name:ident)*) => {$(
-        $(#[$doc])*
+    ($($(#[$attribute:meta])* $name:ident = $c_name:literal, $delete:ident;)*) => {$(
+        #[doc = concat!("`", $c_name, "`")]
+        $(#[$attribute])*
+        #[derive(Debug)]
         #[repr(C)]
         pub(super) struct $name {
             _opaque: [u8; 0],
+        }
+
+        $(#[$attribute])*
+        impl Opaque for $name {
+            const DELETE: unsafe extern "C" fn(*mut Self) = $delete;
         }
     )*};
 }
 
 opaque! {
-    /// `mjModel`
-    RawModel
-    /// `mjData`
-    RawData
-    /// `fs_shapes`
-    RawShapes
-    /// `fs_filter`
-    RawFilter
-    /// `fs_renderer`
+    RawModel = "mjModel", fs_delete_model;
+    RawData = "mjData", fs_delete_data;
+    RawShapes = "fs_shapes", fs_delete_shapes;
+    RawFilter = "fs_filter", fs_delete_filter;
     #[cfg(feature = "render")]
-    RawRenderer
+    RawRenderer = "fs_renderer", fs_delete_renderer;
 }
 
 unsafe extern "C" {

@@ -1,6 +1,5 @@
 //! The MuJoCo implementation of [`Simulator`](crate::Simulator), and the safe binding below it.
 
-mod arrays;
 mod contact_filter;
 mod data;
 mod fetch_model;
