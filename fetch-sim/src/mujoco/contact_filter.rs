@@ -3,7 +3,7 @@
 use std::{ffi::c_int, sync::Arc};
 
 use super::{
-    ffi::{self, FilterCounts, RawData, RawFilter},
+    ffi::{self, ContactFilterCounts, RawData, RawFilter},
     library::Owned,
     model::Model,
 };
@@ -18,30 +18,13 @@ pub struct ContactFilter {
     _model: Arc<Model>,
 }
 
-/// The work of a [`ContactFilter`] so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct ContactFilterCounts {
-    /// Pairs of geoms that MuJoCo was about to test.
-    pub pairs: u64,
-    /// Pairs that the filter rejected.
-    pub rejected: u64,
-    /// Rejections that were checked.
-    pub checked: u64,
-    /// Rejections that MuJoCo contradicted: always 0, unless the filter is wrong.
-    pub refuted: u64,
-}
-
 impl ContactFilter {
     pub(super) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {
-        // SAFETY: the shapes are alive, and stay so because the filter holds the model that owns
-        // them; so is the data, which owns the filter.
-        let raw = unsafe {
-            Owned::new(
-                ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()),
-                "the contact filter",
-            )
-        }?;
+        // SAFETY: the shapes and the data are alive.
+        let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };
+        // SAFETY: the filter was just made. The shapes outlive it because it holds the model that owns
+        // them, and the data because it drops its filter first.
+        let raw = unsafe { Owned::new(raw, "the contact filter") }?;
         Ok(Self { raw, _model: Arc::clone(model) })
     }
 
@@ -52,11 +35,10 @@ impl ContactFilter {
     /// Returns the filter's counts so far.
     #[must_use]
     pub fn counts(&self) -> ContactFilterCounts {
-        let mut counts = FilterCounts::default();
+        let mut counts = ContactFilterCounts::default();
         // SAFETY: the filter is alive and `counts` is valid for writes.
         unsafe { ffi::fs_get_filter_counts(self.raw.as_ptr(), &raw mut counts) };
-        let FilterCounts { pairs, rejected, checked, refuted } = counts;
-        ContactFilterCounts { pairs, rejected, checked, refuted }
+        counts
     }
 
     /// Sets whether to check every rejection from now on: MuJoCo's own routine, called with a margin

@@ -19,10 +19,11 @@ use crate::error::SimError;
 /// bodies and sites, contacts) are those of the last [`forward`](Self::forward), or of the
 /// beginning of the last substep of a [`step`](Self::step): one substep older than `qpos`.
 pub struct Data {
+    // Fields are dropped in this order: each before those that it uses.
+    filter: Option<ContactFilter>,
     raw: Owned<RawData>,
     arrays: DataArrays,
-    filter: Option<ContactFilter>,
-    model: Arc<Model>, // last, because fields are dropped in this order
+    model: Arc<Model>,
 }
 
 // SAFETY: an mjData is plain memory that belongs to no thread, and `Data` owns it.
@@ -40,12 +41,12 @@ impl Data {
         // SAFETY: the model is alive and `raw` is valid for writes.
         let status = unsafe { ffi::fs_make_data(model.as_ptr(), &raw mut raw) };
         check(status)?;
-        // SAFETY: MuJoCo just made this data for the caller, which keeps the model alive longer.
+        // SAFETY: MuJoCo just made this data for the caller, which drops it before the model.
         let raw = unsafe { Owned::new(raw, "the simulation's data") }?;
         let mut arrays = DataArrays::default();
         // SAFETY: the data is alive and was made from this model; `arrays` is valid for writes.
         unsafe { ffi::fs_data_arrays(model.as_ptr(), raw.as_ptr(), &raw mut arrays) };
-        Ok(Self { raw, arrays, filter: None, model })
+        Ok(Self { filter: None, raw, arrays, model })
     }
 
     /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so that a

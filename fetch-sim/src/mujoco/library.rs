@@ -120,7 +120,7 @@ pub(super) fn check(status: c_int) -> Result<(), SimError> {
     check_as(status, |message| SimError::Mujoco { message })
 }
 
-/// Does the same with an error that `error` makes of MuJoCo's message.
+/// As [`check`], with the error that `error` makes from MuJoCo's message.
 pub(super) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Result<(), E> {
     if status & ffi::FS_WARNED != 0 {
         // SAFETY: the shim's buffer holds a terminated string, and only this thread writes to it.
@@ -139,15 +139,17 @@ pub(super) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Res
 #[derive(Debug)]
 pub(super) struct Owned<T: Opaque>(NonNull<T>);
 
-// SAFETY: a model, its shapes and a contact filter are plain memory that belongs to no thread.
-unsafe impl Send for Owned<RawModel> {}
-unsafe impl Send for Owned<RawShapes> {}
-unsafe impl Send for Owned<RawFilter> {}
-// SAFETY: MuJoCo only reads a model that is passed as const, shapes never change, and the methods of
-// their owners that take `&self` only read all three.
-unsafe impl Sync for Owned<RawModel> {}
-unsafe impl Sync for Owned<RawShapes> {}
-unsafe impl Sync for Owned<RawFilter> {}
+/// Objects that are plain memory and belong to no thread. Methods that take a shared reference to
+/// their owner only read them: MuJoCo does not write to a model that is passed as const.
+trait PlainMemory: Opaque {}
+impl PlainMemory for RawModel {}
+impl PlainMemory for RawShapes {}
+impl PlainMemory for RawFilter {}
+
+// SAFETY: the object belongs to no thread, and is owned.
+unsafe impl<T: PlainMemory> Send for Owned<T> {}
+// SAFETY: shared references only read the object.
+unsafe impl<T: PlainMemory> Sync for Owned<T> {}
 
 impl<T: Opaque> Owned<T> {
     /// Takes the result of a call that makes an object.

@@ -13,9 +13,10 @@ mod scene;
 mod simulator;
 mod visual_geoms;
 
-pub use contact_filter::{ContactFilter, ContactFilterCounts};
+pub use contact_filter::ContactFilter;
 pub use data::Data;
 pub use fetch_model::FetchModel;
+pub use ffi::ContactFilterCounts;
 pub use ids::{BodyId, GeomId, JointId, SiteId};
 pub use library::MujocoVersion;
 pub use model::Model;

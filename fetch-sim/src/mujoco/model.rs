@@ -19,10 +19,10 @@ use crate::error::SimError;
 /// A model does not change once it is shared: any number of [`Data`](super::Data), on any number of
 /// threads, simulate the same model through an `Arc`.
 pub struct Model {
+    /// The geoms' shapes, prepared for contact filters; dropped before the model that they use.
+    shapes: OnceLock<Result<Owned<RawShapes>, SimError>>,
     raw: Owned<RawModel>,
     pub(super) sizes: Sizes,
-    /// The shapes of the geoms, prepared for contact filters. Deleting them does not read the model.
-    shapes: OnceLock<Result<Owned<RawShapes>, SimError>>,
 }
 
 /// Declares the methods that return a model's counts.
@@ -104,12 +104,12 @@ impl Model {
 
     fn from_raw(raw: *mut RawModel, status: c_int, name: &str) -> Result<Self, SimError> {
         check_as(status, |message| model_error(name, message))?;
-        // SAFETY: MuJoCo just made this model for the caller, and every `Data` holds its `Arc`.
+        // SAFETY: MuJoCo just made this model for the caller; each `Data` keeps it alive by an `Arc`.
         let raw = unsafe { Owned::new(raw, "the model") }?;
         let mut sizes = Sizes::default();
         // SAFETY: the model is alive, and `sizes` is valid for writes.
         unsafe { ffi::fs_model_sizes(raw.as_ptr(), &raw mut sizes) };
-        Ok(Self { raw, sizes, shapes: OnceLock::new() })
+        Ok(Self { shapes: OnceLock::new(), raw, sizes })
     }
 
     #[cfg(feature = "render")]
@@ -129,9 +129,12 @@ impl Model {
 
     /// Returns the shapes of the geoms, computed on the first call.
     pub(super) fn shapes(&self) -> Result<&Owned<RawShapes>, SimError> {
-        // SAFETY: the model is alive, and owns the shapes.
-        let make =
-            || unsafe { Owned::new(ffi::fs_make_shapes(self.as_ptr()), "the contact filter") };
+        let make = || {
+            // SAFETY: the model is alive.
+            let shapes = unsafe { ffi::fs_make_shapes(self.as_ptr()) };
+            // SAFETY: the shapes were just made, and the model, which owns them, drops them first.
+            unsafe { Owned::new(shapes, "the contact filter") }
+        };
         self.shapes.get_or_init(make).as_ref().map_err(SimError::clone)
     }
 
