@@ -9,18 +9,10 @@ mod find_mujoco;
 use std::{env, path::Path};
 
 /// The shim.
-const SOURCES: [&str; 7] = [
-    "shim/load.c",
-    "shim/guard.c",
-    "shim/model.c",
-    "shim/data.c",
-    "shim/contact_filter.c",
-    "shim/separation.c",
-    "shim/shapes.c",
-];
+const SOURCES: [&str; 6] = ["library", "model", "data", "contact_filter", "separation", "shapes"];
 
 /// What the feature `render` adds to the shim.
-const RENDER_SOURCES: [&str; 2] = ["shim/render.c", "shim/gl_context.c"];
+const RENDER_SOURCES: [&str; 2] = ["render", "gl_context"];
 
 fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
@@ -49,10 +41,10 @@ fn compile(include: &Path, library: &Path) {
     let header = include.join("mujoco/mujoco.h");
     println!("cargo::rerun-if-changed={}", header.display());
     println!("cargo::rerun-if-changed={}", library.display());
-    let render = env::var_os("CARGO_FEATURE_RENDER").is_some();
+    let render = env::var_os("CARGO_FEATURE_RENDER").map(|_| RENDER_SOURCES);
+    let sources = SOURCES.into_iter().chain(render.into_iter().flatten());
     cc::Build::new()
-        .files(SOURCES)
-        .files(RENDER_SOURCES.iter().filter(|_| render))
+        .files(sources.map(|name| format!("shim/{name}.c")))
         .include(include)
         .std("gnu11")
         .warnings(true)

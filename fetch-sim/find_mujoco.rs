@@ -64,7 +64,7 @@ fn has_header(include: &Path) -> bool {
 
 /// Returns `libmujoco.so`, or else the newest `libmujoco.so.*`: wheels carry only the latter.
 fn library_in(folder: &Path) -> Option<PathBuf> {
-    let mut found: Vec<PathBuf> = fs::read_dir(folder)
+    let chosen = fs::read_dir(folder)
         .ok()?
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(|path| {
@@ -72,8 +72,6 @@ fn library_in(folder: &Path) -> Option<PathBuf> {
                 .and_then(|name| name.to_str())
                 .is_some_and(|name| name.starts_with("libmujoco.so") || name == "libmujoco.dylib")
         })
-        .collect();
-    found.sort();
-    let unversioned = found.iter().find(|path| path.extension().is_some_and(|end| end == "so"));
-    fs::canonicalize(unversioned.or(found.last())?).ok()
+        .max_by_key(|path| (path.extension().is_some_and(|end| end == "so"), path.clone()))?;
+    fs::canonicalize(chosen).ok()
 }

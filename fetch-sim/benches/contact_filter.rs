@@ -13,25 +13,19 @@ use nalgebra::Vector3;
 
 const EPISODE: u32 = 50;
 
-#[derive(Clone, Copy)]
-enum Actions {
-    /// A different direction in every step.
-    Spread,
-    /// Down onto the object or the table.
-    Press,
-}
-
 struct Run {
     simulator: MujocoSimulator,
-    actions: Actions,
+    /// Whether the gripper moves down onto the object or the table, and not in a different direction
+    /// in every step.
+    presses: bool,
     step: u32,
 }
 
 impl Run {
-    fn new(model: &Arc<FetchModel>, filter: bool, actions: Actions) -> Result<Self, SimError> {
+    fn new(model: &Arc<FetchModel>, filter: bool, presses: bool) -> Result<Self, SimError> {
         let mut simulator = MujocoSimulator::from_model(Arc::clone(model))?;
         simulator.data_mut().set_contact_filter(filter)?;
-        Ok(Self { simulator, actions, step: 0 })
+        Ok(Self { simulator, presses, step: 0 })
     }
 
     fn step(&mut self) -> Result<(), SimError> {
@@ -49,9 +43,10 @@ impl Run {
         let gripper = self.simulator.gripper().position;
         let target =
             self.simulator.object().map_or(Vector3::new(1.3, 0.7, 0.38), |object| object.position);
-        let displacement = match self.actions {
-            Actions::Spread => 0.05 * spread,
-            Actions::Press => (target - gripper).map(|d| d.clamp(-0.05, 0.05)) + 0.01 * spread,
+        let displacement = if self.presses {
+            (target - gripper).map(|d| d.clamp(-0.05, 0.05)) + 0.01 * spread
+        } else {
+            0.05 * spread
         };
         Control { displacement, fingers: (3.0 * phase).sin() }
     }
@@ -67,12 +62,11 @@ fn steps(criterion: &mut Criterion) {
                 Err(SimError::NoAssets { .. }) => continue,
                 model => model.expect("MuJoCo"),
             };
-            for (actions, actions_name) in [(Actions::Spread, "spread"), (Actions::Press, "press")]
-            {
+            for (presses, actions) in [(false, "spread"), (true, "press")] {
                 let mut group =
-                    criterion.benchmark_group(format!("step/{task}/{model_name}/{actions_name}"));
+                    criterion.benchmark_group(format!("step/{task}/{model_name}/{actions}"));
                 for (filter, name) in [(false, "plain"), (true, "filtered")] {
-                    let mut run = Run::new(&model, filter, actions).expect("memory");
+                    let mut run = Run::new(&model, filter, presses).expect("memory");
                     group.bench_function(name, |bencher| {
                         bencher.iter(|| run.step().expect("a stable step"));
                     });

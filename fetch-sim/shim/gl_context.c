@@ -4,7 +4,7 @@
 // environment variable MUJOCO_GL may name the one to use (egl, osmesa), or none (disable).
 // The few declarations below, from the Khronos registry and Mesa, replace the headers of OpenGL.
 
-#include "gl_context.h"
+#include "internal.h"
 
 #include <dlfcn.h>
 #include <pthread.h>
@@ -171,12 +171,13 @@ static void choose(void) {
 fs_gl* fs_gl_make(void) {
   pthread_once(&choose_once, choose);
   fs_gl* gl = chosen ? make_with(chosen) : NULL;
-  if (!chosen) {
-    const char* wish = getenv("MUJOCO_GL");
-    fs_fail("%s%s%s", wish ? "MUJOCO_GL is " : "libEGL.so.1 and libOSMesa.so.8 are missing or do not work",
-            wish ? wish : "", wish ? ", and no library that it allows works" : "");
-  } else if (!gl) {
+  const char* wish = getenv("MUJOCO_GL");
+  if (!gl && chosen) {
     fs_fail("%s provided no OpenGL context", chosen->name);
+  } else if (!gl && wish) {
+    fs_fail("MUJOCO_GL is %s, and no library that it allows works", wish);
+  } else if (!gl) {
+    fs_fail("libEGL.so.1 and libOSMesa.so.8 are missing or do not work");
   }
   return gl;
 }

@@ -8,7 +8,7 @@
 
 #pragma GCC visibility push(hidden)
 
-// ------------------------------------------------------------------------- load.c: the functions
+// ---------------------------------------------------------------------- library.c: the functions
 
 // MuJoCo's own bindings use these thread-local hooks, too, so that other users of MuJoCo in the
 // process keep their handlers. They are exported since 2.2, but declared in no public header.
@@ -52,7 +52,7 @@ extern fs_functions fs_mj;
 // Looks up a function of a library; returns 0 if the library has none of this name.
 int fs_symbol(void* library, const char* name, void* target);
 
-// ------------------------------------------------------------- guard.c: errors and warnings
+// ----------------------------------------------------------- library.c: errors and warnings
 
 #if mjVERSION_HEADER >= 3010000
 typedef mjfLogHandler fs_handlers;
@@ -99,5 +99,21 @@ void fs_install_filter(void* library);
 
 // Makes a filter (or NULL for none) active on this thread; returns the one that was.
 fs_filter* fs_use_filter(fs_filter* filter);
+
+// ---------------------------------------------------------------------------------- gl_context.c
+
+// A desktop OpenGL context (compatibility profile) without a surface, so that drawing needs a
+// framebuffer object. It belongs to the thread that made it.
+typedef struct fs_gl fs_gl;
+
+// Makes a context and makes it current; returns NULL, with the text of fs_error_text, if there is no
+// OpenGL.
+fs_gl* fs_gl_make(void);
+
+// Makes the context current on this thread, replacing any other.
+fs_status fs_gl_make_current(fs_gl* gl);
+
+// Leaves no context current, and deletes this one.
+void fs_gl_delete(fs_gl* gl);
 
 #pragma GCC visibility pop

@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-#include "gl_context.h"
+#include "internal.h"
 
 // --------------------------------------------------------------------------------- model and data
 
@@ -130,20 +130,15 @@ int fs_planes(const fs_renderer* r, float planes[2]) {
 #endif
 }
 
-static int segment_kind(int object_type) {
-  switch (object_type) {
-    case mjOBJ_GEOM: return FS_SEGMENT_GEOM;
-    case mjOBJ_SITE: return FS_SEGMENT_SITE;
-    default: return FS_SEGMENT_OTHER;
-  }
-}
-
 int fs_segments(const fs_renderer* r, fs_segment* segments, int size) {
   for (int i = 0; i < size; i++) segments[i].kind = FS_BACKGROUND;
   for (int i = 0; i < r->scene.ngeom; i++) {
     const mjvGeom* geom = r->scene.geoms + i;
     if (geom->segid < 0 || geom->segid >= size) continue;
-    segments[geom->segid] = (fs_segment){segment_kind(geom->objtype), geom->objid};
+    const int kind = geom->objtype == mjOBJ_GEOM   ? FS_SEGMENT_GEOM
+                     : geom->objtype == mjOBJ_SITE ? FS_SEGMENT_SITE
+                                                   : FS_SEGMENT_OTHER;
+    segments[geom->segid] = (fs_segment){kind, geom->objid};
   }
   return r->scene.maxgeom;
 }

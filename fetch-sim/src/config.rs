@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{assets::ModelSource, task::Task};
+use crate::{assets::ModelSource, settings::settings, task::Task};
 
 /// Settings of a simulator.
 ///
@@ -44,12 +44,18 @@ impl SimConfig {
         }
     }
 
-    /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
-    /// reference's 25 Hz.
-    #[must_use]
-    pub const fn with_n_substeps(mut self, n_substeps: NonZeroU32) -> Self {
-        self.n_substeps = n_substeps;
-        self
+    settings! {
+        /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
+        /// reference's 25 Hz.
+        with_n_substeps;
+        /// Returns the number of physics steps of 0.002 s per control step.
+        n_substeps: NonZeroU32;
+
+        /// Sets whether MuJoCo skips collision tests that would find nothing. The default, true, is
+        /// faster and gives the same results to the last bit.
+        with_contact_filter;
+        /// Whether MuJoCo skips collision tests that would find nothing.
+        contact_filter: bool;
     }
 
     /// Sets the source of the robot's model. The default is the built-in one, which needs no files.
@@ -59,36 +65,16 @@ impl SimConfig {
         self
     }
 
-    /// Sets whether MuJoCo skips collision tests that would find nothing. The default, true, is
-    /// faster and gives the same results to the last bit.
-    #[must_use]
-    pub const fn with_contact_filter(mut self, contact_filter: bool) -> Self {
-        self.contact_filter = contact_filter;
-        self
-    }
-
-    /// Returns the task whose scene is simulated.
-    #[must_use]
-    pub const fn task(&self) -> Task {
-        self.task
-    }
-
-    /// Returns the number of physics steps of 0.002 s per control step.
-    #[must_use]
-    pub const fn n_substeps(&self) -> NonZeroU32 {
-        self.n_substeps
-    }
-
     /// Returns the source of the robot's model.
     #[must_use]
     pub const fn model(&self) -> &ModelSource {
         &self.model
     }
 
-    /// Whether MuJoCo skips collision tests that would find nothing.
+    /// Returns the task whose scene is simulated.
     #[must_use]
-    pub const fn contact_filter(&self) -> bool {
-        self.contact_filter
+    pub const fn task(&self) -> Task {
+        self.task
     }
 
     /// Whether the same steps follow from the same state.

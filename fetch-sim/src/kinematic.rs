@@ -57,10 +57,18 @@ impl KinematicSimulator {
     /// Creates a simulator in the settled state.
     #[must_use]
     pub fn new(config: &SimConfig) -> Self {
+        let spec = config.task().spec();
         Self {
             config: config.clone(),
-            gripper: settled_gripper(config.task()),
-            object: settled_object(config.task()),
+            gripper: GripperState {
+                position: spec.gripper_start.into(),
+                ..GripperState::default()
+            },
+            object: spec.object.map(|object| Object {
+                position: object.settled_at.into(),
+                velocity: Vector3::zeros(),
+                motion: Vector3::zeros(),
+            }),
         }
     }
 
@@ -158,9 +166,10 @@ impl Simulator for KinematicSimulator {
     }
 
     fn settled(&self) -> Settled {
+        let spec = self.task().spec();
         Settled {
-            gripper_position: settled_gripper(self.config.task()).position,
-            object_height: settled_object(self.config.task()).map(|object| object.position.z),
+            gripper_position: spec.gripper_start.into(),
+            object_height: spec.object.map(|object| object.settled_at[2]),
         }
     }
 
@@ -227,20 +236,4 @@ impl Simulator for KinematicSimulator {
         self.clone_from(snapshot);
         Ok(())
     }
-}
-
-/// Returns the gripper where the reference's settles, at rest and closed.
-fn settled_gripper(task: Task) -> GripperState {
-    GripperState { position: task.spec().gripper_start.into(), ..GripperState::default() }
-}
-
-/// Returns the object where the reference's settles, at rest.
-fn settled_object(task: Task) -> Option<Object> {
-    let rest = Vector3::zeros();
-    let object = |spec: ObjectSpec| Object {
-        position: spec.settled_at.into(),
-        velocity: rest,
-        motion: rest,
-    };
-    task.spec().object.map(object)
 }

@@ -41,6 +41,7 @@ mod error;
 mod kinematic;
 #[cfg(feature = "mujoco")]
 mod mujoco;
+mod settings;
 mod simulator;
 mod task;
 

@@ -76,17 +76,15 @@ pub enum GoalError {
 /// [`GoalError::LengthMismatch`], [`GoalError::Empty`], or [`GoalError::NotFinite`] for the first
 /// element that is NaN or infinite, the achieved goal's first.
 pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), GoalError> {
-    if achieved_goal.len() != desired_goal.len() {
-        return Err(GoalError::LengthMismatch {
-            achieved: achieved_goal.len(),
-            desired: desired_goal.len(),
-        });
+    let (achieved, desired) = (achieved_goal.len(), desired_goal.len());
+    if achieved != desired {
+        return Err(GoalError::LengthMismatch { achieved, desired });
     }
-    if achieved_goal.is_empty() {
+    if achieved == 0 {
         return Err(GoalError::Empty);
     }
-    check_finite(GoalRole::Achieved, achieved_goal, achieved_goal.len())?;
-    check_finite(GoalRole::Desired, desired_goal, desired_goal.len())
+    check_finite(GoalRole::Achieved, achieved_goal, achieved)?;
+    check_finite(GoalRole::Desired, desired_goal, desired)
 }
 
 /// Returns an error for the first element of goals of `dim` elements that is not finite.
@@ -95,12 +93,10 @@ pub(crate) fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<
     const BLOCK: usize = 64;
     let is_bad = |block: &[f64]| block.iter().fold(false, |bad, value| bad | !value.is_finite());
     let Some(block) = goals.chunks(BLOCK).position(is_bad) else { return Ok(()) };
-    let from = block * BLOCK;
-    match goals[from..].iter().position(|value| !value.is_finite()) {
+    match (block * BLOCK..goals.len()).find(|&at| !goals[at].is_finite()) {
         None => Ok(()),
         Some(at) => {
-            let (at, value) = (from + at, goals[from + at]);
-            Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value })
+            Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value: goals[at] })
         }
     }
 }

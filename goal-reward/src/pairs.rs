@@ -32,10 +32,8 @@ impl<'a> GoalPairs<'a> {
             return Err(GoalError::Empty);
         }
         if achieved.len() != desired.len() {
-            return Err(GoalError::LengthMismatch {
-                achieved: achieved.len(),
-                desired: desired.len(),
-            });
+            let (achieved, desired) = (achieved.len(), desired.len());
+            return Err(GoalError::LengthMismatch { achieved, desired });
         }
         if !achieved.len().is_multiple_of(dim) {
             return Err(GoalError::PartialRow { len: achieved.len(), dim });

@@ -1,10 +1,10 @@
 //! The contact filter of a simulation; `shim/contact_filter.c` explains how and why it works.
 
-use std::{ffi::c_int, ptr::NonNull, sync::Arc};
+use std::{ffi::c_int, sync::Arc};
 
 use super::{
-    ffi::{self, FilterCounts, RawData, RawFilter},
-    library::allocated,
+    ffi::{self, ContactFilterCounts, RawData, RawFilter},
+    library::Owned,
     model::Model,
 };
 use crate::error::SimError;
@@ -13,36 +13,19 @@ use crate::error::SimError;
 /// Belongs to one [`Data`](super::Data).
 #[derive(Debug)]
 pub struct ContactFilter {
-    raw: NonNull<RawFilter>,
+    raw: Owned<RawFilter>,
     /// Owns the shapes that the filter reads.
     _model: Arc<Model>,
 }
 
-// SAFETY: a filter is plain memory that belongs to no thread, and `ContactFilter` owns it.
-unsafe impl Send for ContactFilter {}
-// SAFETY: every method that takes `&self` only reads it.
-unsafe impl Sync for ContactFilter {}
-
-/// The work of a [`ContactFilter`] so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct ContactFilterCounts {
-    /// Pairs of geoms that MuJoCo was about to test.
-    pub pairs: u64,
-    /// Pairs that the filter rejected.
-    pub rejected: u64,
-    /// Rejections that were checked.
-    pub checked: u64,
-    /// Rejections that MuJoCo contradicted: always 0, unless the filter is wrong.
-    pub refuted: u64,
-}
-
 impl ContactFilter {
-    pub(super) fn new(model: &Arc<Model>, data: NonNull<RawData>) -> Result<Self, SimError> {
-        // SAFETY: the shapes are alive, and stay so because the filter holds the model that owns
-        // them; so is the data, which owns the filter.
+    pub(super) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {
+        // SAFETY: the shapes and the data are alive.
         let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };
-        Ok(Self { raw: allocated(raw, "the contact filter")?, _model: Arc::clone(model) })
+        // SAFETY: the filter was just made. The shapes outlive it because it holds the model that owns
+        // them, and the data because it drops its filter first.
+        let raw = unsafe { Owned::new(raw, "the contact filter") }?;
+        Ok(Self { raw, _model: Arc::clone(model) })
     }
 
     pub(super) const fn as_ptr(&self) -> *mut RawFilter {
@@ -52,11 +35,10 @@ impl ContactFilter {
     /// Returns the filter's counts so far.
     #[must_use]
     pub fn counts(&self) -> ContactFilterCounts {
-        let mut counts = FilterCounts::default();
+        let mut counts = ContactFilterCounts::default();
         // SAFETY: the filter is alive and `counts` is valid for writes.
         unsafe { ffi::fs_get_filter_counts(self.raw.as_ptr(), &raw mut counts) };
-        let FilterCounts { pairs, rejected, checked, refuted } = counts;
-        ContactFilterCounts { pairs, rejected, checked, refuted }
+        counts
     }
 
     /// Sets whether to check every rejection from now on: MuJoCo's own routine, called with a margin
@@ -64,12 +46,5 @@ impl ContactFilter {
     pub fn check_rejections(&mut self, check: bool) {
         // SAFETY: the filter is alive and borrowed mutably.
         unsafe { ffi::fs_check_filter(self.raw.as_ptr(), c_int::from(check)) };
-    }
-}
-
-impl Drop for ContactFilter {
-    fn drop(&mut self) {
-        // SAFETY: `raw` is owned, and in use only during a call that borrows it.
-        unsafe { ffi::fs_delete_filter(self.raw.as_ptr()) };
     }
 }

@@ -1,17 +1,14 @@
-//! One simulation of a model: its life, its steps, and what can go wrong in them.
+//! One simulation of a model: its steps, what can go wrong in them, and the arrays that it holds.
 
-use std::{
-    ffi::c_int,
-    fmt,
-    ptr::{self, NonNull},
-    sync::Arc,
-};
+use std::{ffi::c_int, fmt, ptr, slice, sync::Arc};
+
+use nalgebra::{Matrix3, Quaternion, Vector3};
 
 use super::{
     contact_filter::ContactFilter,
-    ffi::{self, DataArrays, Fault, RawData, RawFilter},
-    ids::GeomId,
-    library::{allocated, check},
+    ffi::{self, DataArray, DataArrays, Fault, RawArray, RawData, RawFilter},
+    ids::{BodyId, GeomId, SiteId},
+    library::{Owned, check},
     model::Model,
 };
 use crate::error::SimError;
@@ -22,10 +19,11 @@ use crate::error::SimError;
 /// bodies and sites, contacts) are those of the last [`forward`](Self::forward), or of the
 /// beginning of the last substep of a [`step`](Self::step): one substep older than `qpos`.
 pub struct Data {
-    model: Arc<Model>,
-    raw: NonNull<RawData>,
-    pub(super) arrays: DataArrays,
+    // Fields are dropped in this order: each before those that it uses.
     filter: Option<ContactFilter>,
+    raw: Owned<RawData>,
+    arrays: DataArrays,
+    model: Arc<Model>,
 }
 
 // SAFETY: an mjData is plain memory that belongs to no thread, and `Data` owns it.
@@ -43,11 +41,12 @@ impl Data {
         // SAFETY: the model is alive and `raw` is valid for writes.
         let status = unsafe { ffi::fs_make_data(model.as_ptr(), &raw mut raw) };
         check(status)?;
-        let raw = allocated(raw, "the simulation's data")?;
+        // SAFETY: MuJoCo just made this data for the caller, which drops it before the model.
+        let raw = unsafe { Owned::new(raw, "the simulation's data") }?;
         let mut arrays = DataArrays::default();
         // SAFETY: the data is alive and was made from this model; `arrays` is valid for writes.
         unsafe { ffi::fs_data_arrays(model.as_ptr(), raw.as_ptr(), &raw mut arrays) };
-        Ok(Self { model, raw, arrays, filter: None })
+        Ok(Self { filter: None, raw, arrays, model })
     }
 
     /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so that a
@@ -56,7 +55,7 @@ impl Data {
     /// # Errors
     /// [`SimError::Mujoco`] if memory runs out.
     pub fn set_contact_filter(&mut self, filter: bool) -> Result<(), SimError> {
-        self.filter = filter.then(|| ContactFilter::new(&self.model, self.raw)).transpose()?;
+        self.filter = filter.then(|| ContactFilter::new(&self.model, &self.raw)).transpose()?;
         Ok(())
     }
 
@@ -154,6 +153,135 @@ impl Data {
             geoms.map(|geom| GeomId(geom as usize)).into()
         })
     }
+
+    /// Returns the simulated time, in seconds.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        // SAFETY: the data is alive.
+        unsafe { ffi::fs_time(self.as_ptr()) }
+    }
+
+    /// Sets the simulated time, in seconds.
+    pub fn set_time(&mut self, time: f64) {
+        // SAFETY: the data is alive.
+        unsafe { ffi::fs_set_time(self.as_ptr(), time) }
+    }
+
+    /// Returns the position (meters) and orientation of a mocap body.
+    #[must_use]
+    pub fn mocap_pose(&self, mocap: usize) -> (Vector3<f64>, Quaternion<f64>) {
+        (
+            vector(self.array(DataArray::MocapPos), mocap),
+            quaternion(self.array(DataArray::MocapQuat), mocap),
+        )
+    }
+
+    /// Moves a mocap body.
+    pub fn set_mocap_pose(&mut self, mocap: usize, pos: Vector3<f64>, quat: Quaternion<f64>) {
+        set_vector(self.array_mut(DataArray::MocapPos), mocap, pos);
+        set_quaternion(self.array_mut(DataArray::MocapQuat), mocap, quat);
+    }
+
+    /// Returns the position (meters, world frame) and orientation of a body.
+    #[must_use]
+    pub fn body_pose(&self, body: BodyId) -> (Vector3<f64>, Quaternion<f64>) {
+        (
+            vector(self.array(DataArray::Xpos), body.0),
+            quaternion(self.array(DataArray::Xquat), body.0),
+        )
+    }
+
+    /// Overwrites a derived body pose with the one of a snapshot.
+    pub(super) fn set_body_pose(&mut self, body: BodyId, pos: Vector3<f64>, quat: Quaternion<f64>) {
+        set_vector(self.array_mut(DataArray::Xpos), body.0, pos);
+        set_quaternion(self.array_mut(DataArray::Xquat), body.0, quat);
+    }
+
+    /// Returns the position of a site (meters, world frame).
+    #[must_use]
+    pub fn site_position(&self, site: SiteId) -> Vector3<f64> {
+        vector(self.array(DataArray::SiteXpos), site.0)
+    }
+
+    /// Overwrites the derived position of a site, for a picture.
+    #[cfg(feature = "render")]
+    pub(super) fn set_site_position(&mut self, site: SiteId, position: Vector3<f64>) {
+        set_vector(self.array_mut(DataArray::SiteXpos), site.0, position);
+    }
+
+    /// Returns the orientation of a site: its columns are the site's axes in the world frame.
+    #[must_use]
+    pub fn site_rotation(&self, site: SiteId) -> Matrix3<f64> {
+        Matrix3::from_row_slice(&self.array(DataArray::SiteXmat)[9 * site.0..][..9])
+    }
+
+    /// Writes a site's Jacobians, `[3][nv]` each and row-major: meters and radians per unit of
+    /// velocity.
+    ///
+    /// # Panics
+    /// If the site belongs to a larger model, or a slice does not hold `3 * nv` numbers.
+    pub fn site_jacobian(&self, site: SiteId, translation: &mut [f64], rotation: &mut [f64]) {
+        let model = self.model();
+        let len = 3 * model.nv();
+        assert!(site.0 < model.nsite(), "a site of another model");
+        assert!(translation.len() == len && rotation.len() == len, "Jacobians are 3 x nv");
+        // SAFETY: the data is alive and of this model, the site is one of its sites, and both
+        // slices have room for 3 x nv numbers.
+        unsafe {
+            ffi::fs_site_jacobian(
+                model.as_ptr(),
+                self.as_ptr(),
+                site.0 as c_int,
+                translation.as_mut_ptr(),
+                rotation.as_mut_ptr(),
+            );
+        }
+    }
+
+    fn array(&self, array: DataArray) -> &[f64] {
+        let RawArray { first, len } = self.arrays[array as usize];
+        if len == 0 {
+            return &[]; // an empty array may have no address in C; a slice must have one
+        }
+        // SAFETY: the array has this address and length as long as the data lives, and is written to
+        // only through `&mut self`.
+        unsafe { slice::from_raw_parts(first, len) }
+    }
+
+    fn array_mut(&mut self, array: DataArray) -> &mut [f64] {
+        let RawArray { first, len } = self.arrays[array as usize];
+        if len == 0 {
+            return &mut [];
+        }
+        // SAFETY: as in `array`, and `&mut self` makes this borrow the only one.
+        unsafe { slice::from_raw_parts_mut(first, len) }
+    }
+}
+
+/// Declares the methods that return an array of a simulation, shared and mutable.
+macro_rules! arrays {
+    ($($visibility:vis $name:ident, $name_mut:ident: $array:ident, $what:literal;)*) => {
+        impl Data {$(
+            #[doc = concat!("Returns the ", $what, ".")]
+            #[must_use]
+            $visibility fn $name(&self) -> &[f64] {
+                self.array(DataArray::$array)
+            }
+
+            #[doc = concat!("Returns the ", $what, ", mutably.")]
+            $visibility fn $name_mut(&mut self) -> &mut [f64] {
+                self.array_mut(DataArray::$array)
+            }
+        )*}
+    };
+}
+
+arrays! {
+    pub qpos, qpos_mut: Qpos, "joint positions (`nq` numbers)";
+    pub qvel, qvel_mut: Qvel, "joint velocities (`nv` numbers)";
+    pub ctrl, ctrl_mut: Ctrl, "actuator controls (`nu` numbers)";
+    pub(super) qacc_warmstart, qacc_warmstart_mut: QaccWarmstart,
+        "accelerations from which the constraint solver starts (`nv` numbers)";
 }
 
 const FAULTS: [(Fault, &str); 7] = [
@@ -166,15 +294,25 @@ const FAULTS: [(Fault, &str); 7] = [
     (Fault::BadCtrl, "a control is not finite or huge"),
 ];
 
-impl Drop for Data {
-    fn drop(&mut self) {
-        // SAFETY: `raw` is owned, and the model outlives it.
-        unsafe { ffi::fs_delete_data(self.raw.as_ptr()) };
-    }
-}
-
 impl fmt::Debug for Data {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Data").field("time", &self.time()).finish_non_exhaustive()
     }
+}
+
+fn vector(values: &[f64], index: usize) -> Vector3<f64> {
+    Vector3::from_column_slice(&values[3 * index..][..3])
+}
+
+fn set_vector(values: &mut [f64], index: usize, value: Vector3<f64>) {
+    values[3 * index..][..3].copy_from_slice(value.as_slice());
+}
+
+fn quaternion(values: &[f64], index: usize) -> Quaternion<f64> {
+    let wxyz = &values[4 * index..][..4];
+    Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3])
+}
+
+fn set_quaternion(values: &mut [f64], index: usize, value: Quaternion<f64>) {
+    values[4 * index..][..4].copy_from_slice(&[value.w, value.i, value.j, value.k]);
 }

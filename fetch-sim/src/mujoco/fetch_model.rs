@@ -12,12 +12,13 @@ use super::{
 };
 use crate::{config::SimConfig, error::SimError, simulator::Settled, task::Task};
 
-/// Orientation of the gripper, pointing down: a quaternion (w, x, y, z), deliberately not of unit
-/// length, as in the reference.
-pub(super) const GRIPPER_DOWN: [f64; 4] = [1.0, 0.0, 1.0, 0.0];
+/// Orientation of the gripper, pointing down: deliberately not of unit length, as in the reference.
+pub(super) const GRIPPER_DOWN: Quaternion<f64> = Quaternion::new(1.0, 0.0, 1.0, 0.0);
 
 /// First displacement of the gripper from where the joints put it (meters).
-const GRIPPER_OFFSET: [f64; 3] = [-0.498, 0.005, -0.431];
+const GRIPPER_OFFSET: Vector3<f64> = Vector3::new(-0.498, 0.005, -0.431);
+
+const BASE_JOINTS: [&str; 3] = ["robot0:slide0", "robot0:slide1", "robot0:slide2"];
 
 /// Control steps during which the scene settles.
 const SETTLING_STEPS: u32 = 10;
@@ -38,15 +39,10 @@ pub struct FetchModel {
     pub(super) model: Arc<Model>,
     pub(super) ids: Ids,
     pub(super) settled: Settled,
-    pub(super) start: Start,
-}
-
-/// The state after a reset.
-#[derive(Debug)]
-pub(super) struct Start {
-    pub(super) time: f64,
-    pub(super) qpos: Vec<f64>,
-    pub(super) qvel: Vec<f64>,
+    /// The time after a reset, in seconds.
+    pub(super) start_time: f64,
+    pub(super) start_qpos: Vec<f64>,
+    pub(super) start_qvel: Vec<f64>,
 }
 
 /// Ids that the Fetch operations use.
@@ -82,7 +78,7 @@ impl FetchModel {
     /// compiled, [`SimError::MissingName`] if it is not a model of the task, [`SimError::Library`],
     /// [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`] if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
-        Self::settle(scene::load(config)?, config).map(Arc::new)
+        Self::settle(scene::load(config, scene::PHYSICS)?, config).map(Arc::new)
     }
 
     /// Returns the settings of the model.
@@ -100,7 +96,7 @@ impl FetchModel {
     /// Returns the state after a reset: positions (`nq`) and velocities (`nv`).
     #[must_use]
     pub fn start(&self) -> (&[f64], &[f64]) {
-        (&self.start.qpos, &self.start.qvel)
+        (&self.start_qpos, &self.start_qvel)
     }
 
     /// Does what the reference does when it is constructed: sets joints and welds, moves the gripper
@@ -123,11 +119,8 @@ impl FetchModel {
             data.qpos_mut()[ids.qpos..][..7].copy_from_slice(&[x, y, z, 1.0, 0.0, 0.0, 0.0]);
         }
         data.forward()?;
-        let [x, y, z] = GRIPPER_OFFSET;
-        let offset = Vector3::new(x, y, z + spec.gripper_extra_height);
-        let [qw, qx, qy, qz] = GRIPPER_DOWN;
-        let target = offset + data.site_position(ids.grip);
-        data.set_mocap_pose(ids.mocap, target, Quaternion::new(qw, qx, qy, qz));
+        let offset = GRIPPER_OFFSET + Vector3::new(0.0, 0.0, spec.gripper_extra_height);
+        data.set_mocap_pose(ids.mocap, offset + data.site_position(ids.grip), GRIPPER_DOWN);
         for _ in 0..SETTLING_STEPS {
             data.step(config.n_substeps().get())?;
         }
@@ -135,9 +128,15 @@ impl FetchModel {
             gripper_position: data.site_position(ids.grip),
             object_height: ids.object.map(|object| data.site_position(object.site).z),
         };
-        let start =
-            Start { time: data.time(), qpos: data.qpos().to_vec(), qvel: data.qvel().to_vec() };
-        Ok(Self { config: config.clone(), model, ids, settled, start })
+        Ok(Self {
+            config: config.clone(),
+            model,
+            ids,
+            settled,
+            start_time: data.time(),
+            start_qpos: data.qpos().to_vec(),
+            start_qvel: data.qvel().to_vec(),
+        })
     }
 }
 
@@ -148,13 +147,9 @@ impl Ids {
             Ok(JointAddress { qpos: model.qpos_address(joint), dof: model.dof_address(joint) })
         };
         let mocap = "robot0:mocap";
-        let object = if task.has_object() {
-            Some(ObjectIds {
-                site: model.site("object0")?,
-                qpos: model.qpos_address(model.joint("object0:joint")?),
-            })
-        } else {
-            None
+        let object = || -> Result<_, SimError> {
+            let site = model.site("object0")?;
+            Ok(ObjectIds { site, qpos: model.qpos_address(model.joint("object0:joint")?) })
         };
         Ok(Self {
             grip: model.site("robot0:grip")?,
@@ -166,12 +161,10 @@ impl Ids {
                 address("robot0:r_gripper_finger_joint")?,
                 address("robot0:l_gripper_finger_joint")?,
             ],
-            object,
+            object: task.has_object().then(object).transpose()?,
             actuated_qpos: (0..model.nu())
                 .map(|actuator| model.qpos_address(model.actuator_joint(actuator)))
                 .collect(),
         })
     }
 }
-
-const BASE_JOINTS: [&str; 3] = ["robot0:slide0", "robot0:slide1", "robot0:slide2"];

@@ -1,7 +1,7 @@
 //! The Rust side of the contract in `shim/fetch_shim.h`, which documents every item: the numbers and
 //! structs that it shares with the shim, and the shim's functions.
 
-use std::ffi::{c_char, c_int, c_longlong, c_ulonglong};
+use std::ffi::{c_char, c_int, c_longlong};
 
 /// An item of the contract: the name of a number (with its value and size), of a struct (with 0 and
 /// its size) or of a field of one (with its offset and size).
@@ -15,16 +15,21 @@ macro_rules! contract {
             $($(#[$enum_doc:meta])* $enum:ident { $($variant:ident = $c_number:ident,)* })*
         }
         structs {
-            $($(#[$doc:meta])* $struct:ident = $c_struct:ident { $($field:ident: $type:ty,)* })*
+            $(
+                $(#[$attribute:meta])*
+                $visibility:vis $struct:ident = $c_struct:ident {
+                    $($(#[$field_doc:meta])* $field:ident: $type:ty,)*
+                }
+            )*
         }
     ) => {
         $(pub(super) const $number: c_int = $value;)*
         $($(#[$enum_doc])* #[derive(Clone, Copy)] pub(super) enum $enum { $($variant),* })*
         $(
-            $(#[$doc])*
+            $(#[$attribute])*
             #[repr(C)]
             #[derive(Clone, Copy, Debug, Default)]
-            pub(super) struct $struct { $(pub(super) $field: $type),* }
+            $visibility struct $struct { $($(#[$field_doc])* $visibility $field: $type),* }
         )*
 
         /// Everything that Rust shares with the shim.
@@ -83,56 +88,73 @@ contract! {
     }
     structs {
         /// Sizes of a model.
-        Sizes = fs_sizes {
+        pub(super) Sizes = fs_sizes {
             nq: c_int, nv: c_int, nu: c_int, nbody: c_int, njnt: c_int, ngeom: c_int, nsite: c_int,
             ncam: c_int, nmocap: c_int, timestep: f64,
         }
 
         /// A geom as a viewer shows it.
-        RawVisualGeom = fs_visual_geom {
+        pub(super) RawVisualGeom = fs_visual_geom {
             shape: c_int, group: c_int, body: c_int, ntriangle: c_int, rgba: [f32; 4],
             size: [f64; 3], position: [f64; 3], orientation: [f64; 4],
         }
 
-        /// The work of a contact filter so far.
-        FilterCounts = fs_filter_counts {
-            pairs: c_ulonglong, rejected: c_ulonglong, checked: c_ulonglong, refuted: c_ulonglong,
+        /// The work of a [`ContactFilter`](super::ContactFilter) so far.
+        #[derive(PartialEq, Eq)]
+        #[non_exhaustive]
+        pub ContactFilterCounts = fs_filter_counts {
+            /// Pairs of geoms that MuJoCo was about to test.
+            pairs: u64,
+            /// Pairs that the filter rejected.
+            rejected: u64,
+            /// Rejections that were checked.
+            checked: u64,
+            /// Rejections that MuJoCo contradicted: always 0, unless the filter is wrong.
+            refuted: u64,
         }
 
         /// An array of a simulation's data.
-        RawArray = fs_array { first: *mut f64, len: usize, }
+        pub(super) RawArray = fs_array { first: *mut f64, len: usize, }
 
         /// What a pixel shows.
-        RawSegment = fs_segment { kind: c_int, id: c_int, }
+        pub(super) RawSegment = fs_segment { kind: c_int, id: c_int, }
     }
 }
 
 /// All arrays of a simulation's data, by [`DataArray`].
 pub(super) type DataArrays = [RawArray; FS_NUM_DATA_ARRAYS as usize];
 
-/// Declares types of C that Rust knows only by pointer.
+/// A type of C that Rust knows only by pointer.
+pub(super) trait Opaque {
+    /// The shim's function that deletes an object of this type.
+    const DELETE: unsafe extern "C" fn(*mut Self);
+}
+
+/// Declares opaque types.
 macro_rules! opaque {
-    ($($(#[$doc:meta])* $name:ident)*) => {$(
-        $(#[$doc])*
+    ($($(#[$attribute:meta])* $name:ident = $c_name:literal, $delete:ident;)*) => {$(
+        #[doc = concat!("`", $c_name, "`")]
+        $(#[$attribute])*
+        #[derive(Debug)]
         #[repr(C)]
         pub(super) struct $name {
             _opaque: [u8; 0],
+        }
+
+        $(#[$attribute])*
+        impl Opaque for $name {
+            const DELETE: unsafe extern "C" fn(*mut Self) = $delete;
         }
     )*};
 }
 
 opaque! {
-    /// `mjModel`
-    RawModel
-    /// `mjData`
-    RawData
-    /// `fs_shapes`
-    RawShapes
-    /// `fs_filter`
-    RawFilter
-    /// `fs_renderer`
+    RawModel = "mjModel", fs_delete_model;
+    RawData = "mjData", fs_delete_data;
+    RawShapes = "fs_shapes", fs_delete_shapes;
+    RawFilter = "fs_filter", fs_delete_filter;
     #[cfg(feature = "render")]
-    RawRenderer
+    RawRenderer = "fs_renderer", fs_delete_renderer;
 }
 
 unsafe extern "C" {
@@ -201,7 +223,7 @@ unsafe extern "C" {
     pub(super) fn fs_make_filter(shapes: *const RawShapes, d: *const RawData) -> *mut RawFilter;
     pub(super) fn fs_delete_filter(f: *mut RawFilter);
     pub(super) fn fs_check_filter(f: *mut RawFilter, check: c_int);
-    pub(super) fn fs_get_filter_counts(f: *const RawFilter, counts: *mut FilterCounts);
+    pub(super) fn fs_get_filter_counts(f: *const RawFilter, counts: *mut ContactFilterCounts);
 }
 
 #[cfg(feature = "render")]

@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    ffi::{self, ModelArray, ObjectKind},
+    ffi::{self, ModelArray, ObjectKind, Sizes},
     model::Model,
 };
 use crate::error::SimError;
@@ -74,13 +74,8 @@ impl Model {
     }
 
     fn name(&self, kind: ObjectKind, id: usize) -> Option<&str> {
-        let count = match kind {
-            ObjectKind::Body => self.sizes.nbody,
-            ObjectKind::Joint => self.sizes.njnt,
-            ObjectKind::Geom => self.sizes.ngeom,
-            ObjectKind::Site => self.sizes.nsite,
-            ObjectKind::Camera => self.sizes.ncam,
-        };
+        let Sizes { nbody, njnt, ngeom, nsite, ncam, .. } = self.sizes;
+        let count = [nbody, njnt, ngeom, nsite, ncam][kind as usize];
         assert!(id < count as usize, "a {} of another model", kind.name());
         // SAFETY: the model is alive and the id is one of its own of this kind.
         let name = unsafe { ffi::fs_id_to_name(self.as_ptr(), kind as c_int, id as c_int) };

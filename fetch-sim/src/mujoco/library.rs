@@ -3,13 +3,13 @@
 use std::{
     ffi::{CStr, CString, c_int},
     fmt,
-    os::unix::ffi::OsStrExt,
+    os::unix::ffi::OsStringExt,
     path::{Path, PathBuf},
     ptr::{self, NonNull},
     sync::OnceLock,
 };
 
-use super::ffi::{self, Item};
+use super::ffi::{self, Item, Opaque, RawFilter, RawModel, RawShapes};
 use crate::error::SimError;
 
 /// Path of the library that the build found.
@@ -57,10 +57,8 @@ fn load() -> Result<(), SimError> {
     compare(&items_of_shim(), ffi::ITEMS)?;
     let failure = |reason: String| SimError::Library { path: LIBRARY_PATH.into(), reason };
     let path = CString::new(LIBRARY_PATH).map_err(|error| failure(error.to_string()))?;
-    let plugins = plugin_folder()
-        .map(|folder| CString::new(folder.as_os_str().as_bytes()))
-        .transpose()
-        .map_err(|error| failure(error.to_string()))?;
+    let plugins = plugin_folder().map(|folder| CString::new(folder.into_os_string().into_vec()));
+    let plugins = plugins.transpose().map_err(|error| failure(error.to_string()))?;
     let plugins = plugins.as_ref().map_or(ptr::null(), |folder| folder.as_ptr());
     let mut version: c_int = 0;
     // SAFETY: `path` is a C string, `plugins` is one or null, and `version` is valid for writes.
@@ -72,10 +70,7 @@ fn load() -> Result<(), SimError> {
             library: MujocoVersion(version).to_string(),
         });
     }
-    check(status).map_err(|error| match error {
-        SimError::Mujoco { message } => failure(message),
-        other => other,
-    })
+    check_as(status, failure)
 }
 
 /// Returns the folder in which wheels and release archives keep plugins.
@@ -122,6 +117,11 @@ fn compare(shim: &[Item], rust: &[Item]) -> Result<(), SimError> {
 
 /// Turns the status of a shim call into a result, and passes warnings on to `tracing`.
 pub(super) fn check(status: c_int) -> Result<(), SimError> {
+    check_as(status, |message| SimError::Mujoco { message })
+}
+
+/// As [`check`], with the error that `error` makes from MuJoCo's message.
+pub(super) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Result<(), E> {
     if status & ffi::FS_WARNED != 0 {
         // SAFETY: the shim's buffer holds a terminated string, and only this thread writes to it.
         let text = unsafe { CStr::from_ptr(ffi::fs_warning_text()) };
@@ -130,15 +130,51 @@ pub(super) fn check(status: c_int) -> Result<(), SimError> {
     if status & ffi::FS_FAILED != 0 {
         // SAFETY: as above.
         let text = unsafe { CStr::from_ptr(ffi::fs_error_text()) };
-        return Err(SimError::Mujoco { message: text.to_string_lossy().into_owned() });
+        return Err(error(text.to_string_lossy().into_owned()));
     }
     Ok(())
 }
 
-/// Turns the result of a call that allocates into a pointer.
-pub(super) fn allocated<T>(raw: *mut T, what: &str) -> Result<NonNull<T>, SimError> {
-    NonNull::new(raw)
-        .ok_or_else(|| SimError::Mujoco { message: format!("there is no memory for {what}") })
+/// An object that the shim made. It is deleted together with this value.
+#[derive(Debug)]
+pub(super) struct Owned<T: Opaque>(NonNull<T>);
+
+/// Objects that are plain memory and belong to no thread. Methods that take a shared reference to
+/// their owner only read them: MuJoCo does not write to a model that is passed as const.
+trait PlainMemory: Opaque {}
+impl PlainMemory for RawModel {}
+impl PlainMemory for RawShapes {}
+impl PlainMemory for RawFilter {}
+
+// SAFETY: the object belongs to no thread, and is owned.
+unsafe impl<T: PlainMemory> Send for Owned<T> {}
+// SAFETY: shared references only read the object.
+unsafe impl<T: PlainMemory> Sync for Owned<T> {}
+
+impl<T: Opaque> Owned<T> {
+    /// Takes the result of a call that makes an object.
+    ///
+    /// # Errors
+    /// [`SimError::Mujoco`] if it is null: memory ran out.
+    ///
+    /// # Safety
+    /// Nothing else deletes the object, and all that it uses outlives this value.
+    pub(super) unsafe fn new(raw: *mut T, what: &str) -> Result<Self, SimError> {
+        NonNull::new(raw)
+            .map(Self)
+            .ok_or_else(|| SimError::Mujoco { message: format!("there is no memory for {what}") })
+    }
+
+    pub(super) const fn as_ptr(&self) -> *mut T {
+        self.0.as_ptr()
+    }
+}
+
+impl<T: Opaque> Drop for Owned<T> {
+    fn drop(&mut self) {
+        // SAFETY: the object is owned, so nothing uses it any more.
+        unsafe { T::DELETE(self.0.as_ptr()) };
+    }
 }
 
 #[cfg(test)]

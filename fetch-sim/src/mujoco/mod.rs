@@ -1,6 +1,5 @@
 //! The MuJoCo implementation of [`Simulator`](crate::Simulator), and the safe binding below it.
 
-mod arrays;
 mod contact_filter;
 mod data;
 mod fetch_model;
@@ -14,9 +13,10 @@ mod scene;
 mod simulator;
 mod visual_geoms;
 
-pub use contact_filter::{ContactFilter, ContactFilterCounts};
+pub use contact_filter::ContactFilter;
 pub use data::Data;
 pub use fetch_model::FetchModel;
+pub use ffi::ContactFilterCounts;
 pub use ids::{BodyId, GeomId, JointId, SiteId};
 pub use library::MujocoVersion;
 pub use model::Model;

@@ -4,13 +4,13 @@ use std::{
     ffi::{CString, c_int},
     fmt,
     path::Path,
-    ptr::{self, NonNull},
+    ptr,
     sync::OnceLock,
 };
 
 use super::{
     ffi::{self, RawModel, RawShapes, Sizes},
-    library::{allocated, check, load_once},
+    library::{Owned, check_as, load_once},
 };
 use crate::error::SimError;
 
@@ -19,16 +19,11 @@ use crate::error::SimError;
 /// A model does not change once it is shared: any number of [`Data`](super::Data), on any number of
 /// threads, simulate the same model through an `Arc`.
 pub struct Model {
-    raw: NonNull<RawModel>,
+    /// The geoms' shapes, prepared for contact filters; dropped before the model that they use.
+    shapes: OnceLock<Result<Owned<RawShapes>, SimError>>,
+    raw: Owned<RawModel>,
     pub(super) sizes: Sizes,
-    shapes: OnceLock<Result<Shapes, SimError>>,
 }
-
-// SAFETY: an mjModel is plain memory that belongs to no thread, and `Model` owns it.
-unsafe impl Send for Model {}
-// SAFETY: MuJoCo only reads an mjModel that is passed as const, and every method that takes `&self`
-// passes it as const.
-unsafe impl Sync for Model {}
 
 /// Declares the methods that return a model's counts.
 macro_rules! counts {
@@ -108,15 +103,13 @@ impl Model {
     }
 
     fn from_raw(raw: *mut RawModel, status: c_int, name: &str) -> Result<Self, SimError> {
-        check(status).map_err(|error| match error {
-            SimError::Mujoco { message } => model_error(name, message),
-            other => other,
-        })?;
-        let raw = NonNull::new(raw).ok_or_else(|| model_error(name, "MuJoCo gave no reason"))?;
+        check_as(status, |message| model_error(name, message))?;
+        // SAFETY: MuJoCo just made this model for the caller; each `Data` keeps it alive by an `Arc`.
+        let raw = unsafe { Owned::new(raw, "the model") }?;
         let mut sizes = Sizes::default();
-        // SAFETY: `raw` is a model that MuJoCo just made, and `sizes` is valid for writes.
+        // SAFETY: the model is alive, and `sizes` is valid for writes.
         unsafe { ffi::fs_model_sizes(raw.as_ptr(), &raw mut sizes) };
-        Ok(Self { raw, sizes, shapes: OnceLock::new() })
+        Ok(Self { shapes: OnceLock::new(), raw, sizes })
     }
 
     #[cfg(feature = "render")]
@@ -135,11 +128,12 @@ impl Model {
     }
 
     /// Returns the shapes of the geoms, computed on the first call.
-    pub(super) fn shapes(&self) -> Result<&Shapes, SimError> {
+    pub(super) fn shapes(&self) -> Result<&Owned<RawShapes>, SimError> {
         let make = || {
-            // SAFETY: the model is alive, and owns the shapes.
+            // SAFETY: the model is alive.
             let shapes = unsafe { ffi::fs_make_shapes(self.as_ptr()) };
-            allocated(shapes, "the contact filter").map(Shapes)
+            // SAFETY: the shapes were just made, and the model, which owns them, drops them first.
+            unsafe { Owned::new(shapes, "the contact filter") }
         };
         self.shapes.get_or_init(make).as_ref().map_err(SimError::clone)
     }
@@ -169,14 +163,6 @@ impl Model {
     }
 }
 
-impl Drop for Model {
-    fn drop(&mut self) {
-        // SAFETY: `raw` is owned, and every `Data` that uses it holds an `Arc` of this value. The
-        // shapes, dropped after it, never read the model again.
-        unsafe { ffi::fs_delete_model(self.raw.as_ptr()) };
-    }
-}
-
 impl fmt::Debug for Model {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Model").field("sizes", &self.sizes).finish_non_exhaustive()
@@ -189,27 +175,4 @@ fn model_error(name: &str, reason: impl ToString) -> SimError {
 
 fn c_string(text: &str, model: &str) -> Result<CString, SimError> {
     CString::new(text).map_err(|error| model_error(model, error))
-}
-
-/// The shapes of a model's geoms, prepared for its contact filters.
-#[derive(Debug)]
-pub(super) struct Shapes(NonNull<RawShapes>);
-
-// SAFETY: shapes are plain memory that belongs to no thread, is owned, and does not change.
-unsafe impl Send for Shapes {}
-// SAFETY: as above.
-unsafe impl Sync for Shapes {}
-
-impl Shapes {
-    pub(super) const fn as_ptr(&self) -> *const RawShapes {
-        self.0.as_ptr()
-    }
-}
-
-impl Drop for Shapes {
-    fn drop(&mut self) {
-        // SAFETY: `Shapes` owns the memory, and every filter that uses it holds the model that owns
-        // this value. Deleting does not read the model.
-        unsafe { ffi::fs_delete_shapes(self.0.as_ptr()) };
-    }
 }

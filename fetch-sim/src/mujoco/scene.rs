@@ -1,31 +1,29 @@
 //! Loading a task's scene for one of its purposes.
 
 use super::model::Model;
-use crate::{config::SimConfig, error::SimError, task::Task};
+use crate::{config::SimConfig, error::SimError};
 
-/// Loads the configured scene for physics. The built-in one comes without its visual shapes: they
-/// change no bit, but make steps slower.
-pub(super) fn load(config: &SimConfig) -> Result<Model, SimError> {
-    load_as(config, PHYSICS)
-}
+/// Settings for physics: without visual shapes, which change no bit but make steps slower.
+pub(super) const PHYSICS: &str = r#"<compiler discardvisual="true"/>"#;
 
-/// Loads the configured scene for pictures of up to `side` pixels a side.
+/// Settings for pictures, with fewer facets than MuJoCo's default, because software OpenGL is slow.
+pub(super) const PICTURE: &str =
+    r#"<visual><quality numslices="24" numstacks="6" numquads="1"/></visual>"#;
+
+/// Settings for small pictures, with just enough facets for the goal's ball not to fall between the
+/// pixels.
 #[cfg(feature = "render")]
-pub(super) fn load_for_pictures(config: &SimConfig, side: u32) -> Result<Model, SimError> {
-    load_as(config, if side <= SMALL_SIDE { SMALL_PICTURE } else { PICTURE })
-}
+pub(super) const SMALL_PICTURE: &str =
+    r#"<visual><quality numslices="8" numstacks="4" numquads="1"/></visual>"#;
 
-/// Loads the built-in scene with its visual shapes.
-pub(super) fn load_visible(task: Task) -> Result<Model, SimError> {
-    load_as(&SimConfig::new(task), PICTURE)
-}
-
-fn load_as(config: &SimConfig, main: &str) -> Result<Model, SimError> {
+/// Loads the configured scene, the built-in one with `settings`.
+pub(super) fn load(config: &SimConfig, settings: &str) -> Result<Model, SimError> {
     if let Some(path) = config.model().scene_path(config.task())? {
         return Model::from_path(&path);
     }
+    let main = format!(r#"<mujoco>{settings}<include file="scene.xml"/></mujoco>"#);
     let mut model = Model::from_files(&[
-        ("main.xml", main),
+        ("main.xml", &main),
         ("scene.xml", config.task().spec().scene_xml),
         ("settings.xml", include_str!("../../model/settings.xml")),
         ("hulls.xml", include_str!("../../model/hulls.xml")),
@@ -34,28 +32,3 @@ fn load_as(config: &SimConfig, main: &str) -> Result<Model, SimError> {
     model.disable_midphase();
     Ok(model)
 }
-
-const PHYSICS: &str = r#"
-<mujoco>
-  <compiler discardvisual="true"/>
-  <include file="scene.xml"/>
-</mujoco>"#;
-
-/// Has fewer facets than MuJoCo's default, because software OpenGL is slow.
-const PICTURE: &str = r#"
-<mujoco>
-  <visual><quality numslices="24" numstacks="6" numquads="1"/></visual>
-  <include file="scene.xml"/>
-</mujoco>"#;
-
-/// The largest side, in pixels, of a picture that needs even fewer facets.
-#[cfg(feature = "render")]
-const SMALL_SIDE: u32 = 128;
-
-/// Has just enough facets for the goal's ball not to fall between the pixels.
-#[cfg(feature = "render")]
-const SMALL_PICTURE: &str = r#"
-<mujoco>
-  <visual><quality numslices="8" numstacks="4" numquads="1"/></visual>
-  <include file="scene.xml"/>
-</mujoco>"#;

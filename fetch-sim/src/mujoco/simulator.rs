@@ -118,12 +118,11 @@ impl MujocoSimulator {
         let ids = &self.fetch.ids;
         // The mocap body starts from where the gripper is, not from its previous target.
         let (position, orientation) = self.data.body_pose(ids.gripper_link);
-        let [w, x, y, z] = GRIPPER_DOWN;
         self.data.set_mocap_pose(
             ids.mocap,
             position + control.displacement,
             // Added, not multiplied, and not normalized, as in the reference.
-            orientation + Quaternion::new(w, x, y, z),
+            orientation + GRIPPER_DOWN,
         );
         for (actuator, &qpos) in ids.actuated_qpos.iter().enumerate() {
             self.data.ctrl_mut()[actuator] = self.data.qpos()[qpos] + control.fingers;
@@ -216,15 +215,15 @@ impl Simulator for MujocoSimulator {
     }
 
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
-        let FetchModel { ids, start, config, .. } = &*self.fetch;
-        if object_xy.is_some() && ids.object.is_none() {
-            return Err(SimError::NoObject { task: config.task() });
+        let fetch = &*self.fetch;
+        if object_xy.is_some() && fetch.ids.object.is_none() {
+            return Err(SimError::NoObject { task: self.task() });
         }
         self.data.reset()?;
-        self.data.set_time(start.time);
-        self.data.qpos_mut().copy_from_slice(&start.qpos);
-        self.data.qvel_mut().copy_from_slice(&start.qvel);
-        if let (Some(object), Some(xy)) = (ids.object, object_xy) {
+        self.data.set_time(fetch.start_time);
+        self.data.qpos_mut().copy_from_slice(&fetch.start_qpos);
+        self.data.qvel_mut().copy_from_slice(&fetch.start_qvel);
+        if let (Some(object), Some(xy)) = (fetch.ids.object, object_xy) {
             self.data.qpos_mut()[object.qpos..][..2].copy_from_slice(&xy);
         }
         self.data.forward()?;

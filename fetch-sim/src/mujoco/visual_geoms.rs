@@ -10,7 +10,7 @@ use super::{
     model::Model,
     scene,
 };
-use crate::{error::SimError, task::Task};
+use crate::{config::SimConfig, error::SimError, task::Task};
 
 /// The first group that viewers hide: the built-in model's shapes that only collide are in it.
 const HIDDEN_GROUPS: c_int = 3;
@@ -86,7 +86,7 @@ impl VisualGeom {
     /// [`SimError::Library`], [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`] if MuJoCo
     /// cannot be used.
     pub fn of_builtin(task: Task) -> Result<Vec<Self>, SimError> {
-        let model = scene::load_visible(task)?;
+        let model = scene::load(&SimConfig::new(task), scene::PICTURE)?;
         Ok((0..model.ngeom()).filter_map(|geom| Self::of(&model, geom)).collect())
     }
 

@@ -11,12 +11,6 @@ pub(super) const PICK_AND_PLACE: TaskSpec = TaskSpec {
     gripper_extra_height: 0.2,
     gripper_start: [1.341_955_02, 0.749_100_5, 0.534_706_95],
     block_gripper: false,
-    object: Some(ObjectSpec {
-        dropped_at: [1.25, 0.53, 0.4],
-        settled_at: [1.25, 0.53, 0.424_699_749_459_536],
-        range: 0.15,
-        table: [[1.05, 1.55], [0.4, 1.1]],
-        slides: false,
-    }),
+    object: Some(ObjectSpec::CUBE),
     goal: GoalSpec { range: 0.15, offset: [0.0; 3], in_the_air: true },
 };

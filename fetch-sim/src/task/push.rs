@@ -11,12 +11,6 @@ pub(super) const PUSH: TaskSpec = TaskSpec {
     gripper_extra_height: 0.0,
     gripper_start: [1.348_205_77, 0.748_948_84, 0.413_618_29],
     block_gripper: true,
-    object: Some(ObjectSpec {
-        dropped_at: [1.25, 0.53, 0.4],
-        settled_at: [1.25, 0.53, 0.424_699_749_459_536],
-        range: 0.15,
-        table: [[1.05, 1.55], [0.4, 1.1]],
-        slides: false,
-    }),
+    object: Some(ObjectSpec::CUBE),
     goal: GoalSpec { range: 0.15, offset: [0.0; 3], in_the_air: false },
 };

@@ -46,6 +46,17 @@ pub struct ObjectSpec {
     pub(crate) slides: bool,
 }
 
+impl ObjectSpec {
+    /// The cube of Push and PickAndPlace.
+    pub(super) const CUBE: Self = Self {
+        dropped_at: [1.25, 0.53, 0.4],
+        settled_at: [1.25, 0.53, 0.424_699_749_459_536],
+        range: 0.15,
+        table: [[1.05, 1.55], [0.4, 1.1]],
+        slides: false,
+    };
+}
+
 /// The distribution of a task's desired goals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

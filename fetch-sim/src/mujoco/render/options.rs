@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::error::{MAX_SIZE, RenderError};
+use crate::settings::settings;
 
 /// Settings of a renderer. The default is the reference's: 480 x 480 pixels, 4 samples, its camera.
 ///
@@ -33,26 +34,22 @@ impl Default for RenderOptions {
 }
 
 impl RenderOptions {
-    /// Sets the width of pictures in pixels, 1 to 4096. The default, 480, is the reference's.
-    #[must_use]
-    pub const fn with_width(mut self, width: u32) -> Self {
-        self.width = width;
-        self
-    }
+    settings! {
+        /// Sets the width of pictures in pixels, 1 to 4096. The default, 480, is the reference's.
+        with_width;
+        /// Returns the width of pictures, in pixels.
+        width: u32;
 
-    /// Sets the height of pictures in pixels, 1 to 4096. The default, 480, is the reference's.
-    #[must_use]
-    pub const fn with_height(mut self, height: u32) -> Self {
-        self.height = height;
-        self
-    }
+        /// Sets the height of pictures in pixels, 1 to 4096. The default, 480, is the reference's.
+        with_height;
+        /// Returns the height of pictures, in pixels.
+        height: u32;
 
-    /// Sets the number of samples per pixel, for smooth edges; the driver may use fewer. The default,
-    /// 4, is MuJoCo's; 0 draws hard edges and is the fastest.
-    #[must_use]
-    pub const fn with_samples(mut self, samples: u8) -> Self {
-        self.samples = samples;
-        self
+        /// Sets the number of samples per pixel, for smooth edges; the driver may use fewer. The
+        /// default, 4, is MuJoCo's; 0 draws hard edges and is the fastest.
+        with_samples;
+        /// Returns the number of samples per pixel.
+        samples: u8;
     }
 
     /// Sets the camera. The default is the reference's, [`FreeCamera::REFERENCE`].
@@ -60,24 +57,6 @@ impl RenderOptions {
     pub fn with_camera(mut self, camera: Camera) -> Self {
         self.camera = camera;
         self
-    }
-
-    /// Returns the width of pictures, in pixels.
-    #[must_use]
-    pub const fn width(&self) -> u32 {
-        self.width
-    }
-
-    /// Returns the height of pictures, in pixels.
-    #[must_use]
-    pub const fn height(&self) -> u32 {
-        self.height
-    }
-
-    /// Returns the number of samples per pixel.
-    #[must_use]
-    pub const fn samples(&self) -> u8 {
-        self.samples
     }
 
     /// Returns the camera.
@@ -89,8 +68,7 @@ impl RenderOptions {
     /// Checks everything that does not depend on a model.
     pub(super) fn check(&self) -> Result<(), RenderError> {
         let Self { width, height, .. } = *self;
-        let allowed = 1..=MAX_SIZE;
-        if !allowed.contains(&width) || !allowed.contains(&height) {
+        if ![width, height].iter().all(|side| (1..=MAX_SIZE).contains(side)) {
             return Err(RenderError::Size { width, height });
         }
         match &self.camera {
@@ -146,59 +124,30 @@ impl FreeCamera {
         elevation: -14.0,
     };
 
-    /// Sets the point at the center of the picture, in meters. The reference's is (1.3, 0.75, 0.55).
-    #[must_use]
-    pub const fn with_lookat(mut self, lookat: Vector3<f64>) -> Self {
-        self.lookat = lookat;
-        self
-    }
+    settings! {
+        /// Sets the point at the center of the picture, in meters. The reference's is
+        /// (1.3, 0.75, 0.55).
+        with_lookat;
+        /// Returns the point at the center of the picture, in meters.
+        lookat: Vector3<f64>;
 
-    /// Sets the distance from that point to the camera, in meters; more than 0. The reference's is
-    /// 2.5.
-    #[must_use]
-    pub const fn with_distance(mut self, distance: f64) -> Self {
-        self.distance = distance;
-        self
-    }
+        /// Sets the distance from that point to the camera, in meters; more than 0. The reference's
+        /// is 2.5.
+        with_distance;
+        /// Returns the distance from that point to the camera, in meters.
+        distance: f64;
 
-    /// Sets the viewing direction as seen from above: degrees from the x axis, counterclockwise. The
-    /// reference's is 132.
-    #[must_use]
-    pub const fn with_azimuth(mut self, azimuth: f64) -> Self {
-        self.azimuth = azimuth;
-        self
-    }
+        /// Sets the viewing direction as seen from above: degrees from the x axis, counterclockwise.
+        /// The reference's is 132.
+        with_azimuth;
+        /// Returns the viewing direction as seen from above, in degrees from the x axis.
+        azimuth: f64;
 
-    /// Sets the viewing direction relative to the horizon: degrees above it, negative to look down.
-    /// The reference's is -14.
-    #[must_use]
-    pub const fn with_elevation(mut self, elevation: f64) -> Self {
-        self.elevation = elevation;
-        self
-    }
-
-    /// Returns the point at the center of the picture, in meters.
-    #[must_use]
-    pub const fn lookat(&self) -> Vector3<f64> {
-        self.lookat
-    }
-
-    /// Returns the distance from that point to the camera, in meters.
-    #[must_use]
-    pub const fn distance(&self) -> f64 {
-        self.distance
-    }
-
-    /// Returns the viewing direction as seen from above, in degrees from the x axis.
-    #[must_use]
-    pub const fn azimuth(&self) -> f64 {
-        self.azimuth
-    }
-
-    /// Returns the viewing direction relative to the horizon, in degrees above it.
-    #[must_use]
-    pub const fn elevation(&self) -> f64 {
-        self.elevation
+        /// Sets the viewing direction relative to the horizon: degrees above it, negative to look
+        /// down. The reference's is -14.
+        with_elevation;
+        /// Returns the viewing direction relative to the horizon, in degrees above it.
+        elevation: f64;
     }
 
     pub(super) fn check(&self) -> Result<(), RenderError> {

@@ -1,16 +1,56 @@
-//! The renderer: making one, its cameras, and the scene that it draws.
+//! The renderer: making one, its cameras, the scene that it draws, and the pictures.
 
-use std::{fmt, mem, sync::Arc};
+use std::{
+    ffi::{CStr, c_int},
+    fmt, mem, ptr,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use nalgebra::Vector3;
 
 use super::{
-    super::{ids::SiteId, model::Model, scene, simulator::MujocoSimulator},
-    canvas::{Canvas, Segment},
+    super::{
+        data::Data,
+        ffi::{self, RawRenderer, RawSegment},
+        ids::{GeomId, SiteId},
+        library::{Owned, check_as},
+        model::Model,
+        scene,
+        simulator::MujocoSimulator,
+    },
     error::RenderError,
     options::{Camera, RenderOptions},
 };
 use crate::config::SimConfig;
+
+/// What a pixel shows.
+///
+/// The ids belong to the renderer's [`model`](Renderer::model), which has shapes that the
+/// simulation lacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Segment {
+    /// No part of the model: the sky.
+    #[default]
+    Background,
+    /// A geom.
+    Geom(GeomId),
+    /// A site, such as the goal's red sphere.
+    Site(SiteId),
+    /// Something else that MuJoCo draws.
+    Other,
+}
+
+impl From<RawSegment> for Segment {
+    fn from(RawSegment { kind, id }: RawSegment) -> Self {
+        match (kind, usize::try_from(id)) {
+            (ffi::FS_BACKGROUND, _) => Self::Background,
+            (ffi::FS_SEGMENT_GEOM, Ok(id)) => Self::Geom(GeomId(id)),
+            (ffi::FS_SEGMENT_SITE, Ok(id)) => Self::Site(SiteId(id)),
+            _ => Self::Other,
+        }
+    }
+}
 
 /// Draws simulations of one model, off screen.
 ///
@@ -38,11 +78,24 @@ use crate::config::SimConfig;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Renderer {
-    canvas: Canvas,
+    raw: Owned<RawRenderer>,
+    /// The state that is drawn.
+    data: Data,
     config: SimConfig,
     options: RenderOptions,
     target: Option<SiteId>,
+    rgb: Vec<u8>,
+    depth: Vec<f32>,
+    segments: Vec<Segment>,
+    /// The objects to which the numbers in a segmented picture refer.
+    objects: Vec<RawSegment>,
 }
+
+/// The largest side, in pixels, of a picture that needs fewer facets.
+const SMALL_SIDE: u32 = 128;
+
+/// Locked while a renderer is made, because MuJoCo looks up OpenGL's functions for the first one.
+static MAKING: Mutex<()> = Mutex::new(());
 
 impl Renderer {
     /// Creates a renderer for the simulations of `config`'s task and model.
@@ -53,13 +106,31 @@ impl Renderer {
     /// [`FetchModel::load`](super::super::FetchModel::load).
     pub fn new(config: &SimConfig, options: RenderOptions) -> Result<Self, RenderError> {
         options.check()?;
-        let model = scene::load_for_pictures(config, options.width().max(options.height()))?;
-        let canvas = Canvas::new(model, &options)?;
-        let target = canvas.data.model().site("target0").ok();
+        let (width, height) = (options.width(), options.height());
+        let is_small = width.max(height) <= SMALL_SIDE;
+        let settings = if is_small { scene::SMALL_PICTURE } else { scene::PICTURE };
+        let mut model = scene::load(config, settings)?;
+        let samples = c_int::from(options.samples());
+        // SAFETY: the model is alive and borrowed mutably.
+        unsafe {
+            ffi::fs_prepare_model(model.as_mut_ptr(), width as c_int, height as c_int, samples);
+        }
+        let target = model.site("target0").ok();
+        let data = Data::new(Arc::new(model))?;
         let camera = options.camera().clone();
-        let mut renderer = Self { canvas, config: config.clone(), options, target };
+        let mut renderer = Self {
+            raw: make(data.model())?,
+            data,
+            config: config.clone(),
+            options,
+            target,
+            rgb: vec![0; 3 * width as usize * height as usize],
+            depth: Vec::new(),
+            segments: Vec::new(),
+            objects: Vec::new(),
+        };
         renderer.set_camera(camera)?;
-        renderer.canvas.place()?;
+        renderer.place()?;
         Ok(renderer)
     }
 
@@ -67,7 +138,10 @@ impl Renderer {
     /// first renderer, or if there is no OpenGL.
     #[must_use]
     pub fn backend() -> Option<&'static str> {
-        Canvas::backend()
+        let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
+        let name = ffi::fs_gl_backend();
+        // SAFETY: null, or a C string that lives as long as the program.
+        (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_str().ok())?
     }
 
     /// Returns the renderer's settings, with its current camera.
@@ -79,7 +153,7 @@ impl Renderer {
     /// Returns the model that is drawn.
     #[must_use]
     pub const fn model(&self) -> &Arc<Model> {
-        self.canvas.data.model()
+        self.data.model()
     }
 
     /// Returns the names of the model's cameras in the model's order; empty for one without a name.
@@ -96,7 +170,9 @@ impl Renderer {
         match &camera {
             Camera::Free(free) => {
                 free.check()?;
-                self.canvas.set_free_camera(free);
+                let numbers = free.numbers().map(|(_, value)| value);
+                // SAFETY: the renderer is alive and `numbers` is valid for reads.
+                unsafe { ffi::fs_set_free_camera(self.raw.as_ptr(), &raw const numbers) };
             }
             Camera::Named(name) => self.set_fixed_camera(self.model().camera(name), name)?,
             Camera::Index(id) => self.set_fixed_camera(Some(*id), &id.to_string())?,
@@ -111,7 +187,8 @@ impl Renderer {
             let known = known.iter().map(|&name| name.to_owned()).collect();
             return Err(RenderError::UnknownCamera { camera: name.to_owned(), known });
         };
-        self.canvas.set_fixed_camera(id);
+        // SAFETY: the renderer is alive and the model has a camera of this id.
+        unsafe { ffi::fs_set_fixed_camera(self.raw.as_ptr(), id as c_int) };
         Ok(())
     }
 
@@ -127,7 +204,7 @@ impl Renderer {
     ) -> Result<(), RenderError> {
         let theirs = simulator.fetch_model().config();
         let differs = theirs.task() != self.config.task() || theirs.model() != self.config.model();
-        let (from, to) = (simulator.data(), &mut self.canvas.data);
+        let (from, to) = (simulator.data(), &mut self.data);
         if differs || from.qpos().len() != to.qpos().len() {
             let tell = |config: &SimConfig| format!("{}, {:?}", config.task(), config.model());
             let (simulation, renderer) = (tell(theirs), tell(&self.config));
@@ -138,11 +215,18 @@ impl Renderer {
             let (position, orientation) = from.mocap_pose(mocap);
             to.set_mocap_pose(mocap, position, orientation);
         }
-        self.canvas.place()?;
+        self.place()?;
         if let (Some(site), Some(position)) = (self.target, desired_goal) {
-            self.canvas.data.set_site_position(site, position);
+            self.data.set_site_position(site, position);
         }
         Ok(())
+    }
+
+    /// Computes from the positions in `data` what is drawn.
+    fn place(&mut self) -> Result<(), RenderError> {
+        let model = self.data.model().as_ptr();
+        // SAFETY: the data is alive, borrowed mutably, and was made from this model.
+        check_as(unsafe { ffi::fs_place(model, self.data.as_ptr()) }, failed)
     }
 
     /// Draws and returns the colors: height x width x 3 (red, green, blue).
@@ -150,7 +234,9 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message.
     pub fn rgb(&mut self) -> Result<&[u8], RenderError> {
-        self.canvas.rgb()
+        self.draw(Picture::Rgb)?;
+        flip(&mut self.rgb, self.options.height());
+        Ok(&self.rgb)
     }
 
     /// Draws and returns the distance of each pixel, height x width: meters along the direction in
@@ -159,7 +245,21 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message.
     pub fn depth(&mut self) -> Result<&[f32], RenderError> {
-        self.canvas.depth()
+        self.depth.resize(self.rgb.len() / 3, 0.0);
+        self.draw(Picture::Depth)?;
+        let mut planes = [0.0; 2];
+        // SAFETY: the renderer is alive and `planes` is valid for writes.
+        let parallel = unsafe { ffi::fs_planes(self.raw.as_ptr(), &raw mut planes) } != 0;
+        let [near, far] = planes;
+        for depth in &mut self.depth {
+            *depth = if parallel {
+                near + *depth * (far - near)
+            } else {
+                near / (1.0 - *depth * (1.0 - near / far))
+            };
+        }
+        flip(&mut self.depth, self.options.height());
+        Ok(&self.depth)
     }
 
     /// Draws and returns what each pixel shows, height x width. Edges are hard, whatever the number of
@@ -168,12 +268,80 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message.
     pub fn segmentation(&mut self) -> Result<&[Segment], RenderError> {
-        self.canvas.segmentation()
+        self.draw(Picture::Segments)?;
+        flip(&mut self.rgb, self.options.height());
+        let room = self.objects.len();
+        // SAFETY: the renderer is alive and `objects` has room for `room` segments.
+        let count = unsafe {
+            ffi::fs_segments(self.raw.as_ptr(), self.objects.as_mut_ptr(), room as c_int)
+        };
+        if room < count as usize {
+            self.objects.resize(count as usize, RawSegment::default());
+            // SAFETY: as above.
+            unsafe { ffi::fs_segments(self.raw.as_ptr(), self.objects.as_mut_ptr(), count) };
+        }
+        self.segments.clear();
+        self.segments.extend(self.rgb.chunks_exact(3).map(|rgb| {
+            let number =
+                usize::from(rgb[0]) + 256 * usize::from(rgb[1]) + 65536 * usize::from(rgb[2]);
+            let object = number.checked_sub(1).and_then(|index| self.objects.get(index));
+            object.copied().map(Segment::from).unwrap_or_default()
+        }));
+        Ok(&self.segments)
+    }
+
+    fn draw(&mut self, picture: Picture) -> Result<(), RenderError> {
+        let (rgb, depth) = match picture {
+            Picture::Rgb | Picture::Segments => (self.rgb.as_mut_ptr(), ptr::null_mut()),
+            Picture::Depth => (ptr::null_mut(), self.depth.as_mut_ptr()),
+        };
+        let segments = c_int::from(picture == Picture::Segments);
+        let (model, data) = (self.data.model().as_ptr(), self.data.as_ptr());
+        // SAFETY: renderer, model and data are alive and belong together, on the thread that made
+        // them (a renderer is not `Send`); a buffer that is not null has room for the picture.
+        let status = unsafe { ffi::fs_draw(self.raw.as_ptr(), model, data, segments, rgb, depth) };
+        check_as(status, failed)
     }
 }
 
 impl fmt::Debug for Renderer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Renderer").field("options", &self.options).finish_non_exhaustive()
+    }
+}
+
+/// The part of a picture that is read back.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Picture {
+    Rgb,
+    Depth,
+    Segments,
+}
+
+fn make(model: &Model) -> Result<Owned<RawRenderer>, RenderError> {
+    let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
+    let (mut raw, mut has_gl) = (ptr::null_mut(), 0);
+    // SAFETY: the library is loaded because a model is; the model is alive and prepared, and both
+    // results are valid for writes.
+    let status = unsafe { ffi::fs_make_renderer(model.as_ptr(), &raw mut raw, &raw mut has_gl) };
+    check_as(status, |message| match has_gl {
+        0 => RenderError::NoOpenGl { reason: message },
+        _ => failed(message),
+    })?;
+    // SAFETY: the renderer was just made for the caller, which stays on this thread.
+    Ok(unsafe { Owned::new(raw, "a renderer") }?)
+}
+
+fn failed(message: String) -> RenderError {
+    RenderError::Failed { message }
+}
+
+/// Reverses the order of the rows, because OpenGL starts with the bottom one.
+fn flip<T>(pixels: &mut [T], height: u32) {
+    let height = height as usize;
+    let row = pixels.len() / height;
+    let (upper, lower) = pixels.split_at_mut(height / 2 * row);
+    for (top, bottom) in upper.chunks_exact_mut(row).zip(lower.rchunks_exact_mut(row)) {
+        top.swap_with_slice(bottom);
     }
 }

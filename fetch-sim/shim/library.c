@@ -1,0 +1,124 @@
+// Loads MuJoCo's library at run time, describes the contract, and turns what MuJoCo reports during a
+// guarded statement into a status and a text.
+
+#include <dlfcn.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "internal.h"
+
+// --------------------------------------------------------------------------------------- loading
+
+fs_functions fs_mj;
+
+int fs_symbol(void* library, const char* name, void* target) {
+  void* symbol = dlsym(library, name);
+  memcpy(target, &symbol, sizeof symbol);
+  return symbol != NULL;
+}
+
+int fs_contract(int index, const char** name, long long* value, size_t* size) {
+  static const struct {
+    const char* name;
+    long long value;
+    size_t size;
+  } items[] = {
+#define NUMBER(number, ...) {#number, number, sizeof(int)},
+#define FIELD(s, type, field, ...) {#s "." #field, offsetof(s, field), sizeof((s*)0)->field},
+#define STRUCT(s, FIELDS) {#s, 0, sizeof(s)}, FIELDS(FIELD, s)
+      FS_NUMBERS(NUMBER) FS_STRUCTS(STRUCT)
+  };
+  if (index < 0 || (size_t)index >= sizeof items / sizeof *items) return 0;
+  *name = items[index].name;
+  *value = items[index].value;
+  *size = items[index].size;
+  return 1;
+}
+
+int fs_header_version(void) { return mjVERSION_HEADER; }
+
+fs_status fs_load(const char* path, const char* plugins, int* version) {
+  *version = 0;
+  void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  if (!library) return fs_fail("%s", dlerror());
+  if (!fs_symbol(library, "mj_version", &fs_mj.mj_version)) return fs_fail("it has no function mj_version");
+  *version = fs_mj.mj_version();
+  if (*version != mjVERSION_HEADER) return fs_fail("the versions differ");
+#define X(name) if (!fs_symbol(library, #name, &fs_mj.name)) return fs_fail("it has no function " #name);
+  FS_FUNCTIONS(X)
+#undef X
+#define X(result, field, arguments, name)                                                          \
+  if (!fs_symbol(library, name, &fs_mj.field)) return fs_fail("it has no function " name);
+  FS_HOOKS(X)
+#undef X
+  void (*load_plugins)(const char*, void*);
+  if (plugins && fs_symbol(library, "mj_loadAllPluginLibraries", &load_plugins)) {
+    load_plugins(plugins, NULL);
+  }
+  fs_install_filter(library);
+  return FS_OK;
+}
+
+// ---------------------------------------------------------------------------- errors and warnings
+
+enum { TEXT_SIZE = 1024 };
+
+_Thread_local jmp_buf fs_after_error;
+static _Thread_local char error_text[TEXT_SIZE];
+static _Thread_local char warning_text[TEXT_SIZE];
+
+const char* fs_error_text(void) { return error_text; }
+const char* fs_warning_text(void) { return warning_text; }
+
+fs_status fs_fail(const char* format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(error_text, sizeof error_text, format, arguments);
+  va_end(arguments);
+  return FS_FAILED;
+}
+
+void fs_on_error(const char* message) {
+  fs_fail("%s", message);
+  longjmp(fs_after_error, 1);
+}
+
+void fs_on_warning(const char* message) {
+  const size_t used = strlen(warning_text);
+  snprintf(warning_text + used, sizeof warning_text - used, "%s%s", used ? "; " : "", message);
+}
+
+#if mjVERSION_HEADER >= 3010000
+static void on_message(const mjLogMessage* message) {
+  if (message->level == mjLOG_ERROR) fs_on_error(message->subject);
+  if (message->level == mjLOG_WARNING) fs_on_warning(message->subject);
+}
+
+static const fs_handlers our_handlers = on_message;
+
+static fs_handlers exchange_handlers(fs_handlers handlers) {
+  return fs_mj.exchange_handler(handlers);
+}
+#else
+static const fs_handlers our_handlers = {fs_on_error, fs_on_warning};
+
+static fs_handlers exchange_handlers(fs_handlers handlers) {
+  const fs_handlers before = {fs_mj.get_error_handler(), fs_mj.get_warning_handler()};
+  fs_mj.set_error_handler(handlers.error);
+  fs_mj.set_warning_handler(handlers.warning);
+  return before;
+}
+#endif
+
+void fs_enter(fs_outer* outer, fs_filter* filter) {
+  error_text[0] = warning_text[0] = '\0';
+  outer->filter = fs_use_filter(filter);
+  outer->handlers = exchange_handlers(our_handlers);
+}
+
+fs_status fs_leave(const fs_outer* outer, fs_status status) {
+  fs_use_filter(outer->filter);
+  exchange_handlers(outer->handlers);
+  return status | (warning_text[0] ? FS_WARNED : FS_OK);
+}
