@@ -56,6 +56,7 @@
 #![forbid(unsafe_code)]
 
 mod add;
+mod getters;
 mod normalizer;
 #[cfg(feature = "npz")]
 mod npz;

@@ -3,10 +3,12 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::getters::getters;
 use crate::scalar::Scalar;
 
 /// Settings of a [`Normalizer`], checked by [`Normalizer::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
 pub struct NormalizerConfig {
     dim: usize,
     min_std: f64,
@@ -15,14 +17,12 @@ pub struct NormalizerConfig {
 
 impl NormalizerConfig {
     /// Makes settings for vectors of `dim` elements, at least 1.
-    #[must_use]
     pub const fn new(dim: usize) -> Self {
         Self { dim, min_std: 0.01, clip: 5.0 }
     }
 
     /// Sets the smallest standard deviation to divide by, positive and finite, so that an element that hardly
     /// varies is not inflated. The default, 0.01, is the paper's.
-    #[must_use]
     pub const fn with_min_std(mut self, min_std: f64) -> Self {
         self.min_std = min_std;
         self
@@ -30,28 +30,18 @@ impl NormalizerConfig {
 
     /// Sets the bound to which normalized elements are clipped, positive and finite. The default, 5, is the
     /// paper's.
-    #[must_use]
     pub const fn with_clip(mut self, clip: f64) -> Self {
         self.clip = clip;
         self
     }
 
-    /// Returns the number of elements of a vector.
-    #[must_use]
-    pub const fn dim(self) -> usize {
-        self.dim
-    }
-
-    /// Returns the smallest standard deviation to divide by.
-    #[must_use]
-    pub const fn min_std(self) -> f64 {
-        self.min_std
-    }
-
-    /// Returns the bound to which normalized elements are clipped.
-    #[must_use]
-    pub const fn clip(self) -> f64 {
-        self.clip
+    getters! {
+        /// Returns the number of elements of a vector.
+        dim: usize,
+        /// Returns the smallest standard deviation to divide by.
+        min_std: f64,
+        /// Returns the bound to which normalized elements are clipped.
+        clip: f64,
     }
 
     fn check(self) -> Result<(), NormalizerError> {

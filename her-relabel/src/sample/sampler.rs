@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 
+use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
 use crate::unit_interval::UnitInterval;
 
@@ -44,6 +45,7 @@ use crate::unit_interval::UnitInterval;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct Sampler {
     batch_size: usize,
     goals: GoalMixture,
@@ -60,7 +62,6 @@ pub struct Sampler {
 impl Sampler {
     /// Makes settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of the rows gets
     /// a new goal by `strategy`.
-    #[must_use]
     pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: UnitInterval) -> Self {
         Self {
             batch_size,
@@ -75,20 +76,17 @@ impl Sampler {
     }
 
     /// Sets the number of rows of a batch, at least 1.
-    #[must_use]
     pub const fn with_batch_size(mut self, batch_size: usize) -> Self {
         self.batch_size = batch_size;
         self
     }
 
     /// Sets the only strategy of new goals.
-    #[must_use]
     pub const fn with_strategy(self, strategy: GoalStrategy) -> Self {
         self.with_goals(GoalMixture::only(strategy))
     }
 
     /// Sets the strategies of new goals.
-    #[must_use]
     pub const fn with_goals(mut self, goals: GoalMixture) -> Self {
         self.goals = goals;
         self
@@ -96,7 +94,6 @@ impl Sampler {
 
     /// Sets the average share of rows that get a new goal. As each row is drawn independently, it holds for
     /// batches of any size.
-    #[must_use]
     pub const fn with_ratio(mut self, ratio: UnitInterval) -> Self {
         self.ratio = ratio;
         self
@@ -104,7 +101,6 @@ impl Sampler {
 
     /// Sets whether the reward function decides the termination of relabeled rows, for their new goal. Off
     /// by default, as in the paper: they keep the stored termination.
-    #[must_use]
     pub const fn with_recompute_terminated(mut self, recompute_terminated: bool) -> Self {
         self.recompute_terminated = recompute_terminated;
         self
@@ -112,7 +108,6 @@ impl Sampler {
 
     /// Sets whether [`Batch::success`](crate::Batch::success) is computed. Off by default, because learning
     /// does not need it.
-    #[must_use]
     pub const fn with_success(mut self, success: bool) -> Self {
         self.success = success;
         self
@@ -126,7 +121,6 @@ impl Sampler {
     /// the rewards, the next observation and the flags belong to the last step, and
     /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value. If termination is
     /// recomputed, a window ends with the first step that terminates.
-    #[must_use]
     pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
         self.n_step = n_step.into();
         self
@@ -171,7 +165,6 @@ impl Sampler {
     /// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    #[must_use]
     pub fn with_priorities(mut self, beta: impl Into<Option<UnitInterval>>) -> Self {
         self.priorities = beta.into();
         self
@@ -181,61 +174,32 @@ impl Sampler {
     /// whatever their number, and the reward function is called on the calling thread.
     ///
     /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread.
-    #[must_use]
     pub const fn with_parallel(mut self, parallel: bool) -> Self {
         self.parallel = parallel;
         self
     }
 
-    /// Returns the number of rows of a batch.
-    #[must_use]
-    pub const fn batch_size(&self) -> usize {
-        self.batch_size
+    getters! {
+        /// Returns the number of rows of a batch.
+        batch_size: usize,
+        /// Returns the average share of rows that get a new goal.
+        ratio: UnitInterval,
+        /// Returns whether the reward function decides the termination of relabeled rows.
+        recompute_terminated: bool,
+        /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
+        success: bool,
+        /// Returns the windows of several steps.
+        n_step: Option<NStep>,
+        /// Returns the exponent of the importance weights; `None` for uniform draws.
+        priorities: Option<UnitInterval>,
+        /// Returns whether batches are drawn on several threads.
+        parallel: bool,
     }
 
     /// Returns the strategies of new goals.
     #[inline]
-    #[must_use]
     pub const fn goals(&self) -> &GoalMixture {
         &self.goals
-    }
-
-    /// Returns the average share of rows that get a new goal.
-    #[inline]
-    #[must_use]
-    pub const fn ratio(&self) -> UnitInterval {
-        self.ratio
-    }
-
-    /// Returns whether the reward function decides the termination of relabeled rows.
-    #[must_use]
-    pub const fn recompute_terminated(&self) -> bool {
-        self.recompute_terminated
-    }
-
-    /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
-    #[must_use]
-    pub const fn success(&self) -> bool {
-        self.success
-    }
-
-    /// Returns the windows of several steps.
-    #[inline]
-    #[must_use]
-    pub const fn n_step(&self) -> Option<NStep> {
-        self.n_step
-    }
-
-    /// Returns the exponent of the importance weights; `None` for uniform draws.
-    #[must_use]
-    pub const fn priorities(&self) -> Option<UnitInterval> {
-        self.priorities
-    }
-
-    /// Returns whether batches are drawn on several threads.
-    #[must_use]
-    pub const fn parallel(&self) -> bool {
-        self.parallel
     }
 
     /// Returns the maximal number of steps of a row.
@@ -247,6 +211,7 @@ impl Sampler {
 
 /// Settings of windows of several steps, for n-step returns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct NStep {
     steps: NonZeroUsize,
     gamma: UnitInterval,
@@ -255,23 +220,15 @@ pub struct NStep {
 impl NStep {
     /// Makes windows of up to `steps` steps, shorter where the episode ends, with rewards discounted by
     /// `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
-    #[must_use]
     pub const fn new(steps: NonZeroUsize, gamma: UnitInterval) -> Self {
         Self { steps, gamma }
     }
 
-    /// Returns the maximal number of steps of a window.
-    #[inline]
-    #[must_use]
-    pub const fn steps(self) -> NonZeroUsize {
-        self.steps
-    }
-
-    /// Returns the discount per step.
-    #[inline]
-    #[must_use]
-    pub const fn gamma(self) -> UnitInterval {
-        self.gamma
+    getters! {
+        /// Returns the maximal number of steps of a window.
+        steps: NonZeroUsize,
+        /// Returns the discount per step.
+        gamma: UnitInterval,
     }
 
     /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the discount of what

@@ -188,12 +188,12 @@ fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadErro
 
 /// Returns the code of the settings of priorities: the unit and the new priority.
 fn code(priorities: Option<Priorities>) -> [u64; 2] {
-    let unit = match priorities.map(Priorities::unit) {
+    let unit = match priorities.map(|settings| settings.unit()) {
         None => 0,
         Some(PriorityUnit::Transition) => 1,
         Some(PriorityUnit::Episode) => 2,
     };
-    let new = match priorities.map(Priorities::new_priority) {
+    let new = match priorities.map(|settings| settings.new_priority()) {
         Some(NewPriority::Given(priority)) => priority,
         None | Some(NewPriority::Highest) => HIGHEST,
     };

@@ -103,7 +103,6 @@ impl<T: Scalar> HerBuffer<T> {
     }
 
     /// Returns the buffer's settings.
-    #[must_use]
     pub fn config(&self) -> &BufferConfig {
         &self.config
     }
