@@ -23,7 +23,7 @@ pub(crate) const PART: usize = 512;
 const LINE: usize = 64;
 
 /// A drawn row of the batch: its transition and its goal.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Planned<'a, T> {
     transition: u64,
     /// The tape's row of the state before the step, and its number.
@@ -36,20 +36,6 @@ struct Planned<'a, T> {
     goal_source: Option<TransitionId>,
     terminated: bool,
     truncated: bool,
-}
-
-impl<T> Planned<'_, T> {
-    const NOTHING: Self = Self {
-        transition: 0,
-        state: &[],
-        row: 0,
-        steps: 0,
-        next: &[],
-        goal: &[],
-        goal_source: None,
-        terminated: false,
-        truncated: false,
-    };
 }
 
 /// The number of relabeled rows, and of all their pairs of goals.
@@ -106,7 +92,7 @@ fn gather<T: Scalar>(
 ) -> Counts {
     let mut counts = Counts::default();
     let mut transitions = [0; 2 * AHEAD];
-    let mut planned = [Planned::NOTHING; AHEAD];
+    let mut planned = [Planned::default(); AHEAD];
     let (episodes, len) = (&storage.episodes, rows.len());
     for at in 0..len + 3 * AHEAD {
         if let Some(row) = at.checked_sub(3 * AHEAD) {

@@ -140,7 +140,7 @@ impl<T: Scalar> HerBuffer<T> {
         for _ in kept.clone() {
             records.push(source.number()?);
         }
-        let mut tape = Tape::starting_at(layout.row(), capacity, live.start + kept.start);
+        let mut tape = Tape::new(layout.row(), capacity, live.start + kept.start);
         let mut row = Vec::new();
         for _ in 0..num_live + num_kept {
             source.elements(layout.row(), &mut row)?;

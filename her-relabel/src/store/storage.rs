@@ -27,8 +27,8 @@ impl<T: Scalar> Storage<T> {
             layout,
             fields: Fields::new(config.fields()),
             capacity: config.capacity(),
-            episodes: Episodes::default(),
-            tape: Tape::new(layout.row(), config.capacity()),
+            episodes: Episodes::new(0, 0),
+            tape: Tape::new(layout.row(), config.capacity(), 0),
             priorities: config.priorities().map(PriorityTable::new),
         })
     }
