@@ -70,7 +70,7 @@ pub use add::arguments::{EpisodeData, EpisodeStart, FieldRows, StartBatch, Step,
 pub use add::check::AddError;
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
-pub use npz::error::NpzError;
+pub use npz::array::NpzError;
 pub use sample::batch::Batch;
 pub use sample::draws::RandomSource;
 pub use sample::error::SampleError;
