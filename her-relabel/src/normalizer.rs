@@ -43,18 +43,6 @@ impl NormalizerConfig {
         /// Returns the bound to which normalized elements are clipped.
         clip: f64,
     }
-
-    fn check(self) -> Result<(), NormalizerError> {
-        if self.dim == 0 {
-            return Err(NormalizerError::Empty);
-        }
-        let is_bad = |value: f64| !(value > 0.0 && value.is_finite());
-        let settings = [("min_std", self.min_std), ("clip", self.clip)];
-        match settings.into_iter().find(|(_, value)| is_bad(*value)) {
-            Some((name, value)) => Err(NormalizerError::BadSetting { name, value }),
-            None => Ok(()),
-        }
-    }
 }
 
 /// The running mean and standard deviation of vectors, element by element.
@@ -112,8 +100,15 @@ impl Normalizer {
     /// # Errors
     /// [`NormalizerError::Empty`] or [`NormalizerError::BadSetting`].
     pub fn new(config: NormalizerConfig) -> Result<Self, NormalizerError> {
-        config.check()?;
         let NormalizerConfig { dim, min_std, clip } = config;
+        if dim == 0 {
+            return Err(NormalizerError::Empty);
+        }
+        for (name, value) in [("min_std", min_std), ("clip", clip)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(NormalizerError::BadSetting { name, value });
+            }
+        }
         let zeros = vec![0.0; dim];
         Ok(Self { count: 0, mean: zeros.clone(), squares: zeros, min_std, clip })
     }
@@ -183,26 +178,19 @@ impl Normalizer {
             return Ok(());
         }
         let share = other.count as f64 / count as f64;
-        let distances = other.mean.iter().zip(&self.mean).map(|(other, own)| other - own);
-        let distances: Vec<f64> = distances.collect();
-        let mean: Vec<f64> = self
-            .mean
-            .iter()
-            .zip(&distances)
-            .map(|(own, distance)| own + distance * share)
-            .collect();
-        let between = |distance: f64| distance * distance * share * self.count as f64;
-        let squares: Vec<f64> = self
-            .squares
-            .iter()
-            .zip(&other.squares)
-            .zip(&distances)
-            .map(|((own, other), distance)| own + other + between(*distance))
-            .collect();
-        if !mean.iter().chain(&squares).all(|value| value.is_finite()) {
+        let mut merged = Self { count, ..self.clone() };
+        let own = merged.mean.iter_mut().zip(&mut merged.squares);
+        let others = other.mean.iter().zip(&other.squares);
+        for ((mean, squares), (other_mean, other_squares)) in own.zip(others) {
+            let distance = other_mean - *mean;
+            *mean += distance * share;
+            *squares += other_squares;
+            *squares += distance * distance * share * self.count as f64;
+        }
+        if !merged.mean.iter().chain(&merged.squares).all(|value| value.is_finite()) {
             return Err(NormalizerError::TooLarge);
         }
-        (self.count, self.mean, self.squares) = (count, mean, squares);
+        *self = merged;
         Ok(())
     }
 

@@ -108,12 +108,9 @@ fn read<T: Scalar, R: Read + Seek>(
         for (field, part) in fields.iter_mut().zip(&mut field_parts) {
             field.take(len, capacity, part)?;
         }
-        let rows: Vec<FieldRows<'_, f64>> = config
-            .fields()
-            .iter()
-            .zip(&field_parts)
-            .map(|(field, part)| (field.name.as_str(), part.as_slice()))
-            .collect();
+        let named = config.fields().iter().zip(&field_parts);
+        let rows: Vec<FieldRows<'_, f64>> =
+            named.map(|(field, part)| (&field.name[..], &part[..])).collect();
         let data = EpisodeData {
             observations: states,
             achieved_goals: achieved,

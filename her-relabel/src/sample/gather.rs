@@ -5,7 +5,7 @@ use std::iter;
 use prefetch_index::prefetch_index;
 
 use crate::sample::batch::{Relabeled, Rows};
-use crate::sample::columns::{copy, widen};
+use crate::sample::columns::{put_part, widen};
 use crate::sample::draws::{Draws, Purpose, unit};
 use crate::sample::goals::Goal;
 use crate::sample::sampler::{NStep, Sampler};
@@ -223,13 +223,6 @@ fn put<T: Scalar>(
         put_return(storage, n_step, planned, at, rows);
     }
     put_pairs(storage, planned, at, rows, counts);
-}
-
-/// Copies a part of a transition to the row at `at` of its column.
-#[inline(always)]
-fn put_part<T: Copy>(column: &mut [T], at: usize, part: &[T]) {
-    let width = part.len();
-    copy(&mut column[at * width..][..width], part);
 }
 
 /// Replaces the row's reward with the discounted sum of the stored rewards of its window.

@@ -1,8 +1,10 @@
-//! The settings of sampling.
+//! The settings of sampling, and the error of drawing a batch.
 
 use std::num::NonZeroUsize;
 
+use goal_reward::GoalError;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
@@ -21,13 +23,12 @@ use crate::unit_interval::UnitInterval;
 /// # Example
 /// ```
 /// use goal_reward::DistanceReward;
-/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, HerBuffer};
-/// use her_relabel::{GoalStrategy, Sampler, UnitInterval};
+/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+/// use her_relabel::{Priorities, PriorityUnit, Sampler, UnitInterval};
 ///
-/// let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(
-///     1000,
-///     Dims { observation: 1, goal: 1, action: 1 },
-/// ))?;
+/// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 })
+///     .with_priorities(Priorities::new(PriorityUnit::Transition));
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
 /// buffer.add_episode(&EpisodeData {
 ///     observations: &[0.0, 1.0, 2.0],
 ///     achieved_goals: &[0.0, 1.0, 2.0],
@@ -38,10 +39,17 @@ use crate::unit_interval::UnitInterval;
 ///     truncated: true,
 ///     fields: &[],
 /// })?;
-/// let sampler = Sampler::new(256, GoalStrategy::Final, UnitInterval::ONE);
+/// let sampler = Sampler::new(32, GoalStrategy::Final, UnitInterval::ONE);
 /// let mut batch = Batch::new();
 /// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
 /// assert!(batch.desired_goal().iter().all(|goal| *goal == 2.0));
+///
+/// // Prioritized replay.
+/// let prioritized = sampler.with_priorities(UnitInterval::new(0.4)?);
+/// prioritized.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
+/// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
+/// let errors = [0.5_f32; 32];
+/// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,38 +141,10 @@ impl Sampler {
     /// A row drawn with probability `P` from `N` transitions has the weight `(N * P)^-beta`, divided by the
     /// highest weight of the batch. Prioritized replay usually starts with a `beta` of 0.4 and raises it to 1
     /// toward the end of training. The time of each draw grows with the logarithm of how much is stored.
+    /// [`Sampler`] has an example.
     ///
     /// Source: Schaul et al., *Prioritized experience replay*, 2016, section 3.4. There the highest weight is
     /// that of the whole buffer; most libraries take the batch's, as here.
-    ///
-    /// # Example
-    /// ```
-    /// use goal_reward::DistanceReward;
-    /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
-    /// use her_relabel::{Priorities, PriorityUnit, Sampler, UnitInterval};
-    ///
-    /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 })
-    ///     .with_priorities(Priorities::new(PriorityUnit::Transition));
-    /// let mut buffer = HerBuffer::<f32>::new(config)?;
-    /// buffer.add_episode(&EpisodeData {
-    ///     observations: &[0.0, 1.0, 2.0],
-    ///     achieved_goals: &[0.0, 1.0, 2.0],
-    ///     desired_goal: &[9.0],
-    ///     actions: &[1.0, 1.0],
-    ///     rewards: &[-1.0, -1.0],
-    ///     terminated: false,
-    ///     truncated: true,
-    ///     fields: &[],
-    /// })?;
-    /// let mut batch = Batch::new();
-    /// let sampler = Sampler::new(32, GoalStrategy::Future, UnitInterval::from_k(4))
-    ///     .with_priorities(UnitInterval::new(0.4)?);
-    /// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
-    /// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
-    /// let errors = [0.5_f32; 32];
-    /// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
     pub fn with_priorities(mut self, beta: impl Into<Option<UnitInterval>>) -> Self {
         self.priorities = beta.into();
         self
@@ -240,4 +220,40 @@ impl NStep {
             (sum + discount * reward, discount * self.gamma.get())
         })
     }
+}
+
+/// Error returned when no batch can be drawn.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SampleError {
+    /// The batch would have no rows.
+    #[error("`batch_size` is 0: set it to at least 1")]
+    EmptyBatch,
+    /// No episode has ended yet.
+    #[error(
+        "the buffer has no finished episode, and only finished episodes can be relabeled: step the environments until one ends, or call end_episode"
+    )]
+    NoFinishedEpisode,
+    /// The sampler draws by priority, but the buffer has no priorities.
+    #[error("the buffer has no priorities: configure them with `BufferConfig::with_priorities`")]
+    NoPriorities,
+    /// Every priority is 0.
+    #[error("all priorities are 0, so that none can be drawn: set a positive one")]
+    ZeroPriorities,
+    /// The rows of the batch, or the steps of their windows, cannot be addressed.
+    #[error("a batch of this size exceeds the address space: reduce `batch_size` or `n_step`")]
+    TooLarge,
+    /// The reward function rejected the goals of the batch.
+    #[error("the reward function failed on the relabeled goals: {0}")]
+    Reward(#[from] GoalError),
+    /// The reward function returned NaN, infinity, or a number beyond the buffer's type.
+    #[error(
+        "the reward of row {row} is {reward}, which the buffer's type cannot hold as a finite number: check the reward function"
+    )]
+    RewardNotFinite {
+        /// The row of the batch.
+        row: usize,
+        /// The reward.
+        reward: f64,
+    },
 }

@@ -16,7 +16,10 @@ use crate::store::transition_id::TransitionId;
 ///
 /// [`Sampler`](crate::Sampler) draws batches from a shared reference, through which nothing changes.
 /// For one writer and concurrent readers, put the buffer into an [`RwLock`](std::sync::RwLock): readers
-/// sample side by side, and no reader ever sees half of a step.
+/// sample side by side, and no reader ever sees half of a step. The [crate's example](crate#example)
+/// adds an episode step by step.
+///
+/// # Example
 /// ```
 /// use std::{sync::RwLock, thread};
 ///
@@ -51,30 +54,6 @@ use crate::store::transition_id::TransitionId;
 ///     // Each reader owns its batch: only sampling needs the lock, learning does not.
 ///     shared.write().expect("no writer panicked").add_episode(&episode)
 /// })?;
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Example
-/// ```
-/// use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
-///
-/// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
-/// let mut buffer = HerBuffer::<f32>::new(config)?;
-/// buffer.begin_episode(0, &EpisodeStart {
-///     observation: &[0.0, 0.0],
-///     achieved_goal: &[0.0],
-///     desired_goal: &[2.0],
-/// })?;
-/// buffer.add_step(0, &Step {
-///     action: &[1.0],
-///     reward: -1.0,
-///     next_observation: &[1.0, 1.0],
-///     next_achieved_goal: &[1.0],
-///     terminated: false,
-///     truncated: true,
-///     fields: &[],
-/// })?;
-/// assert_eq!((buffer.len(), buffer.num_episodes()), (1, 1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
