@@ -2,7 +2,7 @@
 //!
 //! An agent that misses its goal has still reached *something*. [`HerBuffer`] stores the episodes of a
 //! goal-conditioned task, and [`Sampler`] draws transitions from it. For a share of them, it replaces the
-//! desired goal by a goal that was achieved later in the same episode, and the reward by the one for that
+//! desired goal with a goal that was achieved later in the same episode, and the reward with the one for that
 //! goal. The crate needs no environment: it works for any task with an achieved and a desired goal, and with
 //! any [`GoalReward`](goal_reward::GoalReward).
 //!

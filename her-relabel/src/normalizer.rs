@@ -274,7 +274,7 @@ pub enum NormalizerError {
         /// Its value.
         value: f64,
     },
-    /// A saved normalizer has sums that no vectors have.
+    /// A saved normalizer has sums that no vectors can have.
     #[error("the saved sums contradict each other: use an older copy, because the data is damaged")]
     Inconsistent,
 }

@@ -70,8 +70,8 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Adds a whole episode, independent of the environments' unfinished ones. Of an episode longer than
-    /// the capacity, the newest transitions are kept.
+    /// Adds a whole episode, independent of the environments' unfinished ones. If it is longer than the
+    /// capacity, only its newest transitions are kept.
     ///
     /// # Errors
     /// [`AddError`] if the episode is invalid.

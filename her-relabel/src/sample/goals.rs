@@ -15,8 +15,8 @@ const MAX_PARTS: usize = 6;
 ///
 /// The states of an episode of `T` transitions are `0..=T`, and transition `t` leads from state `t`
 /// to state `t + 1`. All draws are independent, and uniform except with [`Geometric`](Self::Geometric).
-/// Of an episode whose oldest transitions have been overwritten, only the goals achieved by the remaining
-/// ones are drawn.
+/// If the oldest transitions of an episode have been overwritten, only goals achieved by the remaining ones
+/// are drawn.
 ///
 /// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5, for the first four.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

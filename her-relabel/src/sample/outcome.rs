@@ -122,7 +122,7 @@ pub(crate) fn weigh<T: Scalar>(beta: UnitInterval, storage: &Storage<T>, batch: 
     }
 }
 
-/// Returns a number in proportion to the probability of drawing a live transition that was picked.
+/// Returns a number proportional to the probability of drawing a live transition.
 fn share(table: &PriorityTable, episodes: &Episodes, transition: u64) -> f64 {
     match table.settings.unit() {
         PriorityUnit::Transition => table.tree.weight(transition),

@@ -21,6 +21,7 @@ mod huge {
 
     use crate::scalar::Scalar;
 
+    /// A slice in a memory map of its own.
     #[derive(Debug)]
     pub(crate) struct Block<T> {
         map: MmapMut,

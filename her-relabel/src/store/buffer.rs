@@ -105,7 +105,7 @@ impl<T: Scalar> HerBuffer<T> {
         self.storage.episodes.len()
     }
 
-    /// Returns the oldest and the newest transition that can be sampled, as can all numbers between them.
+    /// Returns the oldest and the newest transition that can be sampled. All numbers between them can be, too.
     #[must_use]
     pub fn transition_ids(&self) -> Option<(TransitionId, TransitionId)> {
         let live = self.storage.episodes.live();
@@ -119,8 +119,8 @@ impl<T: Scalar> HerBuffer<T> {
         self.unfinished.iter_mut().for_each(Unfinished::discard);
     }
 
-    /// Sets the priorities of transitions, or of their episodes. If one is given several times the last
-    /// priority counts. Overwritten transitions are ignored.
+    /// Sets the priorities of transitions, or of their episodes. If a transition or an episode is given several
+    /// times, its last priority counts. Overwritten transitions are ignored.
     ///
     /// A priority is the weight of a draw itself: for the paper's prioritized replay, pass
     /// `(|td_error| + epsilon).powf(alpha)`.

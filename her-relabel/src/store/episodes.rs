@@ -6,8 +6,8 @@ use prefetch_index::prefetch_index;
 
 use crate::store::queue::Queue;
 
-/// The binary logarithm of the number of transitions of a cell, a run of transition numbers. Transitions are
-/// numbered in the order in which they were stored, and so are episodes.
+/// The binary logarithm of the number of transitions in a cell, which is a run of consecutive transition
+/// numbers. Transitions and episodes are numbered in the order in which they were stored.
 const CELL_SHIFT: u32 = 6;
 
 /// The stored episodes, in order, and a map from transitions to episodes. It takes a fraction of a byte per

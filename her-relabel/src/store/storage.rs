@@ -20,7 +20,7 @@ pub(crate) struct Storage<T> {
 }
 
 impl<T: Scalar> Storage<T> {
-    /// An empty store of a checked configuration.
+    /// Makes an empty store from a checked configuration.
     pub(crate) fn new(config: &BufferConfig) -> Result<Self, ConfigError> {
         let layout = Layout::new::<T>(config)?;
         Ok(Self {
