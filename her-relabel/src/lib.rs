@@ -2,7 +2,7 @@
 //!
 //! An agent that misses its goal has still reached *something*. [`HerBuffer`] stores the episodes of a
 //! goal-conditioned task, and [`Sampler`] draws transitions from it. For a share of them, it replaces the
-//! desired goal by a goal that was achieved later in the same episode, and the reward by the one for that
+//! desired goal with a goal that was achieved later in the same episode, and the reward with the one for that
 //! goal. The crate needs no environment: it works for any task with an achieved and a desired goal, and with
 //! any [`GoalReward`](goal_reward::GoalReward).
 //!
@@ -56,6 +56,7 @@
 #![forbid(unsafe_code)]
 
 mod add;
+mod getters;
 mod normalizer;
 #[cfg(feature = "npz")]
 mod npz;
@@ -69,12 +70,11 @@ pub use add::arguments::{EpisodeData, EpisodeStart, FieldRows, StartBatch, Step,
 pub use add::check::AddError;
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
-pub use npz::error::NpzError;
+pub use npz::array::NpzError;
 pub use sample::batch::Batch;
 pub use sample::draws::RandomSource;
-pub use sample::error::SampleError;
 pub use sample::goals::{GoalMixture, GoalPart, GoalStrategy, MixtureError};
-pub use sample::sampler::{NStep, Sampler};
+pub use sample::sampler::{NStep, SampleError, Sampler};
 pub use save::stream::LoadError;
 pub use scalar::Scalar;
 pub use store::buffer::HerBuffer;

@@ -3,10 +3,12 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::getters::getters;
 use crate::scalar::Scalar;
 
 /// Settings of a [`Normalizer`], checked by [`Normalizer::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
 pub struct NormalizerConfig {
     dim: usize,
     min_std: f64,
@@ -15,14 +17,12 @@ pub struct NormalizerConfig {
 
 impl NormalizerConfig {
     /// Makes settings for vectors of `dim` elements, at least 1.
-    #[must_use]
     pub const fn new(dim: usize) -> Self {
         Self { dim, min_std: 0.01, clip: 5.0 }
     }
 
     /// Sets the smallest standard deviation to divide by, positive and finite, so that an element that hardly
     /// varies is not inflated. The default, 0.01, is the paper's.
-    #[must_use]
     pub const fn with_min_std(mut self, min_std: f64) -> Self {
         self.min_std = min_std;
         self
@@ -30,40 +30,18 @@ impl NormalizerConfig {
 
     /// Sets the bound to which normalized elements are clipped, positive and finite. The default, 5, is the
     /// paper's.
-    #[must_use]
     pub const fn with_clip(mut self, clip: f64) -> Self {
         self.clip = clip;
         self
     }
 
-    /// Returns the number of elements of a vector.
-    #[must_use]
-    pub const fn dim(self) -> usize {
-        self.dim
-    }
-
-    /// Returns the smallest standard deviation to divide by.
-    #[must_use]
-    pub const fn min_std(self) -> f64 {
-        self.min_std
-    }
-
-    /// Returns the bound to which normalized elements are clipped.
-    #[must_use]
-    pub const fn clip(self) -> f64 {
-        self.clip
-    }
-
-    fn check(self) -> Result<(), NormalizerError> {
-        if self.dim == 0 {
-            return Err(NormalizerError::Empty);
-        }
-        let is_bad = |value: f64| !(value > 0.0 && value.is_finite());
-        let settings = [("min_std", self.min_std), ("clip", self.clip)];
-        match settings.into_iter().find(|(_, value)| is_bad(*value)) {
-            Some((name, value)) => Err(NormalizerError::BadSetting { name, value }),
-            None => Ok(()),
-        }
+    getters! {
+        /// Returns the number of elements of a vector.
+        dim: usize,
+        /// Returns the smallest standard deviation to divide by.
+        min_std: f64,
+        /// Returns the bound to which normalized elements are clipped.
+        clip: f64,
     }
 }
 
@@ -122,8 +100,15 @@ impl Normalizer {
     /// # Errors
     /// [`NormalizerError::Empty`] or [`NormalizerError::BadSetting`].
     pub fn new(config: NormalizerConfig) -> Result<Self, NormalizerError> {
-        config.check()?;
         let NormalizerConfig { dim, min_std, clip } = config;
+        if dim == 0 {
+            return Err(NormalizerError::Empty);
+        }
+        for (name, value) in [("min_std", min_std), ("clip", clip)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(NormalizerError::BadSetting { name, value });
+            }
+        }
         let zeros = vec![0.0; dim];
         Ok(Self { count: 0, mean: zeros.clone(), squares: zeros, min_std, clip })
     }
@@ -193,26 +178,19 @@ impl Normalizer {
             return Ok(());
         }
         let share = other.count as f64 / count as f64;
-        let distances = other.mean.iter().zip(&self.mean).map(|(other, own)| other - own);
-        let distances: Vec<f64> = distances.collect();
-        let mean: Vec<f64> = self
-            .mean
-            .iter()
-            .zip(&distances)
-            .map(|(own, distance)| own + distance * share)
-            .collect();
-        let between = |distance: f64| distance * distance * share * self.count as f64;
-        let squares: Vec<f64> = self
-            .squares
-            .iter()
-            .zip(&other.squares)
-            .zip(&distances)
-            .map(|((own, other), distance)| own + other + between(*distance))
-            .collect();
-        if !mean.iter().chain(&squares).all(|value| value.is_finite()) {
+        let mut merged = Self { count, ..self.clone() };
+        let own = merged.mean.iter_mut().zip(&mut merged.squares);
+        let others = other.mean.iter().zip(&other.squares);
+        for ((mean, squares), (other_mean, other_squares)) in own.zip(others) {
+            let distance = other_mean - *mean;
+            *mean += distance * share;
+            *squares += other_squares;
+            *squares += distance * distance * share * self.count as f64;
+        }
+        if !merged.mean.iter().chain(&merged.squares).all(|value| value.is_finite()) {
             return Err(NormalizerError::TooLarge);
         }
-        (self.count, self.mean, self.squares) = (count, mean, squares);
+        *self = merged;
         Ok(())
     }
 
@@ -296,7 +274,7 @@ pub enum NormalizerError {
         /// Its value.
         value: f64,
     },
-    /// A saved normalizer has sums that no vectors have.
+    /// A saved normalizer has sums that no vectors can have.
     #[error("the saved sums contradict each other: use an older copy, because the data is damaged")]
     Inconsistent,
 }

@@ -21,48 +21,37 @@ pub trait Scalar:
     fn from_bits(bits: u64) -> Self;
 }
 
-impl Scalar for f32 {
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
+macro_rules! scalars {
+    ($($float:ty, $bits:ty;)*) => {$(
+        impl sealed::Sealed for $float {}
 
-    #[inline(always)]
-    fn from_f64(value: f64) -> Self {
-        value as Self
-    }
+        impl Scalar for $float {
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self.into()
+            }
 
-    #[inline(always)]
-    fn bits(self) -> u64 {
-        u64::from(self.to_bits())
-    }
+            #[inline(always)]
+            fn from_f64(value: f64) -> Self {
+                value as Self
+            }
 
-    #[inline(always)]
-    fn from_bits(bits: u64) -> Self {
-        Self::from_bits(bits as u32)
-    }
+            #[inline(always)]
+            fn bits(self) -> u64 {
+                self.to_bits().into()
+            }
+
+            #[inline(always)]
+            fn from_bits(bits: u64) -> Self {
+                Self::from_bits(bits as $bits)
+            }
+        }
+    )*};
 }
 
-impl Scalar for f64 {
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        self
-    }
-
-    #[inline(always)]
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn bits(self) -> u64 {
-        self.to_bits()
-    }
-
-    #[inline(always)]
-    fn from_bits(bits: u64) -> Self {
-        Self::from_bits(bits)
-    }
+scalars! {
+    f32, u32;
+    f64, u64;
 }
 
 mod sealed {
@@ -71,6 +60,4 @@ mod sealed {
     pub trait Sealed: bytemuck::Pod {}
     #[cfg(not(target_os = "linux"))]
     pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
 }

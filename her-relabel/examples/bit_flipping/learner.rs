@@ -128,10 +128,8 @@ fn play(
     rng: &mut ChaCha8Rng,
 ) -> Result<(), Failure> {
     let (mut state, goal) = (random_bits(rng), random_bits(rng));
-    buffer.begin_episode(
-        0,
-        &EpisodeStart { observation: &state, achieved_goal: &state, desired_goal: &goal },
-    )?;
+    let start = EpisodeStart { observation: &state, achieved_goal: &state, desired_goal: &goal };
+    buffer.begin_episode(0, &start)?;
     for step in 1..=BITS {
         let action = if random_unit(rng) < EPSILON {
             rng.next_u32() as usize % BITS
@@ -140,18 +138,16 @@ fn play(
         };
         state[action] = 1.0 - state[action];
         let reached = state == goal;
-        buffer.add_step(
-            0,
-            &Step {
-                action: &[action as f32],
-                reward: if reached { 0.0 } else { -1.0 },
-                next_observation: &state,
-                next_achieved_goal: &state,
-                terminated: reached,
-                truncated: step == BITS,
-                fields: &[],
-            },
-        )?;
+        let step = Step {
+            action: &[action as f32],
+            reward: if reached { 0.0 } else { -1.0 },
+            next_observation: &state,
+            next_achieved_goal: &state,
+            terminated: reached,
+            truncated: step == BITS,
+            fields: &[],
+        };
+        buffer.add_step(0, &step)?;
         if reached {
             break;
         }

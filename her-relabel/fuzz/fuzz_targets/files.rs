@@ -30,8 +30,8 @@ pub enum Input {
 }
 
 impl Input {
-    pub fn apply(self, good: Vec<u8>) -> Vec<u8> {
-        let mut bytes = good;
+    /// Returns the file, given a valid one.
+    pub fn apply(self, mut bytes: Vec<u8>) -> Vec<u8> {
         let len = bytes.len();
         match self {
             Self::Bytes(bytes) => return bytes,

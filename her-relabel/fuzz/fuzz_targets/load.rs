@@ -9,17 +9,30 @@ use files::{Input, template};
 use her_relabel::{HerBuffer, LoadError, Scalar};
 use libfuzzer_sys::fuzz_target;
 
-fn check<T: Scalar>(bytes: &[u8]) {
-    let Ok(mut buffer) = HerBuffer::<T>::read_from(bytes) else { return };
+fn check<T: Scalar>(is_sealed: bool, input: Input) {
+    let mut good = Vec::new();
+    template::<T>().write_to(&mut good).expect("memory takes everything");
+    let mut bytes = input.apply(good);
+    if is_sealed && bytes.len() > 4 {
+        let end = bytes.len() - 4;
+        let checksum = crc32fast::hash(&bytes[..end]);
+        bytes[end..].copy_from_slice(&checksum.to_le_bytes());
+    }
+    let cut = HerBuffer::<T>::read_from(&bytes[..bytes.len().min(15)]);
+    assert!(matches!(
+        cut,
+        Err(LoadError::Truncated | LoadError::Foreign | LoadError::Version { .. })
+    ));
+    let Ok(mut buffer) = HerBuffer::<T>::read_from(&bytes[..]) else { return };
     let drawn = draw(&buffer);
     let mut saved = Vec::new();
     buffer.write_to(&mut saved).expect("memory takes everything");
     let again = HerBuffer::<T>::read_from(&saved[..]).expect("a saved buffer");
     assert_eq!(drawn, draw(&again));
     // It accepts more episodes, if it has the sizes of the common ones.
-    if buffer.config().dims() == common::DIMS && buffer.config().capacity() < 1000 {
-        let fits =
-            buffer.config().fields().iter().all(|field| field.name == "value" && field.len == 1);
+    let config = buffer.config();
+    if config.dims() == common::DIMS && config.capacity() < 1000 {
+        let fits = config.fields().iter().all(|field| field.name == "value" && field.len == 1);
         for episode in 0..3 {
             let _ = begin(&mut buffer, 0, episode);
             if fits {
@@ -33,26 +46,5 @@ fn check<T: Scalar>(bytes: &[u8]) {
 
 fuzz_target!(|input: (bool, bool, Input)| {
     let (is_single, is_sealed, input) = input;
-    let mut good = Vec::new();
-    if is_single {
-        template::<f32>().write_to(&mut good).expect("memory takes everything");
-    } else {
-        template::<f64>().write_to(&mut good).expect("memory takes everything");
-    }
-    let mut bytes = input.apply(good);
-    if is_sealed && bytes.len() > 4 {
-        let end = bytes.len() - 4;
-        let checksum = crc32fast::hash(&bytes[..end]);
-        bytes[end..].copy_from_slice(&checksum.to_le_bytes());
-    }
-    if is_single {
-        check::<f32>(&bytes)
-    } else {
-        check::<f64>(&bytes)
-    }
-    let cut = HerBuffer::<f64>::read_from(&bytes[..bytes.len().min(15)]);
-    assert!(matches!(
-        cut,
-        Err(LoadError::Truncated | LoadError::Foreign | LoadError::Version { .. })
-    ));
+    if is_single { check::<f32>(is_sealed, input) } else { check::<f64>(is_sealed, input) }
 });

@@ -131,18 +131,17 @@ impl Model {
 
 fuzz_target!(|input: (u8, u8, Vec<Op>)| {
     let (capacity, unit, ops) = input;
-    let mut config = BufferConfig::new(usize::from(capacity).max(1), DIMS)
-        .with_num_envs(NUM_ENVS)
-        .with_field("value", 1);
-    match unit % 3 {
-        0 => {}
-        1 => config = config.with_priorities(Priorities::new(PriorityUnit::Transition)),
+    let priorities = match unit % 3 {
+        0 => None,
+        1 => Some(Priorities::new(PriorityUnit::Transition)),
         _ => {
-            config = config.with_priorities(
-                Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(2.0)),
-            )
+            Some(Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(2.0)))
         }
-    }
+    };
+    let config = BufferConfig::new(usize::from(capacity).max(1), DIMS)
+        .with_num_envs(NUM_ENVS)
+        .with_field("value", 1)
+        .with_priorities(priorities);
     let mut buffer = HerBuffer::new(config).expect("a buffer");
     let mut model = Model::default();
     for op in &ops {

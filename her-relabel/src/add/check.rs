@@ -83,7 +83,7 @@ pub enum AddError {
     },
 }
 
-// All checks are of the values rounded to the buffer's type `T`.
+// All checks apply to the values as rounded to the buffer's type `T`.
 
 impl<S: Scalar> EpisodeStart<'_, S> {
     pub(crate) fn check<T: Scalar>(&self, dims: Dims) -> Result<(), AddError> {

@@ -10,9 +10,8 @@ impl<T: Scalar> Unfinished<T> {
     pub(crate) fn begin<S: Scalar>(&mut self, layout: &Layout, start: &EpisodeStart<'_, S>) {
         self.rows.clear();
         self.push_state(layout, start.observation, start.achieved_goal);
-        self.desired_goal.clear();
-        self.desired_goal
-            .extend(start.desired_goal.iter().map(|value| T::from_f64(value.to_f64())));
+        self.desired_goal.resize(layout.dims().goal, T::default());
+        fill(&mut self.desired_goal, start.desired_goal);
     }
 
     /// Adds a checked step, with row `at` of its fields.

@@ -12,9 +12,9 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`AddError::UnknownEnv`].
     pub fn unfinished_steps(&self, env: usize) -> Result<Option<usize>, AddError> {
-        let unfinished = self.unfinished.get(env).ok_or(self.unknown(env))?;
-        let steps = unfinished.steps(&self.storage.layout).min(self.config.capacity());
-        Ok(unfinished.is_under_way().then_some(steps))
+        let is_under_way = self.is_under_way(env)?;
+        let steps = self.unfinished[env].steps(&self.storage.layout).min(self.config.capacity());
+        Ok(is_under_way.then_some(steps))
     }
 
     /// Begins an episode of environment `env`, after its reset.
@@ -26,14 +26,11 @@ impl<T: Scalar> HerBuffer<T> {
         env: usize,
         start: &EpisodeStart<'_, S>,
     ) -> Result<(), AddError> {
-        let unknown = self.unknown(env);
-        let unfinished = self.unfinished.get_mut(env).ok_or(unknown)?;
-        if unfinished.is_under_way() {
+        if self.is_under_way(env)? {
             return Err(AddError::EpisodeUnderWay { env });
         }
-        let layout = &self.storage.layout;
-        start.check::<T>(layout.dims())?;
-        unfinished.begin(layout, start);
+        start.check::<T>(self.config.dims())?;
+        self.unfinished[env].begin(&self.storage.layout, start);
         Ok(())
     }
 
@@ -73,8 +70,8 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Adds a whole episode, independent of the environments' unfinished ones. Of an episode longer than
-    /// the capacity, the newest transitions are kept.
+    /// Adds a whole episode, independent of the environments' unfinished ones. If it is longer than the
+    /// capacity, only its newest transitions are kept.
     ///
     /// # Errors
     /// [`AddError`] if the episode is invalid.
@@ -98,7 +95,7 @@ impl<T: Scalar> HerBuffer<T> {
         let (num_envs, dims) = (self.config.num_envs(), self.config.dims());
         starts.check_lens(dims, num_envs)?;
         for env in 0..num_envs {
-            if self.unfinished[env].is_under_way() {
+            if self.is_under_way(env)? {
                 return Err(AddError::EpisodeUnderWay { env });
             }
             starts.row(env, dims).check::<T>(dims)?;
@@ -127,18 +124,18 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    fn unknown(&self, env: usize) -> AddError {
-        AddError::UnknownEnv { env, num_envs: self.config.num_envs() }
+    fn is_under_way(&self, env: usize) -> Result<bool, AddError> {
+        let num_envs = self.config.num_envs();
+        let unfinished = self.unfinished.get(env).ok_or(AddError::UnknownEnv { env, num_envs })?;
+        Ok(unfinished.is_under_way())
     }
 
-    /// Checks that environment `env` has an episode under way.
-    pub(crate) fn check_under_way(&self, env: usize) -> Result<(), AddError> {
-        let unfinished = self.unfinished.get(env).ok_or(self.unknown(env))?;
-        if unfinished.is_under_way() { Ok(()) } else { Err(AddError::NoEpisode { env }) }
+    fn check_under_way(&self, env: usize) -> Result<(), AddError> {
+        if self.is_under_way(env)? { Ok(()) } else { Err(AddError::NoEpisode { env }) }
     }
 
     /// Adds a checked step to the unfinished episode, with row `at` of the given fields.
-    pub(crate) fn record<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>, at: usize) {
+    fn record<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>, at: usize) {
         self.unfinished[env].step(&self.storage, step, at);
         let Step { terminated, truncated, .. } = *step;
         if terminated || truncated {

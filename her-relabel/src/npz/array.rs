@@ -1,12 +1,29 @@
-//! Reading one array of an archive, row by row.
+//! The arrays of an archive of episodes, reading them row by row, and the error of importing them.
 
 use std::io::{self, BufReader, Read, Seek};
 
 use npyz::{NpyHeader, Order};
+use thiserror::Error;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use crate::npz::error::NpzError;
+use crate::add::check::AddError;
+use crate::store::fields::Field;
+
+// The names of the arrays, of which `HerBuffer::export_npz` lists the contents.
+pub(crate) const EPISODE_LENGTHS: &str = "episode_lengths";
+pub(crate) const OBSERVATIONS: &str = "observations";
+pub(crate) const ACHIEVED_GOALS: &str = "achieved_goals";
+pub(crate) const DESIRED_GOALS: &str = "desired_goals";
+pub(crate) const ACTIONS: &str = "actions";
+pub(crate) const REWARDS: &str = "rewards";
+pub(crate) const TERMINATED: &str = "terminated";
+pub(crate) const TRUNCATED: &str = "truncated";
+
+/// Returns the name of the array of a field.
+pub(crate) fn field_array(field: &Field) -> String {
+    format!("fields_{}", field.name)
+}
 
 /// The largest size of an array's header in bytes, about ten times what numpy writes.
 const MAX_HEADER: usize = 1024;
@@ -76,11 +93,12 @@ fn word(bytes: &[u8]) -> u64 {
 }
 
 impl<'a, E: Element> Array<'a, E> {
-    /// Opens an array whose rows have `width` elements.
+    /// Opens an array whose rows have `width` elements, and checks their number if it is given.
     pub(crate) fn open<R: Read + Seek>(
         archive: &'a mut ZipArchive<R>,
         name: &str,
         width: usize,
+        expected_rows: Option<u64>,
     ) -> Result<Self, NpzError> {
         let damaged = |source| NpzError::Array { array: name.to_owned(), source };
         let file = archive.by_name(&format!("{name}.npy")).map_err(|error| match error {
@@ -103,6 +121,10 @@ impl<'a, E: Element> Array<'a, E> {
             expected: E::TYPES,
             actual: dtype,
         })?;
+        if let Some(expected) = expected_rows.filter(|expected| *expected != rows) {
+            let (array, actual) = (name.to_owned(), vec![rows, width as u64]);
+            return Err(NpzError::Shape { array, rows: expected, width, actual });
+        }
         let row = vec![0; encoding.0 * width];
         Ok(Self { name: name.to_owned(), reader: Box::new(reader), encoding, rows, row })
     }
@@ -110,16 +132,6 @@ impl<'a, E: Element> Array<'a, E> {
     /// Returns the number of rows.
     pub(crate) fn len(&self) -> u64 {
         self.rows
-    }
-
-    /// Checks that it has `rows` rows.
-    pub(crate) fn with_rows(self, rows: u64) -> Result<Self, NpzError> {
-        if self.rows == rows {
-            return Ok(self);
-        }
-        let width = self.row.len() / self.encoding.0;
-        let actual = vec![self.rows, width as u64];
-        Err(NpzError::Shape { array: self.name, rows, width, actual })
     }
 
     /// Reads the first element of the next row.
@@ -186,4 +198,73 @@ fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
         return Err(io::Error::other("its header is not that of a plain matrix"));
     }
     NpyHeader::from_reader(header.as_slice())
+}
+
+/// Error returned when episodes cannot be imported. The buffer is unchanged.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum NpzError {
+    /// The archive cannot be read, or the file is not an archive.
+    #[error(
+        "the archive cannot be read ({0}): pass a file written by numpy.savez or HerBuffer::export_npz"
+    )]
+    Archive(#[from] io::Error),
+    /// An array is missing.
+    #[error(
+        "the archive has no array `{array}`: write all arrays that HerBuffer::export_npz lists"
+    )]
+    Missing {
+        /// The array.
+        array: String,
+    },
+    /// An array is damaged, or has an unsupported form.
+    #[error("the array `{array}` cannot be read ({source}): write it again")]
+    Array {
+        /// The array.
+        array: String,
+        /// The cause.
+        source: io::Error,
+    },
+    /// An array has elements of the wrong type.
+    #[error("`{array}` has elements of type {actual}: convert it to {expected}")]
+    Type {
+        /// The array.
+        array: String,
+        /// The accepted types.
+        expected: &'static str,
+        /// Its type in numpy's notation.
+        actual: String,
+    },
+    /// An array has the wrong shape.
+    #[error("`{array}` has the shape {actual:?}: give it {rows} rows of {width} elements")]
+    Shape {
+        /// The array.
+        array: String,
+        /// The number of rows it should have.
+        rows: u64,
+        /// The length of a row.
+        width: usize,
+        /// Its shape.
+        actual: Vec<u64>,
+    },
+    /// The lengths of the episodes are wrong.
+    #[error(
+        "`episode_lengths` has {found} steps up to episode {episode}, but `rewards` has {expected}: make each length the number of steps of its episode, at least 1"
+    )]
+    Lengths {
+        /// The first episode that is too long, or the last one.
+        episode: u64,
+        /// The steps of all episodes up to this one.
+        found: u64,
+        /// The number of rewards.
+        expected: u64,
+    },
+    /// An episode cannot be added.
+    #[error("episode {episode} cannot be added: {source}")]
+    Episode {
+        /// The episode, from 0.
+        episode: u64,
+        /// The cause.
+        source: AddError,
+    },
 }

@@ -1,6 +1,5 @@
 //! Exporting episodes to numpy.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
@@ -8,11 +7,15 @@ use npyz::{DType, WriteOptions, WriterBuilder};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use crate::npz::arrays::{Arrays, EPISODE_LENGTHS, TERMINATED, TRUNCATED};
+use crate::npz::array::{
+    ACHIEVED_GOALS, ACTIONS, DESIRED_GOALS, EPISODE_LENGTHS, OBSERVATIONS, REWARDS, TERMINATED,
+    TRUNCATED, field_array,
+};
 use crate::save::replace::replace;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::episodes::Episode;
+use crate::store::storage::Storage;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Writes all finished episodes, or what is left of them, as an archive of numpy arrays. As with
@@ -42,7 +45,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// Errors of the file system.
     pub fn export_npz(&self, path: impl AsRef<Path>) -> io::Result<()> {
-        replace(path.as_ref(), |file: &mut File| self.write_npz(file))
+        replace(path.as_ref(), |file| self.write_npz(file))
     }
 
     /// Writes the archive of [`export_npz`](Self::export_npz) to a writer.
@@ -50,43 +53,43 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// Errors of the writer.
     pub fn write_npz(&self, writer: impl Write + Seek) -> io::Result<()> {
-        let storage = &self.storage;
-        let (layout, tape) = (storage.layout, &storage.tape);
-        let arrays = Arrays::new(&self.config);
+        let Storage { layout, fields, tape, .. } = &self.storage;
         let (num_episodes, num_steps) = (self.num_episodes() as u64, self.len() as u64);
         let states = |episode: &Episode| episode.row(episode.start)..=episode.last_row();
         let steps = |episode: &Episode| episode.row(episode.start)..episode.last_row();
         let mut archive = Archive { zip: ZipWriter::new(writer), buffer: self };
 
-        archive.lengths(num_episodes)?;
-        for (name, of) in [(TERMINATED, 0), (TRUNCATED, 1)] {
-            archive.array(name, "|b1", &[num_episodes], |out, episode| {
-                let flags = [episode.ending.terminated, episode.ending.truncated];
-                out.write_all(&[u8::from(flags[of])])
-            })?;
-        }
-        for ((name, width), place) in [
-            (arrays.observations, layout.observation()),
-            (arrays.achieved_goals, layout.achieved_goal()),
-        ] {
-            let shape = [num_steps + num_episodes, width as u64];
-            archive.elements(&name, &shape, |out, episode| {
+        archive.array(EPISODE_LENGTHS, "<i8", &[num_episodes], |out, episode| {
+            out.write_all(&(episode.end - episode.start).to_le_bytes())
+        })?;
+        archive.array(TERMINATED, "|b1", &[num_episodes], |out, episode| {
+            out.write_all(&[episode.ending.terminated.into()])
+        })?;
+        archive.array(TRUNCATED, "|b1", &[num_episodes], |out, episode| {
+            out.write_all(&[episode.ending.truncated.into()])
+        })?;
+        for (name, place) in
+            [(OBSERVATIONS, layout.observation()), (ACHIEVED_GOALS, layout.achieved_goal())]
+        {
+            let shape = [num_steps + num_episodes, place.len() as u64];
+            archive.elements(name, &shape, |out, episode| {
                 states(episode).try_for_each(|row| put(out, &tape.row(row)[place.clone()]))
             })?;
         }
-        let (name, width) = arrays.desired_goals;
-        archive.elements(&name, &[num_episodes, width as u64], |out, episode| {
+        let shape = [num_episodes, layout.desired_goal().len() as u64];
+        archive.elements(DESIRED_GOALS, &shape, |out, episode| {
             put(out, &tape.row(episode.last_row())[layout.desired_goal()])
         })?;
-        let (name, width) = arrays.actions;
-        archive.elements(&name, &[num_steps, width as u64], |out, episode| {
+        let shape = [num_steps, layout.action().len() as u64];
+        archive.elements(ACTIONS, &shape, |out, episode| {
             steps(episode).try_for_each(|row| put(out, &tape.row(row)[layout.action()]))
         })?;
-        archive.elements(&arrays.rewards.0, &[num_steps], |out, episode| {
+        archive.elements(REWARDS, &[num_steps], |out, episode| {
             steps(episode).try_for_each(|row| put(out, &[tape.row(row)[layout.reward()]]))
         })?;
-        for ((name, width), (_, place)) in arrays.fields.iter().zip(storage.fields.places()) {
-            archive.elements(name, &[num_steps, *width as u64], |out, episode| {
+        for (field, place) in fields.places() {
+            let shape = [num_steps, field.len as u64];
+            archive.elements(&field_array(field), &shape, |out, episode| {
                 steps(episode)
                     .try_for_each(|row| put(out, &tape.row(row)[layout.fields()][place.clone()]))
             })?;
@@ -104,12 +107,6 @@ struct Archive<'a, T, W: Write + Seek> {
 type Out<'a, W> = BufWriter<&'a mut ZipWriter<W>>;
 
 impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
-    fn lengths(&mut self, num_episodes: u64) -> io::Result<()> {
-        self.array(EPISODE_LENGTHS, "<i8", &[num_episodes], |out, episode| {
-            out.write_all(&(episode.end - episode.start).to_le_bytes())
-        })
-    }
-
     /// Writes an array of the buffer's elements, of which `write` writes those of one episode.
     fn elements(
         &mut self,

@@ -7,11 +7,13 @@ use std::path::Path;
 use zip::ZipArchive;
 
 use crate::add::arguments::{EpisodeData, FieldRows};
-use crate::npz::array::Array;
-use crate::npz::arrays::{Arrays, EPISODE_LENGTHS, TERMINATED, TRUNCATED};
-use crate::npz::error::NpzError;
+use crate::npz::array::{
+    ACHIEVED_GOALS, ACTIONS, Array, DESIRED_GOALS, EPISODE_LENGTHS, NpzError, OBSERVATIONS,
+    REWARDS, TERMINATED, TRUNCATED, field_array,
+};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
+use crate::store::config::Dims;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number. The
@@ -64,30 +66,30 @@ fn read<T: Scalar, R: Read + Seek>(
     open: impl Fn() -> io::Result<R>,
 ) -> Result<u64, NpzError> {
     let another = || ZipArchive::new(open()?).map_err(|error| NpzError::Archive(error.into()));
-    let names = Arrays::new(buffer.config());
+    let config = buffer.config().clone();
+    let Dims { observation, goal, action } = config.dims();
     let (mut lengths, mut rewards) = (another()?, another()?);
-    let mut lengths = Array::<u64>::open(&mut lengths, EPISODE_LENGTHS, 1)?;
-    let mut rewards = Array::<f64>::open(&mut rewards, &names.rewards.0, 1)?;
+    let mut lengths = Array::<u64>::open(&mut lengths, EPISODE_LENGTHS, 1, None)?;
+    let mut rewards = Array::open(&mut rewards, REWARDS, 1, None)?;
     let (num_episodes, num_steps) = (lengths.len(), rewards.len());
-    let num_states = num_episodes.saturating_add(num_steps);
+    let (episodes, steps) = (Some(num_episodes), Some(num_steps));
+    let states = Some(num_episodes.saturating_add(num_steps));
     let mut archives = (another()?, another()?, another()?, another()?, another()?, another()?);
-    let mut terminated = flags(&mut archives.0, TERMINATED, num_episodes)?;
-    let mut truncated = flags(&mut archives.1, TRUNCATED, num_episodes)?;
-    let mut observations = matrix(&mut archives.2, &names.observations, num_states)?;
-    let mut achieved_goals = matrix(&mut archives.3, &names.achieved_goals, num_states)?;
-    let mut desired_goals = matrix(&mut archives.4, &names.desired_goals, num_episodes)?;
-    let mut actions = matrix(&mut archives.5, &names.actions, num_steps)?;
+    let mut terminated = Array::open(&mut archives.0, TERMINATED, 1, episodes)?;
+    let mut truncated = Array::open(&mut archives.1, TRUNCATED, 1, episodes)?;
+    let mut observations = Array::open(&mut archives.2, OBSERVATIONS, observation, states)?;
+    let mut achieved_goals = Array::open(&mut archives.3, ACHIEVED_GOALS, goal, states)?;
+    let mut desired_goals = Array::open(&mut archives.4, DESIRED_GOALS, goal, episodes)?;
+    let mut actions = Array::open(&mut archives.5, ACTIONS, action, steps)?;
     let mut field_archives =
-        names.fields.iter().map(|_| another()).collect::<Result<Vec<_>, _>>()?;
+        config.fields().iter().map(|_| another()).collect::<Result<Vec<_>, _>>()?;
     let mut fields = field_archives
         .iter_mut()
-        .zip(&names.fields)
-        .map(|(archive, name)| matrix(archive, name, num_steps))
+        .zip(config.fields())
+        .map(|(archive, field)| Array::open(archive, &field_array(field), field.len, steps))
         .collect::<Result<Vec<_>, _>>()?;
 
-    let field_names: Vec<String> =
-        buffer.config().fields().iter().map(|field| field.name.clone()).collect();
-    let capacity = buffer.config().capacity() as u64;
+    let capacity = config.capacity() as u64;
     let mut found = 0;
     let mut parts: [Vec<f64>; 5] = Default::default();
     let mut field_parts = vec![Vec::new(); fields.len()];
@@ -106,11 +108,9 @@ fn read<T: Scalar, R: Read + Seek>(
         for (field, part) in fields.iter_mut().zip(&mut field_parts) {
             field.take(len, capacity, part)?;
         }
-        let rows: Vec<FieldRows<'_, f64>> = field_names
-            .iter()
-            .zip(&field_parts)
-            .map(|(name, part)| (name.as_str(), part.as_slice()))
-            .collect();
+        let named = config.fields().iter().zip(&field_parts);
+        let rows: Vec<FieldRows<'_, f64>> =
+            named.map(|(field, part)| (&field.name[..], &part[..])).collect();
         let data = EpisodeData {
             observations: states,
             achieved_goals: achieved,
@@ -132,20 +132,4 @@ fn read<T: Scalar, R: Read + Seek>(
     let matrices = [observations, achieved_goals, desired_goals, actions, rewards];
     matrices.into_iter().chain(fields).try_for_each(Array::finish)?;
     Ok(num_episodes)
-}
-
-fn flags<'a, R: Read + Seek>(
-    archive: &'a mut ZipArchive<R>,
-    name: &str,
-    rows: u64,
-) -> Result<Array<'a, bool>, NpzError> {
-    Array::open(archive, name, 1)?.with_rows(rows)
-}
-
-fn matrix<'a, R: Read + Seek>(
-    archive: &'a mut ZipArchive<R>,
-    (name, width): &(String, usize),
-    rows: u64,
-) -> Result<Array<'a, f64>, NpzError> {
-    Array::open(archive, name, *width)?.with_rows(rows)
 }

@@ -80,12 +80,19 @@ macro_rules! columns {
 }
 pub(crate) use columns;
 
+/// Copies a part of a transition to the row at `at` of its column.
+#[inline(always)]
+pub(crate) fn put_part<T: Copy>(column: &mut [T], at: usize, part: &[T]) {
+    let width = part.len();
+    copy(&mut column[at * width..][..width], part);
+}
+
 /// Copies `source` to `target`, which has the same length.
 ///
 /// The vectors of a transition have a few dozen elements, for which calling `memcpy` takes longer than
 /// the copy. With a known length, the copy is a handful of loads and stores.
 #[inline(always)]
-pub(crate) fn copy<T: Copy>(target: &mut [T], source: &[T]) {
+fn copy<T: Copy>(target: &mut [T], source: &[T]) {
     macro_rules! by_len {
         ($($len:literal)*) => {
             match target.len() {

@@ -4,10 +4,9 @@ use goal_reward::GoalReward;
 
 use crate::sample::batch::Batch;
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
-use crate::sample::error::SampleError;
 use crate::sample::gather::{PART, gather_parts};
 use crate::sample::outcome;
-use crate::sample::sampler::Sampler;
+use crate::sample::sampler::{SampleError, Sampler};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;

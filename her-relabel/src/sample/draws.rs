@@ -9,8 +9,8 @@ use crate::unit_interval::UnitInterval;
 
 /// The source of a batch's random numbers: a seed, or a generator. Sealed.
 ///
-/// A seed always gives the same batch of the same buffer, whatever was drawn before. Of a generator one
-/// word is used per batch, as the seed.
+/// A seed always gives the same batch of the same buffer, whatever was drawn before. A generator
+/// provides one word per batch, as the seed.
 pub trait RandomSource: sealed::Sealed {
     /// Returns the seed of a batch.
     fn seed(self) -> u64;

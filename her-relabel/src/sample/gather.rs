@@ -5,7 +5,7 @@ use std::iter;
 use prefetch_index::prefetch_index;
 
 use crate::sample::batch::{Relabeled, Rows};
-use crate::sample::columns::{copy, widen};
+use crate::sample::columns::{put_part, widen};
 use crate::sample::draws::{Draws, Purpose, unit};
 use crate::sample::goals::Goal;
 use crate::sample::sampler::{NStep, Sampler};
@@ -23,7 +23,7 @@ pub(crate) const PART: usize = 512;
 const LINE: usize = 64;
 
 /// A drawn row of the batch: its transition and its goal.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Planned<'a, T> {
     transition: u64,
     /// The tape's row of the state before the step, and its number.
@@ -36,20 +36,6 @@ struct Planned<'a, T> {
     goal_source: Option<TransitionId>,
     terminated: bool,
     truncated: bool,
-}
-
-impl<T> Planned<'_, T> {
-    const NOTHING: Self = Self {
-        transition: 0,
-        state: &[],
-        row: 0,
-        steps: 0,
-        next: &[],
-        goal: &[],
-        goal_source: None,
-        terminated: false,
-        truncated: false,
-    };
 }
 
 /// The number of relabeled rows, and of all their pairs of goals.
@@ -106,7 +92,7 @@ fn gather<T: Scalar>(
 ) -> Counts {
     let mut counts = Counts::default();
     let mut transitions = [0; 2 * AHEAD];
-    let mut planned = [Planned::NOTHING; AHEAD];
+    let mut planned = [Planned::default(); AHEAD];
     let (episodes, len) = (&storage.episodes, rows.len());
     for at in 0..len + 3 * AHEAD {
         if let Some(row) = at.checked_sub(3 * AHEAD) {
@@ -237,13 +223,6 @@ fn put<T: Scalar>(
         put_return(storage, n_step, planned, at, rows);
     }
     put_pairs(storage, planned, at, rows, counts);
-}
-
-/// Copies a part of a transition to the row at `at` of its column.
-#[inline(always)]
-fn put_part<T: Copy>(column: &mut [T], at: usize, part: &[T]) {
-    let width = part.len();
-    copy(&mut column[at * width..][..width], part);
 }
 
 /// Replaces the row's reward with the discounted sum of the stored rewards of its window.

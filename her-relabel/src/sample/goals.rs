@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::getters::getters;
 use crate::sample::draws::{below, geometric, uniform, unit};
 use crate::store::episodes::{Episode, Episodes};
 use crate::unit_interval::UnitInterval;
@@ -14,8 +15,8 @@ const MAX_PARTS: usize = 6;
 ///
 /// The states of an episode of `T` transitions are `0..=T`, and transition `t` leads from state `t`
 /// to state `t + 1`. All draws are independent, and uniform except with [`Geometric`](Self::Geometric).
-/// Of an episode whose oldest transitions have been overwritten, only the goals achieved by the remaining
-/// ones are drawn.
+/// If the oldest transitions of an episode have been overwritten, only goals achieved by the remaining ones
+/// are drawn.
 ///
 /// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5, for the first four.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -111,6 +112,7 @@ impl GoalStrategy {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<GoalPart>", into = "Vec<GoalPart>")]
+#[must_use]
 pub struct GoalMixture {
     parts: [GoalPart; MAX_PARTS],
     len: usize,
@@ -120,6 +122,7 @@ pub struct GoalMixture {
 
 /// A strategy and its weight in a [`GoalMixture`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct GoalPart {
     strategy: GoalStrategy,
     weight: f64,
@@ -127,21 +130,15 @@ pub struct GoalPart {
 
 impl GoalPart {
     /// Makes a strategy that is used in proportion to its `weight`, finite and at least 0.
-    #[must_use]
     pub const fn new(strategy: GoalStrategy, weight: f64) -> Self {
         Self { strategy, weight }
     }
 
-    /// Returns the strategy.
-    #[must_use]
-    pub const fn strategy(self) -> GoalStrategy {
-        self.strategy
-    }
-
-    /// Returns the weight.
-    #[must_use]
-    pub const fn weight(self) -> f64 {
-        self.weight
+    getters! {
+        /// Returns the strategy.
+        strategy: GoalStrategy,
+        /// Returns the weight.
+        weight: f64,
     }
 }
 
@@ -168,7 +165,6 @@ impl GoalMixture {
     }
 
     /// Makes a mixture of one strategy.
-    #[must_use]
     pub const fn only(strategy: GoalStrategy) -> Self {
         let unused = GoalPart::new(GoalStrategy::Future, 0.0);
         let mut parts = [unused; MAX_PARTS];
@@ -177,7 +173,6 @@ impl GoalMixture {
     }
 
     /// Returns the strategies and their weights.
-    #[must_use]
     pub fn parts(&self) -> &[GoalPart] {
         &self.parts[..self.len]
     }

@@ -4,7 +4,6 @@ pub(crate) mod batch;
 pub(crate) mod columns;
 pub(crate) mod draw;
 pub(crate) mod draws;
-pub(crate) mod error;
 pub(crate) mod gather;
 pub(crate) mod goals;
 pub(crate) mod outcome;

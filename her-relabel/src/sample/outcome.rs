@@ -3,10 +3,9 @@
 use goal_reward::{GoalPairs, GoalReward};
 
 use crate::sample::batch::{Batch, Relabeled};
-use crate::sample::columns::widen;
-use crate::sample::error::SampleError;
+use crate::sample::columns::{put_part, widen};
 use crate::sample::gather::Counts;
-use crate::sample::sampler::Sampler;
+use crate::sample::sampler::{SampleError, Sampler};
 use crate::scalar::Scalar;
 use crate::store::episodes::Episodes;
 use crate::store::priorities::PriorityUnit;
@@ -48,7 +47,6 @@ pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
 fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<T>) {
     let Batch { columns, scratch, judged, .. } = batch;
     let Storage { layout, tape, episodes, .. } = storage;
-    let dims = layout.dims();
     let mut rest = &judged.terminated[..];
     for relabeled in &mut scratch.relabeled[..counts.rows] {
         let (terminated, later) = rest.split_at(relabeled.pairs);
@@ -63,10 +61,8 @@ fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<
         columns.truncated[row] = false;
         let transition = columns.transition[row].number();
         let next = tape.row(episodes.of(transition).row(transition) + used as u64);
-        let observation = row * dims.observation..(row + 1) * dims.observation;
-        columns.next_observation[observation].copy_from_slice(&next[layout.observation()]);
-        let achieved_goal = row * dims.goal..(row + 1) * dims.goal;
-        columns.next_achieved_goal[achieved_goal].copy_from_slice(&next[layout.achieved_goal()]);
+        put_part(&mut columns.next_observation, row, &next[layout.observation()]);
+        put_part(&mut columns.next_achieved_goal, row, &next[layout.achieved_goal()]);
     }
 }
 
@@ -126,7 +122,7 @@ pub(crate) fn weigh<T: Scalar>(beta: UnitInterval, storage: &Storage<T>, batch: 
     }
 }
 
-/// Returns a number in proportion to the probability of drawing a live transition that was picked.
+/// Returns a number proportional to the probability of drawing a live transition.
 fn share(table: &PriorityTable, episodes: &Episodes, transition: u64) -> f64 {
     match table.settings.unit() {
         PriorityUnit::Transition => table.tree.weight(transition),

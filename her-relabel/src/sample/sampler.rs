@@ -1,9 +1,12 @@
-//! The settings of sampling.
+//! The settings of sampling, and the error of drawing a batch.
 
 use std::num::NonZeroUsize;
 
+use goal_reward::GoalError;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
+use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
 use crate::unit_interval::UnitInterval;
 
@@ -20,13 +23,12 @@ use crate::unit_interval::UnitInterval;
 /// # Example
 /// ```
 /// use goal_reward::DistanceReward;
-/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, HerBuffer};
-/// use her_relabel::{GoalStrategy, Sampler, UnitInterval};
+/// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+/// use her_relabel::{Priorities, PriorityUnit, Sampler, UnitInterval};
 ///
-/// let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(
-///     1000,
-///     Dims { observation: 1, goal: 1, action: 1 },
-/// ))?;
+/// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 })
+///     .with_priorities(Priorities::new(PriorityUnit::Transition));
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
 /// buffer.add_episode(&EpisodeData {
 ///     observations: &[0.0, 1.0, 2.0],
 ///     achieved_goals: &[0.0, 1.0, 2.0],
@@ -37,13 +39,21 @@ use crate::unit_interval::UnitInterval;
 ///     truncated: true,
 ///     fields: &[],
 /// })?;
-/// let sampler = Sampler::new(256, GoalStrategy::Final, UnitInterval::ONE);
+/// let sampler = Sampler::new(32, GoalStrategy::Final, UnitInterval::ONE);
 /// let mut batch = Batch::new();
 /// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
 /// assert!(batch.desired_goal().iter().all(|goal| *goal == 2.0));
+///
+/// // Prioritized replay.
+/// let prioritized = sampler.with_priorities(UnitInterval::new(0.4)?);
+/// prioritized.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
+/// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
+/// let errors = [0.5_f32; 32];
+/// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct Sampler {
     batch_size: usize,
     goals: GoalMixture,
@@ -60,7 +70,6 @@ pub struct Sampler {
 impl Sampler {
     /// Makes settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of the rows gets
     /// a new goal by `strategy`.
-    #[must_use]
     pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: UnitInterval) -> Self {
         Self {
             batch_size,
@@ -75,20 +84,17 @@ impl Sampler {
     }
 
     /// Sets the number of rows of a batch, at least 1.
-    #[must_use]
     pub const fn with_batch_size(mut self, batch_size: usize) -> Self {
         self.batch_size = batch_size;
         self
     }
 
     /// Sets the only strategy of new goals.
-    #[must_use]
     pub const fn with_strategy(self, strategy: GoalStrategy) -> Self {
         self.with_goals(GoalMixture::only(strategy))
     }
 
     /// Sets the strategies of new goals.
-    #[must_use]
     pub const fn with_goals(mut self, goals: GoalMixture) -> Self {
         self.goals = goals;
         self
@@ -96,7 +102,6 @@ impl Sampler {
 
     /// Sets the average share of rows that get a new goal. As each row is drawn independently, it holds for
     /// batches of any size.
-    #[must_use]
     pub const fn with_ratio(mut self, ratio: UnitInterval) -> Self {
         self.ratio = ratio;
         self
@@ -104,7 +109,6 @@ impl Sampler {
 
     /// Sets whether the reward function decides the termination of relabeled rows, for their new goal. Off
     /// by default, as in the paper: they keep the stored termination.
-    #[must_use]
     pub const fn with_recompute_terminated(mut self, recompute_terminated: bool) -> Self {
         self.recompute_terminated = recompute_terminated;
         self
@@ -112,7 +116,6 @@ impl Sampler {
 
     /// Sets whether [`Batch::success`](crate::Batch::success) is computed. Off by default, because learning
     /// does not need it.
-    #[must_use]
     pub const fn with_success(mut self, success: bool) -> Self {
         self.success = success;
         self
@@ -126,7 +129,6 @@ impl Sampler {
     /// the rewards, the next observation and the flags belong to the last step, and
     /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value. If termination is
     /// recomputed, a window ends with the first step that terminates.
-    #[must_use]
     pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
         self.n_step = n_step.into();
         self
@@ -139,39 +141,10 @@ impl Sampler {
     /// A row drawn with probability `P` from `N` transitions has the weight `(N * P)^-beta`, divided by the
     /// highest weight of the batch. Prioritized replay usually starts with a `beta` of 0.4 and raises it to 1
     /// toward the end of training. The time of each draw grows with the logarithm of how much is stored.
+    /// [`Sampler`] has an example.
     ///
     /// Source: Schaul et al., *Prioritized experience replay*, 2016, section 3.4. There the highest weight is
     /// that of the whole buffer; most libraries take the batch's, as here.
-    ///
-    /// # Example
-    /// ```
-    /// use goal_reward::DistanceReward;
-    /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
-    /// use her_relabel::{Priorities, PriorityUnit, Sampler, UnitInterval};
-    ///
-    /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 })
-    ///     .with_priorities(Priorities::new(PriorityUnit::Transition));
-    /// let mut buffer = HerBuffer::<f32>::new(config)?;
-    /// buffer.add_episode(&EpisodeData {
-    ///     observations: &[0.0, 1.0, 2.0],
-    ///     achieved_goals: &[0.0, 1.0, 2.0],
-    ///     desired_goal: &[9.0],
-    ///     actions: &[1.0, 1.0],
-    ///     rewards: &[-1.0, -1.0],
-    ///     terminated: false,
-    ///     truncated: true,
-    ///     fields: &[],
-    /// })?;
-    /// let mut batch = Batch::new();
-    /// let sampler = Sampler::new(32, GoalStrategy::Future, UnitInterval::from_k(4))
-    ///     .with_priorities(UnitInterval::new(0.4)?);
-    /// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
-    /// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
-    /// let errors = [0.5_f32; 32];
-    /// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    #[must_use]
     pub fn with_priorities(mut self, beta: impl Into<Option<UnitInterval>>) -> Self {
         self.priorities = beta.into();
         self
@@ -181,61 +154,32 @@ impl Sampler {
     /// whatever their number, and the reward function is called on the calling thread.
     ///
     /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread.
-    #[must_use]
     pub const fn with_parallel(mut self, parallel: bool) -> Self {
         self.parallel = parallel;
         self
     }
 
-    /// Returns the number of rows of a batch.
-    #[must_use]
-    pub const fn batch_size(&self) -> usize {
-        self.batch_size
+    getters! {
+        /// Returns the number of rows of a batch.
+        batch_size: usize,
+        /// Returns the average share of rows that get a new goal.
+        ratio: UnitInterval,
+        /// Returns whether the reward function decides the termination of relabeled rows.
+        recompute_terminated: bool,
+        /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
+        success: bool,
+        /// Returns the windows of several steps.
+        n_step: Option<NStep>,
+        /// Returns the exponent of the importance weights; `None` for uniform draws.
+        priorities: Option<UnitInterval>,
+        /// Returns whether batches are drawn on several threads.
+        parallel: bool,
     }
 
     /// Returns the strategies of new goals.
     #[inline]
-    #[must_use]
     pub const fn goals(&self) -> &GoalMixture {
         &self.goals
-    }
-
-    /// Returns the average share of rows that get a new goal.
-    #[inline]
-    #[must_use]
-    pub const fn ratio(&self) -> UnitInterval {
-        self.ratio
-    }
-
-    /// Returns whether the reward function decides the termination of relabeled rows.
-    #[must_use]
-    pub const fn recompute_terminated(&self) -> bool {
-        self.recompute_terminated
-    }
-
-    /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
-    #[must_use]
-    pub const fn success(&self) -> bool {
-        self.success
-    }
-
-    /// Returns the windows of several steps.
-    #[inline]
-    #[must_use]
-    pub const fn n_step(&self) -> Option<NStep> {
-        self.n_step
-    }
-
-    /// Returns the exponent of the importance weights; `None` for uniform draws.
-    #[must_use]
-    pub const fn priorities(&self) -> Option<UnitInterval> {
-        self.priorities
-    }
-
-    /// Returns whether batches are drawn on several threads.
-    #[must_use]
-    pub const fn parallel(&self) -> bool {
-        self.parallel
     }
 
     /// Returns the maximal number of steps of a row.
@@ -247,6 +191,7 @@ impl Sampler {
 
 /// Settings of windows of several steps, for n-step returns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct NStep {
     steps: NonZeroUsize,
     gamma: UnitInterval,
@@ -255,23 +200,15 @@ pub struct NStep {
 impl NStep {
     /// Makes windows of up to `steps` steps, shorter where the episode ends, with rewards discounted by
     /// `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
-    #[must_use]
     pub const fn new(steps: NonZeroUsize, gamma: UnitInterval) -> Self {
         Self { steps, gamma }
     }
 
-    /// Returns the maximal number of steps of a window.
-    #[inline]
-    #[must_use]
-    pub const fn steps(self) -> NonZeroUsize {
-        self.steps
-    }
-
-    /// Returns the discount per step.
-    #[inline]
-    #[must_use]
-    pub const fn gamma(self) -> UnitInterval {
-        self.gamma
+    getters! {
+        /// Returns the maximal number of steps of a window.
+        steps: NonZeroUsize,
+        /// Returns the discount per step.
+        gamma: UnitInterval,
     }
 
     /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the discount of what
@@ -283,4 +220,40 @@ impl NStep {
             (sum + discount * reward, discount * self.gamma.get())
         })
     }
+}
+
+/// Error returned when no batch can be drawn.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SampleError {
+    /// The batch would have no rows.
+    #[error("`batch_size` is 0: set it to at least 1")]
+    EmptyBatch,
+    /// No episode has ended yet.
+    #[error(
+        "the buffer has no finished episode, and only finished episodes can be relabeled: step the environments until one ends, or call end_episode"
+    )]
+    NoFinishedEpisode,
+    /// The sampler draws by priority, but the buffer has no priorities.
+    #[error("the buffer has no priorities: configure them with `BufferConfig::with_priorities`")]
+    NoPriorities,
+    /// Every priority is 0.
+    #[error("all priorities are 0, so that none can be drawn: set a positive one")]
+    ZeroPriorities,
+    /// The rows of the batch, or the steps of their windows, cannot be addressed.
+    #[error("a batch of this size exceeds the address space: reduce `batch_size` or `n_step`")]
+    TooLarge,
+    /// The reward function rejected the goals of the batch.
+    #[error("the reward function failed on the relabeled goals: {0}")]
+    Reward(#[from] GoalError),
+    /// The reward function returned NaN, infinity, or a number beyond the buffer's type.
+    #[error(
+        "the reward of row {row} is {reward}, which the buffer's type cannot hold as a finite number: check the reward function"
+    )]
+    RewardNotFinite {
+        /// The row of the batch.
+        row: usize,
+        /// The reward.
+        reward: f64,
+    },
 }

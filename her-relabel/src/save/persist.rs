@@ -85,12 +85,8 @@ impl<T: Scalar> HerBuffer<T> {
         target.numbers(code(config.priorities()))?;
         let (live, kept) = (episodes.live(), episodes.numbers());
         target.numbers([live.start, live.end, kept.start, kept.end])?;
-        for record in episodes.records() {
-            target.number(record)?;
-        }
-        for row in tape.rows() {
-            target.elements(row)?;
-        }
+        episodes.records().try_for_each(|record| target.number(record))?;
+        tape.rows().try_for_each(|row| target.elements(row))?;
         for Unfinished { rows, desired_goal } in &self.unfinished {
             target.number((rows.len() / layout.row()) as u64)?;
             if !rows.is_empty() {
@@ -100,9 +96,7 @@ impl<T: Scalar> HerBuffer<T> {
         }
         if let Some(PriorityTable { highest, tree, .. }) = &self.storage.priorities {
             target.numbers([highest.to_bits(), tree.size() as u64])?;
-            for priority in tree.weights() {
-                target.number(priority.to_bits())?;
-            }
+            tree.weights().try_for_each(|priority| target.number(priority.to_bits()))?;
         }
         target.finish()
     }
@@ -136,11 +130,8 @@ impl<T: Scalar> HerBuffer<T> {
         if num_live > capacity as u64 || num_kept > num_live || !is_early {
             return Err(LoadError::Damaged);
         }
-        let mut records = Vec::new();
-        for _ in kept.clone() {
-            records.push(source.number()?);
-        }
-        let mut tape = Tape::starting_at(layout.row(), capacity, live.start + kept.start);
+        let records = kept.clone().map(|_| source.number()).collect::<Result<Vec<_>, _>>()?;
+        let mut tape = Tape::new(layout.row(), capacity, live.start + kept.start);
         let mut row = Vec::new();
         for _ in 0..num_live + num_kept {
             source.elements(layout.row(), &mut row)?;
@@ -148,10 +139,9 @@ impl<T: Scalar> HerBuffer<T> {
         }
         // The rows were read, so there is memory for what depends on their number.
         let episodes = Episodes::restore(live, kept.start, &records).ok_or(LoadError::Damaged)?;
-        let mut unfinished = Vec::new();
-        for _ in 0..config.num_envs() {
-            unfinished.push(read_unfinished(&mut source, &layout, capacity)?);
-        }
+        let unfinished = (0..config.num_envs())
+            .map(|_| read_unfinished(&mut source, &layout, capacity))
+            .collect::<Result<Vec<_>, _>>()?;
         let priorities = match config.priorities() {
             Some(settings) => Some(read_priorities(&mut source, settings, &episodes)?),
             None => None,
@@ -188,14 +178,14 @@ fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadErro
 
 /// Returns the code of the settings of priorities: the unit and the new priority.
 fn code(priorities: Option<Priorities>) -> [u64; 2] {
-    let unit = match priorities.map(Priorities::unit) {
-        None => 0,
-        Some(PriorityUnit::Transition) => 1,
-        Some(PriorityUnit::Episode) => 2,
+    let Some(settings) = priorities else { return [0, HIGHEST.to_bits()] };
+    let unit = match settings.unit() {
+        PriorityUnit::Transition => 1,
+        PriorityUnit::Episode => 2,
     };
-    let new = match priorities.map(Priorities::new_priority) {
-        Some(NewPriority::Given(priority)) => priority,
-        None | Some(NewPriority::Highest) => HIGHEST,
+    let new = match settings.new_priority() {
+        NewPriority::Given(priority) => priority,
+        NewPriority::Highest => HIGHEST,
     };
     [unit, new.to_bits()]
 }
@@ -208,10 +198,8 @@ fn read_priorities<R: Read>(
     let highest = f64::from_bits(source.number()?);
     let [size] = source.sizes()?;
     let live = settings.unit().live(episodes);
-    let mut weights = Vec::new();
-    for _ in live.clone() {
-        weights.push(f64::from_bits(source.number()?));
-    }
+    let weights = live.clone().map(|_| source.number().map(f64::from_bits));
+    let weights = weights.collect::<Result<Vec<_>, _>>()?;
     let transitions = episodes.live();
     // There are never more episodes than transitions.
     let is_needed = size <= SumTree::size_for((transitions.end - transitions.start) as usize);

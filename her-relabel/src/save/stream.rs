@@ -103,7 +103,7 @@ impl<R: Read> Source<R> {
         Ok(sizes)
     }
 
-    /// Replaces `elements` by the next `len` elements, all of which must be finite.
+    /// Replaces `elements` with the next `len` elements, all of which must be finite.
     pub(crate) fn elements<T: Scalar>(
         &mut self,
         len: usize,

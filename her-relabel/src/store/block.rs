@@ -1,54 +1,39 @@
 //! Memory for many rows.
-
-use std::ops::{Deref, DerefMut};
-
-use crate::scalar::Scalar;
-
-/// A slice of zeros on the heap, or on Linux in huge pages if the system provides them. In a table of small
-/// pages almost every random access has to look up the page's address, which takes as long as the access.
-///
-/// The system provides the memory when it is first written.
-#[derive(Clone, Debug)]
-pub(crate) struct Block<T>(memory::Memory<T>);
-
-impl<T: Scalar> Block<T> {
-    /// Makes a block of `len` elements, at least one.
-    pub(crate) fn new(len: usize) -> Self {
-        Self(memory::Memory::zeroed(len))
-    }
-}
-
-impl<T: Scalar> Deref for Block<T> {
-    type Target = [T];
-
-    #[inline(always)]
-    fn deref(&self) -> &[T] {
-        self.0.elements()
-    }
-}
-
-impl<T: Scalar> DerefMut for Block<T> {
-    fn deref_mut(&mut self) -> &mut [T] {
-        self.0.elements_mut()
-    }
-}
+//!
+//! A [`Block`] is a slice of zeros on the heap, or on Linux in huge pages if the system provides them. In a
+//! table of small pages almost every random access has to look up the page's address, which takes as long as
+//! the access.
+//!
+//! The system provides the memory when it is first written.
 
 #[cfg(target_os = "linux")]
-mod memory {
+pub(crate) use huge::{Block, zeroed};
+#[cfg(not(target_os = "linux"))]
+pub(crate) use plain::{Block, zeroed};
+
+#[cfg(target_os = "linux")]
+mod huge {
     use std::alloc::{Layout, handle_alloc_error};
     use std::marker::PhantomData;
+    use std::ops::{Deref, DerefMut};
 
     use memmap2::{Advice, MmapMut};
 
     use crate::scalar::Scalar;
 
+    /// A slice in a memory map of its own.
     #[derive(Debug)]
-    pub(super) struct Memory<T> {
+    pub(crate) struct Block<T> {
         map: MmapMut,
         element: PhantomData<T>,
     }
 
-    impl<T> Memory<T> {
+    /// Makes a block of `len` elements, at least one.
+    pub(crate) fn zeroed<T: Scalar>(len: usize) -> Block<T> {
+        Block::of_bytes(len * size_of::<T>())
+    }
+
+    impl<T> Block<T> {
         fn of_bytes(bytes: usize) -> Self {
             let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
                 // As a `Vec` does when memory runs out.
@@ -60,7 +45,7 @@ mod memory {
         }
     }
 
-    impl<T> Clone for Memory<T> {
+    impl<T> Clone for Block<T> {
         fn clone(&self) -> Self {
             let mut clone = Self::of_bytes(self.map.len());
             clone.map.copy_from_slice(&self.map);
@@ -68,41 +53,30 @@ mod memory {
         }
     }
 
-    impl<T: Scalar> Memory<T> {
-        pub(super) fn zeroed(len: usize) -> Self {
-            Self::of_bytes(len * size_of::<T>())
-        }
+    impl<T: Scalar> Deref for Block<T> {
+        type Target = [T];
 
         #[inline(always)]
-        pub(super) fn elements(&self) -> &[T] {
+        fn deref(&self) -> &[T] {
             bytemuck::cast_slice(&self.map)
         }
+    }
 
-        pub(super) fn elements_mut(&mut self) -> &mut [T] {
+    impl<T: Scalar> DerefMut for Block<T> {
+        fn deref_mut(&mut self) -> &mut [T] {
             bytemuck::cast_slice_mut(&mut self.map)
         }
     }
 }
 
 #[cfg(not(target_os = "linux"))]
-mod memory {
+mod plain {
     use crate::scalar::Scalar;
 
-    #[derive(Clone, Debug)]
-    pub(super) struct Memory<T>(Box<[T]>);
+    pub(crate) type Block<T> = Box<[T]>;
 
-    impl<T: Scalar> Memory<T> {
-        pub(super) fn zeroed(len: usize) -> Self {
-            Self(vec![T::default(); len].into_boxed_slice())
-        }
-
-        #[inline(always)]
-        pub(super) fn elements(&self) -> &[T] {
-            &self.0
-        }
-
-        pub(super) fn elements_mut(&mut self) -> &mut [T] {
-            &mut self.0
-        }
+    /// Makes a block of `len` elements.
+    pub(crate) fn zeroed<T: Scalar>(len: usize) -> Block<T> {
+        vec![T::default(); len].into_boxed_slice()
     }
 }

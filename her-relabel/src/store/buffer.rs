@@ -16,7 +16,10 @@ use crate::store::transition_id::TransitionId;
 ///
 /// [`Sampler`](crate::Sampler) draws batches from a shared reference, through which nothing changes.
 /// For one writer and concurrent readers, put the buffer into an [`RwLock`](std::sync::RwLock): readers
-/// sample side by side, and no reader ever sees half of a step.
+/// sample side by side, and no reader ever sees half of a step. The [crate's example](crate#example)
+/// adds an episode step by step.
+///
+/// # Example
 /// ```
 /// use std::{sync::RwLock, thread};
 ///
@@ -53,30 +56,6 @@ use crate::store::transition_id::TransitionId;
 /// })?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-///
-/// # Example
-/// ```
-/// use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
-///
-/// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
-/// let mut buffer = HerBuffer::<f32>::new(config)?;
-/// buffer.begin_episode(0, &EpisodeStart {
-///     observation: &[0.0, 0.0],
-///     achieved_goal: &[0.0],
-///     desired_goal: &[2.0],
-/// })?;
-/// buffer.add_step(0, &Step {
-///     action: &[1.0],
-///     reward: -1.0,
-///     next_observation: &[1.0, 1.0],
-///     next_achieved_goal: &[1.0],
-///     terminated: false,
-///     truncated: true,
-///     fields: &[],
-/// })?;
-/// assert_eq!((buffer.len(), buffer.num_episodes()), (1, 1));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct HerBuffer<T> {
     pub(crate) config: BufferConfig,
@@ -103,7 +82,6 @@ impl<T: Scalar> HerBuffer<T> {
     }
 
     /// Returns the buffer's settings.
-    #[must_use]
     pub fn config(&self) -> &BufferConfig {
         &self.config
     }
@@ -127,7 +105,7 @@ impl<T: Scalar> HerBuffer<T> {
         self.storage.episodes.len()
     }
 
-    /// Returns the oldest and the newest transition that can be sampled, as can all numbers between them.
+    /// Returns the oldest and the newest transition that can be sampled. All numbers between them can be, too.
     #[must_use]
     pub fn transition_ids(&self) -> Option<(TransitionId, TransitionId)> {
         let live = self.storage.episodes.live();
@@ -141,8 +119,8 @@ impl<T: Scalar> HerBuffer<T> {
         self.unfinished.iter_mut().for_each(Unfinished::discard);
     }
 
-    /// Sets the priorities of transitions, or of their episodes. If one is given several times the last
-    /// priority counts. Overwritten transitions are ignored.
+    /// Sets the priorities of transitions, or of their episodes. If a transition or an episode is given several
+    /// times, its last priority counts. Overwritten transitions are ignored.
     ///
     /// A priority is the weight of a draw itself: for the paper's prioritized replay, pass
     /// `(|td_error| + epsilon).powf(alpha)`.

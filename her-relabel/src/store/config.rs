@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::getters::getters;
 use crate::store::fields::{Field, MAX_NAME};
 use crate::store::priorities::{NewPriority, Priorities, is_priority};
 
@@ -30,6 +31,7 @@ pub struct Dims {
 /// assert_eq!(config.num_envs(), 8);
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct BufferConfig {
     capacity: usize,
     dims: Dims,
@@ -42,13 +44,11 @@ pub struct BufferConfig {
 impl BufferConfig {
     /// Makes settings of a buffer that keeps up to `capacity` transitions, at least 1, with vectors of the
     /// lengths `dims`.
-    #[must_use]
     pub const fn new(capacity: usize, dims: Dims) -> Self {
         Self { capacity, dims, num_envs: 1, fields: Vec::new(), priorities: None }
     }
 
     /// Sets the number of environments that add to the buffer side by side, at least 1. The default is 1.
-    #[must_use]
     pub const fn with_num_envs(mut self, num_envs: usize) -> Self {
         self.num_envs = num_envs;
         self
@@ -56,7 +56,6 @@ impl BufferConfig {
 
     /// Adds a [`Field`] of `len` elements to every transition. There are none by default, because each takes
     /// memory.
-    #[must_use]
     pub fn with_field(mut self, name: impl Into<String>, len: usize) -> Self {
         self.fields.push(Field { name: name.into(), len });
         self
@@ -64,40 +63,26 @@ impl BufferConfig {
 
     /// Sets the priorities to sample by. The default is `None`, because they take memory and only
     /// [prioritized](crate::Sampler::with_priorities) samplers use them.
-    #[must_use]
     pub fn with_priorities(mut self, priorities: impl Into<Option<Priorities>>) -> Self {
         self.priorities = priorities.into();
         self
     }
 
-    /// Returns the largest number of transitions that the buffer keeps.
-    #[must_use]
-    pub const fn capacity(&self) -> usize {
-        self.capacity
-    }
-
-    /// Returns the lengths of the task's vectors.
-    #[must_use]
-    pub const fn dims(&self) -> Dims {
-        self.dims
-    }
-
-    /// Returns the number of environments that add to the buffer side by side.
-    #[must_use]
-    pub const fn num_envs(&self) -> usize {
-        self.num_envs
+    getters! {
+        /// Returns the largest number of transitions that the buffer keeps.
+        capacity: usize,
+        /// Returns the lengths of the task's vectors.
+        dims: Dims,
+        /// Returns the number of environments that add to the buffer side by side.
+        num_envs: usize,
+        /// Returns the priorities to sample by.
+        priorities: Option<Priorities>,
     }
 
     /// Returns the additional fields of every transition.
     #[must_use]
     pub fn fields(&self) -> &[Field] {
         &self.fields
-    }
-
-    /// Returns the priorities to sample by.
-    #[must_use]
-    pub const fn priorities(&self) -> Option<Priorities> {
-        self.priorities
     }
 
     /// Checks all settings but the size of the memory, which depends on the element type.
@@ -121,7 +106,7 @@ impl BufferConfig {
                 return Err(ConfigError::FieldName { name: name.clone() });
             }
         }
-        match self.priorities.map(Priorities::new_priority) {
+        match self.priorities.map(|settings| settings.new_priority()) {
             Some(NewPriority::Given(priority)) if !is_priority(priority) => {
                 Err(ConfigError::BadPriority { priority })
             }

@@ -6,8 +6,8 @@ use prefetch_index::prefetch_index;
 
 use crate::store::queue::Queue;
 
-/// The binary logarithm of the number of transitions of a cell, a run of transition numbers. Transitions are
-/// numbered in the order in which they were stored, and so are episodes.
+/// The binary logarithm of the number of transitions in a cell, which is a run of consecutive transition
+/// numbers. Transitions and episodes are numbered in the order in which they were stored.
 const CELL_SHIFT: u32 = 6;
 
 /// The stored episodes, in order, and a map from transitions to episodes. It takes a fraction of a byte per
@@ -26,7 +26,7 @@ pub(crate) struct Episodes {
 }
 
 /// The end of an episode. At least one flag is set, except for the next episode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Ending {
     pub(crate) terminated: bool,
     pub(crate) truncated: bool,
@@ -38,11 +38,6 @@ pub(crate) struct Ending {
 struct Record(u64);
 
 impl Record {
-    /// Makes the record of the next episode.
-    fn next(first: u64) -> Self {
-        Self::new(first, Ending { terminated: false, truncated: false })
-    }
-
     fn new(first: u64, ending: Ending) -> Self {
         Self(first << 2 | u64::from(ending.terminated) << 1 | u64::from(ending.truncated))
     }
@@ -88,18 +83,12 @@ impl Episode {
     }
 }
 
-impl Default for Episodes {
-    fn default() -> Self {
-        Self::starting_at(0, 0)
-    }
-}
-
 impl Episodes {
     /// Makes an empty list, whose first episode gets the number `first_episode`, and its first transition
     /// `transition`.
-    fn starting_at(first_episode: u64, transition: u64) -> Self {
+    pub(crate) fn new(first_episode: u64, transition: u64) -> Self {
         let mut records = Queue::default();
-        records.push(Record::next(transition));
+        records.push(Record::new(transition, Ending::default()));
         Self {
             live: transition..transition,
             records,
@@ -113,7 +102,7 @@ impl Episodes {
     pub(crate) fn restore(live: Range<u64>, first_episode: u64, records: &[u64]) -> Option<Self> {
         let Range { start, end } = live;
         let is_within_cell = !start.is_multiple_of(1 << CELL_SHIFT);
-        let mut episodes = Self::starting_at(first_episode, start);
+        let mut episodes = Self::new(first_episode, start);
         // The cell that begins before the live transitions.
         episodes.cells.extend(is_within_cell.then_some(first_episode));
         for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
@@ -128,7 +117,7 @@ impl Episodes {
             let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
             episodes.cells.extend(cells.map(|_| first_episode + at as u64));
             episodes.records[at] = record;
-            episodes.records.push(Record::next(next));
+            episodes.records.push(Record::new(next, Ending::default()));
             episodes.live.end = next;
         }
         (episodes.live.end == end).then_some(episodes)
@@ -161,7 +150,7 @@ impl Episodes {
         let (first, at) = (self.live.end, self.len());
         self.live.end += len;
         self.records[at] = Record::new(first, ending);
-        self.records.push(Record::next(self.live.end));
+        self.records.push(Record::new(self.live.end, Ending::default()));
         let cells = first.div_ceil(1 << CELL_SHIFT)..self.live.end.div_ceil(1 << CELL_SHIFT);
         self.cells.extend(cells.map(|_| self.first_episode + at as u64));
     }

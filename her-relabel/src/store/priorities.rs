@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::getters::getters;
+
 /// The largest priority, far below where sums would overflow.
 const MAX_PRIORITY: f64 = 1e200;
 
@@ -11,6 +13,7 @@ const MAX_PRIORITY: f64 = 1e200;
 ///
 /// Priorities take 9 to 18 bytes per transition, or per episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct Priorities {
     unit: PriorityUnit,
     #[serde(rename = "new")]
@@ -19,28 +22,21 @@ pub struct Priorities {
 
 impl Priorities {
     /// Makes settings that give every `unit` a priority.
-    #[must_use]
     pub const fn new(unit: PriorityUnit) -> Self {
         Self { unit, new_priority: NewPriority::Highest }
     }
 
     /// Sets the priority of what is added. The default, [`NewPriority::Highest`], is the paper's.
-    #[must_use]
     pub const fn with_new_priority(mut self, new_priority: NewPriority) -> Self {
         self.new_priority = new_priority;
         self
     }
 
-    /// Returns what has a priority.
-    #[must_use]
-    pub const fn unit(self) -> PriorityUnit {
-        self.unit
-    }
-
-    /// Returns the priority of what is added.
-    #[must_use]
-    pub const fn new_priority(self) -> NewPriority {
-        self.new_priority
+    getters! {
+        /// Returns what has a priority.
+        unit: PriorityUnit,
+        /// Returns the priority of what is added.
+        new_priority: NewPriority,
     }
 }
 

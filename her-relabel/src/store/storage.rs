@@ -20,15 +20,15 @@ pub(crate) struct Storage<T> {
 }
 
 impl<T: Scalar> Storage<T> {
-    /// An empty store of a checked configuration.
+    /// Makes an empty store from a checked configuration.
     pub(crate) fn new(config: &BufferConfig) -> Result<Self, ConfigError> {
         let layout = Layout::new::<T>(config)?;
         Ok(Self {
             layout,
             fields: Fields::new(config.fields()),
             capacity: config.capacity(),
-            episodes: Episodes::default(),
-            tape: Tape::new(layout.row(), config.capacity()),
+            episodes: Episodes::new(0, 0),
+            tape: Tape::new(layout.row(), config.capacity(), 0),
             priorities: config.priorities().map(PriorityTable::new),
         })
     }

@@ -1,7 +1,7 @@
 //! Rows of equal length, added at the back and dropped at the front.
 
 use crate::scalar::Scalar;
-use crate::store::block::Block;
+use crate::store::block::{Block, zeroed};
 
 /// The largest memory of a block, in bytes, unless a single row needs more. The system provides it page by
 /// page when it is first written, so a large block costs nothing until it is used.
@@ -27,9 +27,11 @@ pub(crate) struct Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// Makes an empty tape, which takes several blocks if it holds more than `usual_rows` rows.
-    pub(crate) fn new(row_len: usize, usual_rows: usize) -> Self {
-        Self::with_block_bytes(row_len, usual_rows, BLOCK_BYTES)
+    /// Makes an empty tape whose first row gets the number `start`. It takes several blocks if it holds more
+    /// than `usual_rows` rows.
+    pub(crate) fn new(row_len: usize, usual_rows: usize, start: u64) -> Self {
+        let tape = Self::with_block_bytes(row_len, usual_rows, BLOCK_BYTES);
+        Self { first_block: start >> tape.block_shift, start, end: start, ..tape }
     }
 
     fn with_block_bytes(row_len: usize, usual_rows: usize, block_bytes: usize) -> Self {
@@ -42,12 +44,6 @@ impl<T: Scalar> Tape<T> {
             start: 0,
             end: 0,
         }
-    }
-
-    /// Makes an empty tape whose first row has the number `start`.
-    pub(crate) fn starting_at(row_len: usize, usual_rows: usize, start: u64) -> Self {
-        let tape = Self::new(row_len, usual_rows);
-        Self { first_block: start >> tape.block_shift, start, end: start, ..tape }
     }
 
     /// Returns all rows, in order.
@@ -97,7 +93,7 @@ impl<T: Scalar> Tape<T> {
         let (block, at) = self.place(self.end);
         if block == self.blocks.len() {
             let elements = self.row_len << self.block_shift;
-            self.blocks.push(Block::new(elements));
+            self.blocks.push(zeroed(elements));
         }
         &mut self.blocks[block][at..]
     }
