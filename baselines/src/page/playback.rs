@@ -7,14 +7,11 @@ use fetch_env::{
 use fetch_sim::{BodyId, MujocoSimulator, Shape, Simulator, VisualGeom};
 use serde::Serialize;
 
-use super::{error::PageError, html::escape};
+use super::{document::escape, error::PageError};
 use crate::{
     evaluate::{Event, run_episode},
     policy::{Action, Policy},
 };
-
-/// The script that every page with a playback carries once.
-pub(super) const SCRIPT: &str = include_str!("playback.js");
 
 /// An environment whose episodes can be played back: a Fetch environment on MuJoCo, in wrappers
 /// that leave its observations alone. A wrapper of yours needs only to pass
@@ -132,7 +129,7 @@ impl Playback {
             distances: Vec::new(),
             successes: Vec::new(),
         };
-        run_episode(env, policy, seed, |env, event| {
+        run_episode(env, policy, seed, failed, |env, event| {
             let info = match event {
                 Event::Start(reset) => {
                     episode.goal.copy_from_slice(reset.observation.desired_goal());
@@ -146,8 +143,7 @@ impl Playback {
             };
             episode.push(env.fetch_env().simulator(), &carriers, info);
             Ok(())
-        })
-        .map_err(failed)?;
+        })?;
         for poses in &mut episode.bodies {
             if poses.chunks_exact(7).all(|pose| pose == &poses[..7]) {
                 poses.truncate(7);
