@@ -5,11 +5,16 @@ mod env;
 mod her;
 mod instructions;
 mod interleaved;
-mod memory;
 mod peer;
 mod render;
 mod reward;
 mod subject;
+
+use std::{ffi::OsStr, fs, process::Command};
+
+use anyhow::{Context, ensure};
+
+use crate::shared::json::Metric;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -39,4 +44,38 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         Benchmark::Render(args) => render::run(args),
         Benchmark::Reward(args) => reward::run(args),
     }
+}
+
+/// Prints the figures of a measurement below a prefix, and keeps them.
+fn report(
+    figures: &mut Vec<(String, Metric)>,
+    prefix: &str,
+    measured: impl IntoIterator<Item = (String, Metric)>,
+) {
+    for (name, figure) in measured {
+        let name = format!("{prefix}/{name}");
+        println!("{name:<54} {figure}");
+        figures.push((name, figure));
+    }
+}
+
+/// Returns the resident memory of this process in bytes.
+fn resident_bytes() -> anyhow::Result<f64> {
+    let status = fs::read_to_string("/proc/self/status").context("memory is measured on Linux")?;
+    let kilobytes = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB"))
+        .context("/proc/self/status has no VmRSS")?;
+    Ok(kilobytes.trim().parse::<f64>()? * 1024.0)
+}
+
+/// Runs this program again with other arguments, and returns its output. Earlier allocations would
+/// distort a measurement of memory in this process.
+fn measure_in_new_process(
+    arguments: impl IntoIterator<Item: AsRef<OsStr>>,
+) -> anyhow::Result<String> {
+    let output = Command::new(std::env::current_exe()?).args(arguments).output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "the measurement of memory failed: {errors}");
+    Ok(String::from_utf8(output.stdout)?)
 }

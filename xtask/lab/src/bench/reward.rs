@@ -7,8 +7,11 @@ use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalPairs, GoalReward};
 use serde::Serialize;
 
-use super::interleaved::{Clock, Contender, Entry, interleave};
-use crate::shared::json::{Metric, write_results};
+use super::{
+    interleaved::{Clock, Contender, Entry, interleave},
+    report,
+};
+use crate::shared::json::write_results;
 
 const PAIRS: usize = 1_000_000;
 const DIM: usize = 3;
@@ -74,21 +77,16 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     };
     let half = MOVED / 2;
     let entries = vec![
-        Entry::new("reward/copy", "bytes/s", Copy { from: vec![1.0; half], to: vec![0.0; half] }),
-        Entry::new("reward/sparse", "bytes/s", rewards(DistanceReward::sparse(), false)),
-        Entry::new("reward/dense", "bytes/s", rewards(DistanceReward::dense(), false)),
-        Entry::new("reward/checked", "bytes/s", rewards(DistanceReward::dense(), true)),
+        Entry::new("copy", "bytes/s", Copy { from: vec![1.0; half], to: vec![0.0; half] }),
+        Entry::new("sparse", "bytes/s", rewards(DistanceReward::sparse(), false)),
+        Entry::new("dense", "bytes/s", rewards(DistanceReward::dense(), false)),
+        Entry::new("checked", "bytes/s", rewards(DistanceReward::dense(), true)),
     ];
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
-    let mut figures: Vec<_> = rounds.figures().collect();
-    for kind in ["sparse", "dense", "checked"] {
-        if let Some(ratio) = rounds.ratio(Clock::Cpu, &format!("reward/{kind}"), "reward/copy") {
-            figures.push((format!("reward/ratio/{kind}-to-copy"), Metric::new(ratio, "1")));
-        }
-    }
-    for (name, figure) in &figures {
-        println!("{name:<54} {figure}");
-    }
+    let ratio = |kind| rounds.ratio(&format!("ratio/{kind}-to-copy"), Clock::Cpu, kind, "copy");
+    let ratios = ["sparse", "dense", "checked"].into_iter().filter_map(ratio);
+    let mut figures = Vec::new();
+    report(&mut figures, "reward", rounds.figures().chain(ratios));
     write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }

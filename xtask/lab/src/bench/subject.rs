@@ -38,13 +38,13 @@ impl Subjects {
 }
 
 impl Subject {
-    pub fn config(self) -> anyhow::Result<FetchConfig> {
-        Ok(FetchConfig::new(self.task, RewardKind::Sparse).with_model(self.model.source()))
+    pub fn config(self) -> FetchConfig {
+        FetchConfig::new(self.task, RewardKind::Sparse).with_model(self.model.source())
     }
 
-    /// Returns the flags that select it.
-    pub fn flags(self) -> [String; 4] {
-        ["--task".into(), flag_of(self.task), "--model".into(), flag_name(self.model)]
+    /// Returns the flags that select it, with a space between them.
+    pub fn flags(self) -> String {
+        format!("--task {} --model {}", flag_of(self.task), flag_name(self.model))
     }
 }
 

@@ -16,8 +16,9 @@ use self::{
 };
 use super::{
     interleaved::{Clock::Cpu, Entry, interleave},
-    memory::{measure_in_new_process, resident_bytes},
+    measure_in_new_process,
     peer::{Orders, Peer},
+    report, resident_bytes,
 };
 use crate::shared::{
     choice::flag_name,
@@ -37,8 +38,8 @@ pub struct Args {
     #[arg(long, value_enum)]
     element: Option<Element>,
     /// Number of transitions in the buffer
-    #[arg(long, default_value_t = 1_000_000, value_parser = parse_transitions)]
-    transitions: usize,
+    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000_000))]
+    transitions: u32,
     /// Seconds for each element type, and again for `--growth`
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(..3600))]
     seconds: u16,
@@ -66,17 +67,11 @@ enum Element {
     F64,
 }
 
-fn parse_transitions(text: &str) -> Result<usize, String> {
-    let transitions: usize = text.parse().map_err(|error| format!("{error}"))?;
-    let sensible = (1000..=1_000_000_000).contains(&transitions);
-    sensible.then_some(transitions).ok_or_else(|| "give 1000 to 1000000000 transitions".into())
-}
-
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     if let (true, Some(element)) = (args.footprint, args.element) {
         let bytes = match element {
-            Element::F32 => bytes_per_transition::<f32>(args.transitions),
-            Element::F64 => bytes_per_transition::<f64>(args.transitions),
+            Element::F32 => bytes_per_transition::<f32>(args.transitions as usize),
+            Element::F64 => bytes_per_transition::<f64>(args.transitions as usize),
         };
         println!("{}", bytes?);
         return Ok(true);
@@ -88,18 +83,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             Element::F32 => measure::<f32>(args, element, sb3.as_ref()),
             Element::F64 => measure::<f64>(args, element, sb3.as_ref()),
         };
-        for (name, figure) in measured? {
-            let name = format!("her/{}/{name}", flag_name(element));
-            println!("{name:<54} {figure}");
-            figures.push((name, figure));
-        }
+        report(&mut figures, &format!("her/{}", flag_name(element)), measured?);
     }
     write_results(args.json.as_ref(), args, figures)?;
     Ok(true)
 }
 
 /// Starts a full buffer of Stable-Baselines3, with as many transitions, of `f64`.
-fn stable_baselines3(transitions: usize) -> anyhow::Result<Rc<RefCell<Peer>>> {
+fn stable_baselines3(transitions: u32) -> anyhow::Result<Rc<RefCell<Peer>>> {
     let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
     println!("filling the buffer of Stable-Baselines3 step by step");
     let arguments = ["time".into(), transitions.to_string()];
@@ -114,21 +105,23 @@ fn measure<T: Scalar>(
 ) -> anyhow::Result<Vec<(String, Metric)>> {
     const ROWS: &str = "rows/s";
     const ADDED: &str = "transitions/s";
-    let bytes = footprint(element, args.transitions)?;
+    let footprint = format!(
+        "bench her --footprint --element {} --transitions {}",
+        flag_name(element),
+        args.transitions
+    );
+    let bytes = measure_in_new_process(footprint.split(' '))?.trim().parse()?;
     let mut figures = vec![("bytes-per-transition".into(), Metric::new(bytes, "bytes"))];
-    let table = Table::<T>::full(args.transitions)?;
+    let table = Table::<T>::full(args.transitions as usize)?;
     let mut entries = Vec::new();
     for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
         entries.push(Entry::new(&format!("batch-{size}"), ROWS, sampling));
-        let bare = BareGather::<T>::new(args.transitions, size);
+        let bare = BareGather::<T>::new(args.transitions as usize, size);
         entries.push(Entry::new(&format!("bare-gather-{size}"), ROWS, bare));
         if let Some(sb3) = sb3 {
             // Turns of about the same length, whatever the size.
-            entries.push(Entry::new(
-                &format!("{SB3}-{size}"),
-                ROWS,
-                Orders::new(sb3, format!("sample {size} {}", SIZES[2] / 256)),
-            ));
+            let orders = Orders::new(sb3, format!("sample {size} {}", SIZES[2] / 256));
+            entries.push(Entry::new(&format!("{SB3}-{size}"), ROWS, orders));
         }
     }
     entries.extend([
@@ -137,11 +130,8 @@ fn measure<T: Scalar>(
         Entry::new("insert-episodes", ADDED, AddEpisodes(table)),
     ]);
     if let Some(sb3) = sb3 {
-        entries.push(Entry::new(
-            &format!("{SB3}-insert-steps"),
-            ADDED,
-            Orders::new(sb3, "add 5000".into()),
-        ));
+        let orders = Orders::new(sb3, "add 5000".into());
+        entries.push(Entry::new(&format!("{SB3}-insert-steps"), ADDED, orders));
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     figures.extend(rounds.figures());
@@ -149,10 +139,8 @@ fn measure<T: Scalar>(
     for size in SIZES {
         let ours = format!("batch-{size}");
         for peer in ["bare-gather", SB3] {
-            let ratio = rounds.ratio(Cpu, &ours, &format!("{peer}-{size}"));
-            figures.extend(
-                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Metric::new(ratio, "1"))),
-            );
+            let name = format!("ratio/{ours}-to-{peer}");
+            figures.extend(rounds.ratio(&name, Cpu, &ours, &format!("{peer}-{size}")));
         }
     }
     if args.growth {
@@ -179,24 +167,11 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     };
     let mut figures: Vec<_> = rounds.figures().map(time).collect();
     for contender in ["batch", "bare-gather"] {
-        let name = |transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}");
-        let ratio = rounds.ratio(Cpu, &name(TABLES[0]), &name(TABLES[2]));
-        figures.extend(
-            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Metric::new(ratio, "1"))),
-        );
+        let [small, .., large] =
+            TABLES.map(|transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}"));
+        figures.extend(rounds.ratio(&format!("ratio/growth-of-{contender}"), Cpu, &small, &large));
     }
     Ok(figures)
-}
-
-/// Measures [`bytes_per_transition`] in a new process.
-fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
-    let arguments = format!(
-        "bench her --footprint --element {} --transitions {transitions}",
-        flag_name(element)
-    );
-    let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
-    let text = measure_in_new_process(&arguments)?;
-    Ok(text.trim().parse()?)
 }
 
 fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {
