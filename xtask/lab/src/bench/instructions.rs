@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{
     env::{
-        contenders::{BareLoop, BareResets, Resets, Single},
+        contenders::{BareLoop, Single, bare_resets, resets},
         episodes::{Episodes, STEPS},
     },
     interleaved::Contender,
@@ -55,8 +55,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         let mut contender: Box<dyn Contender> = match part {
             Part::Physics => Box::new(BareLoop::with_forward(&episodes)?),
             Part::Single => Box::new(Single::new(&episodes)?),
-            Part::ResetBare => Box::new(BareResets(BareLoop::new(&episodes)?)),
-            Part::Reset => Box::new(Resets(Single::new(&episodes)?)),
+            Part::ResetBare => Box::new(bare_resets(&episodes)?),
+            Part::Reset => Box::new(resets(&episodes)?),
         };
         // The first calls resolve MuJoCo's symbols.
         contender.work()?;

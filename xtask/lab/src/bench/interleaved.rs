@@ -27,6 +27,13 @@ pub trait Contender {
     }
 }
 
+/// Work alone, without state that others look at, is a contender as a closure.
+impl<F: FnMut() -> anyhow::Result<usize>> Contender for F {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        self()
+    }
+}
+
 /// The amount of work done, and its seconds on each [`Clock`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timed {

@@ -8,7 +8,7 @@ use goal_reward::{DistanceReward, GoalPairs, GoalReward};
 use serde::Serialize;
 
 use super::{
-    interleaved::{Clock, Contender, Entry, interleave},
+    interleaved::{Clock, Entry, interleave},
     report,
 };
 use crate::shared::json::write_results;
@@ -29,55 +29,32 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-type Goals = Arc<[Vec<f64>; 2]>;
-
-struct RewardBatch {
-    reward: DistanceReward,
-    checked: bool,
-    goals: Goals,
-    rewards: Vec<f64>,
-}
-
-impl Contender for RewardBatch {
-    fn work(&mut self) -> anyhow::Result<usize> {
-        let pairs = GoalPairs::new(&self.goals[0], &self.goals[1], DIM)?;
-        if self.checked {
-            self.reward.try_reward_batch(pairs, &mut self.rewards)?;
-        } else {
-            self.reward.reward_batch(pairs, &mut self.rewards)?;
-        }
-        black_box(&mut self.rewards);
-        Ok(MOVED * size_of::<f64>())
-    }
-}
-
-struct Copy {
-    from: Vec<f64>,
-    to: Vec<f64>,
-}
-
-impl Contender for Copy {
-    fn work(&mut self) -> anyhow::Result<usize> {
-        self.to.copy_from_slice(black_box(&self.from));
-        black_box(&mut self.to);
-        Ok(MOVED * size_of::<f64>())
-    }
-}
-
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut random = NpRandom::new(0);
     // Both sides of the threshold occur, in an order that a processor cannot predict.
     let mut matrix = || (0..PAIRS * DIM).map(|_| random.uniform(-0.05, 0.05)).collect();
-    let goals: Goals = Arc::new([matrix(), matrix()]);
-    let rewards = |reward, checked| RewardBatch {
-        reward,
-        checked,
-        goals: Arc::clone(&goals),
-        rewards: vec![0.0; PAIRS],
+    let goals: Arc<[Vec<f64>; 2]> = Arc::new([matrix(), matrix()]);
+    let rewards = |reward: DistanceReward, checked| {
+        let (goals, mut rewards) = (Arc::clone(&goals), vec![0.0; PAIRS]);
+        move || {
+            let pairs = GoalPairs::new(&goals[0], &goals[1], DIM)?;
+            if checked {
+                reward.try_reward_batch(pairs, &mut rewards)?;
+            } else {
+                reward.reward_batch(pairs, &mut rewards)?;
+            }
+            black_box(&mut rewards);
+            Ok(MOVED * size_of::<f64>())
+        }
     };
-    let half = MOVED / 2;
+    let (from, mut to) = (vec![1.0; MOVED / 2], vec![0.0; MOVED / 2]);
+    let copy = move || {
+        to.copy_from_slice(black_box(&from));
+        black_box(&mut to);
+        Ok(MOVED * size_of::<f64>())
+    };
     let entries = vec![
-        Entry::new("copy", "bytes/s", Copy { from: vec![1.0; half], to: vec![0.0; half] }),
+        Entry::new("copy", "bytes/s", copy),
         Entry::new("sparse", "bytes/s", rewards(DistanceReward::sparse(), false)),
         Entry::new("dense", "bytes/s", rewards(DistanceReward::dense(), false)),
         Entry::new("checked", "bytes/s", rewards(DistanceReward::dense(), true)),

@@ -19,17 +19,17 @@ pub struct Recording {
     pub seeds: Vec<u64>,
     pub initial_gripper_xpos: Vec<f64>,
     pub height_offset: Option<f64>,
-    actions: Array<f32>,
+    pub actions: Array<f32>,
     pub observation: Array<f64>,
     pub achieved_goal: Array<f64>,
     pub desired_goal: Array<f64>,
     pub qpos: Array<f64>,
     pub qvel: Array<f64>,
-    reward_dense: Array<f64>,
-    reward_sparse: Array<f32>,
-    is_success: Array<f32>,
-    contacts: Array<i32>,
-    self_contacts: Array<i32>,
+    pub reward_dense: Array<f64>,
+    pub reward_sparse: Array<f32>,
+    pub is_success: Array<f32>,
+    pub contacts: Array<i32>,
+    pub self_contacts: Array<i32>,
 }
 
 /// The description in the file.
@@ -41,16 +41,6 @@ pub struct Meta {
     /// Whether the file says that numpy's arctan2 was the C library's.
     #[serde(default)]
     pub c_arctan2: bool,
-}
-
-/// The recorded outcome of a step.
-#[derive(Clone, Copy, Debug)]
-pub struct StepRecord {
-    pub reward_dense: f64,
-    pub reward_sparse: f64,
-    pub is_success: bool,
-    pub contacts: usize,
-    pub self_contacts: usize,
 }
 
 impl Recording {
@@ -105,22 +95,6 @@ impl Recording {
         };
         ensure!(recording.actions.values.iter().all(|a| a.is_finite()), "an action is not finite");
         Ok(recording)
-    }
-
-    /// Returns the action of a step.
-    pub fn action(&self, episode: usize, step: usize) -> &[f32] {
-        self.actions.row(episode, step)
-    }
-
-    /// Returns the outcome of a step.
-    pub fn step(&self, episode: usize, step: usize) -> StepRecord {
-        StepRecord {
-            reward_dense: self.reward_dense.row(episode, step)[0],
-            reward_sparse: self.reward_sparse.row(episode, step)[0].into(),
-            is_success: self.is_success.row(episode, step)[0] != 0.0,
-            contacts: self.contacts.row(episode, step)[0].max(0) as usize,
-            self_contacts: self.self_contacts.row(episode, step)[0].max(0) as usize,
-        }
     }
 }
 

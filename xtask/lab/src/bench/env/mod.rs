@@ -16,7 +16,7 @@ use goal_reward::RewardKind;
 use serde::Serialize;
 
 use self::{
-    contenders::{Apart, BareLoop, BareResets, Resets, Single, Together},
+    contenders::{BareLoop, Single, apart, bare_resets, resets, together},
     episodes::{Episodes, SEED, STEPS, random_actions},
 };
 use super::{
@@ -88,11 +88,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {
     let episodes = Episodes::new(subject.config())?;
     let steps = interleave(steppers(args, &episodes)?, Duration::from_secs_f64(args.seconds))?;
-    let resets = vec![
-        Entry::new("reset", "resets/s", Resets(Single::new(&episodes)?)),
-        Entry::new("reset-bare", "resets/s", BareResets(BareLoop::new(&episodes)?)),
+    let entries = vec![
+        Entry::new("reset", "resets/s", resets(&episodes)?),
+        Entry::new("reset-bare", "resets/s", bare_resets(&episodes)?),
     ];
-    let resets = interleave(resets, Duration::from_secs_f64(args.seconds / 10.0))?;
+    let resets = interleave(entries, Duration::from_secs_f64(args.seconds / 10.0))?;
     let mut figures: Vec<_> = steps.figures().chain(resets.figures()).collect();
     figures.extend(ratios(&steps, &resets));
     let envs = args.footprint_envs;
@@ -138,14 +138,13 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
         Entry::new("bare-loop", UNIT, BareLoop::new(episodes)?),
         Entry::new("physics", UNIT, BareLoop::with_forward(episodes)?),
         Entry::new("single", UNIT, Single::new(episodes)?),
-        Entry::new("threads-1", UNIT, Together::new(episodes, num_envs, 1)?),
+        Entry::new("threads-1", UNIT, together(episodes, num_envs, 1)?),
     ];
     if all > 1 {
-        let together = Together::new(episodes, num_envs, all)?;
         entries.extend([
-            Entry::new(&format!("threads-{all}"), UNIT, together),
-            Entry::new("apart-1", UNIT, Apart::new(episodes, num_envs, 1)?),
-            Entry::new(&format!("apart-{all}"), UNIT, Apart::new(episodes, num_envs, all)?),
+            Entry::new(&format!("threads-{all}"), UNIT, together(episodes, num_envs, all)?),
+            Entry::new("apart-1", UNIT, apart(episodes, num_envs, 1)?),
+            Entry::new(&format!("apart-{all}"), UNIT, apart(episodes, num_envs, all)?),
         ]);
     }
     if args.peers {

@@ -11,7 +11,7 @@ use her_relabel::Scalar;
 use serde::Serialize;
 
 use self::{
-    contenders::{AddEpisodes, AddSteps, BareGather, Sampling, Table},
+    contenders::{Table, add_episodes, add_steps, add_steps_to_8, bare_gather, sampling},
     episodes::{Episode, STEPS, full_buffer},
 };
 use super::{
@@ -114,9 +114,9 @@ fn measure<T: Scalar>(
     let mut figures = vec![("bytes-per-transition".into(), Metric::new(bytes, "bytes"))];
     let table = Table::<T>::full(args.transitions as usize)?;
     let mut entries = Vec::new();
-    for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
-        entries.push(Entry::new(&format!("batch-{size}"), ROWS, sampling));
-        let bare = BareGather::<T>::new(args.transitions as usize, size);
+    for (size, batches) in sampling(&table, &SIZES) {
+        entries.push(Entry::new(&format!("batch-{size}"), ROWS, batches));
+        let bare = bare_gather::<T>(args.transitions as usize, size);
         entries.push(Entry::new(&format!("bare-gather-{size}"), ROWS, bare));
         if let Some(sb3) = sb3 {
             // Turns of about the same length, whatever the size.
@@ -125,9 +125,9 @@ fn measure<T: Scalar>(
         }
     }
     entries.extend([
-        Entry::new("insert-steps", ADDED, AddSteps::of_one_env(&table)),
-        Entry::new("insert-steps-8-envs", ADDED, AddSteps::of_8_envs(&table)),
-        Entry::new("insert-episodes", ADDED, AddEpisodes(table)),
+        Entry::new("insert-steps", ADDED, add_steps(&table)),
+        Entry::new("insert-steps-8-envs", ADDED, add_steps_to_8(&table)),
+        Entry::new("insert-episodes", ADDED, add_episodes(table)),
     ]);
     if let Some(sb3) = sb3 {
         let orders = Orders::new(sb3, "add 5000".into());
@@ -155,9 +155,9 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {
         let table = Table::<T>::full(transitions)?;
-        for (size, sampling) in Sampling::of_sizes(&table, &[SIZE_OF_GROWTH]) {
-            entries.push(Entry::new(&format!("batch-{size}/{transitions}"), "rows/s", sampling));
-            let bare = BareGather::<T>::new(transitions, size);
+        for (size, batches) in sampling(&table, &[SIZE_OF_GROWTH]) {
+            entries.push(Entry::new(&format!("batch-{size}/{transitions}"), "rows/s", batches));
+            let bare = bare_gather::<T>(transitions, size);
             entries.push(Entry::new(&format!("bare-gather-{size}/{transitions}"), "rows/s", bare));
         }
     }
