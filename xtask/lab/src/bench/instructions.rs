@@ -8,13 +8,13 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::{
+    Subject, Subjects,
     env::{
         contenders::{BareLoop, Single, bare_resets, resets},
         episodes::{Episodes, STEPS},
     },
     interleaved::Contender,
     report,
-    subject::{Subject, Subjects},
 };
 use crate::shared::{
     choice::flag_name,

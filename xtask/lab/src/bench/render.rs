@@ -9,10 +9,10 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{
+    Subject, Subjects,
     env::episodes::{Episodes, STEPS},
     interleaved::{Clock::Wall, Contender, Entry, Timed, interleave, time},
     peer::{Orders, Peer, note_other_mujoco},
-    subject::{Subject, Subjects},
 };
 use crate::shared::{
     json::{Metric, write_results},

@@ -4,7 +4,7 @@ use baselines::page::{Column, escape, number, table};
 use fetch_env::{EnvId, Task, observation_fields};
 use goal_reward::RewardKind;
 
-use super::evaluations::{Outcome, Ranges};
+use super::baseline::{Outcome, Ranges};
 
 /// A table for each task.
 pub fn section(outcomes: &[Outcome]) -> String {

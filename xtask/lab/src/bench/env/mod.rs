@@ -20,6 +20,7 @@ use self::{
     episodes::{Episodes, SEED, STEPS, random_actions},
 };
 use super::{
+    Subject, Subjects,
     interleaved::{
         Clock::{Cpu, Wall},
         Entry, Rounds, interleave,
@@ -27,7 +28,6 @@ use super::{
     measure_in_new_process,
     peer::{Orders, Peer, note_other_mujoco},
     report, resident_bytes,
-    subject::{Subject, Subjects},
 };
 use crate::shared::{
     json::{Metric, write_results},
