@@ -41,7 +41,7 @@ pub struct Playback {
 }
 
 /// The JSON that `playback.js` reads.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct Recorded {
     /// Duration of a step, in seconds.
     period: f64,
@@ -60,7 +60,7 @@ struct Recorded {
 }
 
 /// The point at which the camera looks, and its distance from it (meters).
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct View {
     at: [f64; 3],
     distance: f64,
@@ -120,14 +120,11 @@ impl Playback {
             .collect::<Result<_, PageError>>()?;
         let mut episode = Recorded {
             period: env.fetch_env().simulator().control_period(),
-            goal: [0.0; 3],
             view: View::of(id.task),
             shapes,
             meshes,
             bodies: vec![Vec::new(); carriers.len()],
-            rewards: Vec::new(),
-            distances: Vec::new(),
-            successes: Vec::new(),
+            ..Recorded::default()
         };
         run_episode(env, policy, seed, failed, |env, event| {
             let info = match event {

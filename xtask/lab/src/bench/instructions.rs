@@ -1,7 +1,7 @@
 //! `bench instructions`: counts the instructions of the hot path with valgrind. The count does not
 //! depend on the load of the machine, so that a change of one per cent shows.
 
-use std::{fs, path::PathBuf, process::Command};
+use std::{fs, process::Command};
 
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
@@ -16,20 +16,13 @@ use super::{
     interleaved::Contender,
     report,
 };
-use crate::shared::{
-    choice::flag_name,
-    json::{Metric, write_results},
-};
+use crate::shared::{choice::flag_name, json::Metric};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
     #[command(flatten)]
     #[serde(flatten)]
     subjects: Subjects,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
     /// Run this part in this process, to be counted
     #[arg(long, hide = true, requires_all = ["task", "model"])]
     #[serde(skip)]
@@ -48,7 +41,7 @@ enum Part {
     Reset,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let subjects = args.subjects.all();
     if let Some(part) = args.part {
         let episodes = Episodes::new(subjects[0].config())?;
@@ -61,7 +54,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         // The first calls resolve MuJoCo's symbols.
         contender.work()?;
         counted(&mut *contender)?;
-        return Ok(true);
+        return Ok(Vec::new());
     }
     let mut figures = Vec::new();
     for subject in subjects {
@@ -79,8 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         let measured = counts.into_iter().map(|(name, count)| (name, Metric::new(count, "1")));
         report(&mut figures, &format!("instructions/{subject}"), measured);
     }
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
+    Ok(figures)
 }
 
 /// Does the work that valgrind counts: an episode, or as many resets as an episode has steps.
@@ -89,7 +81,6 @@ fn counted(contender: &mut dyn Contender) -> anyhow::Result<usize> {
     contender.work()
 }
 
-/// Runs this program under valgrind.
 fn count(subject: Subject, part: &str) -> anyhow::Result<f64> {
     let folder = tempfile::tempdir()?;
     let out = folder.path().join("callgrind.out");

@@ -12,16 +12,10 @@ use crate::shared::json::Metric;
 
 /// A contender: something whose speed is measured.
 pub trait Contender {
-    /// Works once, and returns the amount of work done.
-    ///
-    /// # Errors
-    /// Any error, which ends the benchmark.
+    /// Works once, and returns the amount of work done. An error ends the benchmark.
     fn work(&mut self) -> anyhow::Result<usize>;
 
     /// Times [`work`](Self::work). A contender in another process times itself there.
-    ///
-    /// # Errors
-    /// The same as [`work`](Self::work).
     fn timed(&mut self) -> anyhow::Result<Timed> {
         time(|| self.work())
     }
@@ -57,7 +51,6 @@ pub fn time(work: impl FnOnce() -> anyhow::Result<usize>) -> anyhow::Result<Time
     Ok(Timed { done, wall: start.elapsed().as_secs_f64(), cpu: cpu_seconds() - cpu })
 }
 
-/// A contender, and the name and unit of its figure.
 pub struct Entry {
     pub name: String,
     pub unit: &'static str,
@@ -73,7 +66,6 @@ impl Entry {
 /// The clock that counts.
 #[derive(Clone, Copy, Debug)]
 pub enum Clock {
-    /// Wall time.
     Wall,
     /// Processor time of the calling thread, or of all of another process. Other load disturbs it
     /// less. For contenders of one thread.

@@ -9,7 +9,7 @@ mod peer;
 mod render;
 mod reward;
 
-use std::{ffi::OsStr, fmt, fs, process::Command};
+use std::{ffi::OsStr, fmt, fs, path::PathBuf, process::Command};
 
 use anyhow::{Context, ensure};
 use fetch_env::{FetchConfig, Task};
@@ -18,13 +18,16 @@ use serde::Serialize;
 
 use crate::shared::{
     choice::{ModelChoice, flag_name, task_name},
-    json::Metric,
+    json::{Metric, write_results},
 };
 
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
     what: Benchmark,
+    /// Also write the figures as JSON
+    #[arg(long, global = true)]
+    json: Option<PathBuf>,
 }
 
 #[derive(clap::Subcommand)]
@@ -42,13 +45,18 @@ enum Benchmark {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let path = args.json.as_ref();
     match &args.what {
-        Benchmark::Env(args) => env::run(args),
-        Benchmark::Her(args) => her::run(args),
-        Benchmark::Instructions(args) => instructions::run(args),
-        Benchmark::Render(args) => render::run(args),
-        Benchmark::Reward(args) => reward::run(args),
-    }
+        Benchmark::Env(args) => write_results(path, args, env::run(args)?),
+        Benchmark::Her(args) => write_results(path, args, her::run(args)?),
+        Benchmark::Instructions(args) => write_results(path, args, instructions::run(args)?),
+        Benchmark::Render(args) => {
+            let figures = render::run(args)?;
+            write_results(path, render::Settings::new(args)?, figures)
+        }
+        Benchmark::Reward(args) => write_results(path, args, reward::run(args)?),
+    }?;
+    Ok(true)
 }
 
 /// The flags `--task` and `--model`.
@@ -62,7 +70,6 @@ pub struct Subjects {
     model: Option<ModelChoice>,
 }
 
-/// A task on a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject {
     pub task: Task,
@@ -70,7 +77,6 @@ pub struct Subject {
 }
 
 impl Subjects {
-    /// Returns all selected subjects, task by task.
     pub fn all(&self) -> Vec<Subject> {
         let tasks = self.task.map_or_else(|| Task::ALL.to_vec(), |task| vec![task]);
         let both = [ModelChoice::Builtin, ModelChoice::Reference];
@@ -119,7 +125,6 @@ fn report(
     }
 }
 
-/// Returns the resident memory of this process in bytes.
 fn resident_bytes() -> anyhow::Result<f64> {
     let status = fs::read_to_string("/proc/self/status").context("memory is measured on Linux")?;
     let kilobytes = status

@@ -1,6 +1,6 @@
 //! `bench render`: measures pictures per second, in wall time because software OpenGL uses all cores.
 
-use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
+use std::{fmt, sync::Arc, time::Duration};
 
 use anyhow::Context;
 use fetch_env::{Camera, Env, EnvId, FreeCamera, MujocoEnv, RenderEnv, RenderOptions, Renderer};
@@ -14,10 +14,7 @@ use super::{
     interleaved::{Clock::Wall, Contender, Entry, Timed, interleave, time},
     peer::{Orders, Peer, note_other_mujoco},
 };
-use crate::shared::{
-    json::{Metric, write_results},
-    python,
-};
+use crate::shared::{json::Metric, python};
 
 /// The format of the reference's pictures.
 const LARGE: Format = Format { side: 480, samples: 4 };
@@ -43,20 +40,23 @@ pub struct Args {
     /// Also measure gymnasium-robotics, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
 }
 
+/// The settings, after a picture was drawn.
 #[derive(Serialize)]
-struct Settings<'a> {
+pub struct Settings<'a> {
     #[serde(flatten)]
     args: &'a Args,
     opengl: &'static str,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+impl<'a> Settings<'a> {
+    pub fn new(args: &'a Args) -> anyhow::Result<Self> {
+        Ok(Self { args, opengl: opengl()? })
+    }
+}
+
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     if args.peers {
         note_other_mujoco()?;
     }
@@ -68,10 +68,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((name, figure));
         }
     }
-    let opengl = opengl()?;
-    println!("drawn with {opengl}");
-    write_results(args.json.as_ref(), Settings { args, opengl }, figures)?;
-    Ok(true)
+    println!("drawn with {}", opengl()?);
+    Ok(figures)
 }
 
 fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {

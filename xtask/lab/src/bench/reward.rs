@@ -1,7 +1,7 @@
 //! `bench reward`: measures rewards of a million pairs of three-dimensional goals, which read 48 MB and
 //! write 8 MB, against a copy that moves as many bytes: 28 MB read and 28 MB written.
 
-use std::{hint::black_box, path::PathBuf, sync::Arc, time::Duration};
+use std::{hint::black_box, sync::Arc, time::Duration};
 
 use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalPairs, GoalReward};
@@ -11,7 +11,7 @@ use super::{
     interleaved::{Clock, Entry, interleave},
     report,
 };
-use crate::shared::json::write_results;
+use crate::shared::json::Metric;
 
 const PAIRS: usize = 1_000_000;
 const DIM: usize = 3;
@@ -23,13 +23,9 @@ pub struct Args {
     /// Seconds of measuring
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     seconds: u16,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut random = NpRandom::new(0);
     // Both sides of the threshold occur, in an order that a processor cannot predict.
     let mut matrix = || (0..PAIRS * DIM).map(|_| random.uniform(-0.05, 0.05)).collect();
@@ -64,6 +60,5 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let ratios = ["sparse", "dense", "checked"].into_iter().filter_map(ratio);
     let mut figures = Vec::new();
     report(&mut figures, "reward", rounds.figures().chain(ratios));
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
+    Ok(figures)
 }

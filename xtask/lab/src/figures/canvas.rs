@@ -23,10 +23,8 @@ impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
 
 /// A drawing by plotters, on any backend.
 pub trait Drawing {
-    /// Returns width and height in pixels.
     fn size(&self) -> (u32, u32);
 
-    /// Draws lines and texts.
     fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()>;
 
     /// Returns a picture that covers them.

@@ -110,16 +110,11 @@ impl Drawing for Scene {
 
 /// Wraps a text into lines of up to 56 letters.
 fn wrapped(text: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
+    text.split_whitespace().fold(Vec::new(), |mut lines: Vec<String>, word| {
         match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if line.len() + 1 + word.len() <= 56 => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
+            Some(line) if line.len() + 1 + word.len() <= 56 => *line += &format!(" {word}"),
+            _ => lines.push(word.into()),
         }
-    }
-    lines
+        lines
+    })
 }

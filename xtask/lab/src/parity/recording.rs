@@ -32,7 +32,6 @@ pub struct Recording {
     pub self_contacts: Array<i32>,
 }
 
-/// The description in the file.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Meta {
     pub env: String,
@@ -44,10 +43,7 @@ pub struct Meta {
 }
 
 impl Recording {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// Names the array that is wrong if the file is damaged or not a recording.
+    /// Reads a file; the error of a damaged one names the array that is wrong.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         Self::read_archive(path).with_context(|| format!("{} is not a recording", path.display()))
     }

@@ -13,7 +13,6 @@ use super::{counting::Counting, npz::Array, recording::Recording};
 /// if numpy has its own arctan2. Neither feeds back into the simulation.
 const ROUNDING_TOLERANCE: f64 = 1e-15;
 
-/// The comparison of an episode.
 #[derive(Clone, Debug, Default)]
 pub struct EpisodeParity {
     /// Whether every bit is the recording's, and values that Python rounds are within 1e-15.
@@ -53,7 +52,6 @@ impl Deviation {
     }
 }
 
-/// Replays one file.
 pub fn replay(
     recording: &Recording,
     simulator: MujocoSimulator,

@@ -13,7 +13,6 @@ use crate::shared::{
     progress,
 };
 
-/// The results of one policy in one environment.
 pub struct Outcome {
     pub id: EnvId,
     pub policy: PolicyChoice,
@@ -23,8 +22,7 @@ pub struct Outcome {
 
 impl Outcome {
     fn of(id: EnvId, policy: PolicyChoice, episodes: usize, seed: u64) -> anyhow::Result<Self> {
-        let mut watched =
-            Watched { policy: policy.policy(id.task, seed), ranges: Ranges::default() };
+        let mut watched = Watched { policy: policy.policy(id.task, seed), ranges: Ranges::new() };
         let evaluation =
             evaluate(&mut make_with_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
@@ -57,21 +55,13 @@ pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> 
 }
 
 /// The least and the greatest value of each element: observation, achieved goal, desired goal.
-#[derive(Clone, Debug, Default)]
-pub struct Ranges(pub Vec<(f64, f64)>);
+pub type Ranges = Vec<(f64, f64)>;
 
-impl Ranges {
-    fn of(o: &FetchObservation) -> Self {
-        let values = o.observation().iter().chain(o.achieved_goal()).chain(o.desired_goal());
-        Self(values.map(|&value| (value, value)).collect())
-    }
-
-    /// Widens the ranges to hold others.
-    pub fn include(&mut self, others: &Self) {
-        self.0.resize(others.0.len(), (f64::INFINITY, f64::NEG_INFINITY));
-        for (range, other) in self.0.iter_mut().zip(&others.0) {
-            *range = (range.0.min(other.0), range.1.max(other.1));
-        }
+/// Widens ranges to hold others.
+pub fn include(ranges: &mut Ranges, others: &Ranges) {
+    ranges.resize(others.len(), (f64::INFINITY, f64::NEG_INFINITY));
+    for (range, other) in ranges.iter_mut().zip(others) {
+        *range = (range.0.min(other.0), range.1.max(other.1));
     }
 }
 
@@ -86,9 +76,10 @@ impl Policy for Watched {
         self.policy.reset();
     }
 
-    fn act(&mut self, observation: &FetchObservation) -> Action {
-        self.ranges.include(&Ranges::of(observation));
-        self.policy.act(observation)
+    fn act(&mut self, o: &FetchObservation) -> Action {
+        let values = o.observation().iter().chain(o.achieved_goal()).chain(o.desired_goal());
+        include(&mut self.ranges, &values.map(|&value| (value, value)).collect());
+        self.policy.act(o)
     }
 }
 
@@ -128,7 +119,7 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
          p is the probability of so large a difference if both were the same environment: one in \
          twenty of these {} values is below 0.05 by chance.</p>\n{}",
         rows.len(),
-        table(columns, rows.iter().cloned()),
+        table(columns, rows),
     ))
 }
 

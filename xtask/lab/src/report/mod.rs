@@ -97,7 +97,6 @@ fn introduction(args: &Args) -> String {
     )
 }
 
-/// A frame of each scene after a reset.
 fn scenes(seed: u64) -> anyhow::Result<String> {
     let mut html = String::from("<div class=\"grid four\">\n");
     for task in Task::ALL {
@@ -114,7 +113,6 @@ fn scenes(seed: u64) -> anyhow::Result<String> {
     Ok(html + "</div>")
 }
 
-/// A scripted episode of each task.
 fn playbacks(seed: u64) -> anyhow::Result<String> {
     let mut html = String::from("<div class=\"grid wide\">\n");
     for task in Task::ALL {

@@ -53,7 +53,6 @@ pub struct BareLoop {
 }
 
 impl BareLoop {
-    /// Returns plain MuJoCo.
     pub fn new(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
         let model = episodes.model.model();
         let mocap = model.mocap_index(model.body("robot0:mocap")?);

@@ -4,7 +4,6 @@ pub(super) mod contenders;
 pub(super) mod episodes;
 
 use std::{
-    path::PathBuf,
     sync::Arc,
     thread,
     time::{Duration, Instant},
@@ -29,10 +28,7 @@ use super::{
     peer::{Orders, Peer, note_other_mujoco},
     report, resident_bytes,
 };
-use crate::shared::{
-    json::{Metric, write_results},
-    python,
-};
+use crate::shared::{json::Metric, python};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -48,10 +44,6 @@ pub struct Args {
     /// Also measure gymnasium-robotics and EnvPool, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
     /// Number of environments whose construction and memory are measured
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..))]
     footprint_envs: u16,
@@ -67,12 +59,12 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     sensible.then_some(seconds).ok_or_else(|| "give 0 to 86400 seconds".into())
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let subjects = args.subjects.all();
     if args.footprint {
         let measured = footprint(&subjects[0].config(), args.footprint_envs.into())?;
         println!("{}", serde_json::to_string(&measured)?);
-        return Ok(true);
+        return Ok(Vec::new());
     }
     if args.peers {
         note_other_mujoco()?;
@@ -81,8 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     for subject in subjects {
         report(&mut figures, &format!("env/{subject}"), measure(args, subject)?);
     }
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
+    Ok(figures)
 }
 
 fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {

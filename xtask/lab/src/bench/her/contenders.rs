@@ -11,7 +11,6 @@ use crate::bench::interleaved::Contender;
 /// About the number of rows drawn in a turn. The turn is as long as Stable-Baselines3's, and several
 /// times longer than it takes to fill the caches with its own memory.
 const ROWS: usize = 1 << 19;
-/// Transitions added in a turn.
 const ADDED: usize = 1000 * STEPS;
 
 /// A full buffer and the episodes that are added to it.
@@ -81,7 +80,6 @@ fn add_steps_by<T: Scalar>(table: Rc<RefCell<Table<T>>>, mut stepper: Stepper) -
     }
 }
 
-/// Adds whole episodes.
 pub fn add_episodes<T: Scalar>(table: Rc<RefCell<Table<T>>>) -> impl Contender {
     move || {
         let Table { buffer, episodes } = &mut *table.borrow_mut();

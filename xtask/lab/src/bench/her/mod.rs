@@ -5,7 +5,7 @@
 mod contenders;
 mod episodes;
 
-use std::{cell::RefCell, path::PathBuf, rc::Rc, time::Duration};
+use std::{cell::RefCell, rc::Rc, time::Duration};
 
 use her_relabel::Scalar;
 use serde::Serialize;
@@ -20,11 +20,7 @@ use super::{
     peer::{Orders, Peer},
     report, resident_bytes,
 };
-use crate::shared::{
-    choice::flag_name,
-    json::{Metric, write_results},
-    python,
-};
+use crate::shared::{choice::flag_name, json::Metric, python};
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
 /// Size of the batches whose time is compared between tables of [`TABLES`] transitions.
@@ -49,17 +45,12 @@ pub struct Args {
     /// Also measure Stable-Baselines3 with f64, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
     /// Measure memory in this process, and print it
     #[arg(long, hide = true, requires = "element")]
     #[serde(skip)]
     footprint: bool,
 }
 
-/// The element type of the buffer.
 #[derive(Clone, Copy, Debug, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 enum Element {
@@ -67,14 +58,14 @@ enum Element {
     F64,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     if let (true, Some(element)) = (args.footprint, args.element) {
         let bytes = match element {
             Element::F32 => bytes_per_transition::<f32>(args.transitions as usize),
             Element::F64 => bytes_per_transition::<f64>(args.transitions as usize),
         };
         println!("{}", bytes?);
-        return Ok(true);
+        return Ok(Vec::new());
     }
     let sb3 = if args.peers { Some(stable_baselines3(args.transitions)?) } else { None };
     let mut figures = Vec::new();
@@ -85,8 +76,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         };
         report(&mut figures, &format!("her/{}", flag_name(element)), measured?);
     }
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
+    Ok(figures)
 }
 
 /// Starts a full buffer of Stable-Baselines3, with as many transitions, of `f64`.
