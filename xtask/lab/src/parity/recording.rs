@@ -51,7 +51,10 @@ impl Recording {
     fn read_archive(path: &Path) -> anyhow::Result<Self> {
         let mut file = Npz::open(path)?;
         let meta: Meta = serde_json::from_str(&file.text("meta")?).context("meta")?;
-        let task = task_of(&meta.env)?;
+        let is_of = |task: &Task| meta.env == format!("Fetch{task}Dense-v4");
+        let task = Task::ALL.into_iter().find(is_of).with_context(|| {
+            format!("it was recorded from {}, which is not a dense Fetch environment", meta.env)
+        })?;
         let (nq, nv, dim) = if task.has_object() { (22, 21, 25) } else { (15, 15, 10) };
         let (_, action_shape) = file.array::<f32>("actions")?;
         let &[episodes, steps, 4] = action_shape.as_slice() else {
@@ -92,10 +95,4 @@ impl Recording {
         ensure!(recording.actions.values.iter().all(|a| a.is_finite()), "an action is not finite");
         Ok(recording)
     }
-}
-
-fn task_of(env: &str) -> anyhow::Result<Task> {
-    Task::ALL.into_iter().find(|task| env == format!("Fetch{task}Dense-v4")).with_context(|| {
-        format!("it was recorded from {env}, which is not a dense Fetch environment")
-    })
 }

@@ -29,10 +29,6 @@ impl Check {
     pub fn of_test(name: impl Display, p: f64, least: f64, seen: impl Display) -> Self {
         Self::new(name, p >= least, seen, Metric::new(p, "1"))
     }
-
-    fn line(&self) -> String {
-        format!("{}  {:<46}  {}", mark(self.passed), self.name, self.seen)
-    }
 }
 
 /// The first word of a line.
@@ -42,7 +38,7 @@ pub const fn mark(passed: bool) -> &'static str {
 
 pub fn print(heading: &str, checks: &[Check]) {
     println!("{heading}");
-    for check in checks {
-        println!("  {}", check.line());
+    for Check { name, passed, seen, .. } in checks {
+        println!("  {}  {name:<46}  {seen}", mark(*passed));
     }
 }

@@ -33,7 +33,7 @@ struct Machine {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Metric {
-    value: f64,
+    pub value: f64,
     unit: &'static str,
 }
 
@@ -48,10 +48,6 @@ impl Metric {
     /// Returns a number with a unit, which is `1` for a pure number.
     pub const fn new(value: f64, unit: &'static str) -> Self {
         Self { value, unit }
-    }
-
-    pub const fn value(self) -> f64 {
-        self.value
     }
 
     pub const fn count(value: usize) -> Self {

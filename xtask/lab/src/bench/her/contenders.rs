@@ -21,8 +21,8 @@ pub struct Table<T> {
 
 /// The environments to which each of the contenders adds.
 const ENV_OF_SAMPLING: usize = 0;
-const ENV_OF_STEPS: usize = 1;
-const ENVS_OF_STEPS_8: usize = 2;
+pub const ENV_OF_STEPS: usize = 1;
+pub const ENVS_OF_STEPS_8: usize = 2;
 const NUM_ENVS: usize = 10;
 
 impl<T: Scalar> Table<T> {
@@ -60,17 +60,13 @@ pub fn sampling<T: Scalar>(
     })
 }
 
-/// Adds single steps to one environment.
-pub fn add_steps<T: Scalar>(table: &Rc<RefCell<Table<T>>>) -> impl Contender + use<T> {
-    add_steps_by(Rc::clone(table), Stepper::new(ENV_OF_STEPS, 1))
-}
-
-/// Adds single steps to eight environments.
-pub fn add_steps_to_8<T: Scalar>(table: &Rc<RefCell<Table<T>>>) -> impl Contender + use<T> {
-    add_steps_by(Rc::clone(table), Stepper::new(ENVS_OF_STEPS_8, 8))
-}
-
-fn add_steps_by<T: Scalar>(table: Rc<RefCell<Table<T>>>, mut stepper: Stepper) -> impl Contender {
+/// Adds single steps to one environment, or to more.
+pub fn add_steps<T: Scalar>(
+    table: &Rc<RefCell<Table<T>>>,
+    first_env: usize,
+    num_envs: usize,
+) -> impl Contender + use<T> {
+    let (table, mut stepper) = (Rc::clone(table), Stepper::new(first_env, num_envs));
     move || {
         let Table { buffer, episodes } = &mut *table.borrow_mut();
         for _ in 0..ADDED {

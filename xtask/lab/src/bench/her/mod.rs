@@ -11,7 +11,9 @@ use her_relabel::Scalar;
 use serde::Serialize;
 
 use self::{
-    contenders::{Table, add_episodes, add_steps, add_steps_to_8, bare_gather, sampling},
+    contenders::{
+        ENV_OF_STEPS, ENVS_OF_STEPS_8, Table, add_episodes, add_steps, bare_gather, sampling,
+    },
     episodes::{Episode, STEPS, full_buffer},
 };
 use super::{
@@ -115,8 +117,8 @@ fn measure<T: Scalar>(
         }
     }
     entries.extend([
-        Entry::new("insert-steps", ADDED, add_steps(&table)),
-        Entry::new("insert-steps-8-envs", ADDED, add_steps_to_8(&table)),
+        Entry::new("insert-steps", ADDED, add_steps(&table, ENV_OF_STEPS, 1)),
+        Entry::new("insert-steps-8-envs", ADDED, add_steps(&table, ENVS_OF_STEPS_8, 8)),
         Entry::new("insert-episodes", ADDED, add_episodes(table)),
     ]);
     if let Some(sb3) = sb3 {
@@ -153,7 +155,7 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     let time = |(name, rate): (String, Metric)| {
-        (format!("time/{name}"), Metric::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
+        (format!("time/{name}"), Metric::new(SIZE_OF_GROWTH as f64 / rate.value * 1e6, "us"))
     };
     let mut figures: Vec<_> = rounds.figures().map(time).collect();
     for contender in ["batch", "bare-gather"] {
