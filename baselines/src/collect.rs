@@ -1,7 +1,7 @@
 //! Episodes of a policy, collected into a hindsight replay buffer.
 
-use fetch_env::{EnvError, FetchObservation, GoalEnv, GoalObservation};
-use her_relabel::{AddError, BufferConfig, Dims, EpisodeStart, HerBuffer, Scalar, Step};
+use fetch_env::{FetchObservation, GoalEnv, GoalObservation};
+use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Scalar, Step};
 
 use crate::{
     error::CollectError,
@@ -46,7 +46,9 @@ where
     let mut episodes = Vec::with_capacity(count);
     for (episode, seed) in (0..count).zip(first_seed..) {
         let mut has_begun = false;
-        let result = run_episode(env, policy, seed, |_, event| {
+        let failed = |source| CollectError::Environment { episode, seed, source };
+        let rejected = |source| CollectError::Buffer { episode, seed, source };
+        let result = run_episode(env, policy, seed, failed, |_, event| {
             match event {
                 Event::Start(reset) => {
                     let start = EpisodeStart {
@@ -54,7 +56,7 @@ where
                         achieved_goal: reset.observation.achieved_goal(),
                         desired_goal: reset.observation.desired_goal(),
                     };
-                    buffer.begin_episode(buffer_env, &start)?;
+                    buffer.begin_episode(buffer_env, &start).map_err(rejected)?;
                 }
                 Event::Step(action, step) => {
                     let step = Step {
@@ -66,35 +68,17 @@ where
                         truncated: step.truncated,
                         fields: &[],
                     };
-                    buffer.add_step(buffer_env, &step)?;
+                    buffer.add_step(buffer_env, &step).map_err(rejected)?;
                 }
             }
             has_begun = true;
             Ok(())
         });
-        match result {
-            Ok(result) => episodes.push(result),
-            Err(source) => {
-                if has_begun {
-                    // This cannot fail, because an episode has begun.
-                    let _ = buffer.discard_episode(buffer_env);
-                }
-                return Err(match source {
-                    Source::Environment(source) => {
-                        CollectError::Environment { episode, seed, source }
-                    }
-                    Source::Buffer(source) => CollectError::Buffer { episode, seed, source },
-                });
-            }
+        if result.is_err() && has_begun {
+            // This cannot fail, because an episode has begun.
+            let _ = buffer.discard_episode(buffer_env);
         }
+        episodes.push(result?);
     }
     Ok(Evaluation { episodes })
-}
-
-/// The source of an episode's failure.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
-enum Source {
-    Environment(#[from] EnvError),
-    Buffer(#[from] AddError),
 }

@@ -66,8 +66,8 @@ where
 {
     let mut episodes = Vec::with_capacity(count);
     for (episode, seed) in (0..count).zip(first_seed..) {
-        let result = run_episode(env, policy, seed, |_, _| Ok(()))
-            .map_err(|source| EvaluationError::Environment { episode, seed, source })?;
+        let failed = |source| EvaluationError::Environment { episode, seed, source };
+        let result = run_episode(env, policy, seed, failed, |_, _| Ok(()))?;
         progress(&result);
         episodes.push(result);
     }
@@ -81,20 +81,20 @@ pub(crate) enum Event<'a> {
 }
 
 /// Runs an episode until it is terminated or truncated, and calls `watch` with the environment after
-/// each event.
+/// each event. `failed` converts the environment's errors.
 pub(crate) fn run_episode<E, P, X>(
     env: &mut E,
     policy: &mut P,
     seed: u64,
+    failed: impl Fn(EnvError) -> X,
     mut watch: impl FnMut(&E, Event<'_>) -> Result<(), X>,
 ) -> Result<Episode, X>
 where
     E: GoalEnv<Observation = FetchObservation>,
     P: Policy + ?Sized,
-    X: From<EnvError>,
 {
     policy.reset();
-    let start = env.reset(Some(seed))?;
+    let start = env.reset(Some(seed)).map_err(&failed)?;
     watch(env, Event::Start(&start))?;
     let mut observation = start.observation;
     let mut episode = Episode {
@@ -107,7 +107,7 @@ where
     };
     loop {
         let action = policy.act(&observation);
-        let step = env.step(&action)?;
+        let step = env.step(&action).map_err(&failed)?;
         watch(env, Event::Step(&action, &step))?;
         observation = step.observation;
         episode.return_sum += step.reward;

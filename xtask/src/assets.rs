@@ -41,7 +41,6 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// The name and SHA-256 of each file.
 fn files() -> impl Iterator<Item = (&'static str, &'static str)> {
     FILES.lines().filter_map(|line| line.split_once("  ")).map(|(sha256, name)| (name, sha256))
 }

@@ -153,7 +153,6 @@ fn c_compiler() -> Command {
     Command::new(std::env::var_os("CC").unwrap_or_else(|| "cc".into()))
 }
 
-/// Returns the folder of downloaded files in the user's cache.
 fn cache_folder() -> anyhow::Result<PathBuf> {
     cache::cache_folder().context("the user has no home: set XDG_CACHE_HOME")
 }

@@ -11,7 +11,6 @@ use anyhow::{Context, bail, ensure};
 use hmac_sha256::Hash;
 use zip::ZipArchive;
 
-/// A wheel on disk.
 pub struct Wheel {
     path: PathBuf,
     archive: ZipArchive<File>,
@@ -20,20 +19,9 @@ pub struct Wheel {
 impl Wheel {
     /// Opens the wheel at a path, or else fetches one of a requirement such as `mujoco==3.6.0`.
     pub fn open_or_fetch(path: Option<&Path>, requirement: &str) -> anyhow::Result<Self> {
-        match path {
-            Some(path) => Self::open(path),
-            None => Self::fetch(requirement),
+        if let Some(path) = path {
+            return Self::open(path);
         }
-    }
-
-    fn open(path: &Path) -> anyhow::Result<Self> {
-        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let archive = ZipArchive::new(file)
-            .with_context(|| format!("{} is not a wheel, or it is damaged", path.display()))?;
-        Ok(Self { path: path.to_path_buf(), archive })
-    }
-
-    fn fetch(requirement: &str) -> anyhow::Result<Self> {
         let into = tempfile::tempdir()?;
         println!("fetching {requirement} with pip");
         let output = Command::new("python3")
@@ -57,6 +45,13 @@ impl Wheel {
         Self::open(&wheel) // stays open when the folder is removed
     }
 
+    fn open(path: &Path) -> anyhow::Result<Self> {
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let archive = ZipArchive::new(file)
+            .with_context(|| format!("{} is not a wheel, or it is damaged", path.display()))?;
+        Ok(Self { path: path.to_path_buf(), archive })
+    }
+
     /// Returns the contents of a file, checked against the archive's own checksum.
     pub fn read(&mut self, name: &str) -> anyhow::Result<Vec<u8>> {
         let path = self.path.display();
@@ -77,7 +72,6 @@ pub fn check_sha256(name: &str, bytes: &[u8], expected: &str) -> anyhow::Result<
     Ok(())
 }
 
-/// Spells bytes in hexadecimal.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,6 +1,4 @@
-//! The document around the parts of a page.
-
-use super::{html::escape, playback::SCRIPT};
+//! The document around the parts of a page, and text, numbers and tables as HTML.
 
 /// A self-contained HTML page: its style, script and data are within it, and it loads nothing.
 ///
@@ -45,8 +43,63 @@ impl Document {
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n\
-             <h1>{title}</h1>\n{body}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+             <h1>{title}</h1>\n{body}<script>\n{script}</script>\n</body>\n</html>\n",
             style = include_str!("style.css"),
+            script = include_str!("playback.js"),
         )
     }
+}
+
+/// A column of a [`table`]: its heading, and how its cells are aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// Cells of text, aligned left.
+    Text(&'static str),
+    /// Cells of numbers, aligned right.
+    Number(&'static str),
+}
+
+impl Column {
+    const fn class(self) -> &'static str {
+        match self {
+            Self::Text(_) => "text",
+            Self::Number(_) => "number",
+        }
+    }
+}
+
+/// Returns a table of cells, which are HTML already: see [`escape`].
+#[must_use]
+pub fn table<const N: usize>(
+    columns: [Column; N],
+    rows: impl IntoIterator<Item = [String; N]>,
+) -> String {
+    let mut html = String::from("<div class=\"scroll\"><table>\n<thead><tr>");
+    for column in columns {
+        let (Column::Text(name) | Column::Number(name)) = column;
+        html += &format!("<th class=\"{}\">{}</th>", column.class(), escape(name));
+    }
+    html += "</tr></thead>\n<tbody>\n";
+    for row in rows {
+        html += "<tr>";
+        for (column, cell) in columns.iter().zip(&row) {
+            html += &format!("<td class=\"{}\">{cell}</td>", column.class());
+        }
+        html += "</tr>\n";
+    }
+    html + "</tbody></table></div>"
+}
+
+/// Returns a text as HTML.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Returns a number with a typographic minus sign, and with none before zero.
+#[must_use]
+pub fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{:.decimals$}", value.abs());
+    let is_zero = text.chars().all(|c| c == '0' || c == '.');
+    if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }
 }

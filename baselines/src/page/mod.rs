@@ -16,13 +16,11 @@
 
 mod document;
 mod error;
-mod html;
 mod playback;
 mod plot;
 
-pub use document::Document;
+pub use document::{Column, Document, escape, number, table};
 pub use error::PageError;
-pub use html::{Column, escape, number, table};
 pub use playback::{Playback, PlaybackEnv};
 pub use plot::{Axis, Ink, Plot, extent};
 

@@ -7,14 +7,11 @@ use fetch_env::{
 use fetch_sim::{BodyId, MujocoSimulator, Shape, Simulator, VisualGeom};
 use serde::Serialize;
 
-use super::{error::PageError, html::escape};
+use super::{document::escape, error::PageError};
 use crate::{
     evaluate::{Event, run_episode},
     policy::{Action, Policy},
 };
-
-/// The script that every page with a playback carries once.
-pub(super) const SCRIPT: &str = include_str!("playback.js");
 
 /// An environment whose episodes can be played back: a Fetch environment on MuJoCo, in wrappers
 /// that leave its observations alone. A wrapper of yours needs only to pass
@@ -44,7 +41,7 @@ pub struct Playback {
 }
 
 /// The JSON that `playback.js` reads.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct Recorded {
     /// Duration of a step, in seconds.
     period: f64,
@@ -63,7 +60,7 @@ struct Recorded {
 }
 
 /// The point at which the camera looks, and its distance from it (meters).
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct View {
     at: [f64; 3],
     distance: f64,
@@ -123,16 +120,13 @@ impl Playback {
             .collect::<Result<_, PageError>>()?;
         let mut episode = Recorded {
             period: env.fetch_env().simulator().control_period(),
-            goal: [0.0; 3],
             view: View::of(id.task),
             shapes,
             meshes,
             bodies: vec![Vec::new(); carriers.len()],
-            rewards: Vec::new(),
-            distances: Vec::new(),
-            successes: Vec::new(),
+            ..Recorded::default()
         };
-        run_episode(env, policy, seed, |env, event| {
+        run_episode(env, policy, seed, failed, |env, event| {
             let info = match event {
                 Event::Start(reset) => {
                     episode.goal.copy_from_slice(reset.observation.desired_goal());
@@ -146,8 +140,7 @@ impl Playback {
             };
             episode.push(env.fetch_env().simulator(), &carriers, info);
             Ok(())
-        })
-        .map_err(failed)?;
+        })?;
         for poses in &mut episode.bodies {
             if poses.chunks_exact(7).all(|pose| pose == &poses[..7]) {
                 poses.truncate(7);

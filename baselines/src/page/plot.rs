@@ -16,8 +16,8 @@ use plotters::{
 };
 
 use super::{
+    document::{escape, number},
     error::PageError,
-    html::{escape, number},
 };
 
 /// Units of the drawing for each unit of the layout below: plotters' coordinates are integers.
@@ -28,6 +28,10 @@ const RIGHT: i32 = WIDTH - 14 * SCALE;
 const TOP: i32 = 46 * SCALE;
 const BELOW: i32 = 40 * SCALE;
 const INNER_HEIGHT: i32 = 170 * SCALE;
+
+/// How SVG begins the placeholder of an [`Ink`], and the one of dots, which [`dotted`] recognizes.
+const SOLID: &str = "\"#0102";
+const DOTTED: &str = "\"#0103";
 
 /// Most ticks of an axis.
 const TICKS: usize = 6;
@@ -54,16 +58,9 @@ pub enum Ink {
 }
 
 impl Ink {
-    const ALL: [(Self, &'static str); 8] = [
-        (Self::Text, "--text"),
-        (Self::Faint, "--faint"),
-        (Self::Rule, "--rule"),
-        (Self::Area, "--area"),
-        (Self::Blue, "--blue"),
-        (Self::Orange, "--orange"),
-        (Self::Red, "--red"),
-        (Self::Teal, "--teal"),
-    ];
+    /// The custom properties, in the order of the variants.
+    const PROPERTIES: [&'static str; 8] =
+        ["text", "faint", "rule", "area", "blue", "orange", "red", "teal"];
 
     /// The color that stands for this one until the drawing is finished.
     const fn placeholder(self) -> RGBColor {
@@ -159,7 +156,7 @@ enum Look {
     /// A polygon of this opacity.
     Fill(f64),
     /// A dot of this radius and opacity at each point.
-    Dots(i32, f64),
+    Dots(u32, f64),
 }
 
 impl Plot {
@@ -244,12 +241,17 @@ impl Plot {
         let size = (WIDTH as u32, height.max(1) as u32);
         self.draw(SVGBackend::with_string(&mut svg, size).into_drawing_area())
             .map_err(|error| failed(error.to_string()))?;
-        for (ink, property) in Ink::ALL {
-            let RGBColor(r, g, b) = ink.placeholder();
-            let placeholder = format!("\"#{r:02X}{g:02X}{b:02X}\"");
-            svg = svg.replace(&placeholder, &format!("\"var({property})\""));
+        svg = svg.lines().map(dotted).collect();
+        for (ink, property) in Ink::PROPERTIES.iter().enumerate() {
+            svg = svg.replace(&format!("{SOLID}{ink:02X}\""), &format!("\"var(--{property})\""));
         }
-        for default in [" opacity=\"1\"", " stroke=\"none\"", " stroke-width=\"1\""] {
+        // The style sheet has the font.
+        for default in [
+            " opacity=\"1\"",
+            " stroke=\"none\"",
+            " stroke-width=\"1\"",
+            " font-family=\"sans-serif\"",
+        ] {
             svg = svg.replace(default, "");
         }
         // The first tag has a fixed size, and a namespace that HTML does not need.
@@ -314,9 +316,8 @@ impl Plot {
                     inner.draw(&Polygon::new(points.clone(), solid.mix(opacity).filled()))?;
                 }
                 Look::Dots(radius, opacity) => {
-                    for &point in points {
-                        inner.draw(&Circle::new(point, radius, solid.mix(opacity).filled()))?;
-                    }
+                    let style = RGBColor(1, 3, *ink as u8).mix(opacity).stroke_width(2 * radius);
+                    inner.draw(&PathElement::new(points.clone(), style))?;
                 }
             }
         }
@@ -330,6 +331,19 @@ impl Plot {
         whole.draw_text(&self.y.label, &upward, (9 * SCALE, middle_y))?;
         whole.present()
     }
+}
+
+/// Returns a line of SVG with a polyline through dots replaced by the dots: lines of no length with
+/// round ends, which take a fifth of the space of circles.
+fn dotted(line: &str) -> String {
+    let Some((look, points)) = line.split_once(" points=\"").filter(|_| line.contains(DOTTED))
+    else {
+        return format!("{line}\n");
+    };
+    let points = points.trim_end_matches("\"/>").split_whitespace();
+    let dots: String = points.map(|point| format!("M{point}h0")).collect();
+    let look = look.replace("polyline", "path").replace(DOTTED, SOLID);
+    format!("{look} stroke-linecap=\"round\" d=\"{dots}\"/>\n")
 }
 
 /// Returns the corners of a rectangle, the first of them twice.

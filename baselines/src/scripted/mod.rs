@@ -9,7 +9,7 @@ use fetch_env::{FetchObservation, Task};
 
 use self::{
     control::{Command, OPEN, View},
-    pick_and_place::PickAndPlace,
+    pick_and_place::Phase,
 };
 use crate::policy::{Action, Policy};
 
@@ -23,46 +23,32 @@ use crate::policy::{Action, Policy};
 /// | Slide | goes behind the puck, and strikes it at the speed at which friction stops it at the goal |
 #[derive(Clone, Debug)]
 pub struct ScriptedPolicy {
-    controller: Controller,
-}
-
-#[derive(Clone, Debug)]
-enum Controller {
-    Reach,
-    Push,
-    PickAndPlace(PickAndPlace),
-    Slide,
+    task: Task,
+    /// The state of PickAndPlace; the other tasks need none.
+    phase: Phase,
 }
 
 impl ScriptedPolicy {
     /// Returns the policy for a task.
     #[must_use]
     pub fn new(task: Task) -> Self {
-        let controller = match task {
-            Task::Reach => Controller::Reach,
-            Task::Push => Controller::Push,
-            Task::PickAndPlace => Controller::PickAndPlace(PickAndPlace::default()),
-            Task::Slide => Controller::Slide,
-        };
-        Self { controller }
+        Self { task, phase: Phase::default() }
     }
 }
 
 impl Policy for ScriptedPolicy {
     fn reset(&mut self) {
-        if let Controller::PickAndPlace(controller) = &mut self.controller {
-            *controller = PickAndPlace::default();
-        }
+        self.phase = Phase::default();
     }
 
     fn act(&mut self, observation: &FetchObservation) -> Action {
         let view = View::new(observation);
-        let command = match (&mut self.controller, view.object) {
-            (Controller::Reach, _) => Command::toward(view.goal - view.gripper, OPEN),
-            (Controller::Push, Some(object)) => push::act(&view, &object),
-            (Controller::PickAndPlace(controller), Some(object)) => controller.act(&view, &object),
-            (Controller::Slide, Some(object)) => slide::act(&view, &object),
-            // This controller was made for another task: there is no object to move.
+        let command = match (self.task, view.object) {
+            (Task::Reach, _) => Command::toward(view.goal - view.gripper, OPEN),
+            (Task::Push, Some(object)) => push::act(&view, &object),
+            (Task::PickAndPlace, Some(object)) => self.phase.act(&view, &object),
+            (Task::Slide, Some(object)) => slide::act(&view, &object),
+            // This policy was made for another task: there is no object to move.
             (_, None) => Command::HOLD,
         };
         command.action()

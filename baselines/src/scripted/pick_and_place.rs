@@ -19,14 +19,9 @@ const CLOSING_STEPS: u32 = 4;
 /// Distance from the gripper beyond which the object has slipped (meters).
 const SLIP_DISTANCE: f64 = 0.03;
 
-/// Grasps the object from above and carries it to the goal.
-#[derive(Clone, Debug, Default)]
-pub(super) struct PickAndPlace {
-    phase: Phase,
-}
-
+/// The phases in which the object is brought to the goal.
 #[derive(Clone, Copy, Debug, Default)]
-enum Phase {
+pub(super) enum Phase {
     #[default]
     Approach,
     Grasp {
@@ -35,22 +30,22 @@ enum Phase {
     Carry,
 }
 
-impl PickAndPlace {
+impl Phase {
     pub(super) fn act(&mut self, view: &View, object: &ObjectView) -> Command {
         let to_object = object.position - view.gripper;
-        match self.phase {
-            Phase::Approach => self.approach(to_object),
-            Phase::Grasp { steps } => {
-                self.phase = if steps == CLOSING_STEPS {
-                    Phase::Carry
-                } else {
-                    Phase::Grasp { steps: steps + 1 }
-                };
+        match *self {
+            Self::Approach => self.approach(to_object),
+            Self::Grasp { steps: CLOSING_STEPS } => {
+                *self = Self::Carry;
                 Command::toward(to_object, CLOSE)
             }
-            Phase::Carry => {
+            Self::Grasp { steps } => {
+                *self = Self::Grasp { steps: steps + 1 };
+                Command::toward(to_object, CLOSE)
+            }
+            Self::Carry => {
                 if to_object.norm() > SLIP_DISTANCE {
-                    self.phase = Phase::Approach;
+                    *self = Self::Approach;
                 }
                 Command::toward(view.goal - object.position, CLOSE)
             }
@@ -60,7 +55,7 @@ impl PickAndPlace {
     fn approach(&mut self, to_object: Vector3<f64>) -> Command {
         let aside = to_object.xy().norm();
         if aside < GRASP_DISTANCE && to_object.z.abs() < GRASP_DISTANCE {
-            self.phase = Phase::Grasp { steps: 1 };
+            *self = Self::Grasp { steps: 1 };
             return Command::toward(to_object, CLOSE);
         }
         let height = if aside > DESCENT_DISTANCE { HOVER_HEIGHT } else { 0.0 };

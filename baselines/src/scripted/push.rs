@@ -34,9 +34,19 @@ pub(super) fn act(view: &View, object: &ObjectView) -> Command {
     if distance < CLOSE_ENOUGH {
         return Command::HOLD;
     }
-    let direction = to_goal / distance;
-    get_behind(view, object, direction, GAP).unwrap_or_else(|| {
-        let speed = (SPEED_GAIN * distance).min(1.0);
+    push_along(view, object, to_goal / distance, GAP, (SPEED_GAIN * distance).min(1.0))
+}
+
+/// Brings the closed gripper `gap` meters behind the object, and then pushes along `direction`,
+/// with an action of `speed`.
+pub(super) fn push_along(
+    view: &View,
+    object: &ObjectView,
+    direction: Vector2<f64>,
+    gap: f64,
+    speed: f64,
+) -> Command {
+    get_behind(view, object, direction, gap).unwrap_or_else(|| {
         let along = direction * speed - LINE_GAIN * off_line(view, object, direction);
         let height = GAIN * to_push_height(view, object);
         Command { displacement: Vector3::new(along.x, along.y, height), fingers: CLOSE }
@@ -44,12 +54,12 @@ pub(super) fn act(view: &View, object: &ObjectView) -> Command {
 }
 
 /// Returns the way up to the height at which the gripper pushes the object (meters).
-pub(super) fn to_push_height(view: &View, object: &ObjectView) -> f64 {
+fn to_push_height(view: &View, object: &ObjectView) -> f64 {
     object.position.z - PUSH_DEPTH - view.gripper.z
 }
 
 /// Returns the gripper's offset from the line through the object along `direction` (meters).
-pub(super) fn off_line(view: &View, object: &ObjectView, direction: Vector2<f64>) -> Vector2<f64> {
+fn off_line(view: &View, object: &ObjectView, direction: Vector2<f64>) -> Vector2<f64> {
     let from_object = (view.gripper - object.position).xy();
     from_object - direction * from_object.dot(&direction)
 }
@@ -58,7 +68,7 @@ pub(super) fn off_line(view: &View, object: &ObjectView, direction: Vector2<f64>
 /// `None` once it is there.
 ///
 /// It goes straight if that does not touch the object, and over the object otherwise.
-pub(super) fn get_behind(
+fn get_behind(
     view: &View,
     object: &ObjectView,
     direction: Vector2<f64>,

@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::{
-    control::{CLOSE, Command, GAIN, ObjectView, View},
-    push::{get_behind, off_line, to_push_height},
+    control::{CLOSE, Command, ObjectView, View},
+    push::push_along,
 };
 
 /// Distance to the goal within which the gripper leaves the puck alone (meters).
@@ -28,9 +28,6 @@ const STRIKE_SPEED: f64 = 0.95;
 /// The weakest strike, as an action.
 const LEAST_STRIKE: f64 = 0.2;
 
-/// Action per meter off the line of the strike.
-const LINE_GAIN: f64 = 25.0;
-
 /// Deceleration of the puck by friction: 0.1 times gravity (meters per second squared).
 const DECELERATION: f64 = 0.981;
 
@@ -51,12 +48,7 @@ pub(super) fn act(view: &View, object: &ObjectView) -> Command {
             return Command::HOLD;
         }
     }
-    get_behind(view, object, direction, GAP).unwrap_or_else(|| {
-        let strike = (speed / STRIKE_SPEED).clamp(LEAST_STRIKE, 1.0);
-        let along = direction * strike - LINE_GAIN * off_line(view, object, direction);
-        let height = GAIN * to_push_height(view, object);
-        Command { displacement: Vector3::new(along.x, along.y, height), fingers: CLOSE }
-    })
+    push_along(view, object, direction, GAP, (speed / STRIKE_SPEED).clamp(LEAST_STRIKE, 1.0))
 }
 
 /// Returns the velocity at which the puck comes to rest `to_goal` away.

@@ -63,7 +63,6 @@ pub struct Trajectory {
     pub same: bool,
 }
 
-/// Both rewards of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepRewards {
     /// Distance to the goal, in meters.

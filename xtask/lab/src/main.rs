@@ -19,9 +19,6 @@ mod report;
 mod reward_check;
 mod shared;
 mod verify;
-#[cfg(test)]
-#[path = "../../src/commands.rs"]
-mod xtask_commands;
 
 use std::process::ExitCode;
 
@@ -91,27 +88,5 @@ fn main() -> ExitCode {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::Cli;
-
-    #[test]
-    fn xtask_lists_every_command() {
-        let ours: Vec<_> = Cli::command()
-            .get_subcommands()
-            .map(|command| {
-                let about = command.get_about().map(ToString::to_string);
-                (command.get_name().to_owned(), about.unwrap_or_default())
-            })
-            .collect();
-        assert_eq!(
-            ours,
-            crate::xtask_commands::OF_LAB.map(|(name, about)| (name.into(), about.into()))
-        );
     }
 }

@@ -72,7 +72,6 @@ pub fn random_episodes(id: EnvId, seed: u64, count: usize, out: &Path) -> anyhow
     Ok(true)
 }
 
-/// Runs the random policy for `count` episodes.
 pub fn evaluate_random(id: EnvId, seed: u64, count: usize) -> anyhow::Result<Evaluation> {
     let bar = progress::bar(count, "random episodes");
     let mut policy = RandomPolicy::new(seed);

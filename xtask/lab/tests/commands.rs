@@ -1,5 +1,9 @@
 //! The commands as a user runs them: exit codes, output and files.
 
+#[path = "../../src/commands.rs"]
+#[allow(unreachable_pub, reason = "the file is xtask's")]
+mod xtask_commands;
+
 use std::{
     error::Error,
     fs,
@@ -270,5 +274,17 @@ fn wrong_usage_is_exit_code_2() -> Result {
     }
     let errors = errors_of(&lab("verify --env-id FetchPsh-v4").output()?);
     assert!(errors.contains("FetchPush-v4"), "{errors}");
+    Ok(())
+}
+
+#[test]
+fn xtask_lists_every_command() -> Result {
+    let help = output_of(&mut lab("--help"))?;
+    let (_, list) = help.split_once("Commands:\n").ok_or("no list")?;
+    let lines = list.lines().take_while(|line| !line.is_empty());
+    let commands: Vec<_> = lines.filter_map(|line| line.trim().split_once("  ")).collect();
+    let commands = commands.iter().map(|(name, about)| (*name, about.trim()));
+    let ours: Vec<_> = commands.filter(|(name, _)| *name != "help").collect();
+    assert_eq!(ours, xtask_commands::OF_LAB);
     Ok(())
 }

@@ -1,34 +1,28 @@
 //! `bench instructions`: counts the instructions of the hot path with valgrind. The count does not
 //! depend on the load of the machine, so that a change of one per cent shows.
 
-use std::{fs, path::PathBuf, process::Command, sync::Arc};
+use std::{fs, process::Command};
 
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use serde::Serialize;
 
 use super::{
+    Subject, Subjects,
     env::{
-        contenders::{BareLoop, BareResets, Resets, Single},
+        contenders::{BareLoop, Single, bare_resets, resets},
         episodes::{Episodes, STEPS},
     },
     interleaved::Contender,
-    subject::{Subject, Subjects},
+    report,
 };
-use crate::shared::{
-    choice::flag_name,
-    json::{Metric, write_results},
-};
+use crate::shared::{choice::flag_name, json::Metric};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
     #[command(flatten)]
     #[serde(flatten)]
     subjects: Subjects,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
     /// Run this part in this process, to be counted
     #[arg(long, hide = true, requires_all = ["task", "model"])]
     #[serde(skip)]
@@ -47,15 +41,20 @@ enum Part {
     Reset,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let subjects = args.subjects.all();
     if let Some(part) = args.part {
-        let episodes = Episodes::new(subjects[0].config()?)?;
-        let mut contender = part.contender(&episodes)?;
+        let episodes = Episodes::new(subjects[0].config())?;
+        let mut contender: Box<dyn Contender> = match part {
+            Part::Physics => Box::new(BareLoop::with_forward(&episodes)?),
+            Part::Single => Box::new(Single::new(&episodes)?),
+            Part::ResetBare => Box::new(bare_resets(&episodes)?),
+            Part::Reset => Box::new(resets(&episodes)?),
+        };
         // The first calls resolve MuJoCo's symbols.
         contender.work()?;
         counted(&mut *contender)?;
-        return Ok(true);
+        return Ok(Vec::new());
     }
     let mut figures = Vec::new();
     for subject in subjects {
@@ -63,33 +62,17 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         for part in Part::value_variants() {
             let name = flag_name(*part);
             let count = count(subject, &name)? / STEPS as f64;
-            counts.push(count);
-            figures.push((format!("instructions/{subject}/{name}"), Metric::new(count, "1")));
+            counts.push((name, count));
         }
-        let [physics, single, reset_bare, reset] = counts[..] else { bail!("a count is missing") };
-        let ratio = |name: &str, value| {
-            (format!("instructions/{subject}/ratio/{name}"), Metric::new(value, "1"))
+        let [(_, physics), (_, single), (_, reset_bare), (_, reset)] = counts[..] else {
+            bail!("a count is missing")
         };
-        figures.push(ratio("above-physics", 1.0 - physics / single));
-        figures.push(ratio("reset-cost-to-bare", reset / reset_bare));
-        let of_subject = figures.len() - counts.len() - 2;
-        for (name, figure) in &figures[of_subject..] {
-            println!("{name:<54} {figure}");
-        }
+        counts.push(("ratio/above-physics".into(), 1.0 - physics / single));
+        counts.push(("ratio/reset-cost-to-bare".into(), reset / reset_bare));
+        let measured = counts.into_iter().map(|(name, count)| (name, Metric::new(count, "1")));
+        report(&mut figures, &format!("instructions/{subject}"), measured);
     }
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
-}
-
-impl Part {
-    fn contender(self, episodes: &Arc<Episodes>) -> anyhow::Result<Box<dyn Contender>> {
-        Ok(match self {
-            Self::Physics => Box::new(BareLoop::with_forward(episodes)?),
-            Self::Single => Box::new(Single::new(episodes)?),
-            Self::ResetBare => Box::new(BareResets(BareLoop::new(episodes)?)),
-            Self::Reset => Box::new(Resets(Single::new(episodes)?)),
-        })
-    }
+    Ok(figures)
 }
 
 /// Does the work that valgrind counts: an episode, or as many resets as an episode has steps.
@@ -98,7 +81,6 @@ fn counted(contender: &mut dyn Contender) -> anyhow::Result<usize> {
     contender.work()
 }
 
-/// Runs this program under valgrind.
 fn count(subject: Subject, part: &str) -> anyhow::Result<f64> {
     let folder = tempfile::tempdir()?;
     let out = folder.path().join("callgrind.out");
@@ -111,7 +93,7 @@ fn count(subject: Subject, part: &str) -> anyhow::Result<f64> {
         .arg(format!("--callgrind-out-file={}", out.display()))
         .arg(std::env::current_exe()?)
         .args(["bench", "instructions", "--part", part])
-        .args(subject.flags())
+        .args(subject.flags().split(' '))
         .output()
         .context("valgrind did not start: install it (apt-get install valgrind)")?;
     let errors = String::from_utf8_lossy(&output.stderr);

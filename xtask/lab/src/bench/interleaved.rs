@@ -5,24 +5,26 @@ use std::{
     time::{Duration, Instant},
 };
 
+use baselines::page::extent;
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::shared::json::Metric;
 
 /// A contender: something whose speed is measured.
 pub trait Contender {
-    /// Works once, and returns the amount of work done.
-    ///
-    /// # Errors
-    /// Any error, which ends the benchmark.
+    /// Works once, and returns the amount of work done. An error ends the benchmark.
     fn work(&mut self) -> anyhow::Result<usize>;
 
     /// Times [`work`](Self::work). A contender in another process times itself there.
-    ///
-    /// # Errors
-    /// The same as [`work`](Self::work).
     fn timed(&mut self) -> anyhow::Result<Timed> {
         time(|| self.work())
+    }
+}
+
+/// Work alone, without state that others look at, is a contender as a closure.
+impl<F: FnMut() -> anyhow::Result<usize>> Contender for F {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        self()
     }
 }
 
@@ -49,7 +51,6 @@ pub fn time(work: impl FnOnce() -> anyhow::Result<usize>) -> anyhow::Result<Time
     Ok(Timed { done, wall: start.elapsed().as_secs_f64(), cpu: cpu_seconds() - cpu })
 }
 
-/// A contender, and the name and unit of its figure.
 pub struct Entry {
     pub name: String,
     pub unit: &'static str,
@@ -65,7 +66,6 @@ impl Entry {
 /// The clock that counts.
 #[derive(Clone, Copy, Debug)]
 pub enum Clock {
-    /// Wall time.
     Wall,
     /// Processor time of the calling thread, or of all of another process. Other load disturbs it
     /// less. For contenders of one thread.
@@ -73,20 +73,22 @@ pub enum Clock {
 }
 
 /// The speed of every contender in every round.
-pub struct Rounds {
-    names: Vec<(String, &'static str)>,
-    /// By contender, then by round.
-    wall: Vec<Vec<f64>>,
-    cpu: Vec<Vec<f64>>,
+pub struct Rounds(Vec<Speeds>);
+
+struct Speeds {
+    name: String,
+    unit: &'static str,
+    wall: Vec<f64>,
+    cpu: Vec<f64>,
 }
 
 /// Lets the contenders take turns for a time and at least three rounds, after a round of warming up.
 pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result<Rounds> {
     const LEAST_ROUNDS: usize = 3;
-    let mut wall = vec![Vec::new(); entries.len()];
-    let mut cpu = wall.clone();
-    for entry in &mut entries {
-        entry.contender.work()?;
+    let mut speeds = Vec::new();
+    for Entry { name, unit, contender } in &mut entries {
+        contender.work()?;
+        speeds.push(Speeds { name: name.clone(), unit, wall: Vec::new(), cpu: Vec::new() });
     }
     let start = Instant::now();
     let mut round = 0;
@@ -95,13 +97,12 @@ pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result
             // The order changes, so that none always follows the same other.
             let at = (turn + round) % entries.len();
             let timed = entries[at].contender.timed()?;
-            cpu[at].push(timed.done as f64 / timed.cpu);
-            wall[at].push(timed.done as f64 / timed.wall);
+            speeds[at].cpu.push(timed.done as f64 / timed.cpu);
+            speeds[at].wall.push(timed.done as f64 / timed.wall);
         }
         round += 1;
     }
-    let names = entries.into_iter().map(|entry| (entry.name, entry.unit)).collect();
-    Ok(Rounds { names, wall, cpu })
+    Ok(Rounds(speeds))
 }
 
 fn cpu_seconds() -> f64 {
@@ -112,33 +113,30 @@ fn cpu_seconds() -> f64 {
 impl Rounds {
     /// Returns the median speed of each contender in wall time.
     pub fn figures(&self) -> impl Iterator<Item = (String, Metric)> + '_ {
-        let rates = self.names.iter().zip(&self.wall);
-        rates.map(|((name, unit), rates)| (name.clone(), Metric::new(median(rates), unit)))
+        self.0.iter().map(|s| (s.name.clone(), Metric::new(median(&s.wall), s.unit)))
     }
 
     /// Returns the slowest and the fastest round of each contender in wall time.
     pub fn ranges(&self) -> impl Iterator<Item = (String, Metric)> + '_ {
-        self.names.iter().zip(&self.wall).flat_map(|((name, unit), rates)| {
-            let least = rates.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = rates.iter().copied().fold(0.0, f64::max);
+        self.0.iter().flat_map(|Speeds { name, unit, wall, .. }| {
+            let (least, most) = extent(wall.iter().copied());
             [("slowest", least), ("fastest", most)]
                 .map(|(end, rate)| (format!("{name}/{end}"), Metric::new(rate, unit)))
         })
     }
 
-    /// Returns the median, over the rounds, of the ratio of two speeds; `None` if one of the two did
-    /// not take part.
-    pub fn ratio(&self, clock: Clock, of: &str, to: &str) -> Option<f64> {
-        let all = match clock {
-            Clock::Wall => &self.wall,
-            Clock::Cpu => &self.cpu,
+    /// Returns the median, over the rounds, of the ratio of two speeds, under a name; `None` if one of
+    /// the two did not take part.
+    pub fn ratio(&self, name: &str, clock: Clock, of: &str, to: &str) -> Option<(String, Metric)> {
+        let speeds = |wanted: &str| {
+            let speeds = self.0.iter().find(|speeds| speeds.name == wanted)?;
+            Some(match clock {
+                Clock::Wall => &speeds.wall,
+                Clock::Cpu => &speeds.cpu,
+            })
         };
-        let rates = |wanted: &str| {
-            let at = self.names.iter().position(|(name, _)| name == wanted)?;
-            Some(&all[at])
-        };
-        let ratios: Vec<f64> = rates(of)?.iter().zip(rates(to)?).map(|(a, b)| a / b).collect();
-        Some(median(&ratios))
+        let ratios: Vec<f64> = speeds(of)?.iter().zip(speeds(to)?).map(|(a, b)| a / b).collect();
+        Some((name.into(), Metric::new(median(&ratios), "1")))
     }
 }
 
@@ -173,9 +171,10 @@ mod tests {
     fn contenders_are_compared_round_by_round() -> anyhow::Result<()> {
         let entries = vec![Entry::new("a", "1/s", Fixed(6)), Entry::new("b", "1/s", Fixed(2))];
         let rounds = interleave(entries, Duration::ZERO)?;
-        assert_eq!(rounds.ratio(Clock::Wall, "a", "b"), Some(3.0));
-        assert_eq!(rounds.ratio(Clock::Cpu, "b", "a"), Some(1.0 / 3.0));
-        assert_eq!(rounds.ratio(Clock::Cpu, "a", "c"), None);
+        let ratio = |value| Some(("name".into(), Metric::new(value, "1")));
+        assert_eq!(rounds.ratio("name", Clock::Wall, "a", "b"), ratio(3.0));
+        assert_eq!(rounds.ratio("name", Clock::Cpu, "b", "a"), ratio(1.0 / 3.0));
+        assert_eq!(rounds.ratio("name", Clock::Cpu, "a", "c"), None);
         let figures: Vec<_> = rounds.figures().collect();
         assert_eq!(figures[1], ("b".into(), Metric::new(1.0, "1/s")));
         assert_eq!(median(&[3.0, 1.0, 2.0, 10.0]), 2.5);

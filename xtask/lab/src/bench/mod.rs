@@ -5,16 +5,29 @@ mod env;
 mod her;
 mod instructions;
 mod interleaved;
-mod memory;
 mod peer;
 mod render;
 mod reward;
-mod subject;
+
+use std::{ffi::OsStr, fmt, fs, path::PathBuf, process::Command};
+
+use anyhow::{Context, ensure};
+use fetch_env::{FetchConfig, Task};
+use goal_reward::RewardKind;
+use serde::Serialize;
+
+use crate::shared::{
+    choice::{ModelChoice, flag_name, task_name},
+    json::{Metric, write_results},
+};
 
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
     what: Benchmark,
+    /// Also write the figures as JSON
+    #[arg(long, global = true)]
+    json: Option<PathBuf>,
 }
 
 #[derive(clap::Subcommand)]
@@ -32,11 +45,102 @@ enum Benchmark {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let path = args.json.as_ref();
     match &args.what {
-        Benchmark::Env(args) => env::run(args),
-        Benchmark::Her(args) => her::run(args),
-        Benchmark::Instructions(args) => instructions::run(args),
-        Benchmark::Render(args) => render::run(args),
-        Benchmark::Reward(args) => reward::run(args),
+        Benchmark::Env(args) => write_results(path, args, env::run(args)?),
+        Benchmark::Her(args) => write_results(path, args, her::run(args)?),
+        Benchmark::Instructions(args) => write_results(path, args, instructions::run(args)?),
+        Benchmark::Render(args) => {
+            let figures = render::run(args)?;
+            write_results(path, render::Settings::new(args)?, figures)
+        }
+        Benchmark::Reward(args) => write_results(path, args, reward::run(args)?),
+    }?;
+    Ok(true)
+}
+
+/// The flags `--task` and `--model`.
+#[derive(Clone, Copy, Debug, clap::Args, Serialize)]
+pub struct Subjects {
+    /// Measure this task only
+    #[arg(long, value_parser = parse_task)]
+    task: Option<Task>,
+    /// Measure this model only
+    #[arg(long, value_enum)]
+    model: Option<ModelChoice>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Subject {
+    pub task: Task,
+    pub model: ModelChoice,
+}
+
+impl Subjects {
+    pub fn all(&self) -> Vec<Subject> {
+        let tasks = self.task.map_or_else(|| Task::ALL.to_vec(), |task| vec![task]);
+        let both = [ModelChoice::Builtin, ModelChoice::Reference];
+        let models = self.model.map_or_else(|| both.to_vec(), |model| vec![model]);
+        let of = |task| models.iter().map(move |&model| Subject { task, model });
+        tasks.into_iter().flat_map(of).collect()
     }
+}
+
+impl Subject {
+    pub fn config(self) -> FetchConfig {
+        FetchConfig::new(self.task, RewardKind::Sparse).with_model(self.model.source())
+    }
+
+    /// Returns the flags that select it, with a space between them.
+    pub fn flags(self) -> String {
+        format!("--task {} --model {}", flag_of(self.task), flag_name(self.model))
+    }
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", flag_of(self.task), flag_name(self.model))
+    }
+}
+
+fn parse_task(name: &str) -> Result<Task, String> {
+    let found = Task::ALL.into_iter().find(|task| flag_of(*task) == name);
+    found.ok_or_else(|| format!("the tasks are {}", Task::ALL.map(flag_of).join(", ")))
+}
+
+fn flag_of(task: Task) -> String {
+    task_name(task).replace('_', "-")
+}
+
+/// Prints the figures of a measurement below a prefix, and keeps them.
+fn report(
+    figures: &mut Vec<(String, Metric)>,
+    prefix: &str,
+    measured: impl IntoIterator<Item = (String, Metric)>,
+) {
+    for (name, figure) in measured {
+        let name = format!("{prefix}/{name}");
+        println!("{name:<54} {figure}");
+        figures.push((name, figure));
+    }
+}
+
+fn resident_bytes() -> anyhow::Result<f64> {
+    let status = fs::read_to_string("/proc/self/status").context("memory is measured on Linux")?;
+    let kilobytes = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB"))
+        .context("/proc/self/status has no VmRSS")?;
+    Ok(kilobytes.trim().parse::<f64>()? * 1024.0)
+}
+
+/// Runs this program again with other arguments, and returns its output. Earlier allocations would
+/// distort a measurement of memory in this process.
+fn measure_in_new_process(
+    arguments: impl IntoIterator<Item: AsRef<OsStr>>,
+) -> anyhow::Result<String> {
+    let output = Command::new(std::env::current_exe()?).args(arguments).output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "the measurement of memory failed: {errors}");
+    Ok(String::from_utf8(output.stdout)?)
 }

@@ -1,14 +1,17 @@
 //! `bench reward`: measures rewards of a million pairs of three-dimensional goals, which read 48 MB and
 //! write 8 MB, against a copy that moves as many bytes: 28 MB read and 28 MB written.
 
-use std::{hint::black_box, path::PathBuf, sync::Arc, time::Duration};
+use std::{hint::black_box, sync::Arc, time::Duration};
 
 use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalPairs, GoalReward};
 use serde::Serialize;
 
-use super::interleaved::{Clock, Contender, Entry, interleave};
-use crate::shared::json::{Metric, write_results};
+use super::{
+    interleaved::{Clock, Entry, interleave},
+    report,
+};
+use crate::shared::json::Metric;
 
 const PAIRS: usize = 1_000_000;
 const DIM: usize = 3;
@@ -20,75 +23,42 @@ pub struct Args {
     /// Seconds of measuring
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     seconds: u16,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
 }
 
-type Goals = Arc<[Vec<f64>; 2]>;
-
-struct RewardBatch {
-    reward: DistanceReward,
-    checked: bool,
-    goals: Goals,
-    rewards: Vec<f64>,
-}
-
-impl Contender for RewardBatch {
-    fn work(&mut self) -> anyhow::Result<usize> {
-        let pairs = GoalPairs::new(&self.goals[0], &self.goals[1], DIM)?;
-        if self.checked {
-            self.reward.try_reward_batch(pairs, &mut self.rewards)?;
-        } else {
-            self.reward.reward_batch(pairs, &mut self.rewards)?;
-        }
-        black_box(&mut self.rewards);
-        Ok(MOVED * size_of::<f64>())
-    }
-}
-
-struct Copy {
-    from: Vec<f64>,
-    to: Vec<f64>,
-}
-
-impl Contender for Copy {
-    fn work(&mut self) -> anyhow::Result<usize> {
-        self.to.copy_from_slice(black_box(&self.from));
-        black_box(&mut self.to);
-        Ok(MOVED * size_of::<f64>())
-    }
-}
-
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut random = NpRandom::new(0);
     // Both sides of the threshold occur, in an order that a processor cannot predict.
     let mut matrix = || (0..PAIRS * DIM).map(|_| random.uniform(-0.05, 0.05)).collect();
-    let goals: Goals = Arc::new([matrix(), matrix()]);
-    let rewards = |reward, checked| RewardBatch {
-        reward,
-        checked,
-        goals: Arc::clone(&goals),
-        rewards: vec![0.0; PAIRS],
+    let goals: Arc<[Vec<f64>; 2]> = Arc::new([matrix(), matrix()]);
+    let rewards = |reward: DistanceReward, checked| {
+        let (goals, mut rewards) = (Arc::clone(&goals), vec![0.0; PAIRS]);
+        move || {
+            let pairs = GoalPairs::new(&goals[0], &goals[1], DIM)?;
+            if checked {
+                reward.try_reward_batch(pairs, &mut rewards)?;
+            } else {
+                reward.reward_batch(pairs, &mut rewards)?;
+            }
+            black_box(&mut rewards);
+            Ok(MOVED * size_of::<f64>())
+        }
     };
-    let half = MOVED / 2;
+    let (from, mut to) = (vec![1.0; MOVED / 2], vec![0.0; MOVED / 2]);
+    let copy = move || {
+        to.copy_from_slice(black_box(&from));
+        black_box(&mut to);
+        Ok(MOVED * size_of::<f64>())
+    };
     let entries = vec![
-        Entry::new("reward/copy", "bytes/s", Copy { from: vec![1.0; half], to: vec![0.0; half] }),
-        Entry::new("reward/sparse", "bytes/s", rewards(DistanceReward::sparse(), false)),
-        Entry::new("reward/dense", "bytes/s", rewards(DistanceReward::dense(), false)),
-        Entry::new("reward/checked", "bytes/s", rewards(DistanceReward::dense(), true)),
+        Entry::new("copy", "bytes/s", copy),
+        Entry::new("sparse", "bytes/s", rewards(DistanceReward::sparse(), false)),
+        Entry::new("dense", "bytes/s", rewards(DistanceReward::dense(), false)),
+        Entry::new("checked", "bytes/s", rewards(DistanceReward::dense(), true)),
     ];
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
-    let mut figures: Vec<_> = rounds.figures().collect();
-    for kind in ["sparse", "dense", "checked"] {
-        if let Some(ratio) = rounds.ratio(Clock::Cpu, &format!("reward/{kind}"), "reward/copy") {
-            figures.push((format!("reward/ratio/{kind}-to-copy"), Metric::new(ratio, "1")));
-        }
-    }
-    for (name, figure) in &figures {
-        println!("{name:<54} {figure}");
-    }
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
+    let ratio = |kind| rounds.ratio(&format!("ratio/{kind}-to-copy"), Clock::Cpu, kind, "copy");
+    let ratios = ["sparse", "dense", "checked"].into_iter().filter_map(ratio);
+    let mut figures = Vec::new();
+    report(&mut figures, "reward", rounds.figures().chain(ratios));
+    Ok(figures)
 }

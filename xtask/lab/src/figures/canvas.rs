@@ -16,13 +16,16 @@ use plotters::{
 
 pub type Area<B> = DrawingArea<B, Shift>;
 
+/// Any of plotters' backends.
+pub trait Backend: DrawingBackend<ErrorType: 'static> {}
+
+impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
+
 /// A drawing by plotters, on any backend.
 pub trait Drawing {
-    /// Returns width and height in pixels.
     fn size(&self) -> (u32, u32);
 
-    /// Draws lines and texts.
-    fn draw<B: DrawingBackend<ErrorType: 'static>>(&self, area: &Area<B>) -> anyhow::Result<()>;
+    fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()>;
 
     /// Returns a picture that covers them.
     fn frame(&self) -> Option<Frame<'_>> {
@@ -96,10 +99,7 @@ pub fn save(figure: &impl Drawing, folder: &Path, name: &str) -> anyhow::Result<
     Ok(())
 }
 
-fn paint<B: DrawingBackend<ErrorType: 'static>>(
-    figure: &impl Drawing,
-    backend: B,
-) -> anyhow::Result<()> {
+fn paint<B: Backend>(figure: &impl Drawing, backend: B) -> anyhow::Result<()> {
     let area = backend.into_drawing_area();
     area.fill(&WHITE)?;
     figure.draw(&area)?;

@@ -4,7 +4,7 @@ use fetch_env::{ObservationField, observation_fields};
 use fetch_sim::Task;
 use plotters::prelude::*;
 
-use super::canvas::{Area, BLUE, Drawing, FAINT, INK, RED, bold, centered, text};
+use super::canvas::{Area, BLUE, Backend, Drawing, FAINT, INK, RED, bold, centered, text};
 
 pub struct ObservationLayout;
 
@@ -20,7 +20,7 @@ impl Drawing for ObservationLayout {
         (1120, 580)
     }
 
-    fn draw<B: DrawingBackend<ErrorType: 'static>>(&self, area: &Area<B>) -> anyhow::Result<()> {
+    fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()> {
         area.draw_text("What a policy observes", &bold(24), (20, 28))?;
         let line = "FetchReach, and in brackets FetchPush, FetchPickAndPlace and FetchSlide";
         area.draw_text(line, &text(16, FAINT), (20, 60))?;
@@ -59,7 +59,7 @@ impl Drawing for ObservationLayout {
 
 /// Draws a line for each field: its elements in Reach, its elements with an object, name, unit and
 /// meaning.
-fn draw_fields<B: DrawingBackend<ErrorType: 'static>>(area: &Area<B>) -> anyhow::Result<()> {
+fn draw_fields<B: Backend>(area: &Area<B>) -> anyhow::Result<()> {
     let [(left, top), _] = OBSERVATION;
     let elements =
         |field: &ObservationField| format!("{}-{}", field.range.start, field.range.end - 1);
@@ -96,7 +96,7 @@ fn short(name: &str) -> &'static str {
     }
 }
 
-fn labeled<B: DrawingBackend<ErrorType: 'static>>(
+fn labeled<B: Backend>(
     area: &Area<B>,
     corners: Corners,
     color: RGBColor,
@@ -111,11 +111,7 @@ fn labeled<B: DrawingBackend<ErrorType: 'static>>(
     Ok(())
 }
 
-fn arrow<B: DrawingBackend<ErrorType: 'static>>(
-    area: &Area<B>,
-    from: (i32, i32),
-    to: (i32, i32),
-) -> anyhow::Result<()> {
+fn arrow<B: Backend>(area: &Area<B>, from: (i32, i32), to: (i32, i32)) -> anyhow::Result<()> {
     area.draw(&PathElement::new([from, to], INK))?;
     let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
     let length = dx.hypot(dy);

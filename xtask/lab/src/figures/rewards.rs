@@ -5,7 +5,7 @@ use std::ops::Range;
 use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 use plotters::prelude::*;
 
-use super::canvas::{Area, BLUE, Drawing, FAINT, FONT, INK, RED, bold, text};
+use super::canvas::{Area, BLUE, Backend, Drawing, FAINT, FONT, INK, RED, bold, text};
 
 pub struct RewardCurves;
 
@@ -18,7 +18,7 @@ impl Drawing for RewardCurves {
         (1120, 520)
     }
 
-    fn draw<B: DrawingBackend<ErrorType: 'static>>(&self, area: &Area<B>) -> anyhow::Result<()> {
+    fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()> {
         area.draw_text("Dense and sparse reward", &bold(24), (20, 28))?;
         let (_, charts) = area.split_vertically(56);
         let (left, right) = charts.split_horizontally(560);
@@ -29,7 +29,7 @@ impl Drawing for RewardCurves {
     }
 }
 
-fn chart<B: DrawingBackend<ErrorType: 'static>>(
+fn chart<B: Backend>(
     area: &Area<B>,
     kind: RewardKind,
     range: Range<f64>,

@@ -9,7 +9,7 @@ use fetch_sim::Task;
 use goal_reward::{RewardKind, goal_distance};
 use plotters::prelude::*;
 
-use super::canvas::{Area, Drawing, FAINT, Frame, INK, bold, centered, text};
+use super::canvas::{Area, Backend, Drawing, FAINT, Frame, INK, bold, centered, text};
 
 pub struct Scene {
     id: EnvId,
@@ -74,7 +74,7 @@ impl Drawing for Scene {
         (SIDE + 2 * MARGIN, SIDE + TOP + BOTTOM)
     }
 
-    fn draw<B: DrawingBackend<ErrorType: 'static>>(&self, area: &Area<B>) -> anyhow::Result<()> {
+    fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()> {
         let left = MARGIN as i32;
         area.draw_text(&format!("{} after reset", self.id), &bold(24), (left, 28))?;
         area.draw_text(self.what_to_do(), &text(17, INK), (left, 60))?;
@@ -110,16 +110,11 @@ impl Drawing for Scene {
 
 /// Wraps a text into lines of up to 56 letters.
 fn wrapped(text: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
+    text.split_whitespace().fold(Vec::new(), |mut lines: Vec<String>, word| {
         match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if line.len() + 1 + word.len() <= 56 => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
+            Some(line) if line.len() + 1 + word.len() <= 56 => *line += &format!(" {word}"),
+            _ => lines.push(word.into()),
         }
-    }
-    lines
+        lines
+    })
 }

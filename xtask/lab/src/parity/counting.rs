@@ -8,30 +8,17 @@ use fetch_sim::{
 /// MuJoCo's simulator, which sums the contacts of the last step over its substeps.
 #[derive(Debug)]
 pub struct Counting {
-    simulator: MujocoSimulator,
+    pub simulator: MujocoSimulator,
     base: BodyId,
-    contacts: usize,
-    self_contacts: usize,
+    pub contacts: usize,
+    /// Contacts between two parts of the robot.
+    pub self_contacts: usize,
 }
 
 impl Counting {
     pub fn new(simulator: MujocoSimulator) -> Result<Self, SimError> {
         let base = simulator.fetch_model().model().body("robot0:base_link")?;
         Ok(Self { simulator, base, contacts: 0, self_contacts: 0 })
-    }
-
-    pub const fn mujoco(&self) -> &MujocoSimulator {
-        &self.simulator
-    }
-
-    /// Returns the number of contacts.
-    pub const fn contacts(&self) -> usize {
-        self.contacts
-    }
-
-    /// Returns the number of contacts between two parts of the robot.
-    pub const fn self_contacts(&self) -> usize {
-        self.self_contacts
     }
 }
 
@@ -55,16 +42,14 @@ impl Simulator for Counting {
     }
 
     fn step(&mut self, control: &Control) -> Result<(), SimError> {
-        let (mut contacts, mut self_contacts) = (0, 0);
-        let base = self.base;
+        (self.contacts, self.self_contacts) = (0, 0);
         self.simulator.step_inspected(control, |data| {
             let model = data.model();
-            let of_robot = |geom| model.is_within(model.geom_body(geom), base);
-            contacts += data.contacts().len();
-            self_contacts += data.contacts().filter(|&(a, b)| of_robot(a) && of_robot(b)).count();
-        })?;
-        (self.contacts, self.self_contacts) = (contacts, self_contacts);
-        Ok(())
+            let of_robot = |geom| model.is_within(model.geom_body(geom), self.base);
+            self.contacts += data.contacts().len();
+            self.self_contacts +=
+                data.contacts().filter(|&(a, b)| of_robot(a) && of_robot(b)).count();
+        })
     }
 
     fn gripper(&self) -> GripperState {

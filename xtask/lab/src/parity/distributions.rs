@@ -86,12 +86,7 @@ fn same_scripted_success(
         "{successes} of {episodes}, reference {} of {}; Fisher's p = {p:.3}",
         theirs.successes, theirs.episodes
     );
-    Ok(Check::new(
-        format!("{task}/scripted-success"),
-        p >= LEAST_P_VALUE,
-        seen,
-        Metric::new(p, "1"),
-    ))
+    Ok(Check::of_test(format!("{task}/scripted-success"), p, LEAST_P_VALUE, seen))
 }
 
 /// Applies the two-sample Kolmogorov-Smirnov test.
@@ -114,7 +109,7 @@ fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
     let p = fisher_exact(a, ours.len() as u64, b, theirs.len() as u64);
     let seen =
         format!("{a} of {}, recorded {b} of {}; Fisher's p = {p:.3}", ours.len(), theirs.len());
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Metric::new(p, "1"))
+    Check::of_test(format!("{task}/{name}"), p, LEAST_P_VALUE, seen)
 }
 
 /// Checks that the mean returns, of the same episodes, are within 2 % of each other.
@@ -170,7 +165,7 @@ fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow
             any |= success;
             dense += step.reward;
             sparse -= f64::from(u8::from(distance > threshold));
-            contacts += env.simulator().mujoco().data().contacts().len();
+            contacts += env.simulator().simulator.data().contacts().len();
         }
         let contacts = contacts as f64 / STEPS as f64;
         let outcome = [dense, sparse, distance, contacts, success.into(), any.into()];

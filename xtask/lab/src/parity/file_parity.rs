@@ -8,7 +8,6 @@ use super::{
 };
 use crate::shared::json::Metric;
 
-/// The deviations of a replayed file.
 pub struct FileParity {
     pub name: String,
     episodes: Vec<EpisodeParity>,
@@ -50,7 +49,6 @@ impl Standard {
 impl FileParity {
     pub const HEADING: &str = "file                     bit-equal  self-contact  contacts  free motion   median  overall    reset    worst at";
 
-    /// Replays a recording.
     pub fn measure(recording: &Recording, simulator: MujocoSimulator) -> anyhow::Result<Self> {
         let settled = simulator.settled();
         let ours = settled.gripper_position.as_slice().iter().chain(&settled.object_height);
@@ -66,7 +64,6 @@ impl FileParity {
         })
     }
 
-    /// Whether the file meets its standard.
     pub fn passed(&self) -> bool {
         match self.standard {
             Standard::Bits => self.bit_equal() == self.episodes.len(),

@@ -7,11 +7,12 @@ use fetch_env::{Env, EnvId, FetchConfig, FetchEnv, RenderEnv, RenderOptions, Ren
 use fetch_sim::{ModelSource, MujocoSimulator, Task};
 use goal_reward::RewardKind;
 
-use super::{Models, live, npz::Npz};
+use super::{Models, npz::Npz};
 use crate::shared::{
     check::{self, Check},
     choice::task_name,
     json::Metric,
+    python,
 };
 
 const SCRIPT: &str = include_str!("../../scripts/frames.py");
@@ -28,7 +29,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
     };
     drop(renderer(Task::Reach)?);
     let backend = Renderer::backend().context("a renderer was made")?.to_lowercase();
-    live::run_script(folder, SCRIPT, &["--seed", &seed.to_string()], &backend)?;
+    python::record(folder, SCRIPT, &["--seed", &seed.to_string()], &backend)?;
     let mut checks = Vec::new();
     for task in Task::ALL {
         let file = format!("{}.npz", task_name(task));
@@ -67,7 +68,6 @@ fn difference(ours: &[u8], theirs: &[u8]) -> anyhow::Result<f64> {
     Ok(sum as f64 / ours.len() as f64)
 }
 
-/// The actions and pictures of Python.
 struct Recorded {
     every: usize,
     actions: Vec<f32>,

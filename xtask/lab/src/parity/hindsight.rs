@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, path::Path, process::Command};
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use baselines::chi_square;
 use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalReward};
@@ -13,7 +13,6 @@ use her_relabel::{
 use super::npz::Npz;
 use crate::shared::{
     check::{self, Check},
-    json::Metric,
     python,
 };
 
@@ -78,13 +77,11 @@ fn sample_theirs(folder: &Path, episodes: &Path, out: &Path, rows: usize) -> any
     let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
     let script = folder.join("sb3.py");
     std::fs::write(&script, python::SB3_SCRIPT)?;
-    let status = Command::new(python)
-        .args([&script, Path::new("sample"), episodes, out])
-        .args(["--rows", &rows.to_string()])
-        .status()
-        .context("the Python environment did not start")?;
-    ensure!(status.success(), "the script that samples failed");
-    Ok(())
+    python::run(
+        Command::new(python)
+            .args([&script, Path::new("sample"), episodes, out])
+            .args(["--rows", &rows.to_string()]),
+    )
 }
 
 /// The columns of sampled rows that show the draw.
@@ -132,7 +129,6 @@ impl Rows {
         })
     }
 
-    /// Returns the draw of each row.
     fn draws(&self) -> impl Iterator<Item = Draw> + '_ {
         let goals = self.desired_goal.chunks_exact(DIMS.goal);
         self.observation.chunks_exact(DIMS.observation).zip(goals).map(|(state, goal)| Draw {
@@ -151,9 +147,8 @@ impl Rows {
         let (_, p) = chi_square(&[ours, n - ours], &[other, m - other]);
         let share = ours as f64 / n as f64;
         let shares = format!("ours {share:.4}, theirs {:.4}, p {p:.3}", other as f64 / m as f64);
-        let figure = Metric::new(p, "1");
-        let share =
-            Check::new(format!("{strategy}/relabel-share"), p >= LEAST_P_VALUE, shares, figure);
+        let name = format!("{strategy}/relabel-share");
+        let share = Check::of_test(name, p, LEAST_P_VALUE, shares);
         let offset = |draw: Draw| draw.goal.map(|(_, state)| state as i64 - draw.step as i64);
         let offset_and_rest = move |draw: Draw| {
             offset(draw).map(|offset| (offset, lengths[draw.episode] - draw.step, draw.step))
@@ -185,8 +180,7 @@ impl Rows {
         let (statistic, p) = chi_square(&of(0), &of(1));
         let n = counts.len();
         let seen = format!("chi-square {statistic:.3} a degree, p {p:.3}, {n} categories");
-        let name = format!("{strategy}/{name}");
-        Check::new(name, p >= LEAST_P_VALUE, seen, Metric::new(p, "1"))
+        Check::of_test(format!("{strategy}/{name}"), p, LEAST_P_VALUE, seen)
     }
 
     /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's, or

@@ -5,7 +5,6 @@ mod distributions;
 mod file_parity;
 mod frames;
 mod hindsight;
-mod live;
 mod npz;
 mod recording;
 mod replay;
@@ -24,7 +23,7 @@ use crate::shared::{
     check::{self, Check},
     choice::ModelChoice,
     json::write_results,
-    progress,
+    progress, python,
 };
 
 #[derive(Clone, clap::Args, Serialize)]
@@ -70,7 +69,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let recorded = tempfile::tempdir()?;
     let live = args.live.then_some(recorded.path());
     if let Some(folder) = live {
-        live::record(folder, args.episodes.unwrap_or(3), args.seed)?;
+        const SCRIPT: &str = include_str!("../../scripts/record.py");
+        let (episodes, seed) = (args.episodes.unwrap_or(3).to_string(), args.seed.to_string());
+        println!("recording {episodes} episodes a task and kind from seed {seed} in Python");
+        let arguments = ["--episodes", &episodes, "--seed", &seed];
+        python::record(folder, SCRIPT, &arguments, "disable")?;
     }
     let mut figures = Vec::new();
     let mut bad = Vec::new();

@@ -23,7 +23,6 @@ impl<T> Array<T> {
 pub struct Npz(ZipArchive<File>);
 
 impl Npz {
-    /// Opens an archive.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         Ok(Self(ZipArchive::new(File::open(path)?)?))
     }

@@ -19,20 +19,19 @@ pub struct Recording {
     pub seeds: Vec<u64>,
     pub initial_gripper_xpos: Vec<f64>,
     pub height_offset: Option<f64>,
-    actions: Array<f32>,
+    pub actions: Array<f32>,
     pub observation: Array<f64>,
     pub achieved_goal: Array<f64>,
     pub desired_goal: Array<f64>,
     pub qpos: Array<f64>,
     pub qvel: Array<f64>,
-    reward_dense: Array<f64>,
-    reward_sparse: Array<f32>,
-    is_success: Array<f32>,
-    contacts: Array<i32>,
-    self_contacts: Array<i32>,
+    pub reward_dense: Array<f64>,
+    pub reward_sparse: Array<f32>,
+    pub is_success: Array<f32>,
+    pub contacts: Array<i32>,
+    pub self_contacts: Array<i32>,
 }
 
-/// The description in the file.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Meta {
     pub env: String,
@@ -43,21 +42,8 @@ pub struct Meta {
     pub c_arctan2: bool,
 }
 
-/// The recorded outcome of a step.
-#[derive(Clone, Copy, Debug)]
-pub struct StepRecord {
-    pub reward_dense: f64,
-    pub reward_sparse: f64,
-    pub is_success: bool,
-    pub contacts: usize,
-    pub self_contacts: usize,
-}
-
 impl Recording {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// Names the array that is wrong if the file is damaged or not a recording.
+    /// Reads a file; the error of a damaged one names the array that is wrong.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         Self::read_archive(path).with_context(|| format!("{} is not a recording", path.display()))
     }
@@ -65,7 +51,10 @@ impl Recording {
     fn read_archive(path: &Path) -> anyhow::Result<Self> {
         let mut file = Npz::open(path)?;
         let meta: Meta = serde_json::from_str(&file.text("meta")?).context("meta")?;
-        let task = task_of(&meta.env)?;
+        let is_of = |task: &Task| meta.env == format!("Fetch{task}Dense-v4");
+        let task = Task::ALL.into_iter().find(is_of).with_context(|| {
+            format!("it was recorded from {}, which is not a dense Fetch environment", meta.env)
+        })?;
         let (nq, nv, dim) = if task.has_object() { (22, 21, 25) } else { (15, 15, 10) };
         let (_, action_shape) = file.array::<f32>("actions")?;
         let &[episodes, steps, 4] = action_shape.as_slice() else {
@@ -106,26 +95,4 @@ impl Recording {
         ensure!(recording.actions.values.iter().all(|a| a.is_finite()), "an action is not finite");
         Ok(recording)
     }
-
-    /// Returns the action of a step.
-    pub fn action(&self, episode: usize, step: usize) -> &[f32] {
-        self.actions.row(episode, step)
-    }
-
-    /// Returns the outcome of a step.
-    pub fn step(&self, episode: usize, step: usize) -> StepRecord {
-        StepRecord {
-            reward_dense: self.reward_dense.row(episode, step)[0],
-            reward_sparse: self.reward_sparse.row(episode, step)[0].into(),
-            is_success: self.is_success.row(episode, step)[0] != 0.0,
-            contacts: self.contacts.row(episode, step)[0].max(0) as usize,
-            self_contacts: self.self_contacts.row(episode, step)[0].max(0) as usize,
-        }
-    }
-}
-
-fn task_of(env: &str) -> anyhow::Result<Task> {
-    Task::ALL.into_iter().find(|task| env == format!("Fetch{task}Dense-v4")).with_context(|| {
-        format!("it was recorded from {env}, which is not a dense Fetch environment")
-    })
 }

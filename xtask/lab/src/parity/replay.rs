@@ -6,15 +6,14 @@ use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation};
 use fetch_sim::MujocoSimulator;
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
-use super::{counting::Counting, recording::Recording};
+use super::{counting::Counting, npz::Array, recording::Recording};
 
 /// Accepted deviation of two values that Python rounds differently by processor and numpy: velocities
 /// of sites, because its BLAS has its own order of summing J times qvel, and the object's Euler angles
 /// if numpy has its own arctan2. Neither feeds back into the simulation.
 const ROUNDING_TOLERANCE: f64 = 1e-15;
 
-/// The comparison of an episode.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct EpisodeParity {
     /// Whether every bit is the recording's, and values that Python rounds are within 1e-15.
     pub bit_equal: bool,
@@ -53,7 +52,6 @@ impl Deviation {
     }
 }
 
-/// Replays one file.
 pub fn replay(
     recording: &Recording,
     simulator: MujocoSimulator,
@@ -69,31 +67,26 @@ fn replay_episode(
     env: &mut FetchEnv<Counting>,
     episode: usize,
 ) -> anyhow::Result<EpisodeParity> {
-    let mut parity = EpisodeParity {
-        bit_equal: true,
-        deviation: Deviation::default(),
-        at_reset: Deviation::default(),
-        contacts: [0; 2],
-        self_contacts: [0; 2],
-        returns: [0.0; 2],
-    };
+    let mut parity = EpisodeParity { bit_equal: true, ..EpisodeParity::default() };
     let first = env.reset(Some(recording.seeds[episode]))?.observation;
     parity.compare_state(recording, env, episode, 0, &first);
     parity.at_reset = parity.deviation.clone();
     for t in 0..recording.steps {
-        let step = env.step(recording.action(episode, t))?;
+        let step = env.step(recording.actions.row(episode, t))?;
         parity.compare_state(recording, env, episode, t + 1, &step.observation);
-        let theirs = recording.step(episode, t);
-        let (achieved, desired) =
-            (step.observation.achieved_goal(), step.observation.desired_goal());
-        let sparse = DistanceReward::sparse().reward(achieved, desired);
-        parity.bit_equal &= step.reward.to_bits() == theirs.reward_dense.to_bits()
-            && sparse.to_bits() == theirs.reward_sparse.to_bits()
-            && step.info.is_success == theirs.is_success;
+        let dense = recording.reward_dense.row(episode, t)[0];
+        let sparse = f64::from(recording.reward_sparse.row(episode, t)[0]);
+        let success = recording.is_success.row(episode, t)[0] != 0.0;
+        let o = step.observation;
+        let our_sparse = DistanceReward::sparse().reward(o.achieved_goal(), o.desired_goal());
+        parity.bit_equal &= step.reward.to_bits() == dense.to_bits()
+            && our_sparse.to_bits() == sparse.to_bits()
+            && step.info.is_success == success;
         let counted = env.simulator();
-        add(&mut parity.contacts, [counted.contacts(), theirs.contacts]);
-        add(&mut parity.self_contacts, [counted.self_contacts(), theirs.self_contacts]);
-        add(&mut parity.returns, [step.reward, theirs.reward_dense]);
+        let counts = |column: &Array<i32>| column.row(episode, t)[0].max(0) as usize;
+        add(&mut parity.contacts, [counted.contacts, counts(&recording.contacts)]);
+        add(&mut parity.self_contacts, [counted.self_contacts, counts(&recording.self_contacts)]);
+        add(&mut parity.returns, [step.reward, dense]);
     }
     Ok(parity)
 }
@@ -119,7 +112,7 @@ impl EpisodeParity {
         self.deviation.note("achieved_goal", t, ours.achieved_goal(), achieved);
         self.deviation.note("desired_goal", t, ours.desired_goal(), desired);
 
-        let data = env.simulator().mujoco().data();
+        let data = env.simulator().simulator.data();
         let rounded = rounded_elements(recording);
         let observed = ours.observation().iter().zip(observation).enumerate().all(|(i, (a, b))| {
             if rounded.contains(&i) {

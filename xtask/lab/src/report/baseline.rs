@@ -1,14 +1,87 @@
-//! The baselines: compared with the reference, and the distributions of their episodes.
+//! The baselines: evaluated, compared with the reference, and the distributions of their episodes.
 
 use baselines::{
-    Episode, Estimate, RandomReference,
-    page::{Axis, Column, Plot, extent, number, table},
+    Action, Episode, Estimate, Evaluation, Policy, RandomReference, evaluate,
+    page::{Axis, Column, Ink, Plot, extent, number, table},
 };
-use fetch_env::{EnvId, Task};
+use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make_with_config};
 use goal_reward::RewardKind;
+use rayon::prelude::*;
 
-use super::evaluations::Outcome;
-use crate::shared::choice::{PolicyChoice, flag_name};
+use crate::shared::{
+    choice::{PolicyChoice, flag_name},
+    progress,
+};
+
+pub struct Outcome {
+    pub id: EnvId,
+    pub policy: PolicyChoice,
+    pub evaluation: Evaluation,
+    pub ranges: Ranges,
+}
+
+impl Outcome {
+    fn of(id: EnvId, policy: PolicyChoice, episodes: usize, seed: u64) -> anyhow::Result<Self> {
+        let mut watched = Watched { policy: policy.policy(id.task, seed), ranges: Ranges::new() };
+        let evaluation =
+            evaluate(&mut make_with_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
+        Ok(Self { id, policy, evaluation, ranges: watched.ranges })
+    }
+
+    /// The color of the policy in all plots.
+    pub fn ink(&self) -> Ink {
+        if self.policy == PolicyChoice::Random { Ink::Orange } else { Ink::Blue }
+    }
+}
+
+/// Evaluates the random policy in all eight environments, the scripted one in those with dense reward.
+pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> {
+    let random = EnvId::ALL.map(|id| (id, PolicyChoice::Random));
+    let scripted =
+        Task::ALL.map(|task| (EnvId { task, reward: RewardKind::Dense }, PolicyChoice::Scripted));
+    let all: Vec<_> = random.into_iter().chain(scripted).collect();
+    let bar = progress::bar(all.len(), "baselines");
+    let outcomes = all
+        .into_par_iter()
+        .map(|(id, policy)| {
+            let outcome = Outcome::of(id, policy, episodes, seed)?;
+            bar.inc(1);
+            progress::note(&bar, format_args!("evaluated {id}, {} policy", flag_name(policy)));
+            Ok(outcome)
+        })
+        .collect();
+    bar.finish_and_clear();
+    outcomes
+}
+
+/// The least and the greatest value of each element: observation, achieved goal, desired goal.
+pub type Ranges = Vec<(f64, f64)>;
+
+/// Widens ranges to hold others.
+pub fn include(ranges: &mut Ranges, others: &Ranges) {
+    ranges.resize(others.len(), (f64::INFINITY, f64::NEG_INFINITY));
+    for (range, other) in ranges.iter_mut().zip(others) {
+        *range = (range.0.min(other.0), range.1.max(other.1));
+    }
+}
+
+/// A policy that records the ranges of its observations: all but the last of each episode.
+struct Watched {
+    policy: Box<dyn Policy>,
+    ranges: Ranges,
+}
+
+impl Policy for Watched {
+    fn reset(&mut self) {
+        self.policy.reset();
+    }
+
+    fn act(&mut self, o: &FetchObservation) -> Action {
+        let values = o.observation().iter().chain(o.achieved_goal()).chain(o.desired_goal());
+        include(&mut self.ranges, &values.map(|&value| (value, value)).collect());
+        self.policy.act(o)
+    }
+}
 
 const BINS: usize = 24;
 
@@ -46,7 +119,7 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
          p is the probability of so large a difference if both were the same environment: one in \
          twenty of these {} values is below 0.05 by chance.</p>\n{}",
         rows.len(),
-        table(columns, rows.iter().cloned()),
+        table(columns, rows),
     ))
 }
 

@@ -1,8 +1,6 @@
 //! `report`: writes one page with checks, baselines, plots and playbacks.
 
 mod baseline;
-mod checks;
-mod evaluations;
 mod observations;
 mod rewards;
 mod workspace;
@@ -11,18 +9,19 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use base64::prelude::{BASE64_STANDARD, Engine};
-use baselines::page::{Document, Playback, escape};
+use baselines::page::{Column, Document, Playback, escape, table};
 use fetch_env::{EnvId, Task, make_with_config};
 use goal_reward::RewardKind;
 
-use self::evaluations::evaluate_all;
+use self::baseline::evaluate_all;
 use crate::{
     figures::Scene,
     shared::{
+        check::Check,
         choice::{PolicyChoice, flag_name},
         json::{Versions, write_text},
     },
-    verify::{all_ids, check_environments, failed},
+    verify::{Group, all_ids, check_environments, failed},
 };
 
 #[derive(clap::Args)]
@@ -60,7 +59,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let bodies = [
         scenes(args.seed)?,
         playbacks(args.seed)?,
-        checks::section(&groups),
+        checks(&groups),
         baseline::against_reference(&outcomes)?,
         baseline::distributions(&outcomes)?,
         workspace::section(args.seed)?,
@@ -98,7 +97,6 @@ fn introduction(args: &Args) -> String {
     )
 }
 
-/// A frame of each scene after a reset.
 fn scenes(seed: u64) -> anyhow::Result<String> {
     let mut html = String::from("<div class=\"grid four\">\n");
     for task in Task::ALL {
@@ -115,7 +113,6 @@ fn scenes(seed: u64) -> anyhow::Result<String> {
     Ok(html + "</div>")
 }
 
-/// A scripted episode of each task.
 fn playbacks(seed: u64) -> anyhow::Result<String> {
     let mut html = String::from("<div class=\"grid wide\">\n");
     for task in Task::ALL {
@@ -128,4 +125,45 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
         html += &playback.with_title(&title).html()?;
     }
     Ok(html + "</div>")
+}
+
+/// The number of checks, and those of each environment to unfold.
+fn checks(groups: &[Group]) -> String {
+    let all = || groups.iter().flat_map(|group| &group.checks);
+    let failed = all().filter(|check| !check.passed).count();
+    let mut html = format!(
+        "<p>{} checks, each made by stepping the environments (<code>cargo xtask verify</code>): {}.</p>\n",
+        all().count(),
+        verdict(failed),
+    );
+    for group in groups {
+        let failed = group.checks.iter().filter(|check| !check.passed).count();
+        html += &format!(
+            "<details{}><summary>{}: {} checks, {}</summary>\n{}</details>\n",
+            if failed > 0 { " open" } else { "" },
+            escape(&group.heading),
+            group.checks.len(),
+            verdict(failed),
+            checks_table(&group.checks),
+        );
+    }
+    html
+}
+
+fn verdict(failed: usize) -> String {
+    match failed {
+        0 => "<span class=\"good\">all passed</span>".into(),
+        _ => format!("<span class=\"bad\">{failed} failed</span>"),
+    }
+}
+
+fn checks_table(checks: &[Check]) -> String {
+    let mark = |passed| match passed {
+        true => "<span class=\"good\">ok</span>",
+        false => "<span class=\"bad\">failed</span>",
+    };
+    let rows = checks
+        .iter()
+        .map(|check| [mark(check.passed).into(), escape(&check.name), escape(&check.seen)]);
+    table([Column::Text(""), Column::Text("Check"), Column::Text("Seen")], rows)
 }

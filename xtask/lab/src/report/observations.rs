@@ -4,26 +4,25 @@ use baselines::page::{Column, escape, number, table};
 use fetch_env::{EnvId, Task, observation_fields};
 use goal_reward::RewardKind;
 
-use super::evaluations::{Outcome, Ranges};
+use super::baseline::{Outcome, Ranges, include};
 
-/// A table for each task.
 pub fn section(outcomes: &[Outcome]) -> String {
     let mut html = String::from(
         "<p>The least and the greatest value of each element in the episodes of the random and of \
          the scripted policy, one line for each element.</p>\n",
     );
     for task in Task::ALL {
-        let mut ranges = Ranges::default();
+        let mut ranges = Ranges::new();
         let id = EnvId { task, reward: RewardKind::Dense };
         for outcome in outcomes.iter().filter(|outcome| outcome.id == id) {
-            ranges.include(&outcome.ranges);
+            include(&mut ranges, &outcome.ranges);
         }
         html += &format!("<h3>Fetch{task}</h3>\n{}\n", task_table(task, &ranges));
     }
     html
 }
 
-fn task_table(task: Task, Ranges(ranges): &Ranges) -> String {
+fn task_table(task: Task, ranges: &Ranges) -> String {
     let (observation, goals) = ranges.split_at(ranges.len() - 6);
     let mut rows: Vec<_> = observation_fields(task)
         .iter()

@@ -12,7 +12,6 @@ pub struct Check {
     pub passed: bool,
     /// The observation, in words.
     pub seen: String,
-    /// The observation, as a number.
     pub figure: Metric,
 }
 
@@ -26,8 +25,9 @@ impl Check {
         Self { name: name.to_string(), passed, seen: seen.to_string(), figure }
     }
 
-    fn line(&self) -> String {
-        format!("{}  {:<46}  {}", mark(self.passed), self.name, self.seen)
+    /// Returns a check of a statistical test, which passes if its p-value is not below `least`.
+    pub fn of_test(name: impl Display, p: f64, least: f64, seen: impl Display) -> Self {
+        Self::new(name, p >= least, seen, Metric::new(p, "1"))
     }
 }
 
@@ -36,10 +36,9 @@ pub const fn mark(passed: bool) -> &'static str {
     if passed { "ok  " } else { "FAIL" }
 }
 
-/// Prints a heading and its checks.
 pub fn print(heading: &str, checks: &[Check]) {
     println!("{heading}");
-    for check in checks {
-        println!("  {}", check.line());
+    for Check { name, passed, seen, .. } in checks {
+        println!("  {}  {name:<46}  {seen}", mark(*passed));
     }
 }

@@ -20,7 +20,6 @@ pub fn flag_name(value: impl clap::ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// An environment and its seed.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct EnvArgs {
     /// Environment, or auto for FetchReachDense-v4
@@ -36,7 +35,6 @@ pub fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
     if text == "auto" { "FetchReachDense-v4" } else { text }.parse()
 }
 
-/// The flag `--model`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ModelChoice {

@@ -18,14 +18,12 @@ struct Output<S> {
     results: Vec<Named>,
 }
 
-/// The versions that ran.
 #[derive(Clone, Debug, Serialize)]
 pub struct Versions {
     pub project: &'static str,
     pub mujoco: String,
 }
 
-/// The machine that they ran on.
 #[derive(Clone, Debug, Serialize)]
 struct Machine {
     os: &'static str,
@@ -33,10 +31,9 @@ struct Machine {
     cores: usize,
 }
 
-/// A number with its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Metric {
-    value: f64,
+    pub value: f64,
     unit: &'static str,
 }
 
@@ -53,12 +50,6 @@ impl Metric {
         Self { value, unit }
     }
 
-    /// Returns the number alone.
-    pub const fn value(self) -> f64 {
-        self.value
-    }
-
-    /// Returns a number of things.
     pub const fn count(value: usize) -> Self {
         Self::new(value as f64, "1")
     }

@@ -1,9 +1,13 @@
 //! Python environments in the cache, which pip makes on first use.
 
-use std::{fs, path::PathBuf, process::Command};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 use anyhow::{Context, ensure};
-use fetch_sim::cache_folder;
+use fetch_sim::{MujocoVersion, cache_folder};
 
 /// The version of MuJoCo in [`REFERENCE`].
 pub const MUJOCO: &str = "3.6.0";
@@ -37,7 +41,25 @@ pub fn environment(name: &str, packages: &[&str]) -> anyhow::Result<PathBuf> {
     Ok(python)
 }
 
-fn run(command: &mut Command) -> anyhow::Result<()> {
+/// Runs a script that records the real environment into a folder, with a library of OpenGL.
+pub fn record(into: &Path, script: &str, arguments: &[&str], gl: &str) -> anyhow::Result<()> {
+    let version = MujocoVersion::of_library()?.to_string();
+    ensure!(
+        version == MUJOCO,
+        "this is built on MuJoCo {version}, and the live environment runs on {MUJOCO}: run \
+         `cargo xtask mujoco {MUJOCO}` and set MUJOCO_DIR as it says"
+    );
+    let path = into.join("record.py");
+    fs::write(&path, script)?;
+    run(Command::new(environment("python", &REFERENCE)?)
+        .args([&path, Path::new("--out"), into])
+        .args(arguments)
+        .env("MUJOCO_GL", gl)
+        .env("PYTHONWARNINGS", "ignore"))
+}
+
+/// Runs a command to its end.
+pub fn run(command: &mut Command) -> anyhow::Result<()> {
     let status = command.status().with_context(|| format!("{command:?} did not start"))?;
     ensure!(status.success(), "{command:?} failed: run this again");
     Ok(())

@@ -91,21 +91,18 @@ impl Comparison {
             let step = env.step(&policy.act(&observation))?;
             observation = step.observation;
             let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
-            let mut count = |wrong: bool, of: fn(&mut Mismatches) -> &mut usize| {
-                *of(&mut mismatches) += usize::from(wrong);
-            };
             let agree = formula_agrees(env, achieved, desired, Some(step.reward), tolerance)?;
-            count(!agree, |m| &mut m.steps);
+            mismatches.steps += usize::from(!agree);
             let computed = env.compute_reward(achieved, desired)?;
-            count(computed.to_bits() != step.reward.to_bits(), |m| &mut m.bits);
+            mismatches.bits += usize::from(computed.to_bits() != step.reward.to_bits());
             let in_range = match env.goal_reward().kind() {
                 RewardKind::Dense => step.reward <= 0.0,
                 RewardKind::Sparse => step.reward == 0.0 || step.reward == -1.0,
             };
-            count(!in_range, |m| &mut m.range);
+            mismatches.range += usize::from(!in_range);
             for _ in 0..goals_per_step {
                 let agree = formula_agrees(env, achieved, &goals.sample(), None, tolerance)?;
-                count(!agree, |m| &mut m.goals);
+                mismatches.goals += usize::from(!agree);
             }
             if step.is_last() {
                 observation = env.reset(Some(seed + t + 1))?.observation;

@@ -2,22 +2,25 @@
 
 mod actions;
 mod baseline;
-mod conformance;
 mod observations;
 mod rewards;
-mod tasks;
 
 use std::path::PathBuf;
 
 use anyhow::Context;
-use fetch_env::{EnvId, MujocoEnv, make_with_config};
+use fetch_env::{
+    Env, EnvId, GoalEnv, GoalObservation, MujocoEnv, Task,
+    check::{CheckOptions, check_snapshot_env},
+    make_with_config,
+};
+use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde_json::json;
 
 use crate::shared::{
     check::{self, Check},
-    json::write_results,
+    json::{Metric, write_results},
     progress,
 };
 
@@ -38,7 +41,7 @@ pub struct Args {
 type Part = fn(EnvId, &mut MujocoEnv, u64) -> anyhow::Result<Vec<Check>>;
 
 const PARTS: [Part; 5] =
-    [observations::check, actions::check, rewards::check, conformance::check, baseline::check];
+    [observations::check, actions::check, rewards::check, conformance, baseline::check];
 
 /// Checks of one environment, or of what all have in common.
 pub struct Group {
@@ -85,7 +88,7 @@ pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>
         .map(|&id| Ok(Group { heading: id.to_string(), checks: check_one(id, seed, &bar)? }))
         .collect::<anyhow::Result<Vec<_>>>()?;
     if ids.len() == EnvId::ALL.len() {
-        groups.push(Group { heading: "All tasks".into(), checks: tasks::check(seed)? });
+        groups.push(Group { heading: "All tasks".into(), checks: interface(seed)? });
     }
     bar.finish_and_clear();
     Ok(groups)
@@ -107,5 +110,49 @@ fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Chec
         bar.inc(1);
     }
     progress::note(bar, format_args!("verified {id}"));
+    Ok(checks)
+}
+
+/// The checks of fetch-env's environment checker.
+fn conformance(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+    let options = CheckOptions::default().with_seed(seed);
+    let report = check_snapshot_env(|| make_with_config(id.config()), &options);
+    Ok(report
+        .checks
+        .iter()
+        .map(|check| {
+            let faults = usize::from(!check.passed);
+            let name = format!("conformance/{}", check.name);
+            Check::new(name, check.passed, &check.message, Metric::count(faults))
+        })
+        .collect())
+}
+
+/// Section 2.7: one interface, four tasks.
+fn interface(seed: u64) -> anyhow::Result<Vec<Check>> {
+    let mut checks = Vec::new();
+    let mut action_lengths = Vec::new();
+    let mut thresholds = Vec::new();
+    for task in Task::ALL {
+        let id = EnvId { task, reward: RewardKind::Sparse };
+        let mut env = make_with_config(id.config())?;
+        let observation = env.reset(Some(seed))?.observation;
+        let obs_dim = observation.observation().len();
+        let ag_matches_grip = observation.achieved_goal() == &observation.observation()[..3];
+        let (expected_dim, expected_match) =
+            if task.has_object() { (25, false) } else { (10, true) };
+        checks.push(Check::new(
+            format!("tasks/{task}"),
+            obs_dim == expected_dim && ag_matches_grip == expected_match,
+            format!("obs_dim={obs_dim}, ag_matches_grip={ag_matches_grip}"),
+            Metric::count(obs_dim),
+        ));
+        action_lengths.push(env.action_space().shape().to_vec());
+        thresholds.push(env.goal_reward().threshold().get());
+    }
+    let uniform = action_lengths.iter().all(|shape| shape[..] == [4])
+        && thresholds.iter().all(|threshold| *threshold == 0.05);
+    let seen = format!("action shapes {action_lengths:?}, thresholds {thresholds:?} m");
+    checks.push(Check::new("tasks/interface", uniform, seen, Metric::count(action_lengths.len())));
     Ok(checks)
 }

@@ -1,5 +1,6 @@
 //! Section 2.3: observations, and the range of goals.
 
+use baselines::page::extent;
 use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv};
 use fetch_sim::{Simulator, Task};
 use nalgebra::Vector3;
@@ -76,10 +77,9 @@ fn goals_within_range(id: EnvId, env: &MujocoEnv, resets: &[FetchObservation]) -
             aside || height
         })
         .count();
-    let bounds = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
-        std::array::from_fn(|axis| resets.iter().map(|o| o.desired_goal()[axis]).fold(start, pick))
-    };
-    let (low, high) = (bounds(f64::min, f64::INFINITY), bounds(f64::max, f64::NEG_INFINITY));
+    let along = |axis: usize| resets.iter().map(move |o| o.desired_goal()[axis]);
+    let ranges = [0, 1, 2].map(|axis| extent(along(axis)));
+    let (low, high) = (ranges.map(|range| range.0), ranges.map(|range| range.1));
     let seen = format!("{low:.2?} to {high:.2?} m, {faults} outside the task's range");
     let in_chapters_box = |o: &&FetchObservation| {
         let goal = o.desired_goal();

@@ -13,7 +13,7 @@ use fetch_env::{
 use fetch_sim::{BodyId, Data};
 use nalgebra::{Quaternion, Vector3};
 
-use super::episodes::{Episodes, STEPS};
+use super::episodes::{Episodes, SEED, STEPS, random_actions};
 use crate::bench::interleaved::Contender;
 
 /// A single environment. Its time includes its resets.
@@ -53,7 +53,6 @@ pub struct BareLoop {
 }
 
 impl BareLoop {
-    /// Returns plain MuJoCo.
     pub fn new(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
         let model = episodes.model.model();
         let mocap = model.mocap_index(model.body("robot0:mocap")?);
@@ -80,7 +79,7 @@ impl BareLoop {
         Ok(physics)
     }
 
-    pub fn reset(&mut self) -> anyhow::Result<()> {
+    fn reset(&mut self) -> anyhow::Result<()> {
         self.data.reset()?;
         self.data.qpos_mut().copy_from_slice(self.episodes.start(self.episode));
         self.data.qvel_mut().copy_from_slice(self.episodes.model.start().1);
@@ -88,7 +87,7 @@ impl BareLoop {
         Ok(())
     }
 
-    pub fn step(&mut self, action: [f32; 4]) -> anyhow::Result<()> {
+    fn step(&mut self, action: [f32; 4]) -> anyhow::Result<()> {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(action[axis] * 0.05));
         let fingers = f64::from(action[3]);
         let (position, orientation) = self.data.body_pose(self.gripper);
@@ -125,92 +124,76 @@ impl Contender for BareLoop {
     }
 }
 
-/// Many environments stepped together, each for one episode.
-pub struct Together {
-    envs: VecEnv<MujocoEnv>,
-    actions: Vec<f32>,
-    step: usize,
-}
-
-impl Together {
-    pub fn new(episodes: &Episodes, num_envs: usize, threads: usize) -> anyhow::Result<Self> {
-        let envs: anyhow::Result<Vec<_>> = (0..num_envs).map(|_| episodes.env()).collect();
-        // Every step is a transition in every environment, and its time includes the resets.
-        let config =
-            VecConfig::default().with_num_threads(threads).with_autoreset(AutoresetMode::SameStep);
-        let mut envs = VecEnv::new(envs?, config)?;
-        envs.reset(Some(super::episodes::SEED))?;
-        let actions = super::episodes::random_actions((num_envs + 1) * STEPS)?;
-        Ok(Self { envs, actions: actions.into_flattened(), step: 0 })
-    }
-}
-
-impl Contender for Together {
-    fn work(&mut self) -> anyhow::Result<usize> {
-        let num_envs = self.envs.num_envs();
-        for _ in 0..STEPS {
-            let from = 4 * num_envs * (self.step % STEPS);
-            let batch = self.envs.step(&self.actions[from..][..4 * num_envs])?;
+/// Returns many environments stepped together, each for one episode.
+pub fn together(
+    episodes: &Episodes,
+    num_envs: usize,
+    threads: usize,
+) -> anyhow::Result<impl Contender + use<>> {
+    let envs: anyhow::Result<Vec<_>> = (0..num_envs).map(|_| episodes.env()).collect();
+    // Every step is a transition in every environment, and its time includes the resets.
+    let config =
+        VecConfig::default().with_num_threads(threads).with_autoreset(AutoresetMode::SameStep);
+    let mut envs = VecEnv::new(envs?, config)?;
+    envs.reset(Some(SEED))?;
+    let actions = random_actions((num_envs + 1) * STEPS)?.into_flattened();
+    Ok(move || {
+        for actions in actions.chunks_exact(4 * num_envs).take(STEPS) {
+            let batch = envs.step(actions)?;
             ensure!(batch.errors().next().is_none(), "{:?}", batch.errors().next());
-            self.step += 1;
         }
         Ok(num_envs * STEPS)
-    }
+    })
 }
 
-/// As many environments, each for one episode, on threads that share nothing: the upper bound of what
-/// the machine's cores can do.
-pub struct Apart(Vec<Vec<Single>>);
-
-impl Apart {
-    pub fn new(episodes: &Arc<Episodes>, num_envs: usize, threads: usize) -> anyhow::Result<Self> {
-        let part = |thread| {
-            let envs = (thread..num_envs).step_by(threads);
-            envs.map(|_| Single::new(episodes)).collect::<anyhow::Result<_>>()
-        };
-        Ok(Self((0..threads).map(part).collect::<anyhow::Result<_>>()?))
-    }
-}
-
-impl Contender for Apart {
-    fn work(&mut self) -> anyhow::Result<usize> {
+/// Returns as many environments, each for one episode, on threads that share nothing: the upper bound
+/// of what the machine's cores can do.
+pub fn apart(
+    episodes: &Arc<Episodes>,
+    num_envs: usize,
+    threads: usize,
+) -> anyhow::Result<impl Contender + use<>> {
+    let part = |thread| {
+        let envs = (thread..num_envs).step_by(threads);
+        envs.map(|_| Single::new(episodes)).collect::<anyhow::Result<_>>()
+    };
+    let mut parts: Vec<Vec<Single>> = (0..threads).map(part).collect::<anyhow::Result<_>>()?;
+    Ok(move || {
         thread::scope(|scope| {
             let work = |envs: &mut [Single]| -> anyhow::Result<usize> {
                 envs.iter_mut().map(Single::work).sum()
             };
-            let parts: Vec<_> =
-                self.0.iter_mut().map(|envs| scope.spawn(move || work(envs))).collect();
+            let running: Vec<_> =
+                parts.iter_mut().map(|envs| scope.spawn(move || work(envs))).collect();
             let steps =
                 |part: ScopedJoinHandle<'_, _>| part.join().map_err(|_| anyhow!("a panic"))?;
-            parts.into_iter().map(steps).sum()
+            running.into_iter().map(steps).sum()
         })
-    }
+    })
 }
 
-/// Resets of an environment.
-pub struct Resets(pub Single);
-
-impl Contender for Resets {
-    fn work(&mut self) -> anyhow::Result<usize> {
+/// Returns resets of an environment.
+pub fn resets(episodes: &Arc<Episodes>) -> anyhow::Result<impl Contender + use<>> {
+    let mut single = Single::new(episodes)?;
+    Ok(move || {
         for _ in 0..STEPS {
-            self.0.env.reset(self.0.episodes.seed(self.0.episode))?;
-            self.0.episode += 1;
+            single.env.reset(single.episodes.seed(single.episode))?;
+            single.episode += 1;
         }
         Ok(STEPS)
-    }
+    })
 }
 
-/// The least that a reset needs of MuJoCo: `mj_resetData` and `mj_forward`.
-pub struct BareResets(pub BareLoop);
-
-impl Contender for BareResets {
-    fn work(&mut self) -> anyhow::Result<usize> {
+/// Returns the least that a reset needs of MuJoCo: `mj_resetData` and `mj_forward`.
+pub fn bare_resets(episodes: &Arc<Episodes>) -> anyhow::Result<impl Contender + use<>> {
+    let mut bare = BareLoop::new(episodes)?;
+    Ok(move || {
         for _ in 0..STEPS {
-            self.0.reset()?;
-            self.0.episode += 1;
+            bare.reset()?;
+            bare.episode += 1;
         }
         Ok(STEPS)
-    }
+    })
 }
 
 // Both simulate the same if the bare loop ends where the environment does.

@@ -2,31 +2,33 @@
 
 pub(super) mod contenders;
 pub(super) mod episodes;
-mod footprint;
 
-use std::{path::PathBuf, sync::Arc, thread, time::Duration};
+use std::{
+    sync::Arc,
+    thread,
+    time::{Duration, Instant},
+};
 
-use fetch_env::EnvId;
+use anyhow::Context;
+use fetch_env::{EnvId, FetchConfig, make_vec_with_config, vec_env::VecConfig};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
 use self::{
-    contenders::{Apart, BareLoop, BareResets, Resets, Single, Together},
-    episodes::{Episodes, STEPS},
-    footprint::Footprint,
+    contenders::{BareLoop, Single, apart, bare_resets, resets, together},
+    episodes::{Episodes, SEED, STEPS, random_actions},
 };
 use super::{
+    Subject, Subjects,
     interleaved::{
         Clock::{Cpu, Wall},
         Entry, Rounds, interleave,
     },
+    measure_in_new_process,
     peer::{Orders, Peer, note_other_mujoco},
-    subject::{Subject, Subjects},
+    report, resident_bytes,
 };
-use crate::shared::{
-    json::{Metric, write_results},
-    python,
-};
+use crate::shared::{json::Metric, python};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -42,10 +44,6 @@ pub struct Args {
     /// Also measure gymnasium-robotics and EnvPool, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
     /// Number of environments whose construction and memory are measured
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..))]
     footprint_envs: u16,
@@ -61,44 +59,66 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     sensible.then_some(seconds).ok_or_else(|| "give 0 to 86400 seconds".into())
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let subjects = args.subjects.all();
     if args.footprint {
-        let measured = Footprint::measure(&subjects[0].config()?, args.footprint_envs)?;
+        let measured = footprint(&subjects[0].config(), args.footprint_envs.into())?;
         println!("{}", serde_json::to_string(&measured)?);
-        return Ok(true);
+        return Ok(Vec::new());
     }
     if args.peers {
         note_other_mujoco()?;
     }
     let mut figures = Vec::new();
     for subject in subjects {
-        for (name, figure) in measure(args, subject)? {
-            let name = format!("env/{subject}/{name}");
-            println!("{name:<54} {figure}");
-            figures.push((name, figure));
-        }
+        report(&mut figures, &format!("env/{subject}"), measure(args, subject)?);
     }
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
+    Ok(figures)
 }
 
 fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {
-    let episodes = Episodes::new(subject.config()?)?;
+    let episodes = Episodes::new(subject.config())?;
     let steps = interleave(steppers(args, &episodes)?, Duration::from_secs_f64(args.seconds))?;
-    let resets = vec![
-        Entry::new("reset", "resets/s", Resets(Single::new(&episodes)?)),
-        Entry::new("reset-bare", "resets/s", BareResets(BareLoop::new(&episodes)?)),
+    let entries = vec![
+        Entry::new("reset", "resets/s", resets(&episodes)?),
+        Entry::new("reset-bare", "resets/s", bare_resets(&episodes)?),
     ];
-    let resets = interleave(resets, Duration::from_secs_f64(args.seconds / 10.0))?;
+    let resets = interleave(entries, Duration::from_secs_f64(args.seconds / 10.0))?;
     let mut figures: Vec<_> = steps.figures().chain(resets.figures()).collect();
     figures.extend(ratios(&steps, &resets));
-    let footprint = Footprint::of(subject, args.footprint_envs)?;
-    figures.extend([
-        (format!("construction-{}", args.footprint_envs), Metric::new(footprint.construction, "s")),
-        ("memory-further-env".into(), Metric::new(footprint.further_env, "bytes")),
-    ]);
+    let envs = args.footprint_envs;
+    let footprint = format!("bench env --footprint --footprint-envs {envs} {}", subject.flags());
+    let text = measure_in_new_process(footprint.split(' '))?;
+    let [construction, further_env]: [f64; 2] =
+        serde_json::from_str(&text).with_context(|| format!("no measurement: {text}"))?;
+    figures.push((format!("construction-{envs}"), Metric::new(construction, "s")));
+    figures.push(("memory-further-env".into(), Metric::new(further_env, "bytes")));
     Ok(figures)
+}
+
+/// Returns the seconds until many environments are made and reset, including the model's compilation,
+/// and the resident bytes of each environment beyond the first.
+fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
+    // So many steps that every environment has touched all of its memory.
+    const STEPS: usize = 10;
+    let actions = random_actions(envs)?.into_flattened();
+    let start = Instant::now();
+    let mut first = make_vec_with_config(config, 1, VecConfig::default())?;
+    first.reset(Some(SEED))?;
+    let first_made = start.elapsed();
+    for _ in 0..STEPS {
+        first.step(&actions[..4])?;
+    }
+    let one = resident_bytes()?;
+    let start = Instant::now();
+    let mut others = make_vec_with_config(config, envs - 1, VecConfig::default())?;
+    others.reset(Some(SEED))?;
+    let construction = first_made + start.elapsed();
+    for _ in 0..STEPS {
+        others.step(&actions[4..])?;
+    }
+    let further_env = (resident_bytes()? - one) / (envs - 1) as f64;
+    Ok([construction.as_secs_f64(), further_env])
 }
 
 fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>> {
@@ -109,14 +129,13 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
         Entry::new("bare-loop", UNIT, BareLoop::new(episodes)?),
         Entry::new("physics", UNIT, BareLoop::with_forward(episodes)?),
         Entry::new("single", UNIT, Single::new(episodes)?),
-        Entry::new("threads-1", UNIT, Together::new(episodes, num_envs, 1)?),
+        Entry::new("threads-1", UNIT, together(episodes, num_envs, 1)?),
     ];
     if all > 1 {
-        let together = Together::new(episodes, num_envs, all)?;
         entries.extend([
-            Entry::new(&format!("threads-{all}"), UNIT, together),
-            Entry::new("apart-1", UNIT, Apart::new(episodes, num_envs, 1)?),
-            Entry::new(&format!("apart-{all}"), UNIT, Apart::new(episodes, num_envs, all)?),
+            Entry::new(&format!("threads-{all}"), UNIT, together(episodes, num_envs, all)?),
+            Entry::new("apart-1", UNIT, apart(episodes, num_envs, 1)?),
+            Entry::new(&format!("apart-{all}"), UNIT, apart(episodes, num_envs, all)?),
         ]);
     }
     if args.peers {
@@ -134,21 +153,17 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
 /// Starts environments of a peer, which step one episode each in a turn.
 fn peer(name: &str, id: EnvId, num_envs: usize, threads: usize) -> anyhow::Result<Orders> {
     const SCRIPT: &str = include_str!("../../../scripts/peers.py");
-    let arguments = [name.into(), id.to_string()]
-        .into_iter()
-        .chain(["--num-envs".into(), num_envs.to_string()])
-        .chain(["--threads".into(), threads.to_string()])
-        .collect::<Vec<String>>();
+    let arguments = format!("{name} {id} --num-envs {num_envs} --threads {threads}");
+    let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
     let peer = Peer::start(&python::peers()?, ("peers.py", SCRIPT), &arguments, "disable")?;
     Ok(Orders::new(&peer, (num_envs * STEPS).to_string()))
 }
 
 /// Returns the ratios of figures to one another.
-fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Metric)> {
+fn ratios(steps: &Rounds, resets: &Rounds) -> impl Iterator<Item = (String, Metric)> {
     let (threads, apart) = (format!("threads-{}", threads()), format!("apart-{}", threads()));
     let ratio = |name: &str, rounds: &Rounds, clock, of, to| {
-        let value = rounds.ratio(clock, of, to)?;
-        Some((format!("ratio/{name}"), Metric::new(value, "1")))
+        rounds.ratio(&format!("ratio/{name}"), clock, of, to)
     };
     [
         ratio("single-to-bare-loop", steps, Cpu, "single", "bare-loop"),
@@ -162,7 +177,6 @@ fn ratios(steps: &Rounds, resets: &Rounds) -> Vec<(String, Metric)> {
     ]
     .into_iter()
     .flatten()
-    .collect()
 }
 
 fn threads() -> usize {

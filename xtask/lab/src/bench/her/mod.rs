@@ -5,25 +5,24 @@
 mod contenders;
 mod episodes;
 
-use std::{cell::RefCell, path::PathBuf, rc::Rc, time::Duration};
+use std::{cell::RefCell, rc::Rc, time::Duration};
 
 use her_relabel::Scalar;
 use serde::Serialize;
 
 use self::{
-    contenders::{AddEpisodes, AddSteps, BareGather, Sampling, Table},
+    contenders::{
+        ENV_OF_STEPS, ENVS_OF_STEPS_8, Table, add_episodes, add_steps, bare_gather, sampling,
+    },
     episodes::{Episode, STEPS, full_buffer},
 };
 use super::{
     interleaved::{Clock::Cpu, Entry, interleave},
-    memory::{measure_in_new_process, resident_bytes},
+    measure_in_new_process,
     peer::{Orders, Peer},
+    report, resident_bytes,
 };
-use crate::shared::{
-    choice::flag_name,
-    json::{Metric, write_results},
-    python,
-};
+use crate::shared::{choice::flag_name, json::Metric, python};
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
 /// Size of the batches whose time is compared between tables of [`TABLES`] transitions.
@@ -37,8 +36,8 @@ pub struct Args {
     #[arg(long, value_enum)]
     element: Option<Element>,
     /// Number of transitions in the buffer
-    #[arg(long, default_value_t = 1_000_000, value_parser = parse_transitions)]
-    transitions: usize,
+    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000_000))]
+    transitions: u32,
     /// Seconds for each element type, and again for `--growth`
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(..3600))]
     seconds: u16,
@@ -48,17 +47,12 @@ pub struct Args {
     /// Also measure Stable-Baselines3 with f64, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
     /// Measure memory in this process, and print it
     #[arg(long, hide = true, requires = "element")]
     #[serde(skip)]
     footprint: bool,
 }
 
-/// The element type of the buffer.
 #[derive(Clone, Copy, Debug, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 enum Element {
@@ -66,20 +60,14 @@ enum Element {
     F64,
 }
 
-fn parse_transitions(text: &str) -> Result<usize, String> {
-    let transitions: usize = text.parse().map_err(|error| format!("{error}"))?;
-    let sensible = (1000..=1_000_000_000).contains(&transitions);
-    sensible.then_some(transitions).ok_or_else(|| "give 1000 to 1000000000 transitions".into())
-}
-
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     if let (true, Some(element)) = (args.footprint, args.element) {
         let bytes = match element {
-            Element::F32 => bytes_per_transition::<f32>(args.transitions),
-            Element::F64 => bytes_per_transition::<f64>(args.transitions),
+            Element::F32 => bytes_per_transition::<f32>(args.transitions as usize),
+            Element::F64 => bytes_per_transition::<f64>(args.transitions as usize),
         };
         println!("{}", bytes?);
-        return Ok(true);
+        return Ok(Vec::new());
     }
     let sb3 = if args.peers { Some(stable_baselines3(args.transitions)?) } else { None };
     let mut figures = Vec::new();
@@ -88,18 +76,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             Element::F32 => measure::<f32>(args, element, sb3.as_ref()),
             Element::F64 => measure::<f64>(args, element, sb3.as_ref()),
         };
-        for (name, figure) in measured? {
-            let name = format!("her/{}/{name}", flag_name(element));
-            println!("{name:<54} {figure}");
-            figures.push((name, figure));
-        }
+        report(&mut figures, &format!("her/{}", flag_name(element)), measured?);
     }
-    write_results(args.json.as_ref(), args, figures)?;
-    Ok(true)
+    Ok(figures)
 }
 
 /// Starts a full buffer of Stable-Baselines3, with as many transitions, of `f64`.
-fn stable_baselines3(transitions: usize) -> anyhow::Result<Rc<RefCell<Peer>>> {
+fn stable_baselines3(transitions: u32) -> anyhow::Result<Rc<RefCell<Peer>>> {
     let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
     println!("filling the buffer of Stable-Baselines3 step by step");
     let arguments = ["time".into(), transitions.to_string()];
@@ -114,34 +97,33 @@ fn measure<T: Scalar>(
 ) -> anyhow::Result<Vec<(String, Metric)>> {
     const ROWS: &str = "rows/s";
     const ADDED: &str = "transitions/s";
-    let bytes = footprint(element, args.transitions)?;
+    let footprint = format!(
+        "bench her --footprint --element {} --transitions {}",
+        flag_name(element),
+        args.transitions
+    );
+    let bytes = measure_in_new_process(footprint.split(' '))?.trim().parse()?;
     let mut figures = vec![("bytes-per-transition".into(), Metric::new(bytes, "bytes"))];
-    let table = Table::<T>::full(args.transitions)?;
+    let table = Table::<T>::full(args.transitions as usize)?;
     let mut entries = Vec::new();
-    for (size, sampling) in Sampling::of_sizes(&table, &SIZES) {
-        entries.push(Entry::new(&format!("batch-{size}"), ROWS, sampling));
-        let bare = BareGather::<T>::new(args.transitions, size);
+    for (size, batches) in sampling(&table, &SIZES) {
+        entries.push(Entry::new(&format!("batch-{size}"), ROWS, batches));
+        let bare = bare_gather::<T>(args.transitions as usize, size);
         entries.push(Entry::new(&format!("bare-gather-{size}"), ROWS, bare));
         if let Some(sb3) = sb3 {
             // Turns of about the same length, whatever the size.
-            entries.push(Entry::new(
-                &format!("{SB3}-{size}"),
-                ROWS,
-                Orders::new(sb3, format!("sample {size} {}", SIZES[2] / 256)),
-            ));
+            let orders = Orders::new(sb3, format!("sample {size} {}", SIZES[2] / 256));
+            entries.push(Entry::new(&format!("{SB3}-{size}"), ROWS, orders));
         }
     }
     entries.extend([
-        Entry::new("insert-steps", ADDED, AddSteps::of_one_env(&table)),
-        Entry::new("insert-steps-8-envs", ADDED, AddSteps::of_8_envs(&table)),
-        Entry::new("insert-episodes", ADDED, AddEpisodes(table)),
+        Entry::new("insert-steps", ADDED, add_steps(&table, ENV_OF_STEPS, 1)),
+        Entry::new("insert-steps-8-envs", ADDED, add_steps(&table, ENVS_OF_STEPS_8, 8)),
+        Entry::new("insert-episodes", ADDED, add_episodes(table)),
     ]);
     if let Some(sb3) = sb3 {
-        entries.push(Entry::new(
-            &format!("{SB3}-insert-steps"),
-            ADDED,
-            Orders::new(sb3, "add 5000".into()),
-        ));
+        let orders = Orders::new(sb3, "add 5000".into());
+        entries.push(Entry::new(&format!("{SB3}-insert-steps"), ADDED, orders));
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     figures.extend(rounds.figures());
@@ -149,10 +131,8 @@ fn measure<T: Scalar>(
     for size in SIZES {
         let ours = format!("batch-{size}");
         for peer in ["bare-gather", SB3] {
-            let ratio = rounds.ratio(Cpu, &ours, &format!("{peer}-{size}"));
-            figures.extend(
-                ratio.map(|ratio| (format!("ratio/{ours}-to-{peer}"), Metric::new(ratio, "1"))),
-            );
+            let name = format!("ratio/{ours}-to-{peer}");
+            figures.extend(rounds.ratio(&name, Cpu, &ours, &format!("{peer}-{size}")));
         }
     }
     if args.growth {
@@ -167,36 +147,23 @@ fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {
         let table = Table::<T>::full(transitions)?;
-        for (size, sampling) in Sampling::of_sizes(&table, &[SIZE_OF_GROWTH]) {
-            entries.push(Entry::new(&format!("batch-{size}/{transitions}"), "rows/s", sampling));
-            let bare = BareGather::<T>::new(transitions, size);
+        for (size, batches) in sampling(&table, &[SIZE_OF_GROWTH]) {
+            entries.push(Entry::new(&format!("batch-{size}/{transitions}"), "rows/s", batches));
+            let bare = bare_gather::<T>(transitions, size);
             entries.push(Entry::new(&format!("bare-gather-{size}/{transitions}"), "rows/s", bare));
         }
     }
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     let time = |(name, rate): (String, Metric)| {
-        (format!("time/{name}"), Metric::new(SIZE_OF_GROWTH as f64 / rate.value() * 1e6, "us"))
+        (format!("time/{name}"), Metric::new(SIZE_OF_GROWTH as f64 / rate.value * 1e6, "us"))
     };
     let mut figures: Vec<_> = rounds.figures().map(time).collect();
     for contender in ["batch", "bare-gather"] {
-        let name = |transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}");
-        let ratio = rounds.ratio(Cpu, &name(TABLES[0]), &name(TABLES[2]));
-        figures.extend(
-            ratio.map(|ratio| (format!("ratio/growth-of-{contender}"), Metric::new(ratio, "1"))),
-        );
+        let [small, .., large] =
+            TABLES.map(|transitions| format!("{contender}-{SIZE_OF_GROWTH}/{transitions}"));
+        figures.extend(rounds.ratio(&format!("ratio/growth-of-{contender}"), Cpu, &small, &large));
     }
     Ok(figures)
-}
-
-/// Measures [`bytes_per_transition`] in a new process.
-fn footprint(element: Element, transitions: usize) -> anyhow::Result<f64> {
-    let arguments = format!(
-        "bench her --footprint --element {} --transitions {transitions}",
-        flag_name(element)
-    );
-    let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
-    let text = measure_in_new_process(&arguments)?;
-    Ok(text.trim().parse()?)
 }
 
 fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {

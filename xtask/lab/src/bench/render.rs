@@ -1,25 +1,20 @@
 //! `bench render`: measures pictures per second, in wall time because software OpenGL uses all cores.
 
-mod pictures;
-
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{fmt, sync::Arc, time::Duration};
 
 use anyhow::Context;
-use fetch_env::{Camera, EnvId, Renderer};
+use fetch_env::{Camera, Env, EnvId, FreeCamera, MujocoEnv, RenderEnv, RenderOptions, Renderer};
 use goal_reward::RewardKind;
+use nalgebra::Vector3;
 use serde::Serialize;
 
-use self::pictures::{Format, Pictures, UP};
 use super::{
-    env::episodes::Episodes,
-    interleaved::{Clock::Wall, Entry, interleave},
+    Subject, Subjects,
+    env::episodes::{Episodes, STEPS},
+    interleaved::{Clock::Wall, Contender, Entry, Timed, interleave, time},
     peer::{Orders, Peer, note_other_mujoco},
-    subject::{Subject, Subjects},
 };
-use crate::shared::{
-    json::{Metric, write_results},
-    python,
-};
+use crate::shared::{json::Metric, python};
 
 /// The format of the reference's pictures.
 const LARGE: Format = Format { side: 480, samples: 4 };
@@ -45,20 +40,23 @@ pub struct Args {
     /// Also measure gymnasium-robotics, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    #[serde(skip)]
-    json: Option<PathBuf>,
 }
 
+/// The settings, after a picture was drawn.
 #[derive(Serialize)]
-struct Settings<'a> {
+pub struct Settings<'a> {
     #[serde(flatten)]
     args: &'a Args,
     opengl: &'static str,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+impl<'a> Settings<'a> {
+    pub fn new(args: &'a Args) -> anyhow::Result<Self> {
+        Ok(Self { args, opengl: opengl()? })
+    }
+}
+
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     if args.peers {
         note_other_mujoco()?;
     }
@@ -70,19 +68,16 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             figures.push((name, figure));
         }
     }
-    let opengl = opengl()?;
-    println!("drawn with {opengl}");
-    write_results(args.json.as_ref(), Settings { args, opengl }, figures)?;
-    Ok(true)
+    println!("drawn with {}", opengl()?);
+    Ok(figures)
 }
 
 fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {
-    let episodes = Episodes::new(subject.config()?)?;
+    let episodes = Episodes::new(subject.config())?;
     let entries = renderers(args, &episodes)?;
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     let ratio = |to: &str, name: &str| {
-        let value = rounds.ratio(Wall, &LARGE.to_string(), name)?;
-        Some((format!("ratio/{LARGE}-to-{to}"), Metric::new(value, "1")))
+        rounds.ratio(&format!("ratio/{LARGE}-to-{to}"), Wall, &LARGE.to_string(), name)
     };
     let ratios = [ratio(PEER, &of_peer(LARGE.side)), ratio(&sky(), &sky())];
     Ok(rounds.figures().chain(ratios.into_iter().flatten()).collect())
@@ -100,8 +95,7 @@ fn renderers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>
     if args.peers {
         let id = EnvId { task: episodes.config.task(), reward: RewardKind::Sparse };
         for side in [LARGE.side, SMALL.side] {
-            let pictures = peer(id, side)?;
-            entries.push(Entry::new(&of_peer(side), UNIT, pictures));
+            entries.push(Entry::new(&of_peer(side), UNIT, peer(id, side)?));
         }
     }
     Ok(entries)
@@ -109,7 +103,7 @@ fn renderers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>
 
 /// Starts an environment of gymnasium-robotics that draws square pictures with our OpenGL.
 fn peer(id: EnvId, side: u32) -> anyhow::Result<Orders> {
-    const SCRIPT: &str = include_str!("../../../scripts/pictures.py");
+    const SCRIPT: &str = include_str!("../../scripts/pictures.py");
     let arguments = [id.to_string(), "--side".into(), side.to_string()];
     let gl = opengl()?.to_lowercase();
     let peer = Peer::start(&python::peers()?, ("pictures.py", SCRIPT), &arguments, &gl)?;
@@ -127,4 +121,71 @@ fn of_peer(side: u32) -> String {
 /// Returns the library of OpenGL that draws the pictures.
 fn opengl() -> anyhow::Result<&'static str> {
     Renderer::backend().context("a renderer was made")
+}
+
+/// A view straight up from above the robot, of nothing but the sky: the least that OpenGL needs for a
+/// picture. It still transforms the scene.
+const UP: FreeCamera = FreeCamera::REFERENCE
+    .with_lookat(Vector3::new(1.3, 0.75, 20.0))
+    .with_distance(10.0)
+    .with_elevation(90.0);
+
+/// The format of a square picture.
+#[derive(Clone, Copy)]
+struct Format {
+    side: u32,
+    samples: u8,
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { side, samples } = self;
+        write!(f, "{side}x{side}-samples-{samples}")
+    }
+}
+
+/// Pictures of an environment, each after a step that is not timed.
+struct Pictures {
+    episodes: Arc<Episodes>,
+    env: MujocoEnv,
+    renderer: Renderer,
+    steps: usize,
+}
+
+impl Pictures {
+    fn new(episodes: &Arc<Episodes>, format: Format, camera: Camera) -> anyhow::Result<Self> {
+        let Format { side, samples } = format;
+        let env = episodes.env()?;
+        let options = RenderOptions::default().with_width(side).with_height(side);
+        let renderer = env.renderer(options.with_samples(samples).with_camera(camera))?;
+        Ok(Self { episodes: Arc::clone(episodes), env, renderer, steps: 0 })
+    }
+
+    fn step(&mut self) -> anyhow::Result<()> {
+        let (episode, step) = (self.steps / STEPS, self.steps % STEPS);
+        if step == 0 {
+            self.env.reset(self.episodes.seed(episode))?;
+        }
+        self.env.step(&self.episodes.actions(episode)[step])?;
+        self.steps += 1;
+        Ok(())
+    }
+}
+
+impl Contender for Pictures {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        Ok(self.timed()?.done)
+    }
+
+    fn timed(&mut self) -> anyhow::Result<Timed> {
+        let mut drawn = Timed::default();
+        while drawn.wall < TURN {
+            self.step()?;
+            drawn += time(|| {
+                self.env.render(&mut self.renderer)?;
+                Ok(1)
+            })?;
+        }
+        Ok(drawn)
+    }
 }
