@@ -83,6 +83,9 @@ pub enum EnvError {
     /// The settings are invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// The observations cannot be extended, because their space has the new key already.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
     /// No environment has this name.
     #[error(transparent)]
     UnknownId(#[from] UnknownEnvId),

@@ -73,8 +73,7 @@ impl<S: Simulator> FetchEnv<S> {
             ("achieved_goal", goal()),
             ("desired_goal", goal()),
             ("observation", observation),
-        ])
-        .expect("the keys differ");
+        ])?;
         Ok(Self {
             config,
             sim,
@@ -82,7 +81,7 @@ impl<S: Simulator> FetchEnv<S> {
             reward,
             simulator,
             settled,
-            action_space: BoxSpace::uniform(vec![4], -1.0, 1.0).expect("-1 is less than 1"),
+            action_space: BoxSpace::uniform(vec![4], -1.0, 1.0)?,
             observation_space: observation_space.into(),
             random: None,
             goal: None,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::RenderEnv;
 use crate::env::goal::{GoalEnv, GoalObservation};
 use crate::env::{Env, Reset, Step};
-use crate::error::EnvError;
+use crate::error::{EnvError, SpaceError};
 use crate::getters::getters;
 use crate::spaces::box_space::BoxSpace;
 use crate::spaces::{DictSpace, ImageSpace, Space, Value};
@@ -139,25 +139,23 @@ impl<E: RenderEnv> AddRenderObservation<E> {
     /// Adds pictures to the observations of `env`.
     ///
     /// # Errors
+    /// [`EnvError::Space`] if the observations of `env` already have the key `pixels`;
     /// [`EnvError::Render`] without OpenGL and for invalid options.
-    ///
-    /// # Panics
-    /// If an observation of `env` is a dictionary with the key `pixels`.
     pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
         let PixelOptions { render, frame_stack, channel_order } = options;
-        let renderer = env.renderer(render)?;
         let count = usize::from(frame_stack.get());
-        let (width, height) = (renderer.options().width(), renderer.options().height());
-        let (width, height) = (width as usize, height as usize);
+        let (width, height) = (render.width() as usize, render.height() as usize);
         let image_space = ImageSpace::new(match channel_order {
             ChannelOrder::Hwc => [height, width, 3 * count],
             ChannelOrder::Chw => [3 * count, height, width],
         });
+        let observation_space = with_pixels(env.observation_space(), image_space)?;
+        let renderer = env.renderer(render)?;
         let frame = vec![0; width * height * 3].into_boxed_slice();
         Ok(Self {
-            observation_space: with_pixels(env.observation_space(), image_space),
             env,
             renderer,
+            observation_space,
             order: channel_order,
             image_space,
             frames: vec![frame; count].into(),
@@ -197,13 +195,13 @@ impl<E: RenderEnv> AddRenderObservation<E> {
 
 /// Returns the space of a state with pictures: a dictionary keeps its keys, anything else becomes
 /// `state`.
-fn with_pixels(state: &Space, image: ImageSpace) -> Space {
+fn with_pixels(state: &Space, image: ImageSpace) -> Result<Space, SpaceError> {
     let mut spaces: Vec<(String, Space)> = match state {
         Space::Dict(dict) => dict.iter().map(|(key, space)| (key.into(), space.clone())).collect(),
         other => vec![("state".into(), other.clone())],
     };
     spaces.push(("pixels".into(), image.into()));
-    DictSpace::new(spaces).expect("no other key is `pixels`").into()
+    Ok(DictSpace::new(spaces)?.into())
 }
 
 fn stack(frames: &VecDeque<Box<[u8]>>, order: ChannelOrder, out: &mut [u8]) {
