@@ -17,6 +17,8 @@ pub struct ObservationField {
     pub unit: &'static str,
     /// Meaning of the elements.
     pub description: &'static str,
+    /// The same in a few words, for labels.
+    pub summary: &'static str,
 }
 
 impl ObservationField {
@@ -58,16 +60,30 @@ const ROWS: [(bool, &str, usize, &str, &str); 9] = [
     (EVERY_TASK, "gripper_vel", 2, "m/step", "velocities of the right and left finger joint"),
 ];
 
+/// The summary of every field, in the order of [`ROWS`].
+const SUMMARIES: [&str; ROWS.len()] = [
+    "gripper's position",
+    "object's position",
+    "object's, from the gripper",
+    "fingers, 0 is closed",
+    "object's Euler angles",
+    "object's, from the gripper",
+    "object's rotation",
+    "gripper's velocity",
+    "fingers' velocities",
+];
+
 /// Places the `N` fields of an observation with or without an object one after another.
 const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
-    let mut fields =
-        [const { ObservationField { name: "", range: 0..0, unit: "", description: "" } }; N];
+    const EMPTY: ObservationField =
+        ObservationField { name: "", range: 0..0, unit: "", description: "", summary: "" };
+    let mut fields = [EMPTY; N];
     let (mut row, mut field, mut start) = (0, 0, 0);
     while row < ROWS.len() {
         let (needs_object, name, len, unit, description) = ROWS[row];
         if has_object || !needs_object {
-            let range = start..start + len;
-            fields[field] = ObservationField { name, range, unit, description };
+            let (range, summary) = (start..start + len, SUMMARIES[row]);
+            fields[field] = ObservationField { name, range, unit, description, summary };
             start += len;
             field += 1;
         }
