@@ -52,10 +52,10 @@ mod env;
 mod env_id;
 mod error;
 mod fetch;
-mod getters;
 mod np_random;
 #[cfg(feature = "render")]
 mod render;
+mod settings;
 pub mod spaces;
 pub mod vec_env;
 

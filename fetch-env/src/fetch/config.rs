@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 use crate::env_id::EnvId;
 use crate::error::ConfigError;
-use crate::getters::getters;
+use crate::settings::{getters, setters};
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -94,31 +94,18 @@ impl FetchConfig {
         self
     }
 
-    /// Sets whether MuJoCo skips collision tests that would find nothing, which changes no result.
-    /// The default, true, is faster.
-    pub const fn with_contact_filter(mut self, contact_filter: bool) -> Self {
-        self.contact_filter = contact_filter;
-        self
-    }
-
-    /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
-    /// reference's 25 Hz.
-    pub const fn with_n_substeps(mut self, n_substeps: u32) -> Self {
-        self.n_substeps = n_substeps;
-        self
-    }
-
-    /// Sets the kind of reward.
-    pub const fn with_reward(mut self, reward: RewardKind) -> Self {
-        self.reward = reward;
-        self
-    }
-
-    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is
-    /// the reference's.
-    pub const fn with_distance_threshold(mut self, meters: f64) -> Self {
-        self.distance_threshold = meters;
-        self
+    setters! {
+        /// Sets whether MuJoCo skips collision tests that would find nothing, which changes no result.
+        /// The default, true, is faster.
+        with_contact_filter(contact_filter: bool),
+        /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
+        /// reference's 25 Hz.
+        with_n_substeps(n_substeps: u32),
+        /// Sets the kind of reward.
+        with_reward(reward: RewardKind),
+        /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is
+        /// the reference's.
+        with_distance_threshold(distance_threshold: f64),
     }
 
     /// Sets the largest distance between the object's start and the gripper in x and in y, in
@@ -128,33 +115,20 @@ impl FetchConfig {
         self
     }
 
-    /// Sets the largest distance along each axis between a goal and the gripper's start plus
-    /// [`target_offset`](Self::target_offset), in meters. The default is the reference's: 0.15, and
-    /// 0.3 in Slide.
-    pub const fn with_target_range(mut self, meters: f64) -> Self {
-        self.target_range = meters;
-        self
-    }
-
-    /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4 in x
-    /// in Slide.
-    pub const fn with_target_offset(mut self, meters: [f64; 3]) -> Self {
-        self.target_offset = meters;
-        self
-    }
-
-    /// Sets whether half of the goals are raised by up to 0.45 m. The default is the reference's:
-    /// true in PickAndPlace alone.
-    pub const fn with_target_in_the_air(mut self, target_in_the_air: bool) -> Self {
-        self.target_in_the_air = target_in_the_air;
-        self
-    }
-
-    /// Sets the number of steps after which an episode is truncated. The default, 50, is the
-    /// reference's.
-    pub const fn with_max_episode_steps(mut self, steps: u32) -> Self {
-        self.max_episode_steps = steps;
-        self
+    setters! {
+        /// Sets the largest distance along each axis between a goal and the gripper's start plus
+        /// [`target_offset`](Self::target_offset), in meters. The default is the reference's: 0.15, and
+        /// 0.3 in Slide.
+        with_target_range(target_range: f64),
+        /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4 in x
+        /// in Slide.
+        with_target_offset(target_offset: [f64; 3]),
+        /// Sets whether half of the goals are raised by up to 0.45 m. The default is the reference's:
+        /// true in PickAndPlace alone.
+        with_target_in_the_air(target_in_the_air: bool),
+        /// Sets the number of steps after which an episode is truncated. The default, 50, is the
+        /// reference's.
+        with_max_episode_steps(max_episode_steps: u32),
     }
 
     /// The source of the robot's model.

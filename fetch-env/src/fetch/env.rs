@@ -231,7 +231,21 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
     }
 
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
-        snapshot.check(&self.sim)?;
+        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
+        let (theirs, ours) = (&snapshot.sim, &self.sim);
+        if theirs.task() != ours.task() {
+            return foreign(format!("it is of {}, this is {}", theirs.task(), ours.task()));
+        }
+        let (theirs, ours) = (theirs.n_substeps(), ours.n_substeps());
+        if theirs != ours {
+            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
+        }
+        if snapshot.goal.is_some_and(|goal| !goal.iter().all(|element| element.is_finite())) {
+            return foreign(format!("its goal {:?} is not finite", snapshot.goal));
+        }
+        if snapshot.goal.is_some() && snapshot.random.is_none() {
+            return foreign("it has a goal but no random numbers".into());
+        }
         self.simulator.restore(&snapshot.simulator)?;
         self.random.clone_from(&snapshot.random);
         self.goal = snapshot.goal;
@@ -252,26 +266,6 @@ pub struct FetchSnapshot<S> {
     simulator: S,
     random: Option<NpRandom>,
     goal: Option<[f64; 3]>,
-}
-
-impl<S> FetchSnapshot<S> {
-    fn check(&self, sim: &SimConfig) -> Result<(), EnvError> {
-        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
-        if self.sim.task() != sim.task() {
-            return foreign(format!("it is of {}, this is {}", self.sim.task(), sim.task()));
-        }
-        if self.sim.n_substeps() != sim.n_substeps() {
-            let (theirs, ours) = (self.sim.n_substeps(), sim.n_substeps());
-            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
-        }
-        if self.goal.is_some_and(|goal| !goal.iter().all(|element| element.is_finite())) {
-            return foreign(format!("its goal {:?} is not finite", self.goal));
-        }
-        if self.goal.is_some() && self.random.is_none() {
-            return foreign("it has a goal but no random numbers".into());
-        }
-        Ok(())
-    }
 }
 
 #[cfg(feature = "render")]

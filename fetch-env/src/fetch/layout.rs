@@ -102,18 +102,9 @@ pub(super) const fn len(fields: &[ObservationField]) -> usize {
 /// then a compile error.
 pub(super) const fn start(fields: &[ObservationField], name: &str) -> usize {
     let mut field = 0;
-    while !equal(fields[field].name, name) {
+    // `==` is not const yet; the names are in lower case.
+    while !fields[field].name.eq_ignore_ascii_case(name) {
         field += 1;
     }
     fields[field].range.start
-}
-
-/// Compares two strings, as `==` cannot yet in a `const fn`.
-const fn equal(a: &str, b: &str) -> bool {
-    let (a, b) = (a.as_bytes(), b.as_bytes());
-    let mut same = 0;
-    while same < a.len() && same < b.len() && a[same] == b[same] {
-        same += 1;
-    }
-    same == a.len() && same == b.len()
 }

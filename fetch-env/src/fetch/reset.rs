@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE};
 use crate::error::EnvError;
-use crate::getters::getters;
 use crate::np_random::NpRandom;
+use crate::settings::getters;
 
 /// Options of the reset of a Fetch environment.
 ///

@@ -9,7 +9,7 @@ use super::RenderEnv;
 use crate::env::goal::{GoalEnv, GoalObservation};
 use crate::env::{Env, Reset, Step};
 use crate::error::{EnvError, SpaceError};
-use crate::getters::getters;
+use crate::settings::{getters, setters};
 use crate::spaces::box_space::BoxSpace;
 use crate::spaces::{DictSpace, ImageSpace, Space, Value};
 
@@ -39,8 +39,12 @@ pub struct AddRenderObservation<E> {
     observation_space: Space,
     /// The last frames, oldest first.
     frames: VecDeque<Box<[u8]>>,
-    pool: Pool,
+    /// The pictures of the last observations, whose memory is reused once they are dropped.
+    recent: VecDeque<Pixels>,
 }
+
+/// Number of observations whose memory is remembered.
+const REMEMBERED: usize = 4;
 
 /// Settings of the pictures of an [`AddRenderObservation`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,17 +73,12 @@ impl PixelOptions {
         self
     }
 
-    /// Sets the number of frames in an observation, the current one last. The default is 1. After a
-    /// reset all of them are the first frame.
-    pub const fn with_frame_stack(mut self, frame_stack: NonZeroU8) -> Self {
-        self.frame_stack = frame_stack;
-        self
-    }
-
-    /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
-    pub const fn with_channel_order(mut self, channel_order: ChannelOrder) -> Self {
-        self.channel_order = channel_order;
-        self
+    setters! {
+        /// Sets the number of frames in an observation, the current one last. The default is 1. After a
+        /// reset all of them are the first frame.
+        with_frame_stack(frame_stack: NonZeroU8),
+        /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
+        with_channel_order(channel_order: ChannelOrder),
     }
 
     /// The options of the renderer.
@@ -159,7 +158,7 @@ impl<E: RenderEnv> AddRenderObservation<E> {
             order: channel_order,
             image_space,
             frames: vec![frame; count].into(),
-            pool: Pool::default(),
+            recent: VecDeque::with_capacity(REMEMBERED),
         })
     }
 
@@ -188,8 +187,19 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         for frame in self.frames.range_mut(first..) {
             frame.copy_from_slice(rgb);
         }
-        let (frames, order) = (&self.frames, self.order);
-        Ok(self.pool.fill(self.image_space.len(), |out| stack(frames, order, out)))
+        let free = self.recent.iter_mut().position(|pixels| Arc::get_mut(&mut pixels.0).is_some());
+        let mut pixels = match free.and_then(|index| self.recent.remove(index)) {
+            Some(pixels) => pixels,
+            None => Pixels(vec![0; self.image_space.len()].into()),
+        };
+        if let Some(bytes) = Arc::get_mut(&mut pixels.0) {
+            stack(&self.frames, self.order, bytes);
+        }
+        if self.recent.len() == REMEMBERED {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(pixels.clone());
+        Ok(pixels)
     }
 }
 
@@ -223,33 +233,6 @@ fn stack(frames: &VecDeque<Box<[u8]>>, order: ChannelOrder, out: &mut [u8]) {
                 }
             }
         }
-    }
-}
-
-/// Memory of observations, reused once they are dropped.
-#[derive(Debug, Default)]
-struct Pool {
-    slots: VecDeque<Pixels>,
-}
-
-/// Number of observations whose memory the pool remembers.
-const POOL_SIZE: usize = 4;
-
-impl Pool {
-    fn fill(&mut self, len: usize, write: impl FnOnce(&mut [u8])) -> Pixels {
-        let free = self.slots.iter_mut().position(|slot| Arc::get_mut(&mut slot.0).is_some());
-        let mut pixels = match free.and_then(|index| self.slots.remove(index)) {
-            Some(pixels) => pixels,
-            None => Pixels(vec![0; len].into()),
-        };
-        if let Some(bytes) = Arc::get_mut(&mut pixels.0) {
-            write(bytes);
-        }
-        if self.slots.len() == POOL_SIZE {
-            self.slots.pop_front();
-        }
-        self.slots.push_back(pixels.clone());
-        pixels
     }
 }
 

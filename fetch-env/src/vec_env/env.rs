@@ -111,7 +111,7 @@ where
     /// in flight or has panicked.
     #[must_use]
     pub fn env(&self, env_id: usize) -> Option<&E> {
-        self.idle.get(env_id)?.as_ref()?.env()
+        self.idle.get(env_id)?.as_ref()?.env.as_ref()
     }
 
     /// The last batch.

@@ -16,7 +16,7 @@ use crate::error::EnvError;
 pub(super) struct Slot<E: GoalEnv> {
     pub(super) env_id: usize,
     /// `None` after a panic.
-    env: Option<E>,
+    pub(super) env: Option<E>,
     mode: AutoresetMode,
     pub(super) command: Command<E::ResetOptions>,
     pub(super) action: Box<[f32]>,
@@ -41,10 +41,6 @@ impl<E: GoalEnv> Slot<E> {
             row: Batch::new(dims, 1),
             reset_is_due: false,
         }
-    }
-
-    pub(super) const fn env(&self) -> Option<&E> {
-        self.env.as_ref()
     }
 
     fn obey(&mut self) -> Result<(), EnvError> {
