@@ -108,35 +108,30 @@ const fn join(high: u64, low: u64) -> u128 {
 fn seed_sequence(seed: u64) -> [u64; 4] {
     const MIX_L: u32 = 0xca01_f9dd;
     const MIX_R: u32 = 0x4973_f715;
-    let mut hash = Hash { constant: 0x43b0_d7e5, multiplier: 0x931e_8875 };
+    let mut hash = hasher(0x43b0_d7e5, 0x931e_8875);
     // A missing high word hashes as zero, so every seed counts as two words.
-    let mut pool = [seed as u32, (seed >> 32) as u32, 0, 0].map(|word| hash.mix(word));
+    let mut pool = [seed as u32, (seed >> 32) as u32, 0, 0].map(&mut hash);
     for source in 0..pool.len() {
         for target in 0..pool.len() {
             if source != target {
-                let hashed = hash.mix(pool[source]).wrapping_mul(MIX_R);
+                let hashed = hash(pool[source]).wrapping_mul(MIX_R);
                 let mixed = pool[target].wrapping_mul(MIX_L).wrapping_sub(hashed);
                 pool[target] = mixed ^ (mixed >> 16);
             }
         }
     }
-    let mut hash = Hash { constant: 0x8b51_f9dd, multiplier: 0x58f3_8ded };
-    let words: [u32; 8] = std::array::from_fn(|i| hash.mix(pool[i % pool.len()]));
+    let mut hash = hasher(0x8b51_f9dd, 0x58f3_8ded);
+    let words: [u32; 8] = std::array::from_fn(|i| hash(pool[i % pool.len()]));
     // The lower half of each word comes first.
     std::array::from_fn(|i| u64::from(words[2 * i]) | u64::from(words[2 * i + 1]) << 32)
 }
 
-/// Hash of 32-bit words whose constant changes with every word.
-struct Hash {
-    constant: u32,
-    multiplier: u32,
-}
-
-impl Hash {
-    fn mix(&mut self, word: u32) -> u32 {
-        let word = word ^ self.constant;
-        self.constant = self.constant.wrapping_mul(self.multiplier);
-        let word = word.wrapping_mul(self.constant);
+/// Returns a hash of 32-bit words whose constant changes with every word.
+fn hasher(mut constant: u32, multiplier: u32) -> impl FnMut(u32) -> u32 {
+    move |word| {
+        let word = word ^ constant;
+        constant = constant.wrapping_mul(multiplier);
+        let word = word.wrapping_mul(constant);
         word ^ (word >> 16)
     }
 }

@@ -95,16 +95,16 @@ impl FetchConfig {
     }
 
     setters! {
-        /// Sets whether MuJoCo skips collision tests that would find nothing, which changes no result.
-        /// The default, true, is faster.
+        /// Sets whether MuJoCo skips collision tests that would find nothing, which changes no
+        /// result. The default, true, is faster.
         with_contact_filter(contact_filter: bool),
         /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
         /// reference's 25 Hz.
         with_n_substeps(n_substeps: u32),
         /// Sets the kind of reward.
         with_reward(reward: RewardKind),
-        /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is
-        /// the reference's.
+        /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05,
+        /// is the reference's.
         with_distance_threshold(distance_threshold: f64),
     }
 
@@ -117,14 +117,14 @@ impl FetchConfig {
 
     setters! {
         /// Sets the largest distance along each axis between a goal and the gripper's start plus
-        /// [`target_offset`](Self::target_offset), in meters. The default is the reference's: 0.15, and
-        /// 0.3 in Slide.
+        /// [`target_offset`](Self::target_offset), in meters. The default is the reference's: 0.15,
+        /// and 0.3 in Slide.
         with_target_range(target_range: f64),
-        /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4 in x
-        /// in Slide.
+        /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4
+        /// in x in Slide.
         with_target_offset(target_offset: [f64; 3]),
-        /// Sets whether half of the goals are raised by up to 0.45 m. The default is the reference's:
-        /// true in PickAndPlace alone.
+        /// Sets whether half of the goals are raised by up to 0.45 m. The default is the
+        /// reference's: true in PickAndPlace alone.
         with_target_in_the_air(target_in_the_air: bool),
         /// Sets the number of steps after which an episode is truncated. The default, 50, is the
         /// reference's.

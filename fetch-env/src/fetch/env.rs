@@ -15,8 +15,7 @@ use crate::env::time_limit::TimeLimit;
 use crate::env::{Env, Reset, SnapshotEnv, Step};
 use crate::error::EnvError;
 use crate::np_random::NpRandom;
-use crate::spaces::box_space::BoxSpace;
-use crate::spaces::{DictSpace, Space};
+use crate::spaces::{DictSpace, Space, box_space::BoxSpace};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;

@@ -10,8 +10,7 @@ use crate::env::goal::{GoalEnv, GoalObservation};
 use crate::env::{Env, Reset, Step};
 use crate::error::{EnvError, SpaceError};
 use crate::settings::{getters, setters};
-use crate::spaces::box_space::BoxSpace;
-use crate::spaces::{DictSpace, ImageSpace, Space, Value};
+use crate::spaces::{DictSpace, ImageSpace, Space, Value, box_space::BoxSpace};
 
 /// An environment that adds pictures of itself to its observations.
 ///
@@ -74,8 +73,8 @@ impl PixelOptions {
     }
 
     setters! {
-        /// Sets the number of frames in an observation, the current one last. The default is 1. After a
-        /// reset all of them are the first frame.
+        /// Sets the number of frames in an observation, the current one last. The default is 1.
+        /// After a reset all of them are the first frame.
         with_frame_stack(frame_stack: NonZeroU8),
         /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
         with_channel_order(channel_order: ChannelOrder),

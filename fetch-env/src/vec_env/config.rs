@@ -36,13 +36,14 @@ pub struct VecConfig {
 
 impl VecConfig {
     setters! {
-        /// Sets the number of worker threads. The default, 0, starts one per core. There are never more
-        /// threads than environments.
+        /// Sets the number of worker threads. The default, 0, starts one per core. There are never
+        /// more threads than environments.
         with_num_threads(num_threads: usize),
-        /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is Gymnasium's.
+        /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is
+        /// Gymnasium's.
         with_autoreset(autoreset: AutoresetMode),
-        /// Sets whether each worker thread keeps to its own core, the first thread to the first core.
-        /// The default is false: pinning helps only if nothing else runs on the machine.
+        /// Sets whether each worker thread keeps to its own core, the first thread to the first
+        /// core. The default is false: pinning helps only if nothing else runs on the machine.
         with_pin_threads(pin_threads: bool),
     }
 

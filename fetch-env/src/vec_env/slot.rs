@@ -5,7 +5,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use super::batch::{Batch, Dims};
+use super::batch::Batch;
 use super::config::AutoresetMode;
 use super::pool::Job;
 use crate::env::Step;
@@ -31,14 +31,14 @@ pub(super) enum Command<O> {
 }
 
 impl<E: GoalEnv> Slot<E> {
-    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, dims: Dims) -> Self {
+    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, lens: [usize; 3]) -> Self {
         Self {
             env_id,
-            env: Some(env),
             mode,
             command: Command::Step,
-            action: vec![0.0; dims.action].into(),
-            row: Batch::new(dims, 1),
+            action: vec![0.0; env.action_space().len()].into(),
+            row: Batch::new(lens, 1),
+            env: Some(env),
             reset_is_due: false,
         }
     }
