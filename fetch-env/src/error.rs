@@ -312,9 +312,3 @@ pub enum VecEnvError {
     #[error("a worker thread died: make new environments")]
     WorkerLost,
 }
-
-impl VecEnvError {
-    pub(crate) fn from_spawn(error: std::io::Error) -> Self {
-        Self::Thread { reason: error.to_string() }
-    }
-}

@@ -61,6 +61,7 @@ const fn on() -> bool {
 }
 
 /// The parts of a [`FetchConfig`] whose types allow only valid values.
+#[derive(Clone, Debug)]
 pub(super) struct Parts {
     pub(super) sim: SimConfig,
     pub(super) reward: DistanceReward,
@@ -80,7 +81,7 @@ impl FetchConfig {
             n_substeps: 20,
             reward,
             distance_threshold: DistanceThreshold::FETCH.get(),
-            object_range: default_object_range(task),
+            object_range: spec.object.map(|object| object.range),
             target_range: spec.goal.range,
             target_offset: spec.goal.offset,
             target_in_the_air: spec.goal.in_the_air,
@@ -189,12 +190,11 @@ impl FetchConfig {
     pub(super) fn parts(&self) -> Result<Parts, ConfigError> {
         let task = self.task;
         let not_zero = |option, number| NonZeroU32::new(number).ok_or(ConfigError::Zero { option });
-        if !task.has_object() {
-            let object_options = [
-                ("object_range", self.object_range.is_some()),
-                ("target_in_the_air", self.target_in_the_air),
-            ];
-            if let Some((option, _)) = object_options.into_iter().find(|(_, is_set)| *is_set) {
+        for (option, is_set) in [
+            ("object_range", self.object_range.is_some()),
+            ("target_in_the_air", self.target_in_the_air),
+        ] {
+            if is_set && !task.has_object() {
                 return Err(ConfigError::NoObject { task, option });
             }
         }
@@ -213,20 +213,15 @@ impl FetchConfig {
             return Err(ConfigError::Offset { axis, value: self.target_offset[axis] });
         }
         let threshold = DistanceThreshold::new(self.distance_threshold)?;
-        let sim = SimConfig::new(task)
-            .with_n_substeps(not_zero("n_substeps", self.n_substeps)?)
-            .with_model(self.model.clone())
-            .with_contact_filter(self.contact_filter);
         Ok(Parts {
-            sim,
+            sim: SimConfig::new(task)
+                .with_n_substeps(not_zero("n_substeps", self.n_substeps)?)
+                .with_model(self.model.clone())
+                .with_contact_filter(self.contact_filter),
             reward: DistanceReward::new(self.reward, threshold),
             max_episode_steps: not_zero("max_episode_steps", self.max_episode_steps)?,
         })
     }
-}
-
-fn default_object_range(task: Task) -> Option<f64> {
-    task.spec().object.map(|object| object.range)
 }
 
 impl Serialize for FetchConfig {
@@ -238,7 +233,8 @@ impl Serialize for FetchConfig {
 impl<'de> Deserialize<'de> for FetchConfig {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut config = Self::deserialize(deserializer)?;
-        config.object_range = config.object_range.or(default_object_range(config.task));
+        let default = Self::new(config.task, config.reward);
+        config.object_range = config.object_range.or(default.object_range);
         config.check().map_err(D::Error::custom)?;
         Ok(config)
     }

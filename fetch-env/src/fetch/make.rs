@@ -118,7 +118,9 @@ pub fn make_vec_with_config(
         let part = |index: usize| {
             let count = (index + 1) * num_envs / threads - index * num_envs / threads;
             let make = move || (0..count).map(|_| make_with_config(config.clone())).collect();
-            thread::Builder::new().spawn_scoped(scope, make).map_err(VecEnvError::from_spawn)
+            thread::Builder::new()
+                .spawn_scoped(scope, make)
+                .map_err(|error| VecEnvError::Thread { reason: error.to_string() })
         };
         let parts: Vec<_> = (0..threads).map(part).collect();
         let mut envs = Vec::with_capacity(num_envs);

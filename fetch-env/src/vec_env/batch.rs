@@ -47,6 +47,17 @@ pub struct FinalStep<'a> {
     pub info: Info,
 }
 
+/// Defines getters of what each row has one element of.
+macro_rules! columns {
+    ($($(#[$doc:meta])* $column:ident: [$type:ty],)*) => {$(
+        $(#[$doc])*
+        #[must_use]
+        pub fn $column(&self) -> &[$type] {
+            &self.$column[..self.len]
+        }
+    )*};
+}
+
 impl Batch {
     /// Creates `capacity` rows without results yet: numbers are NaN. `lens` are the lengths of an
     /// observation, an achieved and a desired goal.
@@ -78,10 +89,20 @@ impl Batch {
         self.len == 0
     }
 
-    /// The environment of each row.
-    #[must_use]
-    pub fn env_ids(&self) -> &[usize] {
-        &self.env_ids[..self.len]
+    columns! {
+        /// The environment of each row.
+        env_ids: [usize],
+        /// The rewards; NaN in rows with an [`error`](Self::error).
+        reward: [f64],
+        /// Whether each task has ended.
+        terminated: [bool],
+        /// Whether each episode was cut off, by a time limit or by a failure of its environment.
+        truncated: [bool],
+        /// [`Info::is_success`] of each row; in rows with a [`final_step`](Self::final_step) the next
+        /// episode's, as in Gymnasium.
+        success: [bool],
+        /// [`Info::distance`] of each row.
+        distance: [f64],
     }
 
     /// The observations: `len` rows.
@@ -100,37 +121,6 @@ impl Batch {
     #[must_use]
     pub fn desired_goal(&self) -> &[f64] {
         self.state.rows(0..self.len)[2]
-    }
-
-    /// The rewards; NaN in rows with an [`error`](Self::error).
-    #[must_use]
-    pub fn reward(&self) -> &[f64] {
-        &self.reward[..self.len]
-    }
-
-    /// Whether each task has ended.
-    #[must_use]
-    pub fn terminated(&self) -> &[bool] {
-        &self.terminated[..self.len]
-    }
-
-    /// Whether each episode was cut off, by a time limit or by a failure of its environment.
-    #[must_use]
-    pub fn truncated(&self) -> &[bool] {
-        &self.truncated[..self.len]
-    }
-
-    /// [`Info::is_success`] of each row; in rows with a [`final_step`](Self::final_step) the next
-    /// episode's, as in Gymnasium.
-    #[must_use]
-    pub fn success(&self) -> &[bool] {
-        &self.success[..self.len]
-    }
-
-    /// [`Info::distance`] of each row.
-    #[must_use]
-    pub fn distance(&self) -> &[f64] {
-        &self.distance[..self.len]
     }
 
     /// Returns the last step of the episode that ended in this row, if

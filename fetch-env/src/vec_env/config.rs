@@ -113,10 +113,7 @@ impl Seeds<'_> {
 
 impl<O> VecReset<'_, O> {
     pub(super) fn check(&self, num_envs: usize) -> Result<(), VecEnvError> {
-        let each = match self.seeds {
-            Seeds::Each(seeds) => Some(seeds.len()),
-            Seeds::Continue | Seeds::From(_) => None,
-        };
+        let each = if let Seeds::Each(seeds) = self.seeds { Some(seeds.len()) } else { None };
         for (what, len) in [("seeds", each), ("mask", self.mask.map(<[bool]>::len))] {
             if let Some(actual) = len.filter(|&len| len != num_envs) {
                 return Err(VecEnvError::Count { what, actual, num_envs });

@@ -64,7 +64,7 @@ impl<J: Job + 'static> Pool<J> {
                     let _ = report.send(core.is_none_or(core_affinity::set_for_current));
                     shared.work(index);
                 })
-                .map_err(VecEnvError::from_spawn)?;
+                .map_err(|error| VecEnvError::Thread { reason: error.to_string() })?;
             pool.workers.push(handle.thread().clone());
             pool.handles.push(handle);
         }
