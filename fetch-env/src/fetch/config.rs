@@ -118,8 +118,8 @@ impl FetchConfig {
 
     setters! {
         /// Sets the largest distance along each axis between a goal and the gripper's start plus
-        /// [`target_offset`](Self::target_offset), in meters. The default is the reference's: 0.15,
-        /// and 0.3 in Slide.
+        /// [`target_offset`](Self::target_offset), in meters; with an object, the goal's height is
+        /// the object's instead. The default is the reference's: 0.15, and 0.3 in Slide.
         with_target_range(target_range: f64),
         /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4
         /// in x in Slide.
@@ -155,12 +155,9 @@ impl FetchConfig {
         reward: RewardKind,
         /// The distance within which a goal counts as reached, in meters.
         distance_threshold: f64,
-        /// Largest distance between the object's start and the gripper in x and in y, in meters;
-        /// `None` without an object.
+        /// Largest distance of the object's start in x and in y, in meters; `None` without an object.
         object_range: Option<f64>,
-        /// Largest distance along each axis between a goal and the gripper's start plus
-        /// [`target_offset`](Self::target_offset), in meters. With an object, the goal's height is
-        /// the object's instead.
+        /// Largest distance of a goal along each axis, in meters.
         target_range: f64,
         /// Offset of every goal, in meters; with an object, z has no effect.
         target_offset: [f64; 3],

@@ -93,11 +93,6 @@ const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
     fields
 }
 
-/// Returns the number of elements of an observation.
-pub(super) const fn len(fields: &[ObservationField]) -> usize {
-    fields[fields.len() - 1].range.end
-}
-
 /// Returns the index of a field's first element. Call it in a `const` block: an unknown name is
 /// then a compile error.
 pub(super) const fn start(fields: &[ObservationField], name: &str) -> usize {

@@ -160,7 +160,15 @@ where
     /// then no step is started.
     pub fn send(&mut self, actions: &[f32], env_ids: &[usize]) -> Result<(), VecEnvError> {
         self.check_actions(actions, env_ids.len())?;
-        self.check_ids(env_ids)?;
+        self.calls += 1;
+        for &env_id in env_ids {
+            let num_envs = self.num_envs();
+            let slot = self.idle.get(env_id).ok_or(VecEnvError::UnknownEnv { env_id, num_envs })?;
+            if slot.is_none() || self.named_in[env_id] == self.calls {
+                return Err(VecEnvError::EnvInFlight { env_id });
+            }
+            self.named_in[env_id] = self.calls;
+        }
         for (row, &env_id) in env_ids.iter().enumerate() {
             self.lend_action(row, actions, env_id);
         }
@@ -259,19 +267,6 @@ where
         } else {
             Err(VecEnvError::ActionCount { rows, action_len, actual })
         }
-    }
-
-    fn check_ids(&mut self, env_ids: &[usize]) -> Result<(), VecEnvError> {
-        self.calls += 1;
-        for &env_id in env_ids {
-            let num_envs = self.num_envs();
-            let slot = self.idle.get(env_id).ok_or(VecEnvError::UnknownEnv { env_id, num_envs })?;
-            if slot.is_none() || self.named_in[env_id] == self.calls {
-                return Err(VecEnvError::EnvInFlight { env_id });
-            }
-            self.named_in[env_id] = self.calls;
-        }
-        Ok(())
     }
 }
 
