@@ -52,7 +52,7 @@ impl FromStr for EnvId {
         Self::ALL
             .into_iter()
             .find(|known| known.to_string() == id)
-            .ok_or_else(|| UnknownEnvId::new(id))
+            .ok_or_else(|| UnknownEnvId { id: id.into(), nearest: nearest(id) })
     }
 }
 
@@ -81,13 +81,12 @@ pub struct UnknownEnvId {
     pub nearest: [EnvId; 3],
 }
 
-impl UnknownEnvId {
-    fn new(id: &str) -> Self {
-        let lowercase = id.to_lowercase();
-        let mut known = EnvId::ALL;
-        known.sort_by_cached_key(|known| {
-            strsim::damerau_levenshtein(&lowercase, &known.to_string().to_lowercase())
-        });
-        Self { id: id.to_owned(), nearest: [known[0], known[1], known[2]] }
-    }
+/// Returns the environments with the most similar names, the nearest first.
+fn nearest(id: &str) -> [EnvId; 3] {
+    let lowercase = id.to_lowercase();
+    let mut known = EnvId::ALL;
+    known.sort_by_cached_key(|known| {
+        strsim::damerau_levenshtein(&lowercase, &known.to_string().to_lowercase())
+    });
+    [known[0], known[1], known[2]]
 }

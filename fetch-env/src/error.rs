@@ -83,6 +83,9 @@ pub enum EnvError {
     /// The settings are invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// The observations cannot be extended, because their space has the new key already.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
     /// No environment has this name.
     #[error(transparent)]
     UnknownId(#[from] UnknownEnvId),
@@ -308,10 +311,4 @@ pub enum VecEnvError {
     /// A worker thread died, and an environment with it.
     #[error("a worker thread died: make new environments")]
     WorkerLost,
-}
-
-impl VecEnvError {
-    pub(crate) fn from_spawn(error: std::io::Error) -> Self {
-        Self::Thread { reason: error.to_string() }
-    }
 }

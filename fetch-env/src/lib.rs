@@ -52,10 +52,10 @@ mod env;
 mod env_id;
 mod error;
 mod fetch;
-mod getters;
 mod np_random;
 #[cfg(feature = "render")]
 mod render;
+mod settings;
 pub mod spaces;
 pub mod vec_env;
 
@@ -77,8 +77,8 @@ pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_with_config, make_with
 pub use fetch::{
     config::FetchConfig,
     env::{FetchEnv, FetchSnapshot},
+    kinematic::{KinematicEnv, make_kinematic},
     layout::{ObservationField, observation_fields},
-    make::{KinematicEnv, make_kinematic},
     observation::FetchObservation,
     reset::FetchResetOptions,
 };

@@ -20,10 +20,11 @@ use crate::error::EnvError;
 /// assert_eq!(NpRandom::new(0).random(), 0.6369616873214543);
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(from = "Position", into = "Position")]
+#[serde(from = "Position")]
 pub struct NpRandom {
     seed: u64,
     draws: u64,
+    #[serde(skip_serializing)]
     pcg: Pcg64,
 }
 
@@ -31,7 +32,7 @@ impl NpRandom {
     /// Creates the generator that numpy makes from `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        let [s0, s1, i0, i1] = SeedSequence::new(seed).generate_state();
+        let [s0, s1, i0, i1] = seed_sequence(seed);
         // numpy reads the four words as two big-endian pairs: the state and the stream.
         Self { seed, draws: 0, pcg: Pcg64::new(join(s0, s1), join(i0, i1)) }
     }
@@ -73,17 +74,11 @@ impl PartialEq for NpRandom {
 }
 
 /// The serialized form.
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename = "NpRandom", deny_unknown_fields)]
 struct Position {
     seed: u64,
     draws: u64,
-}
-
-impl From<NpRandom> for Position {
-    fn from(NpRandom { seed, draws, .. }: NpRandom) -> Self {
-        Self { seed, draws }
-    }
 }
 
 impl From<Position> for NpRandom {
@@ -105,59 +100,38 @@ const fn join(high: u64, low: u64) -> u128 {
     (high as u128) << 64 | low as u128
 }
 
-/// numpy's `SeedSequence` of one integer, which follows M. O'Neill's `seed_seq_fe`.
+/// Generates four 64-bit words by numpy's `SeedSequence` of one integer, which follows M. O'Neill's
+/// `seed_seq_fe`.
 ///
 /// Source: <https://numpy.org/doc/stable/reference/random/bit_generators/generated/numpy.random.SeedSequence.html>
 /// and <https://www.pcg-random.org/posts/developing-a-seed_seq-alternative.html>.
-struct SeedSequence {
-    pool: [u32; 4],
-}
-
-impl SeedSequence {
-    const INIT_A: u32 = 0x43b0_d7e5;
-    const MULT_A: u32 = 0x931e_8875;
-    const INIT_B: u32 = 0x8b51_f9dd;
-    const MULT_B: u32 = 0x58f3_8ded;
+fn seed_sequence(seed: u64) -> [u64; 4] {
     const MIX_L: u32 = 0xca01_f9dd;
     const MIX_R: u32 = 0x4973_f715;
-
-    fn new(seed: u64) -> Self {
-        let mut hash = Hash { constant: Self::INIT_A, multiplier: Self::MULT_A };
-        // A missing high word hashes as zero, so every seed counts as two words.
-        let mut pool = [seed as u32, (seed >> 32) as u32, 0, 0].map(|word| hash.mix(word));
-        for source in 0..pool.len() {
-            for target in 0..pool.len() {
-                if source != target {
-                    let hashed = hash.mix(pool[source]);
-                    let mixed = pool[target]
-                        .wrapping_mul(Self::MIX_L)
-                        .wrapping_sub(hashed.wrapping_mul(Self::MIX_R));
-                    pool[target] = mixed ^ (mixed >> 16);
-                }
+    let mut hash = hasher(0x43b0_d7e5, 0x931e_8875);
+    // A missing high word hashes as zero, so every seed counts as two words.
+    let mut pool = [seed as u32, (seed >> 32) as u32, 0, 0].map(&mut hash);
+    for source in 0..pool.len() {
+        for target in 0..pool.len() {
+            if source != target {
+                let hashed = hash(pool[source]).wrapping_mul(MIX_R);
+                let mixed = pool[target].wrapping_mul(MIX_L).wrapping_sub(hashed);
+                pool[target] = mixed ^ (mixed >> 16);
             }
         }
-        Self { pool }
     }
-
-    /// Generates four 64-bit words, the lower half of each first.
-    fn generate_state(&self) -> [u64; 4] {
-        let mut hash = Hash { constant: Self::INIT_B, multiplier: Self::MULT_B };
-        let words: [u32; 8] = std::array::from_fn(|i| hash.mix(self.pool[i % self.pool.len()]));
-        std::array::from_fn(|i| u64::from(words[2 * i]) | u64::from(words[2 * i + 1]) << 32)
-    }
+    let mut hash = hasher(0x8b51_f9dd, 0x58f3_8ded);
+    let words: [u32; 8] = std::array::from_fn(|i| hash(pool[i % pool.len()]));
+    // The lower half of each word comes first.
+    std::array::from_fn(|i| u64::from(words[2 * i]) | u64::from(words[2 * i + 1]) << 32)
 }
 
-/// Hash of 32-bit words whose constant changes with every word.
-struct Hash {
-    constant: u32,
-    multiplier: u32,
-}
-
-impl Hash {
-    fn mix(&mut self, word: u32) -> u32 {
-        let word = word ^ self.constant;
-        self.constant = self.constant.wrapping_mul(self.multiplier);
-        let word = word.wrapping_mul(self.constant);
+/// Returns a hash of 32-bit words whose constant changes with every word.
+fn hasher(mut constant: u32, multiplier: u32) -> impl FnMut(u32) -> u32 {
+    move |word| {
+        let word = word ^ constant;
+        constant = constant.wrapping_mul(multiplier);
+        let word = word.wrapping_mul(constant);
         word ^ (word >> 16)
     }
 }

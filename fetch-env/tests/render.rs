@@ -5,10 +5,12 @@
 use std::num::NonZeroU8;
 
 use allocation_counter::measure;
+use fetch_env::spaces::SpaceError;
 use fetch_env::{
-    AddRenderObservation, ChannelOrder, Env, EnvError, EnvId, GoalEnvExt, GoalObservation,
-    MujocoEnv, PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer,
-    SnapshotEnv, Space, check, make,
+    AddRenderObservation, BoxSpace, ChannelOrder, DictSpace, Env, EnvError, EnvId,
+    FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info, MujocoEnv,
+    PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, Reset,
+    SnapshotEnv, Space, Step, check, make,
 };
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -151,6 +153,61 @@ fn an_environment_with_pixels_keeps_the_laws() -> Result {
     assert_eq!(space.get("pixels"), Some(&Space::Image(env.image_space())));
     let achieved = observation.achieved_goal();
     assert_eq!(env.compute_reward(achieved, achieved)?, 0.0);
+    Ok(())
+}
+
+/// Has the key `pixels` in its observation space.
+struct Taken {
+    env: MujocoEnv,
+    observation_space: Space,
+}
+
+impl Env for Taken {
+    type Observation = FetchObservation;
+    type Info = Info;
+    type ResetOptions = FetchResetOptions;
+
+    fn reset_with(
+        &mut self,
+        seed: Option<u64>,
+        options: &FetchResetOptions,
+    ) -> std::result::Result<Reset<FetchObservation, Info>, EnvError> {
+        self.env.reset_with(seed, options)
+    }
+
+    fn step(
+        &mut self,
+        action: &[f32],
+    ) -> std::result::Result<Step<FetchObservation, Info>, EnvError> {
+        self.env.step(action)
+    }
+
+    fn action_space(&self) -> &BoxSpace<f32> {
+        self.env.action_space()
+    }
+
+    fn observation_space(&self) -> &Space {
+        &self.observation_space
+    }
+}
+
+impl RenderEnv for Taken {
+    fn renderer(&self, options: RenderOptions) -> std::result::Result<Renderer, EnvError> {
+        self.env.renderer(options)
+    }
+
+    fn update_scene(&self, renderer: &mut Renderer) -> std::result::Result<(), EnvError> {
+        self.env.update_scene(renderer)
+    }
+}
+
+#[test]
+fn a_second_key_named_pixels_is_an_error() -> Result {
+    let observation_space = DictSpace::new([("pixels", BoxSpace::<f64>::unbounded(1).into())])?;
+    let env = Taken { env: make("FetchReach-v4")?, observation_space: observation_space.into() };
+    let error = AddRenderObservation::new(env, PixelOptions::default()).err();
+    let expected = SpaceError::DuplicateKey { key: "pixels".into() };
+    assert_eq!(error, Some(EnvError::Space(expected)));
     Ok(())
 }
 

@@ -14,8 +14,7 @@ pub use self::{
     report::{Check, CheckReport},
     subject::CheckOptions,
 };
-use crate::env::SnapshotEnv;
-use crate::env::goal::GoalEnv;
+use crate::env::{SnapshotEnv, goal::GoalEnv};
 use crate::error::EnvError;
 
 type Law<E> = fn(&Subject<'_, E>) -> Outcome;
@@ -71,8 +70,8 @@ pub fn check_snapshot_env<E: GoalEnv + SnapshotEnv>(
 ) -> CheckReport {
     let mut report = check_env(&make, options);
     let subject = Subject { make: &make, options };
-    report.add("snapshot/replay", replay::snapshot(&subject));
-    report.add("snapshot/other-environment", replay::snapshot_elsewhere(&subject));
+    report.add("snapshot/replay", replay::snapshot(&subject, Ok));
+    report.add("snapshot/other-environment", replay::snapshot(&subject, |_| make()));
     report.add("snapshot/before-reset", replay::snapshot_before_reset(&subject));
     report
 }

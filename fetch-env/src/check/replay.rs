@@ -104,18 +104,9 @@ pub(super) fn step_is_deterministic<E: GoalEnv>(subject: &Subject<'_, E>) -> Out
 /// The numbers of steps after which snapshots are taken.
 const DEPTHS: [u32; 4] = [0, 1, 7, 30];
 
-/// After a snapshot the same actions give the same results, resets without a seed included.
-pub(super) fn snapshot<E: GoalEnv + SnapshotEnv>(subject: &Subject<'_, E>) -> Outcome {
-    replays(subject, Ok)
-}
-
-/// A snapshot restored in another environment continues as in its own.
-pub(super) fn snapshot_elsewhere<E: GoalEnv + SnapshotEnv>(subject: &Subject<'_, E>) -> Outcome {
-    replays(subject, |_| subject.env())
-}
-
-/// Compares the steps after a snapshot with those of the environment that `other` returns.
-fn replays<E: GoalEnv + SnapshotEnv>(
+/// After a snapshot the same actions give the same results, resets without a seed included, in the
+/// environment that `other` returns: the same one, or another into which the snapshot is restored.
+pub(super) fn snapshot<E: GoalEnv + SnapshotEnv>(
     subject: &Subject<'_, E>,
     other: impl Fn(E) -> Result<E, EnvError>,
 ) -> Outcome {

@@ -47,10 +47,7 @@ impl CheckReport {
 
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for check in &self.checks {
-            writeln!(f, "{check}")?;
-        }
-        Ok(())
+        self.checks.iter().try_for_each(|check| writeln!(f, "{check}"))
     }
 }
 

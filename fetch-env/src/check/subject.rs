@@ -9,7 +9,7 @@ use super::report::{Failure, ensure};
 use crate::env::goal::{GoalEnv, GoalObservation, Info};
 use crate::env::{Env, Reset, Step};
 use crate::error::EnvError;
-use crate::getters::getters;
+use crate::settings::{getters, setters};
 
 /// Settings of the environment checker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,24 +29,15 @@ impl Default for CheckOptions {
 }
 
 impl CheckOptions {
-    /// Sets the seed of the episodes and, as another stream, of the actions. The default is 0.
-    pub const fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
-
-    /// Sets the number of random steps in each check that steps. The default, 60, exceeds an
-    /// episode, so that the steps include resets without a seed.
-    pub const fn with_num_steps(mut self, num_steps: u32) -> Self {
-        self.num_steps = num_steps;
-        self
-    }
-
-    /// Sets the number of steps after which the environment must truncate an episode; `None` if
-    /// only its own rules may. The default, 50, is that of the Fetch environments.
-    pub const fn with_max_episode_steps(mut self, steps: Option<NonZeroU32>) -> Self {
-        self.max_episode_steps = steps;
-        self
+    setters! {
+        /// Sets the seed of the episodes and, as another stream, of the actions. The default is 0.
+        with_seed(seed: u64),
+        /// Sets the number of random steps in each check that steps. The default, 60, exceeds an
+        /// episode, so that the steps include resets without a seed.
+        with_num_steps(num_steps: u32),
+        /// Sets the number of steps after which the environment must truncate an episode; `None` if
+        /// only its own rules may. The default, 50, is that of the Fetch environments.
+        with_max_episode_steps(max_episode_steps: Option<NonZeroU32>),
     }
 
     getters! {

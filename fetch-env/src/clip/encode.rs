@@ -59,64 +59,60 @@ impl From<png::EncodingError> for ClipError {
 /// Hundredths of a second for which a frame is shown: a control step.
 const FRAME_DELAY: u16 = 4;
 
-/// Frames of one size: height x width x 3 (red, green, blue), the top row first.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Frames {
-    pub(super) width: u16,
-    pub(super) height: u16,
-    pub(super) rgb: Vec<Vec<u8>>,
+/// Writes an animated PNG, or a plain one of a single frame. After the first frame only changes
+/// are written.
+pub(super) fn write_apng(
+    frames: &[Vec<u8>],
+    [width, height]: [u16; 2],
+    out: impl Write,
+) -> Result<(), ClipError> {
+    let [first, later @ ..] = frames else { return Err(ClipError::NoFrames) };
+    let mut encoder = png::Encoder::new(out, width.into(), height.into());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::High);
+    if !later.is_empty() {
+        encoder.set_animated(frames.len() as u32, 0)?;
+        encoder.set_frame_delay(FRAME_DELAY, 100)?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(first)?;
+    let mut before = first;
+    for frame in later {
+        let (pixels, _) = frame.as_chunks::<3>();
+        let changes = Rectangle::of_changes(before.as_chunks::<3>().0, pixels, width.into());
+        // Otherwise the new size would be checked at the old position.
+        writer.reset_frame_position()?;
+        writer.set_frame_dimension(changes.x.len() as u32, changes.y.len() as u32)?;
+        writer.set_frame_position(changes.x.start as u32, changes.y.start as u32)?;
+        let part: Vec<[u8; 3]> = changes.cut(pixels, width.into()).collect();
+        writer.write_image_data(part.as_flattened())?;
+        before = frame;
+    }
+    Ok(writer.finish()?)
 }
 
-impl Frames {
-    /// Writes an animated PNG, or a plain one of a single frame. After the first frame only changes
-    /// are written.
-    pub(super) fn write_apng(&self, out: impl Write) -> Result<(), ClipError> {
-        let [first, later @ ..] = self.rgb.as_slice() else { return Err(ClipError::NoFrames) };
-        let (width, height) = (u32::from(self.width), u32::from(self.height));
-        let mut encoder = png::Encoder::new(out, width, height);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_compression(png::Compression::High);
-        if !later.is_empty() {
-            encoder.set_animated(self.rgb.len() as u32, 0)?;
-            encoder.set_frame_delay(FRAME_DELAY, 100)?;
-        }
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(first)?;
-        let mut before = first;
-        for frame in later {
-            let (pixels, _) = frame.as_chunks::<3>();
-            let changes =
-                Rectangle::of_changes(before.as_chunks::<3>().0, pixels, usize::from(self.width));
-            // Otherwise the new size would be checked at the old position.
-            writer.reset_frame_position()?;
-            writer.set_frame_dimension(changes.x.len() as u32, changes.y.len() as u32)?;
-            writer.set_frame_position(changes.x.start as u32, changes.y.start as u32)?;
-            let part: Vec<[u8; 3]> = changes.cut(pixels, usize::from(self.width)).collect();
-            writer.write_image_data(part.as_flattened())?;
-            before = frame;
-        }
-        Ok(writer.finish()?)
+/// Writes a GIF. After the first frame only changes are written.
+pub(super) fn write_gif(
+    frames: &[Vec<u8>],
+    [width, height]: [u16; 2],
+    out: impl Write,
+) -> Result<(), ClipError> {
+    let [first, later @ ..] = frames else { return Err(ClipError::NoFrames) };
+    let palette = Palette::new(frames);
+    let mut encoder = gif::Encoder::new(out, width, height, &palette.colors)?;
+    encoder.set_repeat(Repeat::Infinite)?;
+    let (width, height) = (usize::from(width), usize::from(height));
+    let mut before = palette.indices(first);
+    let whole = Rectangle { x: 0..width, y: 0..height };
+    write_frame(&mut encoder, &whole, &before, width)?;
+    for frame in later {
+        let indices = palette.indices(frame);
+        let changes = Rectangle::of_changes(&before, &indices, width);
+        write_frame(&mut encoder, &changes, &indices, width)?;
+        before = indices;
     }
-
-    /// Writes a GIF. After the first frame only changes are written.
-    pub(super) fn write_gif(&self, out: impl Write) -> Result<(), ClipError> {
-        let [first, later @ ..] = self.rgb.as_slice() else { return Err(ClipError::NoFrames) };
-        let palette = Palette::new(&self.rgb);
-        let mut encoder = gif::Encoder::new(out, self.width, self.height, &palette.colors)?;
-        encoder.set_repeat(Repeat::Infinite)?;
-        let width = usize::from(self.width);
-        let mut before = palette.indices(first);
-        let whole = Rectangle { x: 0..width, y: 0..usize::from(self.height) };
-        write_frame(&mut encoder, &whole, &before, width)?;
-        for frame in later {
-            let indices = palette.indices(frame);
-            let changes = Rectangle::of_changes(&before, &indices, width);
-            write_frame(&mut encoder, &changes, &indices, width)?;
-            before = indices;
-        }
-        encoder.into_inner()?; // writes the trailer, whose errors a drop would hide
-        Ok(())
-    }
+    encoder.into_inner()?; // writes the trailer, whose errors a drop would hide
+    Ok(())
 }
 
 fn write_frame(

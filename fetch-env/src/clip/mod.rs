@@ -21,11 +21,14 @@ use std::io::Write;
 use font8x8::legacy::BASIC_LEGACY;
 
 pub use self::encode::ClipError;
-use self::encode::Frames;
 
 /// Frames of one size, shown at 25 per second, the pace of the robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Clip(Frames);
+pub struct Clip {
+    /// Width and height, in pixels.
+    size: [u16; 2],
+    frames: Vec<Vec<u8>>,
+}
 
 impl Clip {
     /// Creates a clip without frames.
@@ -35,7 +38,7 @@ impl Clip {
     pub fn new(width: u32, height: u32) -> Result<Self, ClipError> {
         let side = |length: u32| u16::try_from(length).ok().filter(|&length| length > 0);
         match (side(width), side(height)) {
-            (Some(width), Some(height)) => Ok(Self(Frames { width, height, rgb: Vec::new() })),
+            (Some(width), Some(height)) => Ok(Self { size: [width, height], frames: Vec::new() }),
             _ => Err(ClipError::Size { width, height }),
         }
     }
@@ -45,11 +48,11 @@ impl Clip {
     /// # Errors
     /// [`ClipError::FrameLength`] if it has another size.
     pub fn push(&mut self, rgb: &[u8]) -> Result<(), ClipError> {
-        let expected = 3 * usize::from(self.0.width) * usize::from(self.0.height);
+        let expected = 3 * self.size.map(usize::from).into_iter().product::<usize>();
         if rgb.len() != expected {
             return Err(ClipError::FrameLength { expected, actual: rgb.len() });
         }
-        self.0.rgb.push(rgb.to_vec());
+        self.frames.push(rgb.to_vec());
         Ok(())
     }
 
@@ -59,15 +62,15 @@ impl Clip {
     /// As [`push`](Self::push).
     pub fn push_with_caption(&mut self, rgb: &[u8], caption: &Caption) -> Result<(), ClipError> {
         self.push(rgb)?;
-        if let Some(frame) = self.0.rgb.last_mut() {
-            caption.draw(frame, self.0.width.into());
+        if let Some(frame) = self.frames.last_mut() {
+            caption.draw(frame, self.size[0].into());
         }
         Ok(())
     }
 
     /// Iterates over the frames, captions included.
     pub fn frames(&self) -> impl ExactSizeIterator<Item = &[u8]> {
-        self.0.rgb.iter().map(Vec::as_slice)
+        self.frames.iter().map(Vec::as_slice)
     }
 
     /// Writes the clip as a GIF that repeats forever. All frames share one palette of 256 colors,
@@ -76,7 +79,7 @@ impl Clip {
     /// # Errors
     /// [`ClipError::NoFrames`], or [`ClipError::Io`] if `out` cannot be written to.
     pub fn write_gif(&self, out: impl Write) -> Result<(), ClipError> {
-        self.0.write_gif(out)
+        encode::write_gif(&self.frames, self.size, out)
     }
 
     /// Writes the clip as a lossless animated PNG that repeats forever.
@@ -84,7 +87,7 @@ impl Clip {
     /// # Errors
     /// [`ClipError::NoFrames`], or [`ClipError::Io`] if `out` cannot be written to.
     pub fn write_apng(&self, out: impl Write) -> Result<(), ClipError> {
-        self.0.write_apng(out)
+        encode::write_apng(&self.frames, self.size, out)
     }
 }
 

@@ -8,8 +8,7 @@ use std::fmt::Debug;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::error::EnvError;
-use crate::spaces::Space;
-use crate::spaces::box_space::BoxSpace;
+use crate::spaces::{Space, box_space::BoxSpace};
 
 /// An environment: it is reset, takes actions, and returns observations and rewards.
 ///

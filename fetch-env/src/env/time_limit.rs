@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::goal::GoalEnv;
 use super::{Env, Reset, SnapshotEnv, Step};
 use crate::error::EnvError;
-use crate::spaces::Space;
-use crate::spaces::box_space::BoxSpace;
+use crate::spaces::{Space, box_space::BoxSpace};
 
 /// An environment whose episodes are truncated after a number of steps.
 ///

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 use crate::env_id::EnvId;
 use crate::error::ConfigError;
-use crate::getters::getters;
+use crate::settings::{getters, setters};
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -61,6 +61,7 @@ const fn on() -> bool {
 }
 
 /// The parts of a [`FetchConfig`] whose types allow only valid values.
+#[derive(Clone, Debug)]
 pub(super) struct Parts {
     pub(super) sim: SimConfig,
     pub(super) reward: DistanceReward,
@@ -80,7 +81,7 @@ impl FetchConfig {
             n_substeps: 20,
             reward,
             distance_threshold: DistanceThreshold::FETCH.get(),
-            object_range: default_object_range(task),
+            object_range: spec.object.map(|object| object.range),
             target_range: spec.goal.range,
             target_offset: spec.goal.offset,
             target_in_the_air: spec.goal.in_the_air,
@@ -94,31 +95,18 @@ impl FetchConfig {
         self
     }
 
-    /// Sets whether MuJoCo skips collision tests that would find nothing, which changes no result.
-    /// The default, true, is faster.
-    pub const fn with_contact_filter(mut self, contact_filter: bool) -> Self {
-        self.contact_filter = contact_filter;
-        self
-    }
-
-    /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
-    /// reference's 25 Hz.
-    pub const fn with_n_substeps(mut self, n_substeps: u32) -> Self {
-        self.n_substeps = n_substeps;
-        self
-    }
-
-    /// Sets the kind of reward.
-    pub const fn with_reward(mut self, reward: RewardKind) -> Self {
-        self.reward = reward;
-        self
-    }
-
-    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is
-    /// the reference's.
-    pub const fn with_distance_threshold(mut self, meters: f64) -> Self {
-        self.distance_threshold = meters;
-        self
+    setters! {
+        /// Sets whether MuJoCo skips collision tests that would find nothing, which changes no
+        /// result. The default, true, is faster.
+        with_contact_filter(contact_filter: bool),
+        /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
+        /// reference's 25 Hz.
+        with_n_substeps(n_substeps: u32),
+        /// Sets the kind of reward.
+        with_reward(reward: RewardKind),
+        /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05,
+        /// is the reference's.
+        with_distance_threshold(distance_threshold: f64),
     }
 
     /// Sets the largest distance between the object's start and the gripper in x and in y, in
@@ -128,33 +116,20 @@ impl FetchConfig {
         self
     }
 
-    /// Sets the largest distance along each axis between a goal and the gripper's start plus
-    /// [`target_offset`](Self::target_offset), in meters. The default is the reference's: 0.15, and
-    /// 0.3 in Slide.
-    pub const fn with_target_range(mut self, meters: f64) -> Self {
-        self.target_range = meters;
-        self
-    }
-
-    /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4 in x
-    /// in Slide.
-    pub const fn with_target_offset(mut self, meters: [f64; 3]) -> Self {
-        self.target_offset = meters;
-        self
-    }
-
-    /// Sets whether half of the goals are raised by up to 0.45 m. The default is the reference's:
-    /// true in PickAndPlace alone.
-    pub const fn with_target_in_the_air(mut self, target_in_the_air: bool) -> Self {
-        self.target_in_the_air = target_in_the_air;
-        self
-    }
-
-    /// Sets the number of steps after which an episode is truncated. The default, 50, is the
-    /// reference's.
-    pub const fn with_max_episode_steps(mut self, steps: u32) -> Self {
-        self.max_episode_steps = steps;
-        self
+    setters! {
+        /// Sets the largest distance along each axis between a goal and the gripper's start plus
+        /// [`target_offset`](Self::target_offset), in meters; with an object, the goal's height is
+        /// the object's instead. The default is the reference's: 0.15, and 0.3 in Slide.
+        with_target_range(target_range: f64),
+        /// Sets the offset of every goal, in meters. The default is the reference's: zero, and 0.4
+        /// in x in Slide.
+        with_target_offset(target_offset: [f64; 3]),
+        /// Sets whether half of the goals are raised by up to 0.45 m. The default is the
+        /// reference's: true in PickAndPlace alone.
+        with_target_in_the_air(target_in_the_air: bool),
+        /// Sets the number of steps after which an episode is truncated. The default, 50, is the
+        /// reference's.
+        with_max_episode_steps(max_episode_steps: u32),
     }
 
     /// The source of the robot's model.
@@ -180,12 +155,9 @@ impl FetchConfig {
         reward: RewardKind,
         /// The distance within which a goal counts as reached, in meters.
         distance_threshold: f64,
-        /// Largest distance between the object's start and the gripper in x and in y, in meters;
-        /// `None` without an object.
+        /// Largest distance of the object's start in x and in y, in meters; `None` without an object.
         object_range: Option<f64>,
-        /// Largest distance along each axis between a goal and the gripper's start plus
-        /// [`target_offset`](Self::target_offset), in meters. With an object, the goal's height is
-        /// the object's instead.
+        /// Largest distance of a goal along each axis, in meters.
         target_range: f64,
         /// Offset of every goal, in meters; with an object, z has no effect.
         target_offset: [f64; 3],
@@ -215,12 +187,11 @@ impl FetchConfig {
     pub(super) fn parts(&self) -> Result<Parts, ConfigError> {
         let task = self.task;
         let not_zero = |option, number| NonZeroU32::new(number).ok_or(ConfigError::Zero { option });
-        if !task.has_object() {
-            let object_options = [
-                ("object_range", self.object_range.is_some()),
-                ("target_in_the_air", self.target_in_the_air),
-            ];
-            if let Some((option, _)) = object_options.into_iter().find(|(_, is_set)| *is_set) {
+        for (option, is_set) in [
+            ("object_range", self.object_range.is_some()),
+            ("target_in_the_air", self.target_in_the_air),
+        ] {
+            if is_set && !task.has_object() {
                 return Err(ConfigError::NoObject { task, option });
             }
         }
@@ -239,20 +210,15 @@ impl FetchConfig {
             return Err(ConfigError::Offset { axis, value: self.target_offset[axis] });
         }
         let threshold = DistanceThreshold::new(self.distance_threshold)?;
-        let sim = SimConfig::new(task)
-            .with_n_substeps(not_zero("n_substeps", self.n_substeps)?)
-            .with_model(self.model.clone())
-            .with_contact_filter(self.contact_filter);
         Ok(Parts {
-            sim,
+            sim: SimConfig::new(task)
+                .with_n_substeps(not_zero("n_substeps", self.n_substeps)?)
+                .with_model(self.model.clone())
+                .with_contact_filter(self.contact_filter),
             reward: DistanceReward::new(self.reward, threshold),
             max_episode_steps: not_zero("max_episode_steps", self.max_episode_steps)?,
         })
     }
-}
-
-fn default_object_range(task: Task) -> Option<f64> {
-    task.spec().object.map(|object| object.range)
 }
 
 impl Serialize for FetchConfig {
@@ -264,7 +230,8 @@ impl Serialize for FetchConfig {
 impl<'de> Deserialize<'de> for FetchConfig {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut config = Self::deserialize(deserializer)?;
-        config.object_range = config.object_range.or(default_object_range(config.task));
+        let default = Self::new(config.task, config.reward);
+        config.object_range = config.object_range.or(default.object_range);
         config.check().map_err(D::Error::custom)?;
         Ok(config)
     }

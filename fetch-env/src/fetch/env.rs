@@ -1,7 +1,5 @@
 //! The Fetch environment: settings, a simulator and a reward.
 
-use std::num::NonZeroU32;
-
 use fetch_sim::{Control, Settled, SimConfig, Simulator};
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
@@ -15,8 +13,7 @@ use crate::env::time_limit::TimeLimit;
 use crate::env::{Env, Reset, SnapshotEnv, Step};
 use crate::error::EnvError;
 use crate::np_random::NpRandom;
-use crate::spaces::box_space::BoxSpace;
-use crate::spaces::{DictSpace, Space};
+use crate::spaces::{DictSpace, Space, box_space::BoxSpace};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
@@ -32,10 +29,8 @@ const MAX_DISPLACEMENT: f32 = 0.05;
 #[derive(Clone, Debug)]
 pub struct FetchEnv<S> {
     config: FetchConfig,
-    sim: SimConfig,
-    max_episode_steps: NonZeroU32,
+    parts: Parts,
     simulator: S,
-    reward: DistanceReward,
     settled: Settled,
     action_space: BoxSpace<f32>,
     observation_space: Space,
@@ -53,7 +48,7 @@ impl<S: Simulator> FetchEnv<S> {
     /// [`EnvError::Config`] for invalid settings, [`EnvError::SimulatorMismatch`] if the simulator
     /// is made from others.
     pub fn new(config: FetchConfig, simulator: S) -> Result<Self, EnvError> {
-        let Parts { sim, reward, max_episode_steps } = config.parts()?;
+        let parts = config.parts()?;
         let settled = simulator.settled();
         let mismatch = |reason| Err(EnvError::SimulatorMismatch { reason });
         let (task, theirs) = (config.task(), simulator.task());
@@ -73,16 +68,13 @@ impl<S: Simulator> FetchEnv<S> {
             ("achieved_goal", goal()),
             ("desired_goal", goal()),
             ("observation", observation),
-        ])
-        .expect("the keys differ");
+        ])?;
         Ok(Self {
             config,
-            sim,
-            max_episode_steps,
-            reward,
+            parts,
             simulator,
             settled,
-            action_space: BoxSpace::uniform(vec![4], -1.0, 1.0).expect("-1 is less than 1"),
+            action_space: BoxSpace::uniform(vec![4], -1.0, 1.0)?,
             observation_space: observation_space.into(),
             random: None,
             goal: None,
@@ -92,7 +84,7 @@ impl<S: Simulator> FetchEnv<S> {
     /// Truncates every episode after [`max_episode_steps`](FetchConfig::max_episode_steps).
     #[must_use]
     pub fn time_limited(self) -> TimeLimit<Self> {
-        let max_episode_steps = self.max_episode_steps;
+        let max_episode_steps = self.parts.max_episode_steps;
         TimeLimit::new(self, max_episode_steps)
     }
 
@@ -194,7 +186,7 @@ impl<S: Simulator> Env for FetchEnv<S> {
         let observation = self.observe()?;
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         Ok(Step {
-            reward: self.reward.reward(achieved, desired),
+            reward: self.parts.reward.reward(achieved, desired),
             terminated: self.compute_terminated(achieved, desired),
             truncated: self.compute_truncated(achieved, desired),
             info: self.info(&observation),
@@ -215,7 +207,7 @@ impl<S: Simulator> GoalEnv for FetchEnv<S> {
     type GoalReward = DistanceReward;
 
     fn goal_reward(&self) -> &DistanceReward {
-        &self.reward
+        &self.parts.reward
     }
 }
 
@@ -224,7 +216,7 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
 
     fn snapshot(&self) -> Self::Snapshot {
         FetchSnapshot {
-            sim: self.sim.clone(),
+            sim: self.parts.sim.clone(),
             simulator: self.simulator.snapshot(),
             random: self.random.clone(),
             goal: self.goal,
@@ -232,7 +224,21 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
     }
 
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
-        snapshot.check(&self.sim)?;
+        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
+        let (theirs, ours) = (&snapshot.sim, &self.parts.sim);
+        if theirs.task() != ours.task() {
+            return foreign(format!("it is of {}, this is {}", theirs.task(), ours.task()));
+        }
+        let (theirs, ours) = (theirs.n_substeps(), ours.n_substeps());
+        if theirs != ours {
+            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
+        }
+        if snapshot.goal.is_some_and(|goal| !goal.iter().all(|element| element.is_finite())) {
+            return foreign(format!("its goal {:?} is not finite", snapshot.goal));
+        }
+        if snapshot.goal.is_some() && snapshot.random.is_none() {
+            return foreign("it has a goal but no random numbers".into());
+        }
         self.simulator.restore(&snapshot.simulator)?;
         self.random.clone_from(&snapshot.random);
         self.goal = snapshot.goal;
@@ -255,30 +261,10 @@ pub struct FetchSnapshot<S> {
     goal: Option<[f64; 3]>,
 }
 
-impl<S> FetchSnapshot<S> {
-    fn check(&self, sim: &SimConfig) -> Result<(), EnvError> {
-        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
-        if self.sim.task() != sim.task() {
-            return foreign(format!("it is of {}, this is {}", self.sim.task(), sim.task()));
-        }
-        if self.sim.n_substeps() != sim.n_substeps() {
-            let (theirs, ours) = (self.sim.n_substeps(), sim.n_substeps());
-            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
-        }
-        if self.goal.is_some_and(|goal| !goal.iter().all(|element| element.is_finite())) {
-            return foreign(format!("its goal {:?} is not finite", self.goal));
-        }
-        if self.goal.is_some() && self.random.is_none() {
-            return foreign("it has a goal but no random numbers".into());
-        }
-        Ok(())
-    }
-}
-
 #[cfg(feature = "render")]
 impl crate::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
     fn renderer(&self, options: fetch_sim::RenderOptions) -> Result<fetch_sim::Renderer, EnvError> {
-        Ok(fetch_sim::Renderer::new(&self.sim, options)?)
+        Ok(fetch_sim::Renderer::new(&self.parts.sim, options)?)
     }
 
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {

@@ -17,6 +17,8 @@ pub struct ObservationField {
     pub unit: &'static str,
     /// Meaning of the elements.
     pub description: &'static str,
+    /// The same in a few words, for labels.
+    pub summary: &'static str,
 }
 
 impl ObservationField {
@@ -58,16 +60,30 @@ const ROWS: [(bool, &str, usize, &str, &str); 9] = [
     (EVERY_TASK, "gripper_vel", 2, "m/step", "velocities of the right and left finger joint"),
 ];
 
+/// The summary of every field, in the order of [`ROWS`].
+const SUMMARIES: [&str; ROWS.len()] = [
+    "gripper's position",
+    "object's position",
+    "object's, from the gripper",
+    "fingers, 0 is closed",
+    "object's Euler angles",
+    "object's, from the gripper",
+    "object's rotation",
+    "gripper's velocity",
+    "fingers' velocities",
+];
+
 /// Places the `N` fields of an observation with or without an object one after another.
 const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
-    let mut fields =
-        [const { ObservationField { name: "", range: 0..0, unit: "", description: "" } }; N];
+    const EMPTY: ObservationField =
+        ObservationField { name: "", range: 0..0, unit: "", description: "", summary: "" };
+    let mut fields = [EMPTY; N];
     let (mut row, mut field, mut start) = (0, 0, 0);
     while row < ROWS.len() {
         let (needs_object, name, len, unit, description) = ROWS[row];
         if has_object || !needs_object {
-            let range = start..start + len;
-            fields[field] = ObservationField { name, range, unit, description };
+            let (range, summary) = (start..start + len, SUMMARIES[row]);
+            fields[field] = ObservationField { name, range, unit, description, summary };
             start += len;
             field += 1;
         }
@@ -77,27 +93,13 @@ const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
     fields
 }
 
-/// Returns the number of elements of an observation.
-pub(super) const fn len(fields: &[ObservationField]) -> usize {
-    fields[fields.len() - 1].range.end
-}
-
 /// Returns the index of a field's first element. Call it in a `const` block: an unknown name is
 /// then a compile error.
 pub(super) const fn start(fields: &[ObservationField], name: &str) -> usize {
     let mut field = 0;
-    while !equal(fields[field].name, name) {
+    // `==` is not const yet; the names are in lower case.
+    while !fields[field].name.eq_ignore_ascii_case(name) {
         field += 1;
     }
     fields[field].range.start
-}
-
-/// Compares two strings, as `==` cannot yet in a `const fn`.
-const fn equal(a: &str, b: &str) -> bool {
-    let (a, b) = (a.as_bytes(), b.as_bytes());
-    let mut same = 0;
-    while same < a.len() && same < b.len() && a[same] == b[same] {
-        same += 1;
-    }
-    same == a.len() && same == b.len()
 }

@@ -2,7 +2,9 @@
 
 pub(crate) mod config;
 pub(crate) mod env;
+pub(crate) mod kinematic;
 pub(crate) mod layout;
+#[cfg(feature = "mujoco")]
 pub(crate) mod make;
 pub(crate) mod observation;
 pub(crate) mod reset;

@@ -4,13 +4,13 @@ use fetch_sim::{GripperState, ObjectState, Task};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
-use super::layout::{OBJECT, REACH, len, start};
+use super::layout::{OBJECT, REACH, start};
 use crate::env::goal::GoalObservation;
 
 /// Number of elements of an observation without an object.
-const REACH_LEN: usize = len(&REACH);
+const REACH_LEN: usize = REACH[REACH.len() - 1].range.end;
 /// Number of elements of an observation with an object.
-const OBJECT_LEN: usize = len(&OBJECT);
+const OBJECT_LEN: usize = OBJECT[OBJECT.len() - 1].range.end;
 
 /// Observation of a Fetch environment.
 ///
@@ -63,7 +63,7 @@ impl Vector {
 /// Writes values to the places that a layout gives their fields.
 macro_rules! arrange {
     ($fields:ident: $($name:literal = $values:expr,)*) => {{
-        let mut elements = [0.0; len(&$fields)];
+        let mut elements = [0.0; _];
         $(put(&mut elements, const { start(&$fields, $name) }, $values);)*
         elements
     }};

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE};
 use crate::error::EnvError;
-use crate::getters::getters;
 use crate::np_random::NpRandom;
+use crate::settings::getters;
 
 /// Options of the reset of a Fetch environment.
 ///
@@ -45,9 +45,10 @@ impl FetchResetOptions {
         if self.object_position.is_some() && !task.has_object() {
             return Err(SimError::NoObject { task }.into());
         }
-        let goal = self.desired_goal.as_ref().map(|goal| ("desired_goal", &goal[..]));
-        let object = self.object_position.as_ref().map(|xy| ("object_position", &xy[..]));
-        for (option, numbers) in [goal, object].into_iter().flatten() {
+        for (option, numbers) in [
+            ("desired_goal", self.desired_goal.as_slice().as_flattened()),
+            ("object_position", self.object_position.as_slice().as_flattened()),
+        ] {
             if let Some(index) = numbers.iter().position(|number| !number.is_finite()) {
                 return Err(EnvError::OptionNotFinite { option, index, value: numbers[index] });
             }

@@ -4,8 +4,7 @@ pub(crate) mod pixels;
 
 use fetch_sim::{RenderOptions, Renderer, Segment};
 
-use crate::env::Env;
-use crate::env::time_limit::TimeLimit;
+use crate::env::{Env, time_limit::TimeLimit};
 use crate::error::EnvError;
 
 /// An environment that can be rendered.

@@ -8,10 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::RenderEnv;
 use crate::env::goal::{GoalEnv, GoalObservation};
 use crate::env::{Env, Reset, Step};
-use crate::error::EnvError;
-use crate::getters::getters;
-use crate::spaces::box_space::BoxSpace;
-use crate::spaces::{DictSpace, ImageSpace, Space, Value};
+use crate::error::{EnvError, SpaceError};
+use crate::settings::{getters, setters};
+use crate::spaces::{DictSpace, ImageSpace, Space, Value, box_space::BoxSpace};
 
 /// An environment that adds pictures of itself to its observations.
 ///
@@ -39,8 +38,12 @@ pub struct AddRenderObservation<E> {
     observation_space: Space,
     /// The last frames, oldest first.
     frames: VecDeque<Box<[u8]>>,
-    pool: Pool,
+    /// The pictures of the last observations, whose memory is reused once they are dropped.
+    recent: VecDeque<Pixels>,
 }
+
+/// Number of observations whose memory is remembered.
+const REMEMBERED: usize = 4;
 
 /// Settings of the pictures of an [`AddRenderObservation`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,17 +72,12 @@ impl PixelOptions {
         self
     }
 
-    /// Sets the number of frames in an observation, the current one last. The default is 1. After a
-    /// reset all of them are the first frame.
-    pub const fn with_frame_stack(mut self, frame_stack: NonZeroU8) -> Self {
-        self.frame_stack = frame_stack;
-        self
-    }
-
-    /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
-    pub const fn with_channel_order(mut self, channel_order: ChannelOrder) -> Self {
-        self.channel_order = channel_order;
-        self
+    setters! {
+        /// Sets the number of frames in an observation, the current one last. The default is 1.
+        /// After a reset all of them are the first frame.
+        with_frame_stack(frame_stack: NonZeroU8),
+        /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
+        with_channel_order(channel_order: ChannelOrder),
     }
 
     /// The options of the renderer.
@@ -139,29 +137,27 @@ impl<E: RenderEnv> AddRenderObservation<E> {
     /// Adds pictures to the observations of `env`.
     ///
     /// # Errors
+    /// [`EnvError::Space`] if the observations of `env` already have the key `pixels`;
     /// [`EnvError::Render`] without OpenGL and for invalid options.
-    ///
-    /// # Panics
-    /// If an observation of `env` is a dictionary with the key `pixels`.
     pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
         let PixelOptions { render, frame_stack, channel_order } = options;
-        let renderer = env.renderer(render)?;
         let count = usize::from(frame_stack.get());
-        let (width, height) = (renderer.options().width(), renderer.options().height());
-        let (width, height) = (width as usize, height as usize);
+        let (width, height) = (render.width() as usize, render.height() as usize);
         let image_space = ImageSpace::new(match channel_order {
             ChannelOrder::Hwc => [height, width, 3 * count],
             ChannelOrder::Chw => [3 * count, height, width],
         });
+        let observation_space = with_pixels(env.observation_space(), image_space)?;
+        let renderer = env.renderer(render)?;
         let frame = vec![0; width * height * 3].into_boxed_slice();
         Ok(Self {
-            observation_space: with_pixels(env.observation_space(), image_space),
             env,
             renderer,
+            observation_space,
             order: channel_order,
             image_space,
             frames: vec![frame; count].into(),
-            pool: Pool::default(),
+            recent: VecDeque::with_capacity(REMEMBERED),
         })
     }
 
@@ -190,20 +186,31 @@ impl<E: RenderEnv> AddRenderObservation<E> {
         for frame in self.frames.range_mut(first..) {
             frame.copy_from_slice(rgb);
         }
-        let (frames, order) = (&self.frames, self.order);
-        Ok(self.pool.fill(self.image_space.len(), |out| stack(frames, order, out)))
+        let free = self.recent.iter_mut().position(|pixels| Arc::get_mut(&mut pixels.0).is_some());
+        let mut pixels = match free.and_then(|index| self.recent.remove(index)) {
+            Some(pixels) => pixels,
+            None => Pixels(vec![0; self.image_space.len()].into()),
+        };
+        if let Some(bytes) = Arc::get_mut(&mut pixels.0) {
+            stack(&self.frames, self.order, bytes);
+        }
+        if self.recent.len() == REMEMBERED {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(pixels.clone());
+        Ok(pixels)
     }
 }
 
 /// Returns the space of a state with pictures: a dictionary keeps its keys, anything else becomes
 /// `state`.
-fn with_pixels(state: &Space, image: ImageSpace) -> Space {
+fn with_pixels(state: &Space, image: ImageSpace) -> Result<Space, SpaceError> {
     let mut spaces: Vec<(String, Space)> = match state {
         Space::Dict(dict) => dict.iter().map(|(key, space)| (key.into(), space.clone())).collect(),
         other => vec![("state".into(), other.clone())],
     };
     spaces.push(("pixels".into(), image.into()));
-    DictSpace::new(spaces).expect("no other key is `pixels`").into()
+    Ok(DictSpace::new(spaces)?.into())
 }
 
 fn stack(frames: &VecDeque<Box<[u8]>>, order: ChannelOrder, out: &mut [u8]) {
@@ -225,33 +232,6 @@ fn stack(frames: &VecDeque<Box<[u8]>>, order: ChannelOrder, out: &mut [u8]) {
                 }
             }
         }
-    }
-}
-
-/// Memory of observations, reused once they are dropped.
-#[derive(Debug, Default)]
-struct Pool {
-    slots: VecDeque<Pixels>,
-}
-
-/// Number of observations whose memory the pool remembers.
-const POOL_SIZE: usize = 4;
-
-impl Pool {
-    fn fill(&mut self, len: usize, write: impl FnOnce(&mut [u8])) -> Pixels {
-        let free = self.slots.iter_mut().position(|slot| Arc::get_mut(&mut slot.0).is_some());
-        let mut pixels = match free.and_then(|index| self.slots.remove(index)) {
-            Some(pixels) => pixels,
-            None => Pixels(vec![0; len].into()),
-        };
-        if let Some(bytes) = Arc::get_mut(&mut pixels.0) {
-            write(bytes);
-        }
-        if self.slots.len() == POOL_SIZE {
-            self.slots.pop_front();
-        }
-        self.slots.push_back(pixels.clone());
-        pixels
     }
 }
 

@@ -189,14 +189,7 @@ fn sample_interval<T: Element, R: Rng + ?Sized>((low, high): (T, T), rng: &mut R
         (false, false) => standard_normal(uniform(), uniform()),
     };
     // Rounding can leave the interval.
-    let value = T::from_f64(value);
-    if value < low {
-        low
-    } else if value > high {
-        high
-    } else {
-        value
-    }
+    T::from_f64(value.clamp(low.into(), high.into()))
 }
 
 /// Inverse of the exponential distribution function of `share` in [0, 1).

@@ -1,16 +1,9 @@
 //! The results of many environments, row after row.
 
+use std::{array, ops::Range};
+
 use crate::env::goal::{GoalObservation, Info};
 use crate::error::EnvError;
-
-/// Lengths of an environment's observations, goals and actions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Dims {
-    pub(super) observation: usize,
-    pub(super) achieved_goal: usize,
-    pub(super) desired_goal: usize,
-    pub(super) action: usize,
-}
 
 /// The results of a number of environments, row after row, each part contiguous.
 ///
@@ -33,13 +26,11 @@ pub struct Batch {
     error: Vec<Option<EnvError>>,
 }
 
-/// Observations with their goals, row-major.
+/// Observations, achieved and desired goals, in this order, each row-major.
 #[derive(Clone, Debug)]
 struct GoalRows {
-    dims: Dims,
-    observation: Vec<f64>,
-    achieved_goal: Vec<f64>,
-    desired_goal: Vec<f64>,
+    lens: [usize; 3],
+    parts: [Vec<f64>; 3],
 }
 
 /// The last step of an episode whose environment was reset in the same step.
@@ -56,19 +47,31 @@ pub struct FinalStep<'a> {
     pub info: Info,
 }
 
+/// Defines getters of what each row has one element of.
+macro_rules! columns {
+    ($($(#[$doc:meta])* $column:ident: [$type:ty],)*) => {$(
+        $(#[$doc])*
+        #[must_use]
+        pub fn $column(&self) -> &[$type] {
+            &self.$column[..self.len]
+        }
+    )*};
+}
+
 impl Batch {
-    /// Creates `capacity` rows without results yet: numbers are NaN.
-    pub(super) fn new(dims: Dims, capacity: usize) -> Self {
+    /// Creates `capacity` rows without results yet: numbers are NaN. `lens` are the lengths of an
+    /// observation, an achieved and a desired goal.
+    pub(super) fn new(lens: [usize; 3], capacity: usize) -> Self {
         Self {
             len: capacity,
             env_ids: (0..capacity).collect(),
-            state: GoalRows::new(dims, capacity),
+            state: GoalRows::new(lens, capacity),
             reward: vec![f64::NAN; capacity],
             terminated: vec![false; capacity],
             truncated: vec![false; capacity],
             success: vec![false; capacity],
             distance: vec![f64::NAN; capacity],
-            final_state: GoalRows::new(dims, capacity),
+            final_state: GoalRows::new(lens, capacity),
             final_info: vec![None; capacity],
             error: vec![None; capacity],
         }
@@ -86,59 +89,38 @@ impl Batch {
         self.len == 0
     }
 
-    /// The environment of each row.
-    #[must_use]
-    pub fn env_ids(&self) -> &[usize] {
-        &self.env_ids[..self.len]
+    columns! {
+        /// The environment of each row.
+        env_ids: [usize],
+        /// The rewards; NaN in rows with an [`error`](Self::error).
+        reward: [f64],
+        /// Whether each task has ended.
+        terminated: [bool],
+        /// Whether each episode was cut off, by a time limit or by a failure of its environment.
+        truncated: [bool],
+        /// [`Info::is_success`] of each row; in rows with a [`final_step`](Self::final_step) the next
+        /// episode's, as in Gymnasium.
+        success: [bool],
+        /// [`Info::distance`] of each row.
+        distance: [f64],
     }
 
     /// The observations: `len` rows.
     #[must_use]
     pub fn observation(&self) -> &[f64] {
-        &self.state.observation[..self.len * self.state.dims.observation]
+        self.state.rows(0..self.len)[0]
     }
 
     /// The achieved goals: `len` rows.
     #[must_use]
     pub fn achieved_goal(&self) -> &[f64] {
-        &self.state.achieved_goal[..self.len * self.state.dims.achieved_goal]
+        self.state.rows(0..self.len)[1]
     }
 
     /// The desired goals: `len` rows.
     #[must_use]
     pub fn desired_goal(&self) -> &[f64] {
-        &self.state.desired_goal[..self.len * self.state.dims.desired_goal]
-    }
-
-    /// The rewards; NaN in rows with an [`error`](Self::error).
-    #[must_use]
-    pub fn reward(&self) -> &[f64] {
-        &self.reward[..self.len]
-    }
-
-    /// Whether each task has ended.
-    #[must_use]
-    pub fn terminated(&self) -> &[bool] {
-        &self.terminated[..self.len]
-    }
-
-    /// Whether each episode was cut off, by a time limit or by a failure of its environment.
-    #[must_use]
-    pub fn truncated(&self) -> &[bool] {
-        &self.truncated[..self.len]
-    }
-
-    /// [`Info::is_success`] of each row; in rows with a [`final_step`](Self::final_step) the next
-    /// episode's, as in Gymnasium.
-    #[must_use]
-    pub fn success(&self) -> &[bool] {
-        &self.success[..self.len]
-    }
-
-    /// [`Info::distance`] of each row.
-    #[must_use]
-    pub fn distance(&self) -> &[f64] {
-        &self.distance[..self.len]
+        self.state.rows(0..self.len)[2]
     }
 
     /// Returns the last step of the episode that ended in this row, if
@@ -146,7 +128,7 @@ impl Batch {
     #[must_use]
     pub fn final_step(&self, row: usize) -> Option<FinalStep<'_>> {
         let info = self.final_info[..self.len].get(row).copied().flatten()?;
-        let [observation, achieved_goal, desired_goal] = self.final_state.row(row);
+        let [observation, achieved_goal, desired_goal] = self.final_state.rows(row..row + 1);
         Some(FinalStep { observation, achieved_goal, desired_goal, info })
     }
 
@@ -176,7 +158,7 @@ impl Batch {
         let row = self.len;
         self.len += 1;
         self.env_ids[row] = env_id;
-        self.state.copy_row(row, &from.state);
+        self.state.write(row, from.state.rows(0..1));
         self.reward[row] = from.reward[0];
         self.terminated[row] = from.terminated[0];
         self.truncated[row] = from.truncated[0];
@@ -184,7 +166,7 @@ impl Batch {
         self.distance[row] = from.distance[0];
         self.final_info[row] = from.final_info[0];
         if self.final_info[row].is_some() {
-            self.final_state.copy_row(row, &from.final_state);
+            self.final_state.write(row, from.final_state.rows(0..1));
         }
         self.error[row].clone_from(&from.error[0]);
     }
@@ -227,42 +209,21 @@ impl Batch {
 }
 
 impl GoalRows {
-    fn new(dims: Dims, rows: usize) -> Self {
-        let nan = |len: usize| vec![f64::NAN; rows * len];
-        Self {
-            dims,
-            observation: nan(dims.observation),
-            achieved_goal: nan(dims.achieved_goal),
-            desired_goal: nan(dims.desired_goal),
-        }
+    fn new(lens: [usize; 3], rows: usize) -> Self {
+        Self { lens, parts: lens.map(|len| vec![f64::NAN; rows * len]) }
     }
 
-    fn row(&self, row: usize) -> [&[f64]; 3] {
-        let part = |len| row_of(len, row);
-        [
-            &self.observation[part(self.dims.observation)],
-            &self.achieved_goal[part(self.dims.achieved_goal)],
-            &self.desired_goal[part(self.dims.desired_goal)],
-        ]
-    }
-
-    fn copy_row(&mut self, row: usize, from: &Self) {
-        self.write(row, from.row(0));
+    fn rows(&self, rows: Range<usize>) -> [&[f64]; 3] {
+        array::from_fn(|i| &self.parts[i][rows.start * self.lens[i]..rows.end * self.lens[i]])
     }
 
     fn set(&mut self, from: &impl GoalObservation) {
         self.write(0, [from.observation(), from.achieved_goal(), from.desired_goal()]);
     }
 
-    fn write(&mut self, row: usize, [observation, achieved_goal, desired_goal]: [&[f64]; 3]) {
-        let dims = self.dims;
-        self.observation[row_of(dims.observation, row)].copy_from_slice(observation);
-        self.achieved_goal[row_of(dims.achieved_goal, row)].copy_from_slice(achieved_goal);
-        self.desired_goal[row_of(dims.desired_goal, row)].copy_from_slice(desired_goal);
+    fn write(&mut self, row: usize, values: [&[f64]; 3]) {
+        for ((part, len), values) in self.parts.iter_mut().zip(self.lens).zip(values) {
+            part[row * len..][..len].copy_from_slice(values);
+        }
     }
-}
-
-/// Returns the indices of a row of `len` elements.
-fn row_of(len: usize, row: usize) -> std::ops::Range<usize> {
-    row * len..(row + 1) * len
 }

@@ -5,7 +5,7 @@ use std::{num::NonZeroUsize, thread};
 use serde::{Deserialize, Serialize};
 
 use crate::error::VecEnvError;
-use crate::getters::getters;
+use crate::settings::{getters, setters};
 
 /// When the next episode starts after the end of one.
 ///
@@ -26,13 +26,6 @@ pub enum AutoresetMode {
 }
 
 /// Settings of a [`VecEnv`](super::VecEnv).
-///
-/// ```
-/// use fetch_env::vec_env::{AutoresetMode, VecConfig};
-///
-/// let config =
-///     VecConfig::default().with_num_threads(2).with_autoreset(AutoresetMode::SameStep);
-/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[must_use]
 pub struct VecConfig {
@@ -42,24 +35,16 @@ pub struct VecConfig {
 }
 
 impl VecConfig {
-    /// Sets the number of worker threads. The default, 0, starts one per core. There are never more
-    /// threads than environments.
-    pub const fn with_num_threads(mut self, num_threads: usize) -> Self {
-        self.num_threads = num_threads;
-        self
-    }
-
-    /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is Gymnasium's.
-    pub const fn with_autoreset(mut self, mode: AutoresetMode) -> Self {
-        self.autoreset = mode;
-        self
-    }
-
-    /// Sets whether each worker thread keeps to its own core, the first thread to the first core.
-    /// The default is false: pinning helps only if nothing else runs on the machine.
-    pub const fn with_pin_threads(mut self, pin_threads: bool) -> Self {
-        self.pin_threads = pin_threads;
-        self
+    setters! {
+        /// Sets the number of worker threads. The default, 0, starts one per core. There are never
+        /// more threads than environments.
+        with_num_threads(num_threads: usize),
+        /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is
+        /// Gymnasium's.
+        with_autoreset(autoreset: AutoresetMode),
+        /// Sets whether each worker thread keeps to its own core, the first thread to the first
+        /// core. The default is false: pinning helps only if nothing else runs on the machine.
+        with_pin_threads(pin_threads: bool),
     }
 
     getters! {
@@ -128,10 +113,7 @@ impl Seeds<'_> {
 
 impl<O> VecReset<'_, O> {
     pub(super) fn check(&self, num_envs: usize) -> Result<(), VecEnvError> {
-        let each = match self.seeds {
-            Seeds::Each(seeds) => Some(seeds.len()),
-            Seeds::Continue | Seeds::From(_) => None,
-        };
+        let each = if let Seeds::Each(seeds) = self.seeds { Some(seeds.len()) } else { None };
         for (what, len) in [("seeds", each), ("mask", self.mask.map(<[bool]>::len))] {
             if let Some(actual) = len.filter(|&len| len != num_envs) {
                 return Err(VecEnvError::Count { what, actual, num_envs });

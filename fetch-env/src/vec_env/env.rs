@@ -2,14 +2,13 @@
 
 use std::fmt;
 
-use super::batch::{Batch, Dims};
+use super::batch::Batch;
 use super::config::{AutoresetMode, VecConfig, VecReset};
 use super::pool::Pool;
 use super::slot::{Command, Slot};
 use crate::env::goal::GoalEnv;
 use crate::error::VecEnvError;
-use crate::spaces::Space;
-use crate::spaces::box_space::BoxSpace;
+use crate::spaces::{Space, box_space::BoxSpace};
 
 /// Environments that are stepped together; see the [module](super).
 pub struct VecEnv<E: GoalEnv> {
@@ -19,7 +18,6 @@ pub struct VecEnv<E: GoalEnv> {
     in_flight: usize,
     batch: Batch,
     autoreset: AutoresetMode,
-    dims: Dims,
     action_space: BoxSpace<f32>,
     observation_space: Space,
     /// The last call that named each id, to detect an id named twice in one call.
@@ -42,12 +40,12 @@ where
         let first = envs.first().ok_or(VecEnvError::NoEnvs)?;
         let (action_space, observation_space) =
             (first.action_space().clone(), first.observation_space().clone());
-        let dims = Dims {
-            observation: part_len(&observation_space, "observation")?,
-            achieved_goal: part_len(&observation_space, "achieved_goal")?,
-            desired_goal: part_len(&observation_space, "desired_goal")?,
-            action: action_space.len(),
+        let part_len = |key| match observation_space.as_dict().and_then(|dict| dict.get(key)) {
+            Some(Space::BoxF64(part)) => Ok(part.len()),
+            _ => Err(VecEnvError::NoGoalSpace { key }),
         };
+        let lens =
+            [part_len("observation")?, part_len("achieved_goal")?, part_len("desired_goal")?];
         for (env_id, env) in envs.iter().enumerate() {
             if *env.action_space() != action_space || *env.observation_space() != observation_space
             {
@@ -56,14 +54,13 @@ where
         }
         let num_envs = envs.len();
         let threads = config.threads_for(num_envs);
-        let slot = |(env_id, env)| Box::new(Slot::new(env_id, env, config.autoreset(), dims));
+        let slot = |(env_id, env)| Box::new(Slot::new(env_id, env, config.autoreset(), lens));
         Ok(Self {
             idle: envs.into_iter().enumerate().map(slot).map(Some).collect(),
             pool: Pool::new(threads, num_envs, config.pin_threads())?,
             in_flight: 0,
-            batch: Batch::new(dims, num_envs),
+            batch: Batch::new(lens, num_envs),
             autoreset: config.autoreset(),
-            dims,
             action_space,
             observation_space,
             named_in: vec![0; num_envs],
@@ -111,7 +108,7 @@ where
     /// in flight or has panicked.
     #[must_use]
     pub fn env(&self, env_id: usize) -> Option<&E> {
-        self.idle.get(env_id)?.as_ref()?.env()
+        self.idle.get(env_id)?.as_ref()?.env.as_ref()
     }
 
     /// The last batch.
@@ -163,7 +160,15 @@ where
     /// then no step is started.
     pub fn send(&mut self, actions: &[f32], env_ids: &[usize]) -> Result<(), VecEnvError> {
         self.check_actions(actions, env_ids.len())?;
-        self.check_ids(env_ids)?;
+        self.calls += 1;
+        for &env_id in env_ids {
+            let num_envs = self.num_envs();
+            let slot = self.idle.get(env_id).ok_or(VecEnvError::UnknownEnv { env_id, num_envs })?;
+            if slot.is_none() || self.named_in[env_id] == self.calls {
+                return Err(VecEnvError::EnvInFlight { env_id });
+            }
+            self.named_in[env_id] = self.calls;
+        }
         for (row, &env_id) in env_ids.iter().enumerate() {
             self.lend_action(row, actions, env_id);
         }
@@ -230,7 +235,7 @@ where
     }
 
     fn lend_action(&mut self, row: usize, actions: &[f32], env_id: usize) {
-        let len = self.dims.action;
+        let len = self.action_space.len();
         self.lend(env_id, |slot| {
             slot.command = Command::Step;
             slot.action.copy_from_slice(&actions[row * len..][..len]);
@@ -256,25 +261,12 @@ where
     }
 
     fn check_actions(&self, actions: &[f32], rows: usize) -> Result<(), VecEnvError> {
-        let (action_len, actual) = (self.dims.action, actions.len());
+        let (action_len, actual) = (self.action_space.len(), actions.len());
         if rows.checked_mul(action_len) == Some(actual) {
             Ok(())
         } else {
             Err(VecEnvError::ActionCount { rows, action_len, actual })
         }
-    }
-
-    fn check_ids(&mut self, env_ids: &[usize]) -> Result<(), VecEnvError> {
-        self.calls += 1;
-        for &env_id in env_ids {
-            let num_envs = self.num_envs();
-            let slot = self.idle.get(env_id).ok_or(VecEnvError::UnknownEnv { env_id, num_envs })?;
-            if slot.is_none() || self.named_in[env_id] == self.calls {
-                return Err(VecEnvError::EnvInFlight { env_id });
-            }
-            self.named_in[env_id] = self.calls;
-        }
-        Ok(())
     }
 }
 
@@ -285,14 +277,6 @@ impl<E: GoalEnv> fmt::Debug for VecEnv<E> {
             .field("in_flight", &self.in_flight)
             .field("autoreset", &self.autoreset)
             .finish_non_exhaustive()
-    }
-}
-
-/// Returns the length of a part of a goal-conditioned observation.
-fn part_len(space: &Space, key: &'static str) -> Result<usize, VecEnvError> {
-    match space.as_dict().and_then(|dict| dict.get(key)) {
-        Some(Space::BoxF64(part)) => Ok(part.len()),
-        _ => Err(VecEnvError::NoGoalSpace { key }),
     }
 }
 

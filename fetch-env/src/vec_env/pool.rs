@@ -6,7 +6,7 @@ use std::{
         atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst},
         mpsc,
     },
-    thread::{self, JoinHandle},
+    thread::{self, JoinHandle, Thread},
 };
 
 use crossbeam_queue::ArrayQueue;
@@ -30,12 +30,8 @@ pub(super) trait Job: Send {
 pub(super) struct Pool<J> {
     shared: Arc<Shared<J>>,
     parker: Parker,
-    workers: Vec<Worker>,
-}
-
-struct Worker {
-    unparker: Unparker,
-    thread: Option<JoinHandle<()>>,
+    workers: Vec<Thread>,
+    handles: Vec<JoinHandle<()>>,
 }
 
 struct Shared<J> {
@@ -61,17 +57,16 @@ impl<J: Job + 'static> Pool<J> {
         let (report, pinned) = mpsc::channel();
         for index in 0..threads {
             let core = cores.get(index % cores.len().max(1)).copied();
-            let (shared, report, parker) =
-                (Arc::clone(&pool.shared), report.clone(), Parker::new());
-            let unparker = parker.unparker().clone();
-            let thread = thread::Builder::new()
+            let (shared, report) = (Arc::clone(&pool.shared), report.clone());
+            let handle = thread::Builder::new()
                 .name(format!("vec-env-{index}"))
                 .spawn(move || {
                     let _ = report.send(core.is_none_or(core_affinity::set_for_current));
-                    shared.work(index, &parker);
+                    shared.work(index);
                 })
-                .map_err(VecEnvError::from_spawn)?;
-            pool.workers.push(Worker { unparker, thread: Some(thread) });
+                .map_err(|error| VecEnvError::Thread { reason: error.to_string() })?;
+            pool.workers.push(handle.thread().clone());
+            pool.handles.push(handle);
         }
         if pinned.iter().take(threads).all(|pinned| pinned) {
             Ok(pool)
@@ -91,7 +86,7 @@ impl<J: Job + 'static> Pool<J> {
             stop: AtomicBool::new(false),
             lost: AtomicBool::new(false),
         });
-        Self { shared, parker, workers: Vec::with_capacity(threads) }
+        Self { shared, parker, workers: Vec::new(), handles: Vec::new() }
     }
 
     pub(super) fn threads(&self) -> usize {
@@ -105,9 +100,7 @@ impl<J: Job + 'static> Pool<J> {
     }
 
     pub(super) fn wake(&self) {
-        for worker in &self.workers {
-            worker.unparker.unpark();
-        }
+        self.workers.iter().for_each(Thread::unpark);
     }
 
     /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps.
@@ -133,7 +126,7 @@ impl<J: Job + 'static> Pool<J> {
 }
 
 impl<J: Job> Shared<J> {
-    fn work(&self, index: usize, parker: &Parker) {
+    fn work(&self, index: usize) {
         let _alarm = Alarm(self);
         let backoff = Backoff::new();
         while !self.stop.load(SeqCst) {
@@ -144,7 +137,7 @@ impl<J: Job> Shared<J> {
                     backoff.reset();
                 }
                 None if backoff.is_completed() => {
-                    parker.park();
+                    thread::park();
                     backoff.reset();
                 }
                 None => backoff.snooze(),
@@ -182,12 +175,10 @@ impl<J> Drop for Alarm<'_, J> {
 impl<J> Drop for Pool<J> {
     fn drop(&mut self) {
         self.shared.stop.store(true, SeqCst);
-        for worker in &self.workers {
-            worker.unparker.unpark();
-        }
-        for worker in &mut self.workers {
+        self.workers.iter().for_each(Thread::unpark);
+        for handle in self.handles.drain(..) {
             // A panic has already been reported on standard error.
-            let _ = worker.thread.take().map(JoinHandle::join);
+            let _ = handle.join();
         }
     }
 }
@@ -207,10 +198,11 @@ mod tests {
         ) -> (Self, Vec<JoinHandle<u64>>) {
             let mut pool = Self::with_queues(threads, jobs);
             let start = |index| {
-                let (shared, parker) = (Arc::clone(&pool.shared), Parker::new());
-                pool.workers.push(Worker { unparker: parker.unparker().clone(), thread: None });
-                let work = move || shared.work(index, &parker);
-                thread::spawn(move || allocation_counter::measure(work).count_total)
+                let shared = Arc::clone(&pool.shared);
+                let work = move || shared.work(index);
+                let handle = thread::spawn(move || allocation_counter::measure(work).count_total);
+                pool.workers.push(handle.thread().clone());
+                handle
             };
             let counts = (0..threads).map(start).collect();
             (pool, counts)

@@ -5,7 +5,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use super::batch::{Batch, Dims};
+use super::batch::Batch;
 use super::config::AutoresetMode;
 use super::pool::Job;
 use crate::env::Step;
@@ -16,7 +16,7 @@ use crate::error::EnvError;
 pub(super) struct Slot<E: GoalEnv> {
     pub(super) env_id: usize,
     /// `None` after a panic.
-    env: Option<E>,
+    pub(super) env: Option<E>,
     mode: AutoresetMode,
     pub(super) command: Command<E::ResetOptions>,
     pub(super) action: Box<[f32]>,
@@ -31,20 +31,16 @@ pub(super) enum Command<O> {
 }
 
 impl<E: GoalEnv> Slot<E> {
-    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, dims: Dims) -> Self {
+    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, lens: [usize; 3]) -> Self {
         Self {
             env_id,
-            env: Some(env),
             mode,
             command: Command::Step,
-            action: vec![0.0; dims.action].into(),
-            row: Batch::new(dims, 1),
+            action: vec![0.0; env.action_space().len()].into(),
+            row: Batch::new(lens, 1),
+            env: Some(env),
             reset_is_due: false,
         }
-    }
-
-    pub(super) const fn env(&self) -> Option<&E> {
-        self.env.as_ref()
     }
 
     fn obey(&mut self) -> Result<(), EnvError> {

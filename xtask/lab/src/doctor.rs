@@ -75,7 +75,7 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "achieved_goal does not match obs[\"observation\"][:3] for FetchPush",
         look: |seed| verified(PUSH, seed, "goal-space/phi"),
-        fix: "nothing: where there is an object, achieved_goal is its position, obs[3..6]",
+        fix: "nothing: where there is an object, achieved_goal is its position, object_pos",
     },
     Symptom {
         name: "FetchReachDense-v4 is not found",

@@ -1,7 +1,8 @@
 //! `exercise`: answers the chapter's exercises 1 to 4 by running them.
 
+use anyhow::Context;
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, EnvId, GoalObservation, make, observation_fields};
+use fetch_env::{Env, EnvId, GoalObservation, ObservationField, make, observation_fields};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 use nalgebra::Vector3;
@@ -130,9 +131,14 @@ fn push(seed: u64) -> anyhow::Result<bool> {
         let indices = format!("{}-{}", field.range.start, field.range.end - 1);
         println!("  {indices:>5}  {:<15} {:<8} {values:.4?}", field.name, field.unit);
     }
-    let object = &first.observation()[3..6];
+    let field = ObservationField::find(Task::Push, "object_pos").context("an unknown field")?;
+    let object = &first.observation()[field.range.clone()];
     let tracks_object = first.achieved_goal() == object;
-    println!("(a) The object's position stands at indices 3 to 5: {object:.4?} m.");
+    println!(
+        "(a) The object's position stands at indices {} to {}: {object:.4?} m.",
+        field.range.start,
+        field.range.end - 1
+    );
     println!("(b) achieved_goal is the object's position: {tracks_object}.");
     let mut last = first;
     for _ in 0..50 {

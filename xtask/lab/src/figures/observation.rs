@@ -1,6 +1,6 @@
 //! The parts of an observation, and a policy's network that takes them.
 
-use fetch_env::{ObservationField, observation_fields};
+use fetch_env::{FetchObservation, ObservationField, observation_fields};
 use fetch_sim::Task;
 use plotters::prelude::*;
 
@@ -26,8 +26,12 @@ impl Drawing for ObservationLayout {
         area.draw_text(line, &text(16, FAINT), (20, 60))?;
 
         let inputs = [(OBSERVATION, INK), (ACHIEVED, BLUE), (DESIRED, RED)];
-        let names =
-            ["observation: 10 (25) numbers", "achieved_goal: 3 numbers", "desired_goal: 3 numbers"];
+        let [reach, push] = [Task::Reach, Task::Push].map(FetchObservation::len_of);
+        let names = [
+            &format!("observation: {reach} ({push}) numbers"),
+            "achieved_goal: 3 numbers",
+            "desired_goal: 3 numbers",
+        ];
         let notes = ["", "where the gripper (the object) is, in m", "where it should be, in m"];
         for (((corners, color), name), note) in inputs.into_iter().zip(names).zip(notes) {
             area.draw(&Rectangle::new(corners, color.stroke_width(2)))?;
@@ -47,7 +51,8 @@ impl Drawing for ObservationLayout {
             arrow(area, right_of(input), left_of(encoder))?;
             arrow(area, right_of(encoder), left_of(concatenated))?;
         }
-        labeled(area, concatenated, INK, &["concatenated", "16 (31)", "features"])?;
+        let features = format!("{} ({})", reach + 6, push + 6);
+        labeled(area, concatenated, INK, &["concatenated", &features, "features"])?;
         let policy: Corners = [(980, 235), (1100, 385)];
         labeled(area, policy, INK, &["policy", "action: 4", "dx, dy, dz,", "gripper"])?;
         arrow(area, right_of(concatenated), left_of(policy))?;
@@ -63,9 +68,9 @@ fn draw_fields<B: Backend>(area: &Area<B>) -> anyhow::Result<()> {
     let [(left, top), _] = OBSERVATION;
     let elements =
         |field: &ObservationField| format!("{}-{}", field.range.start, field.range.end - 1);
-    let in_reach = |name| observation_fields(Task::Reach).iter().find(|field| field.name == name);
     for (y, field) in (top + 48..).step_by(24).zip(observation_fields(Task::Push)) {
-        let reach = in_reach(field.name).map_or_else(|| "-".into(), elements);
+        let reach = ObservationField::find(Task::Reach, field.name);
+        let reach = reach.map_or_else(|| "-".into(), elements);
         let unit = field.unit.replace("/step", " per step");
         for (x, column) in [
             (14, reach),
@@ -75,25 +80,9 @@ fn draw_fields<B: Backend>(area: &Area<B>) -> anyhow::Result<()> {
         ] {
             area.draw_text(&column, &text(13, INK), (left + x, y))?;
         }
-        area.draw_text(short(field.name), &text(13, FAINT), (left + 358, y))?;
+        area.draw_text(field.summary, &text(13, FAINT), (left + 358, y))?;
     }
     Ok(())
-}
-
-/// Returns a field's meaning in as few words as there is room for.
-fn short(name: &str) -> &'static str {
-    match name {
-        "grip_pos" => "gripper's position",
-        "object_pos" => "object's position",
-        "object_rel_pos" => "object's, from the gripper",
-        "gripper_state" => "fingers, 0 is closed",
-        "object_rot" => "object's Euler angles",
-        "object_velp" => "object's, from the gripper",
-        "object_velr" => "object's rotation",
-        "grip_velp" => "gripper's velocity",
-        "gripper_vel" => "fingers' velocities",
-        _ => "",
-    }
 }
 
 fn labeled<B: Backend>(

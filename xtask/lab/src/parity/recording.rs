@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use fetch_env::FetchObservation;
 use fetch_sim::Task;
 use serde::Deserialize;
 
@@ -55,7 +56,8 @@ impl Recording {
         let task = Task::ALL.into_iter().find(is_of).with_context(|| {
             format!("it was recorded from {}, which is not a dense Fetch environment", meta.env)
         })?;
-        let (nq, nv, dim) = if task.has_object() { (22, 21, 25) } else { (15, 15, 10) };
+        let (nq, nv) = if task.has_object() { (22, 21) } else { (15, 15) };
+        let dim = FetchObservation::len_of(task);
         let (_, action_shape) = file.array::<f32>("actions")?;
         let &[episodes, steps, 4] = action_shape.as_slice() else {
             bail!("the array actions has the shape {action_shape:?}, not (E, T, 4)");

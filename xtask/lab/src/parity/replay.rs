@@ -1,8 +1,10 @@
 //! Replays a recording and measures the deviations.
 
-use std::ops::{AddAssign, Range};
+use std::ops::AddAssign;
 
-use fetch_env::{Env, EnvId, FetchEnv, FetchObservation, GoalObservation};
+use fetch_env::{
+    Env, EnvId, FetchEnv, FetchObservation, GoalObservation, ObservationField, observation_fields,
+};
 use fetch_sim::MujocoSimulator;
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
@@ -130,13 +132,15 @@ impl EpisodeParity {
 }
 
 /// Returns the indices of the observation's rounded elements: site velocities and, unless arctan2 is
-/// the C library's, the object's Euler angles before them.
-fn rounded_elements(recording: &Recording) -> Range<usize> {
-    match (recording.task.has_object(), recording.meta.c_arctan2) {
-        (false, _) => 5..8,
-        (true, false) => 11..23,
-        (true, true) => 14..23,
-    }
+/// the C library's, the object's Euler angles.
+fn rounded_elements(recording: &Recording) -> Vec<usize> {
+    let is_rounded = |field: &&ObservationField| match field.name {
+        "grip_velp" | "object_velp" | "object_velr" => true,
+        "object_rot" => !recording.meta.c_arctan2,
+        _ => false,
+    };
+    let fields = observation_fields(recording.task).iter().filter(is_rounded);
+    fields.flat_map(|field| field.range.clone()).collect()
 }
 
 fn same_bits(a: &[f64], b: &[f64]) -> bool {

@@ -1,7 +1,8 @@
 //! Section 2.3: observations, and the range of goals.
 
+use anyhow::Context;
 use baselines::page::extent;
-use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv};
+use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv, ObservationField};
 use fetch_sim::{Simulator, Task};
 use nalgebra::Vector3;
 
@@ -18,7 +19,7 @@ pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Ch
     Ok(vec![
         shapes(id, &first),
         finite(&resets),
-        achieved_goal(id, &resets),
+        achieved_goal(id, &resets)?,
         goals_within_range(id, env, &resets),
         goals_differ(&resets),
     ])
@@ -48,12 +49,16 @@ fn finite(resets: &[FetchObservation]) -> Check {
 }
 
 /// Checks that the achieved goal is the gripper's position in Reach, and the object's elsewhere.
-fn achieved_goal(id: EnvId, resets: &[FetchObservation]) -> Check {
-    let (first, what) = if id.task.has_object() { (3, "object") } else { (0, "gripper") };
-    let faults =
-        resets.iter().filter(|o| o.achieved_goal() != &o.observation()[first..first + 3]).count();
-    let seen = format!("phi(s) = obs[{first}:{}], the {what}; {faults} mismatches", first + 3);
-    Check::none_of("goal-space/phi", faults, seen)
+fn achieved_goal(id: EnvId, resets: &[FetchObservation]) -> anyhow::Result<Check> {
+    let (name, what) =
+        if id.task.has_object() { ("object_pos", "object") } else { ("grip_pos", "gripper") };
+    let field = ObservationField::find(id.task, name).context("an unknown field")?;
+    let range = &field.range;
+    let differs = |o: &&FetchObservation| o.achieved_goal() != &o.observation()[range.clone()];
+    let faults = resets.iter().filter(differs).count();
+    let seen =
+        format!("phi(s) = obs[{}:{}], the {what}; {faults} mismatches", range.start, range.end);
+    Ok(Check::none_of("goal-space/phi", faults, seen))
 }
 
 /// Checks that every goal is within the task's range and offset and, in Reach, the chapter's box.

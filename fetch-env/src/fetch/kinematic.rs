@@ -1,0 +1,92 @@
+//! Environments on the stand-in for the physics, made by name.
+
+use fetch_sim::KinematicSimulator;
+
+use super::env::FetchEnv;
+use crate::env::time_limit::TimeLimit;
+use crate::env_id::EnvId;
+use crate::error::EnvError;
+
+/// The environments that [`make_kinematic`] makes.
+pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
+
+/// Makes the environment of this name on the [stand-in](KinematicSimulator) for the physics, to
+/// test code that uses environments on machines without MuJoCo.
+///
+/// # Errors
+/// [`EnvError::UnknownId`], which lists the nearest names, if no environment has this name.
+pub fn make_kinematic(id: &str) -> Result<KinematicEnv, EnvError> {
+    let config = id.parse::<EnvId>()?.config();
+    let simulator = KinematicSimulator::new(&config.sim()?);
+    Ok(FetchEnv::new(config, simulator)?.time_limited())
+}
+
+#[cfg(test)]
+mod tests {
+    use allocation_counter::measure;
+    use fetch_sim::{SimConfig, SimError, Simulator, Task};
+    use goal_reward::RewardKind;
+
+    use super::*;
+    use crate::fetch::config::FetchConfig;
+    use crate::vec_env::{AutoresetMode, VecConfig, VecEnv};
+
+    type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+
+    /// Counts the allocations of the caller and of all worker threads in `rounds` of steps,
+    /// autoresets, sends and receipts.
+    fn allocations<S: Simulator + Send + 'static>(
+        simulator: impl Fn(&SimConfig) -> Result<S, SimError>,
+        rounds: usize,
+    ) -> Result<[u64; 2]> {
+        const NUM_ENVS: usize = 6;
+        let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_max_episode_steps(5);
+        let mut single = Vec::new();
+        for _ in 0..NUM_ENVS {
+            let simulator = simulator(&config.sim()?)?;
+            single.push(FetchEnv::new(config.clone(), simulator)?.time_limited());
+        }
+        let vec_config =
+            VecConfig::default().with_num_threads(3).with_autoreset(AutoresetMode::SameStep);
+        let mut envs = VecEnv::new(single, vec_config)?;
+        let counts = envs.count_allocations();
+        envs.reset(Some(0))?;
+        let actions = [0.1; 4 * NUM_ENVS];
+        let mut ids = [0; 2];
+        let caller = measure(|| {
+            for _ in 0..20 * rounds {
+                assert_eq!(envs.step(&actions).expect("a step").errors().count(), 0);
+            }
+            envs.send(&actions, &[0, 1, 2, 3, 4, 5]).expect("idle environments");
+            for _ in 0..20 * rounds {
+                ids.copy_from_slice(envs.recv(2).expect("a batch").env_ids());
+                envs.send(&actions[..8], &ids).expect("idle environments");
+            }
+            envs.recv(NUM_ENVS).expect("a batch");
+        });
+        drop(envs);
+        let workers = counts.into_iter().map(|count| count.join().expect("no panic")).sum();
+        Ok([caller.count_total, workers])
+    }
+
+    fn is_free_of_allocation<S: Simulator + Send + 'static>(
+        simulator: impl Fn(&SimConfig) -> Result<S, SimError>,
+    ) -> Result {
+        // A second round leaves out whatever a thread allocates once.
+        let once = allocations(&simulator, 1)?;
+        assert_eq!(once[0], 0);
+        assert_eq!(allocations(&simulator, 2)?, once);
+        Ok(())
+    }
+
+    #[test]
+    fn many_environments_allocate_nothing() -> Result {
+        is_free_of_allocation(|config| Ok(KinematicSimulator::new(config)))
+    }
+
+    #[cfg(feature = "mujoco")]
+    #[test]
+    fn many_environments_allocate_nothing_on_mujoco() -> Result {
+        is_free_of_allocation(fetch_sim::MujocoSimulator::new)
+    }
+}
