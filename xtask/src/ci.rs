@@ -13,7 +13,7 @@ const STEPS: [(&str, &str); 17] = [
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
         "lints without MuJoCo",
-        "clippy -p fetch-sim -p fetch-env -p baselines --no-default-features --all-targets -- -D warnings",
+        "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --all-targets -- -D warnings",
     ),
     (
         "lints with numpy archives",
@@ -21,15 +21,15 @@ const STEPS: [(&str, &str); 17] = [
     ),
     (
         "lints without rendering",
-        "clippy -p fetch-sim -p fetch-env -p baselines --no-default-features --features mujoco --all-targets -- -D warnings",
+        "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --features mujoco --all-targets -- -D warnings",
     ),
     ("documentation", "doc --workspace --no-deps"),
     (
         "documentation without MuJoCo",
-        "doc -p fetch-sim -p fetch-env -p baselines --no-deps --no-default-features",
+        "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --no-default-features",
     ),
     ("documentation with numpy archives", "doc -p her-relabel --no-deps --features npz"),
-    ("tests without MuJoCo", "test -p fetch-sim -p fetch-env -p baselines --no-default-features"),
+    ("tests without MuJoCo", "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features"),
     ("tests", "test --workspace"),
     ("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
     ("fuzzing", "xtask fuzz --seconds 15"),
