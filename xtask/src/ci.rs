@@ -8,7 +8,7 @@ use lexopt::Parser;
 use crate::cache_folder;
 
 /// The purpose of each cargo command, and the command.
-const STEPS: [(&str, &str); 17] = [
+const STEPS: [(&str, &str); 18] = [
     ("formatting", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
@@ -29,12 +29,16 @@ const STEPS: [(&str, &str); 17] = [
         "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --no-default-features",
     ),
     ("documentation with numpy archives", "doc -p her-relabel --no-deps --features npz"),
-    ("tests without MuJoCo", "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features"),
+    (
+        "tests without MuJoCo",
+        "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features",
+    ),
     ("tests", "test --workspace"),
     ("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
     ("fuzzing", "xtask fuzz --seconds 15"),
     ("verify", "xtask verify"),
     ("figures", "xtask figures --out target/figures"),
+    ("packages", "publish --workspace --dry-run --quiet"),
     ("the reference's model", "xtask assets"),
     (
         "bit for bit the reference",
