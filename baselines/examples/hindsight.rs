@@ -1,6 +1,6 @@
 //! Adds random episodes of FetchPush to a replay buffer, and draws batches with and without hindsight.
 //!
-//! `cargo run --release -p baselines --example hindsight`
+//! `cargo run --release -p fetch-baselines --example hindsight`
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 
 use baselines::{RandomPolicy, buffer_config, collect};

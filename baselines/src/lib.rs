@@ -6,6 +6,7 @@
 //! [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature `page`) turns
 //! episodes into a self-contained HTML page that plays them back.
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod collect;
 mod error;
@@ -24,3 +25,8 @@ pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
 pub use reference::{Comparison, RandomReference, Sample, ScriptedReference};
 pub use scripted::ScriptedPolicy;
 pub use statistics::{Estimate, chi_square, fisher_exact, kolmogorov_smirnov};
+
+/// The README's example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

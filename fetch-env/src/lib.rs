@@ -44,6 +44,7 @@
 //!   OpenGL; building does not need it.
 //! - `clip`: GIF, APNG and PNG files of rendered frames.
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod check;
 #[cfg(feature = "clip")]
@@ -91,7 +92,7 @@ pub use render::{
 pub use spaces::{BoxSpace, DictSpace, Space};
 pub use vec_env::VecEnv;
 
-/// The README's examples, run as tests.
-#[cfg(all(doctest, feature = "render"))]
-#[doc = include_str!("../../README.md")]
+/// The README's example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
 struct Readme;

@@ -33,6 +33,7 @@
 //! directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`. The library
 //! is loaded from there on first use. Loading fails with [`SimError::VersionMismatch`] if headers and
 //! library have different versions.
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod assets;
 mod cache;
@@ -58,3 +59,8 @@ pub use mujoco::{
 pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::{GoalSpec, ObjectSpec, Task, TaskSpec};
+
+/// The README's example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

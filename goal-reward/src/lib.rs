@@ -59,6 +59,7 @@
 //! assert_eq!(AllBits.try_reward(&[1.0, 0.0], &[1.0, 1.0]), Ok(-1.0));
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod distance;
 mod distance_reward;
@@ -73,3 +74,8 @@ pub use error::{GoalError, GoalRole, check_goals};
 pub use pairs::GoalPairs;
 pub use reward::GoalReward;
 pub use threshold::{DistanceThreshold, ThresholdError};
+
+/// The README's example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

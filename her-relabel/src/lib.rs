@@ -54,6 +54,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod add;
 mod getters;
@@ -83,3 +84,8 @@ pub use store::fields::{Field, UnknownField};
 pub use store::priorities::{NewPriority, Priorities, PriorityError, PriorityUnit};
 pub use store::transition_id::TransitionId;
 pub use unit_interval::{UnitInterval, UnitIntervalError};
+
+/// The README's example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -42,8 +42,9 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     let version = version.ok_or_else(|| lexopt::Error::from("name a version, such as 3.6.0"))?;
     let folder = cache_folder()?.join(format!("mujoco-{version}"));
     if from.is_some() || !folder.exists() {
-        let mut wheel = Wheel::open_or_fetch(from.as_deref(), &format!("mujoco=={version}"))?;
-        let record = record(&mut wheel, &version)?;
+        let package = package(&version);
+        let mut wheel = Wheel::open_or_fetch(from.as_deref(), &format!("{package}=={version}"))?;
+        let record = record(&mut wheel, package, &version)?;
         replace_folder(&folder, |new| {
             for (name, digest) in &record {
                 let Some(inner) = name.strip_prefix("mujoco/").filter(|name| is_wanted(name))
@@ -66,9 +67,20 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     Ok(true)
 }
 
+/// Returns the PyPI package with the headers and the library: from 4.0 on, `mujoco` is Python alone.
+fn package(version: &str) -> &'static str {
+    let major = version.split('.').next().and_then(|major| major.parse().ok());
+    if major.is_some_and(|major: u16| major >= 4) { "mujoco-core" } else { "mujoco" }
+}
+
 /// Returns the wheel's own list of its files, with the SHA-256 of each in hexadecimal.
-fn record(wheel: &mut Wheel, version: &str) -> anyhow::Result<Vec<(String, String)>> {
-    let text = String::from_utf8(wheel.read(&format!("mujoco-{version}.dist-info/RECORD"))?)?;
+fn record(
+    wheel: &mut Wheel,
+    package: &str,
+    version: &str,
+) -> anyhow::Result<Vec<(String, String)>> {
+    let folder = format!("{}-{version}.dist-info", package.replace('-', "_"));
+    let text = String::from_utf8(wheel.read(&format!("{folder}/RECORD"))?)?;
     let mut files = Vec::new();
     for line in text.lines() {
         let mut fields = line.rsplitn(3, ',');
@@ -91,8 +103,13 @@ fn sha256_of(digest: &str) -> anyhow::Result<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::sha256_of;
+    use super::{package, sha256_of};
     use crate::wheel::check_sha256;
+
+    #[test]
+    fn the_headers_moved_to_another_package() {
+        assert_eq!(["2.2.2", "3.17.0", "4.0.0"].map(package), ["mujoco", "mujoco", "mujoco-core"]);
+    }
 
     #[test]
     fn digests_are_read_and_checked() -> anyhow::Result<()> {
