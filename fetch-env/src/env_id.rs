@@ -21,13 +21,11 @@ pub struct EnvId {
 impl EnvId {
     /// All environments, task by task, the sparse reward first.
     pub const ALL: [Self; 8] = {
+        const KINDS: [RewardKind; 2] = [RewardKind::Sparse, RewardKind::Dense];
         let mut all = [Self { task: Task::Reach, reward: RewardKind::Sparse }; 8];
         let mut i = 0;
         while i < all.len() {
-            all[i].task = Task::ALL[i / 2];
-            if i % 2 == 1 {
-                all[i].reward = RewardKind::Dense;
-            }
+            all[i] = Self { task: Task::ALL[i / 2], reward: KINDS[i % 2] };
             i += 1;
         }
         all

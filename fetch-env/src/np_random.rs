@@ -19,7 +19,7 @@ use crate::error::EnvError;
 /// // numpy: np.random.Generator(np.random.PCG64(0)).random()
 /// assert_eq!(NpRandom::new(0).random(), 0.6369616873214543);
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Position")]
 pub struct NpRandom {
     seed: u64,
@@ -64,12 +64,6 @@ impl NpRandom {
     /// operation.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.random()
-    }
-}
-
-impl PartialEq for NpRandom {
-    fn eq(&self, other: &Self) -> bool {
-        (self.seed, self.draws) == (other.seed, other.draws)
     }
 }
 

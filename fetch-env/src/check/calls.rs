@@ -2,9 +2,7 @@
 
 use super::report::{Failure, Outcome, ensure};
 use super::subject::{Subject, ensure_same_steps, random_steps};
-use crate::env::goal::GoalEnv;
-use crate::error::EnvError;
-use crate::spaces::Space;
+use crate::{env::goal::GoalEnv, error::EnvError, spaces::Space};
 
 /// The action space is bounded, symmetric and within ±1, as Gymnasium and Stable-Baselines3
 /// recommend, and contains its samples.

@@ -5,8 +5,7 @@ use goal_reward::{GoalPairs, GoalReward, goal_distance};
 use super::report::{Failure, Outcome, ensure};
 use super::subject::{Subject, same_bits};
 use crate::env::goal::{GoalEnv, GoalEnvExt, GoalObservation};
-use crate::error::EnvError;
-use crate::spaces::box_space::BoxSpace;
+use crate::{error::EnvError, spaces::box_space::BoxSpace};
 
 /// The number of random pairs of goals in a check.
 const PAIRS: usize = 100;

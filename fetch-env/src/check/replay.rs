@@ -4,9 +4,8 @@ use super::report::{Outcome, ensure};
 use super::subject::{
     Subject, ensure_same_reset, ensure_same_steps, random_steps, same_bits, same_observation,
 };
-use crate::env::SnapshotEnv;
 use crate::env::goal::{GoalEnv, GoalObservation};
-use crate::error::EnvError;
+use crate::{env::SnapshotEnv, error::EnvError};
 
 /// The first observation lies in its space, and both goals have the same length.
 pub(super) fn reset_in_space<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {

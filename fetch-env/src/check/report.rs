@@ -37,10 +37,8 @@ impl CheckReport {
     }
 
     pub(super) fn add(&mut self, name: &'static str, outcome: Outcome) {
-        let (passed, message) = match outcome {
-            Ok(message) => (true, message),
-            Err(Failure(message)) => (false, message),
-        };
+        let passed = outcome.is_ok();
+        let message = outcome.unwrap_or_else(|Failure(message)| message);
         self.checks.push(Check { name, passed, message });
     }
 }

@@ -6,9 +6,8 @@ use fetch_sim::{ModelSource, SimConfig, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-use crate::env_id::EnvId;
-use crate::error::ConfigError;
 use crate::settings::{getters, setters};
+use crate::{env_id::EnvId, error::ConfigError};
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -155,7 +154,7 @@ impl FetchConfig {
         reward: RewardKind,
         /// The distance within which a goal counts as reached, in meters.
         distance_threshold: f64,
-        /// Largest distance of the object's start in x and in y, in meters; `None` without an object.
+        /// Largest distance of the object's start in x and y, in meters; `None` without an object.
         object_range: Option<f64>,
         /// Largest distance of a goal along each axis, in meters.
         target_range: f64,

@@ -9,11 +9,9 @@ use super::config::{FetchConfig, Parts};
 use super::observation::FetchObservation;
 use super::reset::{FetchResetOptions, Start};
 use crate::env::goal::{GoalEnv, GoalEnvExt, GoalObservation, Info};
-use crate::env::time_limit::TimeLimit;
 use crate::env::{Env, Reset, SnapshotEnv, Step};
-use crate::error::EnvError;
-use crate::np_random::NpRandom;
 use crate::spaces::{DictSpace, Space, box_space::BoxSpace};
+use crate::{env::time_limit::TimeLimit, error::EnvError, np_random::NpRandom};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;

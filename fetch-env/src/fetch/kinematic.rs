@@ -3,9 +3,7 @@
 use fetch_sim::KinematicSimulator;
 
 use super::env::FetchEnv;
-use crate::env::time_limit::TimeLimit;
-use crate::env_id::EnvId;
-use crate::error::EnvError;
+use crate::{env::time_limit::TimeLimit, env_id::EnvId, error::EnvError};
 
 /// The environments that [`make_kinematic`] makes.
 pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;

@@ -9,10 +9,9 @@ use std::{
 use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError};
 
 use super::{config::FetchConfig, env::FetchEnv};
-use crate::env::time_limit::TimeLimit;
-use crate::env_id::EnvId;
 use crate::error::{EnvError, VecEnvError};
 use crate::vec_env::{config::VecConfig, env::VecEnv};
+use crate::{env::time_limit::TimeLimit, env_id::EnvId};
 
 /// The environments that [`make`] makes.
 pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;

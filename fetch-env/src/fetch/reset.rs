@@ -4,9 +4,7 @@ use fetch_sim::{Settled, SimError, Task};
 use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE};
-use crate::error::EnvError;
-use crate::np_random::NpRandom;
-use crate::settings::getters;
+use crate::{error::EnvError, np_random::NpRandom, settings::getters};
 
 /// Options of the reset of a Fetch environment.
 ///

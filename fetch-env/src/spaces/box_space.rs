@@ -5,8 +5,7 @@ use std::fmt;
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::error::SpaceError;
-use crate::np_random::unit_interval;
+use crate::{error::SpaceError, np_random::unit_interval};
 
 /// Precision of the elements of a [`BoxSpace`]: `f32` or `f64`.
 pub trait Element: Copy + PartialOrd + fmt::Debug + Into<f64> + private::Sealed {

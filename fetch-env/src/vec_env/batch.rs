@@ -98,8 +98,8 @@ impl Batch {
         terminated: [bool],
         /// Whether each episode was cut off, by a time limit or by a failure of its environment.
         truncated: [bool],
-        /// [`Info::is_success`] of each row; in rows with a [`final_step`](Self::final_step) the next
-        /// episode's, as in Gymnasium.
+        /// [`Info::is_success`] of each row; in rows with a [`final_step`](Self::final_step) the
+        /// next episode's, as in Gymnasium.
         success: [bool],
         /// [`Info::distance`] of each row.
         distance: [f64],
@@ -176,9 +176,7 @@ impl Batch {
 impl Batch {
     /// Clears the last step, but not its observation.
     pub(super) fn begin(&mut self) {
-        self.reward[0] = 0.0;
-        self.terminated[0] = false;
-        self.truncated[0] = false;
+        self.set_outcome(0.0, false, false);
         self.final_info[0] = None;
         self.error[0] = None;
     }

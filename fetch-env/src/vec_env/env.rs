@@ -2,13 +2,11 @@
 
 use std::fmt;
 
-use super::batch::Batch;
 use super::config::{AutoresetMode, VecConfig, VecReset};
-use super::pool::Pool;
 use super::slot::{Command, Slot};
-use crate::env::goal::GoalEnv;
-use crate::error::VecEnvError;
+use super::{batch::Batch, pool::Pool};
 use crate::spaces::{Space, box_space::BoxSpace};
+use crate::{env::goal::GoalEnv, error::VecEnvError};
 
 /// Environments that are stepped together; see the [module](super).
 pub struct VecEnv<E: GoalEnv> {

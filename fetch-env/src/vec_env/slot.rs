@@ -5,12 +5,9 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use super::batch::Batch;
-use super::config::AutoresetMode;
-use super::pool::Job;
-use crate::env::Step;
+use super::{batch::Batch, config::AutoresetMode, pool::Job};
 use crate::env::goal::{GoalEnv, Info};
-use crate::error::EnvError;
+use crate::{env::Step, error::EnvError};
 
 /// An environment with its next command and its last results.
 pub(super) struct Slot<E: GoalEnv> {
