@@ -11,7 +11,6 @@ use crate::{
 
 /// Returns the configuration of a buffer that holds `capacity` transitions, of an environment with
 /// observations of this size.
-#[must_use]
 pub fn buffer_config(capacity: usize, observation: &FetchObservation) -> BufferConfig {
     let dims = Dims {
         observation: observation.observation().len(),
