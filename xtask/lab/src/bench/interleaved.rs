@@ -21,7 +21,7 @@ pub trait Contender {
     }
 }
 
-/// Work alone, without state that others look at, is a contender as a closure.
+/// A closure that does the work and returns its amount is a contender, too.
 impl<F: FnMut() -> anyhow::Result<usize>> Contender for F {
     fn work(&mut self) -> anyhow::Result<usize> {
         self()
