@@ -1,5 +1,7 @@
 //! The errors of environments, of their settings and spaces, and of environments stepped together.
 
+use std::{error::Error, sync::Arc};
+
 use fetch_sim::{SimError, Task};
 use goal_reward::ThresholdError;
 
@@ -92,9 +94,38 @@ pub enum EnvError {
     /// The environments cannot be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),
+    /// An environment of another crate failed; see [`other`](Self::other).
+    #[error(transparent)]
+    Other(OtherError),
+}
+
+/// The error of an environment that is not one of this crate.
+///
+/// Two of them are equal if they have the same message.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct OtherError(Arc<dyn Error + Send + Sync>);
+
+impl PartialEq for OtherError {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.to_string() == other.0.to_string()
+    }
 }
 
 impl EnvError {
+    /// Wraps the error of an environment that is not one of this crate: an error or a message. The
+    /// environment must be reset afterwards.
+    ///
+    /// ```
+    /// use fetch_env::EnvError;
+    ///
+    /// let error = EnvError::other("the robot lost its connection: check the cable");
+    /// assert_eq!(error.to_string(), "the robot lost its connection: check the cable");
+    /// ```
+    pub fn other(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Other(OtherError(Arc::from(error.into())))
+    }
+
     /// Whether a step refused with this error has changed nothing; see
     /// [`Env::step`](crate::Env::step).
     pub(crate) const fn leaves_unchanged(&self) -> bool {

@@ -72,7 +72,7 @@ pub use env::{
     time_limit::{TimeLimit, TimeLimitSnapshot},
 };
 pub use env_id::{EnvId, UnknownEnvId};
-pub use error::{ConfigError, EnvError};
+pub use error::{ConfigError, EnvError, OtherError};
 #[cfg(feature = "mujoco")]
 pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_with_config, make_with_config};
 pub use fetch::{

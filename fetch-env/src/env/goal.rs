@@ -68,7 +68,7 @@ pub trait GoalEnvExt: GoalEnv {
     }
 }
 
-impl<E: GoalEnv> GoalEnvExt for E {}
+impl<E: GoalEnv + ?Sized> GoalEnvExt for E {}
 
 /// An observation with two goals.
 pub trait GoalObservation: Clone + Debug + PartialEq {

@@ -1,6 +1,7 @@
 //! Environments in general: resets, steps and snapshots.
 
 pub(crate) mod goal;
+mod pointers;
 pub(crate) mod time_limit;
 
 use std::fmt::Debug;
