@@ -10,6 +10,16 @@ use std::num::NonZeroU64;
 pub struct TransitionId(NonZeroU64);
 
 impl TransitionId {
+    /// Returns the identity of the transition with the number that [`get`](Self::get) returned, for learners
+    /// that keep plain numbers; `None` for 0. A number that was never stored is an error where it is used.
+    #[must_use]
+    pub const fn new(number: u64) -> Option<Self> {
+        match NonZeroU64::new(number) {
+            Some(number) => Some(Self(number)),
+            None => None,
+        }
+    }
+
     /// Returns the number, at least 1.
     #[inline]
     #[must_use]

@@ -204,6 +204,21 @@ fn priorities_of_overwritten_transitions_are_ignored() -> Result {
 }
 
 #[test]
+fn a_learner_that_keeps_plain_numbers_sets_priorities() -> Result {
+    let mut buffer = wrapped(PriorityUnit::Transition);
+    let numbers: Vec<u64> = live(&buffer).iter().map(|id| id.get()).collect();
+    let ids: Option<Vec<_>> = numbers.iter().map(|number| TransitionId::new(*number)).collect();
+    assert_eq!(ids.as_deref(), Some(&live(&buffer)[..]));
+    buffer.set_priorities(&ids.unwrap_or_default()[..1], &[7.0])?;
+    assert_eq!(buffer.priority(live(&buffer)[0]), Some(7.0));
+    assert_eq!(TransitionId::new(0), None);
+    let never = TransitionId::new(u64::MAX).into_iter().collect::<Vec<_>>();
+    let error = buffer.set_priorities(&never, &[1.0]).unwrap_err();
+    assert_eq!(error, PriorityError::UnknownTransition { number: u64::MAX });
+    Ok(())
+}
+
+#[test]
 fn wrong_priorities_are_refused_whole() -> Result {
     let mut buffer = wrapped(PriorityUnit::Transition);
     let ids = live(&buffer);
