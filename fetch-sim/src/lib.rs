@@ -61,6 +61,6 @@ pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::{GoalSpec, ObjectSpec, Task, TaskSpec};
 
 /// The README's example, run as a test.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "mujoco"))]
 #[doc = include_str!("../README.md")]
 struct Readme;
