@@ -63,9 +63,17 @@ pub mod vec_env;
 #[doc = include_str!("../DIFFERENCES.md")]
 pub mod differences {}
 
+/// Crates whose types are part of this crate's interface.
+pub use {::fetch_sim, ::goal_reward, ::rand_core};
+
+#[cfg(feature = "mujoco")]
+pub use ::fetch_sim::MujocoSimulator;
 #[cfg(feature = "render")]
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
-pub use ::fetch_sim::{ModelSource, Task};
+pub use ::fetch_sim::{KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task};
+pub use ::goal_reward::{
+    DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind,
+};
 pub use env::{
     Env, Reset, SnapshotEnv, Step,
     goal::{GoalEnv, GoalEnvExt, GoalObservation, Info},

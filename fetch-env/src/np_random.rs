@@ -1,7 +1,9 @@
 //! numpy's random numbers, from the generator that Gymnasium gives an environment.
 
-use rand::{TryRng, rngs::SysRng};
-use rand_core::Rng;
+use std::convert::Infallible;
+
+use rand::rngs::SysRng;
+use rand_core::{Rng, TryRng, utils::fill_bytes_via_next_word};
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +21,7 @@ use crate::error::EnvError;
 /// // numpy: np.random.Generator(np.random.PCG64(0)).random()
 /// assert_eq!(NpRandom::new(0).random(), 0.6369616873214543);
 /// ```
+/// [Spaces](crate::spaces) can sample with it, so that no other generator is needed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Position")]
 pub struct NpRandom {
@@ -56,14 +59,31 @@ impl NpRandom {
 
     /// Draws numpy's `random()`: uniform over the multiples of 2^-53 in [0, 1).
     pub fn random(&mut self) -> f64 {
-        self.draws += 1;
-        unit_interval(self.pcg.next_u64())
+        unit_interval(self.next_u64())
     }
 
     /// Draws numpy's `uniform(low, high)`: `low + (high - low) * random()`, rounded after each
     /// operation.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.random()
+    }
+}
+
+/// Every word is one draw of 64 bits, of which `next_u32` returns the lower half.
+impl TryRng for NpRandom {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok(self.next_u64() as u32)
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        self.draws += 1;
+        Ok(self.pcg.next_u64())
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        fill_bytes_via_next_word(bytes, || self.try_next_u64())
     }
 }
 
