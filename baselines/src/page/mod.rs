@@ -2,7 +2,8 @@
 //!
 //! [`episode_page`] turns an environment and a policy into a page. Pages of your own are put
 //! together from a [`Document`], [`Playback`]s, [`Plot`]s and [`table`]s. A page loads nothing from
-//! elsewhere, and follows the reader's preference for light or dark.
+//! elsewhere, and follows the reader's preference for light or dark. A [`Picture`] is any [`Drawing`]
+//! as PNG and SVG, for papers and README files.
 //!
 //! ```
 //! use baselines::{ScriptedPolicy, page::episode_page};
@@ -16,13 +17,17 @@
 
 mod document;
 mod error;
+mod picture;
 mod playback;
 mod plot;
 
 pub use document::{Column, Document, escape, number, table};
 pub use error::PageError;
+pub use picture::{Area, Backend, Drawing, FONT, Frame, Picture};
 pub use playback::{Playback, PlaybackEnv};
 pub use plot::{Axis, Ink, Plot, extent};
+/// The library with which a [`Drawing`] draws.
+pub use plotters;
 
 use crate::policy::Policy;
 

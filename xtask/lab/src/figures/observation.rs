@@ -1,10 +1,11 @@
 //! The parts of an observation, and a policy's network that takes them.
 
+use baselines::page::{Area, Backend, Drawing};
 use fetch_env::{FetchObservation, ObservationField, observation_fields};
 use fetch_sim::Task;
 use plotters::prelude::*;
 
-use super::canvas::{Area, BLUE, Backend, Drawing, FAINT, INK, RED, bold, centered, text};
+use super::canvas::{BLUE, DrawError, FAINT, INK, RED, bold, centered, text};
 
 pub struct ObservationLayout;
 
@@ -20,7 +21,7 @@ impl Drawing for ObservationLayout {
         (1120, 580)
     }
 
-    fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()> {
+    fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), DrawError> {
         area.draw_text("What a policy observes", &bold(24), (20, 28))?;
         let line = "FetchReach, and in brackets FetchPush, FetchPickAndPlace and FetchSlide";
         area.draw_text(line, &text(16, FAINT), (20, 60))?;
@@ -64,7 +65,7 @@ impl Drawing for ObservationLayout {
 
 /// Draws a line for each field: its elements in Reach, its elements with an object, name, unit and
 /// meaning.
-fn draw_fields<B: Backend>(area: &Area<B>) -> anyhow::Result<()> {
+fn draw_fields<B: Backend>(area: &Area<B>) -> Result<(), DrawError> {
     let [(left, top), _] = OBSERVATION;
     let elements =
         |field: &ObservationField| format!("{}-{}", field.range.start, field.range.end - 1);
@@ -90,7 +91,7 @@ fn labeled<B: Backend>(
     corners: Corners,
     color: RGBColor,
     lines: &[&str],
-) -> anyhow::Result<()> {
+) -> Result<(), DrawError> {
     area.draw(&Rectangle::new(corners, color.stroke_width(2)))?;
     let [(left, top), (right, bottom)] = corners;
     let first = (top + bottom) / 2 - 11 * (lines.len() as i32 - 1);
@@ -100,7 +101,7 @@ fn labeled<B: Backend>(
     Ok(())
 }
 
-fn arrow<B: Backend>(area: &Area<B>, from: (i32, i32), to: (i32, i32)) -> anyhow::Result<()> {
+fn arrow<B: Backend>(area: &Area<B>, from: (i32, i32), to: (i32, i32)) -> Result<(), DrawError> {
     area.draw(&PathElement::new([from, to], INK))?;
     let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
     let length = dx.hypot(dy);

@@ -1,11 +1,12 @@
 //! The environments' dense and sparse rewards over the distance.
 
+use baselines::page::{Area, Backend, Drawing, FONT};
 use std::ops::Range;
 
 use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 use plotters::prelude::*;
 
-use super::canvas::{Area, BLUE, Backend, Drawing, FAINT, FONT, INK, RED, bold, text};
+use super::canvas::{BLUE, DrawError, FAINT, INK, RED, bold, text};
 
 pub struct RewardCurves;
 
@@ -18,7 +19,7 @@ impl Drawing for RewardCurves {
         (1120, 520)
     }
 
-    fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()> {
+    fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), DrawError> {
         area.draw_text("Dense and sparse reward", &bold(24), (20, 28))?;
         let (_, charts) = area.split_vertically(56);
         let (left, right) = charts.split_horizontally(560);
@@ -35,7 +36,7 @@ fn chart<B: Backend>(
     range: Range<f64>,
     title: &str,
     unit: &str,
-) -> anyhow::Result<()> {
+) -> Result<(), DrawError> {
     let reward = DistanceReward::new(kind, DistanceThreshold::FETCH);
     let threshold = reward.threshold().get();
     area.draw_text(title, &text(17, INK), (70, 18))?;

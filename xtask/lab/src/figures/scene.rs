@@ -1,5 +1,6 @@
 //! The scene of a task after a reset.
 
+use baselines::page::{Area, Backend, Drawing, Frame};
 use fetch_env::clip::write_png;
 use fetch_env::{
     Env, EnvError, EnvId, FetchObservation, GoalObservation, RenderEnv, RenderError, RenderOptions,
@@ -9,7 +10,7 @@ use fetch_sim::Task;
 use goal_reward::{RewardKind, goal_distance};
 use plotters::prelude::*;
 
-use super::canvas::{Area, Backend, Drawing, FAINT, Frame, INK, bold, centered, text};
+use super::canvas::{DrawError, FAINT, INK, bold, centered, text};
 
 pub struct Scene {
     id: EnvId,
@@ -74,7 +75,7 @@ impl Drawing for Scene {
         (SIDE + 2 * MARGIN, SIDE + TOP + BOTTOM)
     }
 
-    fn draw<B: Backend>(&self, area: &Area<B>) -> anyhow::Result<()> {
+    fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), DrawError> {
         let left = MARGIN as i32;
         area.draw_text(&format!("{} after reset", self.id), &bold(24), (left, 28))?;
         area.draw_text(self.what_to_do(), &text(17, INK), (left, 60))?;

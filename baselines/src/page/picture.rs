@@ -1,0 +1,156 @@
+//! Drawings, as PNG and as SVG.
+
+use std::{error::Error, sync::OnceLock};
+
+use base64::{Engine, prelude::BASE64_STANDARD};
+use fetch_env::clip::write_png;
+use plotters::{coord::Shift, prelude::*, style};
+
+use super::error::PageError;
+
+/// The surface of a drawing.
+pub type Area<B> = DrawingArea<B, Shift>;
+
+/// Any of plotters' backends.
+pub trait Backend: DrawingBackend<ErrorType: 'static> {}
+
+impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
+
+/// The font family of all texts. PNG is drawn with DejaVu Sans, on every machine the same; the viewer
+/// of an SVG chooses the font.
+pub const FONT: &str = "sans-serif";
+
+/// A drawing by plotters, on any backend.
+///
+/// ```
+/// use baselines::page::{Area, Backend, Drawing, FONT, Picture, plotters::prelude::*};
+///
+/// struct Greeting;
+///
+/// impl Drawing for Greeting {
+///     fn size(&self) -> (u32, u32) {
+///         (200, 50)
+///     }
+///
+///     fn draw<B: Backend>(
+///         &self,
+///         area: &Area<B>,
+///     ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+///         Ok(area.draw_text("Hello", &(FONT, 20).into_font().color(&BLACK), (10, 10))?)
+///     }
+/// }
+///
+/// let picture = Picture::new(&Greeting)?;
+/// assert!(picture.svg.contains("Hello") && picture.png.starts_with(b"\x89PNG"));
+/// # Ok::<(), baselines::page::PageError>(())
+/// ```
+pub trait Drawing {
+    /// Width and height, in pixels.
+    fn size(&self) -> (u32, u32);
+
+    /// Draws everything onto a white area of this size.
+    ///
+    /// # Errors
+    /// Any error of the backend or of the drawing itself.
+    fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error + Send + Sync>>;
+
+    /// Returns a rendered picture that covers a part of the drawing; `None` by default.
+    fn frame(&self) -> Option<Frame<'_>> {
+        None
+    }
+}
+
+/// A rendered picture within a drawing.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// Place of its upper left corner, in pixels.
+    pub at: (usize, usize),
+    /// Width and height, in pixels.
+    pub size: (u32, u32),
+    /// Height x width x 3 (red, green, blue), the top row first.
+    pub rgb: &'a [u8],
+}
+
+/// A drawing in both formats.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Picture {
+    /// The file's contents as SVG.
+    pub svg: String,
+    /// The file's contents as PNG.
+    pub png: Vec<u8>,
+}
+
+impl Picture {
+    /// Makes both formats of a drawing.
+    ///
+    /// # Errors
+    /// [`PageError::Drawing`] if drawing fails, or the frame does not fit into the drawing.
+    pub fn new(drawing: &impl Drawing) -> Result<Self, PageError> {
+        make(drawing).map_err(PageError::Drawing)
+    }
+}
+
+fn make(drawing: &impl Drawing) -> Result<Picture, Box<dyn Error + Send + Sync>> {
+    register_font()?;
+    let (width, height) = drawing.size();
+    let mut svg = String::new();
+    paint(drawing, SVGBackend::with_string(&mut svg, (width, height)))?;
+    let mut rgb = vec![255; 3 * width as usize * height as usize];
+    paint(drawing, BitMapBackend::with_buffer(&mut rgb, (width, height)))?;
+    if let Some(frame) = drawing.frame() {
+        cover(&mut rgb, width as usize, &frame).ok_or("the frame is larger than the drawing")?;
+        insert(&mut svg, &frame)?;
+    }
+    let mut png = Vec::new();
+    write_png(&rgb, width, height, &mut png)?;
+    Ok(Picture { svg, png })
+}
+
+/// Registers the font of PNG, which also measures the texts of SVG.
+fn register_font() -> Result<(), &'static str> {
+    static REGISTERED: OnceLock<Result<(), &str>> = OnceLock::new();
+    *REGISTERED.get_or_init(|| {
+        let regular = style::register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
+        let bold = style::register_font(FONT, FontStyle::Bold, dejavu::sans::bold());
+        regular.and(bold).map_err(|_| "the font cannot be read")
+    })
+}
+
+fn paint<B: Backend>(
+    drawing: &impl Drawing,
+    backend: B,
+) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let area = backend.into_drawing_area();
+    area.fill(&WHITE)?;
+    drawing.draw(&area)?;
+    Ok(area.present()?)
+}
+
+/// Copies a frame into a picture; `None` if it does not fit.
+fn cover(rgb: &mut [u8], width: usize, frame: &Frame<'_>) -> Option<()> {
+    let len = 3 * frame.size.0 as usize;
+    if frame.at.0 + frame.size.0 as usize > width {
+        return None;
+    }
+    for (y, row) in (frame.at.1..).zip(frame.rgb.chunks_exact(len.max(1))) {
+        rgb.get_mut(3 * (y * width + frame.at.0)..)?.get_mut(..len)?.copy_from_slice(row);
+    }
+    Some(())
+}
+
+/// Adds a frame that covers everything else of an SVG.
+fn insert(svg: &mut String, frame: &Frame<'_>) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let mut png = Vec::new();
+    write_png(frame.rgb, frame.size.0, frame.size.1, &mut png)?;
+    let ((x, y), (width, height)) = (frame.at, frame.size);
+    let end = svg.rfind("</svg>").ok_or("the SVG has no end")?;
+    svg.insert_str(
+        end,
+        &format!(
+            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{}\"/>\n",
+            BASE64_STANDARD.encode(png)
+        ),
+    );
+    Ok(())
+}
