@@ -12,7 +12,7 @@ mod subject;
 use self::{report::Outcome, subject::Subject};
 pub use self::{
     report::{Check, CheckReport},
-    subject::CheckOptions,
+    subject::{CheckOptions, same_bits},
 };
 use crate::env::{SnapshotEnv, goal::GoalEnv};
 use crate::error::EnvError;

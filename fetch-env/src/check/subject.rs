@@ -137,7 +137,10 @@ pub(super) fn random_steps<E: GoalEnv>(
         .collect()
 }
 
-pub(super) fn same_bits(a: &[f64], b: &[f64]) -> bool {
+/// Whether two vectors are equal to the last bit: unlike `==`, it distinguishes -0.0 from 0.0, and
+/// equal NaNs are equal.
+#[must_use]
+pub fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
 

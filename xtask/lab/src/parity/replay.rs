@@ -3,7 +3,8 @@
 use std::ops::AddAssign;
 
 use fetch_env::{
-    Env, EnvId, FetchEnv, FetchObservation, GoalObservation, ObservationField, observation_fields,
+    Env, EnvId, FetchEnv, FetchObservation, GoalObservation, ObservationField, check::same_bits,
+    observation_fields,
 };
 use fetch_sim::MujocoSimulator;
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
@@ -141,8 +142,4 @@ fn rounded_elements(recording: &Recording) -> Vec<usize> {
     };
     let fields = observation_fields(recording.task).iter().filter(is_rounded);
     fields.flat_map(|field| field.range.clone()).collect()
-}
-
-fn same_bits(a: &[f64], b: &[f64]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }

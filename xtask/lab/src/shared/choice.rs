@@ -5,14 +5,9 @@ use fetch_env::{EnvId, UnknownEnvId};
 use fetch_sim::{ModelSource, Task};
 use serde::Serialize;
 
-/// Returns the name of a task in the names of files and arrays.
-pub const fn task_name(task: Task) -> &'static str {
-    match task {
-        Task::Reach => "reach",
-        Task::Push => "push",
-        Task::PickAndPlace => "pick_and_place",
-        Task::Slide => "slide",
-    }
+/// Returns the name of a task in the names of files and arrays: that of its scene.
+pub fn task_name(task: Task) -> &'static str {
+    task.spec().scene_file.trim_end_matches(".xml")
 }
 
 /// Returns the value of a flag as the user writes it.
