@@ -2,11 +2,16 @@
 //!
 //! The library itself is loaded when it is first used, so that a program that depends on this
 //! crate needs no linker flags, and a library that does not fit its headers is an error and not a
-//! crash.
+//! crash. Without headers the crate is built without the shim (`fetch_sim_no_shim`): it compiles, and
+//! loading MuJoCo is an error.
 
 mod find_mujoco;
+#[path = "src/installation.rs"]
+mod installation;
 
 use std::{env, path::Path};
+
+use self::find_mujoco::{Found, SYSTEM_PREFIXES, find_mujoco};
 
 /// The shim.
 const SOURCES: [&str; 6] = ["library", "model", "data", "contact_filter", "separation", "shapes"];
@@ -14,33 +19,49 @@ const SOURCES: [&str; 6] = ["library", "model", "data", "contact_filter", "separ
 /// What the feature `render` adds to the shim.
 const RENDER_SOURCES: [&str; 2] = ["render", "gl_context"];
 
+const WAYS_OUT: &str = "install Debian's library (apt-get update && apt-get install -y \
+    libmujoco-dev), or set MUJOCO_DIR to an installation of MuJoCo 2.2 or later: a directory with \
+    include/mujoco/mujoco.h, and libmujoco.so in it or in its lib, such as the one that `cargo run \
+    -p fetch-sim --example fetch --features fetch -- mujoco 3.6.0` makes";
+
 fn main() {
+    println!("cargo::rustc-check-cfg=cfg(fetch_sim_no_shim)");
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
-    println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=find_mujoco.rs");
-    println!("cargo::rerun-if-changed=shim");
+    for file in ["build.rs", "find_mujoco.rs", "src/installation.rs", "shim"] {
+        println!("cargo::rerun-if-changed={file}");
+    }
     if env::var_os("CARGO_FEATURE_MUJOCO").is_none() {
         return;
     }
     let compiler = || cc::Build::new().get_compiler().to_command();
-    match find_mujoco::find_mujoco(compiler) {
-        Ok((include, library)) => compile(&include, &library),
-        Err(missing) => {
-            // Cargo shows this as the error, and stops.
-            println!(
-                "cargo::error={missing}. Either install Debian's library (apt-get update && \
-                 apt-get install -y libmujoco-dev), or set MUJOCO_DIR to an installation of \
-                 MuJoCo 2.2 or later: a directory with include/mujoco/mujoco.h, and libmujoco.so \
-                 in it or in its lib (the folder `mujoco` of the PyPI wheel is one)."
-            );
-        }
+    match find_mujoco(compiler) {
+        Ok(Some(found)) => compile(&found),
+        Ok(None) => without_shim(),
+        // Cargo shows this as the error, and stops.
+        Err(wrong) => println!("cargo::error={wrong}. Unset it, or {WAYS_OUT}."),
     }
 }
 
-fn compile(include: &Path, library: &Path) {
-    let header = include.join("mujoco/mujoco.h");
-    println!("cargo::rerun-if-changed={}", header.display());
-    println!("cargo::rerun-if-changed={}", library.display());
+/// Builds the crate without the shim, until there are headers.
+fn without_shim() {
+    println!("cargo::rustc-cfg=fetch_sim_no_shim");
+    if installation::mujoco_dir().is_some() {
+        return; // as the user asked
+    }
+    println!(
+        "cargo::warning=MuJoCo was not found: simulations return errors until you {WAYS_OUT}; then \
+         build again."
+    );
+    // Cargo would run this script, and rebuild what depends on it, in every build if one of these did
+    // not exist.
+    for folder in SYSTEM_PREFIXES.iter().filter(|folder| Path::new(folder).is_dir()) {
+        println!("cargo::rerun-if-changed={folder}");
+    }
+}
+
+fn compile(Found { include, library }: &Found) {
+    // The folder, because packages unpack headers with the time stamps of their release.
+    println!("cargo::rerun-if-changed={}", include.join("mujoco").display());
     let render = env::var_os("CARGO_FEATURE_RENDER").map(|_| RENDER_SOURCES);
     let sources = SOURCES.into_iter().chain(render.into_iter().flatten());
     cc::Build::new()
@@ -54,5 +75,8 @@ fn compile(include: &Path, library: &Path) {
     if env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "linux") {
         println!("cargo::rustc-link-lib=dl");
     }
-    println!("cargo::rustc-env=FETCH_SIM_LIBMUJOCO={}", library.display());
+    if let Some(library) = library {
+        println!("cargo::rerun-if-changed={}", library.display());
+        println!("cargo::rustc-env=FETCH_SIM_LIBMUJOCO={}", library.display());
+    }
 }

@@ -1,77 +1,71 @@
-//! Finds MuJoCo's headers and library.
+//! Finds MuJoCo's headers and library for a build.
 //!
 //! Both the build script and xtask include this file by its path: xtask looks for MuJoCo where
-//! fetch-sim cannot be built, so this needs nothing but the standard library.
+//! fetch-sim has none, so this needs nothing but the standard library.
 
 use std::{
-    env, fs,
+    fs,
     path::{Path, PathBuf},
     process::Command,
 };
 
-const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
+use crate::installation::{NONE, libraries_of, mujoco_dir};
 
-/// Returns the folder of the headers and the path of the library: those of the installation that
-/// `MUJOCO_DIR` names, or else the system's, whose library folders the C compiler knows.
+/// Folders of the system's headers.
+pub(crate) const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
+
+/// What a build needs of MuJoCo.
+#[derive(Debug)]
+#[allow(dead_code, reason = "xtask only asks whether there is one")]
+pub(crate) struct Found {
+    /// Folder of `mujoco/mujoco.h`.
+    pub(crate) include: PathBuf,
+    /// The library, for which programs also look elsewhere.
+    pub(crate) library: Option<PathBuf>,
+}
+
+/// Returns the installation that `MUJOCO_DIR` names, or else the system's, whose library folders the
+/// C compiler knows; `None` if there is none.
 ///
 /// # Errors
-/// What is missing.
-pub(crate) fn find_mujoco(
-    compiler: impl FnOnce() -> Command,
-) -> Result<(PathBuf, PathBuf), String> {
-    match env::var_os("MUJOCO_DIR") {
-        Some(dir) => find_in(Path::new(&dir)),
-        None => find_in_system(compiler),
+/// `MUJOCO_DIR` names something else: a build without MuJoCo would hide the mistake.
+pub(crate) fn find_mujoco(compiler: impl FnOnce() -> Command) -> Result<Option<Found>, String> {
+    match mujoco_dir() {
+        Some(dir) if dir.as_os_str() == NONE => Ok(None),
+        Some(dir) => find_in(&dir).map(Some),
+        None => Ok(find_in_system(compiler)),
     }
 }
 
-fn find_in(dir: &Path) -> Result<(PathBuf, PathBuf), String> {
-    let include = dir.join("include");
-    if !has_header(&include) {
-        return Err(format!(
-            "MUJOCO_DIR names {}, which has no include/mujoco/mujoco.h",
-            dir.display()
-        ));
-    }
-    let library = [dir.to_path_buf(), dir.join("lib")]
-        .iter()
-        .find_map(|folder| library_in(folder))
-        .ok_or_else(|| format!("MUJOCO_DIR names {}, which has no libmujoco.so", dir.display()))?;
-    Ok((include, library))
+fn find_in(dir: &Path) -> Result<Found, String> {
+    let names = format!("MUJOCO_DIR names {}", dir.display());
+    // The folders around a file are those of its installation.
+    let (skipped, taken) = if dir.is_file() { (1, 2) } else { (0, 1) };
+    let folders = dir.ancestors().skip(skipped).take(taken);
+    let include = folders
+        .map(|folder| folder.join("include"))
+        .find(|include| has_header(include))
+        .ok_or_else(|| format!("{names}, which has no include/mujoco/mujoco.h"))?;
+    let library = libraries_of(dir)
+        .into_iter()
+        .find_map(|library| fs::canonicalize(library).ok())
+        .ok_or_else(|| format!("{names}, which has no libmujoco.so"))?;
+    Ok(Found { include, library: Some(library) })
 }
 
-fn find_in_system(compiler: impl FnOnce() -> Command) -> Result<(PathBuf, PathBuf), String> {
-    let include = SYSTEM_PREFIXES
-        .iter()
-        .map(PathBuf::from)
-        .find(|folder| has_header(folder))
-        .ok_or("MuJoCo's headers were not found")?;
+fn find_in_system(compiler: impl FnOnce() -> Command) -> Option<Found> {
+    let include = SYSTEM_PREFIXES.iter().map(PathBuf::from).find(|folder| has_header(folder))?;
     // The compiler answers with a bare name if it finds no such file.
     let output = compiler()
         .arg("-print-file-name=libmujoco.so")
         .output()
-        .or_else(|_| Command::new("cc").arg("-print-file-name=libmujoco.so").output())
-        .map_err(|error| format!("the C compiler did not start ({error})"))?;
-    let answer = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
-    let library =
-        fs::canonicalize(&answer).map_err(|_| "MuJoCo's library libmujoco.so was not found")?;
-    Ok((include, library))
+        .or_else(|_| Command::new("cc").arg("-print-file-name=libmujoco.so").output());
+    let answer =
+        output.ok().map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
+    let library = answer.and_then(|answer| fs::canonicalize(answer).ok());
+    Some(Found { include, library })
 }
 
 fn has_header(include: &Path) -> bool {
     include.join("mujoco/mujoco.h").is_file()
-}
-
-/// Returns `libmujoco.so`, or else the newest `libmujoco.so.*`: wheels carry only the latter.
-fn library_in(folder: &Path) -> Option<PathBuf> {
-    let chosen = fs::read_dir(folder)
-        .ok()?
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| {
-            path.file_name()
-                .and_then(|name| name.to_str())
-                .is_some_and(|name| name.starts_with("libmujoco.so") || name == "libmujoco.dylib")
-        })
-        .max_by_key(|path| (path.extension().is_some_and(|end| end == "so"), path.clone()))?;
-    fs::canonicalize(chosen).ok()
 }

@@ -28,11 +28,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut policy = ScriptedPolicy::new(id.task);
 
     let start = env.reset(Some(seed))?;
-    let mut observation = start.observation;
+    let (mut observation, mut action) = (start.observation, [0.0; 4]);
     let mut caption = Caption { step: 0, reward: 0.0, distance: start.info.distance };
     loop {
         clip.push_with_caption(env.render(&mut renderer)?, &caption)?;
-        let step = env.step(&policy.act(&observation))?;
+        policy.act(&observation, &mut action);
+        let step = env.step(&action)?;
         observation = step.observation;
         caption =
             Caption { step: caption.step + 1, reward: step.reward, distance: step.info.distance };

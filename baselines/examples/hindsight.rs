@@ -4,18 +4,17 @@
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 
 use baselines::{RandomPolicy, buffer_config, collect};
-use fetch_env::{Env, GoalEnv, make};
+use fetch_env::{GoalEnv, make};
 use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut env = make("FetchPush-v4")?;
-    let first = env.reset(Some(0))?.observation;
-    let mut buffer = HerBuffer::<f32>::new(buffer_config(100_000, &first))?;
-    collect(&mut env, &mut RandomPolicy::new(1), 20, 1, &mut buffer, 0)?;
+    let mut buffer = HerBuffer::<f32>::new(buffer_config(100_000, &env)?)?;
+    collect(&mut env, &mut RandomPolicy::new(1), 20, 1, &mut buffer, 0, |_| ())?;
     println!("{} transitions of {} episodes", buffer.len(), buffer.num_episodes());
 
     let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     for (name, ratio) in [("as it was", UnitInterval::ZERO), ("in hindsight", sampler.ratio())] {
         sampler.with_ratio(ratio).sample(&buffer, env.goal_reward(), 2, &mut batch)?;
         let reached = batch.reward().iter().filter(|reward| **reward == 0.0).count();

@@ -1,28 +1,37 @@
 //! Episodes of a policy, collected into a hindsight replay buffer.
 
-use fetch_env::{FetchObservation, GoalEnv, GoalObservation};
-use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Scalar, Step};
+use fetch_env::vec_env::VecEnvError;
+use fetch_env::{ActionElement, ActionSpace, GoalEnv, GoalObservation, Reset, Space};
+use her_relabel::{BufferConfig, Dims, HerBuffer, Scalar, StepRows};
 
 use crate::{
     error::CollectError,
-    evaluate::{Evaluation, Event, run_episode},
-    policy::{Action, Policy},
+    evaluate::{Episode, Evaluation, Event, run_episode},
+    policy::Policy,
 };
 
-/// Returns the configuration of a buffer that holds `capacity` transitions, of an environment with
-/// observations of this size.
-pub fn buffer_config(capacity: usize, observation: &FetchObservation) -> BufferConfig {
-    let dims = Dims {
-        observation: observation.observation().len(),
-        goal: observation.desired_goal().len(),
-        action: size_of::<Action>() / size_of::<f32>(),
+/// Returns the configuration of a buffer that holds `capacity` transitions of an environment.
+///
+/// # Errors
+/// [`VecEnvError::ObservationSpace`] if the environment does not observe an observation and goals.
+pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfig, VecEnvError> {
+    let dict = env.observation_space().as_dict();
+    let len = |key| match dict.and_then(|dict| dict.get(key)) {
+        Some(Space::BoxF32(part)) => Ok(part.len()),
+        Some(Space::BoxF64(part)) => Ok(part.len()),
+        _ => Err(VecEnvError::ObservationSpace { key, element: "f32 or f64" }),
     };
-    BufferConfig::new(capacity, dims)
+    let dims = Dims {
+        observation: len("observation")?,
+        goal: len("desired_goal")?,
+        action: env.action_space().action_len(),
+    };
+    Ok(BufferConfig::new(capacity, dims))
 }
 
 /// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it is
-/// terminated or truncated, and adds them to a buffer as its environment `buffer_env`. Returns the
-/// results of the episodes.
+/// terminated or truncated, adds them to a buffer as its environment `buffer_env`, and calls
+/// `progress` after each. Returns the results of the episodes.
 ///
 /// The buffer also gets the terminal observation of each, and `terminated` and `truncated` as the
 /// environment sets them.
@@ -36,48 +45,58 @@ pub fn collect<E, P, T>(
     first_seed: u64,
     buffer: &mut HerBuffer<T>,
     buffer_env: usize,
+    mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, CollectError>
 where
-    E: GoalEnv<Observation = FetchObservation>,
-    P: Policy + ?Sized,
+    E: GoalEnv<
+            Observation: GoalObservation<Element: Scalar>,
+            ActionSpace: ActionSpace<Element: Scalar>,
+        >,
+    P: Policy<E::Observation, ActionElement<E>> + ?Sized,
     T: Scalar,
 {
+    let env_ids = &[buffer_env];
     let mut episodes = Vec::with_capacity(count);
     for (episode, seed) in (0..count).zip(first_seed..) {
-        let mut has_begun = false;
         let failed = |source| CollectError::Environment { episode, seed, source };
         let rejected = |source| CollectError::Buffer { episode, seed, source };
         let result = run_episode(env, policy, seed, failed, |_, event| {
-            match event {
-                Event::Start(reset) => {
-                    let start = EpisodeStart {
-                        observation: reset.observation.observation(),
-                        achieved_goal: reset.observation.achieved_goal(),
-                        desired_goal: reset.observation.desired_goal(),
-                    };
-                    buffer.begin_episode(buffer_env, &start).map_err(rejected)?;
-                }
-                Event::Step(action, step) => {
-                    let step = Step {
-                        action: &action.map(f64::from),
-                        reward: step.reward,
-                        next_observation: step.observation.observation(),
-                        next_achieved_goal: step.observation.achieved_goal(),
-                        terminated: step.terminated,
-                        truncated: step.truncated,
-                        fields: &[],
-                    };
-                    buffer.add_step(buffer_env, &step).map_err(rejected)?;
-                }
+            let rows = match event {
+                Event::Start(Reset { observation, .. }) => StepRows {
+                    env_ids,
+                    stepped: &[false],
+                    started: &[true],
+                    truncated: &[false],
+                    observations: observation.observation(),
+                    achieved_goals: observation.achieved_goal(),
+                    desired_goals: observation.desired_goal(),
+                    ..StepRows::default()
+                },
+                Event::Step(actions, step) => StepRows {
+                    env_ids,
+                    stepped: &[true],
+                    started: &[false],
+                    actions,
+                    rewards: &[step.reward],
+                    next_observations: step.observation.observation(),
+                    next_achieved_goals: step.observation.achieved_goal(),
+                    terminated: &[step.terminated],
+                    truncated: &[step.truncated],
+                    ..StepRows::default()
+                },
+            };
+            match buffer.record(&rows).map_err(rejected)?.first_refusal {
+                None => Ok(()),
+                Some(refused) => Err(rejected(refused.error)),
             }
-            has_begun = true;
-            Ok(())
         });
-        if result.is_err() && has_begun {
-            // This cannot fail, because an episode has begun.
+        if result.is_err() {
+            // Whether an episode was under way does not matter.
             let _ = buffer.discard_episode(buffer_env);
         }
-        episodes.push(result?);
+        let result = result?;
+        progress(&result);
+        episodes.push(result);
     }
     Ok(Evaluation { episodes })
 }

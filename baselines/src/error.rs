@@ -1,6 +1,6 @@
 //! The errors of evaluating and of collecting episodes.
 
-use fetch_env::EnvError;
+use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::AddError;
 
 /// Error returned by an evaluation.
@@ -19,6 +19,39 @@ pub enum EvaluationError {
         seed: u64,
         /// The environment's error.
         source: EnvError,
+    },
+    /// The environments could not be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+}
+
+/// Error returned by a [`Collector`](crate::Collector).
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CollectorError {
+    /// The environments could not be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+    /// An environment could not be reset.
+    #[error("environment {env_id} could not be reset")]
+    Environment {
+        /// Id of the environment.
+        env_id: usize,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// The buffer is not one for these environments.
+    #[error(
+        "the buffer does not fit the environments: make it from buffer_config() of one of them"
+    )]
+    Buffer(#[from] AddError),
+    /// An environment returned numbers that the buffer cannot store.
+    #[error("environment {env_id} returned a number that the buffer cannot store")]
+    NotFinite {
+        /// Id of the environment.
+        env_id: usize,
+        /// The number, and where it is.
+        source: AddError,
     },
 }
 

@@ -1,24 +1,23 @@
 //! Evaluation of a policy over seeded episodes.
 
-use fetch_env::{EnvError, FetchObservation, GoalEnv, Info, Reset, Step};
+use fetch_env::vec_env::{BatchEnv, BatchOf, Seeds, VecReset};
+use fetch_env::{
+    ActionElement, ActionSpace, Env, EnvError, GoalEnv, GoalInfo, Reset, Step, VecEnv,
+};
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    error::EvaluationError,
-    policy::{Action, Policy},
-    statistics::Estimate,
-};
+use crate::{error::EvaluationError, policy::Policy, statistics::Estimate};
 
 /// The result of one episode.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Episode {
-    /// Seed of the reset.
-    pub seed: u64,
+    /// Seed of the reset; `None` if it continued the environment's random numbers.
+    pub seed: Option<u64>,
     /// Sum of the rewards.
     pub return_sum: f64,
     /// Number of steps.
     pub length: usize,
-    /// Distance between achieved and desired goal after the last step, in meters.
+    /// Distance between achieved and desired goal after the last step: meters in the Fetch tasks.
     pub final_distance: f64,
     /// Whether the last step was a success: the benchmark's success rate counts these.
     pub success: bool,
@@ -44,7 +43,7 @@ pub struct Summary {
     pub return_mean: Estimate,
     /// Mean number of steps.
     pub ep_len_mean: Estimate,
-    /// Mean distance at the end, in meters.
+    /// Mean distance at the end: meters in the Fetch tasks.
     pub final_distance_mean: Estimate,
 }
 
@@ -61,8 +60,8 @@ pub fn evaluate<E, P>(
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError>
 where
-    E: GoalEnv<Observation = FetchObservation>,
-    P: Policy + ?Sized,
+    E: GoalEnv,
+    P: Policy<E::Observation, ActionElement<E>> + ?Sized,
 {
     let mut episodes = Vec::with_capacity(count);
     for (episode, seed) in (0..count).zip(first_seed..) {
@@ -75,9 +74,9 @@ where
 }
 
 /// An event of an episode.
-pub(crate) enum Event<'a> {
-    Start(&'a Reset<FetchObservation, Info>),
-    Step(&'a Action, &'a Step<FetchObservation, Info>),
+pub(crate) enum Event<'a, E: Env> {
+    Start(&'a Reset<E::Observation, E::Info>),
+    Step(&'a [ActionElement<E>], &'a Step<E::Observation, E::Info>),
 }
 
 /// Runs an episode until it is terminated or truncated, and calls `watch` with the environment after
@@ -87,37 +86,113 @@ pub(crate) fn run_episode<E, P, X>(
     policy: &mut P,
     seed: u64,
     failed: impl Fn(EnvError) -> X,
-    mut watch: impl FnMut(&E, Event<'_>) -> Result<(), X>,
+    mut watch: impl FnMut(&E, Event<'_, E>) -> Result<(), X>,
 ) -> Result<Episode, X>
 where
-    E: GoalEnv<Observation = FetchObservation>,
-    P: Policy + ?Sized,
+    E: GoalEnv,
+    P: Policy<E::Observation, ActionElement<E>> + ?Sized,
 {
     policy.reset();
     let start = env.reset(Some(seed)).map_err(&failed)?;
     watch(env, Event::Start(&start))?;
     let mut observation = start.observation;
-    let mut episode = Episode {
-        seed,
-        return_sum: 0.0,
-        length: 0,
-        final_distance: f64::NAN,
-        success: false,
-        success_any: false,
-    };
+    let mut action = vec![ActionElement::<E>::default(); env.action_space().action_len()];
+    let mut episode = Episode::new(Some(seed));
     loop {
-        let action = policy.act(&observation);
+        policy.act(&observation, &mut action);
         let step = env.step(&action).map_err(&failed)?;
         watch(env, Event::Step(&action, &step))?;
-        observation = step.observation;
-        episode.return_sum += step.reward;
-        episode.length += 1;
-        episode.final_distance = step.info.distance;
-        episode.success = step.info.is_success;
-        episode.success_any |= step.info.is_success;
-        if step.is_last() {
+        let is_last = step.is_last();
+        episode.add(step.reward, &step.info);
+        if is_last {
             return Ok(episode);
         }
+        observation = step.observation;
+    }
+}
+
+/// Runs `count` episodes as [`evaluate`] does, as many at a time as there are environments, and calls
+/// `progress` after each. `policy` chooses the actions of all environments, a row for each.
+///
+/// The episodes are those of one environment with the same seeds. The environments' own episodes
+/// are abandoned, and [`AutoresetMode`](fetch_env::vec_env::AutoresetMode) does not matter.
+///
+/// # Errors
+/// [`EvaluationError::Environment`] if a reset or a step fails; [`EvaluationError::Vec`] if the
+/// environments are in flight.
+pub fn evaluate_vec<E, P>(
+    envs: &mut VecEnv<E>,
+    policy: &mut P,
+    count: usize,
+    first_seed: u64,
+    mut progress: impl FnMut(&Episode),
+) -> Result<Evaluation, EvaluationError>
+where
+    E: BatchEnv + GoalEnv,
+    P: Policy<BatchOf<E>, ActionElement<E>> + ?Sized,
+{
+    let num_envs = envs.num_envs();
+    let len = envs.single_action_space().action_len();
+    let mut actions = vec![ActionElement::<E>::default(); num_envs * len];
+    let mut episodes = Vec::with_capacity(count);
+    while episodes.len() < count {
+        let first = episodes.len();
+        let size = num_envs.min(count - first);
+        let seeds: Vec<_> = (0..num_envs as u64)
+            .map(|row| Some(first_seed.wrapping_add(first as u64).wrapping_add(row)))
+            .collect();
+        let failed = |row: usize, error: &EnvError| EvaluationError::Environment {
+            episode: first + row,
+            seed: seeds[row].unwrap_or_default(),
+            source: error.clone(),
+        };
+        policy.reset();
+        let reset = VecReset { seeds: Seeds::Each(&seeds), ..VecReset::default() };
+        if let Some((row, error)) = envs.reset_with(&reset)?.errors().find(|(row, _)| *row < size) {
+            return Err(failed(row, error));
+        }
+        episodes.extend(seeds[..size].iter().map(|seed| Episode::new(*seed)));
+        let mut running = vec![true; size];
+        while running.contains(&true) {
+            policy.act(envs.batch(), &mut actions);
+            let batch = envs.step(&actions)?;
+            for (row, is_running) in running.iter_mut().enumerate().filter(|(_, running)| **running)
+            {
+                let (true, Some(info)) = (batch.stepped()[row], batch.step_info(row)) else {
+                    return Err(failed(row, batch.error(row).unwrap_or(&EnvError::EpisodeOver)));
+                };
+                let episode = &mut episodes[first + row];
+                episode.add(batch.reward()[row], info);
+                if batch.terminated()[row] || batch.truncated()[row] {
+                    *is_running = false;
+                    progress(episode);
+                }
+            }
+        }
+    }
+    Ok(Evaluation { episodes })
+}
+
+impl Episode {
+    /// Starts an episode without steps.
+    pub(crate) const fn new(seed: Option<u64>) -> Self {
+        Self {
+            seed,
+            return_sum: 0.0,
+            length: 0,
+            final_distance: f64::NAN,
+            success: false,
+            success_any: false,
+        }
+    }
+
+    /// Adds a step.
+    pub(crate) fn add(&mut self, reward: f64, info: &impl GoalInfo) {
+        self.return_sum += reward;
+        self.length += 1;
+        self.final_distance = info.distance();
+        self.success = info.is_success();
+        self.success_any |= info.is_success();
     }
 }
 
@@ -141,7 +216,7 @@ impl Evaluation {
         })
     }
 
-    /// Returns the success rate at each of other distance thresholds (meters): as in the
+    /// Returns the success rate at each of other distance thresholds: as in the
     /// environment, an episode succeeds if the distance after its last step is strictly below the
     /// threshold.
     ///

@@ -9,6 +9,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod collect;
+mod collector;
 mod error;
 mod evaluate;
 #[cfg(feature = "page")]
@@ -19,8 +20,9 @@ mod scripted;
 mod statistics;
 
 pub use collect::{buffer_config, collect};
-pub use error::{CollectError, EvaluationError};
-pub use evaluate::{Episode, Evaluation, Summary, evaluate};
+pub use collector::{CollectEnv, Collected, Collector};
+pub use error::{CollectError, CollectorError, EvaluationError};
+pub use evaluate::{Episode, Evaluation, Summary, evaluate, evaluate_vec};
 pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
 pub use reference::{Comparison, RandomReference, Sample, ScriptedReference};
 pub use scripted::ScriptedPolicy;

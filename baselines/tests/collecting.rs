@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use baselines::{CollectError, RandomPolicy, buffer_config, collect};
-use fetch_env::{Env, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
+use baselines::{CollectError, Policy, RandomPolicy, buffer_config, collect};
+use fetch_env::{BoxSpace, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
 use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
@@ -12,10 +12,12 @@ const EPISODES: usize = 4;
 const STEPS: usize = 50;
 
 /// Fills a buffer and compares it with the environment, stepped again.
-fn check<E: GoalEnv<Observation = FetchObservation>>(mut env: E) -> Result {
-    let first = env.reset(Some(0))?.observation;
-    let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &first))?;
-    let collected = collect(&mut env, &mut RandomPolicy::new(3), EPISODES, 10, &mut buffer, 0)?;
+fn check<E: GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>>(
+    mut env: E,
+) -> Result {
+    let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &env)?)?;
+    let collected =
+        collect(&mut env, &mut RandomPolicy::new(3), EPISODES, 10, &mut buffer, 0, |_| ())?;
     assert_eq!(collected.episodes.len(), EPISODES);
     assert_eq!((buffer.len(), buffer.num_episodes()), (EPISODES * STEPS, EPISODES));
 
@@ -38,7 +40,8 @@ fn check<E: GoalEnv<Observation = FetchObservation>>(mut env: E) -> Result {
     // The first transition of the first episode is the environment's.
     let mut policy = RandomPolicy::new(3);
     let start = env.reset(Some(10))?.observation;
-    let action = baselines::Policy::act(&mut policy, &start);
+    let mut action = [0.0; 4];
+    policy.act(&start, &mut action);
     let step = env.step(&action)?;
     let oldest = buffer.transition_ids().ok_or("no transition")?.0;
     let row =
@@ -71,16 +74,15 @@ fn episodes_of_mujoco_are_collected() -> Result {
 fn a_buffer_that_does_not_fit_is_an_error() -> Result {
     let mut reach = make_kinematic("FetchReach-v4")?;
     let mut push = make_kinematic("FetchPush-v4")?;
-    let first = reach.reset(Some(0))?.observation;
-    let mut buffer = HerBuffer::<f32>::new(buffer_config(1000, &first))?;
+    let mut buffer = HerBuffer::<f32>::new(buffer_config(1000, &reach)?)?;
     let mut policy = RandomPolicy::new(0);
-    let error = collect(&mut push, &mut policy, 1, 5, &mut buffer, 0).err();
+    let error = collect(&mut push, &mut policy, 1, 5, &mut buffer, 0, |_| ()).err();
     let Some(CollectError::Buffer { episode: 0, seed: 5, source }) = error else {
         return Err(format!("{error:?}").into());
     };
     assert!(matches!(source, AddError::WrongLength { .. }), "{source}");
     // Nothing is left over, and the buffer accepts the next episode.
-    collect(&mut reach, &mut policy, 1, 0, &mut buffer, 0)?;
+    collect(&mut reach, &mut policy, 1, 0, &mut buffer, 0, |_| ())?;
     assert_eq!(buffer.len(), STEPS);
     Ok(())
 }

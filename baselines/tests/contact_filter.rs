@@ -17,12 +17,12 @@ type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 struct Chase;
 
 impl Policy for Chase {
-    fn act(&mut self, observation: &FetchObservation) -> Action {
+    fn act(&mut self, observation: &FetchObservation, action: &mut [f32]) {
         let gripper = observation.grip_position();
         let target = observation.object_position().unwrap_or([1.1, 0.75, 0.38]);
         let [x, y, z] =
             [0, 1, 2].map(|i| (20.0 * (target[i] - gripper[i])).clamp(-1.0, 1.0) as f32);
-        [x, y, z, if x > 0.0 { 1.0 } else { -1.0 }]
+        action.copy_from_slice(&[x, y, z, if x > 0.0 { 1.0 } else { -1.0 }]);
     }
 }
 
@@ -34,12 +34,13 @@ struct Wild {
 }
 
 impl Policy for Wild {
-    fn act(&mut self, observation: &FetchObservation) -> Action {
+    fn act(&mut self, observation: &FetchObservation, action: &mut [f32]) {
         if self.steps.is_multiple_of(12) {
-            self.action = self.random.act(observation).map(f32::signum);
+            self.random.act(observation, &mut self.action);
+            self.action = self.action.map(f32::signum);
         }
         self.steps += 1;
-        self.action
+        action.copy_from_slice(&self.action);
     }
 }
 
@@ -75,10 +76,10 @@ fn steps_are_the_same_with_and_without_it() -> Result {
                 let place = format!("{task}, {kind}, episode {episode}");
                 let reset = filtered.reset(Some(episode))?;
                 assert_eq!(reset, plain.reset(Some(episode))?, "{place}");
-                let mut observation = reset.observation;
+                let (mut observation, mut action) = (reset.observation, [0.0; 4]);
                 policy.reset();
                 loop {
-                    let action = policy.act(&observation);
+                    policy.act(&observation, &mut action);
                     let step = filtered.step(&action)?;
                     assert_eq!(step, plain.step(&action)?, "{place}");
                     let [ours, theirs] = [&filtered, &plain].map(|env| env.inner().simulator());

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use baselines::{
-    Action, Policy, RandomPolicy, ScriptedPolicy,
+    Policy, RandomPolicy, ScriptedPolicy,
     page::{Axis, Document, Ink, PageError, Playback, Plot, episode_page, number},
 };
 use fetch_env::{
@@ -46,9 +46,10 @@ fn a_page_holds_the_episode() -> Result {
     let mut env = make_with_config(id.config())?;
     let start = env.reset(Some(3))?.observation;
     let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start);
-    let mut rewards = Vec::new();
+    let (mut rewards, mut action) = (Vec::new(), [0.0; 4]);
     loop {
-        let step = env.step(&policy.act(&observation))?;
+        policy.act(&observation, &mut action);
+        let step = env.step(&action)?;
         rewards.push(Value::from(step.reward));
         observation = step.observation;
         if step.truncated {
@@ -137,8 +138,8 @@ fn bad_input_is_an_error() -> Result {
 struct Diverged;
 
 impl Policy for Diverged {
-    fn act(&mut self, _observation: &FetchObservation) -> Action {
-        [f32::NAN; 4]
+    fn act(&mut self, _observation: &FetchObservation, action: &mut [f32]) {
+        action.fill(f32::NAN);
     }
 }
 

@@ -1,4 +1,4 @@
-//! The names of the eight environments.
+//! The names of environments, and the errors of names that do not exist.
 
 use std::{fmt, str::FromStr};
 
@@ -79,12 +79,50 @@ pub struct UnknownEnvId {
     pub nearest: [EnvId; 3],
 }
 
+/// Error returned when a [`Registry`](crate::Registry) cannot add or find an environment.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RegistryError {
+    /// The name does not follow the rules.
+    #[error("{id:?} is no name of an environment: pass one such as Name-v1 or namespace/Name-v1")]
+    Malformed {
+        /// The name.
+        id: String,
+    },
+    /// The name is in use.
+    #[error("there is an environment {id:?} already: give the new one another name or version")]
+    Taken {
+        /// The name.
+        id: String,
+    },
+    /// No environment has this name.
+    #[error("there is no environment {id:?}: {}", advice(nearest))]
+    Unknown {
+        /// The name.
+        id: String,
+        /// Up to three environments with the most similar names, the nearest first.
+        nearest: Vec<String>,
+    },
+}
+
+fn advice(nearest: &[String]) -> String {
+    match nearest {
+        [] => "register one first".into(),
+        names => format!("the nearest are {}", names.join(", ")),
+    }
+}
+
 /// Returns the environments with the most similar names, the nearest first.
 fn nearest(id: &str) -> [EnvId; 3] {
-    let lowercase = id.to_lowercase();
     let mut known = EnvId::ALL;
+    sort_by_similarity(id, &mut known);
+    [known[0], known[1], known[2]]
+}
+
+/// Sorts names by their similarity to `id`, ignoring case, the nearest first.
+pub(crate) fn sort_by_similarity(id: &str, known: &mut [impl ToString]) {
+    let lowercase = id.to_lowercase();
     known.sort_by_cached_key(|known| {
         strsim::damerau_levenshtein(&lowercase, &known.to_string().to_lowercase())
     });
-    [known[0], known[1], known[2]]
 }

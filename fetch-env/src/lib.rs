@@ -6,6 +6,11 @@
 //! Gymnasium's, with typed errors instead of exceptions and silent misbehavior. [`check`] tests
 //! whether any environment, of this crate or not, keeps the laws that its users rely on.
 //!
+//! [`wrappers`] change what an environment takes or returns: `RecordEpisodeStatistics`,
+//! `FlattenObservation`, `NormalizeObservation` and others. A [`Registry`] makes environments by
+//! name, a user's own among them. [`vec_env`] steps many at once. [`spaces`] describe actions and
+//! observations, numbers as well as choices, and draw samples.
+//!
 //! ```
 //! use fetch_env::{Env, GoalEnvExt, GoalObservation, make_kinematic};
 //!
@@ -42,7 +47,8 @@
 //! - `mujoco` (default): `make`, on MuJoCo. Everything else works without it and needs no library.
 //! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads
 //!   OpenGL; building does not need it.
-//! - `clip`: GIF, APNG and PNG files of rendered frames.
+//! - `clip`: GIF, APNG and PNG files of rendered frames; with `render` also `RecordVideo`.
+//! - `her-relabel`: a [batch](vec_env::Batch) is what `her_relabel::HerBuffer::record` takes.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
@@ -54,17 +60,22 @@ mod env_id;
 mod error;
 mod fetch;
 mod np_random;
+mod registry;
 #[cfg(feature = "render")]
 mod render;
 mod settings;
 pub mod spaces;
 pub mod vec_env;
+pub mod wrappers;
 
 #[doc = include_str!("../DIFFERENCES.md")]
 pub mod differences {}
 
 /// Crates whose types are part of this crate's interface.
 pub use {::fetch_sim, ::goal_reward, ::rand_core};
+
+#[cfg(feature = "her-relabel")]
+pub use ::her_relabel;
 
 #[cfg(feature = "mujoco")]
 pub use ::fetch_sim::MujocoSimulator;
@@ -74,13 +85,20 @@ pub use ::fetch_sim::{KinematicSimulator, ModelSource, SimConfig, SimError, Simu
 pub use ::goal_reward::{
     DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind,
 };
-pub use env::{
-    Env, Reset, SnapshotEnv, Step,
-    goal::{GoalEnv, GoalEnvExt, GoalObservation, Info},
-    time_limit::{TimeLimit, TimeLimitSnapshot},
+#[cfg(all(feature = "clip", feature = "render"))]
+pub use clip::{
+    record_video::{RecordVideo, Video},
+    video_options::{VideoFormat, VideoOptions},
 };
-pub use env_id::{EnvId, UnknownEnvId};
-pub use error::{ConfigError, EnvError, OtherError};
+pub use env::{
+    ActionElement, Env, Reset, SnapshotEnv, Step,
+    goal::{GoalEnv, GoalEnvExt, GoalInfo, Info},
+    observation::{BatchObservation, GoalObservation},
+};
+pub use env_id::{EnvId, RegistryError, UnknownEnvId};
+#[cfg(all(feature = "clip", feature = "render"))]
+pub use error::wrapper::VideoError;
+pub use error::{EnvError, OtherError, config::ConfigError};
 #[cfg(feature = "mujoco")]
 pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_with_config, make_with_config};
 pub use fetch::{
@@ -92,13 +110,20 @@ pub use fetch::{
     reset::FetchResetOptions,
 };
 pub use np_random::NpRandom;
+pub use registry::Registry;
 #[cfg(feature = "render")]
 pub use render::{
     RenderEnv,
-    pixels::{AddRenderObservation, ChannelOrder, PixelObservation, PixelOptions, Pixels},
+    pictures::{ChannelOrder, PixelOptions, Pixels},
+    pixel_rows::PixelRows,
+    pixels::{AddRender, AddRenderObservation, PixelObservation},
+    pixels_only::{OnlyPixels, PixelsOnly},
 };
-pub use spaces::{BoxSpace, DictSpace, Space};
+pub use spaces::{
+    ActionSpace, BoxSpace, DictSpace, DiscreteSpace, MultiBinarySpace, MultiDiscreteSpace, Space,
+};
 pub use vec_env::VecEnv;
+pub use wrappers::time_limit::{TimeLimit, TimeLimitSnapshot};
 
 /// The README's example, run as a test.
 #[cfg(doctest)]

@@ -1,10 +1,11 @@
 //! The checker can fail: the check of each law finds the faults against it.
 
 use fetch_env::{
-    BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv, GoalObservation, Info,
-    KinematicEnv, Reset, SnapshotEnv, Space, Step,
-    check::{CheckOptions, check_snapshot_env},
+    BatchObservation, BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv,
+    GoalObservation, Info, KinematicEnv, Reset, SnapshotEnv, Space, Step,
+    check::{CheckOptions, check_goal_env, check_snapshots},
     make_kinematic,
+    vec_env::GoalRows,
 };
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 
@@ -102,7 +103,8 @@ fn every_check_finds_some_fault() {
 }
 
 fn check(fault: Fault) -> fetch_env::check::CheckReport {
-    check_snapshot_env(|| Faulty::new(fault), &CheckOptions::default())
+    let (make, options) = (|| Faulty::new(fault), CheckOptions::default());
+    check_goal_env(make, &options).and(check_snapshots(make, &options))
 }
 
 struct Faulty {
@@ -148,7 +150,7 @@ impl Faulty {
         self.fault == fault
     }
 
-    fn observation(&self, observation: &impl GoalObservation) -> Observation {
+    fn observation(&self, observation: &impl GoalObservation<Element = f64>) -> Observation {
         let mut copy = Observation {
             observation: observation.observation().into(),
             achieved_goal: observation.achieved_goal().into(),
@@ -175,6 +177,7 @@ fn dict(lengths: &[(&str, usize)]) -> Space {
 impl Env for Faulty {
     type Observation = Observation;
     type Info = Info;
+    type ActionSpace = BoxSpace<f32>;
     type ResetOptions = FetchResetOptions;
 
     fn reset(&mut self, seed: Option<u64>) -> Result<Reset<Observation, Info>, EnvError> {
@@ -328,7 +331,13 @@ struct Observation {
     desired_goal: Vec<f64>,
 }
 
+impl BatchObservation for Observation {
+    type Rows = GoalRows<f64>;
+}
+
 impl GoalObservation for Observation {
+    type Element = f64;
+
     fn observation(&self) -> &[f64] {
         &self.observation
     }

@@ -5,7 +5,7 @@ use std::error::Error;
 use fetch_env::{
     BoxSpace, Env, EnvError, FetchObservation, FetchResetOptions, GoalEnv, Info, KinematicEnv,
     Reset, Space, Step, VecEnv,
-    check::{CheckOptions, check_env, check_snapshot_env},
+    check::{CheckOptions, check_goal_env, check_snapshots},
     make_kinematic,
     vec_env::VecConfig,
 };
@@ -15,6 +15,7 @@ type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 type DynGoalEnv = dyn GoalEnv<
         Observation = FetchObservation,
         Info = Info,
+        ActionSpace = BoxSpace<f32>,
         ResetOptions = FetchResetOptions,
         GoalReward = DistanceReward,
     > + Send;
@@ -22,7 +23,8 @@ type DynGoalEnv = dyn GoalEnv<
 #[test]
 fn a_boxed_environment_keeps_every_law() {
     let make = || make_kinematic("FetchPush-v4").map(Box::new);
-    let report = check_snapshot_env(make, &CheckOptions::default());
+    let options = CheckOptions::default();
+    let report = check_goal_env(make, &options).and(check_snapshots(make, &options));
     assert!(report.passed(), "{report}");
 }
 
@@ -30,7 +32,7 @@ fn a_boxed_environment_keeps_every_law() {
 fn environments_of_different_types_are_stepped_together() -> Result {
     let plain = |id| -> Result<Box<DynGoalEnv>> { Ok(Box::new(make_kinematic(id)?)) };
     let wrapped = |id| -> Result<Box<DynGoalEnv>> { Ok(Box::new(Unplugged(make_kinematic(id)?))) };
-    let report = check_env(
+    let report = check_goal_env(
         || Ok::<Box<DynGoalEnv>, EnvError>(Box::new(make_kinematic("FetchReach-v4")?)),
         &CheckOptions::default(),
     );
@@ -48,7 +50,7 @@ fn environments_of_different_types_are_stepped_together() -> Result {
 
 #[test]
 fn a_reference_steps_the_environment_it_refers_to() -> Result {
-    fn step_once(mut env: impl Env) -> Result<f64> {
+    fn step_once(mut env: impl Env<ActionSpace = BoxSpace<f32>>) -> Result<f64> {
         env.reset(Some(7))?;
         Ok(env.step(&[1.0, 0.0, 0.0, 0.0])?.reward)
     }
@@ -66,6 +68,7 @@ struct Unplugged(KinematicEnv);
 impl Env for Unplugged {
     type Observation = FetchObservation;
     type Info = Info;
+    type ActionSpace = BoxSpace<f32>;
     type ResetOptions = FetchResetOptions;
 
     fn reset_with(

@@ -7,10 +7,10 @@ use std::num::NonZeroU8;
 use allocation_counter::measure;
 use fetch_env::spaces::SpaceError;
 use fetch_env::{
-    AddRenderObservation, BoxSpace, ChannelOrder, DictSpace, Env, EnvError, EnvId,
-    FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info, MujocoEnv,
+    AddRenderObservation, BatchObservation, BoxSpace, ChannelOrder, DictSpace, Env, EnvError,
+    EnvId, FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info, MujocoEnv,
     PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, Reset,
-    SnapshotEnv, Space, Step, check, make,
+    SimConfig, SnapshotEnv, Space, Step, check, make,
 };
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -144,11 +144,11 @@ fn an_environment_with_pixels_keeps_the_laws() -> Result {
         return Ok(());
     }
     let make = || AddRenderObservation::new(make("FetchPush-v4")?, options(1, ChannelOrder::Chw));
-    let report = check::check_env(make, &check::CheckOptions::default());
+    let report = check::check_goal_env(make, &check::CheckOptions::default());
     assert!(report.passed(), "{report}");
     let mut env = make()?;
     let observation = env.reset(Some(0))?.observation;
-    assert!(env.observation_space().contains(&observation.to_value()));
+    assert!(env.observation_space().contains(&observation.to_value(env.observation_space())?));
     let Space::Dict(space) = env.observation_space() else { panic!("a dictionary") };
     assert_eq!(space.get("pixels"), Some(&Space::Image(env.image_space())));
     let achieved = observation.achieved_goal();
@@ -165,6 +165,7 @@ struct Taken {
 impl Env for Taken {
     type Observation = FetchObservation;
     type Info = Info;
+    type ActionSpace = BoxSpace<f32>;
     type ResetOptions = FetchResetOptions;
 
     fn reset_with(
@@ -192,8 +193,8 @@ impl Env for Taken {
 }
 
 impl RenderEnv for Taken {
-    fn renderer(&self, options: RenderOptions) -> std::result::Result<Renderer, EnvError> {
-        self.env.renderer(options)
+    fn sim_config(&self) -> &SimConfig {
+        self.env.sim_config()
     }
 
     fn update_scene(&self, renderer: &mut Renderer) -> std::result::Result<(), EnvError> {

@@ -2,9 +2,10 @@
 
 use std::num::NonZeroU32;
 
+use fetch_env::vec_env::GoalRows;
 use fetch_env::{
-    BoxSpace, Env, EnvError, FetchEnv, GoalEnv, GoalEnvExt, GoalObservation, Info, Reset,
-    SnapshotEnv, Space, Step, TimeLimit,
+    BatchObservation, BoxSpace, Env, EnvError, FetchEnv, GoalEnv, GoalEnvExt, GoalObservation,
+    Info, Reset, SnapshotEnv, Space, Step, TimeLimit,
 };
 use fetch_sim::KinematicSimulator;
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
@@ -43,7 +44,13 @@ impl GoalReward for ReachedIsTheEnd {
 #[derive(Clone, Debug, PartialEq)]
 struct Count([f64; 2]);
 
+impl BatchObservation for Count {
+    type Rows = GoalRows<f64>;
+}
+
 impl GoalObservation for Count {
+    type Element = f64;
+
     fn observation(&self) -> &[f64] {
         &self.0
     }
@@ -80,6 +87,7 @@ impl Counter {
 impl Env for Counter {
     type Observation = Count;
     type Info = Info;
+    type ActionSpace = BoxSpace<f32>;
     type ResetOptions = ();
 
     fn reset_with(&mut self, _seed: Option<u64>, (): &()) -> Result<Reset<Count, Info>, EnvError> {

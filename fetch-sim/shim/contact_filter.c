@@ -191,6 +191,18 @@ static int apart(fs_filter* filter, pair_state* pair, int geom1, int geom2, doub
 
 // ------------------------------------------------------------------------------------- the table
 
+// The arguments of a collision routine that differ by version.
+#if mjVERSION_HEADER >= 3007000
+typedef mjData collision_data;
+#else
+typedef const mjData collision_data;
+#endif
+#if mjVERSION_HEADER >= 3009000
+typedef mjPreContact collision_contact;
+#else
+typedef mjContact collision_contact;
+#endif
+
 static mjfCollision originals[mjNGEOMTYPES][mjNGEOMTYPES];
 static _Thread_local fs_filter* in_use;
 
@@ -206,17 +218,17 @@ static double factor(const mjModel* m, int geom1, int geom2) {
 }
 
 // Checks a rejection: MuJoCo must find no contact within the assumed gap.
-static void check(fs_filter* filter, mjfCollision original, const mjModel* m,
+static void check(fs_filter* filter, mjfCollision original, const mjModel* m, collision_data* d,
                   const pair_state* pair, int geom1, int geom2) {
-  mjContact contacts[mjMAXCONPAIR];
+  collision_contact contacts[mjMAXCONPAIR];
   const double travel = filter->geoms[geom1].travel + filter->geoms[geom2].travel;
   const double margin = (pair->clear_until - travel - SLACK) / factor(m, geom1, geom2);
   filter->counts.checked++;
-  filter->counts.refuted += original(m, filter->data, contacts, geom1, geom2, margin) > 0;
+  filter->counts.refuted += original(m, d, contacts, geom1, geom2, margin) > 0;
 }
 
-static int collide(const mjModel* m, const mjData* d, mjContact* contacts, int geom1, int geom2,
-                   mjtNum margin) {
+static int collide(const mjModel* m, collision_data* d, collision_contact* contacts, int geom1,
+                   int geom2, mjtNum margin) {
   const mjfCollision original = originals[m->geom_type[geom1]][m->geom_type[geom2]];
   fs_filter* filter = in_use;
   if (!filter || filter->data != d) return original(m, d, contacts, geom1, geom2, margin);
@@ -226,7 +238,7 @@ static int collide(const mjModel* m, const mjData* d, mjContact* contacts, int g
   pair_state* pair = filter->pairs + number;
   if (apart(filter, pair, geom1, geom2, factor(m, geom1, geom2) * margin + SLACK)) {
     filter->counts.rejected++;
-    if (filter->check) check(filter, original, m, pair, geom1, geom2);
+    if (filter->check) check(filter, original, m, d, pair, geom1, geom2);
     return 0;
   }
   const int found = original(m, d, contacts, geom1, geom2, margin);

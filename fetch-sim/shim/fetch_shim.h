@@ -112,10 +112,15 @@ int fs_contract(int index, const char** name, long long* value, size_t* size);
 // Returns the version of the headers, numbered as mj_version numbers the library's.
 int fs_header_version(void);
 
-// Loads MuJoCo; call it once for the process. *version is the library's, or 0 if the library cannot
-// be opened at all. `plugins` is NULL or a folder of plugins: late 3.x versions read mesh files
-// through them.
-fs_status fs_load(const char* path, const char* plugins, int* version);
+// Loads MuJoCo from a path, or from the system if it is a bare file name. After a failure nothing of
+// it stays loaded, and another path may be tried; after a success, none. *version is the library's, or
+// 0 if the library cannot be opened at all.
+fs_status fs_load(const char* path, int* version);
+// Returns the path from which MuJoCo was loaded, or NULL if the system does not know it. Valid as long
+// as the program.
+const char* fs_library_path(void);
+// Loads the plugins in a folder: late 3.x versions read mesh files through them.
+void fs_load_plugins(const char* folder);
 
 const char* fs_error_text(void);
 const char* fs_warning_text(void);
@@ -191,8 +196,9 @@ void fs_get_filter_counts(const fs_filter* filter, fs_filter_counts* counts);
 
 // --------------------------------------------------------------------------- rendering (optional)
 
-// These need the feature `render`. A renderer is used and deleted on the thread that made it. None
-// of them changes a model or data, except fs_prepare_model and fs_place.
+// These need the feature `render`. Any thread may use and delete a renderer, one at a time. The
+// thread's own OpenGL context is current afterwards as it was before. None of these functions changes
+// a model or data, except fs_prepare_model and fs_place.
 
 // Returns the name of the OpenGL library chosen for the process, or NULL if none has been.
 const char* fs_gl_backend(void);

@@ -103,17 +103,28 @@ fs_filter* fs_use_filter(fs_filter* filter);
 // ---------------------------------------------------------------------------------- gl_context.c
 
 // A desktop OpenGL context (compatibility profile) without a surface, so that drawing needs a
-// framebuffer object. It belongs to the thread that made it.
+// framebuffer object. It is current only between entering and leaving it, so that any thread may do
+// so. One context of the process is entered at a time: others wait.
 typedef struct fs_gl fs_gl;
 
-// Makes a context and makes it current; returns NULL, with the text of fs_error_text, if there is no
+// The caller's own context, which is current before and after: as EGL or OSMesa describe one.
+typedef struct {
+  void *context, *display, *draw, *read;  // OSMesa: `draw` is the color buffer
+  unsigned api;                           // OSMesa: the type of its elements
+  int width, height;                      // only OSMesa
+} fs_gl_outer;
+
+// Makes a context and enters it; returns NULL, with the text of fs_error_text, if there is no
 // OpenGL.
-fs_gl* fs_gl_make(void);
+fs_gl* fs_gl_make(fs_gl_outer* outer);
 
-// Makes the context current on this thread, replacing any other.
-fs_status fs_gl_make_current(fs_gl* gl);
+// Waits until no context is entered, and makes this one current on this thread.
+fs_status fs_gl_enter(fs_gl* gl, fs_gl_outer* outer);
 
-// Leaves no context current, and deletes this one.
+// Makes current again what was.
+void fs_gl_leave(const fs_gl_outer* outer);
+
+// Deletes a context that has been left.
 void fs_gl_delete(fs_gl* gl);
 
 #pragma GCC visibility pop

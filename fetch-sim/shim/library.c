@@ -1,6 +1,7 @@
 // Loads MuJoCo's library at run time, describes the contract, and turns what MuJoCo reports during a
 // guarded statement into a status and a text.
 
+#define _GNU_SOURCE  // dladdr
 #include <dlfcn.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -38,26 +39,49 @@ int fs_contract(int index, const char** name, long long* value, size_t* size) {
 
 int fs_header_version(void) { return mjVERSION_HEADER; }
 
-fs_status fs_load(const char* path, const char* plugins, int* version) {
-  *version = 0;
-  void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-  if (!library) return fs_fail("%s", dlerror());
-  if (!fs_symbol(library, "mj_version", &fs_mj.mj_version)) return fs_fail("it has no function mj_version");
-  *version = fs_mj.mj_version();
+// Finds all functions in a library of the headers' version.
+static fs_status find_functions(void* library, fs_functions* found, int* version) {
+  if (!fs_symbol(library, "mj_version", &found->mj_version)) return fs_fail("it has no function mj_version");
+  *version = found->mj_version();
   if (*version != mjVERSION_HEADER) return fs_fail("the versions differ");
-#define X(name) if (!fs_symbol(library, #name, &fs_mj.name)) return fs_fail("it has no function " #name);
+#define X(name) if (!fs_symbol(library, #name, &found->name)) return fs_fail("it has no function " #name);
   FS_FUNCTIONS(X)
 #undef X
 #define X(result, field, arguments, name)                                                          \
-  if (!fs_symbol(library, name, &fs_mj.field)) return fs_fail("it has no function " name);
+  if (!fs_symbol(library, name, &found->field)) return fs_fail("it has no function " name);
   FS_HOOKS(X)
 #undef X
-  void (*load_plugins)(const char*, void*);
-  if (plugins && fs_symbol(library, "mj_loadAllPluginLibraries", &load_plugins)) {
-    load_plugins(plugins, NULL);
+  return FS_OK;
+}
+
+static void* loaded;
+
+fs_status fs_load(const char* path, int* version) {
+  *version = 0;
+  void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  if (!library) return fs_fail("%s", dlerror());
+  fs_functions found = {0};
+  if (find_functions(library, &found, version) != FS_OK) {
+    // A library that stayed would be the system's answer to its name, whatever its version.
+    dlclose(library);
+    return FS_FAILED;
   }
+  fs_mj = found;
+  loaded = library;
   fs_install_filter(library);
   return FS_OK;
+}
+
+const char* fs_library_path(void) {
+  Dl_info info;
+  void* address;
+  memcpy(&address, &fs_mj.mj_version, sizeof address);
+  return dladdr(address, &info) ? info.dli_fname : NULL;
+}
+
+void fs_load_plugins(const char* folder) {
+  void (*load_plugins)(const char*, void*);
+  if (fs_symbol(loaded, "mj_loadAllPluginLibraries", &load_plugins)) load_plugins(folder, NULL);
 }
 
 // ---------------------------------------------------------------------------- errors and warnings
@@ -85,8 +109,9 @@ void fs_on_error(const char* message) {
 }
 
 void fs_on_warning(const char* message) {
-  const size_t used = strlen(warning_text);
-  snprintf(warning_text + used, sizeof warning_text - used, "%s%s", used ? "; " : "", message);
+  const size_t used = strlen(warning_text), room = sizeof warning_text - used;
+  const int length = snprintf(warning_text + used, room, "%s%s", used ? "; " : "", message);
+  if (length >= (int)room) strcpy(warning_text + sizeof warning_text - 4, "...");
 }
 
 #if mjVERSION_HEADER >= 3010000

@@ -51,19 +51,25 @@ static fs_status release(fs_renderer* r) {
 }
 
 void fs_delete_renderer(fs_renderer* r) {
-  // Without its context, OpenGL has nothing left to free.
-  if (fs_gl_make_current(r->gl) == FS_OK) release(r);
+  fs_gl_outer outer;
+  // Deleting the context frees what is left.
+  if (fs_gl_enter(r->gl, &outer) == FS_OK) {
+    release(r);
+    fs_gl_leave(&outer);
+  }
   fs_gl_delete(r->gl);
   free(r);
 }
 
 fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl) {
   *renderer = NULL;
-  fs_gl* gl = fs_gl_make();
+  fs_gl_outer outer;
+  fs_gl* gl = fs_gl_make(&outer);
   *has_gl = gl != NULL;
   if (!gl) return FS_FAILED;
   fs_renderer* r = calloc(1, sizeof *r);
   if (!r) {
+    fs_gl_leave(&outer);
     fs_gl_delete(gl);
     return fs_fail("no memory for a renderer");
   }
@@ -79,6 +85,7 @@ fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl
   if (status == FS_OK && (made->offWidth != r->viewport.width || made->offHeight != r->viewport.height)) {
     status = fs_fail("OpenGL gave a framebuffer of %d x %d pixels", made->offWidth, made->offHeight);
   }
+  fs_gl_leave(&outer);
   if (status & FS_FAILED) {
     fs_mj.mjv_freeScene(&r->scene);  // deleting the context frees OpenGL's part
     fs_gl_delete(gl);
@@ -107,9 +114,8 @@ void fs_set_fixed_camera(fs_renderer* r, int id) {
 
 // --------------------------------------------------------------------------------------- pictures
 
-fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
-                  unsigned char* rgb, float* depth) {
-  if (fs_gl_make_current(r->gl) != FS_OK) return FS_FAILED;
+static fs_status draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
+                      unsigned char* rgb, float* depth) {
   FS_GUARDED(NULL, {
     fs_mj.mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
     fs_mj.mjv_updateScene(m, (mjData*)d, &r->option, &r->perturb, &r->camera, mjCAT_ALL, &r->scene);
@@ -119,11 +125,20 @@ fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segment
   });
 }
 
+fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
+                  unsigned char* rgb, float* depth) {
+  fs_gl_outer outer;
+  if (fs_gl_enter(r->gl, &outer) != FS_OK) return FS_FAILED;
+  const fs_status status = draw(r, m, d, segments, rgb, depth);
+  fs_gl_leave(&outer);
+  return status;
+}
+
 int fs_planes(const fs_renderer* r, float planes[2]) {
   const mjvGLCamera* camera = r->scene.camera;
   planes[0] = camera->frustum_near;
   planes[1] = camera->frustum_far;
-#if mjVERSION_HEADER >= 310
+#if mjVERSION_HEADER >= 320
   return camera->orthographic;
 #else
   return 0;

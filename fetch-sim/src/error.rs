@@ -1,5 +1,7 @@
 //! Errors of a simulation.
 
+use std::{fmt, path::PathBuf};
+
 use crate::task::Task;
 
 /// Error returned when a simulation cannot be created or continued.
@@ -24,25 +26,21 @@ pub enum SimError {
         /// The buffer.
         reason: String,
     },
-    /// MuJoCo's library could not be loaded.
+    /// The crate was built without MuJoCo's headers.
     #[error(
-        "MuJoCo could not be loaded from {path} ({reason}): install libmujoco-dev, or build with MUJOCO_DIR naming an installation"
+        "this program was built without MuJoCo: install libmujoco-dev, or set MUJOCO_DIR to an installation (`fetch_sim::fetch::mujoco`, of the feature `fetch`, and `cargo xtask mujoco` download one), and build again; or use a `KinematicSimulator`, which needs none"
+    )]
+    BuiltWithoutMujoco,
+    /// MuJoCo's library was not found, or does not fit the headers with which the crate was built.
+    #[error(
+        "MuJoCo {version}, with whose headers this program was built, could not be loaded ({}): put its library beside the program, set MUJOCO_DIR to an installation, install the system's package (libmujoco-dev has one version), download it with `fetch_sim::fetch::mujoco(\"{version}\")`, of the feature `fetch`, or `cargo xtask mujoco {version}`, or build again with another version",
+        list(tried)
     )]
     Library {
-        /// Path of the library that the build found.
-        path: String,
-        /// Message of the loader.
-        reason: String,
-    },
-    /// The library's version is not the one that the crate was built for.
-    #[error(
-        "built with the headers of MuJoCo {headers}, but the library is {library}: clean and rebuild with MUJOCO_DIR naming one installation"
-    )]
-    VersionMismatch {
         /// Version of the headers.
-        headers: String,
-        /// Version of the library.
-        library: String,
+        version: String,
+        /// The places in the order of the search, and why each was refused.
+        tried: Vec<TriedLibrary>,
     },
     /// The crate's C and Rust sides were compiled from different sources.
     #[error("{item} is {shim} in the C shim and {rust} in Rust: clean and rebuild")]
@@ -64,7 +62,7 @@ pub enum SimError {
     },
     /// The files of a model are missing.
     #[error(
-        "there is no model at {path}: run `cargo xtask assets`, or set FETCH_ASSETS_DIR to where it put them"
+        "there is no model at {path}: run `cargo xtask assets` or call `fetch_sim::fetch::reference_model`, of the feature `fetch`, or set FETCH_ASSETS_DIR to where it put them"
     )]
     NoAssets {
         /// The path that was looked up.
@@ -92,4 +90,30 @@ pub enum SimError {
         /// The difference.
         reason: String,
     },
+}
+
+/// A library of MuJoCo that was not taken, or a place without one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct TriedLibrary {
+    /// The place, such as `the cache`.
+    pub place: &'static str,
+    /// The library, if there was one.
+    pub path: Option<PathBuf>,
+    /// Why it was not taken.
+    pub reason: String,
+}
+
+impl fmt::Display for TriedLibrary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { place, path, reason } = self;
+        match path {
+            Some(path) => write!(f, "{place}: {}: {reason}", path.display()),
+            None => write!(f, "{place}: {reason}"),
+        }
+    }
+}
+
+fn list(tried: &[TriedLibrary]) -> String {
+    tried.iter().map(TriedLibrary::to_string).collect::<Vec<_>>().join("; ")
 }

@@ -9,7 +9,7 @@
 //! to `tracing` (target `mujoco`), never to a file.
 //!
 //! ```
-//! # #[cfg(feature = "mujoco")] {
+//! # #[cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))] {
 //! use fetch_sim::{Control, FetchModel, MujocoSimulator, SimConfig, Simulator, Task};
 //! use nalgebra::Vector3;
 //!
@@ -29,16 +29,32 @@
 //! `Data` has no such filter: its `step` is MuJoCo's bare loop of `mj_step`.
 //!
 //! # Finding MuJoCo
-//! The build finds Debian's `libmujoco-dev`, or the installation that `MUJOCO_DIR` names: a
-//! directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`. The library
-//! is loaded from there on first use. Loading fails with [`SimError::VersionMismatch`] if headers and
-//! library have different versions.
+//! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that `MUJOCO_DIR`
+//! names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`.
+//! Without headers the crate compiles, Cargo warns, and the first use of MuJoCo is
+//! [`SimError::BuiltWithoutMujoco`]; `MUJOCO_DIR=none` asks for that.
+//!
+//! The library is loaded on first use. Its version must be that of the headers, whose layouts the
+//! program has. The first that fits is taken from
+//! 1. the installation, or the file, that `MUJOCO_DIR` names at run time;
+//! 2. the folder of the executable, and the folder `lib` beside that one;
+//! 3. the path that the build found, which has the very library that the program was tested with;
+//! 4. the cache in which `cargo xtask mujoco` and the feature `fetch` put that version;
+//! 5. the system, by the names `libmujoco.so.VERSION` and `libmujoco.so`.
+//!
+//! If none fits, [`SimError::Library`] lists what was tried and why each was refused; a library that
+//! was refused does not stay loaded. `library_path` returns the one that is used.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod assets;
 mod cache;
 mod config;
 mod error;
+#[cfg(feature = "fetch")]
+pub mod fetch;
+#[cfg(any(feature = "mujoco", feature = "fetch"))]
+#[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "a build finds it"))]
+mod installation;
 mod kinematic;
 #[cfg(feature = "mujoco")]
 mod mujoco;
@@ -48,12 +64,12 @@ mod task;
 
 pub use assets::{ModelSource, cache_folder, reference_folder};
 pub use config::SimConfig;
-pub use error::SimError;
+pub use error::{SimError, TriedLibrary};
 pub use kinematic::KinematicSimulator;
 #[cfg(feature = "mujoco")]
 pub use mujoco::{
     BodyId, ContactFilter, ContactFilterCounts, Data, FetchModel, GeomId, JointId, Model,
-    MujocoSimulator, MujocoSnapshot, MujocoVersion, Shape, SiteId, VisualGeom,
+    MujocoSimulator, MujocoSnapshot, MujocoVersion, Shape, SiteId, VisualGeom, library_path,
 };
 #[cfg(feature = "render")]
 pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};

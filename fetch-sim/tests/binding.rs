@@ -1,5 +1,5 @@
 //! The safe binding: MuJoCo's errors are returned as typed errors.
-#![cfg(feature = "mujoco")]
+#![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{
     error::Error,
@@ -42,7 +42,7 @@ fn with_least_memory() -> Option<Data> {
 
 /// Whether every buffer has a size of its own, as until 2.2; since 2.3 they share one memory.
 fn old_sizes() -> bool {
-    MujocoVersion::of_headers().to_string().starts_with("2.2.")
+    MujocoVersion::of_headers().is_some_and(|version| version.to_string().starts_with("2.2."))
 }
 
 /// Steps until something goes wrong.
@@ -52,7 +52,7 @@ fn first_error(data: &mut Data) -> Option<SimError> {
 
 #[test]
 fn the_library_has_the_version_of_the_headers() -> Result {
-    assert_eq!(MujocoVersion::of_library()?, MujocoVersion::of_headers());
+    assert_eq!(Some(MujocoVersion::of_library()?), MujocoVersion::of_headers());
     Ok(())
 }
 

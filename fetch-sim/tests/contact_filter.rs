@@ -1,5 +1,5 @@
 //! The contact filter skips only tests that find no contact.
-#![cfg(feature = "mujoco")]
+#![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{error::Error, fmt::Write, sync::Arc};
 

@@ -2,7 +2,7 @@
 //!
 //! Without OpenGL these tests pass without a picture, unless MUJOCO_GL names the library that has to
 //! work.
-#![cfg(feature = "render")]
+#![cfg(all(feature = "render", not(fetch_sim_no_shim)))]
 
 use std::{env, error::Error, ffi::OsStr, fs, process::Command, thread};
 
@@ -14,7 +14,9 @@ use nalgebra::Vector3;
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
-const GOAL: Vector3<f64> = Vector3::new(1.35, 0.85, 0.6);
+/// In free sight of the reference's camera: the robot, which stands a little differently on every
+/// MuJoCo, hides nothing of it.
+const GOAL: Vector3<f64> = Vector3::new(1.35, 1.0, 0.6);
 
 fn simulator(task: Task) -> Result<MujocoSimulator, SimError> {
     MujocoSimulator::new(&SimConfig::new(task))
@@ -65,7 +67,7 @@ fn the_goal_is_drawn_at_its_position_and_the_sky_above() -> Result {
     renderer.update_scene(&simulator, Some(GOAL))?;
     let near = renderer.rgb()?.to_vec();
     assert_eq!(near.len(), 480 * 480 * 3);
-    assert!((50..500).contains(&red(&near)), "{} red pixels", red(&near));
+    assert!((50..80).contains(&red(&near)), "{} red pixels", red(&near));
     let [r, g, b] = near[..3] else { panic!("a pixel") };
     assert!(g > r && g > b, "the sky is green, the top row is {r} {g} {b}");
     renderer.update_scene(&simulator, Some(GOAL - Vector3::new(0.0, 0.0, 5.0)))?;
@@ -303,5 +305,111 @@ fn ten_thousand_pictures_and_a_hundred_renderers_leave_no_memory_behind() -> Res
     }
     let grown = resident()?.saturating_sub(before);
     assert!(grown < 16_000, "{grown} kB more");
+    Ok(())
+}
+
+/// Calls of EGL on contexts that are not the renderer's.
+#[cfg(target_os = "linux")]
+mod egl {
+    use std::ffi::{CStr, c_char, c_int, c_uint, c_void};
+    use std::mem::transmute;
+
+    type Pointer = *mut c_void;
+
+    unsafe extern "C" {
+        fn dlopen(name: *const c_char, flags: c_int) -> Pointer;
+        fn dlsym(library: Pointer, name: *const c_char) -> Pointer;
+    }
+
+    fn function(name: &CStr) -> Option<Pointer> {
+        // SAFETY: the name is a C string; 2 is RTLD_NOW.
+        let library = unsafe { dlopen(c"libEGL.so.1".as_ptr(), 2) };
+        // SAFETY: the library was just loaded, and the name is a C string.
+        let found = (!library.is_null()).then(|| unsafe { dlsym(library, name.as_ptr()) });
+        found.filter(|function| !function.is_null())
+    }
+
+    /// Returns the thread's current context and its rendering API.
+    pub(super) fn current() -> Option<(usize, c_uint)> {
+        let [context, api] = [function(c"eglGetCurrentContext")?, function(c"eglQueryAPI")?];
+        // SAFETY: EGL declares these functions so.
+        let context = unsafe { transmute::<Pointer, extern "C" fn() -> Pointer>(context) };
+        // SAFETY: as above.
+        let api = unsafe { transmute::<Pointer, extern "C" fn() -> c_uint>(api) };
+        Some((context() as usize, api()))
+    }
+
+    /// Makes a context of OpenGL ES current on this thread.
+    pub(super) fn enter() -> Option<()> {
+        type GetDisplay = extern "C" fn(c_uint, Pointer, *const c_int) -> Pointer;
+        type Initialize = extern "C" fn(Pointer, *mut c_int, *mut c_int) -> c_uint;
+        type Choose =
+            extern "C" fn(Pointer, *const c_int, *mut Pointer, c_int, *mut c_int) -> c_uint;
+        type Create = extern "C" fn(Pointer, Pointer, Pointer, *const c_int) -> Pointer;
+        type MakeCurrent = extern "C" fn(Pointer, Pointer, Pointer, Pointer) -> c_uint;
+        const NULL: Pointer = std::ptr::null_mut();
+        // SAFETY: EGL declares these functions so.
+        let get_display: GetDisplay = unsafe { transmute(function(c"eglGetPlatformDisplay")?) };
+        // SAFETY: as above.
+        let initialize: Initialize = unsafe { transmute(function(c"eglInitialize")?) };
+        // SAFETY: as above.
+        let choose: Choose = unsafe { transmute(function(c"eglChooseConfig")?) };
+        // SAFETY: as above.
+        let create: Create = unsafe { transmute(function(c"eglCreateContext")?) };
+        // SAFETY: as above.
+        let make_current: MakeCurrent = unsafe { transmute(function(c"eglMakeCurrent")?) };
+        let display = get_display(0x31DD, NULL, std::ptr::null()); // without a surface
+        let (mut config, mut count) = (NULL, 0);
+        let (renderable, version) = ([0x3040, 4, 0x3033, 1, 0x3038], [0x3098, 2, 0x3038]);
+        let made = initialize(display, &mut 0, &mut 0) != 0
+            && choose(display, renderable.as_ptr(), &mut config, 1, &mut count) != 0
+            && count == 1;
+        let context = made.then(|| create(display, config, NULL, version.as_ptr()))?;
+        (make_current(display, NULL, NULL, context) != 0).then_some(())
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn the_callers_own_context_stays_current() -> Result {
+    if renderer(Task::Reach, small())?.is_none() || Renderer::backend() != Some("EGL") {
+        return Ok(());
+    }
+    thread::spawn(|| {
+        let nothing = egl::current().expect("EGL");
+        assert_eq!(nothing.0, 0);
+        let mut renderer = try_renderer(Task::Reach, small()).expect("a renderer");
+        let alone = renderer.rgb().expect("a picture").to_vec();
+        assert_eq!(egl::current(), Some(nothing), "none was current, none is");
+        if egl::enter().is_none() {
+            return;
+        }
+        let own = egl::current();
+        assert!(own.is_some_and(|(context, _)| context != 0));
+        assert!(renderer.rgb().expect("a picture") == alone);
+        assert_eq!(egl::current(), own);
+        drop(try_renderer(Task::Push, small()).expect("a renderer"));
+        assert_eq!(egl::current(), own);
+    })
+    .join()
+    .expect("no panic");
+    Ok(())
+}
+
+#[test]
+fn any_thread_may_use_and_drop_a_renderer() -> Result {
+    let Some(mut renderer) = renderer(Task::Slide, small())? else { return Ok(()) };
+    let expected = renderer.rgb()?.to_vec();
+    for _ in 0..3 {
+        let moved = thread::spawn(move || {
+            let picture = renderer.rgb().expect("a picture").to_vec();
+            (renderer, picture)
+        });
+        let (back, picture) = moved.join().expect("no panic");
+        assert!(picture == expected);
+        renderer = back;
+        assert!(renderer.rgb()? == expected);
+    }
+    thread::spawn(move || drop(renderer)).join().expect("no panic");
     Ok(())
 }

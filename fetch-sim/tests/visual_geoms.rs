@@ -1,5 +1,5 @@
 //! The visible geoms of the built-in model.
-#![cfg(feature = "mujoco")]
+#![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{collections::HashSet, error::Error};
 

@@ -9,11 +9,14 @@
 //! It is not a learner, and sampling is a few percent of a training step: a faster buffer does not
 //! make a training run much faster.
 //!
-//! - Episodes are added [step by step](HerBuffer::add_step), as a step of
-//!   [all environments at once](HerBuffer::add_steps), or [whole](HerBuffer::add_episode), with additional
+//! - Episodes are added [step by step](HerBuffer::add_step), as steps of
+//!   [several environments at once](HerBuffer::record), or [whole](HerBuffer::add_episode), with additional
 //!   [fields](BufferConfig::with_field).
 //! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), singly or in
 //!   [windows](Sampler::with_n_step), with goals of any [mixture](GoalMixture) of strategies.
+//! - A [batch](Batch) has the element type of the network, on request with observations and goals
+//!   [joined](Sampler::with_joined_goal) and [normalized](Batch::set_normalizers), in columns that can be
+//!   [taken](Batch::take_columns) or in [memory of the caller's](Sampler::sample_into).
 //! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished episodes, and
 //!   continues exactly where it was. The feature `npz` exchanges episodes with numpy.
 //! - On Linux, the transitions lie in huge pages if the system provides them, which makes sampling faster.
@@ -47,7 +50,7 @@
 //!
 //! // Four relabeled transitions for each original one.
 //! let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
-//! let mut batch = Batch::new();
+//! let mut batch = Batch::<f32>::new();
 //! sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
 //! // Seen in hindsight, some steps reached their goal.
 //! assert!(batch.reward().contains(&0.0));
@@ -64,15 +67,20 @@ mod npz;
 mod sample;
 mod save;
 mod scalar;
+mod split_mix;
 mod store;
 mod unit_interval;
 
-pub use add::arguments::{EpisodeData, EpisodeStart, FieldRows, StartBatch, Step, StepBatch};
+/// Crates whose types are part of this crate's interface.
+pub use {::goal_reward, ::rand_core};
+
+pub use add::arguments::{EpisodeData, EpisodeStart, FieldRows, Step};
 pub use add::check::AddError;
+pub use add::record::{Recorded, RefusedRow, StepRows};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
 pub use npz::array::NpzError;
-pub use sample::batch::Batch;
+pub use sample::batch::{Batch, Columns, ColumnsMut};
 pub use sample::draws::RandomSource;
 pub use sample::goals::{GoalMixture, GoalPart, GoalStrategy, MixtureError};
 pub use sample::sampler::{NStep, SampleError, Sampler};
@@ -82,6 +90,7 @@ pub use store::buffer::HerBuffer;
 pub use store::config::{BufferConfig, ConfigError, Dims};
 pub use store::fields::{Field, UnknownField};
 pub use store::priorities::{NewPriority, Priorities, PriorityError, PriorityUnit};
+pub use store::still::StillEpisodes;
 pub use store::transition_id::TransitionId;
 pub use unit_interval::{UnitInterval, UnitIntervalError};
 

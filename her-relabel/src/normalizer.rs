@@ -49,7 +49,7 @@ impl NormalizerConfig {
 ///
 /// Learners normalize the inputs of a network: [`update`](Self::update) with observations (or goals) as they
 /// come, [`merge`](Self::merge) the normalizers of several workers, and [`normalize`](Self::normalize)
-/// batches. A normalized element is `(x - mean) / std`, clipped to `[-clip, clip]`. The standard deviation is
+/// batches, or [let batches be normalized](crate::Batch::set_normalizers) while they are drawn. A normalized element is `(x - mean) * (1 / std)`, clipped to `[-clip, clip]`. The standard deviation is
 /// that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`. Before the first update the
 /// mean is 0 and the standard deviation 1.
 ///
@@ -80,6 +80,9 @@ pub struct Normalizer {
     mean: Vec<f64>,
     /// The sums of the squared distances from the mean.
     squares: Vec<f64>,
+    /// One over the standard deviation of each element.
+    #[serde(skip)]
+    factors: Vec<f64>,
     min_std: f64,
     clip: f64,
 }
@@ -110,7 +113,8 @@ impl Normalizer {
             }
         }
         let zeros = vec![0.0; dim];
-        Ok(Self { count: 0, mean: zeros.clone(), squares: zeros, min_std, clip })
+        let factors = vec![1.0; dim];
+        Ok(Self { count: 0, mean: zeros.clone(), squares: zeros, factors, min_std, clip })
     }
 
     /// Returns the number of elements of a vector.
@@ -149,7 +153,8 @@ impl Normalizer {
         let dim = self.dim();
         let count = (rows.len() / dim) as u64;
         let zeros = vec![0.0; dim];
-        let mut seen = Self { count, mean: zeros.clone(), squares: zeros, ..*self };
+        let mut seen =
+            Self { count, mean: zeros.clone(), squares: zeros, factors: Vec::new(), ..*self };
         // The mean comes first, so that the squares lose no digits to it.
         for row in rows.chunks_exact(dim) {
             for (mean, value) in seen.mean.iter_mut().zip(row) {
@@ -190,6 +195,7 @@ impl Normalizer {
         if !merged.mean.iter().chain(&merged.squares).all(|value| value.is_finite()) {
             return Err(NormalizerError::TooLarge);
         }
+        merged.precompute();
         *self = merged;
         Ok(())
     }
@@ -201,12 +207,66 @@ impl Normalizer {
     pub fn normalize<T: Scalar>(&self, rows: &mut [T]) -> Result<(), NormalizerError> {
         self.check(rows)?;
         for row in rows.chunks_exact_mut(self.dim()) {
-            for ((value, mean), std) in row.iter_mut().zip(&self.mean).zip(self.std()) {
-                let normalized = (value.to_f64() - mean) / std;
-                *value = T::from_f64(normalized.clamp(-self.clip, self.clip));
+            for ((value, mean), factor) in row.iter_mut().zip(&self.mean).zip(&self.factors) {
+                *value = T::from_f64(self.element(value.to_f64(), *mean, *factor));
             }
         }
         Ok(())
+    }
+
+    /// Normalizes vectors, a row-major matrix of any number of rows, into memory of the same length and any
+    /// element type: the input of a network, for example, of which the vectors are a part.
+    ///
+    /// # Errors
+    /// [`NormalizerError::WrongLength`], [`NormalizerError::WrongTarget`] or [`NormalizerError::NotFinite`];
+    /// then nothing has been written.
+    ///
+    /// # Example
+    /// ```
+    /// use her_relabel::{Normalizer, NormalizerConfig};
+    ///
+    /// let normalizer = Normalizer::new(NormalizerConfig::new(2))?;
+    /// let mut input = [0.0_f32; 3];
+    /// normalizer.normalize_into(&[0.5_f64, 9.0], &mut input[..2])?;
+    /// assert_eq!(input, [0.5, 5.0, 0.0]);
+    /// # Ok::<(), her_relabel::NormalizerError>(())
+    /// ```
+    pub fn normalize_into<S: Scalar, T: Scalar>(
+        &self,
+        rows: &[S],
+        target: &mut [T],
+    ) -> Result<(), NormalizerError> {
+        self.check(rows)?;
+        if rows.len() != target.len() {
+            return Err(NormalizerError::WrongTarget { len: target.len(), rows: rows.len() });
+        }
+        let dim = self.dim();
+        for (target, row) in target.chunks_exact_mut(dim).zip(rows.chunks_exact(dim)) {
+            self.put(target, row);
+        }
+        Ok(())
+    }
+
+    /// Writes a normalized vector of finite elements, of the right length, to `target`.
+    #[inline(never)]
+    pub(crate) fn put<S: Scalar, T: Scalar>(&self, target: &mut [T], row: &[S]) {
+        let factors = self.mean.iter().zip(&self.factors);
+        for ((target, value), (mean, factor)) in target.iter_mut().zip(row).zip(factors) {
+            *target = T::from_f64(self.element(value.to_f64(), *mean, *factor));
+        }
+    }
+
+    #[inline(always)]
+    fn element(&self, value: f64, mean: f64, factor: f64) -> f64 {
+        let normalized = (value - mean) * factor;
+        // As `clamp`, without its check of the bounds.
+        let low = if normalized < -self.clip { -self.clip } else { normalized };
+        if low > self.clip { self.clip } else { low }
+    }
+
+    /// Computes the factors, after every change of the sums.
+    fn precompute(&mut self) {
+        self.factors = self.std().map(|std| 1.0 / std).collect();
     }
 
     fn check<T: Scalar>(&self, rows: &[T]) -> Result<(), NormalizerError> {
@@ -236,7 +296,9 @@ impl TryFrom<Saved> for Normalizer {
         if unseen || squares.iter().any(|squares| *squares < 0.0) {
             return Err(NormalizerError::Inconsistent);
         }
-        Ok(Self { count, mean, squares, ..empty })
+        let mut loaded = Self { count, mean, squares, ..empty };
+        loaded.precompute();
+        Ok(loaded)
     }
 }
 
@@ -254,6 +316,14 @@ pub enum NormalizerError {
         len: usize,
         /// The elements of a vector.
         dim: usize,
+    },
+    /// The memory for normalized vectors has another length than the vectors.
+    #[error("{rows} elements do not fit memory for {len}: pass memory of the same length")]
+    WrongTarget {
+        /// The length of the memory, in elements.
+        len: usize,
+        /// The number of elements.
+        rows: usize,
     },
     /// An element is NaN or infinite.
     #[error("element {index} is {value}: leave the vector out, or find the step that produced it")]

@@ -6,8 +6,8 @@ use std::num::NonZeroUsize;
 use allocation_counter::measure;
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, Priorities,
-    PriorityUnit, Sampler, StartBatch, StepBatch, UnitInterval,
+    Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, Normalizer,
+    NormalizerConfig, Priorities, PriorityUnit, Sampler, Scalar, StepRows, UnitInterval,
 };
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -23,27 +23,34 @@ fn config() -> BufferConfig {
         .with_priorities(Priorities::new(PriorityUnit::Transition))
 }
 
-/// Adds a step of every environment, which ends the episodes if `is_last`.
+/// Adds a step of every environment, which ends the episodes and starts others if `is_last`.
 fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
-    let starts = StartBatch {
+    let starts = StepRows {
+        env_ids: &[2, 0, 3, 1],
+        stepped: &[false; NUM_ENVS],
+        started: &[true; NUM_ENVS],
+        truncated: &[false; NUM_ENVS],
         observations: &[0.5; NUM_ENVS * 25],
         achieved_goals: &[0.5; NUM_ENVS * 3],
         desired_goals: &[0.25; NUM_ENVS * 3],
+        ..StepRows::default()
     };
     if buffer.unfinished_steps(0).unwrap().is_none() {
-        buffer.begin_episodes(&starts).unwrap();
+        buffer.record(&starts).unwrap();
     }
-    let steps = StepBatch {
-        actions: &[0.0; NUM_ENVS * 4],
+    let steps = StepRows {
+        stepped: &[true; NUM_ENVS],
+        started: &[is_last; NUM_ENVS],
+        actions: &[0.0_f32; NUM_ENVS * 4],
         rewards: &[-1.0; NUM_ENVS],
         next_observations: &[0.5; NUM_ENVS * 25],
         next_achieved_goals: &[0.5; NUM_ENVS * 3],
         terminated: &[false; NUM_ENVS],
         truncated: &[is_last; NUM_ENVS],
-        next_starts: Some(starts),
         fields: &[("log_prob", &[0.0; NUM_ENVS]), ("latent", &[0.0; NUM_ENVS * 8])],
+        ..starts
     };
-    buffer.add_steps(&steps).unwrap();
+    assert_eq!(buffer.record(&steps).unwrap().recorded_steps, NUM_ENVS);
 }
 
 fn full() -> HerBuffer<f32> {
@@ -56,7 +63,6 @@ fn full() -> HerBuffer<f32> {
 #[test]
 fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
     let buffer = full();
-    let reward = DistanceReward::sparse();
     let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.98)?);
     let plain = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     for sampler in [
@@ -64,19 +70,56 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
         plain.with_strategy(GoalStrategy::Random).with_recompute_terminated(true),
         plain.with_n_step(n_step).with_success(true),
         plain.with_priorities(UnitInterval::ONE),
+        plain.with_joined_goal(true).with_discount(UnitInterval::ONE),
+        plain.with_already_achieved(UnitInterval::new(0.2)?),
     ] {
-        // With every row relabeled, the reward judges the most pairs of goals.
-        let mut batch = Batch::new();
-        let all = sampler.with_ratio(UnitInterval::ONE);
-        (0..20).for_each(|seed| all.sample(&buffer, &reward, seed, &mut batch).unwrap());
-        let counted = measure(|| {
-            for seed in 0..50 {
-                sampler.sample(&buffer, &reward, seed, &mut batch).unwrap();
-                batch.field("latent").unwrap();
-            }
-        });
-        assert_eq!(counted.count_total, 0, "{sampler:?}: {counted:?}");
+        assert_no_allocation(&buffer, &sampler, &mut Batch::<f32>::new());
+        // Another element type, and normalizers.
+        let mut batch = Batch::<f64>::new();
+        assert_no_allocation(&buffer, &sampler, &mut batch);
+        let normalizers = [25, 3].map(|dim| Normalizer::new(NormalizerConfig::new(dim)));
+        let [observation, goal] = normalizers;
+        batch.set_normalizers(Some(&observation?), Some(&goal?));
+        assert_no_allocation(&buffer, &sampler, &mut batch);
     }
+    Ok(())
+}
+
+fn assert_no_allocation<T: Scalar>(
+    buffer: &HerBuffer<f32>,
+    sampler: &Sampler,
+    batch: &mut Batch<T>,
+) {
+    let reward = DistanceReward::sparse();
+    // With every row relabeled, the reward judges the most pairs of goals.
+    let all = sampler.with_ratio(UnitInterval::ONE);
+    (0..20).for_each(|seed| all.sample(buffer, &reward, seed, batch).unwrap());
+    let counted = measure(|| {
+        for seed in 0..50 {
+            sampler.sample(buffer, &reward, seed, batch).unwrap();
+            batch.field("latent").unwrap();
+        }
+    });
+    assert_eq!(counted.count_total, 0, "{sampler:?}: {counted:?}");
+}
+
+#[test]
+fn columns_that_come_back_and_memory_of_the_caller_s_allocate_nothing() -> Result {
+    let buffer = full();
+    let reward = DistanceReward::sparse();
+    let sampler =
+        Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4)).with_joined_goal(true);
+    let mut batch = Batch::<f32>::new();
+    let mut input = vec![0.0; 256 * 28];
+    let mut draw = |seed: u64| {
+        let columns = ColumnsMut { input: &mut input, ..ColumnsMut::default() };
+        sampler.sample_into(&buffer, &reward, seed, &mut batch, columns).unwrap();
+        let columns = batch.take_columns();
+        batch.give_back(columns);
+    };
+    (0..20).for_each(&mut draw);
+    let counted = measure(|| (0..50).for_each(&mut draw));
+    assert_eq!(counted.count_total, 0, "{counted:?}");
     Ok(())
 }
 

@@ -55,7 +55,7 @@ fn exported<T: Scalar>(buffer: &HerBuffer<T>) -> Vec<u8> {
 /// Everything in a batch except the numbers of its transitions, which differ in another buffer.
 fn drawn<T: Scalar>(buffer: &HerBuffer<T>) -> Vec<f64> {
     let sampler = Sampler::new(300, GoalStrategy::Random, UnitInterval::from_k(1));
-    let mut batch = Batch::new();
+    let mut batch = Batch::<T>::new();
     sampler.sample(buffer, &DistanceReward::dense(), 5, &mut batch).unwrap();
     let columns = [
         batch.observation(),

@@ -5,15 +5,33 @@ use std::process::Command;
 use anyhow::Context;
 use lexopt::Parser;
 
-use crate::cache_folder;
+use crate::fetch;
 
-/// The purpose of each cargo command, and the command.
-const STEPS: [(&str, &str); 18] = [
+/// The purpose of a cargo command, and the command.
+type Step = (&'static str, &'static str);
+
+/// Without MuJoCo, as on a machine that has no headers.
+const WITHOUT_HEADERS: [Step; 3] = [
+    ("lints without MuJoCo's headers", "clippy --workspace --all-targets -- -D warnings"),
+    (
+        "documentation without MuJoCo's headers",
+        "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --features fetch-sim/fetch",
+    ),
+    ("tests without MuJoCo's headers", "test -p fetch-sim --features fetch"),
+];
+
+/// On the system's MuJoCo.
+const STEPS: [Step; 20] = [
     ("formatting", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
         "lints without MuJoCo",
         "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --all-targets -- -D warnings",
+    ),
+    ("lints with fetching", "clippy -p fetch-sim --features fetch --all-targets -- -D warnings"),
+    (
+        "lints with fetching alone",
+        "clippy -p fetch-sim --no-default-features --features fetch --all-targets -- -D warnings",
     ),
     (
         "lints with numpy archives",
@@ -38,42 +56,65 @@ const STEPS: [(&str, &str); 18] = [
     ("fuzzing", "xtask fuzz --seconds 15"),
     ("verify", "xtask verify"),
     ("figures", "xtask figures --out target/figures"),
-    ("packages", "publish --workspace --dry-run --quiet --allow-dirty"),
+    ("projects outside the workspace", "xtask projects"),
+    ("packages", "xtask packages"),
     ("the reference's model", "xtask assets"),
     (
         "bit for bit the reference",
         "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-2.2.2 --model reference",
     ),
-    ("MuJoCo 3.6.0", "xtask mujoco 3.6.0"),
 ];
 
-/// The same, run on MuJoCo 3.6.0 from the cache.
-const STEPS_ON_3: [(&str, &str); 3] = [
-    ("tests on MuJoCo 3.6.0", "test -p fetch-sim -p fetch-env --features fetch-env/clip"),
+/// The tests of everything that uses MuJoCo.
+const TESTS: Step =
+    ("tests", "test -p fetch-sim -p fetch-env -p fetch-baselines -p lab --features fetch-env/clip");
+const VERIFY: Step = ("verify", "xtask verify");
+const LIVE: Step = ("bit for bit the reference in Python", "xtask parity --live");
+
+const ON_3_6: [Step; 3] = [
+    TESTS,
     (
-        "bit for bit the reference on MuJoCo 3.6.0",
+        "bit for bit the reference",
         "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-3.6.0 --model reference",
     ),
-    ("verify on MuJoCo 3.6.0", "xtask verify"),
+    VERIFY,
+];
+
+/// The values of `MUJOCO_DIR` (a version stands for its folder in the cache), and the steps with each.
+const ALL: [(Option<&str>, &[Step]); 6] = [
+    (None, &STEPS),
+    (Some("none"), &WITHOUT_HEADERS),
+    (Some("3.6.0"), &ON_3_6),
+    // The newest release.
+    (Some("4.0.1"), &[TESTS, VERIFY]),
+    // The newest that gymnasium-robotics can start on unaided, and the newest that it can start on.
+    (Some("3.11.0"), &[LIVE]),
+    (Some("4.0.0"), &[LIVE]),
 ];
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     if let Some(argument) = arguments.next()? {
         return Err(argument.unexpected().into());
     }
-    let on_3 = cache_folder()?.join("mujoco-3.6.0");
-    let steps = STEPS.map(|step| (step, None)).into_iter();
-    for ((purpose, command), mujoco) in steps.chain(STEPS_ON_3.map(|step| (step, Some(&on_3)))) {
-        println!("== {purpose}: cargo {command}");
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
-        if let Some(folder) = mujoco {
-            cargo.env("MUJOCO_DIR", folder);
-        }
-        let status = cargo.status().with_context(|| format!("cargo {command} did not start"))?;
-        if !status.success() {
-            println!("== {purpose}: failed");
-            return Ok(false);
+    for (mujoco, steps) in ALL {
+        let mujoco_dir = match mujoco {
+            None | Some("none") => mujoco.map(Into::into),
+            Some(version) => Some(fetch::mujoco(version)?),
+        };
+        for (purpose, command) in steps {
+            let on = mujoco.map_or_else(String::new, |mujoco| format!(" (MuJoCo {mujoco})"));
+            println!("== {purpose}{on}: cargo {command}");
+            let mut cargo = Command::new(env!("CARGO"));
+            cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
+            if let Some(dir) = &mujoco_dir {
+                cargo.env("MUJOCO_DIR", dir);
+            }
+            let status =
+                cargo.status().with_context(|| format!("cargo {command} did not start"))?;
+            if !status.success() {
+                println!("== {purpose}{on}: failed");
+                return Ok(false);
+            }
         }
     }
     println!("== all passed");

@@ -9,20 +9,23 @@
 // A command line prints, and a binary's items are public to its own modules only.
 #![allow(clippy::print_stdout, clippy::print_stderr, unreachable_pub)]
 
-mod assets;
 #[path = "../../fetch-sim/src/cache.rs"]
 mod cache;
 mod ci;
 mod commands;
+mod downloads;
+#[path = "../../fetch-sim/src/fetch/mod.rs"]
+mod fetch;
 #[path = "../../fetch-sim/find_mujoco.rs"]
 mod find_mujoco;
 mod fuzz;
-mod mujoco;
-mod wheel;
+#[path = "../../fetch-sim/src/installation.rs"]
+mod installation;
+mod packages;
+mod projects;
 
 use std::{
     ffi::OsString,
-    path::PathBuf,
     process::{Command, ExitCode},
 };
 
@@ -40,14 +43,14 @@ struct OwnCommand {
     run: fn(Parser) -> anyhow::Result<bool>,
 }
 
-const OWN: [OwnCommand; 4] = [
+const OWN: [OwnCommand; 6] = [
     OwnCommand {
         name: "assets",
         about: "Fetch the reference's model into the cache",
         usage: "[--from <WHEEL>]
 
   --from <WHEEL>  Use this wheel of gymnasium-robotics 1.4.2 instead of downloading it",
-        run: assets::run,
+        run: downloads::assets,
     },
     OwnCommand {
         name: "mujoco",
@@ -56,7 +59,7 @@ const OWN: [OwnCommand; 4] = [
 
   <VERSION>       The version, such as 3.6.0
   --from <WHEEL>  Use this wheel of that version instead of downloading it",
-        run: mujoco::run,
+        run: downloads::other_mujoco,
     },
     OwnCommand {
         name: "fuzz",
@@ -66,6 +69,22 @@ const OWN: [OwnCommand; 4] = [
   --seconds <N>      Run each target this long [default: 15]
   --target <TARGET>  Run only this target: load, npz or operations",
         run: fuzz::run,
+    },
+    OwnCommand {
+        name: "packages",
+        about: "Check that the crates are ready to be published",
+        usage: "[--bless]
+
+  --bless  Write the public interface to each crate's public-api.txt instead of comparing it",
+        run: packages::run,
+    },
+    OwnCommand {
+        name: "projects",
+        about: "Test the projects that use the crates from outside, and the README's first program",
+        usage: "[--only <PROJECT>]
+
+  --only <PROJECT>  Test only this folder of fetch-env/projects, or only quickstart",
+        run: projects::run,
     },
     OwnCommand {
         name: "ci",
@@ -130,7 +149,12 @@ fn run_own(name: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
 
 /// Runs a command of the lab, and returns its exit code.
 fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
-    if let Err(missing) = find_mujoco(c_compiler) {
+    let missing = match find_mujoco(c_compiler) {
+        Ok(Some(_)) => None,
+        Ok(None) => Some("MuJoCo's headers were not found".to_owned()),
+        Err(wrong) => Some(wrong),
+    };
+    if let Some(missing) = missing {
         let fix = "apt-get update && apt-get install -y libmujoco-dev, or \
                    `cargo xtask mujoco 3.6.0` and set MUJOCO_DIR as it says";
         ensure!(arguments[0] == "doctor", "{missing}: {fix}");
@@ -151,8 +175,4 @@ fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
 
 fn c_compiler() -> Command {
     Command::new(std::env::var_os("CC").unwrap_or_else(|| "cc".into()))
-}
-
-fn cache_folder() -> anyhow::Result<PathBuf> {
-    cache::cache_folder().context("the user has no home: set XDG_CACHE_HOME")
 }

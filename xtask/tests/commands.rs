@@ -2,9 +2,14 @@
 
 use std::{
     error::Error,
-    fs,
+    fs::{self, File},
+    io::Write,
+    path::Path,
     process::{Command, Output},
 };
+
+use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
+use zip::{ZipWriter, write::SimpleFileOptions};
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 
@@ -29,7 +34,9 @@ fn stderr(output: &Output) -> String {
 fn help_lists_every_command() -> Result {
     let output = xtask("--help").output()?;
     assert_eq!(output.status.code(), Some(0));
-    for name in ["verify", "doctor", "random-episodes", "assets", "mujoco", "fuzz", "ci"] {
+    for name in
+        ["verify", "doctor", "random-episodes", "assets", "mujoco", "fuzz", "projects", "ci"]
+    {
         assert!(stdout(&output).contains(&format!("\n  {name} ")), "{name}");
     }
     for arguments in ["help mujoco", "mujoco --help"] {
@@ -53,6 +60,7 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "mujoco 3.6.0 3.7.0",
         "fuzz --seconds 0",
         "fuzz --target nothing",
+        "projects --only nothing",
     ] {
         let output = xtask(arguments).output()?;
         assert_eq!(output.status.code(), Some(2), "{arguments}: {}", stderr(&output));
@@ -90,5 +98,58 @@ fn a_foreign_or_damaged_wheel_leaves_the_cache_as_it_was() -> Result {
         assert_eq!(fs::read_to_string(cache.join("kept"))?, "as it was");
         assert_eq!(fs::read_dir(folder.path())?.count(), 2, "nothing left over");
     }
+    Ok(())
+}
+
+/// Writes a wheel of MuJoCo 9.8.7 whose RECORD lists these contents of the library.
+fn write_wheel(path: &Path, library: &str, recorded: &str) -> Result {
+    let digest =
+        |text: &str| BASE64_URL_SAFE_NO_PAD.encode(hmac_sha256::Hash::hash(text.as_bytes()));
+    let record = format!(
+        "mujoco/include/mujoco/mujoco.h,sha256={},6\nmujoco/libmujoco.so.9.8.7,sha256={},7\n\
+         mujoco/not_wanted.py,sha256={},0\nmujoco_core-9.8.7.dist-info/RECORD,,\n",
+        digest("header"),
+        digest(recorded),
+        digest("")
+    );
+    let mut wheel = ZipWriter::new(File::create(path)?);
+    for (name, text) in [
+        ("mujoco/include/mujoco/mujoco.h", "header"),
+        ("mujoco/libmujoco.so.9.8.7", library),
+        ("mujoco/not_wanted.py", ""),
+        ("mujoco_core-9.8.7.dist-info/RECORD", &record),
+    ] {
+        wheel.start_file(name, SimpleFileOptions::default())?;
+        wheel.write_all(text.as_bytes())?;
+    }
+    wheel.finish()?;
+    Ok(())
+}
+
+#[test]
+fn a_wheel_of_mujoco_is_unpacked_whole_or_not_at_all() -> Result {
+    let folder = tempfile::tempdir()?;
+    let wheel = folder.path().join("mujoco_core-9.8.7.whl");
+    let fetch = |version: &str| {
+        let mut command = xtask("mujoco --from");
+        command.arg(&wheel).arg(version).env("XDG_CACHE_HOME", folder.path()).output()
+    };
+    write_wheel(&wheel, "tampered", "library")?;
+    let output = fetch("9.8.7")?;
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("libmujoco.so.9.8.7 has the SHA-256 "), "{}", stderr(&output));
+    assert_eq!(fs::read_dir(folder.path().join("fetch-env"))?.count(), 0, "nothing left over");
+
+    write_wheel(&wheel, "library", "library")?;
+    let output = fetch("9.8.7")?;
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let unpacked = folder.path().join("fetch-env/mujoco-9.8.7").canonicalize()?;
+    assert!(stdout(&output).contains(&format!("export MUJOCO_DIR={}\n", unpacked.display())));
+    assert_eq!(fs::read_to_string(unpacked.join("libmujoco.so.9.8.7"))?, "library");
+    assert!(!unpacked.join("not_wanted.py").exists());
+
+    let output = fetch("9.8.8")?;
+    assert_eq!(output.status.code(), Some(1), "a wheel of another version");
+    assert!(stderr(&output).contains("mujoco_core-9.8.7.whl"), "{}", stderr(&output));
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! The figure that plays an episode back, and what it is drawn from.
 
 use fetch_env::{
-    EnvError, EnvId, FetchEnv, FetchObservation, GoalEnv, GoalObservation, Info, ModelSource, Step,
-    Task, TimeLimit,
+    BoxSpace, EnvError, EnvId, FetchEnv, FetchObservation, GoalEnv, GoalInfo, GoalObservation,
+    ModelSource, Step, Task, TimeLimit,
 };
 use fetch_sim::{BodyId, MujocoSimulator, Shape, Simulator, VisualGeom};
 use serde::Serialize;
@@ -10,13 +10,15 @@ use serde::Serialize;
 use super::{document::escape, error::PageError};
 use crate::{
     evaluate::{Event, run_episode},
-    policy::{Action, Policy},
+    policy::Policy,
 };
 
 /// An environment whose episodes can be played back: a Fetch environment on MuJoCo, in wrappers
 /// that leave its observations alone. A wrapper of yours needs only to pass
 /// [`fetch_env`](Self::fetch_env) on.
-pub trait PlaybackEnv: GoalEnv<Observation = FetchObservation> {
+pub trait PlaybackEnv:
+    GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
+{
     /// Returns the environment below all wrappers.
     fn fetch_env(&self) -> &FetchEnv<MujocoSimulator>;
 }
@@ -100,7 +102,7 @@ impl Playback {
         env: &mut E,
         policy: &mut P,
         seed: u64,
-        mut watch: impl FnMut(usize, &Action, &Step<FetchObservation, Info>),
+        mut watch: impl FnMut(usize, &[f32], &Step<FetchObservation, E::Info>),
     ) -> Result<Self, PageError>
     where
         E: PlaybackEnv,
@@ -203,13 +205,13 @@ impl Playback {
 
 impl Recorded {
     /// Adds a frame.
-    fn push(&mut self, simulator: &MujocoSimulator, carriers: &[BodyId], info: &Info) {
+    fn push(&mut self, simulator: &MujocoSimulator, carriers: &[BodyId], info: &impl GoalInfo) {
         for (poses, &body) in self.bodies.iter_mut().zip(carriers) {
             let (position, q) = simulator.data().body_pose(body);
             poses.extend(position.iter().chain(&[q.w, q.i, q.j, q.k]).copied().map(rounded));
         }
-        self.distances.push(rounded(info.distance));
-        self.successes.push(info.is_success);
+        self.distances.push(rounded(info.distance()));
+        self.successes.push(info.is_success());
     }
 }
 

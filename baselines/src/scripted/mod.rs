@@ -11,7 +11,7 @@ use self::{
     control::{Command, OPEN, View},
     pick_and_place::Phase,
 };
-use crate::policy::{Action, Policy};
+use crate::policy::Policy;
 
 /// A policy that solves a task by a few rules, with gains found by trial.
 ///
@@ -41,7 +41,7 @@ impl Policy for ScriptedPolicy {
         self.phase = Phase::default();
     }
 
-    fn act(&mut self, observation: &FetchObservation) -> Action {
+    fn act(&mut self, observation: &FetchObservation, action: &mut [f32]) {
         let view = View::new(observation);
         let command = match (self.task, view.object) {
             (Task::Reach, _) => Command::toward(view.goal - view.gripper, OPEN),
@@ -51,6 +51,6 @@ impl Policy for ScriptedPolicy {
             // This policy was made for another task: there is no object to move.
             (_, None) => Command::HOLD,
         };
-        command.action()
+        action.copy_from_slice(&command.action());
     }
 }

@@ -3,12 +3,32 @@
 use goal_reward::{GoalPairs, GoalReward, goal_distance};
 
 use super::report::{Failure, Outcome, ensure};
-use super::subject::{Subject, same_bits};
-use crate::env::goal::{GoalEnv, GoalEnvExt, GoalObservation};
-use crate::{error::EnvError, spaces::box_space::BoxSpace};
+use super::same::same_bits;
+use super::subject::{Subject, random_action};
+use crate::env::goal::{GoalEnv, GoalEnvExt, GoalInfo};
+use crate::env::observation::GoalObservation;
+use crate::spaces::box_space::BoxSpace;
 
 /// The number of random pairs of goals in a check.
 const PAIRS: usize = 100;
+
+/// Different seeds give different goals, of one length.
+pub(super) fn seeds_differ<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
+    const SEEDS: usize = 10;
+    let mut env = subject.env()?;
+    let mut goals: Vec<Vec<f64>> = Vec::new();
+    for offset in 0..SEEDS as u64 {
+        let seed = subject.options.seed().wrapping_add(offset);
+        let observation = env.reset(Some(seed))?.observation;
+        let (achieved, goal) = (observation.achieved_goal(), observation.desired_goal());
+        ensure(achieved.len() == goal.len(), || format!("goals {achieved:?} and {goal:?}"))?;
+        ensure(!goals.iter().any(|other| same_bits(other, goal)), || {
+            format!("seed {seed} gives the goal {goal:?} of another")
+        })?;
+        goals.push(goal.into());
+    }
+    Ok(format!("{SEEDS} seeds, {SEEDS} goals"))
+}
 
 /// The goal stays the same throughout an episode.
 pub(super) fn constant<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
@@ -93,11 +113,11 @@ pub(super) fn info<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
     let mut successes = 0;
     let steps = subject.for_each_step(|transition| {
         let [achieved, desired] = transition.goals();
-        let info = transition.step.info;
+        let info = &transition.step.info;
         let is_success = transition.env.is_success(achieved, desired);
-        ensure(info.is_success == is_success, || format!("{info:?}, but it is {is_success}"))?;
+        ensure(info.is_success() == is_success, || format!("{info:?}, but it is {is_success}"))?;
         let distance = goal_distance(achieved, desired);
-        ensure(same_bits(&[info.distance], &[distance]), || {
+        ensure(same_bits(&[info.distance()], &[distance]), || {
             format!("{info:?}, but the distance is {distance}")
         })?;
         successes += u32::from(is_success);
@@ -137,7 +157,7 @@ pub(super) fn limit<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
     let (mut env, _) = subject.started()?;
     let mut rng = subject.rng();
     for elapsed in 1..=limit.get() {
-        let step = env.step(&env.action_space().sample(&mut rng))?;
+        let step = env.step(&random_action(&env, &mut rng)?)?;
         let (achieved, desired) =
             (step.observation.achieved_goal(), step.observation.desired_goal());
         if env.compute_terminated(achieved, desired) || env.compute_truncated(achieved, desired) {
@@ -148,25 +168,4 @@ pub(super) fn limit<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
         })?;
     }
     Ok(format!("truncated at step {limit}, not before"))
-}
-
-/// A step after the end of an episode is refused until a reset.
-pub(super) fn step_after_end<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
-    let (mut env, _) = subject.started()?;
-    let mut rng = subject.rng();
-    let options = subject.options;
-    let longest = options.max_episode_steps().map_or(options.num_steps(), u32::from);
-    for elapsed in 1..=longest {
-        let action = env.action_space().sample(&mut rng);
-        if env.step(&action)?.is_last() {
-            for _ in 0..2 {
-                let refusal = env.step(&action);
-                ensure(refusal == Err(EnvError::EpisodeOver), || format!("it gave {refusal:?}"))?;
-            }
-            env.reset(None)?;
-            env.step(&action)?;
-            return Ok(format!("it asks for a reset after step {elapsed}"));
-        }
-    }
-    Ok(format!("no end within {longest} steps"))
 }

@@ -36,6 +36,13 @@ impl CheckReport {
         self.checks.iter().filter(|check| !check.passed)
     }
 
+    /// Appends the checks of another report.
+    #[must_use]
+    pub fn and(mut self, other: Self) -> Self {
+        self.checks.extend(other.checks);
+        self
+    }
+
     pub(super) fn add(&mut self, name: &'static str, outcome: Outcome) {
         let passed = outcome.is_ok();
         let message = outcome.unwrap_or_else(|Failure(message)| message);

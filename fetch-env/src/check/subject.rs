@@ -5,11 +5,14 @@ use std::num::NonZeroU32;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
-use super::report::{Failure, ensure};
-use crate::env::goal::{GoalEnv, GoalObservation, Info};
-use crate::env::{Env, Reset, Step};
+use super::report::Failure;
+use crate::env::goal::GoalEnv;
+use crate::env::observation::BatchObservation;
+use crate::env::observation::GoalObservation;
+use crate::env::{ActionElement, Env, Reset, Step};
 use crate::error::EnvError;
 use crate::settings::{getters, setters};
+use crate::spaces::action_space::ActionSpace;
 
 /// Settings of the environment checker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,17 +53,22 @@ impl CheckOptions {
     }
 }
 
+/// An environment that can be checked.
+pub(super) trait Checked: Env<Observation: BatchObservation> {}
+
+impl<E: Env<Observation: BatchObservation>> Checked for E {}
+
 /// The environment under test.
 pub(super) struct Subject<'a, E> {
     pub(super) make: &'a dyn Fn() -> Result<E, EnvError>,
     pub(super) options: &'a CheckOptions,
 }
 
-pub(super) type StepOf<E> = Step<<E as Env>::Observation, Info>;
-pub(super) type ResetOf<E> = Reset<<E as Env>::Observation, Info>;
+pub(super) type StepOf<E> = Step<<E as Env>::Observation, <E as Env>::Info>;
+pub(super) type ResetOf<E> = Reset<<E as Env>::Observation, <E as Env>::Info>;
 
 /// A random step with what came before it.
-pub(super) struct Transition<'a, E: GoalEnv> {
+pub(super) struct Transition<'a, E: Env> {
     pub(super) env: &'a E,
     /// The observation before the step.
     pub(super) before: &'a E::Observation,
@@ -76,7 +84,7 @@ impl<E: GoalEnv> Transition<'_, E> {
     }
 }
 
-impl<E: GoalEnv> Subject<'_, E> {
+impl<E: Env> Subject<'_, E> {
     /// Makes a new environment.
     pub(super) fn env(&self) -> Result<E, EnvError> {
         (self.make)()
@@ -106,7 +114,7 @@ impl<E: GoalEnv> Subject<'_, E> {
         let mut rng = self.rng();
         let (mut before, mut elapsed_steps) = (reset.observation, 0);
         for _ in 0..self.options.num_steps {
-            let step = env.step(&env.action_space().sample(&mut rng))?;
+            let step = env.step(&random_action(&env, &mut rng)?)?;
             elapsed_steps += 1;
             visit(Transition { env: &env, before: &before, step: &step, elapsed_steps })?;
             (before, elapsed_steps) = if step.is_last() {
@@ -119,64 +127,31 @@ impl<E: GoalEnv> Subject<'_, E> {
     }
 }
 
+/// Draws an action.
+pub(super) fn random_action<E: Env>(
+    env: &E,
+    rng: &mut Pcg64,
+) -> Result<Vec<ActionElement<E>>, EnvError> {
+    let space = env.action_space();
+    let mut action = vec![ActionElement::<E>::default(); space.action_len()];
+    space.sample_action(rng, &mut action)?;
+    Ok(action)
+}
+
 /// Takes random steps from the environment's current state and resets it at the end of each
 /// episode.
-pub(super) fn random_steps<E: GoalEnv>(
+pub(super) fn random_steps<E: Env>(
     env: &mut E,
     rng: &mut Pcg64,
     num_steps: u32,
 ) -> Result<Vec<StepOf<E>>, EnvError> {
     (0..num_steps)
         .map(|_| {
-            let step = env.step(&env.action_space().sample(rng))?;
+            let step = env.step(&random_action(env, rng)?)?;
             if step.is_last() {
                 env.reset(None)?;
             }
             Ok(step)
         })
         .collect()
-}
-
-/// Whether two vectors are equal to the last bit: unlike `==`, it distinguishes -0.0 from 0.0, and
-/// equal NaNs are equal.
-#[must_use]
-pub fn same_bits(a: &[f64], b: &[f64]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
-}
-
-/// Whether two observations are equal to the last bit.
-pub(super) fn same_observation<O: GoalObservation>(a: &O, b: &O) -> bool {
-    same_bits(a.observation(), b.observation())
-        && same_bits(a.achieved_goal(), b.achieved_goal())
-        && same_bits(a.desired_goal(), b.desired_goal())
-}
-
-fn same_info(a: &Info, b: &Info) -> bool {
-    a.is_success == b.is_success && same_bits(&[a.distance], &[b.distance])
-}
-
-/// Fails unless two resets are equal to the last bit.
-pub(super) fn ensure_same_reset<O: GoalObservation>(
-    what: &str,
-    a: &Reset<O, Info>,
-    b: &Reset<O, Info>,
-) -> Result<(), Failure> {
-    let same = same_observation(&a.observation, &b.observation) && same_info(&a.info, &b.info);
-    ensure(same, || format!("{what} differ: {a:?} and {b:?}"))
-}
-
-/// Fails unless two trajectories are equal to the last bit.
-pub(super) fn ensure_same_steps<O: GoalObservation>(
-    a: &[Step<O, Info>],
-    b: &[Step<O, Info>],
-) -> Result<(), Failure> {
-    ensure(a.len() == b.len(), || format!("{} steps and {}", a.len(), b.len()))?;
-    for (index, (a, b)) in a.iter().zip(b).enumerate() {
-        let same = same_observation(&a.observation, &b.observation)
-            && same_bits(&[a.reward], &[b.reward])
-            && (a.terminated, a.truncated) == (b.terminated, b.truncated)
-            && same_info(&a.info, &b.info);
-        ensure(same, || format!("step {index} differs: {a:?} and {b:?}"))?;
-    }
-    Ok(())
 }

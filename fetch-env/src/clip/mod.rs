@@ -15,6 +15,10 @@
 //! ```
 
 mod encode;
+#[cfg(feature = "render")]
+pub(crate) mod record_video;
+#[cfg(feature = "render")]
+pub(crate) mod video_options;
 
 use std::io::Write;
 

@@ -5,8 +5,7 @@ use std::fmt::Debug;
 use goal_reward::{GoalError, GoalPairs, GoalReward};
 use serde::{Deserialize, Serialize};
 
-use super::Env;
-use crate::spaces::Value;
+use super::{Env, observation::GoalObservation};
 
 /// An environment whose task is to bring about a desired goal.
 ///
@@ -15,7 +14,7 @@ use crate::spaces::Value;
 /// `achieved_goal` and `desired_goal`, and `terminated` is
 /// [`compute_terminated`](GoalEnvExt::compute_terminated) of them. A step is `truncated` if
 /// [`compute_truncated`](GoalEnvExt::compute_truncated) says so, or at a time limit.
-pub trait GoalEnv: Env<Observation: GoalObservation, Info = Info> {
+pub trait GoalEnv: Env<Observation: GoalObservation, Info: GoalInfo> {
     /// The reward as a function of the goals.
     type GoalReward: GoalReward;
 
@@ -70,26 +69,15 @@ pub trait GoalEnvExt: GoalEnv {
 
 impl<E: GoalEnv + ?Sized> GoalEnvExt for E {}
 
-/// An observation with two goals.
-pub trait GoalObservation: Clone + Debug + PartialEq {
-    /// The part of the state that a policy sees.
-    fn observation(&self) -> &[f64];
+/// Diagnostic information that includes that of a goal-conditioned environment.
+///
+/// Wrappers may add to an [`Info`]: theirs implements this trait by the one it contains.
+pub trait GoalInfo: Clone + Debug + PartialEq {
+    /// Whether the achieved goal counts as the desired one.
+    fn is_success(&self) -> bool;
 
-    /// The goal that the state achieves.
-    fn achieved_goal(&self) -> &[f64];
-
-    /// The goal to achieve; constant throughout an episode.
-    fn desired_goal(&self) -> &[f64];
-
-    /// Returns the three parts as a value of the environment's observation space.
-    fn to_value(&self) -> Value {
-        let parts = [
-            ("achieved_goal", self.achieved_goal()),
-            ("desired_goal", self.desired_goal()),
-            ("observation", self.observation()),
-        ];
-        Value::Dict(parts.map(|(key, part)| (key.into(), Value::F64(part.into()))).into())
-    }
+    /// Euclidean distance between the two goals, in their unit: meters in the Fetch tasks.
+    fn distance(&self) -> f64;
 }
 
 /// Diagnostic information of a goal-conditioned environment.
@@ -107,5 +95,15 @@ impl Info {
     #[must_use]
     pub const fn new(is_success: bool, distance: f64) -> Self {
         Self { is_success, distance }
+    }
+}
+
+impl GoalInfo for Info {
+    fn is_success(&self) -> bool {
+        self.is_success
+    }
+
+    fn distance(&self) -> f64 {
+        self.distance
     }
 }

@@ -1,15 +1,15 @@
 //! Environments in general: resets, steps and snapshots.
 
 pub(crate) mod goal;
+pub(crate) mod observation;
 mod pointers;
-pub(crate) mod time_limit;
 
 use std::fmt::Debug;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::error::EnvError;
-use crate::spaces::{Space, box_space::BoxSpace};
+use crate::spaces::{Space, action_space::ActionSpace};
 
 /// An environment: it is reset, takes actions, and returns observations and rewards.
 ///
@@ -20,6 +20,8 @@ pub trait Env {
     type Observation: Clone + Debug + PartialEq;
     /// Diagnostic information, not meant for learning.
     type Info: Clone + Debug + PartialEq;
+    /// The space of the actions: [`BoxSpace<f32>`](crate::BoxSpace) in the Fetch tasks.
+    type ActionSpace: ActionSpace;
     /// Options of a reset.
     type ResetOptions: Default;
 
@@ -53,16 +55,22 @@ pub trait Env {
     ///
     /// # Errors
     /// [`EnvError::ResetNeeded`] before the first reset, [`EnvError::EpisodeOver`] after the end of
-    /// the episode, [`EnvError::ActionLength`] or [`EnvError::ActionNotFinite`] for an invalid
-    /// action. None of these changes anything. After any other error the environment must be reset.
-    fn step(&mut self, action: &[f32]) -> Result<Step<Self::Observation, Self::Info>, EnvError>;
+    /// the episode, and the errors of [`ActionSpace::check_action`]. None of these changes anything.
+    /// After any other error the environment must be reset.
+    fn step(
+        &mut self,
+        action: &[<Self::ActionSpace as ActionSpace>::Element],
+    ) -> Result<Step<Self::Observation, Self::Info>, EnvError>;
 
     /// The space of the actions that [`step`](Self::step) expects.
-    fn action_space(&self) -> &BoxSpace<f32>;
+    fn action_space(&self) -> &Self::ActionSpace;
 
     /// The space of all observations.
     fn observation_space(&self) -> &Space;
 }
+
+/// An element of an environment's actions.
+pub type ActionElement<E> = <<E as Env>::ActionSpace as ActionSpace>::Element;
 
 /// Result of a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,6 +79,26 @@ pub struct Reset<O, I> {
     pub observation: O,
     /// Diagnostic information returned with the observation.
     pub info: I,
+}
+
+impl<O, I> Reset<O, I> {
+    /// Replaces the observation by what `map` makes of it.
+    ///
+    /// # Errors
+    /// The error of `map`.
+    pub fn try_map_observation<P, X>(
+        self,
+        map: impl FnOnce(O) -> Result<P, X>,
+    ) -> Result<Reset<P, I>, X> {
+        let Self { observation, info } = self;
+        Ok(Reset { observation: map(observation)?, info })
+    }
+
+    /// Replaces the info by what `map` makes of it.
+    pub fn map_info<J>(self, map: impl FnOnce(I) -> J) -> Reset<O, J> {
+        let Self { observation, info } = self;
+        Reset { observation, info: map(info) }
+    }
 }
 
 /// Result of a step.
@@ -94,6 +122,24 @@ impl<O, I> Step<O, I> {
     #[must_use]
     pub const fn is_last(&self) -> bool {
         self.terminated || self.truncated
+    }
+
+    /// Replaces the observation by what `map` makes of it.
+    ///
+    /// # Errors
+    /// The error of `map`.
+    pub fn try_map_observation<P, X>(
+        self,
+        map: impl FnOnce(O) -> Result<P, X>,
+    ) -> Result<Step<P, I>, X> {
+        let Self { observation, reward, terminated, truncated, info } = self;
+        Ok(Step { observation: map(observation)?, reward, terminated, truncated, info })
+    }
+
+    /// Replaces the info by what `map` makes of it.
+    pub fn map_info<J>(self, map: impl FnOnce(I) -> J) -> Step<O, J> {
+        let Self { observation, reward, terminated, truncated, info } = self;
+        Step { observation, reward, terminated, truncated, info: map(info) }
     }
 }
 

@@ -1,14 +1,15 @@
 //! Boxes of environments, and references to them, are environments too.
 
-use super::{Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
+use super::{ActionElement, Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
 use crate::error::EnvError;
-use crate::spaces::{Space, box_space::BoxSpace};
+use crate::spaces::Space;
 
 macro_rules! forward {
     ($($pointer:ty),*) => {$(
         impl<E: Env + ?Sized> Env for $pointer {
             type Observation = E::Observation;
             type Info = E::Info;
+            type ActionSpace = E::ActionSpace;
             type ResetOptions = E::ResetOptions;
 
             fn reset_with(
@@ -21,12 +22,12 @@ macro_rules! forward {
 
             fn step(
                 &mut self,
-                action: &[f32],
+                action: &[ActionElement<E>],
             ) -> Result<Step<E::Observation, E::Info>, EnvError> {
                 (**self).step(action)
             }
 
-            fn action_space(&self) -> &BoxSpace<f32> {
+            fn action_space(&self) -> &E::ActionSpace {
                 (**self).action_space()
             }
 

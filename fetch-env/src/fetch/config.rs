@@ -7,7 +7,7 @@ use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 use crate::settings::{getters, setters};
-use crate::{env_id::EnvId, error::ConfigError};
+use crate::{env_id::EnvId, error::config::ConfigError};
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;

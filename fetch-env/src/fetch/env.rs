@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::config::{FetchConfig, Parts};
 use super::observation::FetchObservation;
 use super::reset::{FetchResetOptions, Start};
-use crate::env::goal::{GoalEnv, GoalEnvExt, GoalObservation, Info};
+use crate::env::goal::{GoalEnv, GoalEnvExt, Info};
+use crate::env::observation::GoalObservation;
 use crate::env::{Env, Reset, SnapshotEnv, Step};
-use crate::spaces::{DictSpace, Space, box_space::BoxSpace};
-use crate::{env::time_limit::TimeLimit, error::EnvError, np_random::NpRandom};
+use crate::spaces::{DictSpace, Space, action_space::ActionSpace, box_space::BoxSpace};
+use crate::{error::EnvError, np_random::NpRandom, wrappers::time_limit::TimeLimit};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
@@ -133,13 +134,11 @@ impl<S: Simulator> FetchEnv<S> {
 
     /// Turns an action into the command of a control step.
     fn control(&self, action: &[f32]) -> Result<Control, EnvError> {
+        self.action_space.check_action(action)?;
         let &[dx, dy, dz, fingers] = action else {
             let (expected, actual) = (self.action_space.len(), action.len());
             return Err(EnvError::ActionLength { expected, actual });
         };
-        if let Some(index) = action.iter().position(|element| !element.is_finite()) {
-            return Err(EnvError::ActionNotFinite { index, value: action[index] });
-        }
         // Clipped and scaled in single precision, then widened, as the reference does.
         let displacement = |element: f32| f64::from(element.clamp(-1.0, 1.0) * MAX_DISPLACEMENT);
         Ok(Control {
@@ -152,6 +151,7 @@ impl<S: Simulator> FetchEnv<S> {
 impl<S: Simulator> Env for FetchEnv<S> {
     type Observation = FetchObservation;
     type Info = Info;
+    type ActionSpace = BoxSpace<f32>;
     type ResetOptions = FetchResetOptions;
 
     fn reset_with(
@@ -261,8 +261,8 @@ pub struct FetchSnapshot<S> {
 
 #[cfg(feature = "render")]
 impl crate::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
-    fn renderer(&self, options: fetch_sim::RenderOptions) -> Result<fetch_sim::Renderer, EnvError> {
-        Ok(fetch_sim::Renderer::new(&self.parts.sim, options)?)
+    fn sim_config(&self) -> &SimConfig {
+        &self.parts.sim
     }
 
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {

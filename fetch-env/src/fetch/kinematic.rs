@@ -3,7 +3,7 @@
 use fetch_sim::KinematicSimulator;
 
 use super::env::FetchEnv;
-use crate::{env::time_limit::TimeLimit, env_id::EnvId, error::EnvError};
+use crate::{env_id::EnvId, error::EnvError, wrappers::time_limit::TimeLimit};
 
 /// The environments that [`make_kinematic`] makes.
 pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
@@ -51,9 +51,23 @@ mod tests {
         envs.reset(Some(0))?;
         let actions = [0.1; 4 * NUM_ENVS];
         let mut ids = [0; 2];
+        #[cfg(feature = "her-relabel")]
+        let mut buffer = {
+            let dims = her_relabel::Dims { observation: 25, goal: 3, action: 4 };
+            let config = her_relabel::BufferConfig::new(60, dims).with_num_envs(NUM_ENVS);
+            let mut buffer = her_relabel::HerBuffer::<f32>::new(config)?;
+            buffer.record(&envs.reset(Some(0))?.into())?;
+            for _ in 0..100 {
+                buffer.record(&envs.step(&actions)?.into())?;
+            }
+            buffer
+        };
         let caller = measure(|| {
             for _ in 0..20 * rounds {
-                assert_eq!(envs.step(&actions).expect("a step").errors().count(), 0);
+                let batch = envs.step(&actions).expect("a step");
+                assert_eq!(batch.errors().count(), 0);
+                #[cfg(feature = "her-relabel")]
+                buffer.record(&batch.into()).expect("rows that fit");
             }
             envs.send(&actions, &[0, 1, 2, 3, 4, 5]).expect("idle environments");
             for _ in 0..20 * rounds {

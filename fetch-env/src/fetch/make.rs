@@ -9,9 +9,9 @@ use std::{
 use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError};
 
 use super::{config::FetchConfig, env::FetchEnv};
-use crate::error::{EnvError, VecEnvError};
+use crate::error::{EnvError, vec_env::VecEnvError};
 use crate::vec_env::{config::VecConfig, env::VecEnv};
-use crate::{env::time_limit::TimeLimit, env_id::EnvId};
+use crate::{env_id::EnvId, wrappers::time_limit::TimeLimit};
 
 /// The environments that [`make`] makes.
 pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;

@@ -5,7 +5,8 @@ use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use super::layout::{OBJECT, REACH, start};
-use crate::env::goal::GoalObservation;
+use crate::env::observation::GoalObservation;
+use crate::env::observation::{BatchObservation, GoalRows};
 
 /// Number of elements of an observation without an object.
 const REACH_LEN: usize = REACH[REACH.len() - 1].range.end;
@@ -158,7 +159,13 @@ impl FetchObservation {
     }
 }
 
+impl BatchObservation for FetchObservation {
+    type Rows = GoalRows<f64>;
+}
+
 impl GoalObservation for FetchObservation {
+    type Element = f64;
+
     fn observation(&self) -> &[f64] {
         self.observation.as_slice()
     }

@@ -1,11 +1,15 @@
 //! Rendering: environments that can be shown to a renderer.
 
+pub(crate) mod pictures;
+pub(crate) mod pixel_rows;
 pub(crate) mod pixels;
+pub(crate) mod pixels_only;
+pub(crate) mod pool;
 
-use fetch_sim::{RenderOptions, Renderer, Segment};
+use fetch_sim::{RenderOptions, Renderer, Segment, SimConfig};
 
-use crate::env::{Env, time_limit::TimeLimit};
-use crate::error::EnvError;
+use crate::wrappers::wrapped::{Wrapped, Wrapper};
+use crate::{env::Env, error::EnvError, wrappers::time_limit::TimeLimit};
 
 /// An environment that can be rendered.
 ///
@@ -24,12 +28,16 @@ use crate::error::EnvError;
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 pub trait RenderEnv: Env {
-    /// Creates a renderer for environments with this task and model. Unlike environments it stays
-    /// on its thread.
+    /// Task and model of the pictures. Environments that have them in common share renderers.
+    fn sim_config(&self) -> &SimConfig;
+
+    /// Creates a renderer for environments with this task and model.
     ///
     /// # Errors
     /// [`EnvError::Render`] without OpenGL and for invalid options.
-    fn renderer(&self, options: RenderOptions) -> Result<Renderer, EnvError>;
+    fn renderer(&self, options: RenderOptions) -> Result<Renderer, EnvError> {
+        Ok(Renderer::new(self.sim_config(), options)?)
+    }
 
     /// Shows the current state to a renderer.
     ///
@@ -70,9 +78,35 @@ pub trait RenderEnv: Env {
     }
 }
 
-impl<E: RenderEnv> RenderEnv for TimeLimit<E> {
-    fn renderer(&self, options: RenderOptions) -> Result<Renderer, EnvError> {
-        self.inner().renderer(options)
+/// Implements [`RenderEnv`] for pointers to environments and for wrappers that show them as they are.
+macro_rules! forward_render {
+    ($($type:ty: [$($bound:tt)*] |$outer:ident| $inner:expr;)*) => {$(
+        impl<E: $crate::render::RenderEnv $($bound)*> $crate::render::RenderEnv for $type {
+            fn sim_config(&self) -> &fetch_sim::SimConfig {
+                let $outer = self;
+                $inner.sim_config()
+            }
+
+            fn update_scene(
+                &self,
+                renderer: &mut fetch_sim::Renderer,
+            ) -> Result<(), $crate::error::EnvError> {
+                let $outer = self;
+                $inner.update_scene(renderer)
+            }
+        }
+    )*};
+}
+
+forward_render! {
+    Box<E>: [+ ?Sized] |env| (**env);
+    &mut E: [+ ?Sized] |env| (**env);
+    TimeLimit<E>: [] |env| env.inner();
+}
+
+impl<E: RenderEnv, W: Wrapper<E>> RenderEnv for Wrapped<E, W> {
+    fn sim_config(&self) -> &SimConfig {
+        self.inner().sim_config()
     }
 
     fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError> {

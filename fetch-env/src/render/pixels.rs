@@ -1,21 +1,25 @@
 //! Observations with pictures.
 
-use std::{collections::VecDeque, fmt, num::NonZeroU8, ops::Deref, sync::Arc};
-
-use fetch_sim::{RenderOptions, Renderer};
-use serde::{Deserialize, Serialize};
-
 use super::RenderEnv;
-use crate::env::goal::{GoalEnv, GoalObservation};
-use crate::env::{Env, Reset, Step};
-use crate::error::{EnvError, SpaceError};
-use crate::settings::{getters, setters};
-use crate::spaces::{DictSpace, ImageSpace, Space, Value, box_space::BoxSpace};
+use super::pictures::{Pictures, PixelOptions, Pixels, snapshot_pictures};
+use crate::env::observation::GoalObservation;
+use crate::env::{ActionElement, Reset, Step};
+use crate::error::{EnvError, space::SpaceError};
+use crate::spaces::{DictSpace, ImageSpace, Space};
+use crate::wrappers::{
+    macros::keep,
+    wrapped::{KeepsGoals, Wrapped, Wrapper},
+};
 
 /// An environment that adds pictures of itself to its observations.
 ///
-/// It is Gymnasium's wrapper of this name, with stacked frames. Each observation owns its pictures,
-/// and reuses the memory of dropped observations.
+/// It is Gymnasium's wrapper of this name, with stacked frames; [`PixelsOnly`](crate::PixelsOnly)
+/// leaves the state out. Each observation owns its pictures, and reuses the memory of dropped
+/// observations.
+///
+/// All environments with the same model and options share their renderers, one for each thread that
+/// draws at the same time, so that many can be stepped in a [`VecEnv`](crate::VecEnv). The pictures
+/// are the same on any number of threads, to the last byte.
 ///
 /// ```
 /// use fetch_env::{AddRenderObservation, Env, PixelOptions, make};
@@ -29,99 +33,19 @@ use crate::spaces::{DictSpace, ImageSpace, Space, Value, box_space::BoxSpace};
 /// }
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
+pub type AddRenderObservation<E> = Wrapped<E, AddRender>;
+
+/// The wrapper of an [`AddRenderObservation`].
 #[derive(Debug)]
-pub struct AddRenderObservation<E> {
-    env: E,
-    renderer: Renderer,
-    order: ChannelOrder,
-    image_space: ImageSpace,
+pub struct AddRender {
+    pictures: Pictures,
     observation_space: Space,
-    /// The last frames, oldest first.
-    frames: VecDeque<Box<[u8]>>,
-    /// The pictures of the last observations, whose memory is reused once they are dropped.
-    recent: VecDeque<Pixels>,
 }
 
-/// Number of observations whose memory is remembered.
-const REMEMBERED: usize = 4;
-
-/// Settings of the pictures of an [`AddRenderObservation`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[must_use]
-pub struct PixelOptions {
-    render: RenderOptions,
-    frame_stack: NonZeroU8,
-    channel_order: ChannelOrder,
-}
-
-impl Default for PixelOptions {
-    fn default() -> Self {
-        Self {
-            render: RenderOptions::default().with_width(84).with_height(84).with_samples(0),
-            frame_stack: NonZeroU8::MIN,
-            channel_order: ChannelOrder::default(),
-        }
-    }
-}
-
-impl PixelOptions {
-    /// Sets the options of the renderer. The default is 84 x 84 pixels without smooth edges, as
-    /// policies use them, from the reference's camera.
-    pub fn with_render(mut self, render: RenderOptions) -> Self {
-        self.render = render;
-        self
-    }
-
-    setters! {
-        /// Sets the number of frames in an observation, the current one last. The default is 1.
-        /// After a reset all of them are the first frame.
-        with_frame_stack(frame_stack: NonZeroU8),
-        /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
-        with_channel_order(channel_order: ChannelOrder),
-    }
-
-    /// The options of the renderer.
-    #[must_use]
-    pub const fn render(&self) -> &RenderOptions {
-        &self.render
-    }
-
-    getters! {
-        /// The number of frames in an observation.
-        frame_stack: NonZeroU8,
-        /// The order of the axes.
-        channel_order: ChannelOrder,
-    }
-}
-
-/// Order of the axes. The channels are red, green and blue of the oldest frame, then of the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ChannelOrder {
-    /// Height x width x channels, as image files have it.
-    #[default]
-    Hwc,
-    /// Channels x height x width, as convolutions expect it.
-    Chw,
-}
-
-/// Bytes of stacked pictures, row-major. Clones share them.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Pixels(Arc<[u8]>);
-
-impl Deref for Pixels {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        &self.0
-    }
-}
-
-impl fmt::Debug for Pixels {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Pixels({} bytes)", self.len())
-    }
-}
+/// Key of the pictures in the space.
+pub(super) const PIXELS: &str = "pixels";
+/// Key of the state in the space, if the state is not a dictionary itself.
+pub(super) const STATE: &str = "state";
 
 /// Observation of an [`AddRenderObservation`].
 #[derive(Clone, Debug, PartialEq)]
@@ -140,65 +64,15 @@ impl<E: RenderEnv> AddRenderObservation<E> {
     /// [`EnvError::Space`] if the observations of `env` already have the key `pixels`;
     /// [`EnvError::Render`] without OpenGL and for invalid options.
     pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
-        let PixelOptions { render, frame_stack, channel_order } = options;
-        let count = usize::from(frame_stack.get());
-        let (width, height) = (render.width() as usize, render.height() as usize);
-        let image_space = ImageSpace::new(match channel_order {
-            ChannelOrder::Hwc => [height, width, 3 * count],
-            ChannelOrder::Chw => [3 * count, height, width],
-        });
-        let observation_space = with_pixels(env.observation_space(), image_space)?;
-        let renderer = env.renderer(render)?;
-        let frame = vec![0; width * height * 3].into_boxed_slice();
-        Ok(Self {
-            env,
-            renderer,
-            observation_space,
-            order: channel_order,
-            image_space,
-            frames: vec![frame; count].into(),
-            recent: VecDeque::with_capacity(REMEMBERED),
-        })
-    }
-
-    /// The wrapped environment. There is no mutable access, because a step there would miss its
-    /// frame.
-    #[must_use]
-    pub const fn inner(&self) -> &E {
-        &self.env
-    }
-
-    /// Removes the wrapper.
-    #[must_use]
-    pub fn into_inner(self) -> E {
-        self.env
+        let observation_space = with_pixels(env.observation_space(), options.image_space())?;
+        let pictures = Pictures::new(&env, options)?;
+        Ok(Self::from_parts(env, AddRender { pictures, observation_space }))
     }
 
     /// The space of the pictures.
     #[must_use]
     pub const fn image_space(&self) -> ImageSpace {
-        self.image_space
-    }
-
-    /// Renders the current state into the frames from `first` on, and stacks all frames.
-    fn observe(&mut self, first: usize) -> Result<Pixels, EnvError> {
-        let rgb = self.env.render(&mut self.renderer)?;
-        for frame in self.frames.range_mut(first..) {
-            frame.copy_from_slice(rgb);
-        }
-        let free = self.recent.iter_mut().position(|pixels| Arc::get_mut(&mut pixels.0).is_some());
-        let mut pixels = match free.and_then(|index| self.recent.remove(index)) {
-            Some(pixels) => pixels,
-            None => Pixels(vec![0; self.image_space.len()].into()),
-        };
-        if let Some(bytes) = Arc::get_mut(&mut pixels.0) {
-            stack(&self.frames, self.order, bytes);
-        }
-        if self.recent.len() == REMEMBERED {
-            self.recent.pop_front();
-        }
-        self.recent.push_back(pixels.clone());
-        Ok(pixels)
+        self.wrapper().pictures.image_space()
     }
 }
 
@@ -207,79 +81,50 @@ impl<E: RenderEnv> AddRenderObservation<E> {
 fn with_pixels(state: &Space, image: ImageSpace) -> Result<Space, SpaceError> {
     let mut spaces: Vec<(String, Space)> = match state {
         Space::Dict(dict) => dict.iter().map(|(key, space)| (key.into(), space.clone())).collect(),
-        other => vec![("state".into(), other.clone())],
+        other => vec![(STATE.into(), other.clone())],
     };
-    spaces.push(("pixels".into(), image.into()));
+    spaces.push((PIXELS.into(), image.into()));
     Ok(DictSpace::new(spaces)?.into())
 }
 
-fn stack(frames: &VecDeque<Box<[u8]>>, order: ChannelOrder, out: &mut [u8]) {
-    let channels = 3 * frames.len();
-    for (index, frame) in frames.iter().enumerate() {
-        let (pixels, _) = frame.as_chunks::<3>();
-        match order {
-            ChannelOrder::Hwc => {
-                for (pixel, out) in pixels.iter().zip(out.chunks_exact_mut(channels)) {
-                    out[3 * index..][..3].copy_from_slice(pixel);
-                }
-            }
-            ChannelOrder::Chw => {
-                let planes = out.chunks_exact_mut(pixels.len()).skip(3 * index).take(3);
-                for (channel, plane) in planes.enumerate() {
-                    for (pixel, out) in pixels.iter().zip(plane) {
-                        *out = pixel[channel];
-                    }
-                }
-            }
-        }
-    }
-}
-
-impl<E: RenderEnv> Env for AddRenderObservation<E> {
+impl<E: RenderEnv> Wrapper<E> for AddRender {
     type Observation = PixelObservation<E::Observation>;
-    type Info = E::Info;
-    type ResetOptions = E::ResetOptions;
+    keep!(Info, ActionSpace);
 
-    fn reset_with(
+    fn reset(
         &mut self,
+        env: &mut E,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<Self::Observation, E::Info>, EnvError> {
-        let Reset { observation: state, info } = self.env.reset_with(seed, options)?;
-        let pixels = self.observe(0)?;
-        Ok(Reset { observation: PixelObservation { pixels, state }, info })
+        let reset = env.reset_with(seed, options)?;
+        let pixels = self.pictures.first(env)?;
+        reset.try_map_observation(|state| Ok(PixelObservation { pixels, state }))
     }
 
-    fn step(&mut self, action: &[f32]) -> Result<Step<Self::Observation, E::Info>, EnvError> {
-        let Step { observation: state, reward, terminated, truncated, info } =
-            self.env.step(action)?;
-        self.frames.rotate_left(1);
-        let pixels = self.observe(self.frames.len() - 1)?;
-        let observation = PixelObservation { pixels, state };
-        Ok(Step { observation, reward, terminated, truncated, info })
+    fn step(
+        &mut self,
+        env: &mut E,
+        action: &[ActionElement<E>],
+    ) -> Result<Step<Self::Observation, E::Info>, EnvError> {
+        let step = env.step(action)?;
+        let pixels = self.pictures.next(env)?;
+        step.try_map_observation(|state| Ok(PixelObservation { pixels, state }))
     }
 
-    fn action_space(&self) -> &BoxSpace<f32> {
-        self.env.action_space()
-    }
-
-    fn observation_space(&self) -> &Space {
+    fn observation_space<'a>(&'a self, _env: &'a E) -> &'a Space {
         &self.observation_space
     }
 }
 
-/// Goals and rewards are those of the wrapped environment.
-impl<E: RenderEnv + GoalEnv> GoalEnv for AddRenderObservation<E> {
-    type GoalReward = E::GoalReward;
-
-    fn goal_reward(&self) -> &E::GoalReward {
-        self.env.goal_reward()
-    }
-}
+impl KeepsGoals for AddRender {}
+snapshot_pictures!(AddRender);
 
 /// The vectors are those of the state; the pixels are a field.
 impl<O: GoalObservation> GoalObservation for PixelObservation<O> {
-    fn observation(&self) -> &[f64] {
+    type Element = O::Element;
+
+    fn observation(&self) -> &[O::Element] {
         self.state.observation()
     }
 
@@ -289,16 +134,5 @@ impl<O: GoalObservation> GoalObservation for PixelObservation<O> {
 
     fn desired_goal(&self) -> &[f64] {
         self.state.desired_goal()
-    }
-
-    fn to_value(&self) -> Value {
-        let pixels = Value::U8(self.pixels.to_vec());
-        match self.state.to_value() {
-            Value::Dict(mut values) => {
-                values.push(("pixels".into(), pixels));
-                Value::Dict(values)
-            }
-            other => Value::Dict(vec![("state".into(), other), ("pixels".into(), pixels)]),
-        }
     }
 }

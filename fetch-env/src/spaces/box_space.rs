@@ -1,14 +1,13 @@
 //! Arrays of numbers within bounds.
 
-use std::fmt;
-
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::{error::SpaceError, np_random::unit_interval};
+use super::{Space, element::ArrayElement};
+use crate::{error::space::SpaceError, np_random::unit_interval};
 
-/// Precision of the elements of a [`BoxSpace`]: `f32` or `f64`.
-pub trait Element: Copy + PartialOrd + fmt::Debug + Into<f64> + private::Sealed {
+/// Precision of the numbers of a [`BoxSpace`] or an observation: `f32` or `f64`.
+pub trait Element: ArrayElement + Default + PartialOrd + Into<f64> {
     /// Negative infinity, which means no lower bound.
     const NEG_INFINITY: Self;
     /// Infinity, which means no upper bound.
@@ -16,28 +15,13 @@ pub trait Element: Copy + PartialOrd + fmt::Debug + Into<f64> + private::Sealed 
 
     /// Returns the nearest number of this precision.
     fn from_f64(value: f64) -> Self;
+
+    /// Returns `space` if it is a box of this precision.
+    fn as_box(space: &Space) -> Option<&BoxSpace<Self>>;
+
+    /// Returns a box as a space.
+    fn space(space: BoxSpace<Self>) -> Space;
 }
-
-mod private {
-    pub trait Sealed {}
-}
-
-macro_rules! element {
-    ($($float:ident),*) => {$(
-        impl private::Sealed for $float {}
-
-        impl Element for $float {
-            const NEG_INFINITY: Self = Self::NEG_INFINITY;
-            const INFINITY: Self = Self::INFINITY;
-
-            fn from_f64(value: f64) -> Self {
-                value as Self
-            }
-        }
-    )*};
-}
-
-element!(f32, f64);
 
 /// Arrays of a fixed shape, each element within its own closed, possibly unbounded interval.
 ///
@@ -170,7 +154,8 @@ impl<T: Element> BoxSpace<T> {
         Ok(())
     }
 
-    fn intervals(&self) -> impl Iterator<Item = (T, T)> + '_ {
+    /// The lower and upper bound of each element.
+    pub(crate) fn intervals(&self) -> impl Iterator<Item = (T, T)> + '_ {
         self.low.iter().copied().zip(self.high.iter().copied())
     }
 }
@@ -227,3 +212,29 @@ impl<T: Element> TryFrom<Bounds<T>> for BoxSpace<T> {
         Self::new(bounds.shape, low.collect(), high.collect())
     }
 }
+
+macro_rules! element {
+    ($($float:ident: $space:ident),*) => {$(
+        impl Element for $float {
+            const NEG_INFINITY: Self = Self::NEG_INFINITY;
+            const INFINITY: Self = Self::INFINITY;
+
+            fn from_f64(value: f64) -> Self {
+                value as Self
+            }
+
+            fn as_box(space: &Space) -> Option<&BoxSpace<Self>> {
+                match space {
+                    Space::$space(space) => Some(space),
+                    _ => None,
+                }
+            }
+
+            fn space(space: BoxSpace<Self>) -> Space {
+                Space::$space(space)
+            }
+        }
+    )*};
+}
+
+element!(f32: BoxF32, f64: BoxF64);

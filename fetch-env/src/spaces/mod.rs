@@ -1,12 +1,38 @@
 //! Spaces: the actions that an environment takes and the observations that it returns.
+//!
+//! Samples come from any generator of [`rand_core`]; [`NpRandom`](crate::NpRandom) is one that needs
+//! no further crate. A seed decides the sample. The distributions are Gymnasium's, the numbers are
+//! not: numpy draws them by other methods.
+//!
+//! ```
+//! use fetch_env::{BoxSpace, DictSpace, DiscreteSpace, NpRandom, Space};
+//!
+//! let space: Space = DictSpace::new([
+//!     ("gear", DiscreteSpace::new(5)?.into()),
+//!     ("speed", BoxSpace::<f32>::uniform(vec![2], -1.0, 1.0)?.into()),
+//! ])?
+//! .into();
+//! let sample = space.sample(&mut NpRandom::new(7));
+//! assert!(space.contains(&sample));
+//! assert_eq!(sample, space.sample(&mut NpRandom::new(7)));
+//! # Ok::<(), fetch_env::spaces::SpaceError>(())
+//! ```
 
+pub(crate) mod action_space;
 pub(crate) mod box_space;
+pub(crate) mod discrete;
+pub(crate) mod element;
 
 use rand_core::Rng;
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
-pub use self::box_space::{BoxSpace, Element};
-pub use crate::error::SpaceError;
+pub use self::{
+    action_space::ActionSpace,
+    box_space::{BoxSpace, Element},
+    discrete::{DiscreteSpace, MultiBinarySpace, MultiDiscreteSpace},
+    element::ArrayElement,
+};
+pub use crate::error::space::SpaceError;
 
 /// A set of values that can be described, tested and sampled.
 ///
@@ -21,6 +47,12 @@ pub enum Space {
     BoxF64(BoxSpace<f64>),
     /// Images of bytes.
     Image(ImageSpace),
+    /// One of several choices.
+    Discrete(DiscreteSpace),
+    /// Several choices at once.
+    MultiDiscrete(MultiDiscreteSpace),
+    /// Answers of yes or no.
+    MultiBinary(MultiBinarySpace),
     /// Named spaces.
     Dict(DictSpace),
 }
@@ -36,6 +68,10 @@ pub enum Value {
     F64(Vec<f64>),
     /// An array of bytes.
     U8(Vec<u8>),
+    /// An array of choices, of one element in a [`DiscreteSpace`].
+    I64(Vec<i64>),
+    /// An array of answers.
+    Bool(Vec<bool>),
     /// Named values.
     Dict(Vec<(String, Value)>),
 }
@@ -48,17 +84,23 @@ impl Space {
             (Self::BoxF32(space), Value::F32(array)) => space.contains(array),
             (Self::BoxF64(space), Value::F64(array)) => space.contains(array),
             (Self::Image(space), Value::U8(array)) => space.contains(array),
+            (Self::Discrete(space), Value::I64(array)) => space.contains(array),
+            (Self::MultiDiscrete(space), Value::I64(array)) => space.contains(array),
+            (Self::MultiBinary(space), Value::Bool(array)) => space.contains(array),
             (Self::Dict(space), Value::Dict(values)) => space.contains(values),
             _ => false,
         }
     }
 
-    /// Draws a member as [`BoxSpace::sample`] and [`ImageSpace::sample`] do.
+    /// Draws a member as the space of its kind does, such as [`BoxSpace::sample`].
     pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Value {
         match self {
             Self::BoxF32(space) => Value::F32(space.sample(rng)),
             Self::BoxF64(space) => Value::F64(space.sample(rng)),
             Self::Image(space) => Value::U8(space.sample(rng)),
+            Self::Discrete(space) => Value::I64(space.sample(rng).into()),
+            Self::MultiDiscrete(space) => Value::I64(space.sample(rng)),
+            Self::MultiBinary(space) => Value::Bool(space.sample(rng)),
             Self::Dict(space) => Value::Dict(space.sample(rng)),
         }
     }
@@ -83,7 +125,19 @@ macro_rules! space_from {
     )*};
 }
 
-space_from!(BoxF32(BoxSpace<f32>), BoxF64(BoxSpace<f64>), Image(ImageSpace), Dict(DictSpace));
+space_from!(
+    Image(ImageSpace),
+    Discrete(DiscreteSpace),
+    MultiDiscrete(MultiDiscreteSpace),
+    MultiBinary(MultiBinarySpace),
+    Dict(DictSpace)
+);
+
+impl<T: Element> From<BoxSpace<T>> for Space {
+    fn from(space: BoxSpace<T>) -> Self {
+        T::space(space)
+    }
+}
 
 /// Named spaces in a fixed order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -110,6 +164,11 @@ impl DictSpace {
             dict.spaces.push((key, space));
         }
         Ok(dict)
+    }
+
+    /// Creates a dictionary of spaces whose names are known to differ.
+    pub(crate) fn of_distinct(spaces: impl IntoIterator<Item = (&'static str, Space)>) -> Self {
+        Self { spaces: spaces.into_iter().map(|(key, space)| (key.into(), space)).collect() }
     }
 
     /// Returns the space of this name.

@@ -4,7 +4,7 @@ use std::{num::NonZeroUsize, thread};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::VecEnvError;
+use crate::error::vec_env::VecEnvError;
 use crate::settings::{getters, setters};
 
 /// When the next episode starts after the end of one.
@@ -18,7 +18,8 @@ pub enum AutoresetMode {
     #[default]
     NextStep,
     /// The step that ends the episode also resets the environment: observation and info are the
-    /// next episode's first, [`Batch::final_step`](super::Batch::final_step) has the last ones.
+    /// next episode's first, [`Batch::next_observation`](super::Batch::next_observation) and
+    /// [`Batch::final_info`](super::Batch::final_info) have the last ones.
     SameStep,
     /// Never: the caller resets with a [mask](VecReset::mask). A step before that is
     /// [`EnvError::EpisodeOver`](crate::EnvError::EpisodeOver).
@@ -64,22 +65,28 @@ impl VecConfig {
 }
 
 /// The reset of the environments of a [`VecEnv`](super::VecEnv).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VecReset<'a, O> {
     /// The seeds of the environments.
     pub seeds: Seeds<'a>,
     /// Whether each environment is reset; without a mask all are.
     pub mask: Option<&'a [bool]>,
-    /// Options of every reset.
-    pub options: O,
+    /// Options of the resets.
+    pub options: VecOptions<'a, O>,
 }
 
-impl<O: Default> VecReset<'_, O> {
+impl<O> Default for VecReset<'_, O> {
+    fn default() -> Self {
+        Self { seeds: Seeds::default(), mask: None, options: VecOptions::default() }
+    }
+}
+
+impl<O> VecReset<'_, O> {
     /// Creates a reset of all environments, the first with `seed`, the next with `seed + 1`, and so
     /// on.
     #[must_use]
     pub fn seeded(seed: u64) -> Self {
-        Self { seeds: Seeds::From(seed), mask: None, options: O::default() }
+        Self { seeds: Seeds::From(seed), ..Self::default() }
     }
 }
 
@@ -111,10 +118,35 @@ impl Seeds<'_> {
     }
 }
 
+/// The options with which the environments of a [`VecEnv`](super::VecEnv) are reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VecOptions<'a, O> {
+    /// The default options.
+    #[default]
+    Default,
+    /// The same options for every environment.
+    Same(&'a O),
+    /// One element for each environment.
+    Each(&'a [O]),
+}
+
+impl<O: Clone + Default> VecOptions<'_, O> {
+    pub(super) fn of(&self, env_id: usize) -> O {
+        match self {
+            Self::Default => O::default(),
+            Self::Same(options) => (*options).clone(),
+            Self::Each(options) => options[env_id].clone(),
+        }
+    }
+}
+
 impl<O> VecReset<'_, O> {
     pub(super) fn check(&self, num_envs: usize) -> Result<(), VecEnvError> {
-        let each = if let Seeds::Each(seeds) = self.seeds { Some(seeds.len()) } else { None };
-        for (what, len) in [("seeds", each), ("mask", self.mask.map(<[bool]>::len))] {
+        let seeds = if let Seeds::Each(seeds) = self.seeds { Some(seeds.len()) } else { None };
+        let options =
+            if let VecOptions::Each(options) = self.options { Some(options.len()) } else { None };
+        let mask = self.mask.map(<[bool]>::len);
+        for (what, len) in [("seeds", seeds), ("mask", mask), ("options", options)] {
             if let Some(actual) = len.filter(|&len| len != num_envs) {
                 return Err(VecEnvError::Count { what, actual, num_envs });
             }
@@ -129,4 +161,24 @@ impl<O> VecReset<'_, O> {
         }
         Ok(())
     }
+}
+
+/// An episode of an environment of a [`VecEnv`](super::VecEnv).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct EpisodeId {
+    /// The environment.
+    pub env_id: usize,
+    /// The number of episodes that the environment has begun before this one, by whatever reset.
+    pub episode: u64,
+}
+
+/// The start of an episode, chosen by the function that
+/// [`VecEnv::set_autoreset_start`](super::VecEnv::set_autoreset_start) takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EpisodeStart<O> {
+    /// The seed of the reset; `None` continues the random numbers.
+    pub seed: Option<u64>,
+    /// The options of the reset.
+    pub options: O,
 }

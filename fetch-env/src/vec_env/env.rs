@@ -1,69 +1,114 @@
 //! The vector environment: what it sends to its threads and receives from them.
 
-use std::fmt;
+use std::{fmt, sync::Arc};
 
-use super::config::{AutoresetMode, VecConfig, VecReset};
+use super::batch::BatchOf;
+use super::config::{AutoresetMode, EpisodeId, EpisodeStart, VecConfig, VecReset};
+use super::pool::Pool;
 use super::slot::{Command, Slot};
-use super::{batch::Batch, pool::Pool};
-use crate::spaces::{Space, box_space::BoxSpace};
-use crate::{env::goal::GoalEnv, error::VecEnvError};
+use crate::env::observation::BatchObservation;
+use crate::env::{ActionElement, Env};
+use crate::error::vec_env::VecEnvError;
+use crate::spaces::{Space, action_space::ActionSpace};
+
+/// An environment that a [`VecEnv`] can step: its observations can be rows of a batch, and it may
+/// go to other threads.
+///
+/// Every such environment implements it.
+pub trait BatchEnv:
+    Env<Observation: BatchObservation, Info: Send, ResetOptions: Clone + Send> + Send + 'static
+{
+}
+
+impl<E> BatchEnv for E where
+    E: Env<Observation: BatchObservation, Info: Send, ResetOptions: Clone + Send> + Send + 'static
+{
+}
 
 /// Environments that are stepped together; see the [module](super).
-pub struct VecEnv<E: GoalEnv> {
+pub struct VecEnv<E: Env<Observation: BatchObservation>> {
     /// By id; `None` while an environment is in flight.
-    idle: Vec<Option<Box<Slot<E>>>>,
+    pub(super) idle: Vec<Option<Box<Slot<E>>>>,
     pool: Pool<Slot<E>>,
     in_flight: usize,
-    batch: Batch,
+    batch: BatchOf<E>,
     autoreset: AutoresetMode,
-    action_space: BoxSpace<f32>,
+    action_space: E::ActionSpace,
     observation_space: Space,
     /// The last call that named each id, to detect an id named twice in one call.
     named_in: Vec<u64>,
     calls: u64,
 }
 
-impl<E> VecEnv<E>
-where
-    E: GoalEnv<ResetOptions: Clone + Send> + Send + 'static,
-{
+impl<E: BatchEnv> VecEnv<E> {
     /// Creates a vector of environments, with the ids 0, 1, ... in order, and starts its threads.
     ///
     /// # Errors
-    /// [`VecEnvError::NoEnvs`], [`VecEnvError::NoGoalSpace`] or [`VecEnvError::SpacesDiffer`] if
-    /// the environments cannot share a batch; [`VecEnvError::Thread`] or [`VecEnvError::Pinning`]
-    /// if the operating system refuses.
+    /// [`VecEnvError::NoEnvs`], [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`]
+    /// if the environments cannot share a batch; [`VecEnvError::Thread`] or
+    /// [`VecEnvError::Pinning`] if the operating system refuses.
     pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
         let envs: Vec<E> = envs.into_iter().collect();
         let first = envs.first().ok_or(VecEnvError::NoEnvs)?;
         let (action_space, observation_space) =
             (first.action_space().clone(), first.observation_space().clone());
-        let part_len = |key| match observation_space.as_dict().and_then(|dict| dict.get(key)) {
-            Some(Space::BoxF64(part)) => Ok(part.len()),
-            _ => Err(VecEnvError::NoGoalSpace { key }),
-        };
-        let lens =
-            [part_len("observation")?, part_len("achieved_goal")?, part_len("desired_goal")?];
         for (env_id, env) in envs.iter().enumerate() {
             if *env.action_space() != action_space || *env.observation_space() != observation_space
             {
                 return Err(VecEnvError::SpacesDiffer { env_id });
             }
         }
-        let num_envs = envs.len();
+        let (num_envs, autoreset) = (envs.len(), config.autoreset());
         let threads = config.threads_for(num_envs);
-        let slot = |(env_id, env)| Box::new(Slot::new(env_id, env, config.autoreset(), lens));
+        let keeps_last = autoreset == AutoresetMode::SameStep;
+        let action_len = action_space.action_len();
+        let batch = |len| BatchOf::<E>::new(&observation_space, action_len, keeps_last, len);
+        let slot = |(env_id, env)| Ok(Some(Box::new(Slot::new(env_id, env, autoreset, batch(1)?))));
         Ok(Self {
-            idle: envs.into_iter().enumerate().map(slot).map(Some).collect(),
+            idle: envs.into_iter().enumerate().map(slot).collect::<Result<_, VecEnvError>>()?,
             pool: Pool::new(threads, num_envs, config.pin_threads())?,
             in_flight: 0,
-            batch: Batch::new(lens, num_envs),
-            autoreset: config.autoreset(),
+            batch: batch(num_envs)?,
+            autoreset,
             action_space,
             observation_space,
             named_in: vec![0; num_envs],
             calls: 0,
         })
+    }
+
+    /// Sets a function that chooses seed and options of every episode that an autoreset begins: for
+    /// curricula, or to begin the same episodes on any number of threads. The default continues the
+    /// environment's random numbers with default options.
+    ///
+    /// The worker threads call it. Its results are reproducible if they depend on nothing but the
+    /// [`EpisodeId`].
+    ///
+    /// # Errors
+    /// [`VecEnvError::InFlight`].
+    ///
+    /// ```
+    /// use fetch_env::{FetchResetOptions, make_kinematic};
+    /// use fetch_env::vec_env::{EpisodeStart, VecConfig, VecEnv};
+    ///
+    /// let envs = (0..4).map(|_| make_kinematic("FetchReach-v4")).collect::<Result<Vec<_>, _>>()?;
+    /// let mut envs = VecEnv::new(envs, VecConfig::default())?;
+    /// envs.set_autoreset_start(|id| EpisodeStart {
+    ///     seed: Some(4 * id.episode + id.env_id as u64),
+    ///     options: FetchResetOptions::default(),
+    /// })?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_autoreset_start(
+        &mut self,
+        choose: impl Fn(EpisodeId) -> EpisodeStart<E::ResetOptions> + Send + Sync + 'static,
+    ) -> Result<(), VecEnvError> {
+        self.check_all_idle()?;
+        let choose = Arc::new(choose);
+        for slot in self.idle.iter_mut().flatten() {
+            slot.choose_start = Some(Arc::clone(&choose) as _);
+        }
+        Ok(())
     }
 
     /// The number of environments.
@@ -86,7 +131,7 @@ where
 
     /// The action space of each environment.
     #[must_use]
-    pub const fn single_action_space(&self) -> &BoxSpace<f32> {
+    pub const fn single_action_space(&self) -> &E::ActionSpace {
         &self.action_space
     }
 
@@ -109,9 +154,18 @@ where
         self.idle.get(env_id)?.as_ref()?.env.as_ref()
     }
 
+    /// Returns an environment to change, as [`env`](Self::env) does.
+    ///
+    /// The vector does not learn of resets and steps made here: its next batch has the results of
+    /// the next call, and an autoreset that is due stays due.
+    #[must_use]
+    pub fn env_mut(&mut self, env_id: usize) -> Option<&mut E> {
+        self.idle.get_mut(env_id)?.as_mut()?.env.as_mut()
+    }
+
     /// The last batch.
     #[must_use]
-    pub const fn batch(&self) -> &Batch {
+    pub const fn batch(&self) -> &BatchOf<E> {
         &self.batch
     }
 
@@ -119,7 +173,7 @@ where
     ///
     /// # Errors
     /// As [`reset_with`](Self::reset_with).
-    pub fn reset(&mut self, seed: Option<u64>) -> Result<&Batch, VecEnvError> {
+    pub fn reset(&mut self, seed: Option<u64>) -> Result<&BatchOf<E>, VecEnvError> {
         self.reset_with(&VecReset { seeds: seed.into(), ..VecReset::default() })
     }
 
@@ -130,7 +184,7 @@ where
     pub fn reset_with(
         &mut self,
         reset: &VecReset<'_, E::ResetOptions>,
-    ) -> Result<&Batch, VecEnvError> {
+    ) -> Result<&BatchOf<E>, VecEnvError> {
         self.check_all_idle()?;
         self.send_reset(reset)?;
         self.receive_all()
@@ -141,7 +195,7 @@ where
     /// # Errors
     /// [`VecEnvError::ActionCount`], [`VecEnvError::InFlight`] or [`VecEnvError::WorkerLost`]. The
     /// error of a single environment is in its row of the batch.
-    pub fn step(&mut self, actions: &[f32]) -> Result<&Batch, VecEnvError> {
+    pub fn step(&mut self, actions: &[ActionElement<E>]) -> Result<&BatchOf<E>, VecEnvError> {
         self.check_all_idle()?;
         self.check_actions(actions, self.num_envs())?;
         for env_id in 0..self.num_envs() {
@@ -156,7 +210,11 @@ where
     /// # Errors
     /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`] or [`VecEnvError::EnvInFlight`];
     /// then no step is started.
-    pub fn send(&mut self, actions: &[f32], env_ids: &[usize]) -> Result<(), VecEnvError> {
+    pub fn send(
+        &mut self,
+        actions: &[ActionElement<E>],
+        env_ids: &[usize],
+    ) -> Result<(), VecEnvError> {
         self.check_actions(actions, env_ids.len())?;
         self.calls += 1;
         for &env_id in env_ids {
@@ -188,7 +246,7 @@ where
             return Err(VecEnvError::EnvInFlight { env_id });
         }
         for env_id in (0..self.num_envs()).filter(chosen) {
-            let (seed, options) = (reset.seeds.of(env_id), reset.options.clone());
+            let (seed, options) = (reset.seeds.of(env_id), reset.options.of(env_id));
             self.lend(env_id, |slot| slot.command = Command::Reset { seed, options });
         }
         self.pool.wake();
@@ -199,29 +257,31 @@ where
     ///
     /// # Errors
     /// [`VecEnvError::BatchTooLarge`] if fewer are in flight; [`VecEnvError::WorkerLost`].
-    pub fn recv(&mut self, batch_size: usize) -> Result<&Batch, VecEnvError> {
+    pub fn recv(&mut self, batch_size: usize) -> Result<&BatchOf<E>, VecEnvError> {
         if batch_size > self.in_flight {
             return Err(VecEnvError::BatchTooLarge { batch_size, in_flight: self.in_flight });
         }
         self.pool.wait(batch_size)?;
         self.batch.clear();
         while self.batch.len() < batch_size
-            && let Some(slot) = self.pool.take()
+            && let Some(mut slot) = self.pool.take()
         {
             self.batch.push(slot.env_id, &slot.row);
+            slot.row.collected();
             self.take_back(slot);
         }
         Ok(&self.batch)
     }
 
-    fn receive_all(&mut self) -> Result<&Batch, VecEnvError> {
+    fn receive_all(&mut self) -> Result<&BatchOf<E>, VecEnvError> {
         self.pool.wait(self.in_flight)?;
         while let Some(slot) = self.pool.take() {
             self.take_back(slot);
         }
         self.batch.clear();
-        for slot in self.idle.iter().flatten() {
+        for slot in self.idle.iter_mut().flatten() {
             self.batch.push(slot.env_id, &slot.row);
+            slot.row.collected();
         }
         Ok(&self.batch)
     }
@@ -232,8 +292,8 @@ where
         self.idle[env_id] = Some(slot);
     }
 
-    fn lend_action(&mut self, row: usize, actions: &[f32], env_id: usize) {
-        let len = self.action_space.len();
+    fn lend_action(&mut self, row: usize, actions: &[ActionElement<E>], env_id: usize) {
+        let len = self.action_space.action_len();
         self.lend(env_id, |slot| {
             slot.command = Command::Step;
             slot.action.copy_from_slice(&actions[row * len..][..len]);
@@ -251,15 +311,15 @@ where
         }
     }
 
-    fn check_all_idle(&self) -> Result<(), VecEnvError> {
+    pub(super) fn check_all_idle(&self) -> Result<(), VecEnvError> {
         match self.in_flight {
             0 => Ok(()),
             count => Err(VecEnvError::InFlight { count }),
         }
     }
 
-    fn check_actions(&self, actions: &[f32], rows: usize) -> Result<(), VecEnvError> {
-        let (action_len, actual) = (self.action_space.len(), actions.len());
+    fn check_actions(&self, actions: &[ActionElement<E>], rows: usize) -> Result<(), VecEnvError> {
+        let (action_len, actual) = (self.action_space.action_len(), actions.len());
         if rows.checked_mul(action_len) == Some(actual) {
             Ok(())
         } else {
@@ -268,7 +328,7 @@ where
     }
 }
 
-impl<E: GoalEnv> fmt::Debug for VecEnv<E> {
+impl<E: Env<Observation: BatchObservation>> fmt::Debug for VecEnv<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("VecEnv")
             .field("num_envs", &self.idle.len())
@@ -284,7 +344,7 @@ mod tests {
 
     use super::*;
 
-    impl<E: GoalEnv<ResetOptions: Clone + Send> + Send + 'static> VecEnv<E> {
+    impl<E: BatchEnv> VecEnv<E> {
         /// Replaces the threads by ones that count their allocations and return the count when the
         /// vector is dropped.
         pub(crate) fn count_allocations(&mut self) -> Vec<JoinHandle<u64>> {

@@ -39,15 +39,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod batch;
+pub(crate) mod batch;
 pub(crate) mod config;
 pub(crate) mod env;
+#[cfg(feature = "her-relabel")]
+mod her;
 mod pool;
 mod slot;
+mod snapshot;
 
 pub use self::{
-    batch::{Batch, FinalStep},
-    config::{AutoresetMode, Seeds, VecConfig, VecReset},
-    env::VecEnv,
+    batch::{Batch, BatchOf},
+    config::{AutoresetMode, EpisodeId, EpisodeStart, Seeds, VecConfig, VecOptions, VecReset},
+    env::{BatchEnv, VecEnv},
+    snapshot::VecSnapshot,
 };
-pub use crate::error::VecEnvError;
+pub use crate::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows, WriteRow};
+pub use crate::error::vec_env::VecEnvError;

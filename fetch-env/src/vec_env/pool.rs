@@ -15,7 +15,7 @@ use crossbeam_utils::{
     sync::{Parker, Unparker},
 };
 
-use crate::error::VecEnvError;
+use crate::error::vec_env::VecEnvError;
 
 /// A piece of work for a thread.
 pub(super) trait Job: Send {

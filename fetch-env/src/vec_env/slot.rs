@@ -3,23 +3,33 @@
 use std::{
     any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
+    sync::Arc,
 };
 
-use super::{batch::Batch, config::AutoresetMode, pool::Job};
-use crate::env::goal::{GoalEnv, Info};
-use crate::{env::Step, error::EnvError};
+use super::batch::BatchOf;
+use super::config::{AutoresetMode, EpisodeId, EpisodeStart};
+use super::pool::Job;
+use crate::env::observation::BatchObservation;
+use crate::env::{ActionElement, Env, Step};
+use crate::error::EnvError;
+
+/// Chooses seed and options of the episodes that autoresets begin.
+pub(super) type ChooseStart<O> = dyn Fn(EpisodeId) -> EpisodeStart<O> + Send + Sync;
 
 /// An environment with its next command and its last results.
-pub(super) struct Slot<E: GoalEnv> {
+pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
     pub(super) env_id: usize,
     /// `None` after a panic.
     pub(super) env: Option<E>,
     mode: AutoresetMode,
+    pub(super) choose_start: Option<Arc<ChooseStart<E::ResetOptions>>>,
     pub(super) command: Command<E::ResetOptions>,
-    pub(super) action: Box<[f32]>,
+    pub(super) action: Box<[ActionElement<E>]>,
     /// A batch of one row.
-    pub(super) row: Batch,
-    reset_is_due: bool,
+    pub(super) row: BatchOf<E>,
+    pub(super) reset_is_due: bool,
+    /// The number of episodes that have begun.
+    pub(super) num_episodes: u64,
 }
 
 pub(super) enum Command<O> {
@@ -27,16 +37,18 @@ pub(super) enum Command<O> {
     Reset { seed: Option<u64>, options: O },
 }
 
-impl<E: GoalEnv> Slot<E> {
-    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, lens: [usize; 3]) -> Self {
+impl<E: Env<Observation: BatchObservation>> Slot<E> {
+    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, row: BatchOf<E>) -> Self {
         Self {
             env_id,
-            mode,
-            command: Command::Step,
-            action: vec![0.0; env.action_space().len()].into(),
-            row: Batch::new(lens, 1),
             env: Some(env),
+            mode,
+            choose_start: None,
+            command: Command::Step,
+            action: row.action().into(),
+            row,
             reset_is_due: false,
+            num_episodes: 0,
         }
     }
 
@@ -47,12 +59,12 @@ impl<E: GoalEnv> Slot<E> {
                 // If a requested reset fails, repeating it is up to the caller.
                 self.reset_is_due = false;
                 let reset = env.reset_with(*seed, options)?;
-                self.row.set_state(&reset.observation, reset.info);
-                Ok(())
+                self.num_episodes += 1;
+                self.row.set_start(&reset.observation, reset.info)
             }
             Command::Step if self.reset_is_due => self.autoreset(),
             Command::Step => match env.step(&self.action) {
-                Ok(step) => self.finish(&step),
+                Ok(step) => self.finish(step),
                 Err(error) => {
                     if !error.leaves_unchanged() {
                         // If the reset fails as well, the next step tries it again.
@@ -64,16 +76,12 @@ impl<E: GoalEnv> Slot<E> {
         }
     }
 
-    fn finish(&mut self, step: &Step<E::Observation, Info>) -> Result<(), EnvError> {
-        self.row.set_state(&step.observation, step.info);
+    fn finish(&mut self, step: Step<E::Observation, E::Info>) -> Result<(), EnvError> {
+        let is_last = step.is_last();
+        self.row.set_action(&self.action);
+        self.row.set_step(&step.observation, step.info)?;
         self.row.set_outcome(step.reward, step.terminated, step.truncated);
-        if step.is_last() {
-            if self.mode == AutoresetMode::SameStep {
-                self.row.set_final(&step.observation, step.info);
-            }
-            self.end_episode()?;
-        }
-        Ok(())
+        if is_last { self.end_episode() } else { Ok(()) }
     }
 
     fn end_episode(&mut self) -> Result<(), EnvError> {
@@ -82,14 +90,25 @@ impl<E: GoalEnv> Slot<E> {
     }
 
     fn autoreset(&mut self) -> Result<(), EnvError> {
-        let reset = self.env.as_mut().ok_or_else(out_of_use)?.reset(None)?;
+        let env = self.env.as_mut().ok_or_else(out_of_use)?;
+        let reset = match &self.choose_start {
+            None => env.reset(None)?,
+            Some(choose) => {
+                let id = EpisodeId { env_id: self.env_id, episode: self.num_episodes };
+                let EpisodeStart { seed, options } = choose(id);
+                env.reset_with(seed, &options)?
+            }
+        };
         self.reset_is_due = false;
-        self.row.set_state(&reset.observation, reset.info);
-        Ok(())
+        self.num_episodes += 1;
+        self.row.set_start(&reset.observation, reset.info)
     }
 }
 
-impl<E: GoalEnv<ResetOptions: Send> + Send> Job for Slot<E> {
+impl<E> Job for Slot<E>
+where
+    E: Env<Observation: BatchObservation, Info: Send, ResetOptions: Send> + Send,
+{
     fn run(&mut self) {
         self.row.begin();
         match catch_unwind(AssertUnwindSafe(|| self.obey())) {

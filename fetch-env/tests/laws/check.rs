@@ -2,14 +2,15 @@
 
 use fetch_env::{
     EnvId,
-    check::{CheckOptions, check_snapshot_env},
+    check::{CheckOptions, check_goal_env, check_snapshots},
 };
 
 use super::{Backend, Result, make};
 
 pub(crate) fn the_checker_finds_nothing<B: Backend>() -> Result {
     for id in EnvId::ALL {
-        let report = check_snapshot_env(|| make::<B>(id), &CheckOptions::default());
+        let (make, options) = (|| make::<B>(id), CheckOptions::default());
+        let report = check_goal_env(make, &options).and(check_snapshots(make, &options));
         assert!(report.passed(), "{id}:\n{report}");
     }
     Ok(())

@@ -1,7 +1,8 @@
 //! Single environments that follow Gymnasium's autoreset rules, as the reference for batches.
 
 use fetch_env::{
-    Env, EnvError, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info, TimeLimit,
+    BoxSpace, Env, EnvError, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info,
+    TimeLimit,
     vec_env::{AutoresetMode, Batch, VecConfig, VecEnv},
 };
 use fetch_sim::{KinematicSimulator, SimConfig, Simulator, Task};
@@ -73,12 +74,12 @@ fn observation_bits(observation: &FetchObservation) -> Vec<u64> {
 }
 
 /// Returns the rows of a batch without errors.
-pub(crate) fn rows(batch: &Batch) -> Vec<Row> {
+pub(crate) fn rows(batch: &Batch<FetchObservation>) -> Vec<Row> {
     assert_eq!(batch.errors().collect::<Vec<_>>(), []);
     (0..batch.len()).map(|row| row_of(batch, row)).collect()
 }
 
-pub(crate) fn row_of(batch: &Batch, row: usize) -> Row {
+pub(crate) fn row_of(batch: &Batch<FetchObservation>, row: usize) -> Row {
     fn part(all: &[f64], len: usize, row: usize) -> &[f64] {
         all.chunks_exact(all.len() / len).nth(row).expect("a row")
     }
@@ -90,10 +91,14 @@ pub(crate) fn row_of(batch: &Batch, row: usize) -> Row {
         reward: batch.reward()[row].to_bits(),
         terminated: batch.terminated()[row],
         truncated: batch.truncated()[row],
-        info: (batch.success()[row], batch.distance()[row].to_bits()),
-        last: batch.final_step(row).map(|last| {
-            let state = bits([last.observation, last.achieved_goal, last.desired_goal]);
-            (state, info_bits(last.info))
+        info: batch.info()[row].map(info_bits).expect("an info"),
+        last: batch.final_info()[row].map(|info| {
+            let next = [
+                part(batch.next_observation()),
+                part(batch.next_achieved_goal()),
+                part(batch.next_desired_goal()),
+            ];
+            (bits(next), info_bits(info))
         }),
     }
 }
@@ -106,7 +111,7 @@ pub(crate) struct Single<E> {
     steps: usize,
 }
 
-impl<E: Env<Observation = FetchObservation, Info = Info>> Single<E> {
+impl<E: Env<Observation = FetchObservation, Info = Info, ActionSpace = BoxSpace<f32>>> Single<E> {
     pub(crate) fn new(env: E, mode: AutoresetMode) -> Self {
         Self { env, mode, autoreset: false, steps: 0 }
     }

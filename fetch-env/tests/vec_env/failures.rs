@@ -71,7 +71,7 @@ fn a_wrong_action_changes_nothing_in_its_row_and_nothing_elsewhere() -> Result {
         assert_eq!((row, batch.errors().count()), (2, 1));
         assert!(matches!(error, EnvError::ActionNotFinite { index: 1, .. }));
         assert_eq!(batch.observation()[2 * 25..3 * 25], before);
-        assert!(batch.reward()[2].is_nan() && !batch.truncated()[2] && !batch.success()[2]);
+        assert!(batch.reward()[2].is_nan() && !batch.truncated()[2] && batch.info()[2].is_none());
         for (env_id, single) in singles.iter_mut().enumerate().filter(|(env_id, _)| *env_id != 2) {
             assert_eq!(row_of(batch, env_id), single.step(env_id)?);
         }
@@ -94,7 +94,7 @@ fn a_simulation_that_diverges_ends_its_episode_alone() -> Result {
         let batch = envs.step(&DOWN)?;
         assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &EnvError::Sim(diverged()))]);
         assert_eq!(batch.truncated(), [false, false, true, false]);
-        assert_eq!(batch.final_step(2), None);
+        assert_eq!(batch.final_info()[2], None);
         let is_reset = batch.desired_goal()[6..9] != goal;
         assert_eq!(is_reset, mode == AutoresetMode::SameStep);
         let batch = envs.step(&STAY)?;

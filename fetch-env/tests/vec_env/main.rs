@@ -7,4 +7,8 @@ mod failures;
 #[path = "../faulty/mod.rs"]
 mod faulty;
 mod order;
+mod plain;
+#[cfg(feature = "her-relabel")]
+mod recording;
+mod state;
 mod synchronous;

@@ -2,7 +2,7 @@
 
 use fetch_env::{
     EnvError, FetchResetOptions, make_kinematic,
-    vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecEnvError, VecReset},
+    vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecEnvError, VecOptions, VecReset},
 };
 
 use crate::common::{Result, actions, rows, vec_env};
@@ -19,7 +19,7 @@ fn wrong_sizes_are_errors() -> Result {
         assert_eq!(envs.send(&vec![0.0; actual], &[0, 1, 2]), Err(error));
     }
     let count = |what, actual| VecEnvError::Count { what, actual, num_envs: 3 };
-    let reset = |seeds, mask| VecReset { seeds, mask, options: Options::default() };
+    let reset = |seeds, mask| VecReset { seeds, mask, options: VecOptions::<Options>::Default };
     for (wrong, error) in [
         (reset(Seeds::Each(&[None; 2]), None), count("seeds", 2)),
         (reset(Seeds::Continue, Some(&[true; 4])), count("mask", 4)),

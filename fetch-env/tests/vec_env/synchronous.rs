@@ -2,7 +2,7 @@
 
 use fetch_env::{
     FetchResetOptions,
-    vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecReset},
+    vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecOptions, VecReset},
 };
 use fetch_sim::{SimConfig, Simulator};
 
@@ -84,7 +84,11 @@ fn a_masked_reset_leaves_the_other_rows_as_they_were() -> Result {
         let options = FetchResetOptions::default().with_desired_goal([1.3, 0.7, 0.5]);
         let seeds = [Some(9), Some(7), None];
         let mask = [false, true, false];
-        let reset = VecReset { seeds: Seeds::Each(&seeds), mask: Some(&mask), options };
+        let reset = VecReset {
+            seeds: Seeds::Each(&seeds),
+            mask: Some(&mask),
+            options: VecOptions::Same(&options),
+        };
         let batch = envs.reset_with(&reset)?;
         assert_eq!(row_of(batch, 0), before[0]);
         assert_eq!(row_of(batch, 2), before[2]);
@@ -107,16 +111,18 @@ fn the_next_step_ignores_the_action_and_same_step_keeps_the_end() -> Result {
         let last = envs.step(&actions(1, 4))?;
         assert!(last.truncated()[0] && !last.terminated()[0]);
         let same_step = mode == AutoresetMode::SameStep;
-        assert_eq!(last.final_step(0).is_some(), same_step);
-        if let Some(end) = last.final_step(0) {
-            assert_ne!(end.observation, last.observation());
-            assert_eq!(last.reward()[0], -end.info.distance, "the reward is the last step's");
+        assert_eq!(last.final_info()[0].is_some(), same_step);
+        assert_eq!((last.stepped(), last.started()), (&[true][..], &[same_step][..]));
+        if let Some(end) = last.final_info()[0] {
+            assert_ne!(last.next_observation(), last.observation());
+            assert_eq!(last.reward()[0], -end.distance, "the reward is the last step's");
         } else {
             let goal = last.desired_goal().to_vec();
             let next = envs.step(&[f32::NAN; 4])?;
             assert_eq!(next.errors().count(), 0);
             assert_eq!((next.reward()[0], next.truncated()[0]), (0.0, false));
             assert_ne!(next.desired_goal(), goal);
+            assert_eq!((next.stepped(), next.started()), (&[false][..], &[true][..]));
         }
     }
     Ok(())

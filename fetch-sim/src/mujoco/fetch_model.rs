@@ -76,7 +76,7 @@ impl FetchModel {
     /// # Errors
     /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
     /// compiled, [`SimError::MissingName`] if it is not a model of the task, [`SimError::Library`],
-    /// [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`] if MuJoCo cannot be used.
+    /// [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
         Self::settle(scene::load(config, scene::PHYSICS)?, config).map(Arc::new)
     }

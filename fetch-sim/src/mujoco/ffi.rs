@@ -1,7 +1,13 @@
 //! The Rust side of the contract in `shim/fetch_shim.h`, which documents every item: the numbers and
 //! structs that it shares with the shim, and the shim's functions.
 
+#[cfg(fetch_sim_no_shim)]
+mod nothing;
+
 use std::ffi::{c_char, c_int, c_longlong};
+
+#[cfg(fetch_sim_no_shim)]
+use self::nothing::Nothing;
 
 /// An item of the contract: the name of a number (with its value and size), of a struct (with 0 and
 /// its size) or of a field of one (with its offset and size).
@@ -157,96 +163,141 @@ opaque! {
     RawRenderer = "fs_renderer", fs_delete_renderer;
 }
 
-unsafe extern "C" {
-    pub(super) fn fs_contract(
-        index: c_int,
-        name: *mut *const c_char,
-        value: *mut c_longlong,
-        size: *mut usize,
-    ) -> c_int;
-    pub(super) safe fn fs_header_version() -> c_int;
-    pub(super) fn fs_load(
-        path: *const c_char,
-        plugins: *const c_char,
-        version: *mut c_int,
-    ) -> c_int;
-    pub(super) safe fn fs_error_text() -> *const c_char;
-    pub(super) safe fn fs_warning_text() -> *const c_char;
+/// Whether this build has no shim, for want of MuJoCo's headers.
+pub(super) const IS_MISSING: bool = cfg!(fetch_sim_no_shim);
 
-    pub(super) fn fs_load_path(path: *const c_char, m: *mut *mut RawModel) -> c_int;
-    pub(super) fn fs_load_files(
-        names: *const *const c_char,
-        bytes: *const *const u8,
-        sizes: *const c_int,
-        count: c_int,
-        m: *mut *mut RawModel,
-    ) -> c_int;
-    pub(super) fn fs_delete_model(m: *mut RawModel);
-    pub(super) fn fs_model_sizes(m: *const RawModel, sizes: *mut Sizes);
-    pub(super) fn fs_name_to_id(m: *const RawModel, kind: c_int, name: *const c_char) -> c_int;
-    pub(super) fn fs_id_to_name(m: *const RawModel, kind: c_int, id: c_int) -> *const c_char;
-    pub(super) fn fs_model_array(m: *const RawModel, array: c_int, len: *mut c_int)
-    -> *const c_int;
-    pub(super) fn fs_set_weld_data(m: *mut RawModel, values: *const f64, count: c_int);
-    pub(super) fn fs_limit_sizes(m: *mut RawModel, njmax: c_int, nstack: c_int);
-    pub(super) fn fs_disable_midphase(m: *mut RawModel);
-    pub(super) fn fs_get_visual_geom(m: *const RawModel, geom: c_int, out: *mut RawVisualGeom);
-    pub(super) fn fs_get_triangle(m: *const RawModel, geom: c_int, at: c_int, out: *mut [f64; 3]);
-
-    pub(super) fn fs_make_data(m: *const RawModel, d: *mut *mut RawData) -> c_int;
-    pub(super) fn fs_delete_data(d: *mut RawData);
-    pub(super) fn fs_reset(m: *const RawModel, d: *mut RawData) -> c_int;
-    pub(super) fn fs_forward(m: *const RawModel, d: *mut RawData, f: *mut RawFilter) -> c_int;
-    pub(super) fn fs_step(
-        m: *const RawModel,
-        d: *mut RawData,
-        f: *mut RawFilter,
-        n: c_int,
-    ) -> c_int;
-    pub(super) fn fs_site_jacobian(
-        m: *const RawModel,
-        d: *const RawData,
-        site: c_int,
-        translation: *mut f64,
-        rotation: *mut f64,
-    );
-    pub(super) fn fs_time(d: *const RawData) -> f64;
-    pub(super) fn fs_set_time(d: *mut RawData, time: f64);
-    pub(super) fn fs_data_arrays(m: *const RawModel, d: *const RawData, out: *mut DataArrays);
-    pub(super) fn fs_constraint_count(d: *const RawData) -> c_int;
-    pub(super) fn fs_contact_count(d: *const RawData) -> c_int;
-    pub(super) fn fs_contact_geoms(d: *const RawData, contact: c_int, geoms: *mut [c_int; 2]);
-    pub(super) fn fs_fault_count(d: *const RawData, fault: c_int) -> c_int;
-
-    pub(super) fn fs_make_shapes(m: *const RawModel) -> *mut RawShapes;
-    pub(super) fn fs_delete_shapes(shapes: *mut RawShapes);
-    pub(super) fn fs_make_filter(shapes: *const RawShapes, d: *const RawData) -> *mut RawFilter;
-    pub(super) fn fs_delete_filter(f: *mut RawFilter);
-    pub(super) fn fs_check_filter(f: *mut RawFilter, check: c_int);
-    pub(super) fn fs_get_filter_counts(f: *const RawFilter, counts: *mut ContactFilterCounts);
+/// Declares the functions of the shim. A build without it has functions with the same signatures that
+/// do nothing; loading MuJoCo fails before any of them is called, and none of them makes an object.
+macro_rules! functions {
+    (
+        safe { $($(#[$safe_attribute:meta])* fn $safe:ident() -> $safe_result:ty;)* }
+        unsafe {
+            $(
+                $(#[$attribute:meta])*
+                fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?;
+            )*
+        }
+    ) => {
+        #[cfg(not(fetch_sim_no_shim))]
+        unsafe extern "C" {
+            $($(#[$safe_attribute])* pub(super) safe fn $safe() -> $safe_result;)*
+            $($(#[$attribute])* pub(super) fn $name($($argument: $type),*) $(-> $result)?;)*
+        }
+        $(
+            #[cfg(fetch_sim_no_shim)]
+            $(#[$safe_attribute])*
+            pub(super) extern "C" fn $safe() -> $safe_result {
+                Nothing::NOTHING
+            }
+        )*
+        $(
+            #[cfg(fetch_sim_no_shim)]
+            $(#[$attribute])*
+            pub(super) unsafe extern "C" fn $name($(_: $type),*) $(-> $result)? {
+                Nothing::NOTHING
+            }
+        )*
+    };
 }
 
-#[cfg(feature = "render")]
-unsafe extern "C" {
-    pub(super) safe fn fs_gl_backend() -> *const c_char;
-    pub(super) fn fs_prepare_model(m: *mut RawModel, width: c_int, height: c_int, samples: c_int);
-    pub(super) fn fs_place(m: *const RawModel, d: *mut RawData) -> c_int;
-    pub(super) fn fs_make_renderer(
-        m: *const RawModel,
-        r: *mut *mut RawRenderer,
-        has_gl: *mut c_int,
-    ) -> c_int;
-    pub(super) fn fs_delete_renderer(r: *mut RawRenderer);
-    pub(super) fn fs_set_free_camera(r: *mut RawRenderer, numbers: *const [f64; 6]);
-    pub(super) fn fs_set_fixed_camera(r: *mut RawRenderer, id: c_int);
-    pub(super) fn fs_draw(
-        r: *mut RawRenderer,
-        m: *const RawModel,
-        d: *const RawData,
-        segments: c_int,
-        rgb: *mut u8,
-        depth: *mut f32,
-    ) -> c_int;
-    pub(super) fn fs_planes(r: *const RawRenderer, planes: *mut [f32; 2]) -> c_int;
-    pub(super) fn fs_segments(r: *const RawRenderer, out: *mut RawSegment, size: c_int) -> c_int;
+functions! {
+    safe {
+        fn fs_header_version() -> c_int;
+        fn fs_error_text() -> *const c_char;
+        fn fs_warning_text() -> *const c_char;
+        #[cfg(feature = "render")]
+        fn fs_gl_backend() -> *const c_char;
+    }
+    unsafe {
+        fn fs_contract(
+            index: c_int,
+            name: *mut *const c_char,
+            value: *mut c_longlong,
+            size: *mut usize,
+        ) -> c_int;
+        fn fs_load(path: *const c_char, version: *mut c_int) -> c_int;
+        fn fs_library_path() -> *const c_char;
+        fn fs_load_plugins(folder: *const c_char);
+
+        fn fs_load_path(path: *const c_char, m: *mut *mut RawModel) -> c_int;
+        fn fs_load_files(
+            names: *const *const c_char,
+            bytes: *const *const u8,
+            sizes: *const c_int,
+            count: c_int,
+            m: *mut *mut RawModel,
+        ) -> c_int;
+        fn fs_delete_model(m: *mut RawModel);
+        fn fs_model_sizes(m: *const RawModel, sizes: *mut Sizes);
+        fn fs_name_to_id(m: *const RawModel, kind: c_int, name: *const c_char) -> c_int;
+        fn fs_id_to_name(m: *const RawModel, kind: c_int, id: c_int) -> *const c_char;
+        fn fs_model_array(m: *const RawModel, array: c_int, len: *mut c_int) -> *const c_int;
+        fn fs_set_weld_data(m: *mut RawModel, values: *const f64, count: c_int);
+        fn fs_limit_sizes(m: *mut RawModel, njmax: c_int, nstack: c_int);
+        fn fs_disable_midphase(m: *mut RawModel);
+        fn fs_get_visual_geom(m: *const RawModel, geom: c_int, out: *mut RawVisualGeom);
+        fn fs_get_triangle(m: *const RawModel, geom: c_int, at: c_int, out: *mut [f64; 3]);
+
+        fn fs_make_data(m: *const RawModel, d: *mut *mut RawData) -> c_int;
+        fn fs_delete_data(d: *mut RawData);
+        fn fs_reset(m: *const RawModel, d: *mut RawData) -> c_int;
+        fn fs_forward(m: *const RawModel, d: *mut RawData, f: *mut RawFilter) -> c_int;
+        fn fs_step(
+            m: *const RawModel,
+            d: *mut RawData,
+            f: *mut RawFilter,
+            n: c_int,
+        ) -> c_int;
+        fn fs_site_jacobian(
+            m: *const RawModel,
+            d: *const RawData,
+            site: c_int,
+            translation: *mut f64,
+            rotation: *mut f64,
+        );
+        fn fs_time(d: *const RawData) -> f64;
+        fn fs_set_time(d: *mut RawData, time: f64);
+        fn fs_data_arrays(m: *const RawModel, d: *const RawData, out: *mut DataArrays);
+        fn fs_constraint_count(d: *const RawData) -> c_int;
+        fn fs_contact_count(d: *const RawData) -> c_int;
+        fn fs_contact_geoms(d: *const RawData, contact: c_int, geoms: *mut [c_int; 2]);
+        fn fs_fault_count(d: *const RawData, fault: c_int) -> c_int;
+
+        fn fs_make_shapes(m: *const RawModel) -> *mut RawShapes;
+        fn fs_delete_shapes(shapes: *mut RawShapes);
+        fn fs_make_filter(shapes: *const RawShapes, d: *const RawData) -> *mut RawFilter;
+        fn fs_delete_filter(f: *mut RawFilter);
+        fn fs_check_filter(f: *mut RawFilter, check: c_int);
+        fn fs_get_filter_counts(f: *const RawFilter, counts: *mut ContactFilterCounts);
+
+        #[cfg(feature = "render")]
+        fn fs_prepare_model(m: *mut RawModel, width: c_int, height: c_int, samples: c_int);
+        #[cfg(feature = "render")]
+        fn fs_place(m: *const RawModel, d: *mut RawData) -> c_int;
+        #[cfg(feature = "render")]
+        fn fs_make_renderer(
+            m: *const RawModel,
+            r: *mut *mut RawRenderer,
+            has_gl: *mut c_int,
+        ) -> c_int;
+        #[cfg(feature = "render")]
+        fn fs_delete_renderer(r: *mut RawRenderer);
+        #[cfg(feature = "render")]
+        fn fs_set_free_camera(r: *mut RawRenderer, numbers: *const [f64; 6]);
+        #[cfg(feature = "render")]
+        fn fs_set_fixed_camera(r: *mut RawRenderer, id: c_int);
+        #[cfg(feature = "render")]
+        fn fs_draw(
+            r: *mut RawRenderer,
+            m: *const RawModel,
+            d: *const RawData,
+            segments: c_int,
+            rgb: *mut u8,
+            depth: *mut f32,
+        ) -> c_int;
+        #[cfg(feature = "render")]
+        fn fs_planes(r: *const RawRenderer, planes: *mut [f32; 2]) -> c_int;
+        #[cfg(feature = "render")]
+        fn fs_segments(r: *const RawRenderer, out: *mut RawSegment, size: c_int) -> c_int;
+    }
 }

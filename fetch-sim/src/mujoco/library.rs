@@ -3,35 +3,43 @@
 use std::{
     ffi::{CStr, CString, c_int},
     fmt,
-    os::unix::ffi::OsStringExt,
     path::{Path, PathBuf},
     ptr::{self, NonNull},
     sync::OnceLock,
 };
 
-use super::ffi::{self, Item, Opaque, RawFilter, RawModel, RawShapes};
-use crate::error::SimError;
-
-/// Path of the library that the build found.
-const LIBRARY_PATH: &str = env!("FETCH_SIM_LIBMUJOCO");
+use super::{
+    ffi::{self, Item, Opaque, RawFilter, RawModel, RawShapes},
+    search::Search,
+};
+use crate::error::{SimError, TriedLibrary};
 
 /// A version of MuJoCo, such as 2.2.2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MujocoVersion(c_int);
 
 impl MujocoVersion {
-    /// Returns the version of the headers against which this crate was built.
+    /// The first version that finds four contacts where the base's mesh stands on the floor.
+    pub(super) const FOUR_SUPPORTS: Self = Self(3_013_000);
+
+    /// Returns the version of the headers against which this crate was built; `None` if it was built
+    /// without MuJoCo.
     #[must_use]
-    pub fn of_headers() -> Self {
-        Self(ffi::fs_header_version())
+    pub fn of_headers() -> Option<Self> {
+        (!ffi::IS_MISSING).then(Self::of_shim)
     }
 
     /// Loads the library and returns its version, which equals that of the headers.
     ///
     /// # Errors
-    /// [`SimError::Library`], [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`].
+    /// [`SimError::BuiltWithoutMujoco`], [`SimError::Library`] or [`SimError::ShimMismatch`].
     pub fn of_library() -> Result<Self, SimError> {
-        load_once().map(|()| Self::of_headers())
+        load_once().map(|()| Self::of_shim())
+    }
+
+    /// Returns the version of a library that is loaded.
+    pub(super) fn of_shim() -> Self {
+        Self(ffi::fs_header_version())
     }
 }
 
@@ -47,35 +55,86 @@ impl fmt::Display for MujocoVersion {
     }
 }
 
-/// Loads MuJoCo on the first call; later calls return the same result.
-pub(super) fn load_once() -> Result<(), SimError> {
-    static LOADED: OnceLock<Result<(), SimError>> = OnceLock::new();
-    LOADED.get_or_init(load).clone()
+/// Loads MuJoCo, unless it is loaded, and returns the path of its library.
+///
+/// # Errors
+/// As [`MujocoVersion::of_library`].
+pub fn library_path() -> Result<PathBuf, SimError> {
+    loaded().cloned()
 }
 
-fn load() -> Result<(), SimError> {
-    compare(&items_of_shim(), ffi::ITEMS)?;
-    let failure = |reason: String| SimError::Library { path: LIBRARY_PATH.into(), reason };
-    let path = CString::new(LIBRARY_PATH).map_err(|error| failure(error.to_string()))?;
-    let plugins = plugin_folder().map(|folder| CString::new(folder.into_os_string().into_vec()));
-    let plugins = plugins.transpose().map_err(|error| failure(error.to_string()))?;
-    let plugins = plugins.as_ref().map_or(ptr::null(), |folder| folder.as_ptr());
-    let mut version: c_int = 0;
-    // SAFETY: `path` is a C string, `plugins` is one or null, and `version` is valid for writes.
-    // `OnceLock` makes this call once, before any other function that needs the library.
-    let status = unsafe { ffi::fs_load(path.as_ptr(), plugins, &raw mut version) };
-    if status != ffi::FS_OK && version != 0 && version != ffi::fs_header_version() {
-        return Err(SimError::VersionMismatch {
-            headers: MujocoVersion::of_headers().to_string(),
-            library: MujocoVersion(version).to_string(),
-        });
+/// Loads MuJoCo on the first call; later calls return the same result.
+pub(super) fn load_once() -> Result<(), SimError> {
+    loaded().map(|_| ())
+}
+
+fn loaded() -> Result<&'static PathBuf, SimError> {
+    static LOADED: OnceLock<Result<PathBuf, SimError>> = OnceLock::new();
+    let load = || {
+        if ffi::IS_MISSING {
+            return Err(SimError::BuiltWithoutMujoco);
+        }
+        compare(&items_of_shim(), ffi::ITEMS)?;
+        load(&Search::of_process(MujocoVersion::of_shim()))
+    };
+    LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
+}
+
+/// Loads the first library of a search that fits the headers, and returns its path. Only one call in a
+/// process may succeed.
+fn load(search: &Search) -> Result<PathBuf, SimError> {
+    let mut tried = Vec::new();
+    for place in search.places() {
+        if place.files.is_empty() {
+            tried.push(TriedLibrary { place: place.name, path: None, reason: place.if_empty });
+        }
+        for file in place.files {
+            match load_file(&file) {
+                Ok(()) => return Ok(finish_loading(&file)),
+                Err(reason) => {
+                    tried.push(TriedLibrary { place: place.name, path: Some(file), reason });
+                }
+            }
+        }
     }
-    check_as(status, failure)
+    Err(SimError::Library { version: MujocoVersion::of_shim().to_string(), tried })
+}
+
+/// Loads a library by its path, or by its name if it is the system's; returns why it is refused.
+fn load_file(file: &Path) -> Result<(), String> {
+    let path = c_path(file)?;
+    let mut version: c_int = 0;
+    // SAFETY: `path` is a C string, and `version` is valid for writes. `OnceLock` makes one search,
+    // before any other function that needs the library, and nothing is loaded after a success.
+    let status = unsafe { ffi::fs_load(path.as_ptr(), &raw mut version) };
+    if status != ffi::FS_OK && version != 0 && version != ffi::fs_header_version() {
+        return Err(format!("it is MuJoCo {}", MujocoVersion(version)));
+    }
+    check_as(status, |reason| reason)
+}
+
+/// Loads the plugins of the library that was loaded, and returns its path.
+fn finish_loading(file: &Path) -> PathBuf {
+    // SAFETY: the library is loaded.
+    let path = unsafe { ffi::fs_library_path() };
+    // SAFETY: the loader's name of a library is a C string and lives as long as the library.
+    let path = (!path.is_null()).then(|| unsafe { CStr::from_ptr(path) });
+    let path = path.and_then(|path| path.to_str().ok()).map_or(file, Path::new);
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    if let Some(Ok(folder)) = plugin_folder(&path).map(|folder| c_path(&folder)) {
+        // SAFETY: the library is loaded, and `folder` is a C string.
+        unsafe { ffi::fs_load_plugins(folder.as_ptr()) };
+    }
+    path
+}
+
+fn c_path(path: &Path) -> Result<CString, String> {
+    CString::new(path.as_os_str().as_encoded_bytes()).map_err(|error| error.to_string())
 }
 
 /// Returns the folder in which wheels and release archives keep plugins.
-fn plugin_folder() -> Option<PathBuf> {
-    let folder = Path::new(LIBRARY_PATH).parent()?;
+fn plugin_folder(library: &Path) -> Option<PathBuf> {
+    let folder = library.parent()?;
     ["plugin", "../bin/mujoco_plugin"]
         .iter()
         .map(|name| folder.join(name))
@@ -178,35 +237,4 @@ impl<T: Opaque> Drop for Owned<T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Item, MujocoVersion, compare, ffi::ITEMS, items_of_shim};
-    use crate::error::SimError;
-
-    #[test]
-    fn versions_are_spelled_as_mujoco_does() {
-        assert_eq!(MujocoVersion(222).to_string(), "2.2.2");
-        assert_eq!(MujocoVersion(330).to_string(), "3.3.0");
-        assert_eq!(MujocoVersion(3_006_000).to_string(), "3.6.0");
-    }
-
-    #[test]
-    fn the_shim_and_rust_share_one_contract() {
-        assert_eq!(compare(&items_of_shim(), ITEMS), Ok(()));
-        assert!(ITEMS.len() > 60, "{} items", ITEMS.len());
-    }
-
-    #[test]
-    fn a_mismatch_is_an_error_that_names_the_item() {
-        let mismatch = |shim: &[Item]| match compare(shim, ITEMS) {
-            Err(SimError::ShimMismatch { item, .. }) => item,
-            other => panic!("{other:?}"),
-        };
-        for (at, &(name, value, size)) in ITEMS.iter().enumerate() {
-            let with = |changed: &[Item]| [&ITEMS[..at], changed, &ITEMS[at + 1..]].concat();
-            assert_eq!(mismatch(&with(&[(name, value + 1, size)])), name);
-            assert_eq!(mismatch(&with(&[(name, value, size + 4)])), name);
-            assert_eq!(mismatch(&with(&[])), name);
-        }
-        assert_eq!(mismatch(&[ITEMS, &[("fs_sizes.nkey", 0, 4)]].concat()), "fs_sizes.nkey");
-    }
-}
+mod tests;

@@ -10,6 +10,7 @@ mod model;
 #[cfg(feature = "render")]
 mod render;
 mod scene;
+mod search;
 mod simulator;
 mod visual_geoms;
 
@@ -18,7 +19,7 @@ pub use data::Data;
 pub use fetch_model::FetchModel;
 pub use ffi::ContactFilterCounts;
 pub use ids::{BodyId, GeomId, JointId, SiteId};
-pub use library::MujocoVersion;
+pub use library::{MujocoVersion, library_path};
 pub use model::Model;
 #[cfg(feature = "render")]
 pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};

@@ -53,7 +53,7 @@ impl Model {
     ///
     /// # Errors
     /// [`SimError::Model`] with MuJoCo's message if the file cannot be read or compiled;
-    /// [`SimError::Library`], [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`] if MuJoCo
+    /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo
     /// cannot be used.
     pub fn from_path(path: &Path) -> Result<Self, SimError> {
         load_once()?;

@@ -1,6 +1,6 @@
 //! Loading a task's scene for one of its purposes.
 
-use super::model::Model;
+use super::{library::MujocoVersion, model::Model};
 use crate::{config::SimConfig, error::SimError};
 
 /// Settings for physics: without visual shapes, which change no bit but make steps slower.
@@ -21,12 +21,18 @@ pub(super) fn load(config: &SimConfig, settings: &str) -> Result<Model, SimError
     if let Some(path) = config.model().scene_path(config.task())? {
         return Model::from_path(&path);
     }
+    let support = if MujocoVersion::of_library()? < MujocoVersion::FOUR_SUPPORTS {
+        include_str!("../../model/three_supports.xml")
+    } else {
+        include_str!("../../model/four_supports.xml")
+    };
     let main = format!(r#"<mujoco>{settings}<include file="scene.xml"/></mujoco>"#);
     let mut model = Model::from_files(&[
         ("main.xml", &main),
         ("scene.xml", config.task().spec().scene_xml),
         ("settings.xml", include_str!("../../model/settings.xml")),
         ("hulls.xml", include_str!("../../model/hulls.xml")),
+        ("support.xml", support),
         ("robot.xml", include_str!("../../model/robot.xml")),
     ])?;
     model.disable_midphase();

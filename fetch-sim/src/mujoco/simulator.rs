@@ -183,7 +183,7 @@ impl MujocoSimulator {
         if !snapshot.config.same_physics(config) {
             return foreign(format!("it is of {:?}, this is of {config:?}", snapshot.config));
         }
-        let version = MujocoVersion::of_headers().to_string();
+        let version = MujocoVersion::of_shim().to_string();
         if snapshot.mujoco != version {
             return foreign(format!("it is of MuJoCo {}, this is of {version}", snapshot.mujoco));
         }
@@ -249,7 +249,7 @@ impl Simulator for MujocoSimulator {
         let ids = &self.fetch.ids;
         MujocoSnapshot {
             config: self.fetch.config.clone(),
-            mujoco: MujocoVersion::of_headers().to_string(),
+            mujoco: MujocoVersion::of_shim().to_string(),
             time: self.data.time(),
             qpos: self.data.qpos().to_vec(),
             qvel: self.data.qvel().to_vec(),

@@ -83,7 +83,7 @@ impl VisualGeom {
     /// returns, although that model itself has no purely visual geoms.
     ///
     /// # Errors
-    /// [`SimError::Library`], [`SimError::VersionMismatch`] or [`SimError::ShimMismatch`] if MuJoCo
+    /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo
     /// cannot be used.
     pub fn of_builtin(task: Task) -> Result<Vec<Self>, SimError> {
         let model = scene::load(&SimConfig::new(task), scene::PICTURE)?;

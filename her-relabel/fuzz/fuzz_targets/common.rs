@@ -9,7 +9,7 @@ use her_relabel::{
 pub const DIMS: Dims = Dims { observation: 2, goal: 1, action: 1 };
 
 /// Fills all fields of the buffer with `value`.
-fn fields<'a, T: Scalar>(buffer: &HerBuffer<T>, value: &'a [f64]) -> Vec<FieldRows<'a, f64>> {
+pub fn fields<'a, T: Scalar>(buffer: &HerBuffer<T>, value: &'a [f64]) -> Vec<FieldRows<'a, f64>> {
     buffer.config().fields().iter().map(|_| ("value", value)).collect()
 }
 

@@ -1,16 +1,22 @@
 //! Files that are almost valid.
 
 use arbitrary::Arbitrary;
-use her_relabel::{BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit, Scalar};
+use her_relabel::{
+    BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit, Scalar, StillEpisodes,
+    UnitInterval,
+};
 
 use crate::common::{DIMS, add_whole, begin, step};
 
 /// A buffer with every feature.
 pub fn template<T: Scalar>() -> HerBuffer<T> {
-    let config =
-        BufferConfig::new(8, DIMS).with_num_envs(2).with_field("value", 1).with_priorities(
+    let config = BufferConfig::new(8, DIMS)
+        .with_num_envs(2)
+        .with_field("value", 1)
+        .with_priorities(
             Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)),
-        );
+        )
+        .with_still_episodes(StillEpisodes::new(0.5, UnitInterval::ZERO));
     let mut buffer = HerBuffer::new(config).expect("a buffer");
     for number in [1, 2, 3] {
         add_whole(&mut buffer, number, 3);

@@ -2,11 +2,13 @@
 #![no_main]
 
 mod common;
+mod rows;
 
 use arbitrary::Arbitrary;
 use common::{DIMS, add_whole, begin, draw, step};
 use her_relabel::{BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit};
 use libfuzzer_sys::fuzz_target;
+use rows::{Row, record};
 
 const NUM_ENVS: usize = 2;
 
@@ -17,6 +19,8 @@ enum Op {
     End(bool),
     Discard(bool),
     Whole(u8),
+    /// A row of each environment: whether it holds a step, ends, starts an episode, and is finite.
+    Record([(bool, bool, bool, bool); NUM_ENVS]),
     /// The priority of a live transition, counted from the oldest one.
     Prioritize(u16, u8),
     Clear,
@@ -40,6 +44,35 @@ impl Model {
 
     fn finish(&mut self, episode: u8, len: u8) {
         self.finished.extend((0..len).map(|t| (episode, t)));
+    }
+
+    /// Returns the row of an environment, whose effects on the environment's episode it follows.
+    fn row(
+        &mut self,
+        env: usize,
+        (steps, ends, starts, is_finite): (bool, bool, bool, bool),
+    ) -> Row {
+        let under_way = self.under_way[env];
+        let (episode, t) = under_way.unwrap_or_default();
+        let ends = ends || t == u8::MAX - 1;
+        let is_refused = steps && !is_finite && under_way.is_some();
+        match under_way {
+            Some(_) if is_refused || (!steps && ends) => self.under_way[env] = None,
+            Some(_) if steps && ends => {
+                self.under_way[env] = None;
+                self.finish(episode, t + 1);
+            }
+            Some(_) if steps => self.under_way[env] = Some((episode, t + 1)),
+            _ => {}
+        }
+        let start = starts.then(|| self.next());
+        if let Some(start) = start
+            && let Some((episode, len)) = self.under_way[env].replace((start, 0))
+        {
+            self.finish(episode, len);
+        }
+        let step = steps.then_some((episode, t));
+        Row { step, ends, start, is_finite: !is_refused }
     }
 
     fn apply(&mut self, buffer: &mut HerBuffer<f32>, op: &Op) {
@@ -80,6 +113,11 @@ impl Model {
                 let episode = self.next();
                 add_whole(buffer, episode, len.max(1));
                 self.finish(episode, len.max(1));
+            }
+            Op::Record(flags) => {
+                let rows = [0, 1].map(|env| self.row(env, flags[env]));
+                let recorded = record(buffer, &rows).expect("rows of the right lengths");
+                assert_eq!(recorded.first_refusal.is_some(), rows.iter().any(|row| !row.is_finite));
             }
             Op::Prioritize(at, priority) => {
                 let Ok(batch) = draw(buffer) else { return };

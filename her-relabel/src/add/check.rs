@@ -2,9 +2,8 @@
 
 use thiserror::Error;
 
-use crate::add::arguments::{EpisodeData, EpisodeStart, FieldRows, StartBatch, Step, StepBatch};
+use crate::add::arguments::{EpisodeData, FieldRows};
 use crate::scalar::Scalar;
-use crate::store::config::Dims;
 use crate::store::fields::{Field, Fields, UnknownField};
 use crate::store::storage::Storage;
 
@@ -21,6 +20,12 @@ pub enum AddError {
         env: usize,
         /// The number of environments.
         num_envs: usize,
+    },
+    /// Two rows of one call are of the same environment.
+    #[error("environment {env} has two rows: pass at most one row of each environment in a call")]
+    RepeatedEnv {
+        /// The environment.
+        env: usize,
     },
     /// An episode begins although the previous one has not ended.
     #[error(
@@ -83,28 +88,8 @@ pub enum AddError {
     },
 }
 
-// All checks apply to the values as rounded to the buffer's type `T`.
-
-impl<S: Scalar> EpisodeStart<'_, S> {
-    pub(crate) fn check<T: Scalar>(&self, dims: Dims) -> Result<(), AddError> {
-        check::<T, S>("observation", self.observation, dims.observation)?;
-        check::<T, S>("achieved_goal", self.achieved_goal, dims.goal)?;
-        check::<T, S>("desired_goal", self.desired_goal, dims.goal)
-    }
-}
-
-impl<S: Scalar> Step<'_, S> {
-    pub(crate) fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), AddError> {
-        let dims = storage.layout.dims();
-        check::<T, S>("action", self.action, dims.action)?;
-        check::<T, S>("reward", &[self.reward], 1)?;
-        check::<T, S>("next_observation", self.next_observation, dims.observation)?;
-        check::<T, S>("next_achieved_goal", self.next_achieved_goal, dims.goal)?;
-        check_fields::<T, S>(&storage.fields, self.fields, 1)
-    }
-}
-
-impl<S: Scalar> EpisodeData<'_, S> {
+impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
+    /// Checks everything; the values as rounded to the buffer's type `T`.
     pub(crate) fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), AddError> {
         let dims = storage.layout.dims();
         let steps = self.rewards.len();
@@ -118,47 +103,15 @@ impl<S: Scalar> EpisodeData<'_, S> {
         check::<T, S>("observations", self.observations, states(dims.observation))?;
         check::<T, S>("achieved_goals", self.achieved_goals, states(dims.goal))?;
         check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
-        check::<T, S>("actions", self.actions, steps.saturating_mul(dims.action))?;
+        check::<T, A>("actions", self.actions, steps.saturating_mul(dims.action))?;
         check::<T, S>("rewards", self.rewards, steps)?;
-        check_fields::<T, S>(&storage.fields, self.fields, steps)
+        check_fields(&storage.fields, self.fields, steps)?;
+        self.fields.iter().try_for_each(|(name, values)| check_finite::<T, S>(name, values))
     }
 }
 
-impl<S: Scalar> StartBatch<'_, S> {
-    /// Checks the lengths only, because not every row may be read.
-    pub(crate) fn check_lens(&self, dims: Dims, num_envs: usize) -> Result<(), AddError> {
-        let goals = num_envs.saturating_mul(dims.goal);
-        let observations = num_envs.saturating_mul(dims.observation);
-        check_len("observations", self.observations.len(), observations)?;
-        check_len("achieved_goals", self.achieved_goals.len(), goals)?;
-        check_len("desired_goals", self.desired_goals.len(), goals)
-    }
-}
-
-impl<S: Scalar> StepBatch<'_, S> {
-    pub(crate) fn check<T: Scalar>(
-        &self,
-        storage: &Storage<T>,
-        num_envs: usize,
-    ) -> Result<(), AddError> {
-        let dims = storage.layout.dims();
-        let size = |len: usize| num_envs.saturating_mul(len);
-        check::<T, S>("actions", self.actions, size(dims.action))?;
-        check::<T, S>("rewards", self.rewards, num_envs)?;
-        check::<T, S>("next_observations", self.next_observations, size(dims.observation))?;
-        check::<T, S>("next_achieved_goals", self.next_achieved_goals, size(dims.goal))?;
-        check_len("terminated", self.terminated.len(), num_envs)?;
-        check_len("truncated", self.truncated.len(), num_envs)?;
-        check_fields::<T, S>(&storage.fields, self.fields, num_envs)?;
-        let Some(starts) = &self.next_starts else { return Ok(()) };
-        starts.check_lens(dims, num_envs)?;
-        let mut ended = (0..num_envs).filter(|env| self.ends(*env));
-        ended.try_for_each(|env| starts.row(env, dims).check::<T>(dims))
-    }
-}
-
-/// Checks that all fields, and nothing else, are given for `rows` steps.
-fn check_fields<T: Scalar, S: Scalar>(
+/// Checks that all fields, and nothing else, are given for `rows` steps. Their numbers are not checked.
+pub(crate) fn check_fields<S>(
     fields: &Fields,
     given: &[FieldRows<'_, S>],
     rows: usize,
@@ -168,7 +121,7 @@ fn check_fields<T: Scalar, S: Scalar>(
         if given[..at].iter().any(|(other, _)| other == name) {
             return Err(AddError::RepeatedField { name: (*name).to_owned() });
         }
-        check::<T, S>(name, values, rows.saturating_mul(len))?;
+        check_len(name, values.len(), rows.saturating_mul(len))?;
     }
     let is_missing = |field: &&Field| given.iter().all(|(name, _)| *name != field.name);
     match fields.places().map(|(field, _)| field).find(is_missing) {
@@ -180,6 +133,14 @@ fn check_fields<T: Scalar, S: Scalar>(
 /// Checks the length of a vector, and that each element is finite.
 fn check<T: Scalar, S: Scalar>(field: &str, values: &[S], expected: usize) -> Result<(), AddError> {
     check_len(field, values.len(), expected)?;
+    check_finite::<T, S>(field, values)
+}
+
+/// Checks that each element is finite, also once rounded to the buffer's type `T`.
+pub(crate) fn check_finite<T: Scalar, S: Scalar>(
+    field: &str,
+    values: &[S],
+) -> Result<(), AddError> {
     let is_bad = |value: &S| !T::from_f64(value.to_f64()).to_f64().is_finite();
     // Without an early exit, the loop compiles to vector instructions.
     if values.iter().fold(false, |bad, value| bad | is_bad(value)) {
@@ -190,7 +151,7 @@ fn check<T: Scalar, S: Scalar>(field: &str, values: &[S], expected: usize) -> Re
     Ok(())
 }
 
-fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
+pub(crate) fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
     if actual == expected {
         return Ok(());
     }

@@ -1,25 +1,34 @@
 //! Recording an episode as rows.
 
-use crate::add::arguments::{EpisodeData, EpisodeStart, FieldRows, Step};
+use crate::add::arguments::{EpisodeData, FieldRows};
+use crate::add::row::{StartRow, StepRow};
 use crate::scalar::Scalar;
 use crate::store::layout::Layout;
 use crate::store::storage::{Storage, Unfinished};
 
 impl<T: Scalar> Unfinished<T> {
     /// Begins an episode with a checked state.
-    pub(crate) fn begin<S: Scalar>(&mut self, layout: &Layout, start: &EpisodeStart<'_, S>) {
+    pub(crate) fn begin<O: Scalar, G: Scalar>(
+        &mut self,
+        layout: &Layout,
+        start: &StartRow<'_, O, G>,
+    ) {
         self.rows.clear();
         self.push_state(layout, start.observation, start.achieved_goal);
         self.desired_goal.resize(layout.dims().goal, T::default());
         fill(&mut self.desired_goal, start.desired_goal);
     }
 
-    /// Adds a checked step, with row `at` of its fields.
-    pub(crate) fn step<S: Scalar>(&mut self, storage: &Storage<T>, step: &Step<'_, S>, at: usize) {
+    /// Adds a checked step.
+    pub(crate) fn step<O: Scalar, G: Scalar, A: Scalar>(
+        &mut self,
+        storage: &Storage<T>,
+        step: &StepRow<'_, O, G, A>,
+    ) {
         let Storage { ref layout, capacity, .. } = *storage;
         self.set_action(layout, step.action, step.reward);
         let last = self.rows.len() - layout.row();
-        set_fields(storage, &mut self.rows[last..], step.fields, at);
+        set_fields(storage, &mut self.rows[last..], step.fields, step.at);
         self.push_state(layout, step.next_observation, step.next_achieved_goal);
         let steps = self.steps(layout);
         if steps >= 2 * capacity {
@@ -30,7 +39,11 @@ impl<T: Scalar> Unfinished<T> {
     }
 
     /// Records a checked episode from beginning to end.
-    pub(crate) fn record<S: Scalar>(&mut self, storage: &Storage<T>, episode: &EpisodeData<'_, S>) {
+    pub(crate) fn record<S: Scalar, A: Scalar>(
+        &mut self,
+        storage: &Storage<T>,
+        episode: &EpisodeData<'_, S, A>,
+    ) {
         let layout = &storage.layout;
         let dims = layout.dims();
         let skipped = episode.rewards.len().saturating_sub(storage.capacity);
@@ -42,7 +55,7 @@ impl<T: Scalar> Unfinished<T> {
         let mut states = states.skip(skipped);
         if let Some((observation, achieved_goal)) = states.next() {
             let desired_goal = episode.desired_goal;
-            self.begin(layout, &EpisodeStart { observation, achieved_goal, desired_goal });
+            self.begin(layout, &StartRow { observation, achieved_goal, desired_goal });
         }
         for ((action, reward), (observation, achieved_goal)) in steps.skip(skipped).zip(states) {
             self.set_action(layout, action, *reward);
@@ -61,14 +74,19 @@ impl<T: Scalar> Unfinished<T> {
         &self.rows[skipped * layout.row()..]
     }
 
-    fn set_action<S: Scalar>(&mut self, layout: &Layout, action: &[S], reward: S) {
+    fn set_action<G: Scalar, A: Scalar>(&mut self, layout: &Layout, action: &[A], reward: G) {
         let last = self.rows.len() - layout.row();
         let row = &mut self.rows[last..];
         fill(&mut row[layout.action()], action);
         row[layout.reward()] = T::from_f64(reward.to_f64());
     }
 
-    fn push_state<S: Scalar>(&mut self, layout: &Layout, observation: &[S], achieved_goal: &[S]) {
+    fn push_state<O: Scalar, G: Scalar>(
+        &mut self,
+        layout: &Layout,
+        observation: &[O],
+        achieved_goal: &[G],
+    ) {
         let at = self.rows.len();
         self.rows.resize(at + layout.row(), T::default());
         let row = &mut self.rows[at..];

@@ -1,7 +1,8 @@
-//! Adding steps, of one environment or of all at once, and whole episodes.
+//! Adding steps of one environment, and whole episodes.
 
-use crate::add::arguments::{EpisodeData, EpisodeStart, StartBatch, Step, StepBatch};
-use crate::add::check::AddError;
+use crate::add::arguments::{EpisodeData, EpisodeStart, Step};
+use crate::add::check::{AddError, check_fields};
+use crate::add::row::StepRow;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::episodes::Ending;
@@ -29,8 +30,10 @@ impl<T: Scalar> HerBuffer<T> {
         if self.is_under_way(env)? {
             return Err(AddError::EpisodeUnderWay { env });
         }
-        start.check::<T>(self.config.dims())?;
-        self.unfinished[env].begin(&self.storage.layout, start);
+        let start = start.row();
+        start.check_lens(self.config.dims())?;
+        start.check_numbers::<T>()?;
+        self.unfinished[env].begin(&self.storage.layout, &start);
         Ok(())
     }
 
@@ -39,10 +42,17 @@ impl<T: Scalar> HerBuffer<T> {
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or another [`AddError`] for an invalid step.
-    pub fn add_step<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>) -> Result<(), AddError> {
+    pub fn add_step<S: Scalar, A: Scalar>(
+        &mut self,
+        env: usize,
+        step: &Step<'_, S, A>,
+    ) -> Result<(), AddError> {
         self.check_under_way(env)?;
-        step.check(&self.storage)?;
-        self.record(env, step, 0);
+        let step = step.row();
+        step.check_lens(self.config.dims())?;
+        check_fields(&self.storage.fields, step.fields, 1)?;
+        step.check_numbers::<T>(&self.storage.fields)?;
+        self.push_step(env, &step);
         Ok(())
     }
 
@@ -52,11 +62,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// [`AddError::UnknownEnv`] or [`AddError::NoEpisode`].
     pub fn end_episode(&mut self, env: usize) -> Result<(), AddError> {
         self.check_under_way(env)?;
-        if self.unfinished[env].steps(&self.storage.layout) == 0 {
-            self.unfinished[env].discard();
-        } else {
-            self.store(env, Ending { terminated: false, truncated: true });
-        }
+        self.cut_off(env);
         Ok(())
     }
 
@@ -75,52 +81,15 @@ impl<T: Scalar> HerBuffer<T> {
     ///
     /// # Errors
     /// [`AddError`] if the episode is invalid.
-    pub fn add_episode<S: Scalar>(&mut self, episode: &EpisodeData<'_, S>) -> Result<(), AddError> {
+    pub fn add_episode<S: Scalar, A: Scalar>(
+        &mut self,
+        episode: &EpisodeData<'_, S, A>,
+    ) -> Result<(), AddError> {
         episode.check(&self.storage)?;
         self.whole.record(&self.storage, episode);
         let EpisodeData { terminated, truncated, .. } = *episode;
         let rows = self.whole.finish(&self.storage);
         self.storage.push_episode(rows, Ending { terminated, truncated });
-        Ok(())
-    }
-
-    /// Begins an episode of every environment, after all were reset.
-    ///
-    /// # Errors
-    /// [`AddError::EpisodeUnderWay`], or another [`AddError`] for an invalid state; then nothing has begun.
-    pub fn begin_episodes<S: Scalar>(
-        &mut self,
-        starts: &StartBatch<'_, S>,
-    ) -> Result<(), AddError> {
-        let (num_envs, dims) = (self.config.num_envs(), self.config.dims());
-        starts.check_lens(dims, num_envs)?;
-        for env in 0..num_envs {
-            if self.is_under_way(env)? {
-                return Err(AddError::EpisodeUnderWay { env });
-            }
-            starts.row(env, dims).check::<T>(dims)?;
-        }
-        for (env, unfinished) in self.unfinished.iter_mut().enumerate() {
-            unfinished.begin(&self.storage.layout, &starts.row(env, dims));
-        }
-        Ok(())
-    }
-
-    /// Adds a step of every environment. Where it ends an episode, the transitions of that episode can
-    /// then be sampled, and the next one begins.
-    ///
-    /// # Errors
-    /// [`AddError::NoEpisode`], or another [`AddError`] for an invalid row; then nothing has been added.
-    pub fn add_steps<S: Scalar>(&mut self, steps: &StepBatch<'_, S>) -> Result<(), AddError> {
-        let (num_envs, dims) = (self.config.num_envs(), self.config.dims());
-        steps.check(&self.storage, num_envs)?;
-        (0..num_envs).try_for_each(|env| self.check_under_way(env))?;
-        for env in 0..num_envs {
-            self.record(env, &steps.row(env, dims), env);
-            if let Some(starts) = steps.next_starts.filter(|_| steps.ends(env)) {
-                self.unfinished[env].begin(&self.storage.layout, &starts.row(env, dims));
-            }
-        }
         Ok(())
     }
 
@@ -134,13 +103,30 @@ impl<T: Scalar> HerBuffer<T> {
         if self.is_under_way(env)? { Ok(()) } else { Err(AddError::NoEpisode { env }) }
     }
 
-    /// Adds a checked step to the unfinished episode, with row `at` of the given fields.
-    fn record<S: Scalar>(&mut self, env: usize, step: &Step<'_, S>, at: usize) {
-        self.unfinished[env].step(&self.storage, step, at);
-        let Step { terminated, truncated, .. } = *step;
-        if terminated || truncated {
+    /// Adds a checked step to the unfinished episode. Returns whether the step ends it.
+    pub(crate) fn push_step<O: Scalar, G: Scalar, A: Scalar>(
+        &mut self,
+        env: usize,
+        step: &StepRow<'_, O, G, A>,
+    ) -> bool {
+        self.unfinished[env].step(&self.storage, step);
+        let StepRow { terminated, truncated, .. } = *step;
+        let ends = terminated || truncated;
+        if ends {
             self.store(env, Ending { terminated, truncated });
         }
+        ends
+    }
+
+    /// Ends the unfinished episode as truncated, or forgets it if it has no steps. Returns whether it had some.
+    pub(crate) fn cut_off(&mut self, env: usize) -> bool {
+        let has_steps = self.unfinished[env].steps(&self.storage.layout) > 0;
+        if has_steps {
+            self.store(env, Ending { terminated: false, truncated: true });
+        } else {
+            self.unfinished[env].discard();
+        }
+        has_steps
     }
 
     /// Stores the episode of environment `env`, which has at least one step.

@@ -18,7 +18,8 @@ use crate::store::config::Dims;
 impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number. The
     /// archive has the form that [`export_npz`](Self::export_npz) writes, compressed or not, with all fields
-    /// of this buffer. Other arrays in it are ignored.
+    /// of this buffer. Other arrays in it are ignored. Of [still episodes](crate::StillEpisodes) the buffer may keep
+    /// only a share, but all are counted.
     ///
     /// The arrays are read side by side, so that an import takes no more memory than the file and this
     /// buffer's capacity, whatever sizes the archive claims.
@@ -43,6 +44,8 @@ impl<T: Scalar> HerBuffer<T> {
         open: impl Fn() -> io::Result<R>,
     ) -> Result<u64, NpzError> {
         let config = self.config.clone().with_num_envs(1).with_priorities(None);
+        // The buffer itself decides what it keeps.
+        let config = config.with_still_episodes(None);
         // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
         let count = read(&mut staged, open)?;

@@ -1,64 +1,99 @@
 //! A batch of sampled transitions, in reusable memory.
 
+use crate::normalizer::Normalizer;
 use crate::sample::columns::{Widths, columns};
-use crate::sample::sampler::Sampler;
+use crate::sample::redraw::Redraws;
+use crate::sample::sampler::{SampleError, Sampler};
 use crate::scalar::Scalar;
 use crate::store::config::Dims;
 use crate::store::fields::{Fields, UnknownField};
-use crate::store::storage::Storage;
+use crate::store::layout::Layout;
 use crate::store::transition_id::TransitionId;
 
 /// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for a
 /// network.
 ///
 /// Make a batch once and pass it to [`Sampler::sample`] again and again, which reuses its memory. A batch
-/// owns its numbers: nothing in it refers to the buffer.
-#[derive(Clone, Debug, Default)]
+/// owns its numbers: nothing in it refers to the buffer. `T` is the type of the network, `f32` or `f64`, and
+/// need not be that of the buffer: an `f32` batch of an `f64` buffer has the nearest `f32` numbers (infinite
+/// beyond its range), and its rewards are computed from the buffer's own numbers.
+///
+/// A tensor library that takes vectors can have the columns without a copy: see
+/// [`take_columns`](Self::take_columns). To draw into memory of your own, see
+/// [`Sampler::sample_into`].
+#[derive(Clone, Debug)]
 pub struct Batch<T> {
     pub(crate) columns: Columns<T>,
+    /// The number of rows, which remains when the columns are taken.
+    pub(crate) len: usize,
     fields: Fields,
     /// The fields, one contiguous matrix after the other.
     field_values: Vec<T>,
     pub(crate) scratch: Scratch<T>,
     pub(crate) judged: Judged,
+    pub(crate) redraws: Redraws,
+    pub(crate) normalizers: Normalizers,
 }
 
-columns! { pub Batch { Columns, ColumnRows } {
-    /// Returns the observations, `len * dims.observation` elements.
-    observation: [T; observation] = T::default();
-    /// Returns the goals achieved before the step, `len * dims.goal` elements.
-    achieved_goal: [T; goal] = T::default();
-    /// Returns the goals to pursue, `len * dims.goal` elements: the episode's own, or the new one where
-    /// [`goal_source`](Self::goal_source) is set. They belong to both observations.
-    desired_goal: [T; goal] = T::default();
-    /// Returns the actions, `len * dims.action` elements.
-    action: [T; action] = T::default();
-    /// Returns the rewards, `len` elements: as stored, or computed for the new goal if there is one.
-    reward: [T; always] = T::default();
-    /// Returns the observations after the step, `len * dims.observation` elements.
-    next_observation: [T; observation] = T::default();
-    /// Returns the goals achieved after the step, `len * dims.goal` elements.
-    next_achieved_goal: [T; goal] = T::default();
-    /// Returns whether the task ended after the step, `len` elements. Do not bootstrap there.
-    terminated: [bool; always] = false;
-    /// Returns whether the episode was cut off after the step, `len` elements. Bootstrap as anywhere else.
-    truncated: [bool; always] = false;
-    /// Returns the factors of the values of the next observations, `len` elements: `gamma` to the power of
-    /// the actual number of steps of the window. Empty unless the sampler has an
-    /// [`n_step`](Sampler::with_n_step).
-    discount: [T; n_step] = T::default();
-    /// Returns whether the next achieved goal reaches the desired goal of the row, `len` elements. Empty
-    /// unless the sampler computes [`success`](Sampler::with_success).
-    success: [bool; success] = false;
-    /// Returns the identities of the transitions, `len` elements.
-    transition: [TransitionId; always] = TransitionId::of(0);
-    /// Returns the source of each new goal, `len` elements: the transition whose next achieved goal it is
-    /// (with [`PastDesired`](crate::GoalStrategy::PastDesired), whose desired goal), or `None` for a row that
-    /// kept its goal. The difference of the two numbers is the number of steps it lies ahead.
-    goal_source: [Option<TransitionId>; always] = None;
-    /// Returns the factors of the rows' losses, `len` elements, which correct for non-uniform draws. Empty
-    /// unless the sampler draws [by priority](Sampler::with_priorities).
-    importance_weight: [T; priorities] = T::default();
+/// The normalizers of observations and of goals.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Normalizers {
+    pub(crate) observation: Option<Normalizer>,
+    pub(crate) goal: Option<Normalizer>,
+}
+
+columns! { pub Batch {
+    /// The columns of a [`Batch`], owned: see [`Batch::take_columns`].
+    Columns,
+    /// Memory of the caller's for columns of a [`Batch`], for [`Sampler::sample_into`]. A column without
+    /// memory stays in the batch; [`Default`] has none at all.
+    ColumnsMut,
+} {
+    observation: [T; observation] = T::default(),
+        "observations, `len * dims.observation` elements. Empty if they are \
+        [joined with the goals](crate::Sampler::with_joined_goal).";
+    achieved_goal: [T; goal] = T::default(),
+        "goals achieved before the step, `len * dims.goal` elements.";
+    desired_goal: [T; goal] = T::default(),
+        "goals to pursue, `len * dims.goal` elements: the episode's own, or the new one where `goal_source` is \
+        set. They belong to both observations.";
+    action: [T; action] = T::default(),
+        "actions, `len * dims.action` elements.";
+    reward: [T; always] = T::default(),
+        "rewards, `len` elements: as stored, or computed for the new goal if there is one.";
+    next_observation: [T; observation] = T::default(),
+        "observations after the step, `len * dims.observation` elements. Empty if they are \
+        [joined with the goals](crate::Sampler::with_joined_goal).";
+    next_achieved_goal: [T; goal] = T::default(),
+        "goals achieved after the step, `len * dims.goal` elements.";
+    input: [T; input] = T::default(),
+        "observations, each followed by the goal to pursue, `len * (dims.observation + dims.goal)` elements. \
+        Empty unless the sampler [joins them](crate::Sampler::with_joined_goal).";
+    next_input: [T; input] = T::default(),
+        "observations after the step, each followed by the goal to pursue, `len * (dims.observation + \
+        dims.goal)` elements. Empty unless the sampler [joins them](crate::Sampler::with_joined_goal).";
+    terminated: [bool; always] = false,
+        "termination flags, `len` elements: whether the task ended after the step. Do not bootstrap there.";
+    truncated: [bool; always] = false,
+        "truncation flags, `len` elements: whether the episode was cut off after the step. Bootstrap as \
+        anywhere else.";
+    discount: [T; discount] = T::default(),
+        "factors of the values of the next observations, `len` elements: `gamma` to the power of the actual \
+        number of steps of the row, and 0 where the task ended. Nothing else is needed to bootstrap: the target \
+        is `reward + discount * value`. Empty unless the sampler has a [discount](crate::Sampler::with_discount) or \
+        [windows](crate::Sampler::with_n_step).";
+    success: [bool; success] = false,
+        "success flags, `len` elements: whether the next achieved goal reaches the desired goal of the row. Empty \
+        unless the sampler computes [success](crate::Sampler::with_success).";
+    transition: [TransitionId; always] = TransitionId::of(0),
+        "identities of the transitions, `len` elements.";
+    goal_source: [Option<TransitionId>; always] = None,
+        "source of each new goal, `len` elements: the transition whose next achieved goal it is (with \
+        [PastDesired](crate::GoalStrategy::PastDesired), whose desired goal), or `None` for a row that kept its \
+        goal. The difference of the two numbers is the number of steps it lies ahead.";
+    importance_weight: [T; priorities] = T::default(),
+        "factors of the rows' losses, `len` elements, which correct for non-uniform draws. Empty unless the \
+        sampler draws [by priority](crate::Sampler::with_priorities).";
 } }
 
 // Memory for drawing, without meaning between calls. The first rows of the pairs of goals are those that
@@ -67,6 +102,9 @@ columns! { Scratch, ScratchRows {
     relabeled: [Relabeled; always] = Relabeled::default();
     achieved_pairs: [f64; goals] = 0.0;
     desired_pairs: [f64; goals] = 0.0;
+    /// The pairs of goals whose success is judged, if the columns do not hold them as they are stored.
+    judged_achieved: [f64; judged] = 0.0;
+    judged_desired: [f64; judged] = 0.0;
     /// All fields, row by row.
     field_rows: [T; fields] = T::default();
 } }
@@ -95,7 +133,7 @@ pub(crate) struct Rows<'a, T> {
     pub(crate) widths: Widths,
     /// The place of the first row in the batch.
     pub(crate) first: usize,
-    pub(crate) columns: ColumnRows<'a, T>,
+    pub(crate) columns: ColumnsMut<'a, T>,
     pub(crate) scratch: ScratchRows<'a, T>,
 }
 
@@ -116,10 +154,26 @@ impl<T> Rows<'_, T> {
     }
 }
 
+impl<T> Default for Batch<T> {
+    fn default() -> Self {
+        Self {
+            columns: Columns::default(),
+            len: 0,
+            fields: Fields::default(),
+            field_values: Vec::new(),
+            scratch: Scratch::default(),
+            judged: Judged::default(),
+            redraws: Redraws::default(),
+            normalizers: Normalizers::default(),
+        }
+    }
+}
+
 impl<T: PartialEq> PartialEq for Batch<T> {
     fn eq(&self, other: &Self) -> bool {
-        let Self { columns, fields, field_values, .. } = self;
-        (columns, fields, field_values) == (&other.columns, &other.fields, &other.field_values)
+        let Self { columns, len, fields, field_values, .. } = self;
+        (columns, len, fields, field_values)
+            == (&other.columns, &other.len, &other.fields, &other.field_values)
     }
 }
 
@@ -133,13 +187,97 @@ impl<T: Scalar> Batch<T> {
     /// Returns the number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.columns.transition.len()
+        self.len
     }
 
     /// Returns whether there are no rows, because nothing has been sampled.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.columns.transition.is_empty()
+        self.len == 0
+    }
+
+    /// Sets the normalizers of later draws, as they are now: of observations (before and after the step) and of
+    /// goals (achieved and desired). `None`, the default, leaves them as they are stored. Rewards and success
+    /// are computed from the stored goals.
+    ///
+    /// The numbers are those of [`Normalizer::normalize_into`], bit for bit, but no second pass over the batch is
+    /// needed. Set the normalizers again after each update.
+    ///
+    /// # Example
+    /// ```
+    /// use goal_reward::DistanceReward;
+    /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+    /// use her_relabel::{Normalizer, NormalizerConfig, Sampler, UnitInterval};
+    ///
+    /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
+    /// let mut buffer = HerBuffer::<f64>::new(config)?;
+    /// buffer.add_episode(&EpisodeData {
+    ///     observations: &[10.0, 30.0],
+    ///     achieved_goals: &[0.0, 1.0],
+    ///     desired_goal: &[9.0],
+    ///     actions: &[1.0_f32],
+    ///     rewards: &[-1.0],
+    ///     terminated: false,
+    ///     truncated: true,
+    ///     fields: &[],
+    /// })?;
+    /// let mut normalizer = Normalizer::new(NormalizerConfig::new(1))?;
+    /// normalizer.update(&[10.0, 30.0])?;
+    /// let mut batch = Batch::<f32>::new();
+    /// batch.set_normalizers(Some(&normalizer), None);
+    /// let sampler = Sampler::new(1, GoalStrategy::Future, UnitInterval::ZERO).with_joined_goal(true);
+    /// sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
+    /// assert_eq!(batch.input(), [-1.0, 9.0]);
+    /// assert_eq!(batch.next_input(), [1.0, 9.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_normalizers(&mut self, observation: Option<&Normalizer>, goal: Option<&Normalizer>) {
+        self.normalizers = Normalizers { observation: observation.cloned(), goal: goal.cloned() };
+    }
+
+    /// Takes all columns out, to pass them on without a copy. The batch then has no columns until the next
+    /// draw, for which it allocates them again unless they are [given back](Self::give_back). Its fields and its
+    /// length stay.
+    ///
+    /// # Example
+    /// ```
+    /// use goal_reward::DistanceReward;
+    /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
+    /// use her_relabel::{Sampler, UnitInterval};
+    ///
+    /// # let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(9, Dims { observation: 1, goal: 1, action: 1 }))?;
+    /// # buffer.add_episode(&EpisodeData {
+    /// #     observations: &[10.0, 30.0],
+    /// #     achieved_goals: &[0.0, 1.0],
+    /// #     desired_goal: &[9.0],
+    /// #     actions: &[1.0],
+    /// #     rewards: &[-1.0],
+    /// #     terminated: false,
+    /// #     truncated: true,
+    /// #     fields: &[],
+    /// # })?;
+    /// let sampler = Sampler::new(32, GoalStrategy::Future, UnitInterval::from_k(4))
+    ///     .with_joined_goal(true)
+    ///     .with_discount(UnitInterval::new(0.98)?);
+    /// let mut batch = Batch::<f32>::new();
+    /// sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
+    /// let mut columns = batch.take_columns();
+    /// let input: Vec<f32> = std::mem::take(&mut columns.input);
+    /// // ... a tensor of 32 rows of 2 elements owns the input now ...
+    /// assert_eq!(input.len(), 32 * 2);
+    /// batch.give_back(columns);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn take_columns(&mut self) -> Columns<T> {
+        std::mem::take(&mut self.columns)
+    }
+
+    /// Gives columns back, all or some, whose memory the next draw reuses. Their contents are forgotten, and the
+    /// batch is empty.
+    pub fn give_back(&mut self, columns: Columns<T>) {
+        self.columns = columns;
+        self.clear();
     }
 
     /// Returns whether each row got a new goal, `len` elements.
@@ -159,35 +297,21 @@ impl<T: Scalar> Batch<T> {
 
     /// Removes all rows.
     pub(crate) fn clear(&mut self) {
-        self.columns.resize(0, &Widths::default());
+        self.len = 0;
+        self.columns.clear();
         self.field_values.clear();
     }
 
-    /// Makes room for a batch of `sampler`; the contents of the rows are unspecified.
-    pub(crate) fn make_room(&mut self, sampler: &Sampler, storage: &Storage<T>) -> Rows<'_, T> {
-        let Dims { observation, goal, action } = storage.layout.dims();
-        let widths = Widths {
-            always: 1,
-            n_step: usize::from(sampler.n_step().is_some()),
-            success: usize::from(sampler.success()),
-            priorities: usize::from(sampler.priorities().is_some()),
-            observation,
-            goal,
-            action,
-            fields: storage.layout.fields().len(),
-            goals: goal * sampler.window(),
-        };
-        if !self.fields.is_same(&storage.fields) {
-            self.fields = storage.fields.clone();
+    /// Follows the fields of a buffer.
+    pub(crate) fn follow_fields(&mut self, fields: &Fields) {
+        if !self.fields.is_same(fields) {
+            self.fields = fields.clone();
         }
-        let columns = self.columns.resize(sampler.batch_size(), &widths);
-        let scratch = self.scratch.resize(sampler.batch_size(), &widths);
-        Rows { widths, first: 0, columns, scratch }
     }
 
     /// Sorts the fields, which were gathered row by row, into one matrix each.
     pub(crate) fn separate_fields(&mut self) {
-        let size = self.len();
+        let size = self.len;
         let (values, rows) = (&mut self.field_values, &mut self.scratch.field_rows);
         if self.fields.is_plain() {
             std::mem::swap(values, rows);
@@ -201,5 +325,25 @@ impl<T: Scalar> Batch<T> {
                 to.copy_from_slice(&from[place.clone()]);
             }
         }
+    }
+}
+
+/// Returns the widths of the columns that a batch of `sampler` has. `keeps_stored` says whether the columns hold
+/// the goals as they are stored.
+pub(crate) fn widths(sampler: &Sampler, layout: &Layout, keeps_stored: bool) -> Widths {
+    let Dims { observation, goal, action } = layout.dims();
+    let is_joined = sampler.joined_goal();
+    Widths {
+        always: 1,
+        discount: usize::from(sampler.n_step().is_some()),
+        success: usize::from(sampler.success()),
+        priorities: usize::from(sampler.priorities().is_some()),
+        observation: if is_joined { 0 } else { observation },
+        input: if is_joined { observation + goal } else { 0 },
+        goal,
+        action,
+        fields: layout.fields().len(),
+        goals: goal * sampler.window(),
+        judged: if sampler.success() && !keeps_stored { goal } else { 0 },
     }
 }

@@ -1,39 +1,118 @@
-//! The columns of a batch from one table: their memory, views of their rows, their accessors; and copies into
-//! them.
+//! The columns of a batch from one table: their memory, views of their rows, their accessors.
 
-use crate::scalar::Scalar;
-
-/// The number of elements of a row in each kind of column.
+/// The number of elements of a row in each kind of column; 0 if the batch has none.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Widths {
     /// 1, in a column that every batch has.
     pub(crate) always: usize,
     /// 1 if the batch has the column, else 0.
-    pub(crate) n_step: usize,
+    pub(crate) discount: usize,
     pub(crate) success: usize,
     pub(crate) priorities: usize,
+    /// Of an observation that is not followed by the goal.
     pub(crate) observation: usize,
+    /// Of an observation followed by the goal.
+    pub(crate) input: usize,
     pub(crate) goal: usize,
     pub(crate) action: usize,
     /// The elements of all fields.
     pub(crate) fields: usize,
     /// The elements of the goals of a whole window.
     pub(crate) goals: usize,
+    /// The elements of a goal whose success is judged apart from the columns.
+    pub(crate) judged: usize,
 }
 
 /// Defines columns by a table of `name: [element; width] = what a new row holds`, where the width names one
-/// of the [`Widths`]. With `pub`, each column gets an accessor of the batch, with its documentation.
+/// of the [`Widths`]. With `pub`, each column also has its documentation, as a noun phrase without article, and
+/// gets an accessor of the batch.
 macro_rules! columns {
-    (pub $batch:ident { $columns:ident, $rows:ident } $table:tt) => {
-        columns! { $columns, $rows $table }
-        columns! { $batch $table }
+    (
+        pub $batch:ident {
+            $(#[$columns_doc:meta])* $columns:ident,
+            $(#[$rows_doc:meta])* $rows:ident $(,)?
+        } {
+            $($name:ident: [$element:ty; $width:ident] = $new:expr, $doc:expr;)*
+        }
+    ) => {
+        $(#[$columns_doc])*
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub struct $columns<T> {
+            $(
+                #[doc = concat!("The ", $doc)]
+                pub $name: Vec<$element>,
+            )*
+        }
+
+        $(#[$rows_doc])*
+        #[derive(Debug)]
+        pub struct $rows<'a, T> {
+            $(
+                #[doc = concat!("The ", $doc)]
+                pub $name: &'a mut [$element],
+            )*
+        }
+
+        columns! { @methods $columns, $rows { $($name: [$element; $width] = $new;)* } }
+
+        impl<T> $columns<T> {
+            /// Removes all rows, and keeps the memory.
+            pub(crate) fn clear(&mut self) {
+                $(self.$name.clear();)*
+            }
+        }
+
+        impl<'a, T: Scalar> $columns<T> {
+            /// Makes room for so many rows: in `given`, for the columns for which it has memory.
+            pub(crate) fn resize_others(
+                &'a mut self,
+                rows: usize,
+                widths: &Widths,
+                given: $rows<'a, T>,
+            ) -> Result<$rows<'a, T>, SampleError> {
+                $(
+                    let len = rows * widths.$width;
+                    let $name = if given.$name.is_empty() {
+                        self.$name.resize(len, $new);
+                        &mut self.$name[..]
+                    } else if given.$name.len() == len {
+                        self.$name.clear();
+                        given.$name
+                    } else {
+                        return Err(SampleError::WrongLength {
+                            column: stringify!($name),
+                            expected: len,
+                            actual: given.$name.len(),
+                        });
+                    };
+                )*
+                Ok($rows { $($name,)* })
+            }
+        }
+
+        impl<T> Default for $rows<'_, T> {
+            fn default() -> Self {
+                Self { $($name: &mut [],)* }
+            }
+        }
+
+        impl<T: Scalar> $batch<T> {
+            $(
+                #[doc = concat!("Returns the ", $doc)]
+                #[must_use]
+                pub fn $name(&self) -> &[$element] {
+                    &self.columns.$name
+                }
+            )*
+        }
     };
 
     ($columns:ident, $rows:ident {
         $($(#[$doc:meta])* $name:ident: [$element:ty; $width:ident] = $new:expr;)*
     }) => {
         /// The memory of some columns.
-        #[derive(Clone, Debug, Default, PartialEq)]
+        #[derive(Clone, Debug)]
         pub(crate) struct $columns<T> {
             $(pub(crate) $name: Vec<$element>,)*
         }
@@ -43,11 +122,23 @@ macro_rules! columns {
             $(pub(crate) $name: &'a mut [$element],)*
         }
 
+        columns! { @methods $columns, $rows { $($name: [$element; $width] = $new;)* } }
+
         impl<T: Scalar> $columns<T> {
             /// Makes room for so many rows, whose contents are unspecified.
             pub(crate) fn resize(&mut self, rows: usize, widths: &Widths) -> $rows<'_, T> {
                 $(self.$name.resize(rows * widths.$width, $new);)*
                 $rows { $($name: &mut self.$name,)* }
+            }
+        }
+    };
+
+    (@methods $columns:ident, $rows:ident {
+        $($name:ident: [$element:ty; $width:ident] = $new:expr;)*
+    }) => {
+        impl<T> Default for $columns<T> {
+            fn default() -> Self {
+                Self { $($name: Vec::new(),)* }
             }
         }
 
@@ -63,73 +154,5 @@ macro_rules! columns {
             }
         }
     };
-
-    ($batch:ident {
-        $($(#[$doc:meta])* $name:ident: [$element:ty; $width:ident] = $new:expr;)*
-    }) => {
-        impl<T: Scalar> $batch<T> {
-            $(
-                $(#[$doc])*
-                #[must_use]
-                pub fn $name(&self) -> &[$element] {
-                    &self.columns.$name
-                }
-            )*
-        }
-    };
 }
 pub(crate) use columns;
-
-/// Copies a part of a transition to the row at `at` of its column.
-#[inline(always)]
-pub(crate) fn put_part<T: Copy>(column: &mut [T], at: usize, part: &[T]) {
-    let width = part.len();
-    copy(&mut column[at * width..][..width], part);
-}
-
-/// Copies `source` to `target`, which has the same length.
-///
-/// The vectors of a transition have a few dozen elements, for which calling `memcpy` takes longer than
-/// the copy. With a known length, the copy is a handful of loads and stores.
-#[inline(always)]
-fn copy<T: Copy>(target: &mut [T], source: &[T]) {
-    macro_rules! by_len {
-        ($($len:literal)*) => {
-            match target.len() {
-                0 => {}
-                $($len => {
-                    if let (Some(target), Some(source)) =
-                        (target.first_chunk_mut::<$len>(), source.first_chunk::<$len>())
-                    {
-                        *target = *source;
-                    }
-                })*
-                _ => target.copy_from_slice(source),
-            }
-        };
-    }
-    by_len!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32);
-}
-
-/// Copies `source` to `target`, which has the same length, as the `f64` that reward functions take.
-#[inline(never)]
-pub(crate) fn widen<T: Scalar>(target: &mut [f64], source: &[T]) {
-    for (target, source) in target.iter_mut().zip(source) {
-        *target = source.to_f64();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_length_is_copied() {
-        for len in 0..70_usize {
-            let source: Vec<usize> = (0..len).collect();
-            let mut target = vec![usize::MAX; len];
-            copy(&mut target, &source);
-            assert_eq!(target, source);
-        }
-    }
-}

@@ -1,71 +1,189 @@
 //! Drawing a batch: which transitions, which goals, what rewards.
 
+use std::any::Any;
+
 use goal_reward::GoalReward;
 
-use crate::sample::batch::Batch;
+use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows, widths};
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
+use crate::sample::form::{AsStored, Form, Formed};
 use crate::sample::gather::{PART, gather_parts};
 use crate::sample::outcome;
+use crate::sample::redraw::Redraws;
 use crate::sample::sampler::{SampleError, Sampler};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
 use crate::store::storage::Storage;
+use crate::unit_interval::UnitInterval;
 
 impl Sampler {
     /// Draws a batch into `batch`, with random numbers from `source`: a `u64` seed, or `&mut` a generator,
     /// of which one word is used. The same seed gives the same batch, whatever was drawn before.
     ///
+    /// The batch may have another element type than the buffer.
+    ///
     /// `reward` is called once, with the relabeled rows only, and not at all if there are none.
-    /// Rewards are computed in `f64`. If it panics the buffer is unharmed.
+    /// Rewards are computed in `f64`, from the buffer's own numbers. If it panics the buffer is unharmed.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty.
-    pub fn sample<T, F>(
+    pub fn sample<S, T, F>(
         &self,
-        buffer: &HerBuffer<T>,
+        buffer: &HerBuffer<S>,
         reward: &F,
         source: impl RandomSource,
         batch: &mut Batch<T>,
     ) -> Result<(), SampleError>
     where
+        S: Scalar,
         T: Scalar,
         F: GoalReward + ?Sized,
     {
-        let drawn = self.draw(&buffer.storage, reward, Draws::new(source.seed()), batch);
+        self.sample_into(buffer, reward, source, batch, ColumnsMut::default())
+    }
+
+    /// Draws a batch as [`sample`](Self::sample) does, but writes the columns for which `columns` has memory
+    /// there: into tensors or pinned memory, for example. The other columns go to `batch`.
+    ///
+    /// # Errors
+    /// [`SampleError`]; then the batch is empty, and the contents of `columns` are unspecified.
+    ///
+    /// # Example
+    /// ```
+    /// use goal_reward::DistanceReward;
+    /// use her_relabel::{Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy};
+    /// use her_relabel::{HerBuffer, Sampler, UnitInterval};
+    ///
+    /// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
+    /// let mut buffer = HerBuffer::<f64>::new(config)?;
+    /// buffer.add_episode(&EpisodeData {
+    ///     observations: &[0.0, 0.1, 1.0, 1.1],
+    ///     achieved_goals: &[0.0, 1.0],
+    ///     desired_goal: &[9.0],
+    ///     actions: &[0.5_f32],
+    ///     rewards: &[-1.0],
+    ///     terminated: true,
+    ///     truncated: false,
+    ///     fields: &[],
+    /// })?;
+    /// let sampler = Sampler::new(1, GoalStrategy::Future, UnitInterval::ONE)
+    ///     .with_joined_goal(true)
+    ///     .with_discount(UnitInterval::new(0.98)?);
+    /// // The memory of four tensors.
+    /// let (mut input, mut next_input) = ([0.0_f32; 3], [0.0_f32; 3]);
+    /// let (mut reward, mut discount) = ([0.0_f32; 1], [0.0_f32; 1]);
+    /// let columns = ColumnsMut {
+    ///     input: &mut input,
+    ///     next_input: &mut next_input,
+    ///     reward: &mut reward,
+    ///     discount: &mut discount,
+    ///     ..ColumnsMut::default()
+    /// };
+    /// let mut batch = Batch::new();
+    /// sampler.sample_into(&buffer, &DistanceReward::sparse(), 7, &mut batch, columns)?;
+    /// assert_eq!(input, [0.0, 0.1, 1.0]);
+    /// assert_eq!(next_input, [1.0, 1.1, 1.0]);
+    /// assert_eq!((reward, discount), ([0.0], [0.0]));
+    /// assert_eq!(batch.action(), [0.5]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn sample_into<S, T, F>(
+        &self,
+        buffer: &HerBuffer<S>,
+        reward: &F,
+        source: impl RandomSource,
+        batch: &mut Batch<T>,
+        columns: ColumnsMut<'_, T>,
+    ) -> Result<(), SampleError>
+    where
+        S: Scalar,
+        T: Scalar,
+        F: GoalReward + ?Sized,
+    {
+        let draws = Draws::new(source.seed());
+        let drawn = self.draw(&buffer.storage, reward, draws, batch, columns);
         if drawn.is_err() {
             batch.clear();
         }
         drawn
     }
 
-    fn draw<T: Scalar, F: GoalReward + ?Sized>(
+    fn draw<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         &self,
-        storage: &Storage<T>,
+        storage: &Storage<S>,
         reward: &F,
         draws: Draws,
         batch: &mut Batch<T>,
+        given: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
         self.check(storage)?;
-        let mut rows = batch.make_room(self, storage);
+        batch.follow_fields(&storage.fields);
+        let Batch { columns, scratch, judged, redraws, normalizers, .. } = &mut *batch;
+        let form = Formed {
+            observation: normalizers.observation.as_ref(),
+            goal: normalizers.goal.as_ref(),
+        };
+        form.check(storage.layout.dims())?;
+        // A buffer of the batch's type, if the batch takes everything as it is stored.
+        let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
+        let widths = widths(self, &storage.layout, as_stored.is_some());
+        let size = self.batch_size();
+        let columns = columns.resize_others(size, &widths, given)?;
+        let scratch = scratch.resize(size, &widths);
+        let mut rows = Rows { widths, first: 0, columns, scratch };
+        let memory = (&mut rows, judged, redraws);
+        match (as_stored, self.joined_goal()) {
+            (Some(storage), false) => {
+                self.fill::<T, T, F>(storage, reward, draws, AsStored::<false>, memory)?;
+            }
+            (Some(storage), true) => {
+                self.fill::<T, T, F>(storage, reward, draws, AsStored::<true>, memory)?;
+            }
+            (None, _) => self.fill(storage, reward, draws, form, memory)?,
+        }
+        batch.len = size;
+        batch.separate_fields();
+        Ok(())
+    }
+
+    /// Draws rows and computes their outcomes.
+    fn fill<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
+        &self,
+        storage: &Storage<S>,
+        reward: &F,
+        draws: Draws,
+        form: impl Form<S, T>,
+        (rows, judged, redraws): (&mut Rows<'_, T>, &mut Judged, &mut Redraws),
+    ) -> Result<(), SampleError> {
         let part = if self.parallel() { PART } else { usize::MAX };
         let episodes = &storage.episodes;
         let table = storage.priorities.as_ref().filter(|_| self.priorities().is_some());
-        let counts = match table {
-            None => {
+        let keeps_all = self.already_achieved() == UnitInterval::ONE;
+        let counts = match (table, keeps_all) {
+            (None, true) => {
                 let pick = |word| uniform(episodes, word);
-                gather_parts(storage, self, draws, pick, &mut rows, part)
+                gather_parts(storage, self, draws, pick, form, rows, part)
             }
-            Some(table) => {
+            (Some(table), true) => {
                 let pick = |word| by_priority(table, episodes, word);
-                gather_parts(storage, self, draws, pick, &mut rows, part)
+                gather_parts(storage, self, draws, pick, form, rows, part)
+            }
+            (None, false) => {
+                let pick = |word| uniform(episodes, word);
+                let words = redraws.choose(storage, self, reward, draws, pick)?;
+                gather_parts(storage, self, words, pick, form, rows, part)
+            }
+            (Some(table), false) => {
+                let pick = |word| by_priority(table, episodes, word);
+                let words = redraws.choose(storage, self, reward, draws, pick)?;
+                gather_parts(storage, self, words, pick, form, rows, part)
             }
         };
-        batch.separate_fields();
         if let Some(beta) = self.priorities() {
-            outcome::weigh(beta, storage, batch);
+            outcome::weigh(beta, storage, rows, judged);
         }
-        outcome::compute(storage, self, reward, counts, batch)
+        outcome::compute(storage, self, reward, form, counts, rows, judged)
     }
 
     fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), SampleError> {
@@ -83,7 +201,8 @@ impl Sampler {
         }
         let Dims { observation, goal, action } = storage.layout.dims();
         let goals = goal.saturating_mul(self.window());
-        let most = observation.max(action).max(goals).max(storage.layout.fields().len());
+        let input = observation.saturating_add(goal);
+        let most = input.max(action).max(goals).max(storage.layout.fields().len());
         let size = size_of::<f64>();
         let bytes = self.batch_size().checked_mul(most).and_then(|count| count.checked_mul(size));
         match bytes {

@@ -2,6 +2,7 @@
 
 use rand_core::Rng;
 
+use crate::split_mix::{unit, word_at};
 use crate::store::episodes::Episodes;
 use crate::store::priorities::PriorityUnit;
 use crate::store::priority_table::PriorityTable;
@@ -38,10 +39,7 @@ mod sealed {
 const WORDS_PER_ROW: u64 = 4;
 
 /// The random words of a batch. All are functions of one key, so that a row's words are available in any
-/// order and on any thread.
-///
-/// This is the generator SplitMix64, seeded with the key, with each row at its own place of the
-/// sequence. Source: Steele, Lea and Flood, *Fast splittable pseudorandom number generators*, 2014.
+/// order and on any thread: each row has its own places of the key's sequence.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draws {
     key: u64,
@@ -56,19 +54,61 @@ pub(crate) enum Purpose {
     Strategy,
 }
 
+/// The random words of the rows of a batch.
+pub(crate) trait Words: Copy + Sync {
+    /// Returns the word of row `row` for `purpose`.
+    fn word(&self, row: usize, purpose: Purpose) -> u64;
+}
+
+/// The most times that a row is drawn.
+pub(crate) const MAX_DRAWS: usize = 4;
+
+/// A row that no batch has, whose words are the keys of other sequences.
+const KEYS: usize = 1 << 60;
+
 impl Draws {
     pub(crate) fn new(key: u64) -> Self {
         Self { key }
     }
 
-    /// Returns the word of row `row` for `purpose`.
+    /// Returns the words of the rows that are drawn for the `attempt + 1`st time.
+    pub(crate) fn attempt(&self, attempt: usize) -> Self {
+        if attempt == 0 { *self } else { Self::new(self.word(KEYS + attempt, Purpose::Transition)) }
+    }
+
+    /// Returns the words that decide, as those of the purpose [`Purpose::Transition`], whether the rows are kept
+    /// that were drawn for the `attempt + 1`st time.
+    pub(crate) fn chances(&self, attempt: usize) -> Self {
+        Self::new(self.word(KEYS + attempt, Purpose::Relabel))
+    }
+}
+
+impl Words for Draws {
     #[inline(always)]
-    pub(crate) fn word(&self, row: usize, purpose: Purpose) -> u64 {
+    fn word(&self, row: usize, purpose: Purpose) -> u64 {
         let place = row as u64 * WORDS_PER_ROW + purpose as u64 + 1;
-        let mut word = self.key.wrapping_add(place.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        word ^ (word >> 31)
+        word_at(self.key, place)
+    }
+}
+
+/// The random words of a batch of which some rows are drawn several times.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Redrawn<'a> {
+    by_attempt: [Draws; MAX_DRAWS],
+    /// The draw of each row, from 0.
+    attempts: &'a [u8],
+}
+
+impl<'a> Redrawn<'a> {
+    pub(crate) fn new(draws: Draws, attempts: &'a [u8]) -> Self {
+        Self { by_attempt: std::array::from_fn(|attempt| draws.attempt(attempt)), attempts }
+    }
+}
+
+impl Words for Redrawn<'_> {
+    #[inline(always)]
+    fn word(&self, row: usize, purpose: Purpose) -> u64 {
+        self.by_attempt[usize::from(self.attempts[row]) % MAX_DRAWS].word(row, purpose)
     }
 }
 
@@ -77,12 +117,6 @@ impl Draws {
 #[inline(always)]
 pub(crate) fn below(word: u64, n: u64) -> u64 {
     ((u128::from(word) * u128::from(n)) >> 64) as u64
-}
-
-/// Draws a number from 0 up to but not including 1, a multiple of 2^-53, from a random word.
-#[inline(always)]
-pub(crate) fn unit(word: u64) -> f64 {
-    (word >> 11) as f64 * f64::EPSILON / 2.0
 }
 
 /// Draws a number of steps from 0 to `n - 1`, each with a probability proportional to `gamma^steps`, from

@@ -4,10 +4,11 @@ use std::iter;
 
 use prefetch_index::prefetch_index;
 
+use crate::sample::aim::{Aim, aim};
 use crate::sample::batch::{Relabeled, Rows};
-use crate::sample::columns::{put_part, widen};
-use crate::sample::draws::{Draws, Purpose, unit};
-use crate::sample::goals::Goal;
+use crate::sample::copy::put_wide;
+use crate::sample::draws::{Purpose, Words};
+use crate::sample::form::{Form, State};
 use crate::sample::sampler::{NStep, Sampler};
 use crate::scalar::Scalar;
 use crate::store::storage::Storage;
@@ -47,22 +48,23 @@ pub(crate) struct Counts {
 
 /// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is a function
 /// of the random words of its place in the batch, so the division into parts does not change the batch.
-pub(crate) fn gather_parts<T: Scalar>(
-    storage: &Storage<T>,
+pub(crate) fn gather_parts<S: Scalar, T: Scalar>(
+    storage: &Storage<S>,
     sampler: &Sampler,
-    draws: Draws,
+    words: impl Words,
     pick: impl Fn(u64) -> u64 + Copy + Sync,
+    form: impl Form<S, T>,
     rows: &mut Rows<'_, T>,
     part: usize,
 ) -> Counts {
     if rows.len() <= part {
-        return gather(storage, sampler, draws, pick, rows);
+        return gather(storage, sampler, words, pick, form, rows);
     }
     let middle = rows.len() / 2;
     let (mut front, mut back) = rows.split_at(middle);
     let (first, second) = rayon::join(
-        || gather_parts(storage, sampler, draws, pick, &mut front, part),
-        || gather_parts(storage, sampler, draws, pick, &mut back, part),
+        || gather_parts(storage, sampler, words, pick, form, &mut front, part),
+        || gather_parts(storage, sampler, words, pick, form, &mut back, part),
     );
     // The back's relabeled rows follow the front's, as in a batch of one part.
     let (scratch, goal, goals) = (&mut rows.scratch, rows.widths.goal, rows.widths.goals);
@@ -83,11 +85,12 @@ pub(crate) fn gather_parts<T: Scalar>(
 /// is prefetched one row later than the rest.
 // Not inlined, so that the code around the loop takes none of its registers.
 #[inline(never)]
-fn gather<T: Scalar>(
-    storage: &Storage<T>,
+fn gather<S: Scalar, T: Scalar>(
+    storage: &Storage<S>,
     sampler: &Sampler,
-    draws: Draws,
+    words: impl Words,
     pick: impl Fn(u64) -> u64 + Copy,
+    form: impl Form<S, T>,
     rows: &mut Rows<'_, T>,
 ) -> Counts {
     let mut counts = Counts::default();
@@ -96,7 +99,7 @@ fn gather<T: Scalar>(
     let (episodes, len) = (&storage.episodes, rows.len());
     for at in 0..len + 3 * AHEAD {
         if let Some(row) = at.checked_sub(3 * AHEAD) {
-            put(storage, sampler, &planned[row % AHEAD], row, rows, &mut counts);
+            put(storage, sampler, form, &planned[row % AHEAD], row, rows, &mut counts);
         }
         if let Some(row) = at.checked_sub(2 * AHEAD + 1).filter(|row| *row < len) {
             prefetch(planned[row % AHEAD].next);
@@ -104,13 +107,13 @@ fn gather<T: Scalar>(
         if let Some(row) = at.checked_sub(2 * AHEAD).filter(|row| *row < len) {
             let planned = &mut planned[row % AHEAD];
             let transition = transitions[row % (2 * AHEAD)];
-            *planned = plan(storage, sampler, draws, transition, rows.first + row);
+            *planned = plan(storage, sampler, words, transition, rows.first + row);
         }
         if let Some(row) = at.checked_sub(AHEAD).filter(|row| *row < len) {
             episodes.prefetch_record(transitions[row % (2 * AHEAD)]);
         }
         if at < len {
-            let transition = pick(draws.word(rows.first + at, Purpose::Transition));
+            let transition = pick(words.word(rows.first + at, Purpose::Transition));
             episodes.prefetch_cell(transition);
             transitions[at % (2 * AHEAD)] = transition;
         }
@@ -123,20 +126,12 @@ fn gather<T: Scalar>(
 fn plan<'a, T: Scalar>(
     storage: &'a Storage<T>,
     sampler: &Sampler,
-    draws: Draws,
+    words: impl Words,
     transition: u64,
     row: usize,
 ) -> Planned<'a, T> {
-    let Storage { layout, episodes, tape, .. } = storage;
-    let episode = episodes.of(transition);
-    let is_relabeled = unit(draws.word(row, Purpose::Relabel)) < sampler.ratio().get();
-    let strategy = sampler.goals().choose(|| draws.word(row, Purpose::Strategy));
-    let goals = [
-        Goal { source: transition, row: episode.last_row(), is_desired: true },
-        strategy.draw(transition, &episode, episodes, draws.word(row, Purpose::Goal)),
-    ];
-    // No branch, because it would be unpredictable which rows are relabeled.
-    let goal = goals[usize::from(is_relabeled)];
+    let Storage { layout, tape, .. } = storage;
+    let Aim { episode, goal, is_relabeled } = aim(storage, sampler, words, transition, row);
     let goal_source = goal.source;
     let left = episode.end - transition;
     let steps = left.min(sampler.window() as u64);
@@ -195,25 +190,25 @@ fn between<'a, T: Scalar>(
 
 /// Copies a transition to the row at `at`.
 #[inline(always)]
-fn put<T: Scalar>(
-    storage: &Storage<T>,
+fn put<S: Scalar, T: Scalar>(
+    storage: &Storage<S>,
     sampler: &Sampler,
-    planned: &Planned<'_, T>,
+    form: impl Form<S, T>,
+    planned: &Planned<'_, S>,
     at: usize,
     rows: &mut Rows<'_, T>,
     counts: &mut Counts,
 ) {
     let layout = &storage.layout;
     let Planned { transition, state, next, goal, goal_source, .. } = *planned;
-    put_part(rows.columns.observation, at, &state[layout.observation()]);
-    put_part(rows.columns.achieved_goal, at, &state[layout.achieved_goal()]);
-    put_part(rows.columns.desired_goal, at, goal);
-    put_part(rows.columns.action, at, &state[layout.action()]);
-    rows.columns.reward[at] = state[layout.reward()];
-    put_part(rows.columns.next_observation, at, &next[layout.observation()]);
-    put_part(rows.columns.next_achieved_goal, at, &next[layout.achieved_goal()]);
+    let Rows { columns, scratch, .. } = rows;
+    form.put_state(columns, scratch, at, State { layout, row: state }, goal);
+    form.put(rows.columns.action, at, &state[layout.action()]);
+    rows.columns.reward[at] = T::from_f64(state[layout.reward()].to_f64());
+    let Rows { columns, scratch, .. } = rows;
+    form.put_next(columns, scratch, at, State { layout, row: next });
     if !rows.scratch.field_rows.is_empty() {
-        put_part(rows.scratch.field_rows, at, &state[layout.fields()]);
+        form.put(rows.scratch.field_rows, at, &state[layout.fields()]);
     }
     rows.columns.terminated[at] = planned.terminated;
     rows.columns.truncated[at] = planned.truncated;
@@ -226,10 +221,10 @@ fn put<T: Scalar>(
 }
 
 /// Replaces the row's reward with the discounted sum of the stored rewards of its window.
-fn put_return<T: Scalar>(
-    storage: &Storage<T>,
+fn put_return<S: Scalar, T: Scalar>(
+    storage: &Storage<S>,
     n_step: NStep,
-    planned: &Planned<'_, T>,
+    planned: &Planned<'_, S>,
     at: usize,
     rows: &mut Rows<'_, T>,
 ) {
@@ -237,15 +232,15 @@ fn put_return<T: Scalar>(
     let rewards = states.map(|state| state[storage.layout.reward()].to_f64());
     let (sum, discount) = n_step.sum(rewards);
     rows.columns.reward[at] = T::from_f64(sum);
-    rows.columns.discount[at] = T::from_f64(discount);
+    rows.columns.discount[at] = T::from_f64(if planned.terminated { 0.0 } else { discount });
 }
 
 /// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new goal. They
 /// are kept only if the row is relabeled.
 #[inline(always)]
-fn put_pairs<T: Scalar>(
-    storage: &Storage<T>,
-    planned: &Planned<'_, T>,
+fn put_pairs<S: Scalar, T: Scalar>(
+    storage: &Storage<S>,
+    planned: &Planned<'_, S>,
     at: usize,
     rows: &mut Rows<'_, T>,
     counts: &mut Counts,
@@ -267,16 +262,4 @@ fn put_pairs<T: Scalar>(
     let is_relabeled = usize::from(planned.goal_source.is_some());
     counts.rows += is_relabeled;
     counts.pairs += is_relabeled * steps;
-}
-
-/// Puts a goal into its place among the `f64` that reward functions take.
-#[inline(always)]
-fn put_wide<T: Scalar>(goals: &mut [f64], at: usize, goal: &[T]) {
-    let target = &mut goals[at * goal.len()..][..goal.len()];
-    // Most goals are positions.
-    if let ([x, y, z], &[from_x, from_y, from_z]) = (&mut *target, goal) {
-        (*x, *y, *z) = (from_x.to_f64(), from_y.to_f64(), from_z.to_f64());
-    } else {
-        widen(target, goal);
-    }
 }

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::getters::getters;
-use crate::sample::draws::{below, geometric, uniform, unit};
+use crate::sample::draws::{below, geometric, uniform};
+use crate::split_mix::unit;
 use crate::store::episodes::{Episode, Episodes};
 use crate::unit_interval::UnitInterval;
 

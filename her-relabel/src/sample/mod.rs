@@ -1,10 +1,14 @@
 //! Drawing batches from a buffer.
 
+pub(crate) mod aim;
 pub(crate) mod batch;
 pub(crate) mod columns;
+pub(crate) mod copy;
 pub(crate) mod draw;
 pub(crate) mod draws;
+pub(crate) mod form;
 pub(crate) mod gather;
 pub(crate) mod goals;
 pub(crate) mod outcome;
+pub(crate) mod redraw;
 pub(crate) mod sampler;

@@ -2,8 +2,9 @@
 
 use goal_reward::{GoalPairs, GoalReward};
 
-use crate::sample::batch::{Batch, Relabeled};
-use crate::sample::columns::{put_part, widen};
+use crate::sample::batch::{Judged, Relabeled, Rows};
+use crate::sample::copy::widen;
+use crate::sample::form::{Form, State};
 use crate::sample::gather::Counts;
 use crate::sample::sampler::{SampleError, Sampler};
 use crate::scalar::Scalar;
@@ -14,19 +15,20 @@ use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 
 /// Computes everything in the gathered rows that depends on their goals.
-pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
-    storage: &Storage<T>,
+pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
+    storage: &Storage<S>,
     sampler: &Sampler,
     reward: &F,
+    form: impl Form<S, T>,
     counts: Counts,
-    batch: &mut Batch<T>,
+    rows: &mut Rows<'_, T>,
+    judged: &mut Judged,
 ) -> Result<(), SampleError> {
     if counts.rows > 0 {
         let goal_dim = storage.layout.dims().goal;
-        let Batch { scratch, judged, .. } = &mut *batch;
         let elements = counts.pairs * goal_dim;
-        let achieved = &scratch.achieved_pairs[..elements];
-        let desired = &scratch.desired_pairs[..elements];
+        let achieved = &rows.scratch.achieved_pairs[..elements];
+        let desired = &rows.scratch.desired_pairs[..elements];
         let pairs = GoalPairs::new(achieved, desired, goal_dim)?;
         // NaN and `false` reveal a reward function that leaves elements out.
         judged.rewards.clear();
@@ -36,33 +38,38 @@ pub(crate) fn compute<T: Scalar, F: GoalReward + ?Sized>(
             judged.terminated.clear();
             judged.terminated.resize(counts.pairs, false);
             reward.terminated_batch(pairs, &mut judged.terminated)?;
-            terminate(storage, counts, batch);
+            terminate(storage, form, counts, rows, &judged.terminated);
         }
-        put_rewards(sampler, counts, batch)?;
+        put_rewards(sampler, counts, rows, &judged.rewards)?;
     }
-    if sampler.success() { judge(storage, reward, batch) } else { Ok(()) }
+    if sampler.success() { judge(storage.layout.dims().goal, reward, rows) } else { Ok(()) }
 }
 
 /// Ends each relabeled window at the first step with which the new goal ends the task.
-fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<T>) {
-    let Batch { columns, scratch, judged, .. } = batch;
+fn terminate<S: Scalar, T: Scalar>(
+    storage: &Storage<S>,
+    form: impl Form<S, T>,
+    counts: Counts,
+    rows: &mut Rows<'_, T>,
+    terminated: &[bool],
+) {
+    let Rows { columns, scratch, .. } = rows;
     let Storage { layout, tape, episodes, .. } = storage;
-    let mut rest = &judged.terminated[..];
-    for relabeled in &mut scratch.relabeled[..counts.rows] {
-        let (terminated, later) = rest.split_at(relabeled.pairs);
+    let mut rest = terminated;
+    for at in 0..counts.rows {
+        let Relabeled { row, pairs, .. } = scratch.relabeled[at];
+        let (terminated, later) = rest.split_at(pairs);
         rest = later;
-        let row = relabeled.row;
         let end = terminated.iter().position(|terminated| *terminated);
         columns.terminated[row] = end.is_some();
-        let Some(used) = end.map(|end| end + 1).filter(|used| *used < relabeled.pairs) else {
+        let Some(used) = end.map(|end| end + 1).filter(|used| *used < pairs) else {
             continue;
         };
-        relabeled.used = used;
+        scratch.relabeled[at].used = used;
         columns.truncated[row] = false;
         let transition = columns.transition[row].number();
         let next = tape.row(episodes.of(transition).row(transition) + used as u64);
-        put_part(&mut columns.next_observation, row, &next[layout.observation()]);
-        put_part(&mut columns.next_achieved_goal, row, &next[layout.achieved_goal()]);
+        form.put_next(columns, scratch, row, State { layout, row: next });
     }
 }
 
@@ -70,10 +77,11 @@ fn terminate<T: Scalar>(storage: &Storage<T>, counts: Counts, batch: &mut Batch<
 fn put_rewards<T: Scalar>(
     sampler: &Sampler,
     counts: Counts,
-    batch: &mut Batch<T>,
+    rows: &mut Rows<'_, T>,
+    rewards: &[f64],
 ) -> Result<(), SampleError> {
-    let Batch { columns, scratch, judged, .. } = batch;
-    let mut rest = &judged.rewards[..];
+    let Rows { columns, scratch, .. } = rows;
+    let mut rest = rewards;
     for Relabeled { row, pairs, used } in &scratch.relabeled[..counts.rows] {
         let (rewards, later) = rest.split_at(*pairs);
         rest = later;
@@ -81,6 +89,7 @@ fn put_rewards<T: Scalar>(
         if let Some(n_step) = sampler.n_step() {
             let (sum, discount) = n_step.sum(rewards[..*used].iter().copied());
             value = sum;
+            let discount = if columns.terminated[*row] { 0.0 } else { discount };
             columns.discount[*row] = T::from_f64(discount);
         }
         let rounded = T::from_f64(value);
@@ -92,26 +101,33 @@ fn put_rewards<T: Scalar>(
     Ok(())
 }
 
-/// Computes the success of all rows.
+/// Computes the success of all rows, from the goals as they are stored.
 fn judge<T: Scalar, F: GoalReward + ?Sized>(
-    storage: &Storage<T>,
+    goal_dim: usize,
     reward: &F,
-    batch: &mut Batch<T>,
+    rows: &mut Rows<'_, T>,
 ) -> Result<(), SampleError> {
-    let Batch { columns, scratch, .. } = batch;
-    let len = columns.desired_goal.len();
-    let achieved = &mut scratch.achieved_pairs[..len];
-    let desired = &mut scratch.desired_pairs[..len];
-    widen(achieved, &columns.next_achieved_goal);
-    widen(desired, &columns.desired_goal);
-    let pairs = GoalPairs::new(achieved, desired, storage.layout.dims().goal)?;
-    Ok(reward.is_success_batch(pairs, &mut columns.success)?)
+    let Rows { columns, scratch, .. } = rows;
+    let (mut achieved, mut desired) = (&*scratch.judged_achieved, &*scratch.judged_desired);
+    if achieved.is_empty() {
+        let len = columns.desired_goal.len();
+        widen(&mut scratch.achieved_pairs[..len], columns.next_achieved_goal);
+        widen(&mut scratch.desired_pairs[..len], columns.desired_goal);
+        (achieved, desired) = (&scratch.achieved_pairs[..len], &scratch.desired_pairs[..len]);
+    }
+    let pairs = GoalPairs::new(achieved, desired, goal_dim)?;
+    Ok(reward.is_success_batch(pairs, columns.success)?)
 }
 
 /// Computes the importance weights of the gathered rows, with the exponent `beta`.
-pub(crate) fn weigh<T: Scalar>(beta: UnitInterval, storage: &Storage<T>, batch: &mut Batch<T>) {
+pub(crate) fn weigh<S: Scalar, T: Scalar>(
+    beta: UnitInterval,
+    storage: &Storage<S>,
+    rows: &mut Rows<'_, T>,
+    judged: &mut Judged,
+) {
     let Some(table) = &storage.priorities else { return };
-    let Batch { columns, judged, .. } = batch;
+    let columns = &mut rows.columns;
     let shares = columns.transition.iter().map(|id| share(table, &storage.episodes, id.number()));
     judged.shares.clear();
     judged.shares.extend(shares);

@@ -40,7 +40,7 @@ use crate::unit_interval::UnitInterval;
 ///     fields: &[],
 /// })?;
 /// let sampler = Sampler::new(32, GoalStrategy::Final, UnitInterval::ONE);
-/// let mut batch = Batch::new();
+/// let mut batch = Batch::<f32>::new();
 /// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
 /// assert!(batch.desired_goal().iter().all(|goal| *goal == 2.0));
 ///
@@ -65,6 +65,15 @@ pub struct Sampler {
     priorities: Option<UnitInterval>,
     #[serde(default)]
     parallel: bool,
+    #[serde(default)]
+    joined_goal: bool,
+    #[serde(default = "everything")]
+    already_achieved: UnitInterval,
+}
+
+/// The share of rows of already achieved goals that is kept unless it is set.
+const fn everything() -> UnitInterval {
+    UnitInterval::ONE
 }
 
 impl Sampler {
@@ -80,6 +89,8 @@ impl Sampler {
             n_step: None,
             priorities: None,
             parallel: false,
+            joined_goal: false,
+            already_achieved: everything(),
         }
     }
 
@@ -127,10 +138,53 @@ impl Sampler {
     /// goal, for which all of its rewards are computed if the row is relabeled; a future goal is one of
     /// the states after the first step. [`Batch::reward`](crate::Batch::reward) is the discounted sum of
     /// the rewards, the next observation and the flags belong to the last step, and
-    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value. If termination is
+    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the task ended. If termination is
     /// recomputed, a window ends with the first step that terminates.
     pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
         self.n_step = n_step.into();
+        self
+    }
+
+    /// Sets the discount per step, so that batches have [`Batch::discount`](crate::Batch::discount): the factor of
+    /// the next value in a learner's target, which is 0 where the task ended. With 1 it is the flag "not
+    /// terminated" as a number. By default there is none, because not every learner needs it.
+    ///
+    /// This is the discount of [`with_n_step`](Self::with_n_step): windows keep their number of steps, and
+    /// without windows, rows have one step.
+    pub fn with_discount(mut self, gamma: UnitInterval) -> Self {
+        let steps = self.n_step.map_or(NonZeroUsize::MIN, |n_step| n_step.steps());
+        self.n_step = Some(NStep::new(steps, gamma));
+        self
+    }
+
+    /// Sets whether each observation is written with the goal to pursue behind it, as the input of a network:
+    /// [`Batch::input`](crate::Batch::input) and [`Batch::next_input`](crate::Batch::next_input) take the place
+    /// of the observations. Off by default. No second pass over the batch is needed.
+    pub const fn with_joined_goal(mut self, joined_goal: bool) -> Self {
+        self.joined_goal = joined_goal;
+        self
+    }
+
+    /// Sets the share of the rows kept whose goal was achieved already before the step. The default is 1: all
+    /// rows. In most tasks, such rows teach a learner little, because the next state achieves the goal whatever
+    /// the action. Leaving them out is a bias: it overrates steps that change something.
+    ///
+    /// Which rows these are decides the reward function's
+    /// [`is_success`](goal_reward::GoalReward::is_success) with the goal achieved before the row's (first) step
+    /// and the row's desired goal, be it new or the episode's own. Such a row is kept with the probability
+    /// `kept`, and otherwise drawn again as a whole: transition, goal and all. A row is drawn at most four times,
+    /// and the fourth draw is kept in any case.
+    ///
+    /// If `q` is the probability of a row without this setting, and `p` the sum of `q` over all rows with an
+    /// achieved goal, a draw is rejected with the probability `r = p * (1 - kept)`. The probability of a row is
+    /// then `q * (s + r^3)`, where `s = 1 + r + r^2`, and that of a row with an achieved goal
+    /// `q * (kept * s + r^3)`. For the share of such rows, `p`, that is `p * (kept * s + r^3)`.
+    ///
+    /// The [importance weights](crate::Batch::importance_weight) of prioritized draws still correct for the
+    /// priorities alone, as if no row had been drawn again. `is_success` is called once for each of the first
+    /// three draws, with all rows that are drawn.
+    pub const fn with_already_achieved(mut self, kept: UnitInterval) -> Self {
+        self.already_achieved = kept;
         self
     }
 
@@ -174,12 +228,22 @@ impl Sampler {
         priorities: Option<UnitInterval>,
         /// Returns whether batches are drawn on several threads.
         parallel: bool,
+        /// Returns whether each observation is written with the goal behind it.
+        joined_goal: bool,
+        /// Returns the share of the rows kept whose goal was achieved already before the step.
+        already_achieved: UnitInterval,
     }
 
     /// Returns the strategies of new goals.
     #[inline]
     pub const fn goals(&self) -> &GoalMixture {
         &self.goals
+    }
+
+    /// Returns the discount per step.
+    #[must_use]
+    pub fn discount(&self) -> Option<UnitInterval> {
+        self.n_step.map(|n_step| n_step.gamma())
     }
 
     /// Returns the maximal number of steps of a row.
@@ -243,6 +307,28 @@ pub enum SampleError {
     /// The rows of the batch, or the steps of their windows, cannot be addressed.
     #[error("a batch of this size exceeds the address space: reduce `batch_size` or `n_step`")]
     TooLarge,
+    /// Memory of the caller's for a column has the wrong length.
+    #[error(
+        "the memory for `{column}` has {actual} elements, but the column has {expected}: pass memory of that length, or none"
+    )]
+    WrongLength {
+        /// The column.
+        column: &'static str,
+        /// The number of elements of the column, 0 if the sampler's batches do not have it.
+        expected: usize,
+        /// The length of the memory.
+        actual: usize,
+    },
+    /// A normalizer of the batch is for vectors of another length.
+    #[error(
+        "a normalizer has {actual} elements instead of {expected}: set those of this buffer's observations and goals"
+    )]
+    NormalizerDim {
+        /// The length of the vectors in the buffer.
+        expected: usize,
+        /// The dimensions of the normalizer.
+        actual: usize,
+    },
     /// The reward function rejected the goals of the batch.
     #[error("the reward function failed on the relabeled goals: {0}")]
     Reward(#[from] GoalError),

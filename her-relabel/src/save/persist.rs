@@ -6,6 +6,8 @@
 //! 3. for each field the length of its name in bytes, the name, and the field's length;
 //! 4. 0 without priorities, 1 or 2 for priorities of transitions or of episodes, and the new priority (a
 //!    double, negative for the highest);
+//!    In version 2 follow the settings of still episodes: the distance and the kept share (doubles), the seed, and
+//!    the number of episodes that have ended. Version 1 is written without such settings;
 //! 5. first and next live transition, first and next kept episode;
 //! 6. a record of each episode;
 //! 7. the rows of the live states;
@@ -19,7 +21,7 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use crate::save::replace::replace;
-use crate::save::stream::{LoadError, Source, Target, VERSION};
+use crate::save::stream::{LoadError, Source, Target, VERSION, VERSION_WITH_STILL};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::{BufferConfig, Dims};
@@ -28,9 +30,11 @@ use crate::store::fields::{Field, Fields};
 use crate::store::layout::Layout;
 use crate::store::priorities::{NewPriority, Priorities, PriorityUnit, is_priority};
 use crate::store::priority_table::PriorityTable;
+use crate::store::still::StillEpisodes;
 use crate::store::storage::{Storage, Unfinished};
 use crate::store::sum_tree::SumTree;
 use crate::store::tape::Tape;
+use crate::unit_interval::UnitInterval;
 
 const MAGIC: [u8; 8] = *b"HERBUF\r\n";
 
@@ -67,11 +71,12 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// Errors of the writer.
     pub fn write_to(&self, writer: impl Write) -> io::Result<()> {
-        let Storage { layout, episodes, tape, .. } = &self.storage;
+        let Storage { layout, episodes, tape, still, .. } = &self.storage;
         let config = &self.config;
         let mut target = Target::new(writer);
         target.bytes(&MAGIC)?;
-        target.bytes(&VERSION.to_le_bytes())?;
+        let version = if still.is_some() { VERSION_WITH_STILL } else { VERSION };
+        target.bytes(&version.to_le_bytes())?;
         target.bytes(&(size_of::<T>() as u32).to_le_bytes())?;
         let (num_envs, num_fields) = (config.num_envs(), config.fields().len());
         let Dims { observation, goal, action } = config.dims();
@@ -83,6 +88,10 @@ impl<T: Scalar> HerBuffer<T> {
             target.number(*len as u64)?;
         }
         target.numbers(code(config.priorities()))?;
+        if let Some(still) = still {
+            let (distance, kept) = (still.max_distance().to_bits(), still.kept().get().to_bits());
+            target.numbers([distance, kept, still.seed(), self.storage.ended])?;
+        }
         let (live, kept) = (episodes.live(), episodes.numbers());
         target.numbers([live.start, live.end, kept.start, kept.end])?;
         episodes.records().try_for_each(|record| target.number(record))?;
@@ -111,14 +120,21 @@ impl<T: Scalar> HerBuffer<T> {
             return Err(LoadError::Foreign);
         }
         let version = u32::from_le_bytes(source.bytes()?);
-        if version != VERSION {
+        if version != VERSION && version != VERSION_WITH_STILL {
             return Err(LoadError::Version { version });
         }
         let actual = u32::from_le_bytes(source.bytes()?);
         if actual as usize != size_of::<T>() {
             return Err(LoadError::ElementSize { expected: size_of::<T>(), actual });
         }
-        let config = read_config(&mut source)?;
+        let mut config = read_config(&mut source)?;
+        let mut ended = 0;
+        if version == VERSION_WITH_STILL {
+            let still;
+            (still, ended) = read_still(&mut source)?;
+            config = config.with_still_episodes(still);
+            config.check()?;
+        }
         let (layout, fields) = (Layout::new::<T>(&config)?, Fields::new(config.fields()));
         let capacity = config.capacity();
         let live = source.number()?..source.number()?;
@@ -147,8 +163,11 @@ impl<T: Scalar> HerBuffer<T> {
             None => None,
         };
         source.finish()?;
-        let storage = Storage { layout, fields, capacity, episodes, tape, priorities };
-        Ok(Self { config, storage, unfinished, whole: Unfinished::default() })
+        let still = config.still_episodes();
+        let storage =
+            Storage { layout, fields, capacity, episodes, tape, priorities, still, ended };
+        let has_row = vec![false; config.num_envs()];
+        Ok(Self { config, storage, unfinished, has_row, whole: Unfinished::default() })
     }
 }
 
@@ -174,6 +193,14 @@ fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadErro
     config = config.with_priorities(unit.map(|unit| Priorities::new(unit).with_new_priority(new)));
     config.check()?;
     Ok(config)
+}
+
+/// Reads the settings of still episodes, and the number of episodes that have ended.
+fn read_still<R: Read>(source: &mut Source<R>) -> Result<(StillEpisodes, u64), LoadError> {
+    let distance = f64::from_bits(source.number()?);
+    let kept = UnitInterval::new(f64::from_bits(source.number()?));
+    let still = StillEpisodes::new(distance, kept.map_err(|_| LoadError::Damaged)?);
+    Ok((still.with_seed(source.number()?), source.number()?))
 }
 
 /// Returns the code of the settings of priorities: the unit and the new priority.

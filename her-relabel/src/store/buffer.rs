@@ -46,7 +46,7 @@ use crate::store::transition_id::TransitionId;
 ///         let shared = &shared;
 ///         scope.spawn(move || {
 ///             let sampler = Sampler::new(64, GoalStrategy::Future, UnitInterval::from_k(4));
-///             let mut batch = Batch::new();
+///             let mut batch = Batch::<f32>::new();
 ///             let buffer = shared.read().expect("no writer panicked");
 ///             sampler.sample(&buffer, &DistanceReward::sparse(), reader, &mut batch)
 ///         });
@@ -62,6 +62,8 @@ pub struct HerBuffer<T> {
     pub(crate) storage: Storage<T>,
     /// The unfinished episode of each environment.
     pub(crate) unfinished: Vec<Unfinished<T>>,
+    /// Scratch memory: whether each environment has a row in a call.
+    pub(crate) has_row: Vec<bool>,
     /// Scratch memory in which whole episodes become rows.
     pub(crate) whole: Unfinished<T>,
 }
@@ -76,6 +78,7 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(Self {
             storage: Storage::new(&config)?,
             unfinished: vec![Unfinished::default(); config.num_envs()],
+            has_row: vec![false; config.num_envs()],
             whole: Unfinished::default(),
             config,
         })

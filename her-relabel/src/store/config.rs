@@ -8,6 +8,7 @@ use thiserror::Error;
 use crate::getters::getters;
 use crate::store::fields::{Field, MAX_NAME};
 use crate::store::priorities::{NewPriority, Priorities, is_priority};
+use crate::store::still::StillEpisodes;
 
 /// The lengths of a task's vectors, in elements; each at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -39,13 +40,22 @@ pub struct BufferConfig {
     num_envs: usize,
     fields: Vec<Field>,
     priorities: Option<Priorities>,
+    #[serde(default)]
+    still_episodes: Option<StillEpisodes>,
 }
 
 impl BufferConfig {
     /// Makes settings of a buffer that keeps up to `capacity` transitions, at least 1, with vectors of the
     /// lengths `dims`.
     pub const fn new(capacity: usize, dims: Dims) -> Self {
-        Self { capacity, dims, num_envs: 1, fields: Vec::new(), priorities: None }
+        Self {
+            capacity,
+            dims,
+            num_envs: 1,
+            fields: Vec::new(),
+            priorities: None,
+            still_episodes: None,
+        }
     }
 
     /// Sets the number of environments that add to the buffer side by side, at least 1. The default is 1.
@@ -68,6 +78,13 @@ impl BufferConfig {
         self
     }
 
+    /// Sets the share of still episodes that is kept. The default is `None`: all are kept, because leaving some
+    /// out is a bias.
+    pub fn with_still_episodes(mut self, still_episodes: impl Into<Option<StillEpisodes>>) -> Self {
+        self.still_episodes = still_episodes.into();
+        self
+    }
+
     getters! {
         /// Returns the largest number of transitions that the buffer keeps.
         capacity: usize,
@@ -77,6 +94,8 @@ impl BufferConfig {
         num_envs: usize,
         /// Returns the priorities to sample by.
         priorities: Option<Priorities>,
+        /// Returns the share of still episodes that is kept.
+        still_episodes: Option<StillEpisodes>,
     }
 
     /// Returns the additional fields of every transition.
@@ -105,6 +124,9 @@ impl BufferConfig {
             if !(is_plain && (1..=MAX_NAME).contains(&name.len()) && names.insert(name)) {
                 return Err(ConfigError::FieldName { name: name.clone() });
             }
+        }
+        if let Some(still) = self.still_episodes.filter(|still| !still.is_valid()) {
+            return Err(ConfigError::BadDistance { distance: still.max_distance() });
         }
         match self.priorities.map(|settings| settings.new_priority()) {
             Some(NewPriority::Given(priority)) if !is_priority(priority) => {
@@ -138,6 +160,12 @@ pub enum ConfigError {
     BadPriority {
         /// The priority.
         priority: f64,
+    },
+    /// The distance of still episodes is negative, NaN or infinite.
+    #[error("the distance of still episodes is {distance}: use a finite number from 0")]
+    BadDistance {
+        /// The distance.
+        distance: f64,
     },
     /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed.
     #[error("a buffer of these sizes exceeds the address space: reduce `capacity` or `dims`")]

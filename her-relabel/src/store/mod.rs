@@ -9,6 +9,7 @@ pub(crate) mod layout;
 pub(crate) mod priorities;
 pub(crate) mod priority_table;
 pub(crate) mod queue;
+pub(crate) mod still;
 pub(crate) mod storage;
 pub(crate) mod sum_tree;
 pub(crate) mod tape;

@@ -1,11 +1,13 @@
 //! The contents of a buffer: finished episodes, and the rows of unfinished ones.
 
 use crate::scalar::Scalar;
+use crate::split_mix::{unit, word_at};
 use crate::store::config::{BufferConfig, ConfigError};
 use crate::store::episodes::{Ending, Episodes};
 use crate::store::fields::Fields;
 use crate::store::layout::Layout;
 use crate::store::priority_table::PriorityTable;
+use crate::store::still::StillEpisodes;
 use crate::store::tape::Tape;
 
 /// The newest `capacity` transitions of finished episodes.
@@ -17,6 +19,9 @@ pub(crate) struct Storage<T> {
     pub(crate) episodes: Episodes,
     pub(crate) tape: Tape<T>,
     pub(crate) priorities: Option<PriorityTable>,
+    pub(crate) still: Option<StillEpisodes>,
+    /// The number of episodes that have ended, if it decides whether they are kept.
+    pub(crate) ended: u64,
 }
 
 impl<T: Scalar> Storage<T> {
@@ -30,12 +35,21 @@ impl<T: Scalar> Storage<T> {
             episodes: Episodes::new(0, 0),
             tape: Tape::new(layout.row(), config.capacity(), 0),
             priorities: config.priorities().map(PriorityTable::new),
+            still: config.still_episodes(),
+            ended: 0,
         })
     }
 
     /// Adds the rows of an episode of 1 to `capacity` transitions, and drops the oldest ones that no longer
-    /// fit.
+    /// fit. A still episode may be left out.
     pub(crate) fn push_episode(&mut self, rows: &[T], ending: Ending) {
+        if let Some(still) = &self.still {
+            let number = self.ended;
+            self.ended = number.wrapping_add(1);
+            if !keeps(still, number, &self.layout, rows) {
+                return;
+            }
+        }
         let steps = (rows.len() / self.layout.row() - 1) as u64;
         let kept = self.capacity as u64 - steps;
         let live = self.episodes.live();
@@ -60,6 +74,18 @@ impl<T: Scalar> Storage<T> {
         let row = self.episodes.drop_before(transition);
         self.tape.drop_before(row);
     }
+}
+
+/// Whether the episode of this number, with these rows, is kept.
+fn keeps<T: Scalar>(still: &StillEpisodes, number: u64, layout: &Layout, rows: &[T]) -> bool {
+    let first = &rows[layout.achieved_goal()];
+    let is_near = |row: &[T]| {
+        let pairs = row[layout.achieved_goal()].iter().zip(first);
+        let squares = pairs.map(|(goal, first)| (goal.to_f64() - first.to_f64()).powi(2));
+        squares.sum::<f64>().sqrt() <= still.max_distance()
+    };
+    unit(word_at(still.seed(), number)) < still.kept().get()
+        || !rows.chunks_exact(layout.row()).all(is_near)
 }
 
 /// The rows of an environment's unfinished episode; none if no episode is under way.

@@ -1,8 +1,11 @@
 //! Rejected additions, which change nothing.
 
-use crate::common::{DIMS, Result, add, begin, buffer, step};
+use crate::common::{
+    DIMS, Result, Telling, achieved_goal, add, begin, buffer, desired_goal, observation, step,
+};
 use her_relabel::{
-    AddError, BufferConfig, ConfigError, Dims, EpisodeData, EpisodeStart, HerBuffer, Step,
+    AddError, Batch, BufferConfig, ConfigError, Dims, EpisodeData, EpisodeStart, GoalStrategy,
+    HerBuffer, Sampler, Step, UnitInterval,
 };
 
 #[test]
@@ -148,5 +151,45 @@ fn a_number_that_f32_cannot_hold_is_refused_and_named() -> Result {
     let error = buffer.begin_episode(0, &start).unwrap_err();
     assert_eq!(error, AddError::NotFinite { field: "observation".into(), index: 0, value: 1e300 });
     assert!(error.to_string().contains("`observation[0]` is 1000"));
+    Ok(())
+}
+
+#[test]
+fn actions_may_be_of_another_type_than_observations() -> Result {
+    let add_by_step = |buffer: &mut HerBuffer<f64>| -> Result {
+        begin(buffer, 0, 1)?;
+        buffer.add_step(
+            0,
+            &Step {
+                action: &[0.1_f32],
+                reward: 0.1_f64,
+                next_observation: &[0.1, 0.2],
+                next_achieved_goal: &[0.1; 3],
+                terminated: true,
+                truncated: false,
+                fields: &[],
+            },
+        )?;
+        Ok(())
+    };
+    let (mut by_step, mut whole) = (buffer(10), buffer(10));
+    add_by_step(&mut by_step)?;
+    whole.add_episode(&EpisodeData {
+        observations: &[observation(1, 0), [0.1, 0.2]].concat(),
+        achieved_goals: &[achieved_goal(1, 0), [0.1; 3]].concat(),
+        desired_goal: &desired_goal(1),
+        actions: &[0.1_f32],
+        rewards: &[0.1],
+        terminated: true,
+        truncated: false,
+        fields: &[],
+    })?;
+    for buffer in [by_step, whole] {
+        let sampler = Sampler::new(1, GoalStrategy::Final, UnitInterval::ZERO);
+        let mut batch = Batch::<f64>::new();
+        sampler.sample(&buffer, &Telling, 0, &mut batch)?;
+        assert_eq!((batch.action(), batch.reward()), (&[f64::from(0.1_f32)][..], &[0.1][..]));
+        assert_eq!(batch.next_observation(), [0.1, 0.2]);
+    }
     Ok(())
 }

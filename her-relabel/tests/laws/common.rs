@@ -151,7 +151,7 @@ pub(crate) fn rows(batch: &Batch<f64>) -> Vec<Row> {
 
 /// Draws the batch of a seed and reads its rows back.
 pub(crate) fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Vec<Row> {
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     sampler.sample(buffer, &Telling, seed, &mut batch).unwrap();
     rows(&batch)
 }

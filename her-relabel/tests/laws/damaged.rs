@@ -97,7 +97,7 @@ fn use_it(buffer: &mut HerBuffer<f64>) {
     let beta = buffer.config().priorities().map(|_| UnitInterval::ONE);
     let sampler =
         Sampler::new(20, GoalStrategy::Random, UnitInterval::from_k(1)).with_priorities(beta);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     for _ in 0..5 {
         let _may_have_nothing = sampler.sample(buffer, &Telling, 1, &mut batch);
         let _may_need_other_fields = buffer.add_step(0, &plain_step());

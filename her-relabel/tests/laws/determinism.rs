@@ -17,7 +17,7 @@ fn the_same_generator_gives_the_same_batches_and_another_gives_others() -> Resul
     add(&mut buffer, 1, 50, (false, true));
     let draw = |seed| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut batches = [Batch::new(), Batch::new()];
+        let mut batches = [Batch::<f64>::new(), Batch::<f64>::new()];
         for batch in &mut batches {
             SAMPLER.sample(&buffer, &Telling, &mut rng, batch).unwrap();
         }
@@ -34,7 +34,7 @@ fn the_same_generator_gives_the_same_batches_and_another_gives_others() -> Resul
 fn a_batch_is_a_function_of_one_word_of_the_generator() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 50, (false, true));
-    let (mut drawn, mut seeded) = (Batch::new(), Batch::new());
+    let (mut drawn, mut seeded) = (Batch::<f64>::new(), Batch::<f64>::new());
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     SAMPLER.sample(&buffer, &Telling, &mut rng, &mut drawn)?;
     let mut same = ChaCha8Rng::seed_from_u64(3);
@@ -48,7 +48,7 @@ fn a_batch_is_a_function_of_one_word_of_the_generator() -> Result {
 fn a_used_batch_gives_what_a_new_one_gives() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 50, (false, true));
-    let (mut used, mut new) = (Batch::new(), Batch::new());
+    let (mut used, mut new) = (Batch::<f64>::new(), Batch::<f64>::new());
     let larger = SAMPLER.with_batch_size(500);
     larger.sample(&buffer, &Telling, 1, &mut used)?;
     SAMPLER.sample(&buffer, &Telling, 2, &mut used)?;
@@ -66,7 +66,7 @@ fn any_number_of_threads_draws_the_same_batch() -> Result {
     let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(3), UnitInterval::new(0.9)?);
     let sampler = Sampler::new(5001, GoalStrategy::Random, UnitInterval::from_k(4));
     for sampler in [sampler, sampler.with_n_step(n_step).with_success(true)] {
-        let (mut alone, mut together) = (Batch::new(), Batch::new());
+        let (mut alone, mut together) = (Batch::<f64>::new(), Batch::<f64>::new());
         sampler.sample(&buffer, &Telling, 5, &mut alone)?;
         for threads in 1..=4 {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
@@ -93,7 +93,7 @@ fn sampling_changes_no_storage_and_a_batch_is_no_view_of_it() -> Result {
         bytes
     };
     let before = saved(&buffer);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     for seed in 0..10 {
         SAMPLER.with_parallel(true).sample(&buffer, &Telling, seed, &mut batch)?;
     }
@@ -114,7 +114,7 @@ fn batches_beyond_memory_are_refused() -> Result {
     add(&mut buffer, 1, 5, (false, true));
     let n_step = NStep::new(NonZeroUsize::MAX, UnitInterval::new(0.9)?);
     for sampler in [SAMPLER.with_batch_size(usize::MAX), SAMPLER.with_n_step(n_step)] {
-        let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::new());
+        let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::<f64>::new());
         assert_eq!(result, Err(SampleError::TooLarge));
     }
     Ok(())
@@ -128,7 +128,7 @@ fn seeded_batches_are_pinned() -> Result {
         add(&mut buffer, episode, 50, (false, true));
     }
     let sampler = Sampler::new(6, GoalStrategy::Future, UnitInterval::from_k(4));
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     sampler.sample(&buffer, &Telling, 42, &mut batch)?;
     let drawn: Vec<_> = rows(&batch).iter().map(|row| (row.id, row.ahead)).collect();
     // Computed by another program from the definition of SplitMix64.
@@ -147,7 +147,7 @@ fn seeded_batches_are_pinned() -> Result {
 #[test]
 fn nothing_can_be_drawn_before_an_episode_ends() -> Result {
     let mut buffer = buffer(100);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     let result = SAMPLER.sample(&buffer, &Telling, 0, &mut batch);
     assert_eq!(result, Err(SampleError::NoFinishedEpisode));
     begin(&mut buffer, 0, 1)?;
@@ -169,7 +169,7 @@ fn readers_beside_a_writer_never_see_a_torn_row() -> Result {
         for reader in 0..2 {
             let shared = &shared;
             scope.spawn(move || {
-                let mut batch = Batch::new();
+                let mut batch = Batch::<f64>::new();
                 for seed in 0..300 {
                     let buffer = shared.read().unwrap();
                     SAMPLER.sample(&buffer, &Telling, reader * 1000 + seed, &mut batch).unwrap();

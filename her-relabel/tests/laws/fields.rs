@@ -6,7 +6,7 @@ use crate::common::{
 use goal_reward::GoalReward;
 use her_relabel::{
     AddError, Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, NStep,
-    Sampler, StartBatch, Step, StepBatch, UnitInterval, UnknownField,
+    Sampler, Step, StepRows, UnitInterval, UnknownField,
 };
 use std::num::NonZeroUsize;
 
@@ -48,26 +48,37 @@ fn add_vectorized(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
     let flat = |part: &dyn Fn(u32) -> Vec<f64>| -> Vec<f64> {
         episodes.iter().flat_map(|episode| part(*episode)).collect()
     };
-    let starts = StartBatch {
+    let envs: Vec<usize> = (0..episodes.len()).collect();
+    let [no, yes] = [false, true].map(|flag| vec![flag; episodes.len()]);
+    let starts: StepRows<'_, f64> = StepRows {
+        env_ids: &envs,
+        stepped: &no,
+        started: &yes,
+        truncated: &no,
         observations: &flat(&|episode| observation(episode, 0).to_vec()),
         achieved_goals: &flat(&|episode| achieved_goal(episode, 0).to_vec()),
         desired_goals: &flat(&|episode| desired_goal(episode).to_vec()),
+        ..StepRows::default()
     };
-    buffer.begin_episodes(&starts).unwrap();
+    buffer.record(&starts).unwrap();
     for t in 0..len {
         let log_probs = flat(&|episode| log_prob(episode, t).to_vec());
         let latents = flat(&|episode| latent(episode, t).to_vec());
-        let steps = StepBatch {
+        let steps = StepRows {
+            env_ids: &envs,
+            stepped: &yes,
+            started: &no,
             actions: &flat(&|episode| action(episode, t).to_vec()),
             rewards: &flat(&|episode| vec![reward(episode, t)]),
             next_observations: &flat(&|episode| observation(episode, t + 1).to_vec()),
             next_achieved_goals: &flat(&|episode| achieved_goal(episode, t + 1).to_vec()),
-            terminated: &vec![false; episodes.len()],
+            terminated: &no,
             truncated: &vec![t + 1 == len; episodes.len()],
-            next_starts: None,
             fields: &[("log_prob", &log_probs), ("latent", &latents)],
+            ..StepRows::default()
         };
-        buffer.add_steps(&steps).unwrap();
+        let recorded = buffer.record(&steps).unwrap();
+        assert_eq!(recorded.recorded_steps, episodes.len());
     }
 }
 
@@ -103,7 +114,7 @@ fn assert_fields(batch: &Batch<f64>) {
 #[test]
 fn fields_stay_with_their_transition_however_they_were_added() -> Result {
     let mut buffer = HerBuffer::<f64>::new(config(200).with_num_envs(2))?;
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     let sampler = Sampler::new(600, GoalStrategy::Future, UnitInterval::from_k(4));
     let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.9)?);
     for round in 0..12 {
@@ -131,7 +142,7 @@ fn a_loaded_buffer_has_the_fields_of_the_saved_one() -> Result {
     buffer.write_to(&mut bytes)?;
     let loaded = HerBuffer::<f64>::read_from(&bytes[..])?;
     let sampler = Sampler::new(200, GoalStrategy::Future, UnitInterval::from_k(4));
-    let (mut batch, mut expected) = (Batch::new(), Batch::new());
+    let (mut batch, mut expected) = (Batch::<f64>::new(), Batch::<f64>::new());
     sampler.sample(&loaded, &Telling, 0, &mut batch)?;
     sampler.sample(&buffer, &Telling, 0, &mut expected)?;
     assert_fields(&batch);
@@ -143,7 +154,7 @@ fn a_loaded_buffer_has_the_fields_of_the_saved_one() -> Result {
 fn an_episode_longer_than_the_buffer_keeps_the_fields_of_its_end() -> Result {
     let mut buffer = HerBuffer::<f64>::new(config(7))?;
     let sampler = Sampler::new(100, GoalStrategy::Final, UnitInterval::ONE);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     for add in [add_whole, add_steps] {
         add(&mut buffer, 1, 20);
         sampler.sample(&buffer, &Telling, 0, &mut batch)?;
@@ -159,7 +170,7 @@ fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() -> Result {
     let mut plain = HerBuffer::<f64>::new(narrow.clone())?;
     let mut buffer = HerBuffer::<f64>::new(narrow.with_field("value", 1))?;
     let sampler = Sampler::new(100, GoalStrategy::PastDesired, UnitInterval::from_k(1));
-    let (mut batch, mut without) = (Batch::new(), Batch::new());
+    let (mut batch, mut without) = (Batch::<f64>::new(), Batch::<f64>::new());
     common::add(&mut plain, 1, 1, (false, true));
     let data = EpisodeData {
         observations: &[observation(1, 0), observation(1, 1)].concat(),
@@ -213,7 +224,7 @@ fn unknown_missing_repeated_and_misshapen_fields_are_refused() -> Result {
     assert!(matches!(nan, AddError::NotFinite { field, index: 0, .. } if field == "log_prob"));
     buffer.add_step(0, &good)?;
 
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     assert!(matches!(batch.field("log_prob"), Err(UnknownField { known, .. }) if known.is_empty()));
     let sampler = Sampler::new(3, GoalStrategy::Final, UnitInterval::ZERO);
     sampler.sample(&buffer, &Telling, 0, &mut batch)?;
@@ -241,7 +252,7 @@ fn fields_need_proper_names_and_lengths() {
 fn the_reward_does_not_depend_on_fields() -> Result {
     let mut buffer = HerBuffer::<f64>::new(config(50))?;
     add_whole(&mut buffer, 2, 9);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     let sampler = Sampler::new(64, GoalStrategy::Episode, UnitInterval::ONE);
     sampler.sample(&buffer, &Telling, 0, &mut batch)?;
     for row in 0..batch.len() {

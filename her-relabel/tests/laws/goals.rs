@@ -35,7 +35,7 @@ fn random_goals_are_uniform_over_the_buffer_whatever_the_transition() -> Result 
 #[test]
 fn past_goals_were_desired_as_often_as_they_were_pursued() -> Result {
     let sampler = relabel_all(30_000, GoalStrategy::PastDesired);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     sampler.sample(&three_episodes(), &Telling, 2, &mut batch)?;
     let mut counts = [0; 3];
     for (row, goal) in batch.desired_goal().chunks_exact(3).enumerate() {
@@ -88,7 +88,7 @@ fn a_mixture_uses_its_strategies_as_often_as_they_weigh() -> Result {
     add(&mut buffer, 1, 6, (false, true));
     let sampler =
         Sampler::new(20_000, GoalStrategy::Future, UnitInterval::from_k(1)).with_goals(goals);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     sampler.sample(&buffer, &Telling, 4, &mut batch)?;
     let mut counts = [0; 3];
     for (goal, relabeled) in batch.desired_goal().chunks_exact(3).zip(batch.relabeled()) {

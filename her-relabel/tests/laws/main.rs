@@ -20,10 +20,12 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod adding;
+mod choosing;
 mod common;
 mod damaged;
 mod determinism;
 mod fields;
+mod forms;
 mod goals;
 mod outcomes;
 mod priorities;

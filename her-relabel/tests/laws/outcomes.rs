@@ -26,7 +26,7 @@ fn sampler() -> Sampler {
 }
 
 fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler) -> Batch<f64> {
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     sampler.sample(buffer, &Ending, 1, &mut batch).unwrap();
     batch
 }
@@ -107,6 +107,8 @@ fn check_window(batch: &Batch<f64>, row: usize, steps: u32, gamma: f64, recomput
     let is_last = at == LENS[episode as usize];
     let stored = is_last && episode != 3;
     assert!((batch.reward()[row] - sum).abs() < 1e-9 * sum.abs());
+    // Nothing follows where the task ended.
+    let discount = if batch.terminated()[row] { 0.0 } else { discount };
     assert_eq!(batch.discount()[row], discount);
     assert_eq!(batch.next_observation()[row * DIMS.observation..][..2], observation(episode, at));
     assert_eq!(goal(batch.next_achieved_goal(), row), achieved_goal(episode, at));
@@ -123,7 +125,9 @@ fn a_window_of_one_step_is_the_transition() {
     let batch = draw(&episodes(), &sampler().with_n_step(n_step(1, 0.97)));
     assert_eq!(batch.reward(), single.reward());
     assert_eq!(batch.next_observation(), single.next_observation());
-    assert!(batch.discount().iter().all(|discount| *discount == 0.97));
+    for (discount, terminated) in batch.discount().iter().zip(batch.terminated()) {
+        assert_eq!(*discount, if *terminated { 0.0 } else { 0.97 });
+    }
 }
 
 fn place(batch: &Batch<f64>, row: usize) -> (u32, u32) {

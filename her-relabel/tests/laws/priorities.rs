@@ -23,7 +23,7 @@ fn buffer(capacity: usize, unit: PriorityUnit) -> HerBuffer<f64> {
 }
 
 fn draw(buffer: &HerBuffer<f64>, sampler: &Sampler, seed: u64) -> Batch<f64> {
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     sampler.sample(buffer, &Telling, seed, &mut batch).unwrap();
     rows(&batch);
     batch
@@ -171,7 +171,7 @@ fn what_is_new_has_the_highest_priority_so_far_or_the_given_one() -> Result {
     );
     let mut buffer = HerBuffer::<f64>::new(given)?;
     add(&mut buffer, 1, 3, (false, true));
-    let result = sampler().sample(&buffer, &Telling, 0, &mut Batch::new());
+    let result = sampler().sample(&buffer, &Telling, 0, &mut Batch::<f64>::new());
     assert_eq!(result, Err(SampleError::ZeroPriorities));
     for priority in [-1.0, f64::NAN, f64::INFINITY] {
         let config = config.clone().with_priorities(
@@ -239,7 +239,7 @@ fn wrong_priorities_are_refused_whole() -> Result {
     add(&mut plain, 1, 3, (false, true));
     let none = plain.set_priorities(&[], &[0.5_f32; 0]);
     assert_eq!(none, Err(PriorityError::NoPriorities));
-    let result = sampler().sample(&plain, &Telling, 0, &mut Batch::new());
+    let result = sampler().sample(&plain, &Telling, 0, &mut Batch::<f64>::new());
     assert_eq!(result, Err(SampleError::NoPriorities));
     Ok(())
 }
@@ -265,7 +265,7 @@ fn every_strategy_works_with_priorities_on_any_number_of_threads() -> Result {
         let sampler = sampler.with_batch_size(2001);
         draw(&buffer, &sampler, 4);
         for sampler in [sampler, sampler.with_n_step(n_step).with_success(true)] {
-            let (mut alone, mut together) = (Batch::new(), Batch::new());
+            let (mut alone, mut together) = (Batch::<f64>::new(), Batch::<f64>::new());
             sampler.sample(&buffer, &Telling, 5, &mut alone)?;
             let drawn = alone.transition().iter().map(|id| buffer.priority(*id));
             assert!(drawn.into_iter().all(|priority| priority > Some(0.0)));
@@ -314,7 +314,7 @@ proptest! {
             for (id, priority) in &model {
                 prop_assert_eq!(buffer.priority(*id), Some(*priority));
             }
-            let mut batch = Batch::new();
+            let mut batch = Batch::<f64>::new();
             let drawn = sampler().with_batch_size(64).sample(&buffer, &Telling, 0, &mut batch);
             if model.values().all(|priority| *priority == 0.0) {
                 prop_assert!(drawn.is_err());

@@ -166,7 +166,7 @@ impl GoalReward for Counting {
 fn the_reward_is_called_once_with_the_relabeled_rows_or_not_at_all() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 6, (false, true));
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     let counting = Counting::default();
     let sampler = Sampler::new(64, GoalStrategy::Future, UnitInterval::from_k(1));
     sampler.sample(&buffer, &counting, 7, &mut batch)?;
@@ -211,7 +211,7 @@ fn a_bad_reward_function_harms_nothing() -> Result {
     add(&mut buffer, 1, 6, (false, true));
     let sampler = relabel_all(8, GoalStrategy::Future);
     let expected = draw(&buffer, &sampler, 8);
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     let result = sampler.sample(&buffer, &Bad::Fails, 8, &mut batch);
     assert_eq!(result, Err(SampleError::Reward(GoalError::Empty)));
     assert!(batch.is_empty());
@@ -242,7 +242,7 @@ fn reward_at(distance: f64) -> f64 {
             fields: &[],
         })
         .unwrap();
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     let sampler = relabel_all(32, GoalStrategy::Final);
     sampler.sample(&buffer, &DistanceReward::sparse(), 0, &mut batch).unwrap();
     let first = batch.next_achieved_goal().iter().position(|goal| *goal == 0.0).unwrap();
@@ -272,7 +272,7 @@ fn f32_goals_are_widened_for_the_reward() -> Result {
         truncated: true,
         fields: &[],
     })?;
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f32>::new();
     let sampler = relabel_all(1, GoalStrategy::Future);
     sampler.sample(&buffer, &DistanceReward::dense(), 0, &mut batch)?;
     assert_eq!(batch.next_achieved_goal(), [0.3_f32]);

@@ -91,7 +91,7 @@ impl Model {
         let episodes: BTreeSet<u32> = live.iter().map(|(episode, ..)| *episode).collect();
         assert_eq!(buffer.num_episodes(), episodes.len());
         let sampler = Sampler::new(30 * live.len().max(1), GoalStrategy::Future, UnitInterval::ONE);
-        let mut batch = Batch::new();
+        let mut batch = Batch::<f64>::new();
         if live.is_empty() {
             let result = sampler.sample(buffer, &Telling, 0, &mut batch);
             assert_eq!(result, Err(SampleError::NoFinishedEpisode));
@@ -172,7 +172,7 @@ fn every_live_transition_is_equally_likely() -> Result {
     let (oldest, newest) = buffer.transition_ids().unwrap();
     assert_eq!(newest.get() - oldest.get(), 99);
     let mut counts = vec![0; 100];
-    let mut batch = Batch::new();
+    let mut batch = Batch::<f64>::new();
     let sampler = Sampler::new(100_000, GoalStrategy::Future, UnitInterval::from_k(4));
     sampler.sample(&buffer, &Telling, 0, &mut batch)?;
     for id in batch.transition() {
@@ -242,7 +242,7 @@ fn a_cleared_buffer_is_empty_and_never_reuses_a_number() -> Result {
     assert_eq!((buffer.len(), buffer.num_episodes()), (0, 0));
     assert_eq!(buffer.unfinished_steps(0), Ok(None));
     let sampler = Sampler::new(4, GoalStrategy::Future, UnitInterval::ONE);
-    let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::new());
+    let result = sampler.sample(&buffer, &Telling, 0, &mut Batch::<f64>::new());
     assert_eq!(result, Err(SampleError::NoFinishedEpisode));
     add(&mut buffer, 3, 5, (false, true));
     assert!(buffer.transition_ids().unwrap().0 > newest);

@@ -12,9 +12,10 @@ import pathlib
 os.environ.setdefault("MUJOCO_GL", "egl")
 
 import gymnasium
-import gymnasium_robotics
 import mujoco
 import numpy as np
+
+import start
 
 TASKS = {"reach": "Reach", "push": "Push", "pick_and_place": "PickAndPlace", "slide": "Slide"}
 
@@ -41,6 +42,7 @@ def record(task, seed, steps, every):
     return {
         "seed": np.int64(seed),
         "every": np.int64(every),
+        "workaround": np.int64(start.WORKAROUND),
         "actions": np.stack(actions),
         "frames": np.stack(frames),
     }
@@ -53,7 +55,6 @@ def main():
     parser.add_argument("--steps", type=int, default=50)
     parser.add_argument("--every", type=int, default=5)
     args = parser.parse_args()
-    gymnasium.register_envs(gymnasium_robotics)
     args.out.mkdir(parents=True, exist_ok=True)
     for task in TASKS:
         np.savez(args.out / f"{task}.npz", **record(task, args.seed, args.steps, args.every))

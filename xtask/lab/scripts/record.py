@@ -1,6 +1,6 @@
 """Records trajectories of gymnasium-robotics' Fetch environments.
 
-Needs gymnasium-robotics 1.4.2, gymnasium 1.4.0 and mujoco (3.6.0 was tried):
+Needs gymnasium-robotics 1.4.2, gymnasium 1.4.0 and mujoco (3.6.0 to 4.0.0 were tried):
 
     python record.py --out DIR [--episodes N] [--seed S]
 
@@ -22,6 +22,8 @@ import gymnasium
 import gymnasium_robotics
 import mujoco
 import numpy as np
+
+import start
 
 STEPS = 50
 TASKS = {"reach": "Reach", "push": "Push", "pick_and_place": "PickAndPlace", "slide": "Slide"}
@@ -127,6 +129,7 @@ def record(task, kind, episodes, seed):
         "mujoco": mujoco.__version__,
         "numpy": np.__version__,
         "c_arctan2": arctan2_is_the_c_librarys(),
+        "workaround": start.WORKAROUND,
         "steps": STEPS,
     }
     stacked = {key: np.stack([episode[key] for episode in recorded]) for key in recorded[0]}
@@ -139,7 +142,6 @@ def main():
     parser.add_argument("--episodes", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    gymnasium.register_envs(gymnasium_robotics)
     args.out.mkdir(parents=True, exist_ok=True)
     for task in TASKS:
         for kind in KINDS:

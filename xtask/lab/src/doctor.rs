@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use fetch_env::{
-    Env, EnvError, EnvId, FetchObservation, GoalEnvExt, GoalObservation, MujocoEnv, Space, make,
+    BatchObservation, Env, EnvError, EnvId, FetchObservation, GoalEnvExt, GoalObservation,
+    MujocoEnv, Space, make,
 };
-use fetch_sim::{MujocoVersion, Task};
+use fetch_sim::{MujocoVersion, Task, library_path};
 use goal_reward::RewardKind;
 use serde_json::json;
 
@@ -45,7 +46,7 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "MuJoCo is missing, or not the one of the build",
         look: library,
-        fix: "apt-get update && apt-get install -y libmujoco-dev, or set MUJOCO_DIR; then cargo clean -p fetch-sim",
+        fix: "apt-get update && apt-get install -y libmujoco-dev, or `cargo xtask mujoco 3.6.0` and set MUJOCO_DIR as it says",
     },
     Symptom {
         name: "obs is a flat array, not a dictionary",
@@ -133,8 +134,8 @@ fn verified(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Finding> {
 }
 
 fn library(_seed: u64) -> anyhow::Result<Finding> {
-    let version = MujocoVersion::of_library()?;
-    finding(true, format!("MuJoCo {version}, headers and library alike"))
+    let (version, path) = (MujocoVersion::of_library()?, library_path()?);
+    finding(true, format!("MuJoCo {version}, headers and library alike; {}", path.display()))
 }
 
 fn reach(seed: u64) -> anyhow::Result<(MujocoEnv, FetchObservation)> {
@@ -146,7 +147,7 @@ fn reach(seed: u64) -> anyhow::Result<(MujocoEnv, FetchObservation)> {
 fn dictionary(seed: u64) -> anyhow::Result<Finding> {
     let (env, observation) = reach(seed)?;
     let healthy = matches!(env.observation_space(), Space::Dict(_))
-        && env.observation_space().contains(&observation.to_value());
+        && env.observation_space().contains(&observation.to_value(env.observation_space())?);
     finding(healthy, "observation, achieved_goal and desired_goal, each of its own")
 }
 

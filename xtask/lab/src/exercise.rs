@@ -79,9 +79,9 @@ impl Trajectory {
         let mut sparse = make("FetchReach-v4")?;
         let mut observation = dense.reset(Some(seed))?.observation;
         let mut same = observation == sparse.reset(Some(seed))?.observation;
-        let mut steps = Vec::new();
+        let (mut steps, mut action) = (Vec::new(), [0.0; 4]);
         loop {
-            let action = policy.act(&observation);
+            policy.act(&observation, &mut action);
             let d = dense.step(&action)?;
             let s = sparse.step(&action)?;
             observation = d.observation;

@@ -32,7 +32,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     if args.verbose {
         println!("  step   reward  distance  achieved goal            action");
     }
-    let playback = Playback::record(&mut env, &mut policy, seed, |number, action, step| {
+    let playback = Playback::record(&mut env, &mut *policy, seed, |number, action, step| {
         if args.verbose {
             let info = step.info;
             println!(

@@ -114,8 +114,12 @@ fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() -> Result {
     assert_self_contained(&page)?;
     let html = fs::read_to_string(&page)?;
     assert_eq!(html.matches("<svg ").count(), 12 + 8 + 3, "episodes, workspace, rewards");
+    // Embedded poses and shapes, in base64, may contain any letters.
+    let is_base64 = |c: char| c.is_ascii_alphanumeric() || "+/=".contains(c);
+    let shown: String =
+        html.split_inclusive(|c| !is_base64(c)).filter(|run| run.len() < 100).collect();
     for no_number in ["NaN", ">inf", "Minf", "Linf"] {
-        assert!(!html.contains(no_number), "{no_number} in a plot or table");
+        assert!(!shown.contains(no_number), "{no_number} in a plot or table");
     }
     for text in ["42 checks", "FetchSlideDense-v4", "object_velp", "Reward over distance"] {
         assert!(html.contains(text), "{text}");

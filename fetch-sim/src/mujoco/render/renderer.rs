@@ -58,13 +58,12 @@ impl From<RawSegment> for Segment {
 /// copies what is visible, so that drawing never changes the simulation. Pictures are row-major with
 /// the top row first, and borrowed from the renderer until the next one, without an allocation.
 ///
-/// A renderer stays on the thread that made it, as its OpenGL context does:
-/// ```compile_fail
-/// fn is_send<T: Send>() {}
-/// is_send::<fetch_sim::Renderer>();
-/// ```
+/// Any thread may use a renderer, one at a time. Its OpenGL context is current only within a call,
+/// and afterwards the context that was current on the thread before, if any, is current again. The
+/// renderers of a process draw one after another, because drivers crash otherwise (Mesa 22.3 does).
 ///
 /// ```
+/// # #[cfg(not(fetch_sim_no_shim))] {
 /// use fetch_sim::{MujocoSimulator, RenderOptions, Renderer, SimConfig, Task};
 /// use nalgebra::Vector3;
 ///
@@ -75,6 +74,7 @@ impl From<RawSegment> for Segment {
 ///     renderer.update_scene(&simulator, Some(Vector3::new(1.4, 0.8, 0.6)))?;
 ///     assert_eq!(renderer.rgb()?.len(), 480 * 480 * 3);
 /// }
+/// # }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Renderer {
@@ -90,6 +90,11 @@ pub struct Renderer {
     /// The objects to which the numbers in a segmented picture refer.
     objects: Vec<RawSegment>,
 }
+
+// SAFETY: the OpenGL context is current on a thread only within a call that borrows the renderer
+// mutably or drops it, and may be made current on another thread afterwards; the scene is plain memory
+// that belongs to no thread.
+unsafe impl Send for Renderer {}
 
 /// The largest side, in pixels, of a picture that needs fewer facets.
 const SMALL_SIDE: u32 = 128;
@@ -297,8 +302,8 @@ impl Renderer {
         };
         let segments = c_int::from(picture == Picture::Segments);
         let (model, data) = (self.data.model().as_ptr(), self.data.as_ptr());
-        // SAFETY: renderer, model and data are alive and belong together, on the thread that made
-        // them (a renderer is not `Send`); a buffer that is not null has room for the picture.
+        // SAFETY: renderer, model and data are alive and belong together, and the renderer is borrowed
+        // mutably; a buffer that is not null has room for the picture.
         let status = unsafe { ffi::fs_draw(self.raw.as_ptr(), model, data, segments, rgb, depth) };
         check_as(status, failed)
     }
@@ -328,7 +333,7 @@ fn make(model: &Model) -> Result<Owned<RawRenderer>, RenderError> {
         0 => RenderError::NoOpenGl { reason: message },
         _ => failed(message),
     })?;
-    // SAFETY: the renderer was just made for the caller, which stays on this thread.
+    // SAFETY: the renderer was just made for the caller, which drops it before the model.
     Ok(unsafe { Owned::new(raw, "a renderer") }?)
 }
 

@@ -12,6 +12,7 @@ use super::{
     env::{
         contenders::{BareLoop, Single, bare_resets, resets},
         episodes::{Episodes, STEPS},
+        recording::Recording,
     },
     interleaved::Contender,
     report,
@@ -39,6 +40,8 @@ enum Part {
     ResetBare,
     /// The environment's reset
     Reset,
+    /// Recording a step of a vectorized environment in a replay buffer
+    Recording,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
@@ -50,6 +53,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
             Part::Single => Box::new(Single::new(&episodes)?),
             Part::ResetBare => Box::new(bare_resets(&episodes)?),
             Part::Reset => Box::new(resets(&episodes)?),
+            Part::Recording => Box::new(Recording::new(&episodes)?),
         };
         // The first calls resolve MuJoCo's symbols.
         contender.work()?;
@@ -64,11 +68,13 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
             let count = count(subject, &name)? / STEPS as f64;
             counts.push((name, count));
         }
-        let [(_, physics), (_, single), (_, reset_bare), (_, reset)] = counts[..] else {
+        let [(_, physics), (_, single), (_, reset_bare), (_, reset), (_, recording)] = counts[..]
+        else {
             bail!("a count is missing")
         };
         counts.push(("ratio/above-physics".into(), 1.0 - physics / single));
         counts.push(("ratio/reset-cost-to-bare".into(), reset / reset_bare));
+        counts.push(("ratio/recording-to-step".into(), recording / single));
         let measured = counts.into_iter().map(|(name, count)| (name, Metric::new(count, "1")));
         report(&mut figures, &format!("instructions/{subject}"), measured);
     }

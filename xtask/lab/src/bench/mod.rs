@@ -47,7 +47,11 @@ enum Benchmark {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let path = args.json.as_ref();
     match &args.what {
-        Benchmark::Env(args) => write_results(path, args, env::run(args)?),
+        Benchmark::Env(args) => {
+            let peers = args.start_peers()?;
+            let figures = env::run(args, peers.as_ref())?;
+            write_results(path, env::Settings::new(args, peers.as_ref()), figures)
+        }
         Benchmark::Her(args) => write_results(path, args, her::run(args)?),
         Benchmark::Instructions(args) => write_results(path, args, instructions::run(args)?),
         Benchmark::Render(args) => {

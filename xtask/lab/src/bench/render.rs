@@ -106,7 +106,8 @@ fn peer(id: EnvId, side: u32) -> anyhow::Result<Orders> {
     const SCRIPT: &str = include_str!("../../scripts/pictures.py");
     let arguments = [id.to_string(), "--side".into(), side.to_string()];
     let gl = opengl()?.to_lowercase();
-    let peer = Peer::start(&python::peers()?, ("pictures.py", SCRIPT), &arguments, &gl)?;
+    let python = python::environment("python", &python::REFERENCE)?;
+    let peer = Peer::start(&python, ("pictures.py", SCRIPT), &arguments, &gl)?;
     Ok(Orders::new(&peer, TURN.to_string()))
 }
 

@@ -32,7 +32,9 @@ const SETTLED_TOLERANCE: f64 = 1e-6;
 
 impl Standard {
     fn new(recording: &Recording, model: &ModelSource) -> Self {
-        if recording.meta.mujoco != MujocoVersion::of_headers().to_string() {
+        if MujocoVersion::of_headers()
+            .is_none_or(|version| version.to_string() != recording.meta.mujoco)
+        {
             return Self::Nothing;
         }
         if *model != ModelSource::Builtin {

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 use fetch_env::{Env, EnvId, FetchConfig, FetchEnv, RenderEnv, RenderOptions, Renderer};
-use fetch_sim::{ModelSource, MujocoSimulator, Task};
+use fetch_sim::{ModelSource, MujocoSimulator, MujocoVersion, Task};
 use goal_reward::RewardKind;
 
-use super::{Models, npz::Npz};
+use super::{Models, npz::Npz, tell_workaround};
 use crate::shared::{
     check::{self, Check},
     choice::task_name,
@@ -34,6 +34,9 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
     for task in Task::ALL {
         let file = format!("{}.npz", task_name(task));
         let recorded = Recorded::read(&folder.join(&file)).context(file)?;
+        if recorded.workaround && task == Task::ALL[0] {
+            tell_workaround(&MujocoVersion::of_library()?.to_string());
+        }
         let simulator = MujocoSimulator::from_model(models.get(task)?)?;
         let mut env = FetchEnv::new(config(task), simulator)?.time_limited();
         let mut renderer = renderer(task)?;
@@ -73,17 +76,19 @@ struct Recorded {
     actions: Vec<f32>,
     frames: Vec<u8>,
     frame_len: usize,
+    workaround: bool,
 }
 
 impl Recorded {
     fn read(path: &Path) -> anyhow::Result<Self> {
         let mut file = Npz::open(path)?;
         let every = usize::try_from(file.vector::<i64>("every", 1)?[0])?;
+        let workaround = file.vector::<i64>("workaround", 1)?[0] != 0;
         let (actions, _) = file.array("actions")?;
         let (frames, shape) = file.array("frames")?;
         ensure!(shape.len() == 4 && every > 0, "its frames have the shape {shape:?}");
         ensure!(shape[0] > actions.len() / 4 / every, "it has too few frames");
-        Ok(Self { every, actions, frames, frame_len: shape[1..].iter().product() })
+        Ok(Self { every, actions, frames, frame_len: shape[1..].iter().product(), workaround })
     }
 
     fn frame(&self, index: usize) -> &[u8] {

@@ -18,7 +18,10 @@ use anyhow::{Context, ensure};
 use fetch_sim::{FetchModel, ModelSource, MujocoSimulator, SimConfig, Task};
 use serde::Serialize;
 
-use self::{file_parity::FileParity, recording::Recording};
+use self::{
+    file_parity::FileParity,
+    recording::{Meta, Recording},
+};
 use crate::shared::{
     check::{self, Check},
     choice::ModelChoice,
@@ -32,7 +35,7 @@ pub struct Args {
     #[arg(long, required_unless_present_any = ["distributions", "live", "frames", "hindsight"])]
     fixtures: Option<PathBuf>,
     /// Run the real environment in Python on fresh seeds, and compare bit for bit
-    #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model"])]
+    #[arg(long, conflicts_with_all = ["fixtures", "distributions"])]
     live: bool,
     /// Render the real environment in Python, and compare the pictures
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model", "live"])]
@@ -53,9 +56,9 @@ pub struct Args {
     #[arg(long, default_value_t = 100_000, requires = "hindsight")]
     #[arg(value_parser = clap::value_parser!(u32).range(1000..))]
     rows: u32,
-    /// Model on which to replay
-    #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
-    model: ModelChoice,
+    /// Model on which to replay: the reference's by default with --live and --frames, else the built-in
+    #[arg(long, value_enum)]
+    model: Option<ModelChoice>,
     /// Also write the figures as JSON
     #[arg(long)]
     #[serde(skip)]
@@ -63,8 +66,10 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let model = if args.live || args.frames { ModelChoice::Reference } else { args.model };
-    let args = &Args { model, ..args.clone() };
+    let usual =
+        if args.live || args.frames { ModelChoice::Reference } else { ModelChoice::Builtin };
+    let model = args.model.unwrap_or(usual);
+    let args = &Args { model: Some(model), ..args.clone() };
     let mut models = Models { source: model.source(), loaded: Vec::new() };
     let recorded = tempfile::tempdir()?;
     let live = args.live.then_some(recorded.path());
@@ -117,6 +122,9 @@ fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FilePari
         .iter()
         .map(|path| Recording::read(path))
         .collect::<anyhow::Result<Vec<_>>>()?;
+    if let Some(Meta { mujoco, .. }) = recordings.iter().map(|r| &r.meta).find(|m| m.workaround) {
+        tell_workaround(mujoco);
+    }
     let bar = progress::bar(recordings.len(), "parity");
     println!("{}", FileParity::HEADING);
     let mut files = Vec::new();
@@ -129,6 +137,14 @@ fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FilePari
     }
     bar.finish_and_clear();
     Ok(files)
+}
+
+/// Says that the real environment started only with the help of `scripts/start.py`.
+fn tell_workaround(mujoco: &str) {
+    println!(
+        "gymnasium-robotics cannot make a Fetch environment on MuJoCo {mujoco}: an assertion on joint \
+         types fails. It ran with int() around those types; nothing else of it was changed."
+    );
 }
 
 fn compare_all(path: &Path, models: &mut Models, episodes: usize) -> anyhow::Result<Vec<Check>> {

@@ -41,6 +41,9 @@ pub struct Meta {
     /// Whether the file says that numpy's arctan2 was the C library's.
     #[serde(default)]
     pub c_arctan2: bool,
+    /// Whether the real environment started only after a change to it: see `scripts/start.py`.
+    #[serde(default)]
+    pub workaround: bool,
 }
 
 impl Recording {

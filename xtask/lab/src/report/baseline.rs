@@ -1,7 +1,7 @@
 //! The baselines: evaluated, compared with the reference, and the distributions of their episodes.
 
 use baselines::{
-    Action, Episode, Estimate, Evaluation, Policy, RandomReference, evaluate,
+    Episode, Estimate, Evaluation, Policy, RandomReference, evaluate,
     page::{Axis, Column, Ink, Plot, extent, number, table},
 };
 use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make_with_config};
@@ -76,10 +76,10 @@ impl Policy for Watched {
         self.policy.reset();
     }
 
-    fn act(&mut self, o: &FetchObservation) -> Action {
+    fn act(&mut self, o: &FetchObservation, action: &mut [f32]) {
         let values = o.observation().iter().chain(o.achieved_goal()).chain(o.desired_goal());
         include(&mut self.ranges, &values.map(|&value| (value, value)).collect());
-        self.policy.act(o)
+        self.policy.act(o, action);
     }
 }
 

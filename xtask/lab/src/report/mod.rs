@@ -119,8 +119,12 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
         let id = EnvId { task, reward: RewardKind::Sparse };
         let scripted = PolicyChoice::Scripted;
         let mut policy = scripted.policy(task, seed);
-        let playback =
-            Playback::record(&mut make_with_config(id.config())?, &mut policy, seed, |_, _, _| ())?;
+        let playback = Playback::record(
+            &mut make_with_config(id.config())?,
+            &mut *policy,
+            seed,
+            |_, _, _| (),
+        )?;
         let title = format!("{id}, {} policy, seed {seed}", flag_name(scripted));
         html += &playback.with_title(&title).html()?;
     }

@@ -65,7 +65,9 @@ impl fmt::Display for Metric {
 
 impl Versions {
     pub fn current() -> Self {
-        Self { project: env!("CARGO_PKG_VERSION"), mujoco: MujocoVersion::of_headers().to_string() }
+        let mujoco =
+            MujocoVersion::of_headers().map_or("none".into(), |version| version.to_string());
+        Self { project: env!("CARGO_PKG_VERSION"), mujoco }
     }
 }
 

@@ -9,20 +9,40 @@ use std::{
 use anyhow::{Context, ensure};
 use fetch_sim::{MujocoVersion, cache_folder};
 
-/// The version of MuJoCo in [`REFERENCE`].
+/// The version of MuJoCo on which the peers run: EnvPool's.
 pub const MUJOCO: &str = "3.6.0";
-/// The packages of the real environment.
+/// The packages of the real environment, on [`MUJOCO`].
 pub const REFERENCE: [&str; 3] = ["gymnasium-robotics==1.4.2", "gymnasium==1.4.0", "mujoco==3.6.0"];
-const ENVPOOL: &str = "envpool==1.2.5";
+/// The newest that the interpreter offers.
+const ENVPOOL: &str = "envpool";
+
+/// The script that starts the real environments, which those that record them import.
+const START_SCRIPT: &str = include_str!("../../scripts/start.py");
 
 /// The package of the replay buffer to compare with.
 pub const STABLE_BASELINES3: [&str; 1] = ["stable-baselines3==2.9.2"];
 /// The script that runs it.
 pub const SB3_SCRIPT: &str = include_str!("../../scripts/sb3.py");
 
-/// Returns the interpreter of the environment with gymnasium-robotics and EnvPool.
-pub fn peers() -> anyhow::Result<PathBuf> {
-    environment("python-peers", &[&REFERENCE[..], &[ENVPOOL]].concat())
+/// The interpreter of the environment with gymnasium-robotics and EnvPool.
+#[derive(Debug)]
+pub struct Peers {
+    pub python: PathBuf,
+    /// Version of EnvPool.
+    pub envpool: String,
+}
+
+impl Peers {
+    pub fn new() -> anyhow::Result<Self> {
+        let python = environment("python-peers", &[&REFERENCE[..], &[ENVPOOL]].concat())?;
+        // Without a connection it stays the one that was the newest.
+        let upgrade = ["-m", "pip", "install", "--quiet", "--upgrade", ENVPOOL];
+        let _ = Command::new(&python).args(upgrade).output();
+        let version = format!("import importlib.metadata as m; print(m.version('{ENVPOOL}'))");
+        let output = Command::new(&python).args(["-c", &version]).output()?;
+        ensure!(output.status.success(), "{} has no {ENVPOOL}", python.display());
+        Ok(Self { python, envpool: String::from_utf8(output.stdout)?.trim().to_owned() })
+    }
 }
 
 /// Returns the interpreter of the environment of a name, with these packages.
@@ -41,17 +61,28 @@ pub fn environment(name: &str, packages: &[&str]) -> anyhow::Result<PathBuf> {
     Ok(python)
 }
 
-/// Runs a script that records the real environment into a folder, with a library of OpenGL.
-pub fn record(into: &Path, script: &str, arguments: &[&str], gl: &str) -> anyhow::Result<()> {
-    let version = MujocoVersion::of_library()?.to_string();
+/// Returns the interpreter of the environment with gymnasium-robotics on a version of MuJoCo.
+fn reference_on(mujoco: &str) -> anyhow::Result<PathBuf> {
+    if mujoco == MUJOCO {
+        return environment("python", &REFERENCE);
+    }
     ensure!(
-        version == MUJOCO,
-        "this is built on MuJoCo {version}, and the live environment runs on {MUJOCO}: run \
+        !mujoco.starts_with("2."),
+        "this is built on MuJoCo {mujoco}, which Python's packages do not have: run \
          `cargo xtask mujoco {MUJOCO}` and set MUJOCO_DIR as it says"
     );
+    let package = format!("mujoco=={mujoco}");
+    let packages = REFERENCE.map(|name| if name.starts_with("mujoco==") { &package } else { name });
+    environment(&format!("python-mujoco-{mujoco}"), &packages)
+}
+
+/// Runs a script that records the real environment into a folder, with a library of OpenGL.
+pub fn record(into: &Path, script: &str, arguments: &[&str], gl: &str) -> anyhow::Result<()> {
+    let python = reference_on(&MujocoVersion::of_library()?.to_string())?;
     let path = into.join("record.py");
     fs::write(&path, script)?;
-    run(Command::new(environment("python", &REFERENCE)?)
+    fs::write(into.join("start.py"), START_SCRIPT)?;
+    run(Command::new(python)
         .args([&path, Path::new("--out"), into])
         .args(arguments)
         .env("MUJOCO_GL", gl)

@@ -83,12 +83,13 @@ impl Comparison {
     /// Takes random steps and compares their rewards.
     pub fn run(self, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Mismatches> {
         let Self { steps, goals_per_step, tolerance } = self;
-        let mut policy = RandomPolicy::new(seed);
+        let (mut policy, mut action) = (RandomPolicy::new(seed), [0.0; 4]);
         let mut goals = GoalSampler::new(seed);
         let mut observation = env.reset(Some(seed))?.observation;
         let mut mismatches = Mismatches::default();
         for t in 0..steps as u64 {
-            let step = env.step(&policy.act(&observation))?;
+            policy.act(&observation, &mut action);
+            let step = env.step(&action)?;
             observation = step.observation;
             let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
             let agree = formula_agrees(env, achieved, desired, Some(step.reward), tolerance)?;

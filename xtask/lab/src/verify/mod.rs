@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use fetch_env::{
     Env, EnvId, GoalEnv, GoalObservation, MujocoEnv, Task,
-    check::{CheckOptions, check_snapshot_env},
+    check::{CheckOptions, check_goal_env, check_snapshots},
     make_with_config,
 };
 use goal_reward::RewardKind;
@@ -116,7 +116,8 @@ fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Chec
 /// The checks of fetch-env's environment checker.
 fn conformance(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let options = CheckOptions::default().with_seed(seed);
-    let report = check_snapshot_env(|| make_with_config(id.config()), &options);
+    let make = || make_with_config(id.config());
+    let report = check_goal_env(make, &options).and(check_snapshots(make, &options));
     Ok(report
         .checks
         .iter()

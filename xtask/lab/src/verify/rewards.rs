@@ -59,7 +59,9 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let mut policy = RandomPolicy::new(seed);
     let mut goals = GoalSampler::new(seed);
     let first = env.reset(Some(seed))?.observation;
-    let observation = env.step(&policy.act(&first))?.observation;
+    let mut action = [0.0; 4];
+    policy.act(&first, &mut action);
+    let observation = env.step(&action)?.observation;
     let achieved = observation.achieved_goal();
     let mut mismatches = 0;
     // Far goals, goals about the threshold, and the achieved goal itself.
@@ -78,9 +80,8 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
 /// Passes random episodes through the replay buffer: every reward of a batch must be the
 /// environment's, for original goals and for goals achieved later.
 fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
-    let first = env.reset(Some(seed))?.observation;
-    let mut buffer = HerBuffer::<f64>::new(buffer_config(50 * EPISODES, &first))?;
-    collect(env, &mut RandomPolicy::new(seed), EPISODES, seed, &mut buffer, 0)?;
+    let mut buffer = HerBuffer::<f64>::new(buffer_config(50 * EPISODES, env)?)?;
+    collect(env, &mut RandomPolicy::new(seed), EPISODES, seed, &mut buffer, 0, |_| ())?;
     let sampler = Sampler::new(BATCH, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();
     sampler.sample(&buffer, env.goal_reward(), seed, &mut batch)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, FetchConfig, FetchEnv, FetchObservation, MujocoEnv};
+use fetch_env::{Env, FetchConfig, FetchEnv, MujocoEnv};
 use fetch_sim::{FetchModel, MujocoSimulator};
 
 /// Steps of an episode.
@@ -25,7 +25,7 @@ pub struct Episodes {
 impl Episodes {
     pub fn new(config: FetchConfig) -> anyhow::Result<Arc<Self>> {
         let model = FetchModel::load(&config.sim()?)?;
-        let actions = random_actions(EPISODES * STEPS)?;
+        let actions = random_actions(EPISODES * STEPS);
         let mut episodes = Self { config, model, starts: Vec::new(), actions };
         let mut env = episodes.env()?;
         for episode in 0..EPISODES {
@@ -56,10 +56,9 @@ impl Episodes {
 }
 
 /// Draws actions uniformly from the action space.
-pub fn random_actions(count: usize) -> anyhow::Result<Vec<[f32; 4]>> {
+pub fn random_actions(count: usize) -> Vec<[f32; 4]> {
     let mut policy = RandomPolicy::new(SEED);
-    let mut env = fetch_env::make_kinematic("FetchReach-v4")?;
-    // The random policy ignores its observation.
-    let observation: FetchObservation = env.reset(Some(SEED))?.observation;
-    Ok((0..count).map(|_| policy.act(&observation)).collect())
+    let mut actions = vec![[0.0; 4]; count];
+    policy.act(&(), actions.as_flattened_mut());
+    actions
 }

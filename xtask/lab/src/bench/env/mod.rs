@@ -2,6 +2,7 @@
 
 pub(super) mod contenders;
 pub(super) mod episodes;
+pub(super) mod recording;
 
 use std::{
     sync::Arc,
@@ -28,7 +29,10 @@ use super::{
     peer::{Orders, Peer, note_other_mujoco},
     report, resident_bytes,
 };
-use crate::shared::{json::Metric, python};
+use crate::shared::{
+    json::Metric,
+    python::{self, Peers},
+};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -53,32 +57,62 @@ pub struct Args {
     footprint: bool,
 }
 
+impl Args {
+    /// Makes the Python environment of the peers, if they are to be measured, and prints what they are.
+    pub fn start_peers(&self) -> anyhow::Result<Option<Peers>> {
+        if !self.peers {
+            return Ok(None);
+        }
+        note_other_mujoco()?;
+        let peers = Peers::new()?;
+        println!("the peers are {} and EnvPool {}", python::REFERENCE[0], peers.envpool);
+        Ok(Some(peers))
+    }
+}
+
+/// The settings, and the version of EnvPool if it was measured.
+#[derive(Serialize)]
+pub struct Settings<'a> {
+    #[serde(flatten)]
+    args: &'a Args,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    envpool: Option<&'a str>,
+}
+
+impl<'a> Settings<'a> {
+    pub fn new(args: &'a Args, peers: Option<&'a Peers>) -> Self {
+        Self { args, envpool: peers.map(|peers| peers.envpool.as_str()) }
+    }
+}
+
 fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
     let sensible = (0.0..=86_400.0).contains(&seconds);
     sensible.then_some(seconds).ok_or_else(|| "give 0 to 86400 seconds".into())
 }
 
-pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
+pub fn run(args: &Args, peers: Option<&Peers>) -> anyhow::Result<Vec<(String, Metric)>> {
     let subjects = args.subjects.all();
     if args.footprint {
         let measured = footprint(&subjects[0].config(), args.footprint_envs.into())?;
         println!("{}", serde_json::to_string(&measured)?);
         return Ok(Vec::new());
     }
-    if args.peers {
-        note_other_mujoco()?;
-    }
     let mut figures = Vec::new();
     for subject in subjects {
-        report(&mut figures, &format!("env/{subject}"), measure(args, subject)?);
+        report(&mut figures, &format!("env/{subject}"), measure(args, subject, peers)?);
     }
     Ok(figures)
 }
 
-fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)>> {
+fn measure(
+    args: &Args,
+    subject: Subject,
+    peers: Option<&Peers>,
+) -> anyhow::Result<Vec<(String, Metric)>> {
     let episodes = Episodes::new(subject.config())?;
-    let steps = interleave(steppers(args, &episodes)?, Duration::from_secs_f64(args.seconds))?;
+    let steps =
+        interleave(steppers(args, &episodes, peers)?, Duration::from_secs_f64(args.seconds))?;
     let entries = vec![
         Entry::new("reset", "resets/s", resets(&episodes)?),
         Entry::new("reset-bare", "resets/s", bare_resets(&episodes)?),
@@ -101,7 +135,7 @@ fn measure(args: &Args, subject: Subject) -> anyhow::Result<Vec<(String, Metric)
 fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     // So many steps that every environment has touched all of its memory.
     const STEPS: usize = 10;
-    let actions = random_actions(envs)?.into_flattened();
+    let actions = random_actions(envs).into_flattened();
     let start = Instant::now();
     let mut first = make_vec_with_config(config, 1, VecConfig::default())?;
     first.reset(Some(SEED))?;
@@ -121,7 +155,11 @@ fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     Ok([construction.as_secs_f64(), further_env])
 }
 
-fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>> {
+fn steppers(
+    args: &Args,
+    episodes: &Arc<Episodes>,
+    peers: Option<&Peers>,
+) -> anyhow::Result<Vec<Entry>> {
     const UNIT: &str = "steps/s";
     let num_envs = usize::from(args.num_envs);
     let all = threads();
@@ -138,24 +176,31 @@ fn steppers(args: &Args, episodes: &Arc<Episodes>) -> anyhow::Result<Vec<Entry>>
             Entry::new(&format!("apart-{all}"), UNIT, apart(episodes, num_envs, all)?),
         ]);
     }
-    if args.peers {
+    if let Some(peers) = peers {
         let id = EnvId { task: episodes.config.task(), reward: RewardKind::Sparse };
+        let peer = |name, num_envs, threads| peer(peers, name, id, num_envs, threads);
         let name = format!("envpool-{num_envs}-threads-{all}");
         entries.extend([
-            Entry::new("gymnasium-robotics", UNIT, peer("gymnasium-robotics", id, 1, 1)?),
-            Entry::new("envpool", UNIT, peer("envpool", id, 1, 1)?),
-            Entry::new(&name, UNIT, peer("envpool", id, num_envs, all)?),
+            Entry::new("gymnasium-robotics", UNIT, peer("gymnasium-robotics", 1, 1)?),
+            Entry::new("envpool", UNIT, peer("envpool", 1, 1)?),
+            Entry::new(&name, UNIT, peer("envpool", num_envs, all)?),
         ]);
     }
     Ok(entries)
 }
 
 /// Starts environments of a peer, which step one episode each in a turn.
-fn peer(name: &str, id: EnvId, num_envs: usize, threads: usize) -> anyhow::Result<Orders> {
+fn peer(
+    peers: &Peers,
+    name: &str,
+    id: EnvId,
+    num_envs: usize,
+    threads: usize,
+) -> anyhow::Result<Orders> {
     const SCRIPT: &str = include_str!("../../../scripts/peers.py");
     let arguments = format!("{name} {id} --num-envs {num_envs} --threads {threads}");
     let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
-    let peer = Peer::start(&python::peers()?, ("peers.py", SCRIPT), &arguments, "disable")?;
+    let peer = Peer::start(&peers.python, ("peers.py", SCRIPT), &arguments, "disable")?;
     Ok(Orders::new(&peer, (num_envs * STEPS).to_string()))
 }
 

@@ -3,9 +3,11 @@
 use std::{cell::RefCell, hint::black_box, rc::Rc};
 
 use goal_reward::DistanceReward;
-use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, Scalar, UnitInterval};
+use her_relabel::{
+    Batch, GoalStrategy, HerBuffer, Normalizer, NormalizerConfig, Sampler, Scalar, UnitInterval,
+};
 
-use super::episodes::{DIMS, Episode, STEPS, Stepper, full_buffer};
+use super::episodes::{DIMS, Episode, RecordedRows, STEPS, Stepper, full_buffer};
 use crate::bench::interleaved::Contender;
 
 /// About the number of rows drawn in a turn. The turn is as long as Stable-Baselines3's, and several
@@ -23,7 +25,11 @@ pub struct Table<T> {
 const ENV_OF_SAMPLING: usize = 0;
 pub const ENV_OF_STEPS: usize = 1;
 pub const ENVS_OF_STEPS_8: usize = 2;
-const NUM_ENVS: usize = 10;
+const ENV_OF_FORMS: usize = 10;
+const ENVS_OF_RECORDS: usize = 11;
+/// The number of environments whose rows are recorded at once.
+const RECORDED: usize = 8;
+const NUM_ENVS: usize = ENVS_OF_RECORDS + RECORDED;
 
 impl<T: Scalar> Table<T> {
     pub fn full(transitions: usize) -> anyhow::Result<Rc<RefCell<Self>>> {
@@ -31,6 +37,11 @@ impl<T: Scalar> Table<T> {
         let buffer = full_buffer(transitions, NUM_ENVS, &episodes)?;
         Ok(Rc::new(RefCell::new(Self { buffer, episodes })))
     }
+}
+
+/// The sampler of all draws: k = 4 and future goals.
+fn sampler(size: usize) -> Sampler {
+    Sampler::new(size, GoalStrategy::Future, UnitInterval::from_k(4))
 }
 
 /// Draws batches of each size with k = 4, future goals and the sparse reward, all from one table, and
@@ -41,23 +52,126 @@ pub fn sampling<T: Scalar>(
 ) -> impl Iterator<Item = (usize, impl Contender + use<T>)> {
     let stepper = Rc::new(RefCell::new(Stepper::new(ENV_OF_SAMPLING, 1)));
     sizes.iter().map(move |&size| {
-        let sampler = Sampler::new(size, GoalStrategy::Future, UnitInterval::from_k(4));
         let (table, stepper) = (Rc::clone(table), Rc::clone(&stepper));
-        let (mut batch, mut seed) = (Batch::new(), 0);
-        let reward = DistanceReward::sparse();
-        let work = move || {
-            let Table { buffer, episodes } = &mut *table.borrow_mut();
-            let mut stepper = stepper.borrow_mut();
-            for _ in 0..ROWS / size {
-                sampler.sample(buffer, &reward, seed, &mut batch)?;
-                black_box(&batch);
-                stepper.step(buffer, episodes)?;
-                seed += 1;
-            }
-            Ok(ROWS / size * size)
-        };
-        (size, work)
+        (size, drawing(table, stepper, sampler(size), Batch::<T>::new(), |_| {}))
     })
+}
+
+/// Draws batches, each followed by an added step, and does something with them.
+fn drawing<T: Scalar, B: Scalar>(
+    table: Rc<RefCell<Table<T>>>,
+    stepper: Rc<RefCell<Stepper>>,
+    sampler: Sampler,
+    mut batch: Batch<B>,
+    mut after: impl FnMut(&mut Batch<B>),
+) -> impl Contender {
+    let (size, reward, mut seed) = (sampler.batch_size(), DistanceReward::sparse(), 0);
+    move || {
+        let Table { buffer, episodes } = &mut *table.borrow_mut();
+        let mut stepper = stepper.borrow_mut();
+        for _ in 0..ROWS / size {
+            sampler.sample(buffer, &reward, seed, &mut batch)?;
+            after(&mut batch);
+            black_box(&batch);
+            stepper.step(buffer, episodes)?;
+            seed += 1;
+        }
+        Ok(ROWS / size * size)
+    }
+}
+
+/// Draws batches in the forms that networks take, by name: what costs more than
+/// [plain batches](sampling) is due to the form.
+pub fn forms<T: Scalar>(
+    table: &Rc<RefCell<Table<T>>>,
+    size: usize,
+) -> anyhow::Result<Vec<(&'static str, Box<dyn Contender>)>> {
+    let stepper = Rc::new(RefCell::new(Stepper::new(ENV_OF_FORMS, 1)));
+    let (plain, joined) = (sampler(size), sampler(size).with_joined_goal(true));
+    let tenth = UnitInterval::new(0.1)?;
+    let normalizers = normalizers(&table.borrow().episodes)?;
+    let [observation, goal] = [Some(&normalizers[0]), Some(&normalizers[1])];
+    let mut normalizing = Batch::<f32>::new();
+    normalizing.set_normalizers(observation, goal);
+    let (table, stepper) = (|| Rc::clone(table), || Rc::clone(&stepper));
+    let none = |_: &mut Batch<T>| {};
+    let mut inputs = [Vec::new(), Vec::new()];
+    let mut copied = [Vec::new(), Vec::new()];
+    let normalizers_after = normalizers.clone();
+    Ok(vec![
+        ("joined", Box::new(drawing(table(), stepper(), joined, Batch::<T>::new(), none))),
+        (
+            "copied-and-joined",
+            Box::new(drawing(table(), stepper(), plain, Batch::<T>::new(), move |batch| {
+                join(batch, &mut inputs);
+                black_box(&inputs);
+            })),
+        ),
+        ("f32", Box::new(drawing(table(), stepper(), plain, Batch::<f32>::new(), |_| {}))),
+        ("f32-joined", Box::new(drawing(table(), stepper(), joined, Batch::<f32>::new(), |_| {}))),
+        (
+            "f32-joined-normalized",
+            Box::new(drawing(table(), stepper(), joined, normalizing, |_| {})),
+        ),
+        (
+            "f32-copied-joined-normalized",
+            Box::new(drawing(table(), stepper(), plain, Batch::<f32>::new(), move |batch| {
+                let mut columns = batch.take_columns();
+                let [observation, goal] = &normalizers_after;
+                for column in [&mut columns.observation, &mut columns.next_observation] {
+                    black_box(observation.normalize(column).is_ok());
+                }
+                black_box(goal.normalize(&mut columns.desired_goal).is_ok());
+                join_columns(
+                    [&columns.observation, &columns.next_observation],
+                    &columns.desired_goal,
+                    &mut copied,
+                );
+                black_box(&copied);
+                batch.give_back(columns);
+            })),
+        ),
+        (
+            "achieved-left-out",
+            Box::new(drawing(
+                table(),
+                stepper(),
+                plain.with_already_achieved(tenth),
+                Batch::<T>::new(),
+                none,
+            )),
+        ),
+    ])
+}
+
+/// Returns normalizers of observations and goals that have seen the episodes.
+fn normalizers<T: Scalar>(episodes: &[Episode<T>]) -> anyhow::Result<[Normalizer; 2]> {
+    let mut observation = Normalizer::new(NormalizerConfig::new(DIMS.observation))?;
+    let mut goal = Normalizer::new(NormalizerConfig::new(DIMS.goal))?;
+    for episode in episodes {
+        let data = episode.data();
+        observation.update(data.observations)?;
+        goal.update(data.achieved_goals)?;
+    }
+    Ok([observation, goal])
+}
+
+/// Copies observations and goals into joined rows, as a learner without joined batches has to.
+fn join<T: Scalar>(batch: &Batch<T>, inputs: &mut [Vec<T>; 2]) {
+    let observations = [batch.observation(), batch.next_observation()];
+    join_columns(observations, batch.desired_goal(), inputs);
+}
+
+fn join_columns<T: Scalar>(observations: [&[T]; 2], goals: &[T], inputs: &mut [Vec<T>; 2]) {
+    let width = DIMS.observation + DIMS.goal;
+    for (observations, inputs) in observations.into_iter().zip(inputs) {
+        inputs.resize(goals.len() / DIMS.goal * width, T::from_f64(0.0));
+        let rows = observations.chunks_exact(DIMS.observation).zip(goals.chunks_exact(DIMS.goal));
+        for (input, (observation, goal)) in inputs.chunks_exact_mut(width).zip(rows) {
+            input[..DIMS.observation].copy_from_slice(observation);
+            input[DIMS.observation..].copy_from_slice(goal);
+        }
+    }
 }
 
 /// Adds single steps to one environment, or to more.
@@ -73,6 +187,24 @@ pub fn add_steps<T: Scalar>(
             stepper.step(buffer, episodes)?;
         }
         Ok(ADDED)
+    }
+}
+
+/// Records the rows of several environments at once, whose episodes follow each other within the same
+/// step.
+pub fn record<T: Scalar>(table: &Rc<RefCell<Table<T>>>) -> impl Contender + use<T> {
+    let table = Rc::clone(table);
+    let env_ids: Vec<usize> = (ENVS_OF_RECORDS..).take(RECORDED).collect();
+    let mut t = 0;
+    move || {
+        let Table { buffer, episodes } = &mut *table.borrow_mut();
+        let rows = RecordedRows::new(&episodes[..RECORDED]);
+        let mut recorded = 0;
+        for _ in 0..ADDED / RECORDED {
+            recorded += buffer.record(&rows.at(&env_ids, t))?.recorded_steps;
+            t = (t + 1) % STEPS;
+        }
+        Ok(recorded)
     }
 }
 

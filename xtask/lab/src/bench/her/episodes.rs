@@ -1,7 +1,9 @@
 //! The episodes that fill the buffers: of FetchPush's shape.
 
 use fetch_env::NpRandom;
-use her_relabel::{BufferConfig, Dims, EpisodeData, EpisodeStart, HerBuffer, Scalar, Step};
+use her_relabel::{
+    BufferConfig, Dims, EpisodeData, EpisodeStart, HerBuffer, Scalar, Step, StepRows,
+};
 
 pub const DIMS: Dims = Dims { observation: 25, goal: 3, action: 4 };
 pub const STEPS: usize = 50;
@@ -119,5 +121,61 @@ impl Stepper {
         buffer.add_step(self.first_env + env, &episode.step(t))?;
         self.added += 1;
         Ok(())
+    }
+}
+
+/// The rows of environments that play an episode each, step by step, and start it again within the last step.
+pub struct RecordedRows<T> {
+    /// The columns of each step: actions, rewards, next observations and next achieved goals.
+    steps: Vec<[Vec<T>; 4]>,
+    /// The observations, achieved goals and desired goals of the start.
+    start: [Vec<T>; 3],
+    all: Vec<bool>,
+    none: Vec<bool>,
+}
+
+impl<T: Scalar> RecordedRows<T> {
+    pub fn new(episodes: &[Episode<T>]) -> Self {
+        let column = |of: &dyn Fn(&Episode<T>) -> Vec<T>| episodes.iter().flat_map(of).collect();
+        let steps = (0..STEPS).map(|t| {
+            [
+                column(&|episode| episode.step(t).action.to_vec()),
+                column(&|episode| vec![episode.step(t).reward]),
+                column(&|episode| episode.step(t).next_observation.to_vec()),
+                column(&|episode| episode.step(t).next_achieved_goal.to_vec()),
+            ]
+        });
+        Self {
+            steps: steps.collect(),
+            start: [
+                column(&|episode| episode.start().observation.to_vec()),
+                column(&|episode| episode.start().achieved_goal.to_vec()),
+                column(&|episode| episode.desired_goal.clone()),
+            ],
+            all: vec![true; episodes.len()],
+            none: vec![false; episodes.len()],
+        }
+    }
+
+    /// Returns the rows of step `t`.
+    pub fn at<'a>(&'a self, env_ids: &'a [usize], t: usize) -> StepRows<'a, T> {
+        let ends = if t + 1 == STEPS { &self.all } else { &self.none };
+        let [actions, rewards, next_observations, next_achieved_goals] = &self.steps[t];
+        let [observations, achieved_goals, desired_goals] = &self.start;
+        StepRows {
+            env_ids,
+            stepped: &self.all,
+            started: ends,
+            actions,
+            rewards,
+            next_observations,
+            next_achieved_goals,
+            terminated: &self.none,
+            truncated: ends,
+            observations,
+            achieved_goals,
+            desired_goals,
+            fields: &[],
+        }
     }
 }

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use self::{
     contenders::{
-        ENV_OF_STEPS, ENVS_OF_STEPS_8, Table, add_episodes, add_steps, bare_gather, sampling,
+        ENV_OF_STEPS, ENVS_OF_STEPS_8, Table, add_episodes, add_steps, bare_gather, forms, record,
+        sampling,
     },
     episodes::{Episode, STEPS, full_buffer},
 };
@@ -25,6 +26,8 @@ use super::{
 use crate::shared::{choice::flag_name, json::Metric, python};
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
+/// Size of the batches whose forms are compared.
+const SIZE_OF_FORMS: usize = 1024;
 /// Size of the batches whose time is compared between tables of [`TABLES`] transitions.
 const SIZE_OF_GROWTH: usize = 1024;
 const TABLES: [usize; 3] = [100_000, 1_000_000, 10_000_000];
@@ -44,6 +47,9 @@ pub struct Args {
     /// Also time a batch with 100,000, 1,000,000 and 10,000,000 transitions (needs 3 GB)
     #[arg(long)]
     growth: bool,
+    /// Also draw batches in the forms that networks take: joined, of f32, normalized
+    #[arg(long)]
+    forms: bool,
     /// Also measure Stable-Baselines3 with f64, in a Python environment in the cache
     #[arg(long)]
     peers: bool,
@@ -116,9 +122,18 @@ fn measure<T: Scalar>(
             entries.push(Entry::new(&format!("{SB3}-{size}"), ROWS, orders));
         }
     }
+    let mut named = Vec::new();
+    if args.forms {
+        for (form, contender) in forms(&table, SIZE_OF_FORMS)? {
+            let name = format!("batch-{SIZE_OF_FORMS}-{form}");
+            entries.push(Entry { name: name.clone(), unit: ROWS, contender });
+            named.push(name);
+        }
+    }
     entries.extend([
         Entry::new("insert-steps", ADDED, add_steps(&table, ENV_OF_STEPS, 1)),
         Entry::new("insert-steps-8-envs", ADDED, add_steps(&table, ENVS_OF_STEPS_8, 8)),
+        Entry::new("record-8-envs", ADDED, record(&table)),
         Entry::new("insert-episodes", ADDED, add_episodes(table)),
     ]);
     if let Some(sb3) = sb3 {
@@ -134,6 +149,10 @@ fn measure<T: Scalar>(
             let name = format!("ratio/{ours}-to-{peer}");
             figures.extend(rounds.ratio(&name, Cpu, &ours, &format!("{peer}-{size}")));
         }
+    }
+    for name in named {
+        let plain = format!("batch-{SIZE_OF_FORMS}");
+        figures.extend(rounds.ratio(&format!("ratio/{name}-to-plain"), Cpu, &name, &plain));
     }
     if args.growth {
         figures.extend(growth::<T>(args)?);

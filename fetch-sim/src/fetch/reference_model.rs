@@ -1,4 +1,4 @@
-//! `assets`: fetches the reference's model into the user's cache.
+//! The reference's model, from the wheel of gymnasium-robotics.
 //!
 //! The license of the vendor's meshes forbids commercial use: the repository never holds them, and
 //! only those who ask for them get them.
@@ -8,13 +8,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::Context;
-use lexopt::{Arg::Long, Parser};
-
-use crate::{
-    cache,
+use super::{
+    error::FetchError,
     wheel::{Wheel, check_sha256, replace_folder, write},
 };
+use crate::cache;
 
 const REQUIREMENT: &str = "gymnasium-robotics==1.4.2";
 const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
@@ -22,30 +20,40 @@ const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
 /// Fetch's files below [`FOLDER_IN_WHEEL`], as `sha256sum` lists them.
 const FILES: &str = include_str!("reference_model.sha256");
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let mut from = None;
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("from") => from = Some(PathBuf::from(arguments.value()?)),
-            other => return Err(other.unexpected().into()),
-        }
+/// Fetches the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless it is there
+/// complete and as published, and returns its folder.
+///
+/// Its meshes are under CC BY-NC-SA 4.0: not for commercial use.
+///
+/// # Errors
+/// Any [`FetchError`] but [`FetchError::Version`].
+pub fn reference_model() -> Result<PathBuf, FetchError> {
+    let folder = folder()?;
+    if !is_complete(&folder) {
+        unpack(Wheel::open_or_fetch(None, REQUIREMENT)?, &folder)?;
     }
-    let folder = cache::reference_folder().context("the user has no home: set FETCH_ASSETS_DIR")?;
-    if from.is_none() && is_complete(&folder) {
-        println!("the reference model is in {}, complete and as published", folder.display());
-        return Ok(true);
-    }
-    unpack(Wheel::open_or_fetch(from.as_deref(), REQUIREMENT)?, &folder)?;
-    println!("the reference model is in {}", folder.display());
-    println!("its meshes are under CC BY-NC-SA 4.0: not for commercial use");
-    Ok(true)
+    Ok(folder)
+}
+
+/// As [`reference_model`], from the wheel of gymnasium-robotics 1.4.2 at a path.
+///
+/// # Errors
+/// As [`reference_model`].
+pub fn reference_model_from_wheel(wheel: &Path) -> Result<PathBuf, FetchError> {
+    let folder = folder()?;
+    unpack(Wheel::open_or_fetch(Some(wheel), REQUIREMENT)?, &folder)?;
+    Ok(folder)
+}
+
+fn folder() -> Result<PathBuf, FetchError> {
+    cache::reference_folder().ok_or(FetchError::NoCache)
 }
 
 fn files() -> impl Iterator<Item = (&'static str, &'static str)> {
     FILES.lines().filter_map(|line| line.split_once("  ")).map(|(sha256, name)| (name, sha256))
 }
 
-fn unpack(mut wheel: Wheel, folder: &Path) -> anyhow::Result<()> {
+fn unpack(mut wheel: Wheel, folder: &Path) -> Result<(), FetchError> {
     replace_folder(folder, |new| {
         for (name, sha256) in files() {
             let bytes = wheel.read(&format!("{FOLDER_IN_WHEEL}/{name}"))?;

@@ -4,10 +4,9 @@ use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
-use super::goal::GoalEnv;
-use super::{Env, Reset, SnapshotEnv, Step};
+use crate::env::{ActionElement, Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
 use crate::error::EnvError;
-use crate::spaces::{Space, box_space::BoxSpace};
+use crate::spaces::Space;
 
 /// An environment whose episodes are truncated after a number of steps.
 ///
@@ -68,6 +67,7 @@ impl<E> TimeLimit<E> {
 impl<E: Env> Env for TimeLimit<E> {
     type Observation = E::Observation;
     type Info = E::Info;
+    type ActionSpace = E::ActionSpace;
     type ResetOptions = E::ResetOptions;
 
     fn reset_with(
@@ -80,7 +80,10 @@ impl<E: Env> Env for TimeLimit<E> {
         Ok(reset)
     }
 
-    fn step(&mut self, action: &[f32]) -> Result<Step<E::Observation, E::Info>, EnvError> {
+    fn step(
+        &mut self,
+        action: &[ActionElement<E>],
+    ) -> Result<Step<E::Observation, E::Info>, EnvError> {
         let elapsed_steps = match self.episode {
             Episode::NotStarted => return Err(EnvError::ResetNeeded),
             Episode::Over { .. } => return Err(EnvError::EpisodeOver),
@@ -96,7 +99,7 @@ impl<E: Env> Env for TimeLimit<E> {
         Ok(step)
     }
 
-    fn action_space(&self) -> &BoxSpace<f32> {
+    fn action_space(&self) -> &E::ActionSpace {
         self.env.action_space()
     }
 
@@ -106,7 +109,7 @@ impl<E: Env> Env for TimeLimit<E> {
 }
 
 /// The goals are the wrapped environment's. Its
-/// [`compute_truncated`](super::goal::GoalEnvExt::compute_truncated) ignores the limit, which is
+/// [`compute_truncated`](crate::GoalEnvExt::compute_truncated) ignores the limit, which is
 /// not a function of the goals.
 impl<E: GoalEnv> GoalEnv for TimeLimit<E> {
     type GoalReward = E::GoalReward;

@@ -1,0 +1,195 @@
+//! Steps of many environments, collected into a hindsight replay buffer.
+
+use fetch_env::vec_env::{AutoresetMode, BatchEnv, BatchOf, VecReset};
+use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, VecEnv};
+use her_relabel::{HerBuffer, Scalar};
+
+use crate::{error::CollectorError, evaluate::Episode, policy::Policy};
+
+/// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
+/// buffer can store: its observations and actions are `f32` or `f64`.
+///
+/// Every such environment implements it.
+pub trait CollectEnv:
+    BatchEnv
+    + GoalEnv<
+        Observation: GoalObservation<Element: Scalar>,
+        ActionSpace: ActionSpace<Element: Scalar>,
+    >
+{
+}
+
+impl<E> CollectEnv for E where
+    E: BatchEnv
+        + GoalEnv<
+            Observation: GoalObservation<Element: Scalar>,
+            ActionSpace: ActionSpace<Element: Scalar>,
+        >
+{
+}
+
+/// Environments that a policy steps, and whose steps a hindsight replay buffer records.
+///
+/// ```
+/// use baselines::{Collector, RandomPolicy, buffer_config};
+/// use fetch_env::{VecEnv, make_kinematic, vec_env::VecConfig};
+/// use her_relabel::HerBuffer;
+///
+/// let envs = (0..8).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
+/// let config = buffer_config(100_000, &envs[0])?.with_num_envs(envs.len());
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
+/// let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
+/// let mut successes = 0;
+/// collector.collect(101, &mut RandomPolicy::new(0), &mut buffer, |_, episode| {
+///     successes += usize::from(episode.success);
+/// })?;
+/// // The autoreset between two episodes takes a step of its own.
+/// assert_eq!(buffer.len(), 8 * 100);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Collector<E: CollectEnv> {
+    envs: VecEnv<E>,
+    /// Of all environments, a row for each.
+    actions: Vec<ActionElement<E>>,
+    /// The unfinished episode of each environment.
+    episodes: Vec<Episode>,
+    has_started: bool,
+}
+
+/// The steps of a call of [`Collector::collect`].
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Collected {
+    /// The number of steps added to the buffer.
+    pub recorded_steps: usize,
+    /// The number of episodes that ended and can be sampled now.
+    pub finished_episodes: usize,
+    /// The number of episodes discarded because their environment failed.
+    pub discarded_episodes: usize,
+    /// The first environment that failed, and its error.
+    pub first_failure: Option<(usize, EnvError)>,
+}
+
+impl<E: CollectEnv> Collector<E> {
+    /// Takes environments, which the first call of [`collect`](Self::collect) resets.
+    #[must_use]
+    pub fn new(envs: VecEnv<E>) -> Self {
+        let num_envs = envs.num_envs();
+        let len = num_envs * envs.single_action_space().action_len();
+        Self {
+            envs,
+            actions: vec![ActionElement::<E>::default(); len],
+            episodes: vec![Episode::new(None); num_envs],
+            has_started: false,
+        }
+    }
+
+    /// The environments.
+    #[must_use]
+    pub const fn envs(&self) -> &VecEnv<E> {
+        &self.envs
+    }
+
+    /// Returns the environments.
+    #[must_use]
+    pub fn into_envs(self) -> VecEnv<E> {
+        self.envs
+    }
+
+    /// Resets all environments, the first with `seed`, the next with `seed + 1`, and so on. Without
+    /// a seed their random numbers continue.
+    ///
+    /// # Errors
+    /// [`CollectorError`] as [`collect`](Self::collect).
+    pub fn reset<T: Scalar>(
+        &mut self,
+        seed: Option<u64>,
+        buffer: &mut HerBuffer<T>,
+    ) -> Result<(), CollectorError> {
+        let batch = self.envs.reset(seed)?;
+        buffer.record(&batch.into())?;
+        if let Some((env_id, error)) = batch.errors().next() {
+            return Err(CollectorError::Environment { env_id, source: error.clone() });
+        }
+        for (env_id, episode) in (0..).zip(&mut self.episodes) {
+            *episode = Episode::new(seed.map(|seed| seed.wrapping_add(env_id)));
+        }
+        self.has_started = true;
+        Ok(())
+    }
+
+    /// Takes `num_steps` steps in each environment, from where the last call ended, and records
+    /// them. Calls `progress` with the environment and the result of each episode that ends.
+    ///
+    /// `policy` sees the last batch and chooses the actions of all environments, a row for each. An
+    /// environment that fails loses its episode and begins the next one.
+    ///
+    /// # Errors
+    /// [`CollectorError::Vec`] if the environments are in flight, [`CollectorError::Buffer`] if the
+    /// buffer does not fit them, [`CollectorError::NotFinite`] if it cannot store an environment's
+    /// numbers.
+    pub fn collect<T, P>(
+        &mut self,
+        num_steps: usize,
+        policy: &mut P,
+        buffer: &mut HerBuffer<T>,
+        mut progress: impl FnMut(usize, &Episode),
+    ) -> Result<Collected, CollectorError>
+    where
+        T: Scalar,
+        P: Policy<BatchOf<E>, ActionElement<E>> + ?Sized,
+    {
+        if !self.has_started {
+            self.reset(None, buffer)?;
+        }
+        let mut collected = Collected::default();
+        for _ in 0..num_steps {
+            policy.act(self.envs.batch(), &mut self.actions);
+            let batch = self.envs.step(&self.actions)?;
+            let recorded = buffer.record(&batch.into())?;
+            collected.recorded_steps += recorded.recorded_steps;
+            collected.finished_episodes += recorded.finished_episodes;
+            collected.discarded_episodes += recorded.discarded_episodes;
+            if let Some(refused) = recorded.first_refusal {
+                return Err(CollectorError::NotFinite {
+                    env_id: refused.env,
+                    source: refused.error,
+                });
+            }
+            if collected.first_failure.is_none() {
+                let failure = batch.errors().next();
+                collected.first_failure = failure.map(|(env_id, error)| (env_id, error.clone()));
+            }
+            for (env_id, episode) in self.episodes.iter_mut().enumerate() {
+                let is_last = batch.terminated()[env_id] || batch.truncated()[env_id];
+                if let (true, Some(info)) = (batch.stepped()[env_id], batch.step_info(env_id)) {
+                    episode.add(batch.reward()[env_id], info);
+                    if is_last {
+                        progress(env_id, episode);
+                    }
+                }
+                if is_last {
+                    *episode = Episode::new(None);
+                }
+            }
+            if self.envs.autoreset_mode() == AutoresetMode::Disabled {
+                self.reset_ended(buffer)?;
+            }
+        }
+        Ok(collected)
+    }
+
+    /// Resets the environments whose episodes have ended.
+    fn reset_ended<T: Scalar>(&mut self, buffer: &mut HerBuffer<T>) -> Result<(), CollectorError> {
+        let batch = self.envs.batch();
+        let ends = batch.terminated().iter().zip(batch.truncated());
+        let mask: Vec<bool> =
+            ends.map(|(terminated, truncated)| *terminated || *truncated).collect();
+        if mask.contains(&true) {
+            let reset = VecReset { mask: Some(&mask), ..VecReset::default() };
+            buffer.record(&self.envs.reset_with(&reset)?.into())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,115 @@
+//! Many environments at once: evaluation and collecting give what single environments give.
+
+use std::error::Error;
+
+use baselines::{
+    Collector, CollectorError, Episode, Policy, RandomPolicy, buffer_config, evaluate, evaluate_vec,
+};
+use fetch_env::{
+    FetchObservation, GoalObservation, KinematicEnv, VecEnv, make_kinematic,
+    vec_env::{AutoresetMode, Batch, VecConfig},
+};
+use her_relabel::{AddError, HerBuffer};
+
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
+const MODES: [AutoresetMode; 3] =
+    [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled];
+
+fn envs(count: usize, mode: AutoresetMode) -> Result<VecEnv<KinematicEnv>> {
+    let envs = (0..count).map(|_| make_kinematic("FetchReachDense-v4"));
+    let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
+    Ok(VecEnv::new(envs.collect::<std::result::Result<Vec<_>, _>>()?, config)?)
+}
+
+/// Moves toward the goal, more slowly the nearer it is.
+fn approach(achieved_goal: &[f64], desired_goal: &[f64], action: &mut [f32]) {
+    for axis in 0..3 {
+        action[axis] = (3.0 * (desired_goal[axis] - achieved_goal[axis])) as f32;
+    }
+}
+
+fn approach_one(observation: &FetchObservation, action: &mut [f32]) {
+    approach(observation.achieved_goal(), observation.desired_goal(), action);
+}
+
+fn approach_all(batch: &Batch<FetchObservation>, actions: &mut [f32]) {
+    let achieved = batch.achieved_goal().chunks_exact(3);
+    let goals = achieved.zip(batch.desired_goal().chunks_exact(3));
+    for ((achieved, desired), action) in goals.zip(actions.chunks_exact_mut(4)) {
+        approach(achieved, desired, action);
+    }
+}
+
+#[test]
+fn evaluating_many_environments_gives_the_episodes_of_one() -> Result {
+    let mut env = make_kinematic("FetchReachDense-v4")?;
+    let expected = evaluate(&mut env, &mut approach_one, 7, 20, |_| ())?;
+    for mode in MODES {
+        for count in [1, 3, 7, 10] {
+            let mut envs = envs(count, mode)?;
+            let mut seen = 0;
+            let found = evaluate_vec(&mut envs, &mut approach_all, 7, 20, |_| seen += 1)?;
+            assert_eq!((found, seen), (expected.clone(), 7), "{mode:?}, {count} environments");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_step_is_collected_in_every_autoreset_mode() -> Result {
+    let config = buffer_config(10_000, &make_kinematic("FetchReach-v4")?)?.with_num_envs(3);
+    for mode in MODES {
+        let mut buffer = HerBuffer::<f32>::new(config.clone())?;
+        let mut collector = Collector::new(envs(3, mode)?);
+        let mut episodes: Vec<(usize, Episode)> = Vec::new();
+        collector.reset(Some(5), &mut buffer)?;
+        // In two parts, of which the first ends in the middle of an episode.
+        for steps in [30, 120] {
+            collector.collect(steps, &mut approach_all, &mut buffer, |env_id, episode| {
+                episodes.push((env_id, *episode));
+            })?;
+        }
+        // The autoreset takes a step of its own in one mode.
+        let per_env = if mode == AutoresetMode::NextStep { 148 } else { 150 };
+        assert_eq!(buffer.num_episodes(), 3 * (per_env / 50));
+        assert_eq!(buffer.len(), 3 * (per_env / 50) * 50);
+        let under_way = buffer.unfinished_steps(0)?;
+        assert_eq!(under_way.unwrap_or(0), per_env % 50, "{mode:?}");
+
+        let mut env = make_kinematic("FetchReachDense-v4")?;
+        let first = evaluate(&mut env, &mut approach_one, 3, 5, |_| ())?.episodes;
+        let collected: Vec<Episode> =
+            episodes.iter().take(3).map(|(_, episode)| *episode).collect();
+        assert_eq!(collected, first, "the first episodes have the seeds of the reset");
+        assert!(episodes[3..].iter().all(|(_, episode)| episode.seed.is_none()));
+        assert_eq!(episodes.len(), buffer.num_episodes());
+    }
+    Ok(())
+}
+
+#[test]
+fn one_policy_serves_one_environment_and_many() -> Result {
+    fn act<O>(policy: &mut impl Policy<O>, observation: &O, action: &mut [f32]) {
+        policy.act(observation, action);
+    }
+    let mut envs = envs(2, AutoresetMode::NextStep)?;
+    envs.reset(Some(0))?;
+    let (mut one, mut all) = ([0.0; 8], [0.0; 8]);
+    act(&mut RandomPolicy::new(1), &(), &mut one);
+    act(&mut RandomPolicy::new(1), envs.batch(), &mut all);
+    assert_eq!(one, all);
+    Ok(())
+}
+
+#[test]
+fn a_buffer_for_fewer_environments_is_an_error() -> Result {
+    let config = buffer_config(100, &make_kinematic("FetchReach-v4")?)?.with_num_envs(2);
+    let mut buffer = HerBuffer::<f32>::new(config)?;
+    let mut collector = Collector::new(envs(3, AutoresetMode::NextStep)?);
+    let error = collector.collect(1, &mut RandomPolicy::new(0), &mut buffer, |_, _| ()).err();
+    let Some(CollectorError::Buffer(AddError::UnknownEnv { env: 2, .. })) = error else {
+        return Err(format!("{error:?}").into());
+    };
+    Ok(())
+}

@@ -1,0 +1,123 @@
+//! The errors of environments that are stepped together.
+
+/// Error returned when a [`VecEnv`](crate::VecEnv) cannot be made or a call is invalid.
+///
+/// The call has then changed nothing. A failure of a single environment is not such an error: see
+/// [`Batch::error`](crate::vec_env::Batch::error).
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VecEnvError {
+    /// No environment was passed.
+    #[error("there is no environment: pass at least one")]
+    NoEnvs,
+    /// The spaces of an environment differ from the first one's.
+    #[error("environment {env_id} has other spaces than environment 0: make all of them alike")]
+    SpacesDiffer {
+        /// Id of the environment.
+        env_id: usize,
+    },
+    /// The observation space is not that of the observations.
+    #[error(
+        "the observation space has no {key} with elements of {element}: let observation_space() \
+         describe what the environment observes"
+    )]
+    ObservationSpace {
+        /// Key of the missing part.
+        key: &'static str,
+        /// Type of its elements.
+        element: &'static str,
+    },
+    /// Too many or too few actions.
+    #[error(
+        "{actual} numbers are not {rows} actions of {action_len}: pass one row per environment"
+    )]
+    ActionCount {
+        /// Number of actions needed.
+        rows: usize,
+        /// Number of elements of an action.
+        action_len: usize,
+        /// Number of elements passed.
+        actual: usize,
+    },
+    /// No environment has this id.
+    #[error("there is no environment {env_id}: pass ids from 0 to {}", num_envs - 1)]
+    UnknownEnv {
+        /// The id.
+        env_id: usize,
+        /// Number of environments.
+        num_envs: usize,
+    },
+    /// The environment is in flight, or named twice in one call.
+    #[error(
+        "environment {env_id} is in flight: send to it once, and again after recv() returns it"
+    )]
+    EnvInFlight {
+        /// Id of the environment.
+        env_id: usize,
+    },
+    /// A call for all environments while some are in flight.
+    #[error("{count} environments are in flight: recv() them before step() or reset()")]
+    InFlight {
+        /// Number of environments in flight.
+        count: usize,
+    },
+    /// A batch larger than the number of environments in flight.
+    #[error(
+        "a batch of {batch_size} can never be complete: ask for at most the {in_flight} in flight"
+    )]
+    BatchTooLarge {
+        /// Size of the batch.
+        batch_size: usize,
+        /// Number of environments in flight.
+        in_flight: usize,
+    },
+    /// Seeds, a mask, options or a snapshot for another number of environments.
+    #[error("{what} has {actual} elements for {num_envs} environments: pass one for each")]
+    Count {
+        /// `seeds`, `mask`, `options` or `snapshot`.
+        what: &'static str,
+        /// Number of elements passed.
+        actual: usize,
+        /// Number of environments.
+        num_envs: usize,
+    },
+    /// An environment that has panicked has no state.
+    #[error("environment {env_id} has panicked and is out of use: make new environments")]
+    OutOfUse {
+        /// Id of the environment.
+        env_id: usize,
+    },
+    /// A snapshot of other environments.
+    #[error("the snapshot does not fit environment {env_id}: {reason}")]
+    ForeignSnapshot {
+        /// Id of the environment.
+        env_id: usize,
+        /// Message of the environment's error.
+        reason: String,
+    },
+    /// A mask that selects no environment.
+    #[error("the mask resets no environment: set at least one element")]
+    EmptyMask,
+    /// The seed of the last environment exceeds 64 bits.
+    #[error(
+        "the seeds from {first} on for {num_envs} environments exceed 64 bits: pass a smaller one"
+    )]
+    SeedTooLarge {
+        /// Seed of the first environment.
+        first: u64,
+        /// Number of environments.
+        num_envs: usize,
+    },
+    /// The operating system could not start a thread.
+    #[error("a worker thread could not be started ({reason}): use fewer threads")]
+    Thread {
+        /// The operating system's message.
+        reason: String,
+    },
+    /// This system cannot pin threads.
+    #[error("the threads cannot be pinned to cores on this system: leave pin_threads off")]
+    Pinning,
+    /// A worker thread died, and an environment with it.
+    #[error("a worker thread died: make new environments")]
+    WorkerLost,
+}

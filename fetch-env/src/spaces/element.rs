@@ -1,0 +1,52 @@
+//! The elements of arrays.
+
+use std::fmt::Debug;
+
+use super::{Space, Value};
+
+/// An element of arrays: a number of single or double precision, a byte of an image, a choice or an
+/// answer.
+pub trait ArrayElement: Copy + Debug + PartialEq + Send + Sync + private::Sealed + 'static {
+    /// The element of arrays without contents yet: NaN, 0 or false.
+    const EMPTY: Self;
+
+    /// Returns the number of elements of a member of `space`; `None` if its elements are of another
+    /// type.
+    fn len_in(space: &Space) -> Option<usize>;
+
+    /// Returns an array as a value of a space.
+    fn value(array: &[Self]) -> Value;
+}
+
+mod private {
+    pub trait Sealed {}
+}
+
+macro_rules! array_element {
+    ($($type:ident: $empty:expr, $value:ident, $($space:ident)|+;)*) => {$(
+        impl private::Sealed for $type {}
+
+        impl ArrayElement for $type {
+            const EMPTY: Self = $empty;
+
+            fn len_in(space: &Space) -> Option<usize> {
+                match space {
+                    $(Space::$space(space) => Some(space.len()),)+
+                    _ => None,
+                }
+            }
+
+            fn value(array: &[Self]) -> Value {
+                Value::$value(array.into())
+            }
+        }
+    )*};
+}
+
+array_element! {
+    f32: Self::NAN, F32, BoxF32;
+    f64: Self::NAN, F64, BoxF64;
+    u8: 0, U8, Image;
+    i64: 0, I64, Discrete | MultiDiscrete;
+    bool: false, Bool, MultiBinary;
+}

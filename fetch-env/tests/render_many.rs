@@ -1,0 +1,203 @@
+//! Pictures of many environments. Without OpenGL the tests have nothing to do.
+#![cfg(feature = "render")]
+
+use std::num::NonZeroU8;
+
+use fetch_env::vec_env::{AutoresetMode, VecConfig, VecEnv};
+use fetch_env::{
+    AddRenderObservation, ChannelOrder, Env, EnvError, FetchEnv, MujocoEnv, MujocoSimulator,
+    PixelOptions, PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv, TimeLimit, check,
+    make,
+};
+
+type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Whether there is OpenGL; an error if there is none although the environment variable `MUJOCO_GL`
+/// demands it.
+fn can_see() -> Result<bool> {
+    match make("FetchReach-v4")?.renderer(options(1).render().clone()) {
+        Err(EnvError::Render(RenderError::NoOpenGl { .. }))
+            if std::env::var_os("MUJOCO_GL").is_none() =>
+        {
+            Ok(false)
+        }
+        made => Ok(made.map(|_| true)?),
+    }
+}
+
+fn options(frame_stack: u8) -> PixelOptions {
+    let render = RenderOptions::default().with_width(20).with_height(15).with_samples(0);
+    PixelOptions::default()
+        .with_render(render)
+        .with_frame_stack(NonZeroU8::new(frame_stack).expect("at least one"))
+        .with_channel_order(ChannelOrder::Chw)
+}
+
+/// The length of an episode, so that a few steps include ends.
+const LIMIT: u32 = 3;
+const NUM_ENVS: usize = 5;
+
+type Short = TimeLimit<FetchEnv<MujocoSimulator>>;
+
+fn short() -> std::result::Result<Short, EnvError> {
+    let limit = LIMIT.try_into().expect("not 0");
+    Ok(TimeLimit::new(make("FetchPush-v4")?.into_inner(), limit))
+}
+
+fn with_pixels(stack: u8) -> std::result::Result<AddRenderObservation<Short>, EnvError> {
+    AddRenderObservation::new(short()?, options(stack))
+}
+
+fn action(env_id: usize, step: usize) -> [f32; 4] {
+    let x = (env_id as f32 - 2.0) / 2.0;
+    [x, if step.is_multiple_of(2) { 1.0 } else { -0.5 }, -x, 1.0]
+}
+
+fn actions(step: usize) -> Vec<f32> {
+    (0..NUM_ENVS).flat_map(|env_id| action(env_id, step)).collect()
+}
+
+/// Returns what a single environment shows: the pictures of `num_rows` rows and those to which the
+/// actions led, as a batch in this mode has them.
+fn single(
+    env_id: usize,
+    stack: u8,
+    mode: AutoresetMode,
+    num_rows: usize,
+) -> Result<Vec<[Vec<u8>; 2]>> {
+    let mut env = with_pixels(stack)?;
+    let first = env.reset(Some(7 + env_id as u64))?.observation.pixels.to_vec();
+    let mut rows = vec![[first.clone(), first]];
+    let mut is_over = false;
+    for step in 0..num_rows {
+        let reset = |env: &mut AddRenderObservation<Short>| -> Result<Vec<u8>> {
+            Ok(env.reset(None)?.observation.pixels.to_vec())
+        };
+        if is_over && mode != AutoresetMode::SameStep {
+            let first = reset(&mut env)?;
+            rows.push([first.clone(), first]);
+            is_over = false;
+            continue;
+        }
+        let taken = env.step(&action(env_id, step))?;
+        is_over = taken.is_last();
+        let next = taken.observation.pixels.to_vec();
+        let shown = if is_over && mode == AutoresetMode::SameStep {
+            reset(&mut env)?
+        } else {
+            next.clone()
+        };
+        rows.push([shown, next]);
+    }
+    Ok(rows)
+}
+
+#[test]
+fn many_environments_show_what_single_ones_do() -> Result {
+    const NUM_STEPS: usize = 9;
+    if !can_see()? {
+        return Ok(());
+    }
+    for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled] {
+        for stack in [1, 3] {
+            let expected: Vec<_> = (0..NUM_ENVS)
+                .map(|env_id| single(env_id, stack, mode, NUM_STEPS))
+                .collect::<Result<_>>()?;
+            for num_threads in [1, 2] {
+                let config =
+                    VecConfig::default().with_num_threads(num_threads).with_autoreset(mode);
+                let made: std::result::Result<Vec<_>, _> =
+                    (0..NUM_ENVS).map(|_| with_pixels(stack)).collect();
+                let mut envs = VecEnv::new(made?, config)?;
+                let made: std::result::Result<Vec<_>, _> =
+                    (0..NUM_ENVS).map(|_| PixelsOnly::new(short()?, options(stack))).collect();
+                let mut alone = VecEnv::new(made?, config)?;
+                let mut is_over = false;
+                for step in 0..=NUM_STEPS {
+                    let (batch, pictures) = if step == 0 {
+                        (envs.reset(Some(7))?, alone.reset(Some(7))?)
+                    } else if is_over && mode == AutoresetMode::Disabled {
+                        (envs.reset(None)?, alone.reset(None)?)
+                    } else {
+                        let actions = actions(step - 1);
+                        (envs.step(&actions)?, alone.step(&actions)?)
+                    };
+                    assert_eq!(batch.errors().next(), None);
+                    is_over = batch.truncated()[0];
+                    let len = 20 * 15 * 3 * usize::from(stack);
+                    for (env_id, rows) in expected.iter().enumerate() {
+                        let row = |pixels: &[u8]| pixels[env_id * len..][..len].to_vec();
+                        let found = [row(batch.pixels()), row(batch.next_pixels())];
+                        assert_eq!(rows[step], found, "{mode:?}, {env_id}, step {step}");
+                        let found = [row(pictures.pixels()), row(pictures.next_pixels())];
+                        assert_eq!(rows[step], found, "{mode:?}, {env_id}, step {step}");
+                    }
+                    assert_eq!(batch.pixels().len(), NUM_ENVS * len);
+                    assert_eq!(pictures.array(), pictures.pixels());
+                    assert_eq!(batch.reward(), pictures.reward());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn pictures_alone_keep_the_laws_and_so_do_snapshots() -> Result {
+    if !can_see()? {
+        return Ok(());
+    }
+    let check = check::CheckOptions::default();
+    for stack in [1, 3] {
+        // Large enough to show that goals differ.
+        let large = || options(stack).with_render(PixelOptions::default().render().clone());
+        let alone = || PixelsOnly::new(make("FetchPush-v4")?, large());
+        let report = check::check_env(alone, &check).and(check::check_snapshots(alone, &check));
+        assert!(report.passed(), "{report}");
+        let added = || AddRenderObservation::new(make("FetchReach-v4")?, options(stack));
+        let report = check::check_snapshots(added, &check);
+        assert!(report.passed(), "{report}");
+    }
+    let snapshot = with_pixels(3)?.snapshot();
+    let error = with_pixels(2)?.restore(&snapshot).unwrap_err();
+    assert!(matches!(error, EnvError::ForeignSnapshot { .. }), "{error}");
+    Ok(())
+}
+
+#[test]
+fn an_environment_with_pixels_moves_between_threads() -> Result {
+    if !can_see()? {
+        return Ok(());
+    }
+    let mut stays = PixelsOnly::new(make("FetchSlide-v4")?, options(1))?;
+    let mut moves = PixelsOnly::new(make("FetchSlide-v4")?, options(1))?;
+    assert_eq!(stays.reset(Some(5))?, moves.reset(Some(5))?);
+    for step in 0..4 {
+        let taken = stays.step(&action(0, step))?;
+        let thread = std::thread::spawn(move || {
+            let taken = moves.step(&action(0, step));
+            (moves, taken)
+        });
+        let (moved, other) = thread.join().expect("no panic");
+        moves = moved;
+        assert_eq!(taken, other?);
+    }
+    // The wrapper shows what it wraps, also through pointers.
+    let options = options(1).render().clone();
+    let mut renderer = stays.renderer(options)?;
+    let picture = Box::new(&mut stays).render(&mut renderer)?.to_vec();
+    assert_eq!(picture, stays.inner().render(&mut renderer)?);
+    Ok(())
+}
+
+#[test]
+fn a_camera_that_the_model_lacks_is_an_error_at_once() -> Result {
+    if !can_see()? {
+        return Ok(());
+    }
+    let camera = fetch_env::Camera::Named("none".into());
+    let options = options(1).with_render(RenderOptions::default().with_camera(camera));
+    let error = PixelsOnly::<MujocoEnv>::new(make("FetchReach-v4")?, options).err();
+    assert!(matches!(error, Some(EnvError::Render(RenderError::UnknownCamera { .. }))));
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! Environments without goals, whose observations are arrays, with actions in double precision.
+
+use fetch_env::{
+    BoxSpace, Env, EnvError, Reset, Space, Step,
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError},
+};
+
+use crate::common::Result;
+
+/// Counts its steps in single precision, with a text as its info.
+#[derive(Debug)]
+struct Counter {
+    steps: f32,
+    observed: usize,
+    actions: BoxSpace<f64>,
+    observations: Space,
+}
+
+impl Counter {
+    fn new(observed: usize) -> Self {
+        Self {
+            steps: 0.0,
+            observed,
+            actions: BoxSpace::unbounded(1),
+            observations: BoxSpace::<f32>::unbounded(2).into(),
+        }
+    }
+
+    fn observe(&self) -> Vec<f32> {
+        vec![self.steps; self.observed]
+    }
+}
+
+impl Env for Counter {
+    type Observation = Vec<f32>;
+    type Info = String;
+    type ActionSpace = BoxSpace<f64>;
+    type ResetOptions = ();
+
+    fn reset_with(
+        &mut self,
+        _seed: Option<u64>,
+        (): &(),
+    ) -> Result<Reset<Vec<f32>, String>, EnvError> {
+        self.steps = 0.0;
+        Ok(Reset { observation: self.observe(), info: "reset".into() })
+    }
+
+    fn step(&mut self, action: &[f64]) -> Result<Step<Vec<f32>, String>, EnvError> {
+        self.steps += 1.0;
+        Ok(Step {
+            observation: self.observe(),
+            reward: action[0],
+            terminated: self.steps == 3.0,
+            truncated: false,
+            info: format!("step {}", self.steps),
+        })
+    }
+
+    fn action_space(&self) -> &BoxSpace<f64> {
+        &self.actions
+    }
+
+    fn observation_space(&self) -> &Space {
+        &self.observations
+    }
+}
+
+#[test]
+fn plain_environments_are_stepped_together() -> Result {
+    let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
+    let mut envs = VecEnv::new([Counter::new(2), Counter::new(2)], config)?;
+    assert_eq!(envs.reset(None)?.array(), [0.0; 4]);
+    envs.step(&[1.0, 2.0])?;
+    let batch = envs.step(&[1.0, 2.0])?;
+    assert_eq!((batch.array(), batch.next_array()), (&[2.0; 4][..], &[2.0; 4][..]));
+    let batch = envs.step(&[0.1, 1e300])?;
+    assert_eq!((batch.array(), batch.next_array()), (&[0.0; 4][..], &[3.0; 4][..]));
+    assert_eq!((batch.reward(), batch.action()), (&[0.1, 1e300][..], &[0.1, 1e300][..]));
+    assert_eq!(batch.info()[1].as_deref(), Some("reset"));
+    assert_eq!(batch.final_info()[1].as_deref(), Some("step 3"));
+    assert_eq!(batch.terminated(), [true, true]);
+    Ok(())
+}
+
+#[test]
+fn an_observation_that_does_not_fit_its_space_is_an_error() -> Result {
+    let mut envs = VecEnv::new([Counter::new(2), Counter::new(3)], VecConfig::default())?;
+    let expected = EnvError::ObservationLength { key: "observation", expected: 2, actual: 3 };
+    assert_eq!(envs.reset(None)?.errors().collect::<Vec<_>>(), [(1, &expected)]);
+    let batch = envs.step(&[0.0; 2])?;
+    assert_eq!(batch.stepped(), [true, false]);
+
+    let mut other = Counter::new(2);
+    other.observations = BoxSpace::<f64>::unbounded(2).into();
+    let error = VecEnv::new([other], VecConfig::default()).err();
+    let expected = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
+    assert_eq!(error, Some(expected));
+    Ok(())
+}

@@ -1,0 +1,238 @@
+//! Recording every batch in a hindsight buffer stores what each environment does alone.
+
+use fetch_env::{
+    Env, EnvError, GoalObservation,
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset},
+};
+use fetch_sim::{KinematicSimulator, SimError};
+use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
+
+use crate::common::{MODES, Result, TestEnv, action, envs, kinematic, vec_env};
+use crate::faulty::Faulty;
+
+const COUNT: usize = 5;
+const STEPS: usize = 40;
+const DIMS: Dims = Dims { observation: 25, goal: 3, action: 4 };
+
+fn buffer() -> Result<HerBuffer<f64>> {
+    Ok(HerBuffer::new(BufferConfig::new(10_000, DIMS).with_num_envs(COUNT))?)
+}
+
+fn bytes(buffer: &HerBuffer<f64>) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    buffer.write_to(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Environments one after another, recorded episode by episode by hand.
+struct ByHand {
+    envs: Vec<TestEnv<KinematicSimulator>>,
+    needs_reset: [bool; COUNT],
+    buffer: HerBuffer<f64>,
+}
+
+impl ByHand {
+    fn new() -> Result<Self> {
+        Ok(Self { envs: envs(COUNT, kinematic)?, needs_reset: [true; COUNT], buffer: buffer()? })
+    }
+
+    fn begin(&mut self, env_id: usize, seed: Option<u64>) -> Result {
+        let start = self.envs[env_id].reset(seed)?.observation;
+        self.needs_reset[env_id] = false;
+        Ok(self.buffer.begin_episode(
+            env_id,
+            &EpisodeStart {
+                observation: start.observation(),
+                achieved_goal: start.achieved_goal(),
+                desired_goal: start.desired_goal(),
+            },
+        )?)
+    }
+
+    fn step(&mut self, env_id: usize, action: &[f32]) -> Result {
+        let step = self.envs[env_id].step(action)?;
+        self.needs_reset[env_id] = step.is_last();
+        Ok(self.buffer.add_step(
+            env_id,
+            &Step {
+                action,
+                reward: step.reward,
+                next_observation: step.observation.observation(),
+                next_achieved_goal: step.observation.achieved_goal(),
+                terminated: step.terminated,
+                truncated: step.truncated,
+                fields: &[],
+            },
+        )?)
+    }
+
+    /// Does what a vectorized environment does with an action.
+    fn act(&mut self, env_id: usize, action: &[f32], mode: AutoresetMode) -> Result {
+        if self.needs_reset[env_id] {
+            return self.begin(env_id, None);
+        }
+        self.step(env_id, action)?;
+        if self.needs_reset[env_id] && mode != AutoresetMode::NextStep {
+            self.begin(env_id, None)?;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_recorded_vector_stores_what_its_environments_do_alone() -> Result {
+    for mode in MODES {
+        let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
+        let (mut envs, mut buffer, mut by_hand) =
+            (vec_env(COUNT, config)?, buffer()?, ByHand::new()?);
+        buffer.record(&envs.reset(Some(4))?.into())?;
+        for (env_id, seed) in (0..COUNT).zip(4..) {
+            by_hand.begin(env_id, Some(seed))?;
+        }
+        for step in 0..STEPS {
+            let actions: Vec<f32> = (0..COUNT).flat_map(|env_id| action(env_id, step)).collect();
+            let batch = envs.step(&actions)?;
+            buffer.record(&batch.into())?;
+            let over: Vec<bool> = batch.truncated().to_vec();
+            if mode == AutoresetMode::Disabled && over.contains(&true) {
+                let reset = VecReset { mask: Some(&over), ..VecReset::default() };
+                buffer.record(&envs.reset_with(&reset)?.into())?;
+            }
+            for env_id in 0..COUNT {
+                by_hand.act(env_id, &action(env_id, step), mode)?;
+            }
+            assert!(bytes(&buffer)? == bytes(&by_hand.buffer)?, "{mode:?}, step {step}");
+        }
+        assert!(buffer.num_episodes() >= COUNT * 4);
+    }
+    Ok(())
+}
+
+#[test]
+fn rows_are_recorded_in_the_order_in_which_they_arrive() -> Result {
+    for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep] {
+        let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
+        let (mut envs, mut buffer, mut by_hand) =
+            (vec_env(COUNT, config)?, buffer()?, ByHand::new()?);
+        let mut steps = [0; COUNT];
+        envs.send_reset(&VecReset::seeded(4))?;
+        let mut started = [false; COUNT];
+        for _ in 0..100 {
+            let batch = envs.recv(2)?;
+            buffer.record(&batch.into())?;
+            let env_ids = batch.env_ids().to_vec();
+            let mut actions = Vec::new();
+            for &env_id in &env_ids {
+                if started[env_id] {
+                    by_hand.act(env_id, &action(env_id, steps[env_id] - 1), mode)?;
+                } else {
+                    by_hand.begin(env_id, Some(4 + env_id as u64))?;
+                    started[env_id] = true;
+                }
+                actions.extend(action(env_id, steps[env_id]));
+                steps[env_id] += 1;
+            }
+            envs.send(&actions, &env_ids)?;
+            assert!(bytes(&buffer)? == bytes(&by_hand.buffer)?, "{mode:?}");
+        }
+        assert!(buffer.num_episodes() > COUNT);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_failed_environment_loses_its_own_episode_only() -> Result {
+    const DOWN: [f32; 4] = [0.1, 0.1, -1.0, 0.0];
+    const STAY: [f32; 4] = [0.1, 0.1, 0.0, 0.0];
+    let diverged = || Err(SimError::Unstable { reason: "the gripper went down".into() });
+    let panics = || panic!("the gripper went down");
+    let faults: [fn() -> Result<(), SimError>; 2] = [diverged, panics];
+    for (mode, fault) in MODES.into_iter().flat_map(|mode| faults.map(|fault| (mode, fault))) {
+        let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
+        let simulator = |config: &fetch_sim::SimConfig| Faulty::new(config, fault);
+        let mut envs = VecEnv::new(envs(COUNT, simulator)?, config)?;
+        let mut buffer = buffer()?;
+        buffer.record(&envs.reset(Some(4))?.into())?;
+        let with = |third: [f32; 4]| [STAY, STAY, third, STAY, STAY].concat();
+        for _ in 0..2 {
+            assert_eq!(buffer.record(&envs.step(&with(STAY))?.into())?.recorded_steps, COUNT);
+        }
+        // A refused action loses nothing.
+        let batch = envs.step(&with([f32::NAN; 4]))?;
+        assert!(matches!(batch.error(2), Some(EnvError::ActionNotFinite { .. })));
+        let recorded = buffer.record(&batch.into())?;
+        assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (COUNT - 1, 0));
+        assert_eq!(buffer.unfinished_steps(2)?, Some(2));
+
+        let recorded = buffer.record(&envs.step(&with(DOWN))?.into())?;
+        assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (COUNT - 1, 1));
+        assert!(recorded.first_refusal.is_none());
+        for env_id in [0, 1, 3, 4] {
+            assert_eq!(buffer.unfinished_steps(env_id)?, Some(4));
+        }
+        // The next episode of the environment, if it has one, is recorded from its start.
+        buffer.record(&envs.step(&with(STAY))?.into())?;
+        let unfinished = buffer.unfinished_steps(2)?;
+        let goes_on = envs.env(2).is_some() && mode != AutoresetMode::Disabled;
+        match mode {
+            AutoresetMode::NextStep => assert_eq!(unfinished, goes_on.then_some(0)),
+            _ => assert_eq!(unfinished, goes_on.then_some(1)),
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_step_whose_reset_fails_is_recorded() -> Result {
+    let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
+    let mut envs = VecEnv::new([ResetsOnce(envs(1, kinematic)?.remove(0), true)], config)?;
+    let mut buffer = buffer()?;
+    buffer.record(&envs.reset(Some(0))?.into())?;
+    for _ in 0..5 {
+        buffer.record(&envs.step(&[0.1; 4])?.into())?;
+    }
+    let batch = envs.batch();
+    assert_eq!(batch.error(0), Some(&EnvError::other("no second episode")));
+    assert_eq!((batch.stepped(), batch.started()), (&[true][..], &[false][..]));
+    assert_eq!((buffer.len(), buffer.num_episodes()), (5, 1));
+    Ok(())
+}
+
+/// An environment whose second reset fails.
+struct ResetsOnce(TestEnv<KinematicSimulator>, bool);
+
+type Inner = TestEnv<KinematicSimulator>;
+
+impl Env for ResetsOnce {
+    type Observation = <Inner as Env>::Observation;
+    type Info = <Inner as Env>::Info;
+    type ActionSpace = <Inner as Env>::ActionSpace;
+    type ResetOptions = <Inner as Env>::ResetOptions;
+
+    fn reset_with(
+        &mut self,
+        seed: Option<u64>,
+        options: &Self::ResetOptions,
+    ) -> Result<fetch_env::Reset<Self::Observation, Self::Info>, EnvError> {
+        if std::mem::take(&mut self.1) {
+            self.0.reset_with(seed, options)
+        } else {
+            Err(EnvError::other("no second episode"))
+        }
+    }
+
+    fn step(
+        &mut self,
+        action: &[f32],
+    ) -> Result<fetch_env::Step<Self::Observation, Self::Info>, EnvError> {
+        self.0.step(action)
+    }
+
+    fn action_space(&self) -> &Self::ActionSpace {
+        self.0.action_space()
+    }
+
+    fn observation_space(&self) -> &fetch_env::Space {
+        self.0.observation_space()
+    }
+}

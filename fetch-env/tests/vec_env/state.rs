@@ -1,0 +1,140 @@
+//! The state of environments in a vector: reached, saved, restored, and begun as a function says.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering::SeqCst},
+};
+
+use fetch_env::{
+    Env, FetchResetOptions, SnapshotEnv,
+    vec_env::{AutoresetMode, EpisodeStart, VecConfig, VecEnvError, VecOptions, VecReset},
+};
+
+use crate::common::{MODES, Result, actions, rows, vec_env};
+
+const COUNT: usize = 4;
+
+fn config(mode: AutoresetMode) -> VecConfig {
+    VecConfig::default().with_num_threads(2).with_autoreset(mode)
+}
+
+#[test]
+fn a_restored_vector_continues_with_the_same_bits() -> Result {
+    for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep] {
+        // Step 5 ends the episodes of some environments, so that resets are due in one mode.
+        for steps in [0, 3, 5, 11] {
+            let mut envs = vec_env(COUNT, config(mode))?;
+            envs.reset(Some(3))?;
+            for step in 0..steps {
+                envs.step(&actions(COUNT, step))?;
+            }
+            let snapshot = envs.snapshot()?;
+            let json = serde_json::to_string(&snapshot)?;
+            let mut continued = Vec::new();
+            for step in steps..steps + 20 {
+                continued.push(rows(envs.step(&actions(COUNT, step))?));
+            }
+            let mut other = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
+            other.restore(&serde_json::from_str(&json)?)?;
+            assert_eq!(other.snapshot()?, snapshot);
+            for (step, expected) in (steps..).zip(&continued) {
+                assert_eq!(rows(other.step(&actions(COUNT, step))?), *expected);
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_foreign_snapshot_changes_no_environment() -> Result {
+    let mut envs = vec_env(COUNT, config(AutoresetMode::NextStep))?;
+    envs.reset(Some(0))?;
+    let before = envs.snapshot()?;
+    let fewer = vec_env(COUNT - 1, config(AutoresetMode::NextStep))?.snapshot()?;
+    let count = VecEnvError::Count { what: "snapshot", actual: COUNT - 1, num_envs: COUNT };
+    assert_eq!(envs.restore(&fewer), Err(count));
+
+    // The last environment's limit is 7 steps, the first one's 5: only swapped do they not fit.
+    let mut longer = vec_env(COUNT, config(AutoresetMode::NextStep))?;
+    longer.reset(Some(1))?;
+    for step in 0..6 {
+        longer.step(&actions(COUNT, step))?;
+    }
+    let mut swapped = serde_json::to_value(longer.snapshot()?)?;
+    swapped["envs"].as_array_mut().ok_or("an array")?.swap(2, 3);
+    let error = envs.restore(&serde_json::from_value(swapped)?);
+    assert!(matches!(error, Err(VecEnvError::ForeignSnapshot { env_id: 2, .. })), "{error:?}");
+    assert_eq!(envs.snapshot()?, before);
+
+    envs.send(&actions(COUNT, 0), &[0, 1, 2, 3])?;
+    assert_eq!(envs.snapshot(), Err(VecEnvError::InFlight { count: COUNT }));
+    assert_eq!(envs.restore(&before), Err(VecEnvError::InFlight { count: COUNT }));
+    Ok(())
+}
+
+#[test]
+fn a_function_chooses_the_episodes_that_autoresets_begin() -> Result {
+    let seed_of = |env_id: usize, episode: u64| 100 * env_id as u64 + episode;
+    for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep] {
+        let highest = Arc::new(AtomicU64::new(0));
+        let mut envs = vec_env(COUNT, config(mode))?;
+        let seen = Arc::clone(&highest);
+        envs.set_autoreset_start(move |id| {
+            seen.fetch_max(id.episode, SeqCst);
+            let goal = [1.3, 0.7, 0.42 + 0.01 * id.episode as f64];
+            let options = FetchResetOptions::default().with_desired_goal(goal);
+            EpisodeStart { seed: Some(seed_of(id.env_id, id.episode)), options }
+        })?;
+        envs.reset(Some(0))?;
+        let mut episodes = [0; COUNT];
+        for step in 0..30 {
+            let batch = envs.step(&actions(COUNT, step))?;
+            let started = batch.started().to_vec();
+            let goals = batch.desired_goal().to_vec();
+            for env_id in (0..COUNT).filter(|&env_id| started[env_id]) {
+                episodes[env_id] += 1;
+                let height = 0.42 + 0.01 * episodes[env_id] as f64;
+                assert_eq!(goals[3 * env_id..][..3], [1.3, 0.7, height]);
+                let seed = envs.env(env_id).ok_or("idle")?.inner().np_random_seed();
+                assert_eq!(seed, Some(seed_of(env_id, episodes[env_id])));
+            }
+        }
+        assert_eq!(episodes.into_iter().max(), Some(highest.load(SeqCst)));
+        assert!(episodes.iter().all(|episodes| *episodes >= 3));
+    }
+    Ok(())
+}
+
+#[test]
+fn each_environment_is_reset_with_its_own_options() -> Result {
+    let goal = |env_id: usize| [1.3, 0.7, 0.5 + 0.01 * env_id as f64];
+    let options: Vec<_> =
+        (0..COUNT).map(|i| FetchResetOptions::default().with_desired_goal(goal(i))).collect();
+    let reset = VecReset { options: VecOptions::Each(&options), ..VecReset::seeded(0) };
+    let mut envs = vec_env(COUNT, config(AutoresetMode::Disabled))?;
+    let goals = envs.reset_with(&reset)?.desired_goal().to_vec();
+    assert_eq!(goals, (0..COUNT).map(goal).collect::<Vec<_>>().concat());
+    let reset = VecReset { options: VecOptions::Each(&options[1..]), ..VecReset::seeded(0) };
+    let count = VecEnvError::Count { what: "options", actual: COUNT - 1, num_envs: COUNT };
+    assert_eq!(envs.reset_with(&reset).err(), Some(count));
+    Ok(())
+}
+
+#[test]
+fn an_idle_environment_can_be_changed() -> Result {
+    for mode in MODES {
+        let mut envs = vec_env(2, config(mode))?;
+        envs.reset(Some(0))?;
+        let state = envs.env(0).ok_or("idle")?.snapshot();
+        let other = envs.env_mut(1).ok_or("idle")?;
+        other.reset(Some(0))?;
+        assert_eq!(other.snapshot(), state);
+        let batch = envs.step(&[0.5; 8])?;
+        assert_eq!(batch.desired_goal()[..3], batch.desired_goal()[3..]);
+        assert_eq!(batch.observation()[..25], batch.observation()[25..]);
+        envs.send(&[0.0; 4], &[1])?;
+        assert!(envs.env_mut(1).is_none() && envs.env_mut(0).is_some());
+        envs.recv(1)?;
+    }
+    Ok(())
+}

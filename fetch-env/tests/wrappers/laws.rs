@@ -1,0 +1,203 @@
+//! Every wrapper, and compositions of them, pass the environment checker and can be vectorized.
+
+use std::fmt::Debug;
+
+use fetch_env::{
+    ActionSpace, BatchObservation, BoxSpace, EnvError, FetchObservation, GoalEnv, GoalObservation,
+    NpRandom, SnapshotEnv, VecEnv,
+    check::{CheckOptions, CheckReport, check_env, check_goal_env, check_snapshots},
+    make_kinematic,
+    vec_env::{AutoresetMode, BatchEnv, Rows, VecConfig},
+    wrappers::{
+        ActionRepeat, ClipAction, FilterObservation, FlattenObservation, FrameStack,
+        NormalizeObservation, RecordEpisodeStatistics, RescaleAction, RunningStatistics,
+        TimeAwareObservation, TimeLimit, TransformObservation, TransformReward,
+    },
+};
+
+use super::{FRAMES, Result, STEPS, TWICE, push};
+
+fn options() -> CheckOptions {
+    CheckOptions::default()
+}
+
+fn check_all<E>(make: impl Fn() -> Result<E, EnvError>, options: &CheckOptions) -> CheckReport
+where
+    E: SnapshotEnv<Observation: BatchObservation>,
+{
+    check_env(&make, options).and(check_snapshots(&make, options))
+}
+
+fn check_all_goal<E>(make: impl Fn() -> Result<E, EnvError>, options: &CheckOptions) -> CheckReport
+where
+    E: GoalEnv<Observation: BatchObservation> + SnapshotEnv,
+{
+    check_goal_env(&make, options).and(check_snapshots(&make, options))
+}
+
+/// Fails unless several environments give the same in a vector as alone, and go on from snapshots
+/// that have been written as JSON.
+fn ensure_the_same_in_a_vector<E>(make: impl Fn() -> Result<E, EnvError>) -> Result
+where
+    E: BatchEnv + SnapshotEnv<Info: Debug>,
+{
+    const NUM_ENVS: usize = 3;
+    let mut single = (0..NUM_ENVS).map(|_| make()).collect::<Result<Vec<E>, _>>()?;
+    let many = (0..NUM_ENVS).map(|_| make()).collect::<Result<Vec<E>, _>>()?;
+    let config = VecConfig::default().with_num_threads(2).with_autoreset(AutoresetMode::SameStep);
+    let mut many = VecEnv::new(many, config)?;
+    many.reset(Some(7))?;
+    for (env, seed) in single.iter_mut().zip(7..) {
+        env.reset(Some(seed))?;
+    }
+    let space = single[0].observation_space().clone();
+    let action_space = single[0].action_space().clone();
+    let len = action_space.action_len();
+    let (mut random, mut actions) = (NpRandom::new(1), vec![Default::default(); NUM_ENVS * len]);
+    for round in 0..60 {
+        for action in actions.chunks_exact_mut(len) {
+            action_space.sample_action(&mut random, action)?;
+        }
+        let batch = many.step(&actions)?;
+        for (row, (env, action)) in single.iter_mut().zip(actions.chunks_exact(len)).enumerate() {
+            let step = env.step(action)?;
+            assert_eq!(batch.reward()[row].to_bits(), step.reward.to_bits());
+            assert_eq!(batch.terminated()[row], step.terminated);
+            assert_eq!(batch.truncated()[row], step.truncated);
+            let is_last = step.is_last();
+            let next = step.observation.to_value(&space)?;
+            assert_eq!(batch.next_observation_rows().value(row), next);
+            if is_last {
+                assert_eq!(batch.final_info()[row], Some(step.info));
+                let first = env.reset(None)?.observation.to_value(&space)?;
+                assert_eq!(batch.observation_rows().value(row), first);
+            } else {
+                assert_eq!(batch.info()[row], Some(step.info));
+            }
+        }
+        if round == 20 {
+            let json = serde_json::to_string(&single[0].snapshot())?;
+            let mut copy = make()?;
+            copy.restore(&serde_json::from_str(&json)?)?;
+            assert_eq!(copy.snapshot(), single[0].snapshot());
+            single[0] = copy;
+        }
+    }
+    Ok(())
+}
+
+/// Defines a test of each wrapper, with the checks of a goal-conditioned or of a plain environment.
+macro_rules! laws {
+    ($($name:ident: $check:ident($options:expr), $make:expr;)*) => {$(
+        #[test]
+        fn $name() -> Result {
+            let make = || $make;
+            let report = $check(make, &$options);
+            assert!(report.passed(), "{report}");
+            ensure_the_same_in_a_vector(make)
+        }
+    )*};
+}
+
+laws! {
+    time_limit: check_all_goal(options().with_max_episode_steps(Some(TWICE))),
+        Ok(TimeLimit::new(push()?, TWICE));
+    episode_statistics: check_all_goal(options()), Ok(RecordEpisodeStatistics::new(push()?));
+    flattened_observations: check_all(options()), FlattenObservation::new(push()?);
+    some_flattened_parts: check_all(options()),
+        FlattenObservation::with_keys(push()?, ["observation", "desired_goal"]);
+    filtered_observations: check_all_goal(options()),
+        FilterObservation::new(push()?, (3..6).chain(0..3).chain([24]));
+    frozen_normalization: check_all_goal(options()),
+        NormalizeObservation::frozen(push()?, RunningStatistics::new(25));
+    time_aware_observations: check_all_goal(options()), TimeAwareObservation::new(push()?, STEPS);
+    stacked_observations: check_all_goal(options()), FrameStack::new(push()?, FRAMES);
+    transformed_observations: check_all(options()), {
+        let space = BoxSpace::<f64>::unbounded(3).into();
+        let way = |observation: FetchObservation| {
+            let (from, to) = (observation.achieved_goal(), observation.desired_goal());
+            [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
+        };
+        Ok(TransformObservation::new(make_kinematic("FetchReach-v4")?, space, way))
+    };
+    transformed_rewards: check_all(options()),
+        Ok(TransformReward::new(push()?, |reward| 10.0 * reward));
+    transformed_rewards_of_goals: check_all_goal(options()),
+        Ok(TransformReward::with_goals(make_kinematic("FetchPushDense-v4")?, |r| 1.0 + r.exp()));
+    rescaled_actions: check_all_goal(options()), RescaleAction::new(push()?, -0.25, 0.25);
+    clipped_actions: check_all_goal(options()), Ok(ClipAction::new(push()?));
+    repeated_actions: check_all(options().with_max_episode_steps(std::num::NonZeroU32::new(25))),
+        Ok(ActionRepeat::new(push()?, TWICE));
+
+    goals_through_four_wrappers: check_all_goal(options()), {
+        let env = RecordEpisodeStatistics::new(ClipAction::new(push()?));
+        TimeAwareObservation::new(FrameStack::new(env, FRAMES)?, STEPS)
+    };
+    goals_through_four_others: check_all_goal(options()), {
+        let env = RescaleAction::new(push()?, -1.0, 1.0)?;
+        let env = TransformReward::with_goals(env, |reward| reward - 0.5);
+        let env = FilterObservation::new(RecordEpisodeStatistics::new(env), 0..9)?;
+        NormalizeObservation::frozen(env, RunningStatistics::new(9))
+    };
+    a_plain_environment_of_five_wrappers: check_all(options()), {
+        let env = RecordEpisodeStatistics::new(push()?);
+        let env = FlattenObservation::with_keys(env, ["observation", "desired_goal"])?;
+        let env = TransformReward::new(env, |reward| 0.1 * reward);
+        FrameStack::new(TimeAwareObservation::new(env, STEPS)?, FRAMES)
+    };
+    a_limit_outside_of_repeated_actions: check_all(options().with_max_episode_steps(Some(TWICE))),
+        Ok(RecordEpisodeStatistics::new(TimeLimit::new(ActionRepeat::new(push()?, TWICE), TWICE)));
+}
+
+#[test]
+fn running_statistics_keep_every_law_but_that_a_seed_repeats_an_observation() -> Result {
+    let make = || NormalizeObservation::new(push()?);
+    let report = check_all_goal(make, &options());
+    let failures: Vec<_> = report.failures().map(|check| check.name).collect();
+    assert_eq!(failures, ["reset/deterministic", "step/deterministic"], "{report}");
+    ensure_the_same_in_a_vector(make)
+}
+
+#[cfg(feature = "render")]
+#[test]
+fn a_wrapped_environment_can_be_rendered() -> Result {
+    use fetch_env::{Env, RenderEnv, RenderOptions, make};
+    let mut env = RecordEpisodeStatistics::new(FrameStack::new(make("FetchReach-v4")?, FRAMES)?);
+    env.reset(Some(0))?;
+    // Machines without OpenGL skip the pictures.
+    if let Ok(mut renderer) = env.renderer(RenderOptions::default()) {
+        let picture = env.render(&mut renderer)?.to_vec();
+        assert_eq!(env.inner().inner().render(&mut renderer)?, picture);
+    }
+    Ok(())
+}
+
+#[cfg(feature = "her-relabel")]
+#[test]
+fn wrapped_observations_and_transformed_rewards_are_recorded_and_relabeled() -> Result {
+    use fetch_env::her_relabel::{
+        Batch, BufferConfig, Dims, GoalStrategy, HerBuffer, Sampler, UnitInterval,
+    };
+    const NUM_ENVS: usize = 3;
+    let env = || {
+        let env = TransformReward::with_goals(push()?, |reward| 1.0 + reward);
+        NormalizeObservation::new(RecordEpisodeStatistics::new(FrameStack::new(env, FRAMES)?))
+    };
+    let envs = (0..NUM_ENVS).map(|_| env()).collect::<Result<Vec<_>, _>>()?;
+    let mut envs = VecEnv::new(envs, VecConfig::default())?;
+    let dims = Dims { observation: 3 * 25, goal: 3, action: 4 };
+    let config = BufferConfig::new(1000, dims).with_num_envs(NUM_ENVS);
+    let mut buffer = HerBuffer::<f32>::new(config)?;
+    buffer.record(&envs.reset(Some(0))?.into())?;
+    for _ in 0..50 {
+        buffer.record(&envs.step(&[0.1; 4 * NUM_ENVS])?.into())?;
+    }
+    assert_eq!(buffer.len(), 50 * NUM_ENVS);
+    let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
+    let mut batch = Batch::new();
+    let reward = env()?;
+    sampler.sample(&buffer, reward.goal_reward(), 7, &mut batch)?;
+    assert!(batch.reward().iter().all(|reward| [0.0, 1.0].contains(reward)));
+    assert!(batch.reward().contains(&1.0), "seen in hindsight, some steps reached their goal");
+    Ok(())
+}

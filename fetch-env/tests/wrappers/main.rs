@@ -1,0 +1,21 @@
+//! Wrappers: the laws that all of them keep, and what each of them does.
+
+mod allocation;
+mod effects;
+mod laws;
+mod refusals;
+
+use std::num::{NonZeroU32, NonZeroUsize};
+
+use fetch_env::{EnvError, KinematicEnv, make_kinematic};
+
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+
+/// The inner environment of most tests.
+fn push() -> Result<KinematicEnv, EnvError> {
+    make_kinematic("FetchPush-v4")
+}
+
+const STEPS: NonZeroU32 = NonZeroU32::new(50).expect("not zero");
+const TWICE: NonZeroU32 = NonZeroU32::new(2).expect("not zero");
+const FRAMES: NonZeroUsize = NonZeroUsize::new(3).expect("not zero");

@@ -1,0 +1,158 @@
+//! What wrappers refuse, and what they do after a failure.
+
+use std::ops::Range;
+
+use fetch_env::{
+    BoxSpace, Env, EnvError, Reset, SnapshotEnv, Space, Step, make_kinematic,
+    vec_env::VecEnvError,
+    wrappers::{
+        FilterObservation, FlattenObservation, FrameStack, NormalizeObservation, RescaleAction,
+        RunningStatistics, TimeAwareObservation, WrapperError,
+    },
+};
+
+use super::{FRAMES, Result, STEPS, TWICE, push};
+
+#[test]
+fn settings_that_make_no_sense_are_refused() -> Result {
+    let keys = |keys: &[&'static str]| {
+        FlattenObservation::with_keys(push()?, keys.iter().copied()).map(drop)
+    };
+    let key = |key: &str| Err(EnvError::from(WrapperError::Key { key: key.into() }));
+    assert_eq!(keys(&["observation", "image"]), key("image"));
+    assert_eq!(keys(&["observation", "observation"]), key("observation"));
+    assert_eq!(keys(&[]), Err(WrapperError::Nothing.into()));
+
+    let filter = |range: Range<usize>| FilterObservation::new(push()?, range).map(drop);
+    assert_eq!(filter(3..26), Err(WrapperError::Element { index: 25, len: 25 }.into()));
+    assert_eq!(filter(3..3), Err(WrapperError::Nothing.into()));
+
+    let length = WrapperError::StatisticsLength { expected: 25, actual: 10 };
+    let refusal = NormalizeObservation::frozen(push()?, RunningStatistics::new(10)).map(drop);
+    assert_eq!(refusal, Err(length.into()));
+
+    for (low, high) in [(1.0, 1.0), (1.0, -1.0), (f32::NEG_INFINITY, 0.0), (0.0, f32::INFINITY)] {
+        let error = WrapperError::Bounds { low: low.into(), high: high.into() };
+        assert_eq!(RescaleAction::new(push()?, low, high).map(drop), Err(error.into()));
+    }
+    assert!(RescaleAction::new(push()?, f32::NAN, 1.0).is_err());
+    let unbounded = Liar { action_space: BoxSpace::unbounded(1), ..Liar::new() };
+    let refusal = RescaleAction::new(unbounded, -1.0, 1.0).map(drop);
+    assert_eq!(refusal, Err(WrapperError::Unbounded.into()));
+    Ok(())
+}
+
+#[test]
+fn a_space_without_the_observed_vector_is_refused() {
+    let described = Liar { observation_space: BoxSpace::<f64>::unbounded(2).into(), ..Liar::new() };
+    let refusal = FrameStack::new(described, FRAMES).map(drop);
+    let error = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
+    assert_eq!(refusal, Err(error.into()));
+}
+
+#[test]
+fn snapshots_of_other_wrappers_are_refused_and_change_nothing() -> Result {
+    let mut two = FrameStack::new(push()?, FRAMES.saturating_add(1))?;
+    let mut three = FrameStack::new(push()?, FRAMES)?;
+    two.reset(Some(0))?;
+    three.reset(Some(1))?;
+    let before = three.snapshot();
+    let refusal = three.restore(&two.snapshot());
+    assert!(matches!(refusal, Err(EnvError::ForeignSnapshot { .. })), "{refusal:?}");
+    assert_eq!(three.snapshot(), before);
+
+    let mut reach = NormalizeObservation::new(make_kinematic("FetchReach-v4")?)?;
+    let push = NormalizeObservation::new(push()?)?;
+    let refusal = reach.restore(&push.snapshot());
+    assert!(matches!(refusal, Err(EnvError::ForeignSnapshot { .. })), "{refusal:?}");
+    Ok(())
+}
+
+#[test]
+fn damaged_statistics_are_refused() -> Result {
+    let json = serde_json::to_string(&RunningStatistics::new(1))?;
+    assert_eq!(json, r#"{"count":0.0001,"mean":[0.0],"variance":[1.0]}"#);
+    assert_eq!(serde_json::from_str::<RunningStatistics>(&json)?, RunningStatistics::new(1));
+    for json in [
+        r#"{"count":0.0,"mean":[0.0],"variance":[1.0]}"#,
+        r#"{"count":1.0,"mean":[0.0],"variance":[-1.0]}"#,
+        r#"{"count":1.0,"mean":[0.0,1.0],"variance":[1.0]}"#,
+        r#"{"count":1.0,"mean":[null],"variance":[1.0]}"#,
+    ] {
+        let read = serde_json::from_str::<RunningStatistics>(json);
+        assert!(read.is_err(), "{json} gave {read:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn after_an_observation_of_the_wrong_length_a_reset_is_needed() -> Result {
+    let length = |actual| EnvError::ObservationLength { key: "observation", expected: 2, actual };
+    let mut env = TimeAwareObservation::new(Liar::new(), STEPS)?;
+    env.reset(None)?;
+    assert_eq!(env.step(&[0.0])?.observation.len(), 3);
+    assert_eq!(env.step(&[1.0]), Err(length(1)));
+    assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
+    env.reset(None)?;
+    assert_eq!(env.step(&[0.0])?.observation[2], 0.02, "the time starts again");
+
+    let mut env = FrameStack::new(Liar { first: 3, ..Liar::new() }, FRAMES)?;
+    assert_eq!(env.reset(None), Err(length(3)));
+    assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
+    Ok(())
+}
+
+#[test]
+fn a_refused_action_changes_nothing() -> Result {
+    let mut env = TimeAwareObservation::new(FrameStack::new(push()?, FRAMES)?, TWICE)?;
+    env.reset(Some(0))?;
+    let before = env.snapshot();
+    for action in [&[0.0; 3][..], &[f32::NAN; 4]] {
+        env.step(action).expect_err("an invalid action");
+        assert_eq!(env.snapshot(), before);
+    }
+    env.step(&[0.0; 4])?;
+    Ok(())
+}
+
+/// An environment whose observation has two elements as its space says, unless its action is 1.
+struct Liar {
+    first: usize,
+    action_space: BoxSpace<f32>,
+    observation_space: Space,
+}
+
+impl Liar {
+    fn new() -> Self {
+        let action_space = BoxSpace::uniform(vec![1], -1.0, 1.0).expect("an interval");
+        Self { first: 2, action_space, observation_space: BoxSpace::<f32>::unbounded(2).into() }
+    }
+}
+
+impl Env for Liar {
+    type Observation = Vec<f32>;
+    type Info = ();
+    type ActionSpace = BoxSpace<f32>;
+    type ResetOptions = ();
+
+    fn reset_with(
+        &mut self,
+        _seed: Option<u64>,
+        (): &(),
+    ) -> std::result::Result<Reset<Vec<f32>, ()>, EnvError> {
+        Ok(Reset { observation: vec![0.0; self.first], info: () })
+    }
+
+    fn step(&mut self, action: &[f32]) -> std::result::Result<Step<Vec<f32>, ()>, EnvError> {
+        let observation = vec![0.0; if action == [1.0] { 1 } else { 2 }];
+        Ok(Step { observation, reward: 0.0, terminated: false, truncated: false, info: () })
+    }
+
+    fn action_space(&self) -> &BoxSpace<f32> {
+        &self.action_space
+    }
+
+    fn observation_space(&self) -> &Space {
+        &self.observation_space
+    }
+}

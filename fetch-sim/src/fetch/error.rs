@@ -1,0 +1,86 @@
+//! Errors of fetching.
+
+use std::{error::Error, fmt, io, path::PathBuf};
+
+/// Error returned when a download, or the wheel given in its place, cannot be used.
+//
+// Implemented by hand: xtask, which includes this file, builds within seconds without thiserror.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum FetchError {
+    /// The user has no home, and so no cache.
+    NoCache,
+    /// The text is no version of MuJoCo.
+    Version {
+        /// The text.
+        version: String,
+    },
+    /// Python's pip could not download a package.
+    Pip {
+        /// The package and its version, such as `mujoco==3.6.0`.
+        requirement: String,
+        /// pip's message.
+        reason: String,
+    },
+    /// A wheel is damaged, or of something else.
+    Wheel {
+        /// The wheel.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file in a wheel is not the published one.
+    Checksum {
+        /// Name of the file.
+        name: String,
+        /// Its SHA-256, in hexadecimal.
+        found: String,
+        /// The SHA-256 that it should have.
+        expected: String,
+    },
+    /// A file or folder could not be written.
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's error.
+        source: io::Error,
+    },
+}
+
+impl fmt::Display for FetchError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoCache => {
+                write!(
+                    f,
+                    "the user has no home: set XDG_CACHE_HOME, or FETCH_ASSETS_DIR for the model"
+                )
+            }
+            Self::Version { version } => {
+                write!(f, "{version:?} is no version of MuJoCo: give three numbers, such as 3.6.0")
+            }
+            Self::Pip { requirement, reason } => write!(
+                f,
+                "pip could not fetch {requirement} ({reason}): run it again, or give the wheel's file"
+            ),
+            Self::Wheel { path, reason } => {
+                write!(f, "{} is not the right wheel ({reason}): fetch it again", path.display())
+            }
+            Self::Checksum { name, found, expected } => {
+                write!(f, "{name} has the SHA-256 {found}, not {expected}: fetch it again")
+            }
+            Self::Write { path, source } => {
+                write!(f, "{} cannot be written ({source}): free or unlock it", path.display())
+            }
+        }
+    }
+}
+
+impl Error for FetchError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            Self::Write { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+}

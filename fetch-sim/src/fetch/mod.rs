@@ -1,0 +1,17 @@
+//! Fetching MuJoCo and the reference's model into the user's cache (feature `fetch`).
+//!
+//! Python's pip downloads them from PyPI, or from the index, mirror or folder that it is configured
+//! for; every file is checked by its SHA-256. Nothing is printed. The same from the command line:
+//! `cargo run -p fetch-sim --example fetch --features fetch`.
+//!
+//! xtask includes these files by their path, because it must build within seconds and where fetch-sim
+//! cannot.
+
+mod error;
+mod mujoco;
+mod reference_model;
+mod wheel;
+
+pub use error::FetchError;
+pub use mujoco::{mujoco, mujoco_from_wheel};
+pub use reference_model::{reference_model, reference_model_from_wheel};

@@ -1,0 +1,206 @@
+//! The form in which observations and goals are written: as stored, or converted, joined and normalized.
+
+use crate::normalizer::Normalizer;
+use crate::sample::batch::{ColumnsMut, ScratchRows};
+use crate::sample::copy::{convert_short, put_part, put_start, put_thrice, put_wide};
+use crate::sample::sampler::SampleError;
+use crate::scalar::Scalar;
+use crate::store::config::Dims;
+use crate::store::layout::Layout;
+
+/// Writes the parts of transitions of `S` as rows of `T`.
+pub(crate) trait Form<S, T>: Copy + Sync {
+    /// Writes a part that is neither an observation nor a goal.
+    fn put(self, column: &mut [T], at: usize, part: &[S]);
+
+    /// Writes the state before the step, and the goal.
+    fn put_state(
+        self,
+        columns: &mut ColumnsMut<'_, T>,
+        scratch: &mut ScratchRows<'_, T>,
+        at: usize,
+        state: State<'_, S>,
+        desired_goal: &[S],
+    );
+
+    /// Writes the state after the step.
+    fn put_next(
+        self,
+        columns: &mut ColumnsMut<'_, T>,
+        scratch: &mut ScratchRows<'_, T>,
+        at: usize,
+        next: State<'_, S>,
+    );
+}
+
+/// The state that a stored row begins with.
+#[derive(Clone, Copy)]
+pub(crate) struct State<'a, S> {
+    pub(crate) layout: &'a Layout,
+    pub(crate) row: &'a [S],
+}
+
+impl<'a, S> State<'a, S> {
+    #[inline(always)]
+    fn observation(self) -> &'a [S] {
+        &self.row[self.layout.observation()]
+    }
+
+    #[inline(always)]
+    fn achieved_goal(self) -> &'a [S] {
+        &self.row[self.layout.achieved_goal()]
+    }
+}
+
+/// Every part as it is stored: in a column of its own, or observations joined with goals.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AsStored<const JOINED: bool>;
+
+impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
+    #[inline(always)]
+    fn put(self, column: &mut [T], at: usize, part: &[T]) {
+        put_part(column, at, part);
+    }
+
+    #[inline(always)]
+    fn put_state(
+        self,
+        columns: &mut ColumnsMut<'_, T>,
+        _: &mut ScratchRows<'_, T>,
+        at: usize,
+        state: State<'_, T>,
+        desired_goal: &[T],
+    ) {
+        if JOINED {
+            let (observation, input) = (state.observation(), state.layout.state().end);
+            put_start(&mut columns.input[at * input..], observation);
+            let end = at * input + observation.len();
+            let goal_start = at * desired_goal.len();
+            put_thrice(
+                [
+                    &mut columns.input[end..],
+                    &mut columns.next_input[end..],
+                    &mut columns.desired_goal[goal_start..],
+                ],
+                desired_goal,
+            );
+        } else {
+            put_part(columns.observation, at, state.observation());
+            put_part(columns.desired_goal, at, desired_goal);
+        }
+        put_part(columns.achieved_goal, at, state.achieved_goal());
+    }
+
+    #[inline(always)]
+    fn put_next(
+        self,
+        columns: &mut ColumnsMut<'_, T>,
+        _: &mut ScratchRows<'_, T>,
+        at: usize,
+        next: State<'_, T>,
+    ) {
+        if JOINED {
+            put_start(&mut columns.next_input[at * next.layout.state().end..], next.observation());
+        } else {
+            put_part(columns.next_observation, at, next.observation());
+        }
+        put_part(columns.next_achieved_goal, at, next.achieved_goal());
+    }
+}
+
+/// Any other form: joined observations and goals, normalizers, or another element type.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Formed<'a> {
+    pub(crate) observation: Option<&'a Normalizer>,
+    pub(crate) goal: Option<&'a Normalizer>,
+}
+
+impl Formed<'_> {
+    /// Whether nothing is normalized.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.observation.is_none() && self.goal.is_none()
+    }
+
+    /// Checks the dimensions of the normalizers.
+    pub(crate) fn check(&self, dims: Dims) -> Result<(), SampleError> {
+        let pairs = [(self.observation, dims.observation), (self.goal, dims.goal)];
+        let wrong = pairs.into_iter().find_map(|(normalizer, expected)| {
+            let actual = normalizer?.dim();
+            (actual != expected).then_some(SampleError::NormalizerDim { expected, actual })
+        });
+        wrong.map_or(Ok(()), Err)
+    }
+}
+
+impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
+    #[inline(always)]
+    fn put(self, column: &mut [T], at: usize, part: &[S]) {
+        let len = part.len();
+        convert_short(&mut column[at * len..][..len], part);
+    }
+
+    #[inline]
+    fn put_state(
+        self,
+        columns: &mut ColumnsMut<'_, T>,
+        scratch: &mut ScratchRows<'_, T>,
+        at: usize,
+        state: State<'_, S>,
+        desired_goal: &[S],
+    ) {
+        let (observation, goal) = (state.observation().len(), desired_goal.len());
+        put_at(self.goal, columns.achieved_goal, at * goal, state.achieved_goal());
+        put_at(self.goal, columns.desired_goal, at * goal, desired_goal);
+        if columns.input.is_empty() {
+            put_at(self.observation, columns.observation, at * observation, state.observation());
+        } else {
+            let start = at * (observation + goal);
+            let end = start + observation;
+            put_at(self.observation, columns.input, start, state.observation());
+            // The goal as it was just written, which need not be normalized again.
+            let written = &columns.desired_goal[at * goal..][..goal];
+            convert_short(&mut columns.input[end..][..goal], written);
+            convert_short(&mut columns.next_input[end..][..goal], written);
+        }
+        if !scratch.judged_desired.is_empty() {
+            put_wide(scratch.judged_desired, at, desired_goal);
+        }
+    }
+
+    #[inline]
+    fn put_next(
+        self,
+        columns: &mut ColumnsMut<'_, T>,
+        scratch: &mut ScratchRows<'_, T>,
+        at: usize,
+        next: State<'_, S>,
+    ) {
+        let (observation, goal) = (next.observation().len(), next.achieved_goal().len());
+        put_at(self.goal, columns.next_achieved_goal, at * goal, next.achieved_goal());
+        if columns.next_input.is_empty() {
+            let start = at * observation;
+            put_at(self.observation, columns.next_observation, start, next.observation());
+        } else {
+            let start = at * (observation + goal);
+            put_at(self.observation, columns.next_input, start, next.observation());
+        }
+        if !scratch.judged_achieved.is_empty() {
+            put_wide(scratch.judged_achieved, at, next.achieved_goal());
+        }
+    }
+}
+
+/// Writes a part to its place in a column, normalized if there is a normalizer.
+#[inline(always)]
+fn put_at<S: Scalar, T: Scalar>(
+    normalizer: Option<&Normalizer>,
+    column: &mut [T],
+    start: usize,
+    part: &[S],
+) {
+    let target = &mut column[start..][..part.len()];
+    match normalizer {
+        None => convert_short(target, part),
+        Some(normalizer) => normalizer.put(target, part),
+    }
+}

@@ -1,0 +1,53 @@
+//! `assets` and `mujoco`: fetch the reference's model and other versions of MuJoCo into the user's
+//! cache.
+
+use std::{fs, path::PathBuf};
+
+use lexopt::{
+    Arg::{Long, Value},
+    Parser, ValueExt,
+};
+
+use crate::fetch::{
+    FetchError, mujoco, mujoco_from_wheel, reference_model, reference_model_from_wheel,
+};
+
+pub fn assets(mut arguments: Parser) -> anyhow::Result<bool> {
+    let mut from = None;
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("from") => from = Some(PathBuf::from(arguments.value()?)),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let folder = match from {
+        Some(wheel) => reference_model_from_wheel(&wheel),
+        None => reference_model(),
+    }?;
+    println!("the reference model is in {}, complete and as published", folder.display());
+    println!("its meshes are under CC BY-NC-SA 4.0: not for commercial use");
+    Ok(true)
+}
+
+pub fn other_mujoco(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut version, mut from) = (None, None);
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("from") => from = Some(PathBuf::from(arguments.value()?)),
+            Value(text) if version.is_none() => version = Some(text.string()?),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let version = version.ok_or_else(|| lexopt::Error::from("name a version, such as 3.6.0"))?;
+    let folder = match from {
+        Some(wheel) => mujoco_from_wheel(&version, &wheel),
+        None => mujoco(&version),
+    };
+    let folder = fs::canonicalize(folder.map_err(|error| match error {
+        FetchError::Version { .. } => lexopt::Error::from(error.to_string()).into(),
+        error => anyhow::Error::from(error),
+    })?)?;
+    println!("MuJoCo {version} is ready. To build with it:");
+    println!("export MUJOCO_DIR={}", folder.display());
+    Ok(true)
+}

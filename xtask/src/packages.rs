@@ -1,0 +1,154 @@
+//! `packages`: checks that the library crates are ready to be published.
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use anyhow::{Context, ensure};
+use lexopt::{Arg::Long, Parser};
+
+/// The library crates, by folder and by package.
+const CRATES: [(&str, &str); 5] = [
+    ("goal-reward", "goal-reward"),
+    ("fetch-sim", "fetch-sim"),
+    ("fetch-env", "fetch-env"),
+    ("her-relabel", "her-relabel"),
+    ("baselines", "fetch-baselines"),
+];
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// The tools that the checks need, and their versions.
+const MACHETE: (&str, &str) = ("cargo-machete", "0.9.2");
+const PUBLIC_API: (&str, &str) = ("cargo-public-api", "0.52.0");
+
+/// A toolchain whose documentation format the second tool reads: later ones may have another.
+const NIGHTLY: &str = "nightly-2026-05-20";
+
+pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let mut bless = false;
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("bless") => bless = true,
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    Ok(has_no_unused_dependency()?
+        && builds_with_the_oldest_rust()?
+        && has_the_known_interface(bless)?
+        && can_be_published()?)
+}
+
+fn has_no_unused_dependency() -> anyhow::Result<bool> {
+    succeeds(Command::new(tool(MACHETE)?).arg("--skip-target-dir").arg(ROOT))
+}
+
+/// Builds with the `rust-version` of the packages. Without rustup there is only clippy's word for
+/// it, from its lint `incompatible_msrv`.
+fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
+    let manifest = fs::read_to_string(Path::new(ROOT).join("Cargo.toml"))?;
+    let version = manifest
+        .lines()
+        .find_map(|line| line.strip_prefix("rust-version = \"")?.strip_suffix('"'))
+        .context("the root Cargo.toml has no rust-version")?;
+    if !install_toolchain(version)? {
+        println!("rustup cannot install Rust {version}, so nothing was built with it");
+        return Ok(true);
+    }
+    let mut check = on_toolchain(version, "check");
+    for (_, package) in CRATES {
+        check.args(["-p", package]);
+    }
+    succeeds(check.arg("--all-features"))
+}
+
+/// Compares the public interface of each crate with its `public-api.txt`, or writes that file.
+fn has_the_known_interface(bless: bool) -> anyhow::Result<bool> {
+    let program = tool(PUBLIC_API)?;
+    if !install_toolchain(NIGHTLY)? {
+        println!("rustup cannot install {NIGHTLY}, so no interface was compared");
+        return Ok(true);
+    }
+    let mut is_known = true;
+    for (folder, package) in CRATES {
+        let output = Command::new(&program)
+            .args(["public-api", "--all-features", "-sss", "-p", package])
+            .current_dir(ROOT)
+            .env("RUSTDOCFLAGS", "")
+            .env("RUSTUP_TOOLCHAIN", NIGHTLY)
+            .output()
+            .with_context(|| format!("{} did not start", program.display()))?;
+        let errors = String::from_utf8_lossy(&output.stderr);
+        ensure!(output.status.success(), "the interface of {package} cannot be listed: {errors}");
+        let path = Path::new(ROOT).join(folder).join("public-api.txt");
+        if bless {
+            fs::write(&path, &output.stdout)?;
+            continue;
+        }
+        let known = fs::read_to_string(&path).unwrap_or_default();
+        let found = String::from_utf8(output.stdout)?;
+        for (sign, lines, others) in [("-", &known, &found), ("+", &found, &known)] {
+            for line in lines.lines().filter(|line| !others.lines().any(|other| other == *line)) {
+                is_known = false;
+                println!("{sign} {line}");
+            }
+        }
+    }
+    if !is_known {
+        println!(
+            "the public interface has changed: if that is meant, say so in CHANGELOG.md and run \
+             `cargo xtask packages --bless`"
+        );
+    }
+    Ok(is_known)
+}
+
+/// Packs the crates and builds them from their packages, as publishing does.
+fn can_be_published() -> anyhow::Result<bool> {
+    // Cargo unpacks packages once for each target folder and version, so that an old folder would
+    // show it the sources of an earlier run.
+    let folder = tempfile::tempdir_in(Path::new(ROOT).join("target"))?;
+    let mut publish = cargo();
+    publish.args(["publish", "--workspace", "--dry-run", "--quiet", "--allow-dirty"]);
+    succeeds(publish.arg("--target-dir").arg(folder.path()))
+}
+
+/// Returns the path of a tool, which is built on first use.
+fn tool((name, version): (&str, &str)) -> anyhow::Result<PathBuf> {
+    let folder = Path::new(ROOT).join("target/tools").join(format!("{name}-{version}"));
+    let program = folder.join("bin").join(name);
+    if !program.exists() {
+        let mut install = cargo();
+        install.args(["install", name, "--version", version, "--locked", "--quiet", "--root"]);
+        ensure!(succeeds(install.arg(&folder))?, "{name} {version} could not be installed");
+    }
+    Ok(program)
+}
+
+/// Whether rustup has the toolchain, or can install it.
+fn install_toolchain(toolchain: &str) -> anyhow::Result<bool> {
+    let has = on_toolchain(toolchain, "--version").output().is_ok_and(|out| out.status.success());
+    let mut install = Command::new("rustup");
+    install.args(["toolchain", "install", toolchain, "--profile", "minimal"]);
+    Ok(has || install.status().is_ok_and(|status| status.success()))
+}
+
+fn on_toolchain(toolchain: &str, command: &str) -> Command {
+    let mut cargo = Command::new("rustup");
+    cargo.args(["run", toolchain, "cargo", command]).current_dir(ROOT);
+    // Cargo sets it for this process, of its own toolchain.
+    cargo.env_remove("RUSTUP_TOOLCHAIN");
+    cargo
+}
+
+fn cargo() -> Command {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.current_dir(ROOT);
+    cargo
+}
+
+fn succeeds(command: &mut Command) -> anyhow::Result<bool> {
+    Ok(command.status().with_context(|| format!("{command:?} did not start"))?.success())
+}
