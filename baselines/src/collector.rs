@@ -1,8 +1,11 @@
 //! Steps of many environments, collected into a hindsight replay buffer.
 
-use fetch_env::vec_env::{AutoresetMode, BatchEnv, BatchOf, VecReset};
-use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, VecEnv};
+use fetch_env::vec_env::{AutoresetMode, BatchEnv, BatchOf, VecEnvError, VecReset, VecSnapshot};
+use fetch_env::{
+    ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, SnapshotEnv, VecEnv,
+};
 use her_relabel::{HerBuffer, Scalar};
+use serde::{Deserialize, Serialize};
 
 use crate::{error::CollectorError, evaluate::Episode, policy::Policy};
 
@@ -55,6 +58,16 @@ pub struct Collector<E: CollectEnv> {
     /// The unfinished episode of each environment.
     episodes: Vec<Episode>,
     has_started: bool,
+}
+
+/// Snapshot of a [`Collector`]: its environments and their unfinished episodes. `S` is an
+/// environment's own snapshot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CollectorSnapshot<S> {
+    envs: VecSnapshot<S>,
+    /// `None` for episodes without steps.
+    episodes: Vec<Option<Episode>>,
 }
 
 /// The steps of a call of [`Collector::collect`].
@@ -115,6 +128,41 @@ impl<E: CollectEnv> Collector<E> {
         for (env_id, episode) in (0..).zip(&mut self.episodes) {
             *episode = Episode::new(seed.map(|seed| seed.wrapping_add(env_id)));
         }
+        self.has_started = true;
+        Ok(())
+    }
+
+    /// Returns the state of the environments and of their unfinished episodes.
+    ///
+    /// # Errors
+    /// As [`VecEnv::snapshot`].
+    pub fn snapshot(&self) -> Result<CollectorSnapshot<E::Snapshot>, VecEnvError>
+    where
+        E: SnapshotEnv,
+    {
+        let episodes = self.episodes.iter();
+        Ok(CollectorSnapshot {
+            envs: self.envs.snapshot()?,
+            episodes: episodes.map(|episode| (episode.length > 0).then_some(*episode)).collect(),
+        })
+    }
+
+    /// Restores a snapshot, so that collecting continues where it was taken. The first batch that
+    /// the policy sees is not that of the snapshot, as [`VecEnv::restore`] says.
+    ///
+    /// # Errors
+    /// As [`VecEnv::restore`]; nothing has changed then.
+    pub fn restore(&mut self, snapshot: &CollectorSnapshot<E::Snapshot>) -> Result<(), VecEnvError>
+    where
+        E: SnapshotEnv,
+    {
+        let (actual, num_envs) = (snapshot.episodes.len(), self.envs.num_envs());
+        if actual != num_envs {
+            return Err(VecEnvError::Count { what: "snapshot", actual, num_envs });
+        }
+        self.envs.restore(&snapshot.envs)?;
+        let episodes = snapshot.episodes.iter();
+        self.episodes = episodes.map(|episode| episode.unwrap_or(Episode::new(None))).collect();
         self.has_started = true;
         Ok(())
     }

@@ -12,21 +12,27 @@ mod collect;
 mod collector;
 mod error;
 mod evaluate;
+#[cfg(feature = "learn")]
+pub mod learn;
 #[cfg(feature = "page")]
 pub mod page;
 mod policy;
 mod reference;
 mod scripted;
 mod statistics;
+mod trained;
 
 pub use collect::{buffer_config, collect};
-pub use collector::{CollectEnv, Collected, Collector};
+pub use collector::{CollectEnv, Collected, Collector, CollectorSnapshot};
 pub use error::{CollectError, CollectorError, EvaluationError};
 pub use evaluate::{Episode, Evaluation, Summary, evaluate, evaluate_vec};
 pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
 pub use reference::{Comparison, RandomReference, Sample, ScriptedReference};
 pub use scripted::ScriptedPolicy;
 pub use statistics::{Estimate, chi_square, fisher_exact, kolmogorov_smirnov};
+pub use trained::{
+    InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,
+};
 
 /// The README's example, run as a test.
 #[cfg(doctest)]

@@ -18,6 +18,7 @@ mod random_episodes;
 mod report;
 mod reward_check;
 mod shared;
+mod train;
 mod verify;
 
 use std::process::ExitCode;
@@ -61,6 +62,8 @@ enum Command {
     Report(report::Args),
     /// Write a page that plays one episode back
     Play(play::Args),
+    /// Train a policy, with its learning curve and a page
+    Train(Box<train::Args>),
     /// Look for the usual problems, and say how to fix them
     Doctor(doctor::Args),
 }
@@ -79,6 +82,7 @@ fn main() -> ExitCode {
         Command::Figures(args) => figures::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Play(args) => play::run(&args),
+        Command::Train(args) => train::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     };
     match outcome {

@@ -3,7 +3,7 @@
 use baselines::{Policy, RandomPolicy, ScriptedPolicy, ZeroPolicy};
 use fetch_env::{EnvId, UnknownEnvId};
 use fetch_sim::{ModelSource, Task};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Returns the name of a task in the names of files and arrays: that of its scene.
 pub fn task_name(task: Task) -> &'static str {
@@ -30,7 +30,7 @@ pub fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
     if text == "auto" { "FetchReachDense-v4" } else { text }.parse()
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ModelChoice {
     Builtin,

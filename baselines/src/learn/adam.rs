@@ -1,0 +1,49 @@
+//! The optimizer.
+
+use pulp::Arch;
+
+use super::algorithm::PARTS;
+
+/// Adam, with the defaults of its authors: Kingma and Ba, *Adam: a method for stochastic
+/// optimization*, 2015.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Adam {
+    learning_rate: f32,
+    pub(crate) first_moment: Vec<f32>,
+    pub(crate) second_moment: Vec<f32>,
+}
+
+const BETA_1: f32 = 0.9;
+const BETA_2: f32 = 0.999;
+const EPSILON: f32 = 1e-8;
+
+/// Moments below this become 0. Those of a unit that is never active decay for ever, and processors
+/// take many times as long for numbers below 1.2e-38.
+const SMALLEST: f32 = 1e-30;
+
+impl Adam {
+    pub(crate) fn new(learning_rate: f32, len: usize) -> Self {
+        let zeros = vec![0.0; len];
+        Self { learning_rate, first_moment: zeros.clone(), second_moment: zeros }
+    }
+
+    /// Moves parameters against the sum of gradients, in step `number`, counted from 1.
+    pub(crate) fn step(&mut self, number: u64, parameters: &mut [f32], gradients: [&[f32]; PARTS]) {
+        let correction = |beta: f32| 1.0 - beta.powf(number as f32);
+        let rate = self.learning_rate * correction(BETA_2).sqrt() / correction(BETA_1);
+        Arch::new().dispatch(|| {
+            let moments = self.first_moment.iter_mut().zip(&mut self.second_moment);
+            let gradients =
+                gradients[0].iter().zip(gradients[1]).map(|(first, second)| first + second);
+            for ((parameter, (first, second)), gradient) in
+                parameters.iter_mut().zip(moments).zip(gradients)
+            {
+                let moment = BETA_1 * *first + (1.0 - BETA_1) * gradient;
+                *first = if moment.abs() < SMALLEST { 0.0 } else { moment };
+                let moment = BETA_2 * *second + (1.0 - BETA_2) * gradient * gradient;
+                *second = if moment < SMALLEST { 0.0 } else { moment };
+                *parameter -= rate * *first / (second.sqrt() + EPSILON);
+            }
+        });
+    }
+}

@@ -1,0 +1,255 @@
+//! Deep deterministic policy gradient.
+
+use her_relabel::Batch;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::actor::{ActionNoise, Actor};
+use super::algorithm::{Algorithm, Losses, PARTS, Part, StateMut, Trained, in_parts};
+use super::network::{Network, Shape};
+use super::pass::{Pass, evaluate, run};
+use crate::trained::LayerWeights;
+
+/// Settings of [`Ddpg`].
+///
+/// The sources are the authors of Fetch (Plappert et al., *Multi-goal reinforcement learning*, 2018,
+/// and `her/experiment/config.py` of openai/baselines) and this project's own measurements. The
+/// defaults are those of the preset `fast`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DdpgSettings {
+    /// The lengths of the hidden layers of actor and critic: 256, 256. The authors: 256, 256, 256.
+    pub hidden: Vec<usize>,
+    /// Whether the critic's hidden layers are normalized: true, measured; MRL (Pitis et al., 2020)
+    /// does it too. The authors: false.
+    pub layer_norm: bool,
+    /// The factor of the actor's last weights at the start: 0.1, measured, because an actor that
+    /// starts saturated never starts. The authors: 1.
+    pub last_layer_scale: f32,
+    /// The learning rate of the actor: 0.001, the authors'.
+    pub actor_learning_rate: f32,
+    /// The learning rate of the critic: 0.001, the authors'.
+    pub critic_learning_rate: f32,
+    /// The discount of a step: 0.95, measured. The authors: 0.98, which is 1 - 1 / 50 steps.
+    pub gamma: f64,
+    /// The fraction of the way that target networks move towards the learning ones: 0.05, the
+    /// authors'.
+    pub target_fraction: f32,
+    /// The number of updates between two such moves: 1, measured. The authors: 40.
+    pub target_interval: u64,
+    /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, and 0.5 for
+    /// Reach. The authors: 1.
+    pub action_l2: f32,
+    /// Whether targets are clipped to `[-1 / (1 - gamma), 0]`, the values that rewards of -1 and 0
+    /// can have: true, the authors'. Other rewards need false.
+    pub clip_targets: bool,
+    /// The standard deviation of the noise that explores: 0.2, the authors'.
+    pub noise: f32,
+}
+
+impl Default for DdpgSettings {
+    fn default() -> Self {
+        Self {
+            hidden: vec![256, 256],
+            layer_norm: true,
+            last_layer_scale: 0.1,
+            actor_learning_rate: 0.001,
+            critic_learning_rate: 0.001,
+            gamma: 0.95,
+            target_fraction: 0.05,
+            target_interval: 1,
+            action_l2: 0.05,
+            clip_targets: true,
+            noise: 0.2,
+        }
+    }
+}
+
+impl DdpgSettings {
+    /// The authors' settings.
+    #[must_use]
+    pub fn authors() -> Self {
+        Self {
+            hidden: vec![256; 3],
+            layer_norm: false,
+            last_layer_scale: 1.0,
+            gamma: 0.98,
+            target_interval: 40,
+            action_l2: 1.0,
+            ..Self::default()
+        }
+    }
+}
+
+/// Deep deterministic policy gradient: a critic learns the value of actions, and an actor learns
+/// actions of the highest value.
+///
+/// Source: Lillicrap et al., *Continuous control with deep reinforcement learning*, 2016. As in
+/// openai/baselines, actor and critic take their steps at the same time.
+#[derive(Debug)]
+pub struct Ddpg {
+    settings: DdpgSettings,
+    networks: Networks,
+    workspaces: [Workspace; PARTS],
+    num_updates: u64,
+}
+
+#[derive(Debug)]
+struct Networks {
+    actor: Trained,
+    critic: Trained,
+    target_actor: Network,
+    target_critic: Network,
+}
+
+/// What a part of a batch computes, kept for its memory.
+#[derive(Debug, Default)]
+struct Workspace {
+    actor: Pass,
+    critic: Pass,
+    next_actions: Vec<f32>,
+    actions: Vec<f32>,
+    targets: Vec<f32>,
+    /// The gradient of a network's outputs.
+    outputs: Vec<f32>,
+    critic_gradient: Vec<f32>,
+    actor_gradient: Vec<f32>,
+    losses: Losses,
+}
+
+impl Ddpg {
+    /// Makes networks for inputs of `num_inputs` numbers (observation and goal) and actions of
+    /// `num_actions`. `seed` decides their first weights.
+    #[must_use]
+    pub fn new(settings: DdpgSettings, num_inputs: usize, num_actions: usize, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let DdpgSettings { hidden, layer_norm, last_layer_scale, .. } = &settings;
+        let actor = Shape::new(num_inputs, hidden, num_actions, false);
+        let actor = Network::init(actor, *last_layer_scale, &mut rng);
+        let critic = Shape::new(num_inputs + num_actions, hidden, 1, *layer_norm);
+        let critic = Network::init(critic, 1.0, &mut rng);
+        let networks = Networks {
+            target_actor: actor.clone(),
+            target_critic: critic.clone(),
+            actor: Trained::new(actor, settings.actor_learning_rate),
+            critic: Trained::new(critic, settings.critic_learning_rate),
+        };
+        Self { settings, networks, workspaces: Default::default(), num_updates: 0 }
+    }
+}
+
+impl Workspace {
+    /// Computes what the critic should say: the reward and the discounted value of the next state.
+    fn compute_targets(&mut self, part: Part<'_>, networks: &Networks, settings: &DdpgSettings) {
+        let Part { num_rows, next_inputs, .. } = part;
+        let Networks { target_actor, target_critic, .. } = networks;
+        let outputs = run(&mut self.actor, target_actor, num_rows, next_inputs);
+        self.next_actions.clear();
+        self.next_actions.extend(outputs.iter().map(|output| output.tanh()));
+        let values =
+            evaluate(&mut self.critic, target_critic, num_rows, next_inputs, &self.next_actions);
+        let lowest = -1.0 / (1.0 - settings.gamma as f32);
+        let targets = part.rewards.iter().zip(part.discounts).zip(values);
+        let targets = targets.map(|((reward, discount), value)| reward + discount * value);
+        self.targets.clear();
+        if settings.clip_targets {
+            self.targets.extend(targets.map(|target| target.clamp(lowest, 0.0)));
+        } else {
+            self.targets.extend(targets);
+        }
+    }
+
+    /// Computes the critic's gradient, of the mean squared error.
+    fn differentiate_critic(&mut self, part: Part<'_>, critic: &Network) {
+        let share = 1.0 / part.batch_len as f32;
+        let values = evaluate(&mut self.critic, critic, part.num_rows, part.inputs, part.actions);
+        self.losses.value = values.iter().sum::<f32>() * share;
+        let errors = values.iter().zip(&self.targets).map(|(value, target)| value - target);
+        self.losses.critic = errors.clone().map(|error| error * error).sum::<f32>() * share;
+        self.outputs.clear();
+        self.outputs.extend(errors.map(|error| 2.0 * share * error));
+        self.critic_gradient.resize(critic.parameters.len(), 0.0);
+        self.critic.backward(critic, &self.outputs, Some(&mut self.critic_gradient), 0);
+    }
+
+    /// Computes the actor's gradient: that of the negative mean value, and of the mean squared action
+    /// times `action_l2`.
+    fn differentiate_actor(
+        &mut self,
+        part: Part<'_>,
+        actor: &Network,
+        critic: &Network,
+        action_l2: f32,
+    ) {
+        let Part { num_rows, inputs, .. } = part;
+        let share = 1.0 / part.batch_len as f32;
+        let outputs = run(&mut self.actor, actor, num_rows, inputs);
+        self.actions.clear();
+        self.actions.extend(outputs.iter().map(|output| output.tanh()));
+        let num_actions = self.actions.len() / num_rows;
+        let values = evaluate(&mut self.critic, critic, num_rows, inputs, &self.actions);
+        let weight = action_l2 * share / num_actions as f32;
+        let squares = self.actions.iter().map(|action| action * action).sum::<f32>();
+        self.losses.actor = weight * squares - values.iter().sum::<f32>() * share;
+        self.outputs.clear();
+        self.outputs.resize(num_rows, -share);
+        let slopes = self.critic.backward(critic, &self.outputs, None, num_actions);
+        self.outputs.clear();
+        self.outputs.extend(
+            slopes
+                .iter()
+                .zip(&self.actions)
+                .map(|(slope, action)| (slope + 2.0 * weight * action) * (1.0 - action * action)),
+        );
+        self.actor_gradient.resize(actor.parameters.len(), 0.0);
+        self.actor.backward(actor, &self.outputs, Some(&mut self.actor_gradient), 0);
+    }
+}
+
+impl Algorithm for Ddpg {
+    fn update(&mut self, batch: &Batch<f32>) -> Losses {
+        let Self { settings, networks, workspaces, .. } = self;
+        in_parts(batch, workspaces, |part, work| {
+            let Networks { actor, critic, .. } = &*networks;
+            work.compute_targets(part, networks, settings);
+            work.differentiate_critic(part, &critic.network);
+            work.differentiate_actor(part, &actor.network, &critic.network, settings.action_l2);
+        });
+        self.num_updates += 1;
+        let Networks { actor, critic, target_actor, target_critic } = networks;
+        let [first, second] = workspaces;
+        let number = self.num_updates;
+        let follows = number.is_multiple_of(settings.target_interval);
+        let step = |trained: &mut Trained, target: &mut Network, gradients: [&[f32]; PARTS]| {
+            trained.step(number, gradients);
+            if follows {
+                target.follow(&trained.network, settings.target_fraction);
+            }
+        };
+        rayon::join(
+            || step(critic, target_critic, [&first.critic_gradient, &second.critic_gradient]),
+            || step(actor, target_actor, [&first.actor_gradient, &second.actor_gradient]),
+        );
+        Losses::sum(first.losses, second.losses)
+    }
+
+    fn actor(&self) -> Actor {
+        let noise = ActionNoise::Added(self.settings.noise);
+        Actor::new(self.networks.actor.network.clone(), noise)
+    }
+
+    fn greedy_layers(&self) -> Vec<LayerWeights> {
+        self.networks.actor.network.layer_weights()
+    }
+
+    fn state_mut(&mut self) -> StateMut<'_> {
+        let Networks { actor, critic, target_actor, target_critic } = &mut self.networks;
+        let mut state = StateMut::new(&mut self.num_updates);
+        state.push_trained("actor", actor);
+        state.push_trained("critic", critic);
+        state.push_target("target_actor", target_actor);
+        state.push_target("target_critic", target_critic);
+        state
+    }
+}

@@ -1,0 +1,135 @@
+//! The errors of training and of checkpoints.
+
+use std::io;
+use std::path::PathBuf;
+
+use fetch_env::{EnvError, vec_env::VecEnvError};
+use her_relabel::{ConfigError, NormalizerError, SampleError};
+
+use crate::error::{CollectorError, EvaluationError};
+
+/// Error returned by a [`Trainer`](super::Trainer).
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainError {
+    /// A setting is out of its range.
+    #[error("{name} is {value}: {expected}")]
+    Setting {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// The actions of the environment are not from -1 to 1.
+    #[error("the actions of the environment are not from -1 to 1: wrap it with RescaleAction")]
+    ActionSpace,
+    /// An environment could not be made.
+    #[error("an environment could not be made")]
+    Make(#[source] EnvError),
+    /// The environments could not be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+    /// The buffer could not be made.
+    #[error(transparent)]
+    Buffer(#[from] ConfigError),
+    /// A batch could not be drawn.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// Observations could not be normalized.
+    #[error(transparent)]
+    Normalize(#[from] NormalizerError),
+    /// An environment failed while collecting.
+    #[error("collecting failed after {steps} steps{}", resume_hint(.checkpoint.as_ref()))]
+    Collect {
+        /// The number of steps recorded before.
+        steps: u64,
+        /// The last checkpoint, from which the run can be resumed.
+        checkpoint: Option<PathBuf>,
+        /// What happened, and in which environment.
+        source: CollectorError,
+    },
+    /// An evaluation failed.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluationError),
+    /// A loss is not a finite number.
+    #[error(
+        "the losses diverged in update {update} (critic {critic}, actor {actor}): choose smaller learning rates{}",
+        resume_hint(.checkpoint.as_ref())
+    )]
+    Diverged {
+        /// The update, counted from 1.
+        update: u64,
+        /// The critic's loss.
+        critic: f32,
+        /// The actor's loss.
+        actor: f32,
+        /// The last checkpoint, from which the run can be resumed.
+        checkpoint: Option<PathBuf>,
+    },
+    /// The threads could not be started.
+    #[error("the threads could not be started")]
+    Threads(#[source] rayon::ThreadPoolBuildError),
+}
+
+fn resume_hint(checkpoint: Option<&PathBuf>) -> String {
+    checkpoint
+        .map_or_else(String::new, |path| format!("; the last checkpoint is {}", path.display()))
+}
+
+/// Error returned where a checkpoint cannot be saved or resumed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// The checkpoint cannot be written.
+    #[error("the checkpoint {} cannot be written; earlier ones are whole", path.display())]
+    Write {
+        /// The checkpoint.
+        path: PathBuf,
+        /// The error of the file system.
+        source: io::Error,
+    },
+    /// The checkpoint cannot be read.
+    #[error("{} cannot be read", path.display())]
+    Read {
+        /// The checkpoint, or its folder.
+        path: PathBuf,
+        /// The error of the file system.
+        source: io::Error,
+    },
+    /// The folder has no checkpoint.
+    #[error("there is no checkpoint in {}", folder.display())]
+    None {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The checkpoint is damaged.
+    #[error("the checkpoint {} is damaged: {reason}{}", path.display(), remove_hint(.before.as_ref()))]
+    Damaged {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+        /// The checkpoint before it.
+        before: Option<PathBuf>,
+    },
+    /// The checkpoint is of another run.
+    #[error("the checkpoint {} is of another environment: {what} does not fit", path.display())]
+    Foreign {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What does not fit.
+        what: &'static str,
+    },
+    /// The state of the environments cannot be taken or restored.
+    #[error("the environments do not fit the checkpoint")]
+    Envs(#[source] VecEnvError),
+    /// The run cannot be set up.
+    #[error(transparent)]
+    Train(#[from] TrainError),
+}
+
+fn remove_hint(before: Option<&PathBuf>) -> String {
+    before.map_or_else(String::new, |path| format!("; remove it to resume from {}", path.display()))
+}

@@ -1,0 +1,259 @@
+//! Passes through a network: forward, and backward with gradients.
+//!
+//! All matrices are row-major, with a row for each input of the batch. Loops over their elements are
+//! compiled for the widest vectors of the processor, which [`Arch`] looks up; their results have the
+//! same bits on each.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use pulp::Arch;
+
+use super::network::{Layer, Network, Parameters, ParametersMut};
+
+/// Added to a variance before its root is taken: PyTorch's default for layer normalization.
+const EPSILON: f32 = 1e-5;
+
+/// A pass of some rows through a network of one shape, with all that its gradient needs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pass {
+    num_rows: usize,
+    input: Vec<f32>,
+    layers: Vec<LayerPass>,
+    /// The gradient of the layer in work, and of the one before it.
+    gradients: [Vec<f32>; 2],
+}
+
+/// Returns a network's outputs for inputs, a row for each.
+pub(crate) fn run<'a>(
+    pass: &'a mut Pass,
+    network: &Network,
+    num_rows: usize,
+    inputs: &[f32],
+) -> &'a [f32] {
+    pass.input_mut(num_rows, inputs.len() / num_rows).copy_from_slice(inputs);
+    pass.forward(network)
+}
+
+/// Returns what a critic says of inputs and actions: a number for each row.
+pub(crate) fn evaluate<'a>(
+    pass: &'a mut Pass,
+    critic: &Network,
+    num_rows: usize,
+    inputs: &[f32],
+    actions: &[f32],
+) -> &'a [f32] {
+    let (len, action_len) = (inputs.len() / num_rows, actions.len() / num_rows);
+    let joined = pass.input_mut(num_rows, len + action_len).chunks_exact_mut(len + action_len);
+    let rows = inputs.chunks_exact(len).zip(actions.chunks_exact(action_len));
+    for (joined, (input, action)) in joined.zip(rows) {
+        joined[..len].copy_from_slice(input);
+        joined[len..].copy_from_slice(action);
+    }
+    pass.forward(critic)
+}
+
+/// What a layer has computed.
+#[derive(Clone, Debug, Default)]
+struct LayerPass {
+    output: Vec<f32>,
+    /// With normalization: the outputs with mean 0 and variance 1, before scales and shifts.
+    normalized: Vec<f32>,
+    /// With normalization: one over the standard deviation of each row.
+    inverse_std: Vec<f32>,
+}
+
+impl Pass {
+    /// Returns the input of a pass of `num_rows` rows of `width` numbers, for the caller to fill.
+    pub(crate) fn input_mut(&mut self, num_rows: usize, width: usize) -> &mut [f32] {
+        self.num_rows = num_rows;
+        self.input.resize(num_rows * width, 0.0);
+        &mut self.input
+    }
+
+    /// Returns the network's outputs.
+    pub(crate) fn forward(&mut self, network: &Network) -> &[f32] {
+        let num_rows = self.num_rows;
+        self.layers.resize_with(network.shape.sizes.len() - 1, LayerPass::default);
+        let mut input = self.input.as_slice();
+        for (layer, pass) in network.shape.layers().into_iter().zip(&mut self.layers) {
+            pass.forward(layer, &layer.of(&network.parameters), input, num_rows);
+            input = &pass.output;
+        }
+        input
+    }
+
+    /// Computes the gradient of a loss from `output`, its gradient with respect to the outputs of
+    /// the last [`forward`](Self::forward): writes that of the parameters to `parameters` if given, and
+    /// returns that of the last `input_width` numbers of each row of the input.
+    pub(crate) fn backward(
+        &mut self,
+        network: &Network,
+        output: &[f32],
+        mut parameters: Option<&mut [f32]>,
+        input_width: usize,
+    ) -> &[f32] {
+        let num_rows = self.num_rows;
+        let [gradient, before] = &mut self.gradients;
+        gradient.clear();
+        gradient.extend_from_slice(output);
+        for (number, layer) in network.shape.layers().into_iter().enumerate().rev() {
+            let pass = &self.layers[number];
+            let Parameters { weights, scales, .. } = layer.of(&network.parameters);
+            let mut own = parameters.as_deref_mut().map(|all| layer.of_mut(all));
+            if layer.is_hidden {
+                Arch::new().dispatch(|| {
+                    pass.backward_activation(layer, scales, gradient, own.as_mut());
+                });
+            }
+            let input = if number == 0 { &self.input } else { &self.layers[number - 1].output };
+            let matrix = MatRef::from_row_major_slice(gradient, num_rows, layer.num_outputs);
+            if let Some(ParametersMut { weights, biases, .. }) = own {
+                let input = MatRef::from_row_major_slice(input, num_rows, layer.num_inputs);
+                let target =
+                    MatMut::from_row_major_slice_mut(weights, layer.num_inputs, layer.num_outputs);
+                matmul(target, Accum::Replace, input.transpose(), matrix, 1.0, Par::Seq);
+                biases.fill(0.0);
+                Arch::new().dispatch(|| {
+                    for row in gradient.chunks_exact(layer.num_outputs) {
+                        biases.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
+                    }
+                });
+            }
+            let width = if number == 0 { input_width } else { layer.num_inputs };
+            let skipped = (layer.num_inputs - width) * layer.num_outputs;
+            before.resize(num_rows * width, 0.0);
+            if width > 0 {
+                let weights =
+                    MatRef::from_row_major_slice(&weights[skipped..], width, layer.num_outputs);
+                let target = MatMut::from_row_major_slice_mut(before, num_rows, width);
+                matmul(target, Accum::Replace, matrix, weights.transpose(), 1.0, Par::Seq);
+            }
+            std::mem::swap(gradient, before);
+        }
+        gradient
+    }
+}
+
+impl LayerPass {
+    fn forward(
+        &mut self,
+        layer: Layer,
+        parameters: &Parameters<'_>,
+        input: &[f32],
+        num_rows: usize,
+    ) {
+        let Layer { num_inputs, num_outputs, .. } = layer;
+        let Parameters { weights, biases, scales, shifts } = parameters;
+        self.output.resize(num_rows * num_outputs, 0.0);
+        matmul(
+            MatMut::from_row_major_slice_mut(&mut self.output, num_rows, num_outputs),
+            Accum::Replace,
+            MatRef::from_row_major_slice(input, num_rows, num_inputs),
+            MatRef::from_row_major_slice(weights, num_inputs, num_outputs),
+            1.0,
+            Par::Seq,
+        );
+        let lowest = if layer.is_hidden { 0.0 } else { f32::NEG_INFINITY };
+        Arch::new().dispatch(|| {
+            if layer.is_normalized {
+                self.normalize(num_outputs, biases, scales, shifts);
+            } else {
+                for row in self.output.chunks_exact_mut(num_outputs) {
+                    for (value, bias) in row.iter_mut().zip(*biases) {
+                        *value = (*value + bias).max(lowest);
+                    }
+                }
+            }
+        });
+    }
+
+    /// Adds biases, normalizes each row, scales and shifts it, and sets what is negative to 0.
+    #[inline(always)]
+    fn normalize(&mut self, width: usize, biases: &[f32], scales: &[f32], shifts: &[f32]) {
+        self.normalized.resize(self.output.len(), 0.0);
+        self.inverse_std.clear();
+        let rows = self.output.chunks_exact_mut(width).zip(self.normalized.chunks_exact_mut(width));
+        for (output, normalized) in rows {
+            output.iter_mut().zip(biases).for_each(|(value, bias)| *value += bias);
+            let mean = sum(output, |value| value) / width as f32;
+            let variance = sum(output, |value| (value - mean) * (value - mean)) / width as f32;
+            let inverse_std = 1.0 / (variance + EPSILON).sqrt();
+            self.inverse_std.push(inverse_std);
+            let affine = scales.iter().zip(shifts);
+            for ((output, normalized), (scale, shift)) in
+                output.iter_mut().zip(normalized).zip(affine)
+            {
+                *normalized = (*output - mean) * inverse_std;
+                *output = (*normalized * scale + shift).max(0.0);
+            }
+        }
+    }
+
+    /// Turns the gradient of the outputs into that of the products of inputs and weights.
+    #[inline(always)]
+    fn backward_activation(
+        &self,
+        layer: Layer,
+        scales: &[f32],
+        gradient: &mut [f32],
+        parameters: Option<&mut ParametersMut<'_>>,
+    ) {
+        for (gradient, output) in gradient.iter_mut().zip(&self.output) {
+            *gradient = if *output > 0.0 { *gradient } else { 0.0 };
+        }
+        if !layer.is_normalized {
+            return;
+        }
+        let width = layer.num_outputs;
+        let rows = || self.normalized.chunks_exact(width);
+        if let Some(ParametersMut { scales, shifts, .. }) = parameters {
+            scales.fill(0.0);
+            shifts.fill(0.0);
+            for (gradient, normalized) in gradient.chunks_exact(width).zip(rows()) {
+                for ((scale, shift), (gradient, normalized)) in
+                    scales.iter_mut().zip(&mut **shifts).zip(gradient.iter().zip(normalized))
+                {
+                    *scale += gradient * normalized;
+                    *shift += gradient;
+                }
+            }
+        }
+        let rows = gradient.chunks_exact_mut(width).zip(rows()).zip(&self.inverse_std);
+        for ((gradient, normalized), inverse_std) in rows {
+            gradient.iter_mut().zip(scales).for_each(|(gradient, scale)| *gradient *= scale);
+            let mean = sum(gradient, |value| value) / width as f32;
+            let product = dot(gradient, normalized) / width as f32;
+            for (gradient, normalized) in gradient.iter_mut().zip(normalized) {
+                *gradient = inverse_std * (*gradient - mean - normalized * product);
+            }
+        }
+    }
+}
+
+/// The number of partial sums, which one instruction can add at a time.
+const LANES: usize = 16;
+
+/// Returns the sum of `term` over numbers, in a fixed order.
+#[inline(always)]
+fn sum(numbers: &[f32], term: impl Fn(f32) -> f32) -> f32 {
+    let (chunks, rest) = numbers.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for chunk in chunks {
+        sums.iter_mut().zip(chunk).for_each(|(sum, number)| *sum += term(*number));
+    }
+    sums.iter().sum::<f32>() + rest.iter().map(|number| term(*number)).sum::<f32>()
+}
+
+/// Returns the scalar product, in a fixed order.
+#[inline(always)]
+fn dot(left: &[f32], right: &[f32]) -> f32 {
+    let ((left, left_rest), (right, right_rest)) =
+        (left.as_chunks::<LANES>(), right.as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
+    for (left, right) in left.iter().zip(right) {
+        let products = left.iter().zip(right).map(|(left, right)| left * right);
+        sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+    }
+    let rest = left_rest.iter().zip(right_rest).map(|(left, right)| left * right);
+    sums.iter().sum::<f32>() + rest.sum::<f32>()
+}

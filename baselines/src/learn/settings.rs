@@ -1,0 +1,198 @@
+//! The settings of a training run, and the presets.
+
+use fetch_env::Task;
+use serde::{Deserialize, Serialize};
+
+use super::algorithm::Algorithm;
+use super::ddpg::{Ddpg, DdpgSettings};
+use super::sac::{Sac, SacSettings};
+
+/// The settings of a training run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainSettings {
+    /// The algorithm and its settings.
+    pub algorithm: AlgorithmSettings,
+    /// What is stored, and how it is drawn.
+    pub replay: ReplaySettings,
+    /// How actions are chosen while collecting.
+    pub exploration: ExplorationSettings,
+    /// What follows what.
+    pub schedule: ScheduleSettings,
+}
+
+impl TrainSettings {
+    /// The settings that this project found to learn soonest on a few cores.
+    ///
+    /// Source: own measurements. Nothing in them knows the task; Reach, whose episodes need no
+    /// object, has settings of its own.
+    #[must_use]
+    pub fn fast(task: Task) -> Self {
+        let is_reach = task == Task::Reach;
+        let action_l2 = if is_reach { 0.5 } else { 0.05 };
+        let ddpg = DdpgSettings { action_l2, ..DdpgSettings::default() };
+        let mut settings = Self {
+            algorithm: AlgorithmSettings::Ddpg(ddpg),
+            replay: ReplaySettings {
+                capacity: 1_000_000,
+                batch_size: 256,
+                future_k: 4.0,
+                past_desired: 0.0,
+                already_achieved: 0.2,
+                still_distance: 0.01,
+                still_kept: 0.1,
+                min_std: 0.01,
+                clip: 5.0,
+            },
+            exploration: ExplorationSettings {
+                random_episodes: 800,
+                random_episode_share: 0.25,
+                random_action: 0.3,
+            },
+            schedule: ScheduleSettings {
+                num_envs: 8,
+                steps_per_cycle: 50,
+                updates_per_cycle: 120,
+                evaluation_interval: 8_000,
+                evaluation_episodes: 100,
+            },
+        };
+        if is_reach {
+            settings.exploration.random_episodes = 4;
+            settings.schedule.num_envs = 2;
+            settings.schedule.updates_per_cycle = 20;
+            settings.schedule.evaluation_interval = 200;
+        }
+        settings
+    }
+
+    /// The settings of the authors, in one process.
+    ///
+    /// Source: `her/experiment/config.py` of openai/baselines, with two episodes and 40 updates a
+    /// cycle.
+    #[must_use]
+    pub fn authors() -> Self {
+        Self {
+            algorithm: AlgorithmSettings::Ddpg(DdpgSettings::authors()),
+            replay: ReplaySettings {
+                capacity: 1_000_000,
+                batch_size: 256,
+                future_k: 4.0,
+                past_desired: 0.0,
+                already_achieved: 1.0,
+                still_distance: 0.01,
+                still_kept: 1.0,
+                min_std: 0.01,
+                clip: 5.0,
+            },
+            exploration: ExplorationSettings {
+                random_episodes: 0,
+                random_episode_share: 0.0,
+                random_action: 0.3,
+            },
+            schedule: ScheduleSettings {
+                num_envs: 2,
+                steps_per_cycle: 50,
+                updates_per_cycle: 40,
+                evaluation_interval: 8_000,
+                evaluation_episodes: 100,
+            },
+        }
+    }
+}
+
+/// An algorithm and its settings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum AlgorithmSettings {
+    /// [`Ddpg`](super::Ddpg).
+    Ddpg(DdpgSettings),
+    /// [`Sac`](super::Sac).
+    Sac(SacSettings),
+}
+
+impl AlgorithmSettings {
+    /// The discount of a step.
+    #[must_use]
+    pub const fn gamma(&self) -> f64 {
+        match self {
+            Self::Ddpg(settings) => settings.gamma,
+            Self::Sac(settings) => settings.gamma,
+        }
+    }
+
+    /// The name of the algorithm, such as `ddpg`.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Ddpg(_) => "ddpg",
+            Self::Sac(_) => "sac",
+        }
+    }
+
+    /// Makes the algorithm.
+    #[must_use]
+    pub fn build(&self, num_inputs: usize, num_actions: usize, seed: u64) -> Box<dyn Algorithm> {
+        match self.clone() {
+            Self::Ddpg(settings) => Box::new(Ddpg::new(settings, num_inputs, num_actions, seed)),
+            Self::Sac(settings) => Box::new(Sac::new(settings, num_inputs, num_actions, seed)),
+        }
+    }
+}
+
+/// What is stored, and how it is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReplaySettings {
+    /// The number of transitions that the buffer holds: 1,000,000, the authors'.
+    pub capacity: usize,
+    /// The number of transitions of a batch: 256, the authors'.
+    pub batch_size: usize,
+    /// How many transitions get a goal achieved later in their episode, for each that keeps its own:
+    /// 4, the authors'.
+    pub future_k: f64,
+    /// The weight of goals pursued in other episodes, beside future goals: 0. MRL (Pitis et al.,
+    /// 2020): as many as future goals.
+    pub past_desired: f64,
+    /// The share kept of transitions whose goal was achieved before the step: 0.2, measured, because
+    /// they teach nothing. The authors: 1.
+    pub already_achieved: f64,
+    /// The farthest that an achieved goal moves in an episode that counts as still, in the unit of
+    /// the goals: 0.01 m.
+    pub still_distance: f64,
+    /// The share kept of still episodes: 0.1, measured. The authors: 1.
+    pub still_kept: f64,
+    /// The smallest standard deviation by which inputs are divided: 0.01, the authors'.
+    pub min_std: f64,
+    /// The bound to which normalized inputs are clipped: 5, the authors'.
+    pub clip: f64,
+}
+
+/// How actions are chosen while collecting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExplorationSettings {
+    /// The number of wholly random episodes before the first update: 800, measured, and 4 for Reach.
+    pub random_episodes: u64,
+    /// The share of later episodes that are wholly random: 0.25, measured. The authors: 0.
+    pub random_episode_share: f64,
+    /// The probability of a random action in the other episodes: 0.3, the authors'.
+    pub random_action: f64,
+}
+
+/// What follows what.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScheduleSettings {
+    /// The number of environments that are stepped together.
+    pub num_envs: usize,
+    /// The number of steps of each environment between updates: 50, an episode.
+    pub steps_per_cycle: usize,
+    /// The number of updates that follow.
+    pub updates_per_cycle: usize,
+    /// The number of steps of all environments between two evaluations.
+    pub evaluation_interval: u64,
+    /// The number of greedy episodes of an evaluation: 100.
+    pub evaluation_episodes: usize,
+}

@@ -1,0 +1,452 @@
+//! The loop of a training run: collect, update, evaluate.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
+use fetch_env::{BoxSpace, EnvError, VecEnv};
+use her_relabel::{
+    Batch, Dims, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Normalizer, NormalizerConfig,
+    Sampler, StillEpisodes, UnitInterval,
+};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde::{Deserialize, Serialize};
+
+use super::algorithm::{Algorithm, Losses, PARTS};
+use super::error::TrainError;
+use super::explorer::{Explorer, Normalizers};
+use super::settings::{ReplaySettings, TrainSettings};
+use crate::collect::buffer_config;
+use crate::collector::{CollectEnv, Collector};
+use crate::evaluate::evaluate_vec;
+use crate::statistics::Estimate;
+use crate::trained::{InputPart, PolicyHeader, TrainedPolicy, TrainedPolicyError};
+
+/// An environment that a [`Trainer`] learns: its actions are a box from -1 to 1.
+pub trait LearnEnv: CollectEnv<ActionSpace = BoxSpace<f32>> {}
+
+impl<E: CollectEnv<ActionSpace = BoxSpace<f32>>> LearnEnv for E {}
+
+/// The seed of the first evaluation's first episode. Training never reaches it: its seeds are below.
+const EVALUATION_SEED: u64 = 1 << 40;
+
+/// What has happened so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Counters {
+    /// The number of steps of all environments.
+    pub steps: u64,
+    /// The number of finished episodes.
+    pub episodes: u64,
+    /// The number of updates.
+    pub updates: u64,
+    /// The number of evaluations.
+    pub evaluations: u64,
+    /// The time spent collecting and updating, in seconds.
+    pub seconds: f64,
+}
+
+/// A row of the learning curve: the state of the run at an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct CurveRow {
+    /// The counters at the evaluation.
+    pub counters: Counters,
+    /// The share of the greedy policy's episodes whose last step was a success.
+    pub success_rate: Estimate,
+    /// The mean sum of rewards of these episodes.
+    pub return_mean: f64,
+    /// Their mean distance from the goal after the last step: meters in the Fetch tasks.
+    pub final_distance: f64,
+    /// The success rate of the episodes collected since the last evaluation.
+    pub collected_success: Option<f64>,
+    /// The losses of the updates since the last evaluation, their mean.
+    pub losses: Option<Losses>,
+}
+
+/// When a run has reached what it is for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Target {
+    /// The success rate to reach.
+    pub success_rate: f64,
+    /// The number of evaluations in a row that must reach it.
+    pub evaluations: usize,
+}
+
+impl Target {
+    /// Whether the last rows of a curve reach the target.
+    #[must_use]
+    pub fn is_reached(&self, rows: &[CurveRow]) -> bool {
+        let reaches = |row: &CurveRow| row.success_rate.value >= self.success_rate;
+        rows.len() >= self.evaluations && rows.iter().rev().take(self.evaluations).all(reaches)
+    }
+}
+
+/// Trains an actor on goal-conditioned environments with hindsight.
+#[derive(Debug)]
+pub struct Trainer<E: LearnEnv> {
+    pub(super) settings: TrainSettings,
+    pub(super) seed: u64,
+    /// Has the reward as a function of goals.
+    template: E,
+    pub(super) collector: Collector<E>,
+    evaluation_envs: VecEnv<E>,
+    pub(super) buffer: HerBuffer<f32>,
+    sampler: Sampler,
+    pub(super) batch: Batch<f32>,
+    pub(super) normalizers: Normalizers,
+    pub(super) explorer: Explorer,
+    pub(super) algorithm: Box<dyn Algorithm>,
+    workers: Arc<ThreadPool>,
+    pub(super) counters: Counters,
+    pub(super) recent: Recent,
+    pub(super) rows: Vec<CurveRow>,
+    pub(super) last_checkpoint: Option<PathBuf>,
+}
+
+/// Sums since the last evaluation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Recent {
+    episodes: u64,
+    successes: u64,
+    updates: u64,
+    critic: f64,
+    actor: f64,
+    value: f64,
+}
+
+impl Recent {
+    fn add(&mut self, losses: Losses) {
+        self.updates += 1;
+        self.critic += f64::from(losses.critic);
+        self.actor += f64::from(losses.actor);
+        self.value += f64::from(losses.value);
+    }
+
+    fn losses(&self) -> Option<Losses> {
+        let mean = |sum: f64| (sum / self.updates as f64) as f32;
+        let losses =
+            Losses { critic: mean(self.critic), actor: mean(self.actor), value: mean(self.value) };
+        (self.updates > 0).then_some(losses)
+    }
+}
+
+impl<E: LearnEnv> Trainer<E> {
+    /// Prepares a run on environments that `make` makes.
+    ///
+    /// `num_threads` threads step the environments and compute the updates. The results depend on
+    /// the settings and the seed, not on the number of threads.
+    ///
+    /// # Errors
+    /// [`TrainError`] if a setting is out of range or an environment cannot be made.
+    pub fn new(
+        make: impl Fn() -> Result<E, EnvError>,
+        settings: TrainSettings,
+        seed: u64,
+        num_threads: usize,
+    ) -> Result<Self, TrainError> {
+        let template = make().map_err(TrainError::Make)?;
+        let space = template.action_space();
+        if space.low().iter().any(|low| *low != -1.0)
+            || space.high().iter().any(|high| *high != 1.0)
+        {
+            return Err(TrainError::ActionSpace);
+        }
+        let ReplaySettings { capacity, batch_size, min_std, clip, .. } = settings.replay;
+        if batch_size == 0 || batch_size % PARTS != 0 {
+            return Err(TrainError::Setting {
+                name: "batch_size",
+                value: batch_size.to_string(),
+                expected: "choose an even number",
+            });
+        }
+        let num_envs = settings.schedule.num_envs;
+        let still = share("still_kept", settings.replay.still_kept)?;
+        let mut config = buffer_config(capacity, &template)?.with_num_envs(num_envs);
+        if still != UnitInterval::ONE {
+            let still = StillEpisodes::new(settings.replay.still_distance, still);
+            config = config.with_still_episodes(still.with_seed(seed));
+        }
+        let dims = config.dims();
+        let sampler = sampler(&settings.replay, settings.algorithm.gamma())?;
+        let num_inputs = dims.observation + dims.goal;
+        let algorithm = settings.algorithm.build(num_inputs, dims.action, seed);
+        let normalizer =
+            |dim| Normalizer::new(NormalizerConfig::new(dim).with_min_std(min_std).with_clip(clip));
+        let normalizers = Normalizers {
+            observation: normalizer(dims.observation)?,
+            goal: normalizer(dims.goal)?,
+        };
+        let vec_config = VecConfig::default().with_num_threads(num_threads);
+        let envs = |count: usize, config| -> Result<VecEnv<E>, TrainError> {
+            let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
+            Ok(VecEnv::new(envs.map_err(TrainError::Make)?, config)?)
+        };
+        let workers = ThreadPoolBuilder::new().num_threads(num_threads.min(PARTS)).build();
+        Ok(Self {
+            collector: Collector::new(envs(
+                num_envs,
+                vec_config.with_autoreset(AutoresetMode::SameStep),
+            )?),
+            evaluation_envs: envs(settings.schedule.evaluation_episodes.clamp(1, 20), vec_config)?,
+            buffer: HerBuffer::new(config)?,
+            sampler,
+            batch: Batch::new(),
+            explorer: Explorer::new(
+                settings.exploration.clone(),
+                seed,
+                normalizers.clone(),
+                num_envs,
+            ),
+            normalizers,
+            algorithm,
+            workers: Arc::new(workers.map_err(TrainError::Threads)?),
+            counters: Counters::default(),
+            recent: Recent::default(),
+            rows: Vec::new(),
+            last_checkpoint: None,
+            template,
+            settings,
+            seed,
+        })
+    }
+
+    /// What has happened so far.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// The rows of the learning curve so far.
+    #[must_use]
+    pub fn rows(&self) -> &[CurveRow] {
+        &self.rows
+    }
+
+    /// The settings.
+    #[must_use]
+    pub const fn settings(&self) -> &TrainSettings {
+        &self.settings
+    }
+
+    /// The seed.
+    #[must_use]
+    pub const fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Returns the greedy policy as it is now.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::NotFinite`] if the training has diverged.
+    pub fn policy(&self, env_id: &str) -> Result<TrainedPolicy, TrainedPolicyError> {
+        let Dims { observation, goal, action } = self.buffer.config().dims();
+        let header = PolicyHeader {
+            version: PolicyHeader::VERSION,
+            env_id: env_id.to_owned(),
+            observation_len: observation,
+            goal_len: goal,
+            action_len: action,
+            inputs: vec![InputPart::Observation, InputPart::DesiredGoal],
+            observation_normalizer: Some(self.normalizers.observation.clone()),
+            goal_normalizer: Some(self.normalizers.goal.clone()),
+            algorithm: self.settings.algorithm.name().to_owned(),
+            settings: serde_json::to_value(&self.settings).unwrap_or_default(),
+            seed: self.seed,
+            steps: self.counters.steps,
+            success: None,
+        };
+        TrainedPolicy::new(header, &self.algorithm.greedy_layers())
+    }
+
+    /// Calls `add` to add episodes to the buffer before the run begins: demonstrations of a script,
+    /// or episodes of a file.
+    ///
+    /// # Errors
+    /// Those of `add`.
+    pub fn add_demonstrations<T, X>(
+        &mut self,
+        add: impl FnOnce(&mut HerBuffer<f32>) -> Result<T, X>,
+    ) -> Result<T, X> {
+        add(&mut self.buffer)
+    }
+
+    /// Collects steps of all environments, and then updates the actor.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn cycle(&mut self) -> Result<(), TrainError> {
+        let start = Instant::now();
+        self.collect()?;
+        if self.counters.episodes >= self.settings.exploration.random_episodes
+            && !self.buffer.is_empty()
+        {
+            // One call for all, so that the threads stay awake between two updates.
+            let workers = Arc::clone(&self.workers);
+            workers.install(|| {
+                (0..self.settings.schedule.updates_per_cycle).try_for_each(|_| self.update())
+            })?;
+            self.explorer.set_actor(self.algorithm.actor(), self.normalizers.clone());
+        }
+        self.counters.seconds += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn collect(&mut self) -> Result<(), TrainError> {
+        let failed = |source| TrainError::Collect {
+            steps: self.counters.steps,
+            checkpoint: self.last_checkpoint.clone(),
+            source,
+        };
+        if self.counters.steps == 0 {
+            self.collector.reset(Some(self.seed << 16), &mut self.buffer).map_err(failed)?;
+        }
+        let num_steps = self.settings.schedule.steps_per_cycle;
+        let recent = &mut self.recent;
+        let progress = |_: usize, episode: &crate::Episode| {
+            recent.episodes += 1;
+            recent.successes += u64::from(episode.success);
+        };
+        let collected = self
+            .collector
+            .collect(num_steps, &mut self.explorer, &mut self.buffer, progress)
+            .map_err(failed)?;
+        self.counters.steps += collected.recorded_steps as u64;
+        self.counters.episodes += collected.finished_episodes as u64;
+        self.update_normalizers(collected.recorded_steps)
+    }
+
+    /// Takes as many transitions into the scale as were collected, with relabeled goals, as the
+    /// authors do.
+    fn update_normalizers(&mut self, num_rows: usize) -> Result<(), TrainError> {
+        if self.buffer.is_empty() || num_rows == 0 {
+            return Ok(());
+        }
+        let seed = self.draw_seed(1);
+        let sampler = self.sampler.clone().with_batch_size(num_rows).with_joined_goal(false);
+        let mut batch = Batch::<f32>::new();
+        sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
+        self.normalizers.observation.update(batch.observation())?;
+        self.normalizers.goal.update(batch.desired_goal())?;
+        let Normalizers { observation, goal } = &self.normalizers;
+        self.batch.set_normalizers(Some(observation), Some(goal));
+        Ok(())
+    }
+
+    fn update(&mut self) -> Result<(), TrainError> {
+        let seed = self.draw_seed(0);
+        self.sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut self.batch)?;
+        let losses = self.algorithm.update(&self.batch);
+        self.counters.updates += 1;
+        if !losses.are_finite() {
+            return Err(TrainError::Diverged {
+                update: self.counters.updates,
+                critic: losses.critic,
+                actor: losses.actor,
+                checkpoint: self.last_checkpoint.clone(),
+            });
+        }
+        self.recent.add(losses);
+        Ok(())
+    }
+
+    /// The seed of the next batch for `purpose`.
+    fn draw_seed(&self, purpose: u64) -> u64 {
+        let count = if purpose == 0 { self.counters.updates } else { self.counters.steps };
+        (self.seed << 48) ^ (purpose << 47) ^ count
+    }
+
+    /// Evaluates the greedy policy on episodes that no other evaluation has.
+    ///
+    /// # Errors
+    /// [`TrainError::Evaluate`].
+    pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
+        let count = self.settings.schedule.evaluation_episodes;
+        let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
+        let mut actor = self.algorithm.actor();
+        let normalizers = &self.normalizers;
+        let mut inputs = Vec::new();
+        let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {
+            normalizers.write_inputs(batch.observation(), batch.desired_goal(), &mut inputs);
+            actor.act(batch.len(), &inputs, None, actions);
+        };
+        let evaluation = evaluate_vec(&mut self.evaluation_envs, &mut greedy, count, seed, |_| ())?;
+        self.counters.evaluations += 1;
+        let summary = evaluation.summary()?;
+        let recent = std::mem::take(&mut self.recent);
+        let row = CurveRow {
+            counters: self.counters,
+            success_rate: summary.success_rate,
+            return_mean: summary.return_mean.value,
+            final_distance: summary.final_distance_mean.value,
+            collected_success: (recent.episodes > 0)
+                .then(|| recent.successes as f64 / recent.episodes as f64),
+            losses: recent.losses(),
+        };
+        self.rows.push(row);
+        Ok(row)
+    }
+
+    /// Runs until `num_steps` steps have been collected in all, the target is reached, or `watch`
+    /// breaks; `watch` gets this trainer and each row of the learning curve.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn run(
+        &mut self,
+        num_steps: u64,
+        target: Option<Target>,
+        mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
+    ) -> Result<(), TrainError> {
+        let interval = self.settings.schedule.evaluation_interval.max(1);
+        let is_reached = |rows: &[CurveRow]| target.is_some_and(|target| target.is_reached(rows));
+        while self.counters.steps < num_steps && !is_reached(&self.rows) {
+            let evaluations = self.counters.steps / interval;
+            self.cycle()?;
+            if self.counters.updates > 0 && self.counters.steps / interval > evaluations {
+                let row = self.evaluate()?;
+                if watch(self, &row).is_break() {
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the sampler of the settings.
+fn sampler(settings: &ReplaySettings, gamma: f64) -> Result<Sampler, TrainError> {
+    let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
+    let invalid = |name, value: f64, expected| TrainError::Setting {
+        name,
+        value: value.to_string(),
+        expected,
+    };
+    if !(future_k >= 0.0 && future_k.is_finite()) {
+        return Err(invalid("future_k", future_k, "choose a number of at least 0"));
+    }
+    let goals = GoalMixture::new(&[
+        GoalPart::new(GoalStrategy::Future, 1.0),
+        GoalPart::new(GoalStrategy::PastDesired, past_desired),
+    ]);
+    let goals = goals.map_err(|_| {
+        invalid("past_desired", past_desired, "choose a finite number of at least 0")
+    })?;
+    let ratio = share("future_k", future_k / (future_k + 1.0))?;
+    Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
+        .with_goals(goals)
+        .with_already_achieved(share("already_achieved", already_achieved)?)
+        .with_joined_goal(true)
+        .with_discount(share("gamma", gamma)?))
+}
+
+/// Checks a share.
+fn share(name: &'static str, value: f64) -> Result<UnitInterval, TrainError> {
+    UnitInterval::new(value).map_err(|_| TrainError::Setting {
+        name,
+        value: value.to_string(),
+        expected: "choose a number from 0 to 1",
+    })
+}

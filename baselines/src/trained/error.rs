@@ -1,0 +1,76 @@
+//! The errors of loading trained policies.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Error returned where a [`TrainedPolicy`](crate::TrainedPolicy) cannot be loaded or used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainedPolicyError {
+    /// The file cannot be read.
+    #[error("{} cannot be read", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The error of the file system.
+        source: io::Error,
+    },
+    /// The file is too large for a policy.
+    #[error("the file has more than {limit} bytes: it is not one of a policy")]
+    TooLarge {
+        /// The largest size that is read.
+        limit: u64,
+    },
+    /// The file is damaged, or not a safetensors file.
+    #[error("the file is damaged, or not a safetensors file: {reason}")]
+    Format {
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file has no header of a policy.
+    #[error("the file has no valid header of a policy under the key `policy`: {reason}")]
+    Header {
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file has another version.
+    #[error("the file has version {version}, and this crate reads version {expected}")]
+    Version {
+        /// The file's version.
+        version: u32,
+        /// The version that is read.
+        expected: u32,
+    },
+    /// A tensor is missing, or has another shape or type than the header says.
+    #[error("the tensor {tensor} is {actual}: expected {expected}")]
+    Tensor {
+        /// The tensor.
+        tensor: String,
+        /// What it is.
+        actual: String,
+        /// What it should be.
+        expected: String,
+    },
+    /// A weight is not a finite number.
+    #[error("the tensor {tensor} has the number {value} at {index}: the training has diverged")]
+    NotFinite {
+        /// The tensor.
+        tensor: String,
+        /// The place in it.
+        index: usize,
+        /// The number.
+        value: f32,
+    },
+    /// The policy was trained for an environment of other lengths.
+    #[error(
+        "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not for {actual:?}"
+    )]
+    Environment {
+        /// The environment of the policy.
+        env_id: String,
+        /// Its lengths of observation, goal and action.
+        expected: [usize; 3],
+        /// The lengths of the other environment.
+        actual: [usize; 3],
+    },
+}

@@ -1,0 +1,104 @@
+//! The file format of trained policies.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use safetensors::{Dtype, SafeTensors, tensor::TensorView};
+
+use super::{Layer, LayerWeights, PolicyHeader, TrainedPolicy, TrainedPolicyError as Error};
+
+/// The largest file that is read: some hundred times a policy's size.
+const LIMIT: u64 = 64 << 20;
+
+/// The key of the header in the file's metadata.
+const KEY: &str = "policy";
+
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    let failed = |source| Error::Io { path: path.to_owned(), source };
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(failed)?;
+    file.take(LIMIT + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > LIMIT {
+        return Err(Error::TooLarge { limit: LIMIT });
+    }
+    Ok(bytes)
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
+    let format = |error: safetensors::SafeTensorError| Error::Format { reason: error.to_string() };
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(format)?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(format)?;
+    let text = metadata.metadata().as_ref().and_then(|entries| entries.get(KEY));
+    let text = text.ok_or_else(|| Error::Header { reason: "it is missing".to_owned() })?;
+    let header: PolicyHeader =
+        serde_json::from_str(text).map_err(|error| Error::Header { reason: error.to_string() })?;
+    let num_layers = tensors.len() / 2;
+    let layers = (0..num_layers).map(|number| {
+        let (weight, bias) = (name(number, "weight"), name(number, "bias"));
+        let ([num_inputs, num_outputs], weights) = tensor(&tensors, &weight)?;
+        let ([len], biases) = tensor(&tensors, &bias)?;
+        if len != num_outputs {
+            let (actual, expected) = (format!("of {len} numbers"), num_outputs.to_string());
+            return Err(Error::Tensor { tensor: bias, actual, expected });
+        }
+        Ok(LayerWeights { num_inputs, weights, biases })
+    });
+    let layers = layers.collect::<Result<Vec<_>, _>>()?;
+    if tensors.len() != 2 * num_layers {
+        return Err(Error::Format {
+            reason: "it has more tensors than those of layers".to_owned(),
+        });
+    }
+    TrainedPolicy::new(header, &layers)
+}
+
+pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
+    let failed = |reason: String| Error::Format { reason };
+    let header =
+        serde_json::to_string(&policy.header).map_err(|error| failed(error.to_string()))?;
+    let bytes = |numbers: &[f32]| -> Vec<u8> {
+        numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+    };
+    let mut tensors = Vec::new();
+    for (number, Layer { weights, biases }) in policy.layers.iter().enumerate() {
+        let (num_outputs, num_inputs) = weights.shape();
+        let weight = bytes(weights.as_slice());
+        tensors.push((name(number, "weight"), vec![num_inputs, num_outputs], weight));
+        tensors.push((name(number, "bias"), vec![num_outputs], bytes(biases.as_slice())));
+    }
+    let views = tensors.iter().map(|(name, shape, bytes)| {
+        TensorView::new(Dtype::F32, shape.clone(), bytes).map(|view| (name.as_str(), view))
+    });
+    let views = views.collect::<Result<Vec<_>, _>>().map_err(|error| failed(error.to_string()))?;
+    let metadata = HashMap::from([(KEY.to_owned(), header)]);
+    safetensors::serialize(views, Some(metadata)).map_err(|error| failed(error.to_string()))
+}
+
+/// The name of a tensor.
+pub(super) fn name(layer: usize, part: &str) -> String {
+    format!("layers.{layer}.{part}")
+}
+
+/// Returns the shape and the numbers of a tensor.
+fn tensor<const N: usize>(
+    tensors: &SafeTensors<'_>,
+    name: &str,
+) -> Result<([usize; N], Vec<f32>), Error> {
+    let wrong = |actual: String| Error::Tensor {
+        tensor: name.to_owned(),
+        actual,
+        expected: format!("of the type F32, with {N} dimensions"),
+    };
+    let view = tensors.tensor(name).map_err(|_| wrong("missing".to_owned()))?;
+    match (view.dtype(), <[usize; N]>::try_from(view.shape())) {
+        (Dtype::F32, Ok(shape)) => {
+            let (chunks, _) = view.data().as_chunks::<4>();
+            Ok((shape, chunks.iter().map(|chunk| f32::from_le_bytes(*chunk)).collect()))
+        }
+        (dtype, _) => {
+            Err(wrong(format!("of the type {dtype:?}, with the shape {:?}", view.shape())))
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Trained policies: small networks that were learned once and are loaded from a file.
+
+pub(crate) mod error;
+mod file;
+mod header;
+
+use std::path::Path;
+
+use fetch_env::{FetchObservation, GoalObservation, vec_env::Batch};
+use her_relabel::Scalar;
+use nalgebra::{DMatrix, DVector};
+
+pub use error::TrainedPolicyError;
+pub use header::{InputPart, PolicyHeader, SuccessRate};
+
+use crate::policy::Policy;
+
+/// A policy that was learned: a network with rectified linear units and a hyperbolic tangent at its
+/// end, the scale of its inputs, and where it comes from.
+///
+/// The file is a [safetensors](https://docs.rs/safetensors) file of the tensors `layers.0.weight`,
+/// `layers.0.bias`, and so on, where a weight has a row for each input; its metadata has the
+/// [header](PolicyHeader) as JSON under the key `policy`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainedPolicy {
+    header: PolicyHeader,
+    layers: Vec<Layer>,
+    /// The input of the network, to be used again.
+    input: Vec<f32>,
+}
+
+/// A layer of a network: `outputs = inputs * weights + biases`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerWeights {
+    /// The number of inputs.
+    pub num_inputs: usize,
+    /// A row for each input.
+    pub weights: Vec<f32>,
+    /// One for each output.
+    pub biases: Vec<f32>,
+}
+
+/// A layer, ready to be computed.
+#[derive(Clone, Debug, PartialEq)]
+struct Layer {
+    /// A row for each output.
+    weights: DMatrix<f32>,
+    biases: DVector<f32>,
+}
+
+impl TrainedPolicy {
+    /// Makes a policy from the layers of its network.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError`] if the header contradicts itself, or the layers do not fit it or have a
+    /// number that is not finite.
+    pub fn new(header: PolicyHeader, layers: &[LayerWeights]) -> Result<Self, TrainedPolicyError> {
+        header.check()?;
+        let mut len = header.input_len();
+        for (number, layer) in layers.iter().enumerate() {
+            layer.check(number, len)?;
+            len = layer.biases.len();
+        }
+        if layers.is_empty() || len != header.action_len {
+            return Err(TrainedPolicyError::Tensor {
+                tensor: file::name(layers.len().saturating_sub(1), "bias"),
+                actual: format!("of {len} numbers"),
+                expected: format!("{}, the length of an action", header.action_len),
+            });
+        }
+        // Rows for inputs are, column by column, rows for outputs.
+        let layers = layers.iter().map(|LayerWeights { num_inputs, weights, biases }| Layer {
+            weights: DMatrix::from_column_slice(biases.len(), *num_inputs, weights),
+            biases: DVector::from_column_slice(biases),
+        });
+        Ok(Self { header, layers: layers.collect(), input: Vec::new() })
+    }
+
+    /// Loads a policy from a file.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError`] if the file cannot be read, is damaged, or is not one of a policy.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, TrainedPolicyError> {
+        Self::from_bytes(&file::read(path.as_ref())?)
+    }
+
+    /// Makes a policy from the contents of a file.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrainedPolicyError> {
+        file::decode(bytes)
+    }
+
+    /// Returns the contents of a file with this policy.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::Format`] if the header does not fit into a file.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, TrainedPolicyError> {
+        file::encode(self)
+    }
+
+    /// Where the policy comes from, and what it was trained for.
+    #[must_use]
+    pub const fn header(&self) -> &PolicyHeader {
+        &self.header
+    }
+
+    /// Sets the success rate that an evaluation has measured.
+    #[must_use]
+    pub fn with_success(mut self, success: SuccessRate) -> Self {
+        self.header.success = Some(success);
+        self
+    }
+
+    /// Checks that observations and actions of an environment have the lengths that the policy was
+    /// trained with.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::Environment`].
+    pub fn check_lengths(
+        &self,
+        observation: usize,
+        goal: usize,
+        action: usize,
+    ) -> Result<(), TrainedPolicyError> {
+        let PolicyHeader { observation_len, goal_len, action_len, env_id, .. } = &self.header;
+        let expected = [*observation_len, *goal_len, *action_len];
+        let actual = [observation, goal, action];
+        if actual == expected {
+            return Ok(());
+        }
+        Err(TrainedPolicyError::Environment { env_id: env_id.clone(), expected, actual })
+    }
+
+    /// Writes the greedy action for one observation and its goals.
+    fn write_action<S: Scalar>(
+        &mut self,
+        observation: &[S],
+        achieved_goal: &[f64],
+        desired_goal: &[f64],
+        action: &mut [f32],
+    ) {
+        self.input.clear();
+        for part in &self.header.inputs {
+            match part {
+                InputPart::Observation => {
+                    normalize(
+                        self.header.observation_normalizer.as_ref(),
+                        observation,
+                        &mut self.input,
+                    );
+                }
+                InputPart::AchievedGoal => {
+                    normalize(self.header.goal_normalizer.as_ref(), achieved_goal, &mut self.input);
+                }
+                InputPart::DesiredGoal => {
+                    normalize(self.header.goal_normalizer.as_ref(), desired_goal, &mut self.input);
+                }
+            }
+        }
+        let mut values = DVector::from_column_slice(&self.input);
+        let last = self.layers.len() - 1;
+        for (number, Layer { weights, biases }) in self.layers.iter().enumerate() {
+            let mut outputs = biases.clone();
+            outputs.gemv(1.0, weights, &values, 1.0);
+            if number < last {
+                outputs.iter_mut().for_each(|value| *value = value.max(0.0));
+            }
+            values = outputs;
+        }
+        for (action, value) in action.iter_mut().zip(&values) {
+            *action = value.tanh();
+        }
+    }
+}
+
+impl LayerWeights {
+    /// Checks layer `number`, which gets `num_inputs` inputs.
+    fn check(&self, number: usize, num_inputs: usize) -> Result<(), TrainedPolicyError> {
+        let (weight, bias) = (file::name(number, "weight"), file::name(number, "bias"));
+        let num_outputs = self.biases.len();
+        if self.num_inputs != num_inputs
+            || num_outputs == 0
+            || num_inputs.checked_mul(num_outputs) != Some(self.weights.len())
+        {
+            return Err(TrainedPolicyError::Tensor {
+                tensor: weight,
+                actual: format!("of {} inputs and {} numbers", self.num_inputs, self.weights.len()),
+                expected: format!("of {num_inputs} inputs and {num_outputs} outputs"),
+            });
+        }
+        for (tensor, numbers) in [(weight, &self.weights), (bias, &self.biases)] {
+            if let Some(index) = numbers.iter().position(|number| !number.is_finite()) {
+                return Err(TrainedPolicyError::NotFinite { tensor, index, value: numbers[index] });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Appends numbers to an input, on the policy's scale if it has one.
+fn normalize<S: Scalar>(
+    scale: Option<&her_relabel::Normalizer>,
+    numbers: &[S],
+    input: &mut Vec<f32>,
+) {
+    let start = input.len();
+    input.extend(numbers.iter().map(|number| number.to_f64() as f32));
+    if let Some(scale) = scale
+        && scale.normalize_into(numbers, &mut input[start..]).is_err()
+    {
+        // An observation that is not finite, or not of the task: the action is that of the mean.
+        input[start..].fill(0.0);
+    }
+}
+
+impl Policy for TrainedPolicy {
+    fn act(&mut self, observation: &FetchObservation, action: &mut [f32]) {
+        self.write_action(
+            observation.observation(),
+            observation.achieved_goal(),
+            observation.desired_goal(),
+            action,
+        );
+    }
+}
+
+/// Chooses the actions of many environments, a row for each: the same as one at a time.
+impl<O: GoalObservation<Element: Scalar>, I> Policy<Batch<O, I>> for TrainedPolicy {
+    fn act(&mut self, batch: &Batch<O, I>, actions: &mut [f32]) {
+        let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
+        let observations = batch.observation().chunks_exact(observation_len);
+        let achieved = batch.achieved_goal().chunks_exact(goal_len);
+        let desired = batch.desired_goal().chunks_exact(goal_len);
+        let rows = observations.zip(achieved).zip(desired);
+        for (((observation, achieved), desired), action) in
+            rows.zip(actions.chunks_exact_mut(action_len))
+        {
+            self.write_action(observation, achieved, desired, action);
+        }
+    }
+}

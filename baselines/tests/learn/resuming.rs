@@ -1,0 +1,96 @@
+//! Checkpoints: a resumed run ends with the same bits, and a damaged checkpoint is refused.
+
+use std::fs;
+use std::ops::ControlFlow;
+
+use baselines::learn::{CheckpointError, Trainer};
+use fetch_env::make_kinematic;
+use tempfile::tempdir;
+
+use crate::runs::{Kinematic, Result, ddpg, make, outcome, sac, settings};
+
+const STEPS: u64 = 1_000;
+
+/// A run that is saved at each evaluation.
+fn run(trainer: &mut Trainer<Kinematic>, folder: &std::path::Path) -> Result {
+    let mut saved = Ok(());
+    trainer.run(STEPS, None, |trainer, _| {
+        saved = trainer.save(folder).map(|_| ());
+        ControlFlow::Continue(())
+    })?;
+    Ok(saved?)
+}
+
+#[test]
+fn a_resumed_run_ends_with_the_same_bits() -> Result {
+    for algorithm in [ddpg(), sac()] {
+        let folder = tempdir()?;
+        let mut settings = settings(algorithm);
+        // Episodes are under way, random and still ones among them, where the checkpoints are.
+        settings.schedule.steps_per_cycle = 30;
+        settings.exploration.random_episode_share = 0.3;
+        let mut whole = Trainer::new(make, settings.clone(), 5, 2)?;
+        run(&mut whole, tempdir()?.path())?;
+
+        let mut stopped = Trainer::new(make, settings, 5, 1)?;
+        stopped.run(STEPS / 2, None, |_, _| ControlFlow::Continue(()))?;
+        stopped.save(folder.path())?;
+        // What happens after the checkpoint is lost.
+        stopped.cycle()?;
+        drop(stopped);
+        let mut resumed = Trainer::resume(make, folder.path(), 2)?;
+        run(&mut resumed, folder.path())?;
+        assert!(outcome(&resumed)? == outcome(&whole)?);
+    }
+    Ok(())
+}
+
+#[test]
+fn two_checkpoints_stay_and_damaged_ones_are_refused() -> Result {
+    let folder = tempdir()?;
+    let mut trainer = Trainer::new(make, settings(ddpg()), 1, 1)?;
+    assert!(matches!(Trainer::resume(make, folder.path(), 1), Err(CheckpointError::None { .. })));
+    run(&mut trainer, folder.path())?;
+    let mut paths: Vec<_> =
+        fs::read_dir(folder.path())?.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
+    paths.sort();
+    assert_eq!(paths.len(), 2, "{paths:?}");
+    let (before, last) = (&paths[0], &paths[1]);
+    let bytes = fs::read(last)?;
+    // Cut off, and changed in a bit at places all over the file.
+    let cuts = [0, 1, bytes.len() / 2, bytes.len() - 1].map(|len| bytes[..len].to_vec());
+    let flips = (0..40).map(|part| {
+        let mut bytes = bytes.clone();
+        let at = part * bytes.len() / 40 + 11;
+        bytes[at] ^= 1;
+        bytes
+    });
+    let mut refused = 0;
+    for damaged in cuts.into_iter().chain(flips) {
+        fs::write(last, damaged)?;
+        match Trainer::resume(make, folder.path(), 1) {
+            Err(CheckpointError::Damaged { path, before: Some(other), .. }) => {
+                assert_eq!((&path, &other), (last, before));
+                refused += 1;
+            }
+            // A bit that means nothing, such as one of the date.
+            Ok(resumed) => assert!(outcome(&resumed)? == outcome(&trainer)?),
+            other => panic!("{other:?}"),
+        }
+    }
+    assert!(refused >= 40, "{refused}");
+    fs::remove_file(last)?;
+    Trainer::resume(make, folder.path(), 1)?;
+    Ok(())
+}
+
+#[test]
+fn a_checkpoint_of_another_environment_is_refused() -> Result {
+    let folder = tempdir()?;
+    let mut trainer = Trainer::new(make, settings(ddpg()), 1, 1)?;
+    trainer.cycle()?;
+    trainer.save(folder.path())?;
+    let other = Trainer::resume(|| make_kinematic("FetchPush-v4"), folder.path(), 1);
+    assert!(matches!(other, Err(CheckpointError::Foreign { .. })), "{other:?}");
+    Ok(())
+}

@@ -1,0 +1,146 @@
+//! The files of a run.
+
+use std::{
+    fmt::{self, Write as _},
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, ensure};
+use baselines::{
+    SuccessRate, TrainedPolicy,
+    learn::{Counters, CurveRow},
+};
+use fetch_env::EnvId;
+use serde::{Deserialize, Serialize};
+
+use super::{Args, options::Preset};
+use crate::shared::{
+    choice::ModelChoice,
+    json::{write_json, write_text},
+};
+
+/// The folder of a run.
+pub struct RunFiles {
+    pub folder: PathBuf,
+    pub run: Run,
+}
+
+/// What a resumed run needs to know beside its checkpoint: `run.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    env_id: String,
+    pub model: ModelChoice,
+    /// Environment steps after which the run ends.
+    pub steps: u64,
+    /// Success rate at which the run ends.
+    pub target: f64,
+    seed: u64,
+    preset: Preset,
+    demos: Option<String>,
+}
+
+impl Run {
+    pub fn env_id(&self) -> anyhow::Result<EnvId> {
+        Ok(self.env_id.parse()?)
+    }
+}
+
+const RUN: &str = "run.json";
+
+impl RunFiles {
+    /// Makes the folder of a new run.
+    pub fn create(folder: &Path, args: &Args, seed: u64) -> anyhow::Result<Self> {
+        let path = folder.join(RUN);
+        ensure!(
+            !path.exists(),
+            "{} has a run: choose another folder with --out, or continue it with --resume",
+            folder.display()
+        );
+        let (steps, target) = super::limits(args.env_id.task);
+        let run = Run {
+            env_id: args.env_id.to_string(),
+            model: args.model,
+            steps: args.steps.unwrap_or(steps),
+            target: args.target.unwrap_or(target),
+            seed,
+            preset: args.preset,
+            demos: args.demos.clone(),
+        };
+        write_json(&path, &run)?;
+        Ok(Self { folder: folder.to_owned(), run })
+    }
+
+    /// Opens the folder of a run.
+    pub fn open(folder: &Path) -> anyhow::Result<Self> {
+        let path = folder.join(RUN);
+        let text = fs::read_to_string(&path)
+            .with_context(|| format!("{} is not the folder of a run", folder.display()))?;
+        let run = serde_json::from_str(&text)
+            .with_context(|| format!("{} is damaged", path.display()))?;
+        Ok(Self { folder: folder.to_owned(), run })
+    }
+
+    /// Writes the curve so far.
+    pub fn write_curve(&self, rows: &[CurveRow]) -> anyhow::Result<()> {
+        let mut text = "steps,episodes,updates,seconds,success_rate,success_low,success_high,\
+                        return_mean,final_distance,collected_success,critic_loss,actor_loss,value\n"
+            .to_owned();
+        for row in rows {
+            let CurveRow { counters, success_rate, return_mean, final_distance, .. } = row;
+            let Counters { steps, episodes, updates, seconds, .. } = counters;
+            let optional = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
+            let losses = row.losses;
+            let loss = |value: fn(&baselines::learn::Losses) -> f32| {
+                optional(losses.as_ref().map(|losses| f64::from(value(losses))))
+            };
+            writeln!(
+                text,
+                "{steps},{episodes},{updates},{seconds:.3},{},{:.4},{:.4},{return_mean},{final_distance},{},{},{},{}",
+                success_rate.value,
+                success_rate.low,
+                success_rate.high,
+                optional(row.collected_success),
+                loss(|losses| losses.critic),
+                loss(|losses| losses.actor),
+                loss(|losses| losses.value),
+            )?;
+        }
+        write_text(&self.folder.join("curve.csv"), &text)
+    }
+
+    pub fn write_policy(&self, policy: &TrainedPolicy) -> anyhow::Result<()> {
+        let path = self.folder.join("policy.safetensors");
+        fs::write(&path, policy.to_bytes()?)
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+/// The result of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Outcome {
+    pub env_id: String,
+    pub seed: u64,
+    pub counters: Counters,
+    /// The counters at the second of the evaluations that reached the target.
+    pub reached: Option<Counters>,
+    pub success: Option<SuccessRate>,
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { env_id, seed, counters, reached, success } = self;
+        write!(f, "{env_id}, seed {seed}: ")?;
+        match reached {
+            Some(Counters { steps, seconds, .. }) => {
+                write!(f, "reached the target after {steps} steps, {seconds:.1} s of training")?;
+            }
+            None => write!(f, "target not reached in {} steps", counters.steps)?,
+        }
+        if let Some(SuccessRate { rate, episodes, .. }) = success {
+            write!(f, "; {:.2} of {episodes} episodes on new seeds succeed", rate.value)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,239 @@
+//! `train`: trains a policy, with its curve, checkpoints and a page.
+
+mod files;
+mod options;
+mod page;
+
+use std::{ops::ControlFlow, path::PathBuf, time::Instant};
+
+use anyhow::{Context, ensure};
+use baselines::{
+    Estimate, SuccessRate, TrainedPolicy, evaluate_vec,
+    learn::{CurveRow, Target, TrainSettings, Trainer},
+};
+use fetch_env::{
+    EnvError, EnvId, MujocoEnv, Task, UnknownEnvId, make_vec_with_config, make_with_config,
+    vec_env::VecConfig,
+};
+use indicatif::ProgressBar;
+
+use self::{
+    files::{Outcome, RunFiles},
+    options::{AlgorithmChoice, Preset},
+};
+use crate::shared::{
+    choice::ModelChoice,
+    json::{Metric, write_results},
+    progress,
+};
+
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Environment
+    #[arg(long, default_value = "FetchReach-v4", value_parser = parse_env_id)]
+    env_id: EnvId,
+    /// Settings to start from
+    #[arg(long, value_enum, default_value_t = Preset::Fast)]
+    preset: Preset,
+    /// Algorithm, with its default settings if it is not the preset's
+    #[arg(long, value_enum)]
+    algorithm: Option<AlgorithmChoice>,
+    /// Seed of the run
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Number of runs, with the seeds that follow
+    #[arg(long, default_value_t = 1)]
+    seeds: u64,
+    /// Number of environments stepped together
+    #[arg(long)]
+    envs: Option<usize>,
+    /// Number of threads; results do not depend on it
+    #[arg(long, default_value_t = std::thread::available_parallelism().map_or(1, usize::from))]
+    threads: usize,
+    /// Environment steps after which the run ends, if it has not reached the target
+    #[arg(long)]
+    steps: Option<u64>,
+    /// Success rate at which the run ends, if two evaluations in a row reach it; 2 for never
+    #[arg(long)]
+    target: Option<f64>,
+    /// Number of scripted episodes in the buffer before the run, or a file of episodes: an archive
+    /// of numpy arrays (.npz)
+    #[arg(long)]
+    demos: Option<String>,
+    /// Change a setting, such as gamma=0.98; can be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Model of the robot
+    #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
+    model: ModelChoice,
+    /// Folder of the run [default: results/train/<ENV_ID>-seed-<SEED>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Continue the run of this folder from its last checkpoint
+    #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs", "demos", "set", "model", "out"])]
+    resume: Option<PathBuf>,
+    /// Least number of seconds between two checkpoints
+    #[arg(long, default_value_t = 30.0)]
+    checkpoint_seconds: f64,
+    /// Also write the results as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
+    text.parse()
+}
+
+/// The seeds of the final evaluation, which no training and no other evaluation has.
+const FINAL_SEED: u64 = 1 << 50;
+const FINAL_EPISODES: usize = 100;
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let mut results = Vec::new();
+    if let Some(folder) = &args.resume {
+        let files = RunFiles::open(folder)?;
+        let (env_id, model) = (files.run.env_id()?, files.run.model);
+        let trainer = Trainer::resume(|| make(env_id, model), folder, args.threads)?;
+        println!("train: resuming {} after {} steps", folder.display(), trainer.counters().steps);
+        results.push(finish(args, trainer, &files)?);
+    } else {
+        ensure!(args.seeds > 0, "--seeds is 0: choose at least 1");
+        for seed in (args.seed..).take(usize::try_from(args.seeds)?) {
+            results.push(start(args, seed)?);
+        }
+    }
+    write_results(args.json.as_ref(), &results, figures(&results))?;
+    Ok(true)
+}
+
+/// Makes an environment of a run.
+fn make(env_id: EnvId, model: ModelChoice) -> Result<MujocoEnv, EnvError> {
+    make_with_config(env_id.config().with_model(model.source()))
+}
+
+fn start(args: &Args, seed: u64) -> anyhow::Result<Outcome> {
+    let settings = options::settings(args)?;
+    let name = format!("{}-seed-{seed}", args.env_id);
+    let folder = match &args.out {
+        Some(folder) if args.seeds == 1 => folder.clone(),
+        Some(folder) => folder.join(format!("seed-{seed}")),
+        None => PathBuf::from("results/train").join(name),
+    };
+    let files = RunFiles::create(&folder, args, seed)?;
+    let mut trainer = Trainer::new(|| make(args.env_id, args.model), settings, seed, args.threads)?;
+    if let Some(demos) = &args.demos {
+        let count = options::add_demos(&mut trainer, args, demos, seed)?;
+        println!("train: {count} episodes of demonstrations");
+    }
+    finish(args, trainer, &files)
+}
+
+/// Runs a trainer to its end, and writes its files.
+fn finish(
+    args: &Args,
+    mut trainer: Trainer<MujocoEnv>,
+    files: &RunFiles,
+) -> anyhow::Result<Outcome> {
+    let run = &files.run;
+    let env_id = run.env_id()?;
+    let num_steps = args.steps.unwrap_or(run.steps);
+    let target = Target { success_rate: args.target.unwrap_or(run.target), evaluations: 2 };
+    let bar = progress::bar(usize::try_from(num_steps)?, "training");
+    bar.set_position(trainer.counters().steps);
+    files.write_curve(trainer.rows())?;
+    let mut saved = Instant::now();
+    let mut outcome = Ok(());
+    trainer.run(num_steps, Some(target), |trainer, row| {
+        show(&bar, row);
+        outcome = files.write_curve(trainer.rows());
+        if outcome.is_ok() && saved.elapsed().as_secs_f64() >= args.checkpoint_seconds {
+            outcome = trainer.save(&files.folder).map(|_| ()).context("the run stops here");
+            saved = Instant::now();
+        }
+        if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })?;
+    outcome?;
+    bar.finish_and_clear();
+    trainer.save(&files.folder)?;
+    let policy = trainer.policy(&env_id.to_string())?;
+    let policy = measured(policy, env_id, run.model, args.threads)?;
+    let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
+    let outcome = Outcome {
+        env_id: env_id.to_string(),
+        seed: trainer.seed(),
+        counters: *trainer.counters(),
+        reached: reached.map(|first| trainer.rows()[first].counters),
+        success: policy.header().success,
+    };
+    files.write_policy(&policy)?;
+    page::write(&files.folder, env_id, run.model, trainer.rows(), trainer.settings(), policy)?;
+    println!("train: {outcome}; wrote {}", files.folder.display());
+    Ok(outcome)
+}
+
+/// Measures the success rate of a policy on seeds that no training has seen.
+fn measured(
+    mut policy: TrainedPolicy,
+    env_id: EnvId,
+    model: ModelChoice,
+    threads: usize,
+) -> anyhow::Result<TrainedPolicy> {
+    let config = env_id.config().with_model(model.source());
+    let vec_config = VecConfig::default().with_num_threads(threads);
+    let mut envs = make_vec_with_config(&config, 20, vec_config)?;
+    let evaluation = evaluate_vec(&mut envs, &mut policy, FINAL_EPISODES, FINAL_SEED, |_| ())?;
+    let rate = evaluation.summary()?.success_rate;
+    let success = SuccessRate { rate, episodes: FINAL_EPISODES, first_seed: FINAL_SEED };
+    Ok(policy.with_success(success))
+}
+
+fn show(bar: &ProgressBar, row: &CurveRow) {
+    let CurveRow { counters, success_rate: Estimate { value, .. }, .. } = row;
+    bar.set_position(counters.steps);
+    bar.set_message(format!("success {value:.2}"));
+    progress::note(
+        bar,
+        format_args!(
+            "{:>9} steps {:>7} updates {:>8.2} s  success {value:.2}",
+            counters.steps, counters.updates, counters.seconds
+        ),
+    );
+}
+
+fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {
+    let mut figures = Vec::new();
+    for outcome in outcomes {
+        let mut push = |name: &str, figure| {
+            let Outcome { env_id, seed, .. } = outcome;
+            figures.push((format!("train/{env_id}/seed-{seed}/{name}"), figure));
+        };
+        if let Some(reached) = outcome.reached {
+            push("steps_to_target", Metric::new(reached.steps as f64, "1"));
+            push("seconds_to_target", Metric::new(reached.seconds, "s"));
+        }
+        push("steps", Metric::new(outcome.counters.steps as f64, "1"));
+        push("seconds", Metric::new(outcome.counters.seconds, "s"));
+        if let Some(success) = outcome.success {
+            push("success_rate", Metric::new(success.rate.value, "1"));
+        }
+    }
+    figures
+}
+
+/// The steps after which a run ends by default, and the success rate at which it does.
+const fn limits(task: Task) -> (u64, f64) {
+    match task {
+        Task::Reach => (10_000, 1.0),
+        Task::Push => (500_000, 0.9),
+        Task::PickAndPlace => (1_500_000, 0.9),
+        Task::Slide => (4_000_000, 0.7),
+    }
+}
+
+/// Returns the settings that a preset has for a task.
+fn preset(preset: Preset, env_id: EnvId) -> TrainSettings {
+    match preset {
+        Preset::Authors => TrainSettings::authors(),
+        Preset::Fast => TrainSettings::fast(env_id.task),
+    }
+}

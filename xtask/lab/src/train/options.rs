@@ -1,0 +1,127 @@
+//! The settings that the flags describe, and demonstrations.
+
+use anyhow::{Context, bail, ensure};
+use baselines::{
+    Policy, ScriptedPolicy,
+    learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
+};
+use fetch_env::{FetchObservation, MujocoEnv};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::{Args, make, preset};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// Those of openai/baselines, in one process
+    Authors,
+    /// Those that learn soonest on a few cores
+    Fast,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AlgorithmChoice {
+    /// Deep deterministic policy gradient
+    Ddpg,
+    /// Soft actor-critic
+    Sac,
+}
+
+/// Returns the settings that the flags describe.
+pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
+    let mut settings = preset(args.preset, args.env_id);
+    match (args.algorithm, &settings.algorithm) {
+        (Some(AlgorithmChoice::Ddpg), AlgorithmSettings::Sac(_)) => {
+            settings.algorithm = AlgorithmSettings::Ddpg(DdpgSettings::default());
+        }
+        (Some(AlgorithmChoice::Sac), AlgorithmSettings::Ddpg(_)) => {
+            settings.algorithm = AlgorithmSettings::Sac(SacSettings::default());
+        }
+        _ => {}
+    }
+    if let Some(num_envs) = args.envs {
+        settings.schedule.num_envs = num_envs;
+    }
+    let mut value = serde_json::to_value(&settings)?;
+    for assignment in &args.set {
+        let (key, text) = assignment
+            .split_once('=')
+            .with_context(|| format!("--set {assignment}: write KEY=VALUE, such as gamma=0.98"))?;
+        let new = serde_json::from_str(text).with_context(|| {
+            format!("--set {assignment}: {text} is not a number, a list or true")
+        })?;
+        let Some(place) = find(&mut value, key) else {
+            bail!("--set {assignment}: {}", unknown(&serde_json::to_value(&settings)?, key));
+        };
+        *place = new;
+        settings = serde_json::from_value(value.clone())
+            .with_context(|| format!("--set {assignment}: {text} is not a value of {key}"))?;
+    }
+    Ok(settings)
+}
+
+/// Returns the place of a setting in the tree of all.
+fn find<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
+    let Value::Object(entries) = value else { return None };
+    let is_setting = entries.get(key).is_some_and(|value| !value.is_object());
+    if is_setting {
+        entries.get_mut(key)
+    } else {
+        entries.values_mut().find_map(|value| find(value, key))
+    }
+}
+
+/// Says that there is no such setting, and which has the nearest name.
+fn unknown(settings: &Value, key: &str) -> String {
+    let mut names = Vec::new();
+    collect_names(settings, &mut names);
+    let nearest = names
+        .iter()
+        .max_by(|a, b| strsim::jaro_winkler(a, key).total_cmp(&strsim::jaro_winkler(b, key)));
+    let nearest = nearest.map_or_else(String::new, |name| format!("; did you mean {name}?"));
+    format!("there is no setting {key}{nearest} All are: {}", names.join(", "))
+}
+
+fn collect_names(value: &Value, names: &mut Vec<String>) {
+    let empty = Map::new();
+    for (name, value) in value.as_object().unwrap_or(&empty) {
+        if value.is_object() { collect_names(value, names) } else { names.push(name.clone()) }
+    }
+}
+
+/// The noise of scripted episodes, so that the policy also sees what comes of mistakes.
+const DEMO_NOISE: f32 = 0.1;
+/// The seed of the first demonstration of the first run, which no training and no evaluation has.
+const DEMO_SEED: u64 = 1 << 45;
+
+/// Adds demonstrations to the buffer of a trainer, and returns the number of episodes.
+pub fn add_demos(
+    trainer: &mut Trainer<MujocoEnv>,
+    args: &Args,
+    demos: &str,
+    seed: u64,
+) -> anyhow::Result<u64> {
+    let Ok(count) = demos.parse::<usize>() else {
+        ensure!(demos.ends_with(".npz"), "--demos {demos}: write a number or a file .npz");
+        return Ok(trainer.add_demonstrations(|buffer| buffer.import_npz(demos))?);
+    };
+    let mut env = make(args.env_id, args.model)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut script = ScriptedPolicy::new(args.env_id.task);
+    let mut noisy = |observation: &FetchObservation, action: &mut [f32]| {
+        script.act(observation, action);
+        for element in action {
+            let noise = rng.random_range(-DEMO_NOISE..=DEMO_NOISE);
+            *element = (*element + noise).clamp(-1.0, 1.0);
+        }
+    };
+    let first_seed = DEMO_SEED + seed * 100_000;
+    let evaluation = trainer.add_demonstrations(|buffer| {
+        baselines::collect(&mut env, &mut noisy, count, first_seed, buffer, 0, |_| ())
+    })?;
+    Ok(evaluation.episodes.len() as u64)
+}

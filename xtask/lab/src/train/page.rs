@@ -1,0 +1,62 @@
+//! The page of a run: its curve, its settings, and episodes of the policy.
+
+use std::path::Path;
+
+use baselines::{
+    TrainedPolicy,
+    learn::{CurveRow, TrainSettings},
+    page::{Axis, Document, Ink, Playback, Plot, escape},
+};
+use fetch_env::EnvId;
+
+use super::make;
+use crate::shared::{choice::ModelChoice, json::write_text};
+
+/// The seeds of the episodes that are played back.
+const PLAYED: [u64; 3] = [1 << 50, (1 << 50) + 1, (1 << 50) + 2];
+
+pub fn write(
+    folder: &Path,
+    env_id: EnvId,
+    model: ModelChoice,
+    rows: &[CurveRow],
+    settings: &TrainSettings,
+    mut policy: TrainedPolicy,
+) -> anyhow::Result<()> {
+    let title = format!("{env_id}, learned in {} steps", policy.header().steps);
+    let mut page = Document::new(&title);
+    page.section("curve", "Learning curve", &curves(rows)?);
+    let mut env = make(env_id, model)?;
+    let mut episodes = String::new();
+    for seed in PLAYED {
+        let playback = Playback::record(&mut env, &mut policy, seed, |_, _, _| ())?;
+        let name = format!("The learned policy, seed {seed}");
+        episodes += &playback.with_title(&name).html()?;
+    }
+    page.section("episodes", "Episodes on new seeds", &episodes);
+    let settings = format!("<pre>{}</pre>", escape(&serde_json::to_string_pretty(settings)?));
+    page.section("settings", "Settings", &settings);
+    write_text(&folder.join("page.html"), &page.html())
+}
+
+/// Draws the success rate over steps and over seconds of training.
+fn curves(rows: &[CurveRow]) -> anyhow::Result<String> {
+    let mut html = String::new();
+    let steps = |row: &CurveRow| row.counters.steps as f64;
+    let seconds = |row: &CurveRow| row.counters.seconds;
+    let axes: [(&str, &dyn Fn(&CurveRow) -> f64); 2] =
+        [("environment steps", &steps), ("seconds of training", &seconds)];
+    for (label, x) in axes {
+        let last = rows.last().map_or(1.0, x);
+        let title = format!("Success rate over {label}");
+        let mut plot =
+            Plot::new(&title, Axis::new(label, 0.0, last), Axis::new("success rate", 0.0, 1.0));
+        let band: Vec<_> =
+            rows.iter().map(|row| (x(row), row.success_rate.low, row.success_rate.high)).collect();
+        plot.band(Ink::Blue, &band);
+        plot.line(Ink::Blue, rows.iter().map(|row| (x(row), row.success_rate.value)));
+        plot.legend(Ink::Blue, "100 greedy episodes, with the 95 % interval");
+        html += &plot.svg()?;
+    }
+    Ok(html)
+}
