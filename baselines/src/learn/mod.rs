@@ -1,4 +1,37 @@
 //! Learning with hindsight: algorithms, their settings, and the loop that trains.
+//!
+//! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
+//! actor by an [`Algorithm`]: [`Ddpg`] or [`Sac`]. It takes any goal-conditioned environment whose
+//! actions are a box from -1 to 1. The presets [`TrainSettings::fast`] and
+//! [`TrainSettings::authors`] have settings for the Fetch tasks.
+//!
+//! The same settings and the same seed give the same curve and the same policy, bit for bit, on any
+//! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume).
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//!
+//! use baselines::learn::{Target, TrainSettings, Trainer};
+//! use fetch_env::{Task, make_kinematic};
+//!
+//! let mut settings = TrainSettings::fast(Task::Reach);
+//! settings.schedule.evaluation_episodes = 10;
+//! # settings.replay.batch_size = 32;
+//! let make = || make_kinematic("FetchReach-v4");
+//! let mut trainer = Trainer::new(make, settings, 0, 2)?;
+//! let target = Target { success_rate: 1.0, evaluations: 2 };
+//! # let target = Target { success_rate: 0.0, evaluations: 1 };
+//! trainer.run(10_000, Some(target), |_, row| {
+//!     println!("{} steps: {:?}", row.counters.steps, row.success_rate);
+//!     ControlFlow::Continue(())
+//! })?;
+//! let policy = trainer.policy("FetchReach-v4")?;
+//! # assert!(policy.header().steps <= 10_000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Networks are small multilayer perceptrons over the matrix products of
+//! [faer](https://docs.rs/faer), in `f32`, computed on the processor.
 
 mod actor;
 mod adam;

@@ -257,3 +257,58 @@ fn dot(left: &[f32], right: &[f32]) -> f32 {
     let rest = left_rest.iter().zip(right_rest).map(|(left, right)| left * right);
     sums.iter().sum::<f32>() + rest.sum::<f32>()
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::super::network::{Network, Shape};
+    use super::{Pass, run};
+
+    const ROWS: usize = 5;
+
+    /// The gradients of the sum of squared outputs agree with differences of it.
+    #[test]
+    fn gradients_agree_with_differences() {
+        for layer_norm in [false, true] {
+            let mut rng = ChaCha8Rng::seed_from_u64(3);
+            let shape = Shape::new(4, &[17, 9], 2, layer_norm);
+            let network = Network::init(shape, 1.0, &mut rng);
+            let inputs: Vec<f32> = (0..ROWS * 4).map(|_| rng.random_range(-1.0..1.0)).collect();
+            let mut pass = Pass::default();
+            let loss = |network: &Network, inputs: &[f32], pass: &mut Pass| -> f64 {
+                let outputs = run(pass, network, ROWS, inputs);
+                outputs.iter().map(|output| f64::from(*output).powi(2)).sum()
+            };
+            let outputs: Vec<f32> =
+                run(&mut pass, &network, ROWS, &inputs).iter().map(|y| 2.0 * y).collect();
+            let mut gradient = vec![f32::NAN; network.parameters.len()];
+            let of_inputs = pass.backward(&network, &outputs, Some(&mut gradient), 3).to_vec();
+            let step = 1e-3;
+            let close = |computed: f32, high: f64, low: f64, what: &str| {
+                let difference = ((high - low) / (2.0 * f64::from(step))) as f32;
+                let tolerance = 0.02 * (1.0 + computed.abs());
+                assert!((computed - difference).abs() < tolerance, "{what}: {computed} {difference}");
+            };
+            for (index, computed) in gradient.iter().enumerate().step_by(7) {
+                let [high, low] = [step, -step].map(|step| {
+                    let mut other = network.clone();
+                    other.parameters[index] += step;
+                    loss(&other, &inputs, &mut pass)
+                });
+                close(*computed, high, low, &format!("parameter {index}, norm {layer_norm}"));
+            }
+            for (index, computed) in of_inputs.iter().enumerate() {
+                // The last three inputs of each row.
+                let at = index / 3 * 4 + 1 + index % 3;
+                let [high, low] = [step, -step].map(|step| {
+                    let mut other = inputs.clone();
+                    other[at] += step;
+                    loss(&network, &other, &mut pass)
+                });
+                close(*computed, high, low, &format!("input {at}, norm {layer_norm}"));
+            }
+        }
+    }
+}

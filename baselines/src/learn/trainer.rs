@@ -325,7 +325,7 @@ impl<E: LearnEnv> Trainer<E> {
             return Ok(());
         }
         let seed = self.draw_seed(1);
-        let sampler = self.sampler.clone().with_batch_size(num_rows).with_joined_goal(false);
+        let sampler = self.sampler.with_batch_size(num_rows).with_joined_goal(false);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
         self.normalizers.observation.update(batch.observation())?;

@@ -42,11 +42,9 @@ pub fn write(
 /// Draws the success rate over steps and over seconds of training.
 fn curves(rows: &[CurveRow]) -> anyhow::Result<String> {
     let mut html = String::new();
-    let steps = |row: &CurveRow| row.counters.steps as f64;
-    let seconds = |row: &CurveRow| row.counters.seconds;
-    let axes: [(&str, &dyn Fn(&CurveRow) -> f64); 2] =
-        [("environment steps", &steps), ("seconds of training", &seconds)];
-    for (label, x) in axes {
+    let steps: fn(&CurveRow) -> f64 = |row| row.counters.steps as f64;
+    let seconds: fn(&CurveRow) -> f64 = |row| row.counters.seconds;
+    for (label, x) in [("environment steps", steps), ("seconds of training", seconds)] {
         let last = rows.last().map_or(1.0, x);
         let title = format!("Success rate over {label}");
         let mut plot =

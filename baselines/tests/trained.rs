@@ -1,0 +1,141 @@
+//! Trained policies: their files, and what is refused.
+
+use std::error::Error;
+use std::fs;
+
+use baselines::{
+    InputPart, LayerWeights, Policy, PolicyHeader, TrainedPolicy, TrainedPolicyError, evaluate,
+    evaluate_vec,
+};
+use fetch_env::{Env, GoalObservation, Reset, VecEnv, make_kinematic, vec_env::VecConfig};
+use her_relabel::{Normalizer, NormalizerConfig};
+use proptest::prelude::*;
+
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
+fn header() -> PolicyHeader {
+    PolicyHeader {
+        version: PolicyHeader::VERSION,
+        env_id: "FetchReach-v4".into(),
+        observation_len: 10,
+        goal_len: 3,
+        action_len: 4,
+        inputs: vec![InputPart::Observation, InputPart::DesiredGoal],
+        observation_normalizer: None,
+        goal_normalizer: None,
+        algorithm: "by hand".into(),
+        settings: serde_json::Value::Null,
+        seed: 0,
+        steps: 0,
+        success: None,
+    }
+}
+
+/// A policy that moves straight to the goal: each action is the tangent of 20 times the distance.
+fn straight() -> LayerWeights {
+    let mut weights = vec![0.0; 13 * 4];
+    for axis in 0..3 {
+        weights[axis * 4 + axis] = -20.0;
+        weights[(10 + axis) * 4 + axis] = 20.0;
+    }
+    LayerWeights { num_inputs: 13, weights, biases: vec![0.0; 4] }
+}
+
+fn policy() -> TrainedPolicy {
+    TrainedPolicy::new(header(), &[straight()]).expect("the layer fits")
+}
+
+#[test]
+fn a_policy_acts_the_same_alone_among_many_and_loaded() -> Result {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("straight.safetensors");
+    fs::write(&path, policy().to_bytes()?)?;
+    let mut loaded = TrainedPolicy::load(&path)?;
+    assert!(loaded == policy());
+    let mut env = make_kinematic("FetchReach-v4")?;
+    let alone = evaluate(&mut env, &mut policy(), 20, 7, |_| ())?;
+    assert_eq!(alone.summary()?.success_rate.value, 1.0);
+    assert!(evaluate(&mut env, &mut loaded, 20, 7, |_| ())? == alone);
+    let envs = (0..6).map(|_| make_kinematic("FetchReach-v4"));
+    let mut envs =
+        VecEnv::new(envs.collect::<std::result::Result<Vec<_>, _>>()?, VecConfig::default())?;
+    assert!(evaluate_vec(&mut envs, &mut loaded, 20, 7, |_| ())? == alone);
+    Ok(())
+}
+
+#[test]
+fn normalizers_and_the_order_of_inputs_count() -> Result {
+    let mut goal = Normalizer::new(NormalizerConfig::new(3))?;
+    goal.update(&[1.0, 1.0, 1.0, 3.0, 3.0, 3.0])?;
+    let mut header = header();
+    header.inputs = vec![InputPart::AchievedGoal, InputPart::DesiredGoal];
+    header.goal_normalizer = Some(goal);
+    let mut weights = vec![0.0; 6 * 4];
+    // The first action sees the first element of the desired goal, the last one of the achieved.
+    weights[3 * 4] = 0.5;
+    weights[3] = 0.25;
+    let layer = LayerWeights { num_inputs: 6, weights, biases: vec![0.0; 4] };
+    let mut policy = TrainedPolicy::new(header, &[layer])?;
+    let Reset { observation, .. } = make_kinematic("FetchReach-v4")?.reset(Some(0))?;
+    let mut action = [0.0_f32; 4];
+    policy.act(&observation, &mut action);
+    // The mean of the scale is 2 and its standard deviation 1.
+    let [achieved, desired] = [observation.achieved_goal()[0], observation.desired_goal()[0]];
+    let expected = [0.5 * (desired - 2.0) as f32, 0.0, 0.0, 0.25 * (achieved - 2.0) as f32];
+    assert_eq!(action, expected.map(f32::tanh));
+    Ok(())
+}
+
+#[test]
+fn layers_that_do_not_fit_are_refused() {
+    let changes: [fn(&mut PolicyHeader, &mut LayerWeights); 8] = [
+        |header, _| header.version = 2,
+        |header, _| header.action_len = 3,
+        |header, _| header.goal_len = 0,
+        |header, _| header.inputs = vec![InputPart::Observation],
+        |header, _| {
+            header.goal_normalizer = Normalizer::new(NormalizerConfig::new(2)).ok();
+        },
+        |_, layer| layer.biases.clear(),
+        |_, layer| layer.weights.truncate(51),
+        |_, layer| layer.weights[3] = f32::INFINITY,
+    ];
+    for (number, change) in changes.into_iter().enumerate() {
+        let (mut header, mut layer) = (header(), straight());
+        change(&mut header, &mut layer);
+        assert!(TrainedPolicy::new(header, &[layer]).is_err(), "{number}");
+    }
+    assert!(TrainedPolicy::new(header(), &[]).is_err());
+    let lengths = policy().check_lengths(25, 3, 4);
+    assert!(matches!(lengths, Err(TrainedPolicyError::Environment { .. })));
+    assert!(policy().check_lengths(10, 3, 4).is_ok());
+}
+
+#[test]
+fn files_of_other_kinds_are_refused() -> Result {
+    let folder = tempfile::tempdir()?;
+    let missing = TrainedPolicy::load(folder.path().join("missing"));
+    assert!(matches!(missing, Err(TrainedPolicyError::Io { .. })));
+    for bytes in [&b""[..], b"{}", b"\x02\0\0\0\0\0\0\0{}", &[0xff; 100]] {
+        assert!(TrainedPolicy::from_bytes(bytes).is_err(), "{bytes:?}");
+    }
+    let huge = folder.path().join("huge");
+    fs::File::create(&huge)?.set_len(65 << 20)?;
+    assert!(matches!(TrainedPolicy::load(huge), Err(TrainedPolicyError::TooLarge { .. })));
+    Ok(())
+}
+
+proptest! {
+    /// A file that is cut off is refused, and one with a changed byte is refused or still a policy.
+    #[test]
+    fn damaged_files_never_panic(cut in 0.0..1.0_f64, at in 0.0..1.0_f64, byte in any::<u8>()) {
+        let bytes = policy().to_bytes().expect("it can be written");
+        let len = (cut * bytes.len() as f64) as usize;
+        prop_assert!(TrainedPolicy::from_bytes(&bytes[..len]).is_err());
+        let mut changed = bytes.clone();
+        changed[(at * bytes.len() as f64) as usize] = byte;
+        if let Ok(policy) = TrainedPolicy::from_bytes(&changed) {
+            prop_assert!(policy.check_lengths(10, 3, 4).is_ok());
+        }
+    }
+}
