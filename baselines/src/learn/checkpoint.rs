@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, BufReader, BufWriter, Read, Write as _};
 use std::path::{Path, PathBuf};
 
 use fetch_env::{EnvError, SnapshotEnv};
@@ -27,6 +27,9 @@ const VERSION: u32 = 1;
 
 /// The number of checkpoints that stay in a folder.
 const KEPT: usize = 2;
+
+/// The name of a checkpoint that is being written.
+const TEMPORARY: &str = "unfinished.zip";
 
 const STATE: &str = "state.json";
 const NETWORKS: &str = "networks.safetensors";
@@ -75,10 +78,10 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             collector,
             num_updates,
         };
+        let temporary = folder.join(TEMPORARY);
         let write = || -> io::Result<()> {
             fs::create_dir_all(folder)?;
-            let mut file = tempfile::Builder::new().prefix(".checkpoint").tempfile_in(folder)?;
-            let mut archive = ZipWriter::new(BufWriter::new(file.as_file_mut()));
+            let mut archive = ZipWriter::new(BufWriter::new(File::create(&temporary)?));
             let options = SimpleFileOptions::default()
                 .compression_method(CompressionMethod::Stored)
                 .large_file(true);
@@ -88,14 +91,18 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             archive.write_all(&networks)?;
             archive.start_file(BUFFER, options)?;
             self.buffer.write_to(&mut archive)?;
-            archive.finish()?.flush()?;
-            file.as_file().sync_all()?;
-            file.persist(&path)?;
+            let file = archive.finish()?.into_inner()?;
+            file.sync_all()?;
+            fs::rename(&temporary, &path)?;
             let all = checkpoints(folder)?;
             let stale = all.len().saturating_sub(KEPT);
             all[..stale].iter().try_for_each(fs::remove_file)
         };
-        write().map_err(failed)?;
+        write().map_err(|source| {
+            // A full disk has space again.
+            let _ = fs::remove_file(&temporary);
+            failed(source)
+        })?;
         self.last_checkpoint = Some(path.clone());
         Ok(path)
     }

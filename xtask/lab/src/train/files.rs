@@ -53,9 +53,14 @@ impl RunFiles {
     /// Makes the folder of a new run.
     pub fn create(folder: &Path, args: &Args, seed: u64) -> anyhow::Result<Self> {
         let path = folder.join(RUN);
+        if args.overwrite && path.exists() {
+            fs::remove_dir_all(folder)
+                .with_context(|| format!("cannot remove {}", folder.display()))?;
+        }
         ensure!(
             !path.exists(),
-            "{} has a run: choose another folder with --out, or continue it with --resume",
+            "{} has a run: continue it with --resume, replace it with --overwrite, or choose \
+             another folder with --out",
             folder.display()
         );
         let (steps, target) = super::limits(args.env_id.task);
@@ -123,6 +128,8 @@ pub struct Outcome {
     pub env_id: String,
     pub seed: u64,
     pub counters: Counters,
+    /// The success rate at which the run was to end; more than 1 for none.
+    pub target: f64,
     /// The counters at the second of the evaluations that reached the target.
     pub reached: Option<Counters>,
     pub success: Option<SuccessRate>,
@@ -130,13 +137,13 @@ pub struct Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { env_id, seed, counters, reached, success } = self;
+        let Self { env_id, seed, counters, reached, success, .. } = self;
         write!(f, "{env_id}, seed {seed}: ")?;
         match reached {
             Some(Counters { steps, seconds, .. }) => {
                 write!(f, "reached the target after {steps} steps, {seconds:.1} s of training")?;
             }
-            None => write!(f, "target not reached in {} steps", counters.steps)?,
+            None => write!(f, "{} steps, {:.1} s of training", counters.steps, counters.seconds)?,
         }
         if let Some(SuccessRate { rate, episodes, .. }) = success {
             write!(f, "; {:.2} of {episodes} episodes on new seeds succeed", rate.value)?;

@@ -1,4 +1,5 @@
-//! `train`: trains a policy, with its curve, checkpoints and a page.
+//! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does not
+//! reach the target.
 
 mod files;
 mod options;
@@ -69,8 +70,11 @@ pub struct Args {
     /// Folder of the run [default: results/train/<ENV_ID>-seed-<SEED>]
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Replace the run that the folder has
+    #[arg(long)]
+    overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
-    #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs", "demos", "set", "model", "out"])]
+    #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs", "demos", "set", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
     /// Least number of seconds between two checkpoints
     #[arg(long, default_value_t = 30.0)]
@@ -103,7 +107,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     write_results(args.json.as_ref(), &results, figures(&results))?;
-    Ok(true)
+    Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
 }
 
 /// Makes an environment of a run.
@@ -162,7 +166,8 @@ fn finish(
         env_id: env_id.to_string(),
         seed: trainer.seed(),
         counters: *trainer.counters(),
-        reached: reached.map(|first| trainer.rows()[first].counters),
+        target: target.success_rate,
+        reached: reached.map(|first| trainer.rows()[first + 1].counters),
         success: policy.header().success,
     };
     files.write_policy(&policy)?;
