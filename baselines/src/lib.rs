@@ -1,6 +1,7 @@
-//! Baselines for the Fetch tasks: policies that do not learn, and their evaluation.
+//! Baselines for the Fetch tasks: policies, their evaluation, and learning.
 //!
-//! A trained agent must beat [`RandomPolicy`]; [`ScriptedPolicy`] shows how far a few rules go.
+//! A trained agent must beat [`RandomPolicy`]; [`ScriptedPolicy`] shows how far a few rules go, and a
+//! [`TrainedPolicy`] is loaded from a file. The module `learn` (feature `learn`) trains them.
 //! [`evaluate`] runs a policy over many seeded episodes, and [`Evaluation::summary`] returns success
 //! rate, mean return, episode length and final distance, each with its 95 % confidence interval.
 //! [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature `page`) turns

@@ -21,7 +21,7 @@ const WITHOUT_HEADERS: [Step; 3] = [
 ];
 
 /// On the system's MuJoCo.
-const STEPS: [Step; 20] = [
+const STEPS: [Step; 23] = [
     ("formatting", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
@@ -41,6 +41,10 @@ const STEPS: [Step; 20] = [
         "lints without rendering",
         "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --features mujoco --all-targets -- -D warnings",
     ),
+    (
+        "lints of learning without MuJoCo",
+        "clippy -p fetch-baselines --no-default-features --features learn --all-targets -- -D warnings",
+    ),
     ("documentation", "doc --workspace --no-deps"),
     (
         "documentation without MuJoCo",
@@ -55,6 +59,8 @@ const STEPS: [Step; 20] = [
     ("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
     ("fuzzing", "xtask fuzz --seconds 15"),
     ("verify", "xtask verify"),
+    LEARN,
+    LEARN_IN_PART,
     ("figures", "xtask figures --out target/figures"),
     ("projects outside the workspace", "xtask projects"),
     ("packages", "xtask packages"),
@@ -69,15 +75,27 @@ const STEPS: [Step; 20] = [
 const TESTS: Step =
     ("tests", "test -p fetch-sim -p fetch-env -p fetch-baselines -p lab --features fetch-env/clip");
 const VERIFY: Step = ("verify", "xtask verify");
+/// Fails if the policy does not succeed in 100 of 100 episodes.
+const LEARN: Step = (
+    "learning to reach",
+    "xtask train --env-id FetchReach-v4 --out target/learn/reach --overwrite",
+);
+/// A run without a target, which ends before it has learned the task.
+const LEARN_IN_PART: Step = (
+    "learning to push, in part",
+    "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 --out target/learn/push --overwrite",
+);
 const LIVE: Step = ("bit for bit the reference in Python", "xtask parity --live");
 
-const ON_3_6: [Step; 3] = [
+const ON_3_6: [Step; 5] = [
     TESTS,
     (
         "bit for bit the reference",
         "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-3.6.0 --model reference",
     ),
     VERIFY,
+    LEARN,
+    LEARN_IN_PART,
 ];
 
 /// The values of `MUJOCO_DIR` (a version stands for its folder in the cache), and the steps with each.

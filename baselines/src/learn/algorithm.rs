@@ -18,10 +18,14 @@ pub trait Algorithm: Debug + Send {
     /// on their number.
     fn update(&mut self, batch: &Batch<f32>) -> Losses;
 
-    /// Returns the actor as it is now.
+    /// Returns the actor that explores.
     fn actor(&self) -> Actor;
 
-    /// Returns the layers whose outputs, through a hyperbolic tangent, are the greedy actions.
+    /// Returns the actor that is evaluated, without noise.
+    fn greedy_actor(&self) -> Actor;
+
+    /// Returns the layers of the [actor that is evaluated](Self::greedy_actor). Their outputs, through
+    /// a hyperbolic tangent, are the greedy actions.
     fn greedy_layers(&self) -> Vec<LayerWeights>;
 
     /// Returns everything that the following updates depend on, to be saved or replaced.

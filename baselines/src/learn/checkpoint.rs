@@ -150,7 +150,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             return Err(foreign("a normalizer"));
         }
         trainer.collector.restore(&saved.collector).map_err(Error::Envs)?;
-        if !trainer.explorer.restore(saved.explorer, saved.last_batch) {
+        // Before the first step there is no batch.
+        if saved.counters.steps > 0 && !trainer.explorer.restore(saved.explorer, saved.last_batch) {
             return Err(foreign("the last batch"));
         }
         trainer.buffer = buffer;

@@ -289,7 +289,10 @@ mod tests {
             let close = |computed: f32, high: f64, low: f64, what: &str| {
                 let difference = ((high - low) / (2.0 * f64::from(step))) as f32;
                 let tolerance = 0.02 * (1.0 + computed.abs());
-                assert!((computed - difference).abs() < tolerance, "{what}: {computed} {difference}");
+                assert!(
+                    (computed - difference).abs() < tolerance,
+                    "{what}: {computed} {difference}"
+                );
             };
             for (index, computed) in gradient.iter().enumerate().step_by(7) {
                 let [high, low] = [step, -step].map(|step| {

@@ -29,8 +29,8 @@ impl TrainSettings {
     #[must_use]
     pub fn fast(task: Task) -> Self {
         let is_reach = task == Task::Reach;
-        let action_l2 = if is_reach { 0.5 } else { 0.05 };
-        let ddpg = DdpgSettings { action_l2, ..DdpgSettings::default() };
+        let (action_l2, average_fraction) = if is_reach { (0.5, 1.0) } else { (0.05, 0.005) };
+        let ddpg = DdpgSettings { action_l2, average_fraction, ..DdpgSettings::default() };
         let mut settings = Self {
             algorithm: AlgorithmSettings::Ddpg(ddpg),
             replay: ReplaySettings {
@@ -45,7 +45,7 @@ impl TrainSettings {
                 clip: 5.0,
             },
             exploration: ExplorationSettings {
-                random_episodes: 800,
+                random_episodes: 300,
                 random_episode_share: 0.25,
                 random_action: 0.3,
             },

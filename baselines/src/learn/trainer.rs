@@ -365,7 +365,7 @@ impl<E: LearnEnv> Trainer<E> {
     pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
-        let mut actor = self.algorithm.actor();
+        let mut actor = self.algorithm.greedy_actor();
         let normalizers = &self.normalizers;
         let mut inputs = Vec::new();
         let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {

@@ -33,6 +33,8 @@ fn a_resumed_run_ends_with_the_same_bits() -> Result {
         run(&mut whole, tempdir()?.path())?;
 
         let mut stopped = Trainer::new(make, settings, 5, 1)?;
+        stopped.save(folder.path())?;
+        let mut stopped = Trainer::resume(make, folder.path(), 1)?;
         stopped.run(STEPS / 2, None, |_, _| ControlFlow::Continue(()))?;
         stopped.save(folder.path())?;
         // What happens after the checkpoint is lost.

@@ -28,7 +28,12 @@ pub(crate) fn settings(algorithm: AlgorithmSettings) -> TrainSettings {
 
 pub(crate) fn ddpg() -> AlgorithmSettings {
     let hidden = vec![32, 32];
-    AlgorithmSettings::Ddpg(DdpgSettings { hidden, action_l2: 0.5, ..DdpgSettings::default() })
+    AlgorithmSettings::Ddpg(DdpgSettings {
+        hidden,
+        action_l2: 0.5,
+        average_fraction: 1.0,
+        ..DdpgSettings::default()
+    })
 }
 
 pub(crate) fn sac() -> AlgorithmSettings {

@@ -288,3 +288,50 @@ fn xtask_lists_every_command() -> Result {
     assert_eq!(ours, xtask_commands::OF_LAB);
     Ok(())
 }
+
+#[test]
+fn a_killed_run_resumes_to_the_same_bits() -> Result {
+    let folder = tempfile::tempdir()?;
+    let train = |name: &str, steps: u32| {
+        let flags = "train --seed 2 --target 2 --checkpoint-seconds 0 --threads 1 --set hidden=[32,32] \
+                     --set evaluation_episodes=5 --set evaluation_interval=100 --steps";
+        let flags = flags.split_whitespace().collect::<Vec<_>>().join(" ");
+        let mut command = lab(&flags);
+        command.arg(steps.to_string()).arg("--out").arg(folder.path().join(name));
+        command
+    };
+    output_of(&mut train("whole", 1_500))?;
+    // Killed while it runs, at a moment that nobody chose.
+    let mut killed = train("killed", 1_500).spawn()?;
+    let checkpoints = || {
+        let entries = fs::read_dir(folder.path().join("killed")).into_iter().flatten().flatten();
+        entries.filter(|entry| entry.path().extension().is_some_and(|end| end == "zip")).count()
+    };
+    while checkpoints() < 2 && killed.try_wait()?.is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    killed.kill()?;
+    killed.wait()?;
+    output_of(lab("train --resume").arg(folder.path().join("killed")).args(["--threads", "2"]))?;
+    let policy = |name: &str| fs::read(folder.path().join(name).join("policy.safetensors"));
+    assert!(policy("whole")? == policy("killed")?, "the policies differ");
+    Ok(())
+}
+
+#[test]
+fn a_wrong_setting_is_named_with_the_nearest() -> Result {
+    for (flags, answer) in [
+        ("train --set gama=0.9", "there is no setting gama; did you mean gamma?"),
+        ("train --set gamma=much", "much is not a number, a list or true"),
+        ("train --set hidden=0.5", "0.5 is not a value of hidden"),
+        ("train --set batch_size=7", "batch_size is 7: choose an even number"),
+        ("train --env-id FetchPsh-v4", "FetchPush-v4"),
+    ] {
+        let folder = tempfile::tempdir()?;
+        let output = lab(flags).arg("--out").arg(folder.path().join("run")).output()?;
+        let errors = errors_of(&output);
+        assert!(!output.status.success() && errors.contains(answer), "{flags}: {errors}");
+        assert!(fs::read_dir(folder.path())?.next().is_none(), "{flags} leaves no folder");
+    }
+    Ok(())
+}

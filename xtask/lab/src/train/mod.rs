@@ -129,6 +129,7 @@ fn start(args: &Args, seed: u64) -> anyhow::Result<Outcome> {
         let count = options::add_demos(&mut trainer, args, demos, seed)?;
         println!("train: {count} episodes of demonstrations");
     }
+    trainer.save(&folder)?;
     finish(args, trainer, &files)
 }
 
