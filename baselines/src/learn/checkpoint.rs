@@ -16,10 +16,11 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
+use super::curve::{Counters, CurveRow, Recent};
 use super::error::CheckpointError as Error;
 use super::explorer::{ExplorerState, LastBatch, Normalizers};
 use super::settings::TrainSettings;
-use super::trainer::{Counters, CurveRow, LearnEnv, Recent, Trainer};
+use super::trainer::{LearnEnv, Trainer};
 use crate::collector::CollectorSnapshot;
 
 /// The version of the format.

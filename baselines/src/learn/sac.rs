@@ -22,7 +22,7 @@ use crate::trained::LayerWeights;
 pub struct SacSettings {
     /// The lengths of the hidden layers of actor and critics: 256, 256, the authors'.
     pub hidden: Vec<usize>,
-    /// Whether the critics' hidden layers are normalized: true, as in [`DdpgSettings`](super::DdpgSettings).
+    /// Whether the critics' hidden layers are normalized: true, as in MRL (Pitis et al., 2020).
     pub layer_norm: bool,
     /// The factor of the actor's last weights at the start: 0.1, as in
     /// [`DdpgSettings`](super::DdpgSettings).

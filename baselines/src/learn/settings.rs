@@ -173,7 +173,8 @@ pub struct ReplaySettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExplorationSettings {
-    /// The number of wholly random episodes before the first update: 800, measured, and 4 for Reach.
+    /// The number of wholly random episodes before the first update: 300, measured, and 4 for Reach.
+    /// The authors: 0.
     pub random_episodes: u64,
     /// The share of later episodes that are wholly random: 0.25, measured. The authors: 0.
     pub random_episode_share: f64,

@@ -7,21 +7,18 @@ use std::time::Instant;
 
 use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
 use fetch_env::{BoxSpace, EnvError, VecEnv};
-use her_relabel::{
-    Batch, Dims, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Normalizer, NormalizerConfig,
-    Sampler, StillEpisodes, UnitInterval,
-};
+use her_relabel::{Batch, Dims, HerBuffer, Normalizer, NormalizerConfig, Sampler};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use serde::{Deserialize, Serialize};
 
-use super::algorithm::{Algorithm, Losses, PARTS};
+use super::algorithm::{Algorithm, PARTS};
+use super::curve::{Counters, CurveRow, Recent, Target};
 use super::error::TrainError;
 use super::explorer::{Explorer, Normalizers};
+use super::replay::{sampler, still_episodes};
 use super::settings::{ReplaySettings, TrainSettings};
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
-use crate::evaluate::evaluate_vec;
-use crate::statistics::Estimate;
+use crate::evaluate::{Episode, evaluate_vec};
 use crate::trained::{InputPart, PolicyHeader, TrainedPolicy, TrainedPolicyError};
 
 /// An environment that a [`Trainer`] learns: its actions are a box from -1 to 1.
@@ -31,58 +28,6 @@ impl<E: CollectEnv<ActionSpace = BoxSpace<f32>>> LearnEnv for E {}
 
 /// The seed of the first evaluation's first episode. Training never reaches it: its seeds are below.
 const EVALUATION_SEED: u64 = 1 << 40;
-
-/// What has happened so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Counters {
-    /// The number of steps of all environments.
-    pub steps: u64,
-    /// The number of finished episodes.
-    pub episodes: u64,
-    /// The number of updates.
-    pub updates: u64,
-    /// The number of evaluations.
-    pub evaluations: u64,
-    /// The time spent collecting and updating, in seconds.
-    pub seconds: f64,
-}
-
-/// A row of the learning curve: the state of the run at an evaluation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct CurveRow {
-    /// The counters at the evaluation.
-    pub counters: Counters,
-    /// The share of the greedy policy's episodes whose last step was a success.
-    pub success_rate: Estimate,
-    /// The mean sum of rewards of these episodes.
-    pub return_mean: f64,
-    /// Their mean distance from the goal after the last step: meters in the Fetch tasks.
-    pub final_distance: f64,
-    /// The success rate of the episodes collected since the last evaluation.
-    pub collected_success: Option<f64>,
-    /// The losses of the updates since the last evaluation, their mean.
-    pub losses: Option<Losses>,
-}
-
-/// When a run has reached what it is for.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Target {
-    /// The success rate to reach.
-    pub success_rate: f64,
-    /// The number of evaluations in a row that must reach it.
-    pub evaluations: usize,
-}
-
-impl Target {
-    /// Whether the last rows of a curve reach the target.
-    #[must_use]
-    pub fn is_reached(&self, rows: &[CurveRow]) -> bool {
-        let reaches = |row: &CurveRow| row.success_rate.value >= self.success_rate;
-        rows.len() >= self.evaluations && rows.iter().rev().take(self.evaluations).all(reaches)
-    }
-}
 
 /// Trains an actor on goal-conditioned environments with hindsight.
 #[derive(Debug)]
@@ -106,33 +51,6 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) last_checkpoint: Option<PathBuf>,
 }
 
-/// Sums since the last evaluation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Recent {
-    episodes: u64,
-    successes: u64,
-    updates: u64,
-    critic: f64,
-    actor: f64,
-    value: f64,
-}
-
-impl Recent {
-    fn add(&mut self, losses: Losses) {
-        self.updates += 1;
-        self.critic += f64::from(losses.critic);
-        self.actor += f64::from(losses.actor);
-        self.value += f64::from(losses.value);
-    }
-
-    fn losses(&self) -> Option<Losses> {
-        let mean = |sum: f64| (sum / self.updates as f64) as f32;
-        let losses =
-            Losses { critic: mean(self.critic), actor: mean(self.actor), value: mean(self.value) };
-        (self.updates > 0).then_some(losses)
-    }
-}
-
 impl<E: LearnEnv> Trainer<E> {
     /// Prepares a run on environments that `make` makes.
     ///
@@ -154,19 +72,10 @@ impl<E: LearnEnv> Trainer<E> {
         {
             return Err(TrainError::ActionSpace);
         }
-        let ReplaySettings { capacity, batch_size, min_std, clip, .. } = settings.replay;
-        if batch_size == 0 || batch_size % PARTS != 0 {
-            return Err(TrainError::Setting {
-                name: "batch_size",
-                value: batch_size.to_string(),
-                expected: "choose an even number",
-            });
-        }
+        let ReplaySettings { capacity, min_std, clip, .. } = settings.replay;
         let num_envs = settings.schedule.num_envs;
-        let still = share("still_kept", settings.replay.still_kept)?;
         let mut config = buffer_config(capacity, &template)?.with_num_envs(num_envs);
-        if still != UnitInterval::ONE {
-            let still = StillEpisodes::new(settings.replay.still_distance, still);
+        if let Some(still) = still_episodes(&settings.replay)? {
             config = config.with_still_episodes(still.with_seed(seed));
         }
         let dims = config.dims();
@@ -305,10 +214,7 @@ impl<E: LearnEnv> Trainer<E> {
         }
         let num_steps = self.settings.schedule.steps_per_cycle;
         let recent = &mut self.recent;
-        let progress = |_: usize, episode: &crate::Episode| {
-            recent.episodes += 1;
-            recent.successes += u64::from(episode.success);
-        };
+        let progress = |_: usize, episode: &Episode| recent.add_episode(episode);
         let collected = self
             .collector
             .collect(num_steps, &mut self.explorer, &mut self.buffer, progress)
@@ -381,8 +287,7 @@ impl<E: LearnEnv> Trainer<E> {
             success_rate: summary.success_rate,
             return_mean: summary.return_mean.value,
             final_distance: summary.final_distance_mean.value,
-            collected_success: (recent.episodes > 0)
-                .then(|| recent.successes as f64 / recent.episodes as f64),
+            collected_success: recent.success_rate(),
             losses: recent.losses(),
         };
         self.rows.push(row);
@@ -414,39 +319,4 @@ impl<E: LearnEnv> Trainer<E> {
         }
         Ok(())
     }
-}
-
-/// Returns the sampler of the settings.
-fn sampler(settings: &ReplaySettings, gamma: f64) -> Result<Sampler, TrainError> {
-    let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
-    let invalid = |name, value: f64, expected| TrainError::Setting {
-        name,
-        value: value.to_string(),
-        expected,
-    };
-    if !(future_k >= 0.0 && future_k.is_finite()) {
-        return Err(invalid("future_k", future_k, "choose a number of at least 0"));
-    }
-    let goals = GoalMixture::new(&[
-        GoalPart::new(GoalStrategy::Future, 1.0),
-        GoalPart::new(GoalStrategy::PastDesired, past_desired),
-    ]);
-    let goals = goals.map_err(|_| {
-        invalid("past_desired", past_desired, "choose a finite number of at least 0")
-    })?;
-    let ratio = share("future_k", future_k / (future_k + 1.0))?;
-    Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
-        .with_goals(goals)
-        .with_already_achieved(share("already_achieved", already_achieved)?)
-        .with_joined_goal(true)
-        .with_discount(share("gamma", gamma)?))
-}
-
-/// Checks a share.
-fn share(name: &'static str, value: f64) -> Result<UnitInterval, TrainError> {
-    UnitInterval::new(value).map_err(|_| TrainError::Setting {
-        name,
-        value: value.to_string(),
-        expected: "choose a number from 0 to 1",
-    })
 }

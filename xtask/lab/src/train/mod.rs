@@ -123,8 +123,8 @@ fn start(args: &Args, seed: u64) -> anyhow::Result<Outcome> {
         Some(folder) => folder.join(format!("seed-{seed}")),
         None => PathBuf::from("results/train").join(name),
     };
-    let files = RunFiles::create(&folder, args, seed)?;
     let mut trainer = Trainer::new(|| make(args.env_id, args.model), settings, seed, args.threads)?;
+    let files = RunFiles::create(&folder, args, seed)?;
     if let Some(demos) = &args.demos {
         let count = options::add_demos(&mut trainer, args, demos, seed)?;
         println!("train: {count} episodes of demonstrations");

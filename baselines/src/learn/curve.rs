@@ -1,0 +1,97 @@
+//! The learning curve of a run.
+
+use serde::{Deserialize, Serialize};
+
+use super::algorithm::Losses;
+use crate::evaluate::Episode;
+use crate::statistics::Estimate;
+
+/// What has happened so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Counters {
+    /// The number of steps of all environments.
+    pub steps: u64,
+    /// The number of finished episodes.
+    pub episodes: u64,
+    /// The number of updates.
+    pub updates: u64,
+    /// The number of evaluations.
+    pub evaluations: u64,
+    /// The time spent collecting and updating, in seconds.
+    pub seconds: f64,
+}
+
+/// A row of the learning curve: the state of the run at an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct CurveRow {
+    /// The counters at the evaluation.
+    pub counters: Counters,
+    /// The share of the greedy policy's episodes whose last step was a success.
+    pub success_rate: Estimate,
+    /// The mean sum of rewards of these episodes.
+    pub return_mean: f64,
+    /// Their mean distance from the goal after the last step: meters in the Fetch tasks.
+    pub final_distance: f64,
+    /// The success rate of the episodes collected since the last evaluation.
+    pub collected_success: Option<f64>,
+    /// The losses of the updates since the last evaluation, their mean.
+    pub losses: Option<Losses>,
+}
+
+/// When a run has reached what it is for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Target {
+    /// The success rate to reach.
+    pub success_rate: f64,
+    /// The number of evaluations in a row that must reach it.
+    pub evaluations: usize,
+}
+
+impl Target {
+    /// Whether the last rows of a curve reach the target.
+    #[must_use]
+    pub fn is_reached(&self, rows: &[CurveRow]) -> bool {
+        let reaches = |row: &CurveRow| row.success_rate.value >= self.success_rate;
+        rows.len() >= self.evaluations && rows.iter().rev().take(self.evaluations).all(reaches)
+    }
+}
+
+/// Sums since the last evaluation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Recent {
+    episodes: u64,
+    successes: u64,
+    updates: u64,
+    critic: f64,
+    actor: f64,
+    value: f64,
+}
+
+impl Recent {
+    pub(super) fn add_episode(&mut self, episode: &Episode) {
+        self.episodes += 1;
+        self.successes += u64::from(episode.success);
+    }
+
+    /// The success rate of the episodes.
+    pub(super) fn success_rate(&self) -> Option<f64> {
+        (self.episodes > 0).then(|| self.successes as f64 / self.episodes as f64)
+    }
+
+    pub(super) fn add(&mut self, losses: Losses) {
+        self.updates += 1;
+        self.critic += f64::from(losses.critic);
+        self.actor += f64::from(losses.actor);
+        self.value += f64::from(losses.value);
+    }
+
+    /// The mean of the losses.
+    pub(super) fn losses(&self) -> Option<Losses> {
+        let mean = |sum: f64| (sum / self.updates as f64) as f32;
+        let losses =
+            Losses { critic: mean(self.critic), actor: mean(self.actor), value: mean(self.value) };
+        (self.updates > 0).then_some(losses)
+    }
+}
