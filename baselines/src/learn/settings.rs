@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::algorithm::Algorithm;
 use super::ddpg::{Ddpg, DdpgSettings};
+use super::error::TrainError;
 use super::sac::{Sac, SacSettings};
 
 /// The settings of a training run.
@@ -97,6 +98,50 @@ impl TrainSettings {
                 evaluation_interval: 8_000,
                 evaluation_episodes: 100,
             },
+        }
+    }
+}
+
+impl TrainSettings {
+    /// Checks what would make a run endless or senseless; the parts of a run check the rest.
+    pub(super) fn check(&self) -> Result<(), TrainError> {
+        let (hidden, rates, fraction) = match &self.algorithm {
+            AlgorithmSettings::Ddpg(settings) => {
+                let rates = [settings.actor_learning_rate, settings.critic_learning_rate];
+                (&settings.hidden, rates, settings.target_fraction)
+            }
+            AlgorithmSettings::Sac(settings) => {
+                (&settings.hidden, [settings.learning_rate; 2], settings.target_fraction)
+            }
+        };
+        let ScheduleSettings { num_envs, steps_per_cycle, evaluation_episodes, .. } = self.schedule;
+        let at_least_1 = "choose at least 1";
+        let checks = [
+            ("hidden", format!("{hidden:?}"), !hidden.contains(&0), "choose at least 1 for each"),
+            (
+                "learning_rate",
+                format!("{rates:?}"),
+                rates.iter().all(|rate| *rate > 0.0 && rate.is_finite()),
+                "choose a finite number above 0",
+            ),
+            (
+                "target_fraction",
+                fraction.to_string(),
+                fraction > 0.0 && fraction <= 1.0,
+                "choose a number above 0, up to 1",
+            ),
+            ("num_envs", num_envs.to_string(), num_envs > 0, at_least_1),
+            ("steps_per_cycle", steps_per_cycle.to_string(), steps_per_cycle > 0, at_least_1),
+            (
+                "evaluation_episodes",
+                evaluation_episodes.to_string(),
+                evaluation_episodes > 0,
+                at_least_1,
+            ),
+        ];
+        match checks.into_iter().find(|(_, _, is_fine, _)| !is_fine) {
+            Some((name, value, _, expected)) => Err(TrainError::Setting { name, value, expected }),
+            None => Ok(()),
         }
     }
 }

@@ -8,6 +8,8 @@ use std::time::Instant;
 use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
 use fetch_env::{BoxSpace, EnvError, VecEnv};
 use her_relabel::{Batch, Dims, HerBuffer, Normalizer, NormalizerConfig, Sampler};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::algorithm::{Algorithm, PARTS};
@@ -26,8 +28,8 @@ pub trait LearnEnv: CollectEnv<ActionSpace = BoxSpace<f32>> {}
 
 impl<E: CollectEnv<ActionSpace = BoxSpace<f32>>> LearnEnv for E {}
 
-/// The seed of the first evaluation's first episode. Training never reaches it: its seeds are below.
-const EVALUATION_SEED: u64 = 1 << 40;
+/// The seed of the first evaluation's first episode. The seeds of training are below 2^40.
+const EVALUATION_SEED: u64 = 1 << 41;
 
 /// Trains an actor on goal-conditioned environments with hindsight.
 #[derive(Debug)]
@@ -65,6 +67,7 @@ impl<E: LearnEnv> Trainer<E> {
         seed: u64,
         num_threads: usize,
     ) -> Result<Self, TrainError> {
+        settings.check()?;
         let template = make().map_err(TrainError::Make)?;
         let space = template.action_space();
         if space.low().iter().any(|low| *low != -1.0)
@@ -210,7 +213,9 @@ impl<E: LearnEnv> Trainer<E> {
             source,
         };
         if self.counters.steps == 0 {
-            self.collector.reset(Some(self.seed << 16), &mut self.buffer).map_err(failed)?;
+            // Below the seeds of all evaluations.
+            let first_seed = ChaCha8Rng::seed_from_u64(self.seed).next_u64() >> 24;
+            self.collector.reset(Some(first_seed), &mut self.buffer).map_err(failed)?;
         }
         let num_steps = self.settings.schedule.steps_per_cycle;
         let recent = &mut self.recent;
@@ -230,7 +235,7 @@ impl<E: LearnEnv> Trainer<E> {
         if self.buffer.is_empty() || num_rows == 0 {
             return Ok(());
         }
-        let seed = self.draw_seed(1);
+        let seed = self.draw_seed(1, self.counters.steps);
         let sampler = self.sampler.with_batch_size(num_rows).with_joined_goal(false);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
@@ -242,7 +247,7 @@ impl<E: LearnEnv> Trainer<E> {
     }
 
     fn update(&mut self) -> Result<(), TrainError> {
-        let seed = self.draw_seed(0);
+        let seed = self.draw_seed(0, self.counters.updates);
         self.sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut self.batch)?;
         let losses = self.algorithm.update(&self.batch);
         self.counters.updates += 1;
@@ -258,10 +263,11 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(())
     }
 
-    /// The seed of the next batch for `purpose`.
-    fn draw_seed(&self, purpose: u64) -> u64 {
-        let count = if purpose == 0 { self.counters.updates } else { self.counters.steps };
-        (self.seed << 48) ^ (purpose << 47) ^ count
+    /// The seed of batch `count` of those for updates (0) or for normalizers (1).
+    fn draw_seed(&self, purpose: u64, count: u64) -> u64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(2 * count + purpose);
+        rng.next_u64()
     }
 
     /// Evaluates the greedy policy on episodes that no other evaluation has.

@@ -92,7 +92,15 @@ fn a_run_ends_at_its_target_or_where_the_caller_says() -> Result {
 #[test]
 fn settings_out_of_range_are_named() -> Result {
     type Change = fn(&mut TrainSettings);
-    let wrong: [(&str, Change); 4] = [
+    let wrong: [(&str, Change); 8] = [
+        ("steps_per_cycle", |settings| settings.schedule.steps_per_cycle = 0),
+        ("num_envs", |settings| settings.schedule.num_envs = 0),
+        ("evaluation_episodes", |settings| settings.schedule.evaluation_episodes = 0),
+        ("hidden", |settings| {
+            let hidden = vec![32, 0];
+            settings.algorithm =
+                AlgorithmSettings::Ddpg(DdpgSettings { hidden, ..DdpgSettings::default() });
+        }),
         ("batch_size", |settings| settings.replay.batch_size = 7),
         ("already_achieved", |settings| settings.replay.already_achieved = 1.5),
         ("future_k", |settings| settings.replay.future_k = f64::NAN),

@@ -2,11 +2,17 @@
 
 use std::path::PathBuf;
 
-use baselines::page::{Document, Playback};
-use fetch_env::{GoalObservation, make_with_config};
+use anyhow::ensure;
+use baselines::{
+    Policy, TrainedPolicy, buffer_config,
+    page::{Document, Playback},
+};
+use clap::ValueEnum;
+use fetch_env::{GoalObservation, MujocoEnv, Task, make_with_config};
+use her_relabel::Dims;
 
 use crate::shared::{
-    choice::{EnvArgs, PolicyChoice, flag_name},
+    choice::{EnvArgs, PolicyChoice},
     json::write_text,
 };
 
@@ -14,9 +20,9 @@ use crate::shared::{
 pub struct Args {
     #[command(flatten)]
     env: EnvArgs,
-    /// Policy that acts
-    #[arg(long, value_enum, default_value_t = PolicyChoice::Scripted)]
-    policy: PolicyChoice,
+    /// Policy that acts: random, scripted, zero, or the file of a trained one
+    #[arg(long, default_value = "scripted")]
+    policy: String,
     /// Where to write the page
     #[arg(long, default_value = "results/playback.html")]
     out: PathBuf,
@@ -28,7 +34,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env.env_id, args.env.seed);
     let mut env = make_with_config(id.config())?;
-    let mut policy = args.policy.policy(id.task, seed);
+    let mut policy = policy(&args.policy, &env, id.task, seed)?;
     if args.verbose {
         println!("  step   reward  distance  achieved goal            action");
     }
@@ -44,11 +50,31 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             );
         }
     })?;
-    let title = format!("{id}, {} policy, seed {seed}", flag_name(args.policy));
+    let title = format!("{id}, {} policy, seed {seed}", name(&args.policy));
     let playback = playback.with_title(&title);
     let mut page = Document::new(&title);
     page.push(&playback.html()?);
     write_text(&args.out, &page.html())?;
     println!("play: {title}: {}; wrote {}", playback.outcome(), args.out.display());
     Ok(true)
+}
+
+/// Returns the policy that a name or a file stands for.
+fn policy(text: &str, env: &MujocoEnv, task: Task, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+    if let Ok(choice) = PolicyChoice::from_str(text, false) {
+        return Ok(choice.policy(task, seed));
+    }
+    ensure!(
+        text.contains(['.', '/']),
+        "there is no policy {text}: choose random, scripted, zero or the file of a trained one"
+    );
+    let policy = TrainedPolicy::load(text)?;
+    let Dims { observation, goal, action } = buffer_config(1, env)?.dims();
+    policy.check_lengths(observation, goal, action)?;
+    Ok(Box::new(policy))
+}
+
+/// Returns the name of a policy in titles.
+fn name(text: &str) -> &str {
+    if PolicyChoice::from_str(text, false).is_ok() { text } else { "trained" }
 }

@@ -5,6 +5,7 @@ mod env;
 mod her;
 mod instructions;
 mod interleaved;
+mod learn;
 mod peer;
 mod render;
 mod reward;
@@ -38,6 +39,8 @@ enum Benchmark {
     Her(her::Args),
     /// Count the instructions of a step and a reset with valgrind
     Instructions(instructions::Args),
+    /// Measure updates of a learner, against a plain matrix product
+    Learn(learn::Args),
     /// Measure pictures per second, against those of the sky alone
     Render(render::Args),
     /// Measure rewards of a million pairs of goals, against copying as many bytes
@@ -54,6 +57,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
         Benchmark::Her(args) => write_results(path, args, her::run(args)?),
         Benchmark::Instructions(args) => write_results(path, args, instructions::run(args)?),
+        Benchmark::Learn(args) => write_results(path, args, learn::run(args)?),
         Benchmark::Render(args) => {
             let figures = render::run(args)?;
             write_results(path, render::Settings::new(args)?, figures)

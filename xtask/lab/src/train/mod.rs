@@ -67,7 +67,7 @@ pub struct Args {
     /// Model of the robot
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
-    /// Folder of the run [default: results/train/<ENV_ID>-seed-<SEED>]
+    /// Folder of the run; by default it has the names of environment and seed below results/train
     #[arg(long)]
     out: Option<PathBuf>,
     /// Replace the run that the folder has

@@ -1,0 +1,181 @@
+//! `bench learn`: measures updates of DDPG, against a plain matrix product of 256 x 256 by 256 x 256, and
+//! the drawing of their batches.
+
+use std::{hint::black_box, sync::Arc, time::Duration};
+
+use baselines::{
+    Collector, RandomPolicy, buffer_config,
+    learn::{Algorithm, Ddpg, DdpgSettings},
+};
+use faer::{Accum, Mat, Par, linalg::matmul::matmul};
+use fetch_env::{VecEnv, make_kinematic, vec_env::VecConfig};
+use goal_reward::DistanceReward;
+use her_relabel::{
+    Batch, Dims, GoalStrategy, HerBuffer, Normalizer, NormalizerConfig, Sampler, UnitInterval,
+};
+use rayon::ThreadPoolBuilder;
+use serde::Serialize;
+
+use super::{
+    interleaved::{Clock, Entry, interleave},
+    report,
+};
+use crate::shared::json::Metric;
+
+/// The length of a row and of a column of the matrices.
+const SIZE: usize = 256;
+const BATCH: usize = 256;
+/// The number of products or updates of a turn: some hundredths of a second.
+const PRODUCTS: usize = 128;
+const UPDATES: usize = 8;
+const DRAWS: usize = 200;
+
+#[derive(Debug, clap::Args, Serialize)]
+pub struct Args {
+    /// Seconds of measuring for each size of the networks
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
+    seconds: u16,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
+    let buffer = Arc::new(Replay::new()?);
+    let mut figures = Vec::new();
+    for num_hidden in [2, 3] {
+        let hidden = vec![SIZE; num_hidden];
+        let operations = operations(buffer.dims, &hidden);
+        let mut entries = vec![Entry::new("product", "operations/s", product())];
+        for num_threads in [1, 2] {
+            let name = format!("threads-{num_threads}");
+            let learner = learner(&buffer, &hidden, num_threads, operations)?;
+            entries.push(Entry::new(&name, "operations/s", learner));
+        }
+        let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
+        let ratios = [
+            rounds.ratio("share-of-product", Clock::Wall, "threads-1", "product"),
+            rounds.ratio("two-threads-to-one", Clock::Wall, "threads-2", "threads-1"),
+        ];
+        let updates =
+            rounds.figures().filter(|(name, _)| name != "product").map(|(name, speed)| {
+                (format!("{name}/updates"), Metric::new(speed.value / operations as f64, "1/s"))
+            });
+        let updates: Vec<_> = updates.collect();
+        let prefix = format!("learn/ddpg-{num_hidden}x{SIZE}");
+        report(
+            &mut figures,
+            &prefix,
+            rounds.figures().chain(updates).chain(ratios.into_iter().flatten()),
+        );
+    }
+    let entries = vec![
+        Entry::new("draw", "1/s", draw(&buffer)),
+        Entry::new("update", "1/s", learner(&buffer, &[SIZE; 2], 1, 1)?),
+    ];
+    let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
+    let share = rounds.ratio("share-of-update", Clock::Wall, "update", "draw");
+    report(&mut figures, "learn/draw", rounds.figures().chain(share));
+    Ok(figures)
+}
+
+/// Random episodes of Push, and how batches of them are drawn.
+struct Replay {
+    buffer: HerBuffer<f32>,
+    dims: Dims,
+    sampler: Sampler,
+    scale: Normalizer,
+    goal_scale: Normalizer,
+}
+
+impl Replay {
+    fn new() -> anyhow::Result<Self> {
+        let envs = (0..8).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
+        let config = buffer_config(100_000, &envs[0])?.with_num_envs(envs.len());
+        let dims = config.dims();
+        let mut buffer = HerBuffer::new(config)?;
+        let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
+        collector.collect(1_020, &mut RandomPolicy::new(0), &mut buffer, |_, _| ())?;
+        let ratio = UnitInterval::from_k(4);
+        let sampler = Sampler::new(BATCH, GoalStrategy::Future, ratio)
+            .with_joined_goal(true)
+            .with_discount(UnitInterval::new(0.95)?);
+        let scale = |len| Normalizer::new(NormalizerConfig::new(len));
+        let (scale, goal_scale) = (scale(dims.observation)?, scale(dims.goal)?);
+        Ok(Self { buffer, dims, sampler, scale, goal_scale })
+    }
+
+    /// Returns a batch that is normalized as it is drawn.
+    fn batch(&self) -> Batch<f32> {
+        let mut batch = Batch::new();
+        batch.set_normalizers(Some(&self.scale), Some(&self.goal_scale));
+        batch
+    }
+
+    fn draw(&self, seed: u64, batch: &mut Batch<f32>) -> anyhow::Result<()> {
+        Ok(self.sampler.sample(&self.buffer, &DistanceReward::sparse(), seed, batch)?)
+    }
+}
+
+/// Multiplies two matrices.
+fn product() -> impl FnMut() -> anyhow::Result<usize> {
+    let matrix = |value: f32| Mat::from_fn(SIZE, SIZE, |_, _| value);
+    let (left, right, mut target) = (matrix(0.5), matrix(0.25), matrix(0.0));
+    move || {
+        for _ in 0..PRODUCTS {
+            let (left, right) = (black_box(&left), black_box(&right));
+            matmul(target.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
+        }
+        Ok(PRODUCTS * 2 * SIZE.pow(3))
+    }
+}
+
+/// Draws batches and updates by them; each update counts as `work`.
+fn learner(
+    replay: &Arc<Replay>,
+    hidden: &[usize],
+    num_threads: usize,
+    work: usize,
+) -> anyhow::Result<impl FnMut() -> anyhow::Result<usize> + use<>> {
+    let pool = ThreadPoolBuilder::new().num_threads(num_threads).build()?;
+    let settings = DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() };
+    let Dims { observation, goal, action } = replay.dims;
+    let mut ddpg = Ddpg::new(settings, observation + goal, action, 0);
+    let (replay, mut batch, mut seed) = (Arc::clone(replay), replay.batch(), 0);
+    Ok(move || {
+        pool.install(|| {
+            for _ in 0..UPDATES {
+                seed += 1;
+                replay.draw(seed, &mut batch)?;
+                black_box(ddpg.update(&batch));
+            }
+            Ok(UPDATES * work)
+        })
+    })
+}
+
+fn draw(replay: &Arc<Replay>) -> impl FnMut() -> anyhow::Result<usize> + use<> {
+    let (replay, mut batch, mut seed) = (Arc::clone(replay), replay.batch(), 0);
+    move || {
+        for _ in 0..DRAWS {
+            seed += 1;
+            replay.draw(seed, &mut batch)?;
+        }
+        Ok(DRAWS)
+    }
+}
+
+/// The floating-point operations of the matrix products of an update.
+fn operations(dims: Dims, hidden: &[usize]) -> usize {
+    let weights = |inputs: usize, outputs: usize| -> [usize; 2] {
+        let sizes = [&[inputs], hidden, &[outputs]].concat();
+        let all = sizes.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        [all, inputs * sizes[1]]
+    };
+    let Dims { observation, goal, action } = dims;
+    let [actor, actor_first] = weights(observation + goal, action);
+    let [critic, critic_first] = weights(observation + goal + action, 1);
+    // Targets; the critic forward and backward, but for the gradient of its inputs; the same of the
+    // actor; and the critic once more, forward and backward to the actions.
+    let targets = actor + critic;
+    let learned = 3 * critic - critic_first + 3 * actor - actor_first;
+    let actions = action * hidden.first().copied().unwrap_or(1);
+    2 * BATCH * (targets + learned + 2 * critic - critic_first + actions)
+}
