@@ -87,6 +87,22 @@ fn normalizers_and_the_order_of_inputs_count() -> Result {
 }
 
 #[test]
+fn observations_of_another_task_count_as_the_mean() -> Result {
+    let Reset { observation, .. } = make_kinematic("FetchPush-v4")?.reset(Some(0))?;
+    let mut header = header();
+    header.inputs = vec![InputPart::Observation];
+    let layer = LayerWeights { num_inputs: 10, weights: vec![1.0; 40], biases: vec![0.5; 4] };
+    for normalizer in [None, Some(Normalizer::new(NormalizerConfig::new(10))?)] {
+        header.observation_normalizer = normalizer;
+        let mut action = [0.0_f32; 4];
+        TrainedPolicy::new(header.clone(), std::slice::from_ref(&layer))?
+            .act(&observation, &mut action);
+        assert_eq!(action, [0.5_f32.tanh(); 4]);
+    }
+    Ok(())
+}
+
+#[test]
 fn layers_that_do_not_fit_are_refused() {
     let changes: [fn(&mut PolicyHeader, &mut LayerWeights); 8] = [
         |header, _| header.version = 2,

@@ -28,6 +28,9 @@ impl Actor {
 
     /// Writes the actions of normalized inputs, a row for each. They are greedy without `noise`,
     /// which has a number of the standard normal distribution for each element of the actions.
+    ///
+    /// # Panics
+    /// If the lengths are not those of `num_rows` rows, at least 1, of this actor's environment.
     pub fn act(
         &mut self,
         num_rows: usize,

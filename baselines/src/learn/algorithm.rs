@@ -16,6 +16,10 @@ pub trait Algorithm: Debug + Send {
     /// Improves the actor by one batch, which has joined inputs and discounts. The [parts](PARTS) of
     /// the batch are computed on the threads of the current rayon pool; the result does not depend
     /// on their number.
+    ///
+    /// # Panics
+    /// If the batch has no joined inputs or no discounts, has an odd number of rows, or is of an
+    /// environment of other lengths.
     fn update(&mut self, batch: &Batch<f32>) -> Losses;
 
     /// Returns the actor that explores.

@@ -22,6 +22,7 @@ use super::explorer::{ExplorerState, LastBatch, Normalizers};
 use super::settings::TrainSettings;
 use super::trainer::{LearnEnv, Trainer};
 use crate::collector::CollectorSnapshot;
+use crate::trained::file::{from_bytes, to_bytes};
 
 /// The version of the format.
 const VERSION: u32 = 1;
@@ -172,13 +173,10 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// Returns the number of updates, and the vectors of the algorithm's state as a file.
     fn encode_networks(&mut self) -> io::Result<(u64, Vec<u8>)> {
         let state = self.algorithm.state_mut();
-        let bytes = |numbers: &[f32]| -> Vec<u8> {
-            numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
-        };
         let vectors: Vec<_> = state
             .vectors
             .iter()
-            .map(|(name, vector)| (name, vector.len(), bytes(vector)))
+            .map(|(name, vector)| (name, vector.len(), to_bytes(vector)))
             .collect();
         let views = vectors.iter().map(|(name, len, bytes)| {
             TensorView::new(Dtype::F32, vec![*len], bytes).map(|view| (name.as_str(), view))
@@ -203,10 +201,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             else {
                 return Ok(false);
             };
-            let (chunks, _) = view.data().as_chunks::<4>();
-            for (number, bytes) in vector.iter_mut().zip(chunks) {
-                *number = f32::from_le_bytes(*bytes);
-            }
+            vector.clear();
+            vector.extend(from_bytes(view.data()));
         }
         *state.num_updates = num_updates;
         Ok(true)

@@ -58,15 +58,12 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
     let failed = |reason: String| Error::Format { reason };
     let header =
         serde_json::to_string(&policy.header).map_err(|error| failed(error.to_string()))?;
-    let bytes = |numbers: &[f32]| -> Vec<u8> {
-        numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
-    };
     let mut tensors = Vec::new();
     for (number, Layer { weights, biases }) in policy.layers.iter().enumerate() {
         let (num_outputs, num_inputs) = weights.shape();
-        let weight = bytes(weights.as_slice());
+        let weight = to_bytes(weights.as_slice());
         tensors.push((name(number, "weight"), vec![num_inputs, num_outputs], weight));
-        tensors.push((name(number, "bias"), vec![num_outputs], bytes(biases.as_slice())));
+        tensors.push((name(number, "bias"), vec![num_outputs], to_bytes(biases.as_slice())));
     }
     let views = tensors.iter().map(|(name, shape, bytes)| {
         TensorView::new(Dtype::F32, shape.clone(), bytes).map(|view| (name.as_str(), view))
@@ -74,6 +71,17 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
     let views = views.collect::<Result<Vec<_>, _>>().map_err(|error| failed(error.to_string()))?;
     let metadata = HashMap::from([(KEY.to_owned(), header)]);
     safetensors::serialize(views, Some(metadata)).map_err(|error| failed(error.to_string()))
+}
+
+/// Returns the bytes of numbers in a safetensors file.
+pub(crate) fn to_bytes(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+}
+
+/// Returns the numbers of bytes in a safetensors file.
+pub(crate) fn from_bytes(bytes: &[u8]) -> impl Iterator<Item = f32> + '_ {
+    let (chunks, _) = bytes.as_chunks::<4>();
+    chunks.iter().map(|chunk| f32::from_le_bytes(*chunk))
 }
 
 /// The name of a tensor.
@@ -93,10 +101,7 @@ fn tensor<const N: usize>(
     };
     let view = tensors.tensor(name).map_err(|_| wrong("missing".to_owned()))?;
     match (view.dtype(), <[usize; N]>::try_from(view.shape())) {
-        (Dtype::F32, Ok(shape)) => {
-            let (chunks, _) = view.data().as_chunks::<4>();
-            Ok((shape, chunks.iter().map(|chunk| f32::from_le_bytes(*chunk)).collect()))
-        }
+        (Dtype::F32, Ok(shape)) => Ok((shape, from_bytes(view.data()).collect())),
         (dtype, _) => {
             Err(wrong(format!("of the type {dtype:?}, with the shape {:?}", view.shape())))
         }

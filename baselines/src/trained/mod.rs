@@ -1,13 +1,13 @@
 //! Trained policies: small networks that were learned once and are loaded from a file.
 
 pub(crate) mod error;
-mod file;
+pub(crate) mod file;
 mod header;
 
 use std::path::Path;
 
 use fetch_env::{FetchObservation, GoalObservation, vec_env::Batch};
-use her_relabel::Scalar;
+use her_relabel::{Normalizer, Scalar};
 use nalgebra::{DMatrix, DVector};
 
 pub use error::TrainedPolicyError;
@@ -141,22 +141,17 @@ impl TrainedPolicy {
         desired_goal: &[f64],
         action: &mut [f32],
     ) {
-        self.input.clear();
-        for part in &self.header.inputs {
+        let Self { header, input, .. } = self;
+        input.clear();
+        let goal_scale = (header.goal_normalizer.as_ref(), header.goal_len);
+        for part in &header.inputs {
             match part {
                 InputPart::Observation => {
-                    normalize(
-                        self.header.observation_normalizer.as_ref(),
-                        observation,
-                        &mut self.input,
-                    );
+                    let scale = header.observation_normalizer.as_ref();
+                    push_normalized((scale, header.observation_len), observation, input);
                 }
-                InputPart::AchievedGoal => {
-                    normalize(self.header.goal_normalizer.as_ref(), achieved_goal, &mut self.input);
-                }
-                InputPart::DesiredGoal => {
-                    normalize(self.header.goal_normalizer.as_ref(), desired_goal, &mut self.input);
-                }
+                InputPart::AchievedGoal => push_normalized(goal_scale, achieved_goal, input),
+                InputPart::DesiredGoal => push_normalized(goal_scale, desired_goal, input),
             }
         }
         let mut values = DVector::from_column_slice(&self.input);
@@ -199,19 +194,26 @@ impl LayerWeights {
     }
 }
 
-/// Appends numbers to an input, on the policy's scale if it has one.
-fn normalize<S: Scalar>(
-    scale: Option<&her_relabel::Normalizer>,
+/// Appends `len` numbers to an input, on the policy's scale if it has one.
+fn push_normalized<S: Scalar>(
+    (scale, len): (Option<&Normalizer>, usize),
     numbers: &[S],
     input: &mut Vec<f32>,
 ) {
     let start = input.len();
-    input.extend(numbers.iter().map(|number| number.to_f64() as f32));
-    if let Some(scale) = scale
-        && scale.normalize_into(numbers, &mut input[start..]).is_err()
-    {
-        // An observation that is not finite, or not of the task: the action is that of the mean.
-        input[start..].fill(0.0);
+    // Numbers that are not finite, or not of the task, count as the mean.
+    input.resize(start + len, 0.0);
+    let target = &mut input[start..];
+    match scale {
+        Some(scale) => {
+            let _ = scale.normalize_into(numbers, target);
+        }
+        None if numbers.len() == len => {
+            for (target, number) in target.iter_mut().zip(numbers) {
+                *target = number.to_f64() as f32;
+            }
+        }
+        None => {}
     }
 }
 

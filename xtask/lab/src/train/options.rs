@@ -119,7 +119,7 @@ pub fn add_demos(
             *element = (*element + noise).clamp(-1.0, 1.0);
         }
     };
-    let first_seed = DEMO_SEED + seed * 100_000;
+    let first_seed = DEMO_SEED.wrapping_add(seed.wrapping_mul(100_000));
     let evaluation = trainer.add_demonstrations(|buffer| {
         baselines::collect(&mut env, &mut noisy, count, first_seed, buffer, 0, |_| ())
     })?;
