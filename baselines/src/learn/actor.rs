@@ -1,10 +1,12 @@
 //! Actors: networks that choose actions.
 
+use std::fmt;
+
 use super::network::Network;
 use super::pass::Pass;
 
 /// A network that chooses actions in [-1, 1], and how it explores.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Actor {
     network: Network,
     noise: ActionNoise,
@@ -19,6 +21,12 @@ pub(crate) enum ActionNoise {
     /// The network's second half of outputs is the logarithm of the standard deviation before the
     /// hyperbolic tangent.
     Learned,
+}
+
+impl fmt::Debug for Actor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Actor").field("noise", &self.noise).finish_non_exhaustive()
+    }
 }
 
 impl Actor {

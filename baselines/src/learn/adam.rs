@@ -2,11 +2,8 @@
 
 use pulp::Arch;
 
-use super::algorithm::PARTS;
-
 /// Adam, with the defaults of its authors: Kingma and Ba, *Adam: a method for stochastic
 /// optimization*, 2015.
-#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Adam {
     learning_rate: f32,
     pub(crate) first_moment: Vec<f32>,
@@ -27,16 +24,14 @@ impl Adam {
         Self { learning_rate, first_moment: zeros.clone(), second_moment: zeros }
     }
 
-    /// Moves parameters against the sum of gradients, in step `number`, counted from 1.
-    pub(crate) fn step(&mut self, number: u64, parameters: &mut [f32], gradients: [&[f32]; PARTS]) {
+    /// Moves parameters against a gradient, in step `number`, counted from 1.
+    pub(crate) fn step(&mut self, number: u64, parameters: &mut [f32], gradient: &[f32]) {
         let correction = |beta: f32| 1.0 - beta.powf(number as f32);
         let rate = self.learning_rate * correction(BETA_2).sqrt() / correction(BETA_1);
         Arch::new().dispatch(|| {
             let moments = self.first_moment.iter_mut().zip(&mut self.second_moment);
-            let gradients =
-                gradients[0].iter().zip(gradients[1]).map(|(first, second)| first + second);
             for ((parameter, (first, second)), gradient) in
-                parameters.iter_mut().zip(moments).zip(gradients)
+                parameters.iter_mut().zip(moments).zip(gradient)
             {
                 let moment = BETA_1 * *first + (1.0 - BETA_1) * gradient;
                 *first = if moment.abs() < SMALLEST { 0.0 } else { moment };

@@ -3,7 +3,6 @@
 use std::fmt::Debug;
 
 use her_relabel::Batch;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::actor::Actor;
@@ -11,15 +10,15 @@ use super::adam::Adam;
 use super::network::Network;
 use crate::trained::LayerWeights;
 
-/// A learning algorithm: it improves an actor by batches of transitions.
-pub trait Algorithm: Debug + Send {
-    /// Improves the actor by one batch, which has joined inputs and discounts. The [parts](PARTS) of
-    /// the batch are computed on the threads of the current rayon pool; the result does not depend
-    /// on their number.
+/// A learning algorithm: it improves an actor by batches of transitions. [`Ddpg`](super::Ddpg) and
+/// [`Sac`](super::Sac) are those of this crate, and all that can implement it.
+pub trait Algorithm: Debug + Send + sealed::Sealed {
+    /// Improves the actor by one batch, which has joined inputs and discounts. Two threads of the
+    /// current rayon pool share the work; the result does not depend on their number.
     ///
     /// # Panics
-    /// If the batch has no joined inputs or no discounts, has an odd number of rows, or is of an
-    /// environment of other lengths.
+    /// If the batch has no rows, no joined inputs or no discounts, or is of an environment of other
+    /// lengths.
     fn update(&mut self, batch: &Batch<f32>) -> Losses;
 
     /// Returns the actor that explores.
@@ -34,6 +33,14 @@ pub trait Algorithm: Debug + Send {
 
     /// Returns everything that the following updates depend on, to be saved or replaced.
     fn state_mut(&mut self) -> StateMut<'_>;
+}
+
+mod sealed {
+    /// Keeps others from implementing [`Algorithm`](super::Algorithm).
+    pub trait Sealed {}
+
+    impl Sealed for super::super::Ddpg {}
+    impl Sealed for super::super::Sac {}
 }
 
 /// The losses of an update, means over its batch.
@@ -54,29 +61,12 @@ impl Losses {
     pub fn are_finite(&self) -> bool {
         [self.critic, self.actor, self.value].iter().all(|loss| loss.is_finite())
     }
-
-    /// Returns the sum of the losses of two parts.
-    pub(crate) fn sum(first: Self, second: Self) -> Self {
-        Self {
-            critic: first.critic + second.critic,
-            actor: first.actor + second.actor,
-            value: first.value + second.value,
-        }
-    }
 }
 
-/// The number of parts of every batch. Their gradients are added in a fixed order, so that two
-/// threads compute the same bits as one.
-pub const PARTS: usize = 2;
-
-/// The rows of a part of a batch.
+/// A batch's columns as an update needs them.
 #[derive(Clone, Copy)]
-pub(crate) struct Part<'a> {
-    /// The number of the part.
-    pub(crate) number: usize,
-    pub(crate) num_rows: usize,
-    /// The number of rows of the whole batch.
-    pub(crate) batch_len: usize,
+pub(crate) struct Rows<'a> {
+    pub(crate) len: usize,
     pub(crate) inputs: &'a [f32],
     pub(crate) actions: &'a [f32],
     pub(crate) rewards: &'a [f32],
@@ -84,36 +74,30 @@ pub(crate) struct Part<'a> {
     pub(crate) next_inputs: &'a [f32],
 }
 
-/// Computes both parts of a batch, each with a workspace of its own, on the threads of the current
-/// rayon pool.
-pub(crate) fn in_parts<W: Send>(
-    batch: &Batch<f32>,
-    workspaces: &mut [W; PARTS],
-    compute: impl Fn(Part<'_>, &mut W) + Sync,
-) {
-    let num_rows = batch.len() / PARTS;
-    workspaces.par_iter_mut().enumerate().for_each(|(number, workspace)| {
-        let column = |column| {
-            let column: &[f32] = column;
-            let len = column.len() / PARTS;
-            &column[number * len..][..len]
-        };
-        let part = Part {
-            number,
-            num_rows,
-            batch_len: batch.len(),
-            inputs: column(batch.input()),
-            actions: column(batch.action()),
-            rewards: column(batch.reward()),
-            discounts: column(batch.discount()),
-            next_inputs: column(batch.next_input()),
-        };
-        compute(part, workspace);
-    });
+impl<'a> Rows<'a> {
+    pub(crate) fn new(batch: &'a Batch<f32>) -> Self {
+        Self {
+            len: batch.len(),
+            inputs: batch.input(),
+            actions: batch.action(),
+            rewards: batch.reward(),
+            discounts: batch.discount(),
+            next_inputs: batch.next_input(),
+        }
+    }
+
+    /// The number of elements of an action.
+    pub(crate) const fn num_actions(&self) -> usize {
+        self.actions.len() / self.len
+    }
+
+    /// The weight of a row in a mean over the batch.
+    pub(crate) const fn share(&self) -> f32 {
+        1.0 / self.len as f32
+    }
 }
 
 /// A network with its optimizer.
-#[derive(Clone, Debug)]
 pub(crate) struct Trained {
     pub(crate) network: Network,
     pub(crate) adam: Adam,
@@ -125,9 +109,9 @@ impl Trained {
         Self { network, adam }
     }
 
-    /// Takes step `number`, counted from 1, against the sum of gradients.
-    pub(crate) fn step(&mut self, number: u64, gradients: [&[f32]; PARTS]) {
-        self.adam.step(number, &mut self.network.parameters, gradients);
+    /// Takes step `number`, counted from 1, against a gradient.
+    pub(crate) fn step(&mut self, number: u64, gradient: &[f32]) {
+        self.adam.step(number, &mut self.network.parameters, gradient);
     }
 }
 

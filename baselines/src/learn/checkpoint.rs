@@ -64,7 +64,6 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let folder = folder.as_ref();
         let path = folder.join(format!("checkpoint-{:012}.zip", self.counters.steps));
         let failed = |source| Error::Write { path: path.clone(), source };
-        let (explorer, last_batch) = self.explorer.snapshot(self.collector.envs().batch());
         let collector = self.collector.snapshot().map_err(Error::Envs)?;
         let (num_updates, networks) = self.encode_networks().map_err(failed)?;
         let saved = Saved {
@@ -75,8 +74,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             recent: self.recent,
             rows: self.rows.clone(),
             normalizers: self.normalizers.clone(),
-            explorer,
-            last_batch,
+            explorer: self.explorer.state().clone(),
+            last_batch: LastBatch::of(self.collector.envs().batch()),
             collector,
             num_updates,
         };

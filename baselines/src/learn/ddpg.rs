@@ -1,12 +1,14 @@
 //! Deep deterministic policy gradient.
 
+use std::fmt;
+
 use her_relabel::Batch;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::actor::{ActionNoise, Actor};
-use super::algorithm::{Algorithm, Losses, PARTS, Part, StateMut, Trained, in_parts};
+use super::algorithm::{Algorithm, Losses, Rows, StateMut, Trained};
 use super::network::{Network, Shape};
 use super::pass::{Pass, evaluate, run};
 use crate::trained::LayerWeights;
@@ -92,15 +94,14 @@ impl DdpgSettings {
 ///
 /// Source: Lillicrap et al., *Continuous control with deep reinforcement learning*, 2016. As in
 /// openai/baselines, actor and critic take their steps at the same time.
-#[derive(Debug)]
 pub struct Ddpg {
     settings: DdpgSettings,
     networks: Networks,
-    workspaces: [Workspace; PARTS],
+    critic_work: CriticWork,
+    actor_work: ActorWork,
     num_updates: u64,
 }
 
-#[derive(Debug)]
 struct Networks {
     actor: Trained,
     critic: Trained,
@@ -109,19 +110,39 @@ struct Networks {
     averaged_actor: Network,
 }
 
-/// What a part of a batch computes, kept for its memory.
-#[derive(Debug, Default)]
-struct Workspace {
+/// What the critic's gradient needs, kept for its memory.
+#[derive(Default)]
+struct CriticWork {
     actor: Pass,
     critic: Pass,
     next_actions: Vec<f32>,
-    actions: Vec<f32>,
     targets: Vec<f32>,
+    /// The gradient of the critic's outputs.
+    outputs: Vec<f32>,
+    gradient: Vec<f32>,
+    loss: f32,
+    value: f32,
+}
+
+/// What the actor's gradient needs, kept for its memory.
+#[derive(Default)]
+struct ActorWork {
+    actor: Pass,
+    critic: Pass,
+    actions: Vec<f32>,
     /// The gradient of a network's outputs.
     outputs: Vec<f32>,
-    critic_gradient: Vec<f32>,
-    actor_gradient: Vec<f32>,
-    losses: Losses,
+    gradient: Vec<f32>,
+    loss: f32,
+}
+
+impl fmt::Debug for Ddpg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Ddpg")
+            .field("settings", &self.settings)
+            .field("num_updates", &self.num_updates)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Ddpg {
@@ -142,22 +163,27 @@ impl Ddpg {
             actor: Trained::new(actor, settings.actor_learning_rate),
             critic: Trained::new(critic, settings.critic_learning_rate),
         };
-        Self { settings, networks, workspaces: Default::default(), num_updates: 0 }
+        Self {
+            settings,
+            networks,
+            critic_work: CriticWork::default(),
+            actor_work: ActorWork::default(),
+            num_updates: 0,
+        }
     }
 }
 
-impl Workspace {
+impl CriticWork {
     /// Computes what the critic should say: the reward and the discounted value of the next state.
-    fn compute_targets(&mut self, part: Part<'_>, networks: &Networks, settings: &DdpgSettings) {
-        let Part { num_rows, next_inputs, .. } = part;
+    fn compute_targets(&mut self, rows: Rows<'_>, networks: &Networks, settings: &DdpgSettings) {
         let Networks { target_actor, target_critic, .. } = networks;
-        let outputs = run(&mut self.actor, target_actor, num_rows, next_inputs);
+        let outputs = run(&mut self.actor, target_actor, rows.len, rows.next_inputs);
         self.next_actions.clear();
         self.next_actions.extend(outputs.iter().map(|output| output.tanh()));
-        let values =
-            evaluate(&mut self.critic, target_critic, num_rows, next_inputs, &self.next_actions);
+        let (inputs, actions) = (rows.next_inputs, &self.next_actions);
+        let values = evaluate(&mut self.critic, target_critic, rows.len, inputs, actions);
         let lowest = -1.0 / (1.0 - settings.gamma as f32);
-        let targets = part.rewards.iter().zip(part.discounts).zip(values);
+        let targets = rows.rewards.iter().zip(rows.discounts).zip(values);
         let targets = targets.map(|((reward, discount), value)| reward + discount * value);
         self.targets.clear();
         if settings.clip_targets {
@@ -168,40 +194,32 @@ impl Workspace {
     }
 
     /// Computes the critic's gradient, of the mean squared error.
-    fn differentiate_critic(&mut self, part: Part<'_>, critic: &Network) {
-        let share = 1.0 / part.batch_len as f32;
-        let values = evaluate(&mut self.critic, critic, part.num_rows, part.inputs, part.actions);
-        self.losses.value = values.iter().sum::<f32>() * share;
+    fn differentiate(&mut self, rows: Rows<'_>, critic: &Network) {
+        let values = evaluate(&mut self.critic, critic, rows.len, rows.inputs, rows.actions);
+        self.value = values.iter().sum::<f32>() * rows.share();
         let errors = values.iter().zip(&self.targets).map(|(value, target)| value - target);
-        self.losses.critic = errors.clone().map(|error| error * error).sum::<f32>() * share;
+        self.loss = errors.clone().map(|error| error * error).sum::<f32>() * rows.share();
         self.outputs.clear();
-        self.outputs.extend(errors.map(|error| 2.0 * share * error));
-        self.critic_gradient.resize(critic.parameters.len(), 0.0);
-        self.critic.backward(critic, &self.outputs, Some(&mut self.critic_gradient), 0);
+        self.outputs.extend(errors.map(|error| 2.0 * rows.share() * error));
+        self.gradient.resize(critic.parameters.len(), 0.0);
+        self.critic.backward(critic, &self.outputs, Some(&mut self.gradient), 0);
     }
+}
 
+impl ActorWork {
     /// Computes the actor's gradient: that of the negative mean value, and of the mean squared action
     /// times `action_l2`.
-    fn differentiate_actor(
-        &mut self,
-        part: Part<'_>,
-        actor: &Network,
-        critic: &Network,
-        action_l2: f32,
-    ) {
-        let Part { num_rows, inputs, .. } = part;
-        let share = 1.0 / part.batch_len as f32;
-        let outputs = run(&mut self.actor, actor, num_rows, inputs);
+    fn differentiate(&mut self, rows: Rows<'_>, actor: &Network, critic: &Network, action_l2: f32) {
+        let outputs = run(&mut self.actor, actor, rows.len, rows.inputs);
         self.actions.clear();
         self.actions.extend(outputs.iter().map(|output| output.tanh()));
-        let num_actions = self.actions.len() / num_rows;
-        let values = evaluate(&mut self.critic, critic, num_rows, inputs, &self.actions);
-        let weight = action_l2 * share / num_actions as f32;
+        let values = evaluate(&mut self.critic, critic, rows.len, rows.inputs, &self.actions);
+        let weight = action_l2 * rows.share() / rows.num_actions() as f32;
         let squares = self.actions.iter().map(|action| action * action).sum::<f32>();
-        self.losses.actor = weight * squares - values.iter().sum::<f32>() * share;
+        self.loss = weight * squares - values.iter().sum::<f32>() * rows.share();
         self.outputs.clear();
-        self.outputs.resize(num_rows, -share);
-        let slopes = self.critic.backward(critic, &self.outputs, None, num_actions);
+        self.outputs.resize(rows.len, -rows.share());
+        let slopes = self.critic.backward(critic, &self.outputs, None, rows.num_actions());
         self.outputs.clear();
         self.outputs.extend(
             slopes
@@ -209,39 +227,40 @@ impl Workspace {
                 .zip(&self.actions)
                 .map(|(slope, action)| (slope + 2.0 * weight * action) * (1.0 - action * action)),
         );
-        self.actor_gradient.resize(actor.parameters.len(), 0.0);
-        self.actor.backward(actor, &self.outputs, Some(&mut self.actor_gradient), 0);
+        self.gradient.resize(actor.parameters.len(), 0.0);
+        self.actor.backward(actor, &self.outputs, Some(&mut self.gradient), 0);
     }
 }
 
 impl Algorithm for Ddpg {
     fn update(&mut self, batch: &Batch<f32>) -> Losses {
-        let Self { settings, networks, workspaces, .. } = self;
-        in_parts(batch, workspaces, |part, work| {
-            let Networks { actor, critic, .. } = &*networks;
-            work.compute_targets(part, networks, settings);
-            work.differentiate_critic(part, &critic.network);
-            work.differentiate_actor(part, &actor.network, &critic.network, settings.action_l2);
-        });
-        self.num_updates += 1;
-        let Networks { actor, critic, target_actor, target_critic, averaged_actor } = networks;
-        let [first, second] = workspaces;
-        let number = self.num_updates;
-        let follows = number.is_multiple_of(settings.target_interval);
-        let step = |trained: &mut Trained, target: &mut Network, gradients: [&[f32]; PARTS]| {
-            trained.step(number, gradients);
+        let Self { settings, networks, critic_work, actor_work, num_updates } = self;
+        let rows = Rows::new(batch);
+        let (actor, critic) = (&networks.actor.network, &networks.critic.network);
+        rayon::join(
+            || {
+                critic_work.compute_targets(rows, networks, settings);
+                critic_work.differentiate(rows, critic);
+            },
+            || actor_work.differentiate(rows, actor, critic, settings.action_l2),
+        );
+        *num_updates += 1;
+        let follows = num_updates.is_multiple_of(settings.target_interval);
+        let step = |trained: &mut Trained, target: &mut Network, gradient: &[f32]| {
+            trained.step(*num_updates, gradient);
             if follows {
                 target.follow(&trained.network, settings.target_fraction);
             }
         };
+        let Networks { actor, critic, target_actor, target_critic, averaged_actor } = networks;
         rayon::join(
-            || step(critic, target_critic, [&first.critic_gradient, &second.critic_gradient]),
+            || step(critic, target_critic, &critic_work.gradient),
             || {
-                step(actor, target_actor, [&first.actor_gradient, &second.actor_gradient]);
+                step(actor, target_actor, &actor_work.gradient);
                 averaged_actor.follow(&actor.network, settings.average_fraction);
             },
         );
-        Losses::sum(first.losses, second.losses)
+        Losses { critic: critic_work.loss, actor: actor_work.loss, value: critic_work.value }
     }
 
     fn actor(&self) -> Actor {

@@ -50,6 +50,34 @@ pub enum TrainError {
         /// What happened, and in which environment.
         source: CollectorError,
     },
+    /// All environments failed in a whole cycle.
+    #[error(
+        "every environment failed after {steps} steps, environment {env_id} first{}",
+        resume_hint(.checkpoint.as_ref())
+    )]
+    AllFailed {
+        /// The number of steps recorded before.
+        steps: u64,
+        /// The last checkpoint, from which the run can be resumed.
+        checkpoint: Option<PathBuf>,
+        /// The environment that failed first.
+        env_id: usize,
+        /// Its error.
+        source: Box<EnvError>,
+    },
+    /// An environment returned a number that is not finite in an evaluation.
+    #[error(
+        "an environment returned {what} that is not finite in the evaluation after {steps} steps{}",
+        resume_hint(.checkpoint.as_ref())
+    )]
+    EvaluationNotFinite {
+        /// What is not finite.
+        what: &'static str,
+        /// The number of steps recorded before.
+        steps: u64,
+        /// The last checkpoint, from which the run can be resumed.
+        checkpoint: Option<PathBuf>,
+    },
     /// An evaluation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluationError),

@@ -19,27 +19,30 @@ pub(crate) struct Normalizers {
 }
 
 impl Normalizers {
-    /// Writes the inputs of a network: each observation with its goal behind it, normalized.
+    /// Writes the inputs of a network: each observation with its goal behind it, normalized. A row
+    /// with a number that is not finite becomes 0. Returns whether there was none.
     pub(crate) fn write_inputs<S: Scalar>(
         &self,
         observations: &[S],
         goals: &[f64],
         inputs: &mut Vec<f32>,
-    ) {
+    ) -> bool {
         let (len, goal_len) = (self.observation.dim(), self.goal.dim());
         inputs.resize(observations.len() / len * (len + goal_len), 0.0);
+        let mut all_finite = true;
         let pairs = observations.chunks_exact(len).zip(goals.chunks_exact(goal_len));
         for (input, (observation, goal)) in inputs.chunks_exact_mut(len + goal_len).zip(pairs) {
             let (first, second) = input.split_at_mut(len);
-            // Numbers that are not finite never get here: the buffer has refused their step.
             let normalized = self
                 .observation
                 .normalize_into(observation, first)
                 .and_then(|()| self.goal.normalize_into(goal, second));
             if normalized.is_err() {
                 input.fill(0.0);
+                all_finite = false;
             }
         }
+        all_finite
     }
 }
 
@@ -50,21 +53,42 @@ pub(crate) struct ExplorerState {
     decisions: u64,
     /// The number of episodes that have begun.
     episodes: u64,
-    /// Whether the episode of each environment is wholly random.
-    is_random: Vec<bool>,
+    /// What each environment's episode explores.
+    plans: Vec<Plan>,
 }
 
-/// The environments' last batch, as the next decision sees it.
+/// What an episode explores.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Plan {
+    /// Whether all of its actions are random.
+    is_random: bool,
+    /// The goal that the actor pursues instead of the desired one.
+    nearer_goal: Option<Vec<f64>>,
+}
+
+/// The environments' last batch, as the next decision sees it: a row for each environment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LastBatch {
-    inputs: Vec<f32>,
+    observations: Vec<f64>,
+    achieved_goals: Vec<f64>,
+    desired_goals: Vec<f64>,
     started: Vec<bool>,
+}
+
+impl LastBatch {
+    pub(crate) fn of<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Self {
+        Self {
+            observations: batch.observation().iter().map(|number| number.to_f64()).collect(),
+            achieved_goals: batch.achieved_goal().to_vec(),
+            desired_goals: batch.desired_goal().to_vec(),
+            started: batch.started().to_vec(),
+        }
+    }
 }
 
 /// The policy that collects: the actor with noise, random actions and random episodes.
 ///
 /// Every decision has a stream of random numbers of its own.
-#[derive(Debug)]
 pub(crate) struct Explorer {
     settings: ExplorationSettings,
     seed: u64,
@@ -83,35 +107,35 @@ impl Explorer {
         normalizers: Normalizers,
         num_envs: usize,
     ) -> Self {
-        let is_random = vec![false; num_envs];
+        let plans = vec![Plan::default(); num_envs];
         Self {
             settings,
             seed,
             normalizers,
             actor: None,
             inputs: Vec::new(),
-            state: ExplorerState { decisions: 0, episodes: 0, is_random },
+            state: ExplorerState { decisions: 0, episodes: 0, plans },
             resumed: None,
         }
     }
 
-    /// Returns what the next decisions depend on, and what the next one sees.
-    pub(crate) fn snapshot<O: GoalObservation<Element: Scalar>, I>(
-        &self,
-        batch: &Batch<O, I>,
-    ) -> (ExplorerState, LastBatch) {
-        let mut inputs = Vec::new();
-        self.normalizers.write_inputs(batch.observation(), batch.desired_goal(), &mut inputs);
-        (self.state.clone(), LastBatch { inputs, started: batch.started().to_vec() })
+    /// Returns what the next decisions depend on.
+    pub(crate) const fn state(&self) -> &ExplorerState {
+        &self.state
     }
 
-    /// Restores a snapshot, if it is of as many environments and of inputs of the same length.
+    /// Restores a state, and what the next decision sees, if they are of as many environments and
+    /// of goals and observations of the same lengths.
     pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch) -> bool {
-        let num_envs = self.state.is_random.len();
+        let num_envs = self.state.plans.len();
         let Normalizers { observation, goal } = &self.normalizers;
-        let fits = state.is_random.len() == num_envs
+        let is_goal = |goals: &[f64], count: usize| goals.len() == count * goal.dim();
+        let fits = state.plans.len() == num_envs
+            && state.plans.iter().flat_map(|plan| &plan.nearer_goal).all(|goal| is_goal(goal, 1))
             && last.started.len() == num_envs
-            && last.inputs.len() == num_envs * (observation.dim() + goal.dim());
+            && last.observations.len() == num_envs * observation.dim()
+            && is_goal(&last.achieved_goals, num_envs)
+            && is_goal(&last.desired_goals, num_envs);
         if fits {
             self.state = state;
             self.resumed = Some(last);
@@ -125,52 +149,72 @@ impl Explorer {
         self.normalizers = normalizers;
     }
 
-    /// Writes the actions of all environments for the inputs.
-    fn decide(&mut self, num_rows: usize, actions: &mut [f32]) {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        rng.set_stream(self.state.decisions);
-        self.state.decisions += 1;
-        let len = actions.len() / num_rows;
-        let noise: Vec<f32> = actions.iter().map(|_| rng.sample(StandardNormal)).collect();
-        if let Some(actor) = &mut self.actor
-            && self.state.is_random.contains(&false)
-        {
-            actor.act(num_rows, &self.inputs, Some(&noise), actions);
-        }
-        for (row, is_random) in actions.chunks_exact_mut(len).zip(&self.state.is_random) {
-            let chance: f64 = rng.random();
-            let random: Vec<f32> = row.iter().map(|_| rng.random_range(-1.0..=1.0)).collect();
-            if *is_random || self.actor.is_none() || chance < self.settings.random_action {
-                row.copy_from_slice(&random);
-            }
+    /// Plans the episodes that begin.
+    fn begin_episodes(&mut self, last: &LastBatch) {
+        let goal_len = self.normalizers.goal.dim();
+        let goals = last
+            .achieved_goals
+            .chunks_exact(goal_len)
+            .zip(last.desired_goals.chunks_exact(goal_len));
+        let rows = self.state.plans.iter_mut().zip(&last.started).zip(goals);
+        for ((plan, _), (achieved, desired)) in rows.filter(|((_, started), _)| **started) {
+            let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+            rng.set_stream(u64::MAX - self.state.episodes);
+            let ExplorationSettings { random_episodes, .. } = self.settings;
+            let mut happens = |share: f64| rng.random::<f64>() < share;
+            plan.is_random = happens(self.settings.random_episode_share)
+                || self.state.episodes < random_episodes;
+            let is_nearer = happens(self.settings.nearer_goal_share);
+            let fraction: f64 = rng.random();
+            plan.nearer_goal = is_nearer.then(|| {
+                let pairs = achieved.iter().zip(desired);
+                pairs.map(|(from, to)| from + fraction * (to - from)).collect()
+            });
+            self.state.episodes += 1;
         }
     }
 
-    /// Decides which of the episodes that begin are wholly random.
-    fn begin_episodes(&mut self, started: &[bool]) {
-        for (is_random, _) in
-            self.state.is_random.iter_mut().zip(started).filter(|(_, started)| **started)
+    /// Writes the inputs of the actor: each observation and the goal that its episode pursues.
+    fn write_inputs(&mut self, last: &LastBatch) {
+        let goal_len = self.normalizers.goal.dim();
+        let mut goals = last.desired_goals.clone();
+        for (goal, plan) in goals.chunks_exact_mut(goal_len).zip(&self.state.plans) {
+            if let Some(nearer) = &plan.nearer_goal {
+                goal.copy_from_slice(nearer);
+            }
+        }
+        // The buffer refuses numbers that are not finite when it records their step.
+        self.normalizers.write_inputs(&last.observations, &goals, &mut self.inputs);
+    }
+
+    /// Writes the actions of all environments for the inputs.
+    fn decide(&mut self, actions: &mut [f32]) {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(self.state.decisions);
+        self.state.decisions += 1;
+        let plans = &self.state.plans;
+        let len = actions.len() / plans.len();
+        let noise: Vec<f32> = actions.iter().map(|_| rng.sample(StandardNormal)).collect();
+        if let Some(actor) = &mut self.actor
+            && plans.iter().any(|plan| !plan.is_random)
         {
-            let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-            rng.set_stream(u64::MAX - self.state.episodes);
+            actor.act(plans.len(), &self.inputs, Some(&noise), actions);
+        }
+        for (row, plan) in actions.chunks_exact_mut(len).zip(plans) {
             let chance: f64 = rng.random();
-            *is_random = self.state.episodes < self.settings.random_episodes
-                || chance < self.settings.random_episode_share;
-            self.state.episodes += 1;
+            let random: Vec<f32> = row.iter().map(|_| rng.random_range(-1.0..=1.0)).collect();
+            if plan.is_random || self.actor.is_none() || chance < self.settings.random_action {
+                row.copy_from_slice(&random);
+            }
         }
     }
 }
 
 impl<O: GoalObservation<Element: Scalar>, I> Policy<Batch<O, I>> for Explorer {
     fn act(&mut self, batch: &Batch<O, I>, actions: &mut [f32]) {
-        if let Some(LastBatch { inputs, started }) = self.resumed.take() {
-            self.inputs = inputs;
-            self.begin_episodes(&started);
-        } else {
-            let (observations, goals) = (batch.observation(), batch.desired_goal());
-            self.normalizers.write_inputs(observations, goals, &mut self.inputs);
-            self.begin_episodes(batch.started());
-        }
-        self.decide(self.state.is_random.len(), actions);
+        let last = self.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
+        self.begin_episodes(&last);
+        self.write_inputs(&last);
+        self.decide(actions);
     }
 }

@@ -45,11 +45,13 @@ mod network;
 mod pass;
 mod replay;
 mod sac;
+mod sampled;
+mod seeds;
 mod settings;
 mod trainer;
 
 pub use actor::Actor;
-pub use algorithm::{Algorithm, Losses, PARTS, StateMut};
+pub use algorithm::{Algorithm, Losses, StateMut};
 pub use curve::{Counters, CurveRow, Target};
 pub use ddpg::{Ddpg, DdpgSettings};
 pub use error::{CheckpointError, TrainError};

@@ -106,7 +106,7 @@ impl Layer {
 
 /// A multilayer perceptron with rectified linear units, and optionally layer normalization before
 /// each of them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone)]
 pub(crate) struct Network {
     pub(crate) shape: Shape,
     pub(crate) parameters: Vec<f32>,

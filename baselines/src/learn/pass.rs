@@ -14,7 +14,7 @@ use super::network::{Layer, Network, Parameters, ParametersMut};
 const EPSILON: f32 = 1e-5;
 
 /// A pass of some rows through a network of one shape, with all that its gradient needs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Pass {
     num_rows: usize,
     input: Vec<f32>,
@@ -53,7 +53,7 @@ pub(crate) fn evaluate<'a>(
 }
 
 /// What a layer has computed.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 struct LayerPass {
     output: Vec<f32>,
     /// With normalization: the outputs with mean 0 and variance 1, before scales and shifts.

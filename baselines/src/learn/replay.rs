@@ -2,7 +2,6 @@
 
 use her_relabel::{GoalMixture, GoalPart, GoalStrategy, Sampler, StillEpisodes, UnitInterval};
 
-use super::algorithm::PARTS;
 use super::error::TrainError;
 use super::settings::ReplaySettings;
 
@@ -14,11 +13,11 @@ pub(super) fn sampler(settings: &ReplaySettings, gamma: f64) -> Result<Sampler, 
         value: value.to_string(),
         expected,
     };
-    if batch_size == 0 || !batch_size.is_multiple_of(PARTS) {
+    if batch_size == 0 {
         return Err(TrainError::Setting {
             name: "batch_size",
             value: batch_size.to_string(),
-            expected: "choose an even number",
+            expected: "choose at least 1",
         });
     }
     if !(future_k >= 0.0 && future_k.is_finite()) {

@@ -1,16 +1,18 @@
 //! Soft actor-critic.
 
+use std::fmt;
+
 use her_relabel::Batch;
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-use super::actor::{ActionNoise, Actor, clamp_log_std};
+use super::actor::{ActionNoise, Actor};
 use super::adam::Adam;
-use super::algorithm::{Algorithm, Losses, PARTS, Part, StateMut, Trained, in_parts};
+use super::algorithm::{Algorithm, Losses, Rows, StateMut, Trained};
 use super::network::{Network, Shape};
 use super::pass::{Pass, evaluate, run};
+use super::sampled::Sampled;
 use crate::trained::LayerWeights;
 
 /// Settings of [`Sac`].
@@ -59,101 +61,58 @@ impl Default for SacSettings {
 /// actor learns a distribution of actions. The temperature adapts itself.
 ///
 /// Source: Haarnoja et al., 2018, as in [`SacSettings`].
-#[derive(Debug)]
 pub struct Sac {
     settings: SacSettings,
     networks: Networks,
     log_temperature: Vec<f32>,
     temperature_adam: Adam,
-    workspaces: [Workspace; PARTS],
+    critic_work: CriticWork,
+    actor_work: ActorWork,
     num_updates: u64,
     seed: u64,
 }
 
-#[derive(Debug)]
 struct Networks {
     actor: Trained,
     critics: [Trained; 2],
     targets: [Network; 2],
 }
 
-/// What a part of a batch computes, kept for its memory.
-#[derive(Debug, Default)]
-struct Workspace {
+/// What the critics' gradients need, kept for their memory.
+#[derive(Default)]
+struct CriticWork {
+    actor: Pass,
+    critics: [Pass; 2],
+    next: Sampled,
+    targets: Vec<f32>,
+    /// The gradient of a critic's outputs.
+    outputs: Vec<f32>,
+    gradients: [Vec<f32>; 2],
+    loss: f32,
+    value: f32,
+}
+
+/// What the actor's gradient needs, kept for its memory.
+#[derive(Default)]
+struct ActorWork {
     actor: Pass,
     critics: [Pass; 2],
     sample: Sampled,
-    targets: Vec<f32>,
-    /// The gradient of a network's outputs.
+    /// The gradient of the actor's outputs.
     outputs: Vec<f32>,
-    critic_gradients: [Vec<f32>; 2],
-    actor_gradient: Vec<f32>,
-    losses: Losses,
-    /// The sum of the logarithms of the actions' densities.
-    log_densities: f32,
+    gradient: Vec<f32>,
+    loss: f32,
+    /// The mean of the logarithms of the actions' densities.
+    log_density: f32,
 }
 
-/// Actions drawn from the distribution that an actor describes.
-#[derive(Debug, Default)]
-struct Sampled {
-    actions: Vec<f32>,
-    noise: Vec<f32>,
-    /// The standard deviations before the hyperbolic tangent.
-    stds: Vec<f32>,
-    /// Whether the logarithm of the standard deviation is within its bounds.
-    is_free: Vec<bool>,
-    /// The logarithm of the density of each row's action.
-    log_densities: Vec<f32>,
-}
-
-impl Sampled {
-    /// Draws actions, a row for each row of an actor's outputs.
-    fn draw(&mut self, outputs: &[f32], num_actions: usize, rng: &mut impl Rng) {
-        let Self { actions, noise, stds, is_free, log_densities } = self;
-        for column in [&mut *actions, noise, stds, log_densities] {
-            column.clear();
-        }
-        is_free.clear();
-        let half_log_tau = 0.5 * std::f32::consts::TAU.ln();
-        for row in outputs.chunks_exact(2 * num_actions) {
-            let (means, log_stds) = row.split_at(num_actions);
-            let mut log_density = 0.0;
-            for (mean, log_std) in means.iter().zip(log_stds) {
-                let clamped = clamp_log_std(*log_std);
-                let (std, draw) = (clamped.exp(), rng.sample::<f32, _>(StandardNormal));
-                let unbounded = mean + std * draw;
-                log_density -= 0.5 * draw * draw + clamped + half_log_tau + log_slope(unbounded);
-                actions.push(unbounded.tanh());
-                noise.push(draw);
-                stds.push(std);
-                is_free.push(clamped == *log_std);
-            }
-            log_densities.push(log_density);
-        }
+impl fmt::Debug for Sac {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sac")
+            .field("settings", &self.settings)
+            .field("num_updates", &self.num_updates)
+            .finish_non_exhaustive()
     }
-
-    /// Writes the gradient of the actor's outputs, given `slopes`, the gradient of the actions, and
-    /// `weight`, that of the logarithms of the densities.
-    fn differentiate(&self, slopes: &[f32], weight: f32, num_actions: usize, outputs: &mut [f32]) {
-        for (row, outputs) in outputs.chunks_exact_mut(2 * num_actions).enumerate() {
-            let (means, log_stds) = outputs.split_at_mut(num_actions);
-            for (index, (mean, log_std)) in means.iter_mut().zip(log_stds).enumerate() {
-                let at = row * num_actions + index;
-                let action = self.actions[at];
-                // The density falls with the slope of the hyperbolic tangent, whose logarithm has the
-                // derivative -2 tanh, and with the standard deviation.
-                *mean = slopes[at] * (1.0 - action * action) + weight * 2.0 * action;
-                let by_std = *mean * self.stds[at] * self.noise[at] - weight;
-                *log_std = if self.is_free[at] { by_std } else { 0.0 };
-            }
-        }
-    }
-}
-
-/// The logarithm of the slope of the hyperbolic tangent, in a form that stays exact far from 0.
-fn log_slope(unbounded: f32) -> f32 {
-    let size = unbounded.abs();
-    2.0 * (std::f32::consts::LN_2 - size - (-2.0 * size).exp().ln_1p())
 }
 
 impl Sac {
@@ -176,7 +135,8 @@ impl Sac {
             networks,
             log_temperature: vec![settings.initial_temperature.ln()],
             temperature_adam: Adam::new(*learning_rate, 1),
-            workspaces: Default::default(),
+            critic_work: CriticWork::default(),
+            actor_work: ActorWork::default(),
             settings,
             num_updates: 0,
             seed,
@@ -184,70 +144,70 @@ impl Sac {
     }
 }
 
-impl Workspace {
+impl CriticWork {
     /// Computes what the critics should say: the reward and the discounted soft value of the next
     /// state.
     fn compute_targets(
         &mut self,
-        part: Part<'_>,
+        rows: Rows<'_>,
         networks: &Networks,
         temperature: f32,
         rng: &mut impl Rng,
     ) {
-        let Part { num_rows, next_inputs, .. } = part;
-        let actor = &networks.actor.network;
-        let outputs = run(&mut self.actor, actor, num_rows, next_inputs);
-        self.sample.draw(outputs, part.actions.len() / num_rows, rng);
-        let Self { critics: [first, second], sample, .. } = self;
+        let (len, inputs) = (rows.len, rows.next_inputs);
+        let outputs = run(&mut self.actor, &networks.actor.network, len, inputs);
+        self.next.draw(outputs, rows.num_actions(), rng);
+        let Self { critics: [first, second], next, .. } = self;
         let [first_target, second_target] = &networks.targets;
-        let first = evaluate(first, first_target, num_rows, next_inputs, &sample.actions);
-        let second = evaluate(second, second_target, num_rows, next_inputs, &sample.actions);
-        let values = first.iter().zip(second).zip(&sample.log_densities);
+        let first = evaluate(first, first_target, len, inputs, &next.actions);
+        let second = evaluate(second, second_target, len, inputs, &next.actions);
+        let values = first.iter().zip(second).zip(&next.log_densities);
         let values = values.map(|((first, second), log)| first.min(*second) - temperature * log);
-        let rows = part.rewards.iter().zip(part.discounts).zip(values);
+        let rows = rows.rewards.iter().zip(rows.discounts).zip(values);
         self.targets.clear();
         self.targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
     }
 
     /// Computes the critics' gradients, of the mean squared error.
-    fn differentiate_critics(&mut self, part: Part<'_>, critics: &[Trained; 2]) {
-        let share = 1.0 / part.batch_len as f32;
-        self.losses = Losses::default();
-        let passes = self.critics.iter_mut().zip(&mut self.critic_gradients);
+    fn differentiate(&mut self, rows: Rows<'_>, critics: &[Trained; 2]) {
+        let share = rows.share();
+        (self.loss, self.value) = (0.0, 0.0);
+        let passes = self.critics.iter_mut().zip(&mut self.gradients);
         for ((pass, gradient), Trained { network, .. }) in passes.zip(critics) {
-            let values = evaluate(pass, network, part.num_rows, part.inputs, part.actions);
-            self.losses.value += 0.5 * share * values.iter().sum::<f32>();
+            let values = evaluate(pass, network, rows.len, rows.inputs, rows.actions);
+            self.value += 0.5 * share * values.iter().sum::<f32>();
             let errors = values.iter().zip(&self.targets).map(|(value, target)| value - target);
-            self.losses.critic += errors.clone().map(|error| error * error).sum::<f32>() * share;
+            self.loss += errors.clone().map(|error| error * error).sum::<f32>() * share;
             self.outputs.clear();
             self.outputs.extend(errors.map(|error| 2.0 * share * error));
             gradient.resize(network.parameters.len(), 0.0);
             pass.backward(network, &self.outputs, Some(gradient), 0);
         }
     }
+}
 
+impl ActorWork {
     /// Computes the actor's gradient: that of the mean of the temperature times the logarithm of the
     /// density, minus the lower value.
-    fn differentiate_actor(
+    fn differentiate(
         &mut self,
-        part: Part<'_>,
+        rows: Rows<'_>,
         networks: &Networks,
         temperature: f32,
         rng: &mut impl Rng,
     ) {
-        let Part { num_rows, inputs, .. } = part;
-        let share = 1.0 / part.batch_len as f32;
-        let num_actions = part.actions.len() / num_rows;
+        let Rows { len, inputs, .. } = rows;
+        let (share, num_actions) = (rows.share(), rows.num_actions());
         let actor = &networks.actor.network;
-        self.sample.draw(run(&mut self.actor, actor, num_rows, inputs), num_actions, rng);
+        self.sample.draw(run(&mut self.actor, actor, len, inputs), num_actions, rng);
         let Self { critics: [first_pass, second_pass], sample, .. } = self;
         let [first, second] = networks.critics.each_ref().map(|critic| &critic.network);
-        let first_values = evaluate(first_pass, first, num_rows, inputs, &sample.actions).to_vec();
-        let second_values = evaluate(second_pass, second, num_rows, inputs, &sample.actions);
+        let first_values = evaluate(first_pass, first, len, inputs, &sample.actions).to_vec();
+        let second_values = evaluate(second_pass, second, len, inputs, &sample.actions);
         let pairs = || first_values.iter().zip(second_values);
-        self.log_densities = sample.log_densities.iter().sum();
+        self.log_density = sample.log_densities.iter().sum::<f32>() * share;
         let values: f32 = pairs().map(|(first, second)| first.min(*second)).sum();
-        self.losses.actor = share * (temperature * self.log_densities - values);
+        self.loss = temperature * self.log_density - share * values;
         let lower = |is_first: bool| {
             let slope = move |(first, second): (&f32, &f32)| {
                 if (first <= second) == is_first { -share } else { 0.0 }
@@ -260,36 +220,45 @@ impl Workspace {
         slopes.iter_mut().zip(second_slopes).for_each(|(sum, slope)| *sum += slope);
         self.outputs.resize(2 * slopes.len(), 0.0);
         sample.differentiate(&slopes, temperature * share, num_actions, &mut self.outputs);
-        self.actor_gradient.resize(actor.parameters.len(), 0.0);
-        self.actor.backward(actor, &self.outputs, Some(&mut self.actor_gradient), 0);
+        self.gradient.resize(actor.parameters.len(), 0.0);
+        self.actor.backward(actor, &self.outputs, Some(&mut self.gradient), 0);
     }
 }
 
 impl Algorithm for Sac {
     fn update(&mut self, batch: &Batch<f32>) -> Losses {
-        let Self { settings, networks, workspaces, seed, .. } = self;
-        let (number, temperature) = (self.num_updates, self.log_temperature[0].exp());
-        in_parts(batch, workspaces, |part, work| {
+        let Self { settings, networks, critic_work, actor_work, seed, num_updates, .. } = self;
+        let rows = Rows::new(batch);
+        let temperature = self.log_temperature[0].exp();
+        *num_updates += 1;
+        // Stream 0 has drawn the first weights.
+        let noise = |branch: u64| {
             let mut rng = ChaCha8Rng::seed_from_u64(*seed);
-            rng.set_stream(number * PARTS as u64 + part.number as u64);
-            work.compute_targets(part, networks, temperature, &mut rng);
-            work.differentiate_critics(part, &networks.critics);
-            work.differentiate_actor(part, networks, temperature, &mut rng);
-        });
-        self.num_updates += 1;
-        let [first, second] = workspaces;
-        for (index, critic) in networks.critics.iter_mut().enumerate() {
-            let gradients = [&*first, &*second].map(|part| &*part.critic_gradients[index]);
-            critic.step(self.num_updates, gradients);
-            networks.targets[index].follow(&critic.network, settings.target_fraction);
-        }
-        let num_actions = batch.action().len() / batch.len();
-        networks.actor.step(self.num_updates, [&first.actor_gradient, &second.actor_gradient]);
-        let log_density = (first.log_densities + second.log_densities) / batch.len() as f32;
-        let slope = -(log_density + settings.target_entropy * num_actions as f32);
-        let gradients: [&[f32]; 2] = [&[slope], &[0.0]];
-        self.temperature_adam.step(self.num_updates, &mut self.log_temperature, gradients);
-        Losses::sum(first.losses, second.losses)
+            rng.set_stream(2 * *num_updates + branch);
+            rng
+        };
+        rayon::join(
+            || {
+                critic_work.compute_targets(rows, networks, temperature, &mut noise(0));
+                critic_work.differentiate(rows, &networks.critics);
+            },
+            || actor_work.differentiate(rows, networks, temperature, &mut noise(1)),
+        );
+        let Networks { actor, critics, targets } = networks;
+        rayon::join(
+            || {
+                let gradients = critics.iter_mut().zip(targets).zip(&critic_work.gradients);
+                for ((critic, target), gradient) in gradients {
+                    critic.step(*num_updates, gradient);
+                    target.follow(&critic.network, settings.target_fraction);
+                }
+            },
+            || actor.step(*num_updates, &actor_work.gradient),
+        );
+        let target = settings.target_entropy * rows.num_actions() as f32;
+        let slope = -(actor_work.log_density + target);
+        self.temperature_adam.step(*num_updates, &mut self.log_temperature, &[slope]);
+        Losses { critic: critic_work.loss, actor: actor_work.loss, value: critic_work.value }
     }
 
     fn actor(&self) -> Actor {

@@ -1,5 +1,6 @@
 //! The loop of a training run: collect, update, evaluate.
 
+use std::fmt;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -8,15 +9,14 @@ use std::time::Instant;
 use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
 use fetch_env::{BoxSpace, EnvError, VecEnv};
 use her_relabel::{Batch, Dims, HerBuffer, Normalizer, NormalizerConfig, Sampler};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::algorithm::{Algorithm, PARTS};
+use super::algorithm::Algorithm;
 use super::curve::{Counters, CurveRow, Recent, Target};
 use super::error::TrainError;
 use super::explorer::{Explorer, Normalizers};
 use super::replay::{sampler, still_episodes};
+use super::seeds::{Purpose, seed_for};
 use super::settings::{ReplaySettings, TrainSettings};
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
@@ -31,8 +31,10 @@ impl<E: CollectEnv<ActionSpace = BoxSpace<f32>>> LearnEnv for E {}
 /// The seed of the first evaluation's first episode. The seeds of training are below 2^40.
 const EVALUATION_SEED: u64 = 1 << 41;
 
+/// The number of threads that can share the work of an update.
+const MAX_WORKERS: usize = 2;
+
 /// Trains an actor on goal-conditioned environments with hindsight.
-#[derive(Debug)]
 pub struct Trainer<E: LearnEnv> {
     pub(super) settings: TrainSettings,
     pub(super) seed: u64,
@@ -51,6 +53,16 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) recent: Recent,
     pub(super) rows: Vec<CurveRow>,
     pub(super) last_checkpoint: Option<PathBuf>,
+}
+
+impl<E: LearnEnv> fmt::Debug for Trainer<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Trainer")
+            .field("settings", &self.settings)
+            .field("seed", &self.seed)
+            .field("counters", &self.counters)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<E: LearnEnv> Trainer<E> {
@@ -79,12 +91,17 @@ impl<E: LearnEnv> Trainer<E> {
         let num_envs = settings.schedule.num_envs;
         let mut config = buffer_config(capacity, &template)?.with_num_envs(num_envs);
         if let Some(still) = still_episodes(&settings.replay)? {
-            config = config.with_still_episodes(still.with_seed(seed));
+            config = config.with_still_episodes(still.with_seed(seed_for(
+                seed,
+                Purpose::StillEpisodes,
+                0,
+            )));
         }
         let dims = config.dims();
         let sampler = sampler(&settings.replay, settings.algorithm.gamma())?;
         let num_inputs = dims.observation + dims.goal;
-        let algorithm = settings.algorithm.build(num_inputs, dims.action, seed);
+        let algorithm_seed = seed_for(seed, Purpose::Algorithm, 0);
+        let algorithm = settings.algorithm.build(num_inputs, dims.action, algorithm_seed);
         let normalizer =
             |dim| Normalizer::new(NormalizerConfig::new(dim).with_min_std(min_std).with_clip(clip));
         let normalizers = Normalizers {
@@ -96,7 +113,7 @@ impl<E: LearnEnv> Trainer<E> {
             let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
             Ok(VecEnv::new(envs.map_err(TrainError::Make)?, config)?)
         };
-        let workers = ThreadPoolBuilder::new().num_threads(num_threads.min(PARTS)).build();
+        let workers = ThreadPoolBuilder::new().num_threads(num_threads.min(MAX_WORKERS)).build();
         Ok(Self {
             collector: Collector::new(envs(
                 num_envs,
@@ -108,7 +125,7 @@ impl<E: LearnEnv> Trainer<E> {
             batch: Batch::new(),
             explorer: Explorer::new(
                 settings.exploration.clone(),
-                seed,
+                seed_for(seed, Purpose::Exploration, 0),
                 normalizers.clone(),
                 num_envs,
             ),
@@ -214,7 +231,7 @@ impl<E: LearnEnv> Trainer<E> {
         };
         if self.counters.steps == 0 {
             // Below the seeds of all evaluations.
-            let first_seed = ChaCha8Rng::seed_from_u64(self.seed).next_u64() >> 24;
+            let first_seed = seed_for(self.seed, Purpose::Episodes, 0) >> 24;
             self.collector.reset(Some(first_seed), &mut self.buffer).map_err(failed)?;
         }
         let num_steps = self.settings.schedule.steps_per_cycle;
@@ -226,6 +243,15 @@ impl<E: LearnEnv> Trainer<E> {
             .map_err(failed)?;
         self.counters.steps += collected.recorded_steps as u64;
         self.counters.episodes += collected.finished_episodes as u64;
+        self.counters.discarded_episodes += collected.discarded_episodes as u64;
+        if let (0, Some((env_id, source))) = (collected.recorded_steps, collected.first_failure) {
+            return Err(TrainError::AllFailed {
+                steps: self.counters.steps,
+                checkpoint: self.last_checkpoint.clone(),
+                env_id,
+                source: Box::new(source),
+            });
+        }
         self.update_normalizers(collected.recorded_steps)
     }
 
@@ -235,7 +261,7 @@ impl<E: LearnEnv> Trainer<E> {
         if self.buffer.is_empty() || num_rows == 0 {
             return Ok(());
         }
-        let seed = self.draw_seed(1, self.counters.steps);
+        let seed = seed_for(self.seed, Purpose::Normalizers, self.counters.steps);
         let sampler = self.sampler.with_batch_size(num_rows).with_joined_goal(false);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
@@ -247,7 +273,7 @@ impl<E: LearnEnv> Trainer<E> {
     }
 
     fn update(&mut self) -> Result<(), TrainError> {
-        let seed = self.draw_seed(0, self.counters.updates);
+        let seed = seed_for(self.seed, Purpose::Batches, self.counters.updates);
         self.sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut self.batch)?;
         let losses = self.algorithm.update(&self.batch);
         self.counters.updates += 1;
@@ -263,30 +289,31 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(())
     }
 
-    /// The seed of batch `count` of those for updates (0) or for normalizers (1).
-    fn draw_seed(&self, purpose: u64, count: u64) -> u64 {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        rng.set_stream(2 * count + purpose);
-        rng.next_u64()
-    }
-
     /// Evaluates the greedy policy on episodes that no other evaluation has.
     ///
     /// # Errors
-    /// [`TrainError::Evaluate`].
+    /// [`TrainError::Evaluate`] and [`TrainError::EvaluationNotFinite`].
     pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
         let mut actor = self.algorithm.greedy_actor();
         let normalizers = &self.normalizers;
-        let mut inputs = Vec::new();
+        let (mut inputs, mut all_finite) = (Vec::new(), true);
         let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {
-            normalizers.write_inputs(batch.observation(), batch.desired_goal(), &mut inputs);
+            let (observations, goals) = (batch.observation(), batch.desired_goal());
+            all_finite &= normalizers.write_inputs(observations, goals, &mut inputs);
             actor.act(batch.len(), &inputs, None, actions);
         };
         let evaluation = evaluate_vec(&mut self.evaluation_envs, &mut greedy, count, seed, |_| ())?;
         self.counters.evaluations += 1;
         let summary = evaluation.summary()?;
+        if !all_finite || !summary.return_mean.value.is_finite() {
+            return Err(TrainError::EvaluationNotFinite {
+                what: if all_finite { "a reward" } else { "an observation" },
+                steps: self.counters.steps,
+                checkpoint: self.last_checkpoint.clone(),
+            });
+        }
         let recent = std::mem::take(&mut self.recent);
         let row = CurveRow {
             counters: self.counters,

@@ -1,10 +1,87 @@
-//! Environments that return numbers that are not finite.
+//! Environments that fail, or return numbers that are not finite.
 
 use baselines::CollectorError;
 use baselines::learn::{TrainError, Trainer};
-use fetch_env::wrappers::TransformReward;
+use fetch_env::wrappers::{
+    KeepsGoals, SharedArray, Stateless, TransformReward, VectorObservation, Wrapped, Wrapper,
+};
+use fetch_env::{ActionElement, Env, EnvError, Reset, Space, Step};
 
-use crate::runs::{Result, ddpg, make, settings};
+use crate::runs::{Kinematic, Result, ddpg, make, settings};
+
+/// The faults of a [`Faulty`] environment, each from a step on.
+#[derive(Clone, Copy)]
+struct Faults {
+    /// The step from which observations are not finite.
+    observation: u64,
+    /// The step from which steps fail.
+    failure: u64,
+}
+
+const NEVER: u64 = u64::MAX;
+
+struct Faulty {
+    faults: Faults,
+    steps: u64,
+}
+
+type Observation = <<Kinematic as Env>::Observation as VectorObservation>::Replaced<f64>;
+
+impl Faulty {
+    fn observe(&self, observation: <Kinematic as Env>::Observation) -> Observation {
+        let mut vector = observation.vector().to_vec();
+        if self.steps >= self.faults.observation {
+            vector[2] = f64::NAN;
+        }
+        observation.replace(SharedArray::from(vector.as_slice()))
+    }
+}
+
+impl Wrapper<Kinematic> for Faulty {
+    type Observation = Observation;
+    type Info = <Kinematic as Env>::Info;
+    type ActionSpace = <Kinematic as Env>::ActionSpace;
+
+    fn reset(
+        &mut self,
+        env: &mut Kinematic,
+        seed: Option<u64>,
+        options: &<Kinematic as Env>::ResetOptions,
+    ) -> std::result::Result<Reset<Observation, Self::Info>, EnvError> {
+        let Reset { observation, info } = env.reset_with(seed, options)?;
+        Ok(Reset { observation: self.observe(observation), info })
+    }
+
+    fn step(
+        &mut self,
+        env: &mut Kinematic,
+        action: &[ActionElement<Kinematic>],
+    ) -> std::result::Result<Step<Observation, Self::Info>, EnvError> {
+        self.steps += 1;
+        if self.steps >= self.faults.failure {
+            return Err(EnvError::other(std::io::Error::other("the robot is on fire")));
+        }
+        let Step { observation, reward, terminated, truncated, info } = env.step(action)?;
+        let observation = self.observe(observation);
+        Ok(Step { observation, reward, terminated, truncated, info })
+    }
+
+    fn action_space<'a>(&'a self, env: &'a Kinematic) -> &'a Self::ActionSpace {
+        env.action_space()
+    }
+
+    fn observation_space<'a>(&'a self, env: &'a Kinematic) -> &'a Space {
+        env.observation_space()
+    }
+}
+
+impl KeepsGoals for Faulty {}
+impl Stateless for Faulty {}
+
+fn trainer(faults: Faults) -> Result<Trainer<Wrapped<Kinematic, Faulty>>> {
+    let make = || Ok(Wrapped::from_parts(make()?, Faulty { faults, steps: 0 }));
+    Ok(Trainer::new(make, settings(ddpg()), 0, 1)?)
+}
 
 #[test]
 fn a_reward_that_is_not_finite_stops_the_run() -> Result {
@@ -16,6 +93,43 @@ fn a_reward_that_is_not_finite_stops_the_run() -> Result {
     )?;
     match trainer.cycle() {
         Err(TrainError::Collect { steps: 0, source: CollectorError::NotFinite { .. }, .. }) => {
+            Ok(())
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn an_observation_that_is_not_finite_stops_the_run() -> Result {
+    let mut trainer = trainer(Faults { observation: 70, failure: NEVER })?;
+    trainer.cycle()?;
+    match trainer.cycle() {
+        Err(TrainError::Collect { steps: 100, source, .. }) => {
+            assert!(matches!(source, CollectorError::NotFinite { env_id: 0, .. }), "{source:?}");
+            Ok(())
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn an_observation_that_is_not_finite_stops_an_evaluation() -> Result {
+    let mut trainer = trainer(Faults { observation: 20, failure: NEVER })?;
+    match trainer.evaluate() {
+        Err(TrainError::EvaluationNotFinite { what: "an observation", .. }) => Ok(()),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_run_stops_when_every_environment_fails() -> Result {
+    let mut trainer = trainer(Faults { observation: NEVER, failure: 70 })?;
+    let error = (0..10).find_map(|_| trainer.cycle().err());
+    match error {
+        Some(TrainError::AllFailed { steps, env_id: 0, source, .. }) => {
+            assert!(steps >= 100, "{steps}");
+            assert!(source.to_string().contains("the robot is on fire"), "{source}");
+            assert!(trainer.counters().discarded_episodes > 0);
             Ok(())
         }
         other => panic!("{other:?}"),

@@ -101,7 +101,7 @@ fn settings_out_of_range_are_named() -> Result {
             settings.algorithm =
                 AlgorithmSettings::Ddpg(DdpgSettings { hidden, ..DdpgSettings::default() });
         }),
-        ("batch_size", |settings| settings.replay.batch_size = 7),
+        ("batch_size", |settings| settings.replay.batch_size = 0),
         ("already_achieved", |settings| settings.replay.already_achieved = 1.5),
         ("future_k", |settings| settings.replay.future_k = f64::NAN),
         ("past_desired", |settings| settings.replay.past_desired = -1.0),

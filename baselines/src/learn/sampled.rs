@@ -1,0 +1,75 @@
+//! Actions of a normal distribution, through a hyperbolic tangent.
+
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
+
+use super::actor::clamp_log_std;
+
+/// Actions drawn from the distribution that an actor describes.
+#[derive(Default)]
+pub(super) struct Sampled {
+    pub(super) actions: Vec<f32>,
+    noise: Vec<f32>,
+    /// The standard deviations before the hyperbolic tangent.
+    stds: Vec<f32>,
+    /// Whether the logarithm of the standard deviation is within its bounds.
+    is_free: Vec<bool>,
+    /// The logarithm of the density of each row's action.
+    pub(super) log_densities: Vec<f32>,
+}
+
+impl Sampled {
+    /// Draws actions, a row for each row of an actor's outputs.
+    pub(super) fn draw(&mut self, outputs: &[f32], num_actions: usize, rng: &mut impl Rng) {
+        let Self { actions, noise, stds, is_free, log_densities } = self;
+        for column in [&mut *actions, noise, stds, log_densities] {
+            column.clear();
+        }
+        is_free.clear();
+        let half_log_tau = 0.5 * std::f32::consts::TAU.ln();
+        for row in outputs.chunks_exact(2 * num_actions) {
+            let (means, log_stds) = row.split_at(num_actions);
+            let mut log_density = 0.0;
+            for (mean, log_std) in means.iter().zip(log_stds) {
+                let clamped = clamp_log_std(*log_std);
+                let (std, draw) = (clamped.exp(), rng.sample::<f32, _>(StandardNormal));
+                let unbounded = mean + std * draw;
+                log_density -= 0.5 * draw * draw + clamped + half_log_tau + log_slope(unbounded);
+                actions.push(unbounded.tanh());
+                noise.push(draw);
+                stds.push(std);
+                is_free.push(clamped == *log_std);
+            }
+            log_densities.push(log_density);
+        }
+    }
+
+    /// Writes the gradient of the actor's outputs, given `slopes`, the gradient of the actions, and
+    /// `weight`, that of the logarithms of the densities.
+    pub(super) fn differentiate(
+        &self,
+        slopes: &[f32],
+        weight: f32,
+        num_actions: usize,
+        outputs: &mut [f32],
+    ) {
+        for (row, outputs) in outputs.chunks_exact_mut(2 * num_actions).enumerate() {
+            let (means, log_stds) = outputs.split_at_mut(num_actions);
+            for (index, (mean, log_std)) in means.iter_mut().zip(log_stds).enumerate() {
+                let at = row * num_actions + index;
+                let action = self.actions[at];
+                // The density falls with the slope of the hyperbolic tangent, whose logarithm has the
+                // derivative -2 tanh, and with the standard deviation.
+                *mean = slopes[at] * (1.0 - action * action) + weight * 2.0 * action;
+                let by_std = *mean * self.stds[at] * self.noise[at] - weight;
+                *log_std = if self.is_free[at] { by_std } else { 0.0 };
+            }
+        }
+    }
+}
+
+/// The logarithm of the slope of the hyperbolic tangent, in a form that stays exact far from 0.
+fn log_slope(unbounded: f32) -> f32 {
+    let size = unbounded.abs();
+    2.0 * (std::f32::consts::LN_2 - size - (-2.0 * size).exp().ln_1p())
+}
