@@ -24,6 +24,19 @@ fn the_interval_of_a_share_is_wilsons() -> Result<(), EvaluationError> {
 }
 
 #[test]
+fn the_interquartile_mean_leaves_the_tails_out() -> Result<(), EvaluationError> {
+    // scipy.stats.trim_mean of the ten numbers, 0.25 of each end, leaves 3 to 8.
+    let sample = [1.0, 8.0, 3.0, 900.0, 5.0, 6.0, 7.0, 2.0, 9.0, 4.0];
+    let estimate = Estimate::interquartile_mean(&sample, 0)?;
+    assert_eq!(estimate.value, 5.5);
+    assert!(estimate.low < 4.5 && (6.5..900.0).contains(&estimate.high), "{estimate:?}");
+    assert_eq!(Estimate::interquartile_mean(&sample, 0)?, estimate);
+    assert_eq!(Estimate::interquartile_mean(&[0.5], 1)?.high, 0.5);
+    assert!(Estimate::interquartile_mean(&[], 0).is_err());
+    Ok(())
+}
+
+#[test]
 fn small_samples() -> Result<(), EvaluationError> {
     assert!(Estimate::mean(&[]).is_err());
     assert!(Estimate::share(0, 0).is_err());

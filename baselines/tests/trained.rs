@@ -8,6 +8,10 @@ use baselines::{
     evaluate_vec,
 };
 use fetch_env::{Env, GoalObservation, Reset, VecEnv, make_kinematic, vec_env::VecConfig};
+#[cfg(feature = "mujoco")]
+use fetch_env::{EnvId, Task, make_vec_with_config};
+#[cfg(feature = "mujoco")]
+use goal_reward::RewardKind;
 use her_relabel::{Normalizer, NormalizerConfig};
 use proptest::prelude::*;
 
@@ -27,6 +31,7 @@ fn header() -> PolicyHeader {
         settings: serde_json::Value::Null,
         seed: 0,
         steps: 0,
+        demonstrations: 0,
         success: None,
     }
 }
@@ -43,6 +48,40 @@ fn straight() -> LayerWeights {
 
 fn policy() -> TrainedPolicy {
     TrainedPolicy::new(header(), &[straight()]).expect("the layer fits")
+}
+
+#[test]
+fn the_way_to_the_goal_can_be_an_input() -> Result {
+    let mut weights = vec![0.0; 3 * 4];
+    (0..3).for_each(|axis| weights[axis * 4 + axis] = 20.0);
+    let layer = LayerWeights { num_inputs: 3, weights, biases: vec![0.0; 4] };
+    let header = PolicyHeader { inputs: vec![InputPart::RelativeGoal], ..header() };
+    let mut relative = TrainedPolicy::new(header, &[layer])?;
+    let mut env = make_kinematic("FetchReach-v4")?;
+    let expected = evaluate(&mut env, &mut policy(), 20, 7, |_| ())?.summary()?;
+    let summary = evaluate(&mut env, &mut relative, 20, 7, |_| ())?.summary()?;
+    assert_eq!(summary.success_rate.value, 1.0);
+    assert!((summary.return_mean.value - expected.return_mean.value).abs() < 1e-9);
+    Ok(())
+}
+
+#[cfg(feature = "mujoco")]
+#[test]
+fn the_policies_of_this_crate_are_of_their_tasks_and_succeed() -> Result {
+    for (task, least) in
+        [(Task::Reach, 1.0), (Task::Push, 0.8), (Task::PickAndPlace, 0.8), (Task::Slide, 0.2)]
+    {
+        let mut policy = TrainedPolicy::shipped(task)?;
+        let env_id = EnvId { task, reward: RewardKind::Sparse };
+        assert_eq!(policy.header().env_id, env_id.to_string());
+        assert!(policy.to_bytes()?.len() < 400_000);
+        let success = policy.header().success.ok_or("its success has not been measured")?;
+        assert!(success.rate.value >= least, "{env_id}: {success:?}");
+        let mut envs = make_vec_with_config(&env_id.config(), 10, VecConfig::default())?;
+        let measured = evaluate_vec(&mut envs, &mut policy, 40, 1 << 52, |_| ())?.summary()?;
+        assert!(measured.success_rate.high >= success.rate.low, "{env_id}: {measured:?}");
+    }
+    Ok(())
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 /// The commands that step environments: those of the package `lab`, whose tests compare this list
 /// with their own.
-pub const OF_LAB: [(&str, &str); 14] = [
+pub const OF_LAB: [(&str, &str); 15] = [
     ("verify", "Verify every claim of the chapter by stepping the environments"),
     ("bridge", "Compare hand-computed rewards with the environment's, step by step"),
     ("describe", "Write the observation and action spaces as JSON"),
@@ -16,5 +16,6 @@ pub const OF_LAB: [(&str, &str); 14] = [
     ("report", "Write one page with checks, baselines, plots and playbacks"),
     ("play", "Write a page that plays one episode back"),
     ("train", "Train a policy, with its learning curve and a page"),
+    ("learning-curves", "Gather runs, tell when they reached their targets, and draw their curves"),
     ("doctor", "Look for the usual problems, and say how to fix them"),
 ];

@@ -2,7 +2,6 @@
 
 use std::fmt::Debug;
 
-use her_relabel::Batch;
 use serde::{Deserialize, Serialize};
 
 use super::actor::Actor;
@@ -13,13 +12,12 @@ use crate::trained::LayerWeights;
 /// A learning algorithm: it improves an actor by batches of transitions. [`Ddpg`](super::Ddpg) and
 /// [`Sac`](super::Sac) are those of this crate, and all that can implement it.
 pub trait Algorithm: Debug + Send + sealed::Sealed {
-    /// Improves the actor by one batch, which has joined inputs and discounts. Two threads of the
-    /// current rayon pool share the work; the result does not depend on their number.
+    /// Improves the actor by one batch. Two threads of the current rayon pool share the work; the
+    /// result does not depend on their number.
     ///
     /// # Panics
-    /// If the batch has no rows, no joined inputs or no discounts, or is of an environment of other
-    /// lengths.
-    fn update(&mut self, batch: &Batch<f32>) -> Losses;
+    /// If the batch has no transitions, or columns of other lengths than the networks' and its own.
+    fn update(&mut self, batch: Transitions<'_>) -> Losses;
 
     /// Returns the actor that explores.
     fn actor(&self) -> Actor;
@@ -63,35 +61,30 @@ impl Losses {
     }
 }
 
-/// A batch's columns as an update needs them.
-#[derive(Clone, Copy)]
-pub(crate) struct Rows<'a> {
-    pub(crate) len: usize,
-    pub(crate) inputs: &'a [f32],
-    pub(crate) actions: &'a [f32],
-    pub(crate) rewards: &'a [f32],
-    pub(crate) discounts: &'a [f32],
-    pub(crate) next_inputs: &'a [f32],
+/// A batch of transitions as an algorithm sees it: columns with a row for each transition.
+#[derive(Clone, Copy, Debug)]
+pub struct Transitions<'a> {
+    /// The number of transitions.
+    pub len: usize,
+    /// The inputs of the networks before the step: normalized observations and goals.
+    pub inputs: &'a [f32],
+    /// The actions.
+    pub actions: &'a [f32],
+    /// The rewards, a number for each transition.
+    pub rewards: &'a [f32],
+    /// The discounts of the next states' values, a number for each transition.
+    pub discounts: &'a [f32],
+    /// The inputs of the networks after the step.
+    pub next_inputs: &'a [f32],
 }
 
-impl<'a> Rows<'a> {
-    pub(crate) fn new(batch: &'a Batch<f32>) -> Self {
-        Self {
-            len: batch.len(),
-            inputs: batch.input(),
-            actions: batch.action(),
-            rewards: batch.reward(),
-            discounts: batch.discount(),
-            next_inputs: batch.next_input(),
-        }
-    }
-
+impl Transitions<'_> {
     /// The number of elements of an action.
     pub(crate) const fn num_actions(&self) -> usize {
         self.actions.len() / self.len
     }
 
-    /// The weight of a row in a mean over the batch.
+    /// The weight of a transition in a mean over the batch.
     pub(crate) const fn share(&self) -> f32 {
         1.0 / self.len as f32
     }

@@ -18,7 +18,8 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 use super::curve::{Counters, CurveRow, Recent};
 use super::error::CheckpointError as Error;
-use super::explorer::{ExplorerState, LastBatch, Normalizers};
+use super::explorer::{ExplorerState, LastBatch};
+use super::inputs::Inputs;
 use super::settings::TrainSettings;
 use super::trainer::{LearnEnv, Trainer};
 use crate::collector::CollectorSnapshot;
@@ -47,9 +48,10 @@ struct Saved<S> {
     counters: Counters,
     recent: Recent,
     rows: Vec<CurveRow>,
-    normalizers: Normalizers,
+    inputs: Inputs,
     explorer: ExplorerState,
-    last_batch: LastBatch,
+    /// `None` before the first step.
+    last_batch: Option<LastBatch>,
     collector: CollectorSnapshot<S>,
     num_updates: u64,
 }
@@ -73,9 +75,10 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             counters: self.counters,
             recent: self.recent,
             rows: self.rows.clone(),
-            normalizers: self.normalizers.clone(),
+            inputs: self.inputs.clone(),
             explorer: self.explorer.state().clone(),
-            last_batch: LastBatch::of(self.collector.envs().batch()),
+            last_batch: (self.counters.steps > 0)
+                .then(|| LastBatch::of(self.collector.envs().batch())),
             collector,
             num_updates,
         };
@@ -145,22 +148,22 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         if !trainer.decode_networks(saved.num_updates, &networks).map_err(damaged)? {
             return Err(foreign("a network"));
         }
-        let Normalizers { observation, goal } = &saved.normalizers;
+        let Inputs { observation, goal, .. } = &saved.inputs;
         let dims = buffer.config().dims();
         if (observation.dim(), goal.dim()) != (dims.observation, dims.goal) {
             return Err(foreign("a normalizer"));
         }
         trainer.collector.restore(&saved.collector).map_err(Error::Envs)?;
-        // Before the first step there is no batch.
-        if saved.counters.steps > 0 && !trainer.explorer.restore(saved.explorer, saved.last_batch) {
+        if let Some(last_batch) = saved.last_batch
+            && !trainer.explorer.restore(saved.explorer, last_batch)
+        {
             return Err(foreign("the last batch"));
         }
         trainer.buffer = buffer;
-        trainer.batch.set_normalizers(Some(observation), Some(goal));
-        trainer.normalizers = saved.normalizers;
+        trainer.inputs = saved.inputs;
         if saved.counters.updates > 0 {
             let actor = trainer.algorithm.actor();
-            trainer.explorer.set_actor(actor, trainer.normalizers.clone());
+            trainer.explorer.set_actor(actor, trainer.inputs.clone());
         }
         trainer.counters = saved.counters;
         trainer.recent = saved.recent;

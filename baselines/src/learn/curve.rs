@@ -14,6 +14,8 @@ pub struct Counters {
     pub steps: u64,
     /// The number of finished episodes.
     pub episodes: u64,
+    /// The number of demonstrated episodes that the run began with.
+    pub demonstrations: u64,
     /// The number of episodes discarded because their environment failed.
     pub discarded_episodes: u64,
     /// The number of updates.

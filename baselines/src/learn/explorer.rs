@@ -1,50 +1,16 @@
 //! How actions are chosen while collecting.
 
 use fetch_env::{GoalObservation, vec_env::Batch};
-use her_relabel::{Normalizer, Scalar};
+use her_relabel::Scalar;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::actor::Actor;
+use super::inputs::{Inputs, Seen};
 use super::settings::ExplorationSettings;
 use crate::policy::Policy;
-
-/// What brings observations and goals to one scale.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Normalizers {
-    pub(crate) observation: Normalizer,
-    pub(crate) goal: Normalizer,
-}
-
-impl Normalizers {
-    /// Writes the inputs of a network: each observation with its goal behind it, normalized. A row
-    /// with a number that is not finite becomes 0. Returns whether there was none.
-    pub(crate) fn write_inputs<S: Scalar>(
-        &self,
-        observations: &[S],
-        goals: &[f64],
-        inputs: &mut Vec<f32>,
-    ) -> bool {
-        let (len, goal_len) = (self.observation.dim(), self.goal.dim());
-        inputs.resize(observations.len() / len * (len + goal_len), 0.0);
-        let mut all_finite = true;
-        let pairs = observations.chunks_exact(len).zip(goals.chunks_exact(goal_len));
-        for (input, (observation, goal)) in inputs.chunks_exact_mut(len + goal_len).zip(pairs) {
-            let (first, second) = input.split_at_mut(len);
-            let normalized = self
-                .observation
-                .normalize_into(observation, first)
-                .and_then(|()| self.goal.normalize_into(goal, second));
-            if normalized.is_err() {
-                input.fill(0.0);
-                all_finite = false;
-            }
-        }
-        all_finite
-    }
-}
 
 /// What the next decisions of an [`Explorer`] depend on, beside its seed and its actor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,17 +19,8 @@ pub(crate) struct ExplorerState {
     decisions: u64,
     /// The number of episodes that have begun.
     episodes: u64,
-    /// What each environment's episode explores.
-    plans: Vec<Plan>,
-}
-
-/// What an episode explores.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Plan {
-    /// Whether all of its actions are random.
-    is_random: bool,
-    /// The goal that the actor pursues instead of the desired one.
-    nearer_goal: Option<Vec<f64>>,
+    /// Whether the episode of each environment is wholly random.
+    is_random: Vec<bool>,
 }
 
 /// The environments' last batch, as the next decision sees it: a row for each environment.
@@ -77,11 +34,23 @@ pub(crate) struct LastBatch {
 
 impl LastBatch {
     pub(crate) fn of<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Self {
+        // The row of an environment that has failed, whose next action does not matter, is not finite,
+        // which JSON cannot express.
+        let finite = |number: f64| if number.is_finite() { number } else { 0.0 };
+        let goals = |goals: &[f64]| goals.iter().map(|number| finite(*number)).collect();
         Self {
-            observations: batch.observation().iter().map(|number| number.to_f64()).collect(),
-            achieved_goals: batch.achieved_goal().to_vec(),
-            desired_goals: batch.desired_goal().to_vec(),
+            observations: batch.observation().iter().map(|n| finite(n.to_f64())).collect(),
+            achieved_goals: goals(batch.achieved_goal()),
+            desired_goals: goals(batch.desired_goal()),
             started: batch.started().to_vec(),
+        }
+    }
+
+    fn seen(&self) -> Seen<'_, f64, f64> {
+        Seen {
+            observations: &self.observations,
+            achieved_goals: &self.achieved_goals,
+            desired_goals: &self.desired_goals,
         }
     }
 }
@@ -92,9 +61,10 @@ impl LastBatch {
 pub(crate) struct Explorer {
     settings: ExplorationSettings,
     seed: u64,
-    normalizers: Normalizers,
+    inputs: Inputs,
     actor: Option<Actor>,
-    inputs: Vec<f32>,
+    /// Of the actor, a row for each environment.
+    rows: Vec<f32>,
     state: ExplorerState,
     /// What the next decision sees instead of the batch that it gets.
     resumed: Option<LastBatch>,
@@ -104,17 +74,17 @@ impl Explorer {
     pub(crate) fn new(
         settings: ExplorationSettings,
         seed: u64,
-        normalizers: Normalizers,
+        inputs: Inputs,
         num_envs: usize,
     ) -> Self {
-        let plans = vec![Plan::default(); num_envs];
+        let is_random = vec![false; num_envs];
         Self {
             settings,
             seed,
-            normalizers,
+            inputs,
             actor: None,
-            inputs: Vec::new(),
-            state: ExplorerState { decisions: 0, episodes: 0, plans },
+            rows: Vec::new(),
+            state: ExplorerState { decisions: 0, episodes: 0, is_random },
             resumed: None,
         }
     }
@@ -127,15 +97,14 @@ impl Explorer {
     /// Restores a state, and what the next decision sees, if they are of as many environments and
     /// of goals and observations of the same lengths.
     pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch) -> bool {
-        let num_envs = self.state.plans.len();
-        let Normalizers { observation, goal } = &self.normalizers;
-        let is_goal = |goals: &[f64], count: usize| goals.len() == count * goal.dim();
-        let fits = state.plans.len() == num_envs
-            && state.plans.iter().flat_map(|plan| &plan.nearer_goal).all(|goal| is_goal(goal, 1))
+        let num_envs = self.state.is_random.len();
+        let Inputs { observation, goal, .. } = &self.inputs;
+        let fits = state.is_random.len() == num_envs
             && last.started.len() == num_envs
             && last.observations.len() == num_envs * observation.dim()
-            && is_goal(&last.achieved_goals, num_envs)
-            && is_goal(&last.desired_goals, num_envs);
+            && [&last.achieved_goals, &last.desired_goals]
+                .iter()
+                .all(|goals| goals.len() == num_envs * goal.dim());
         if fits {
             self.state = state;
             self.resumed = Some(last);
@@ -144,47 +113,23 @@ impl Explorer {
     }
 
     /// Sets the actor and the scale of its inputs.
-    pub(crate) fn set_actor(&mut self, actor: Actor, normalizers: Normalizers) {
+    pub(crate) fn set_actor(&mut self, actor: Actor, inputs: Inputs) {
         self.actor = Some(actor);
-        self.normalizers = normalizers;
+        self.inputs = inputs;
     }
 
-    /// Plans the episodes that begin.
-    fn begin_episodes(&mut self, last: &LastBatch) {
-        let goal_len = self.normalizers.goal.dim();
-        let goals = last
-            .achieved_goals
-            .chunks_exact(goal_len)
-            .zip(last.desired_goals.chunks_exact(goal_len));
-        let rows = self.state.plans.iter_mut().zip(&last.started).zip(goals);
-        for ((plan, _), (achieved, desired)) in rows.filter(|((_, started), _)| **started) {
+    /// Decides which of the episodes that begin are wholly random.
+    fn begin_episodes(&mut self, started: &[bool]) {
+        for (is_random, _) in
+            self.state.is_random.iter_mut().zip(started).filter(|(_, started)| **started)
+        {
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
             rng.set_stream(u64::MAX - self.state.episodes);
-            let ExplorationSettings { random_episodes, .. } = self.settings;
-            let mut happens = |share: f64| rng.random::<f64>() < share;
-            plan.is_random = happens(self.settings.random_episode_share)
-                || self.state.episodes < random_episodes;
-            let is_nearer = happens(self.settings.nearer_goal_share);
-            let fraction: f64 = rng.random();
-            plan.nearer_goal = is_nearer.then(|| {
-                let pairs = achieved.iter().zip(desired);
-                pairs.map(|(from, to)| from + fraction * (to - from)).collect()
-            });
+            let chance: f64 = rng.random();
+            *is_random = self.state.episodes < self.settings.random_episodes
+                || chance < self.settings.random_episode_share;
             self.state.episodes += 1;
         }
-    }
-
-    /// Writes the inputs of the actor: each observation and the goal that its episode pursues.
-    fn write_inputs(&mut self, last: &LastBatch) {
-        let goal_len = self.normalizers.goal.dim();
-        let mut goals = last.desired_goals.clone();
-        for (goal, plan) in goals.chunks_exact_mut(goal_len).zip(&self.state.plans) {
-            if let Some(nearer) = &plan.nearer_goal {
-                goal.copy_from_slice(nearer);
-            }
-        }
-        // The buffer refuses numbers that are not finite when it records their step.
-        self.normalizers.write_inputs(&last.observations, &goals, &mut self.inputs);
     }
 
     /// Writes the actions of all environments for the inputs.
@@ -192,18 +137,18 @@ impl Explorer {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(self.state.decisions);
         self.state.decisions += 1;
-        let plans = &self.state.plans;
-        let len = actions.len() / plans.len();
+        let is_random = &self.state.is_random;
+        let len = actions.len() / is_random.len();
         let noise: Vec<f32> = actions.iter().map(|_| rng.sample(StandardNormal)).collect();
         if let Some(actor) = &mut self.actor
-            && plans.iter().any(|plan| !plan.is_random)
+            && is_random.contains(&false)
         {
-            actor.act(plans.len(), &self.inputs, Some(&noise), actions);
+            actor.act(is_random.len(), &self.rows, Some(&noise), actions);
         }
-        for (row, plan) in actions.chunks_exact_mut(len).zip(plans) {
+        for (row, is_random) in actions.chunks_exact_mut(len).zip(is_random) {
             let chance: f64 = rng.random();
             let random: Vec<f32> = row.iter().map(|_| rng.random_range(-1.0..=1.0)).collect();
-            if plan.is_random || self.actor.is_none() || chance < self.settings.random_action {
+            if *is_random || self.actor.is_none() || chance < self.settings.random_action {
                 row.copy_from_slice(&random);
             }
         }
@@ -213,8 +158,8 @@ impl Explorer {
 impl<O: GoalObservation<Element: Scalar>, I> Policy<Batch<O, I>> for Explorer {
     fn act(&mut self, batch: &Batch<O, I>, actions: &mut [f32]) {
         let last = self.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
-        self.begin_episodes(&last);
-        self.write_inputs(&last);
+        self.begin_episodes(&last.started);
+        self.inputs.write(last.seen(), &mut self.rows);
         self.decide(actions);
     }
 }

@@ -41,6 +41,7 @@ mod curve;
 mod ddpg;
 mod error;
 mod explorer;
+mod inputs;
 mod network;
 mod pass;
 mod replay;
@@ -51,12 +52,13 @@ mod settings;
 mod trainer;
 
 pub use actor::Actor;
-pub use algorithm::{Algorithm, Losses, StateMut};
+pub use algorithm::{Algorithm, Losses, StateMut, Transitions};
 pub use curve::{Counters, CurveRow, Target};
 pub use ddpg::{Ddpg, DdpgSettings};
 pub use error::{CheckpointError, TrainError};
 pub use sac::{Sac, SacSettings};
 pub use settings::{
-    AlgorithmSettings, ExplorationSettings, ReplaySettings, ScheduleSettings, TrainSettings,
+    AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,
+    TrainSettings,
 };
 pub use trainer::{LearnEnv, Trainer};

@@ -34,7 +34,6 @@ pub(super) fn sampler(settings: &ReplaySettings, gamma: f64) -> Result<Sampler, 
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
         .with_goals(goals)
         .with_already_achieved(share("already_achieved", already_achieved)?)
-        .with_joined_goal(true)
         .with_discount(share("gamma", gamma)?))
 }
 

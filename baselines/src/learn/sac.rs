@@ -2,14 +2,13 @@
 
 use std::fmt;
 
-use her_relabel::Batch;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::actor::{ActionNoise, Actor};
 use super::adam::Adam;
-use super::algorithm::{Algorithm, Losses, Rows, StateMut, Trained};
+use super::algorithm::{Algorithm, Losses, StateMut, Trained, Transitions};
 use super::network::{Network, Shape};
 use super::pass::{Pass, evaluate, run};
 use super::sampled::Sampled;
@@ -149,32 +148,32 @@ impl CriticWork {
     /// state.
     fn compute_targets(
         &mut self,
-        rows: Rows<'_>,
+        batch: Transitions<'_>,
         networks: &Networks,
         temperature: f32,
         rng: &mut impl Rng,
     ) {
-        let (len, inputs) = (rows.len, rows.next_inputs);
+        let (len, inputs) = (batch.len, batch.next_inputs);
         let outputs = run(&mut self.actor, &networks.actor.network, len, inputs);
-        self.next.draw(outputs, rows.num_actions(), rng);
+        self.next.draw(outputs, batch.num_actions(), rng);
         let Self { critics: [first, second], next, .. } = self;
         let [first_target, second_target] = &networks.targets;
         let first = evaluate(first, first_target, len, inputs, &next.actions);
         let second = evaluate(second, second_target, len, inputs, &next.actions);
         let values = first.iter().zip(second).zip(&next.log_densities);
         let values = values.map(|((first, second), log)| first.min(*second) - temperature * log);
-        let rows = rows.rewards.iter().zip(rows.discounts).zip(values);
+        let rows = batch.rewards.iter().zip(batch.discounts).zip(values);
         self.targets.clear();
         self.targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
     }
 
     /// Computes the critics' gradients, of the mean squared error.
-    fn differentiate(&mut self, rows: Rows<'_>, critics: &[Trained; 2]) {
-        let share = rows.share();
+    fn differentiate(&mut self, batch: Transitions<'_>, critics: &[Trained; 2]) {
+        let share = batch.share();
         (self.loss, self.value) = (0.0, 0.0);
         let passes = self.critics.iter_mut().zip(&mut self.gradients);
         for ((pass, gradient), Trained { network, .. }) in passes.zip(critics) {
-            let values = evaluate(pass, network, rows.len, rows.inputs, rows.actions);
+            let values = evaluate(pass, network, batch.len, batch.inputs, batch.actions);
             self.value += 0.5 * share * values.iter().sum::<f32>();
             let errors = values.iter().zip(&self.targets).map(|(value, target)| value - target);
             self.loss += errors.clone().map(|error| error * error).sum::<f32>() * share;
@@ -191,13 +190,13 @@ impl ActorWork {
     /// density, minus the lower value.
     fn differentiate(
         &mut self,
-        rows: Rows<'_>,
+        batch: Transitions<'_>,
         networks: &Networks,
         temperature: f32,
         rng: &mut impl Rng,
     ) {
-        let Rows { len, inputs, .. } = rows;
-        let (share, num_actions) = (rows.share(), rows.num_actions());
+        let Transitions { len, inputs, .. } = batch;
+        let (share, num_actions) = (batch.share(), batch.num_actions());
         let actor = &networks.actor.network;
         self.sample.draw(run(&mut self.actor, actor, len, inputs), num_actions, rng);
         let Self { critics: [first_pass, second_pass], sample, .. } = self;
@@ -226,9 +225,8 @@ impl ActorWork {
 }
 
 impl Algorithm for Sac {
-    fn update(&mut self, batch: &Batch<f32>) -> Losses {
+    fn update(&mut self, batch: Transitions<'_>) -> Losses {
         let Self { settings, networks, critic_work, actor_work, seed, num_updates, .. } = self;
-        let rows = Rows::new(batch);
         let temperature = self.log_temperature[0].exp();
         *num_updates += 1;
         // Stream 0 has drawn the first weights.
@@ -239,10 +237,10 @@ impl Algorithm for Sac {
         };
         rayon::join(
             || {
-                critic_work.compute_targets(rows, networks, temperature, &mut noise(0));
-                critic_work.differentiate(rows, &networks.critics);
+                critic_work.compute_targets(batch, networks, temperature, &mut noise(0));
+                critic_work.differentiate(batch, &networks.critics);
             },
-            || actor_work.differentiate(rows, networks, temperature, &mut noise(1)),
+            || actor_work.differentiate(batch, networks, temperature, &mut noise(1)),
         );
         let Networks { actor, critics, targets } = networks;
         rayon::join(
@@ -255,7 +253,7 @@ impl Algorithm for Sac {
             },
             || actor.step(*num_updates, &actor_work.gradient),
         );
-        let target = settings.target_entropy * rows.num_actions() as f32;
+        let target = settings.target_entropy * batch.num_actions() as f32;
         let slope = -(actor_work.log_density + target);
         self.temperature_adam.step(*num_updates, &mut self.log_temperature, &[slope]);
         Losses { critic: critic_work.loss, actor: actor_work.loss, value: critic_work.value }

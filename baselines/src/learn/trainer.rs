@@ -8,20 +8,21 @@ use std::time::Instant;
 
 use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
 use fetch_env::{BoxSpace, EnvError, VecEnv};
-use her_relabel::{Batch, Dims, HerBuffer, Normalizer, NormalizerConfig, Sampler};
+use her_relabel::{Batch, Dims, HerBuffer, Sampler};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::algorithm::Algorithm;
+use super::algorithm::{Algorithm, Transitions};
 use super::curve::{Counters, CurveRow, Recent, Target};
 use super::error::TrainError;
-use super::explorer::{Explorer, Normalizers};
+use super::explorer::Explorer;
+use super::inputs::{Inputs, Seen};
 use super::replay::{sampler, still_episodes};
 use super::seeds::{Purpose, seed_for};
-use super::settings::{ReplaySettings, TrainSettings};
+use super::settings::TrainSettings;
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
 use crate::evaluate::{Episode, evaluate_vec};
-use crate::trained::{InputPart, PolicyHeader, TrainedPolicy, TrainedPolicyError};
+use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
 
 /// An environment that a [`Trainer`] learns: its actions are a box from -1 to 1.
 pub trait LearnEnv: CollectEnv<ActionSpace = BoxSpace<f32>> {}
@@ -44,8 +45,9 @@ pub struct Trainer<E: LearnEnv> {
     evaluation_envs: VecEnv<E>,
     pub(super) buffer: HerBuffer<f32>,
     sampler: Sampler,
-    pub(super) batch: Batch<f32>,
-    pub(super) normalizers: Normalizers,
+    batch: Batch<f32>,
+    columns: Columns,
+    pub(super) inputs: Inputs,
     pub(super) explorer: Explorer,
     pub(super) algorithm: Box<dyn Algorithm>,
     workers: Arc<ThreadPool>,
@@ -87,9 +89,9 @@ impl<E: LearnEnv> Trainer<E> {
         {
             return Err(TrainError::ActionSpace);
         }
-        let ReplaySettings { capacity, min_std, clip, .. } = settings.replay;
         let num_envs = settings.schedule.num_envs;
-        let mut config = buffer_config(capacity, &template)?.with_num_envs(num_envs);
+        let mut config =
+            buffer_config(settings.replay.capacity, &template)?.with_num_envs(num_envs);
         if let Some(still) = still_episodes(&settings.replay)? {
             config = config.with_still_episodes(still.with_seed(seed_for(
                 seed,
@@ -99,15 +101,9 @@ impl<E: LearnEnv> Trainer<E> {
         }
         let dims = config.dims();
         let sampler = sampler(&settings.replay, settings.algorithm.gamma())?;
-        let num_inputs = dims.observation + dims.goal;
+        let inputs = Inputs::new(&settings.inputs, dims)?;
         let algorithm_seed = seed_for(seed, Purpose::Algorithm, 0);
-        let algorithm = settings.algorithm.build(num_inputs, dims.action, algorithm_seed);
-        let normalizer =
-            |dim| Normalizer::new(NormalizerConfig::new(dim).with_min_std(min_std).with_clip(clip));
-        let normalizers = Normalizers {
-            observation: normalizer(dims.observation)?,
-            goal: normalizer(dims.goal)?,
-        };
+        let algorithm = settings.algorithm.build(inputs.len(), dims.action, algorithm_seed);
         let vec_config = VecConfig::default().with_num_threads(num_threads);
         let envs = |count: usize, config| -> Result<VecEnv<E>, TrainError> {
             let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
@@ -126,10 +122,11 @@ impl<E: LearnEnv> Trainer<E> {
             explorer: Explorer::new(
                 settings.exploration.clone(),
                 seed_for(seed, Purpose::Exploration, 0),
-                normalizers.clone(),
+                inputs.clone(),
                 num_envs,
             ),
-            normalizers,
+            inputs,
+            columns: Columns::default(),
             algorithm,
             workers: Arc::new(workers.map_err(TrainError::Threads)?),
             counters: Counters::default(),
@@ -178,13 +175,14 @@ impl<E: LearnEnv> Trainer<E> {
             observation_len: observation,
             goal_len: goal,
             action_len: action,
-            inputs: vec![InputPart::Observation, InputPart::DesiredGoal],
-            observation_normalizer: Some(self.normalizers.observation.clone()),
-            goal_normalizer: Some(self.normalizers.goal.clone()),
+            inputs: self.inputs.parts(),
+            observation_normalizer: Some(self.inputs.observation.clone()),
+            goal_normalizer: Some(self.inputs.goal.clone()),
             algorithm: self.settings.algorithm.name().to_owned(),
             settings: serde_json::to_value(&self.settings).unwrap_or_default(),
             seed: self.seed,
             steps: self.counters.steps,
+            demonstrations: self.counters.demonstrations,
             success: None,
         };
         TrainedPolicy::new(header, &self.algorithm.greedy_layers())
@@ -199,7 +197,10 @@ impl<E: LearnEnv> Trainer<E> {
         &mut self,
         add: impl FnOnce(&mut HerBuffer<f32>) -> Result<T, X>,
     ) -> Result<T, X> {
-        add(&mut self.buffer)
+        let before = self.buffer.num_episodes();
+        let added = add(&mut self.buffer);
+        self.counters.demonstrations += self.buffer.num_episodes().saturating_sub(before) as u64;
+        added
     }
 
     /// Collects steps of all environments, and then updates the actor.
@@ -217,7 +218,7 @@ impl<E: LearnEnv> Trainer<E> {
             workers.install(|| {
                 (0..self.settings.schedule.updates_per_cycle).try_for_each(|_| self.update())
             })?;
-            self.explorer.set_actor(self.algorithm.actor(), self.normalizers.clone());
+            self.explorer.set_actor(self.algorithm.actor(), self.inputs.clone());
         }
         self.counters.seconds += start.elapsed().as_secs_f64();
         Ok(())
@@ -252,30 +253,36 @@ impl<E: LearnEnv> Trainer<E> {
                 source: Box::new(source),
             });
         }
-        self.update_normalizers(collected.recorded_steps)
+        self.update_inputs(collected.recorded_steps)
     }
 
     /// Takes as many transitions into the scale as were collected, with relabeled goals, as the
     /// authors do.
-    fn update_normalizers(&mut self, num_rows: usize) -> Result<(), TrainError> {
+    fn update_inputs(&mut self, num_rows: usize) -> Result<(), TrainError> {
         if self.buffer.is_empty() || num_rows == 0 {
             return Ok(());
         }
         let seed = seed_for(self.seed, Purpose::Normalizers, self.counters.steps);
-        let sampler = self.sampler.with_batch_size(num_rows).with_joined_goal(false);
+        let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
-        self.normalizers.observation.update(batch.observation())?;
-        self.normalizers.goal.update(batch.desired_goal())?;
-        let Normalizers { observation, goal } = &self.normalizers;
-        self.batch.set_normalizers(Some(observation), Some(goal));
-        Ok(())
+        Ok(self.inputs.update(before(&batch))?)
     }
 
     fn update(&mut self) -> Result<(), TrainError> {
         let seed = seed_for(self.seed, Purpose::Batches, self.counters.updates);
         self.sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut self.batch)?;
-        let losses = self.algorithm.update(&self.batch);
+        let Self { batch, inputs, columns, .. } = self;
+        inputs.write(before(batch), &mut columns.inputs);
+        inputs.write(after(batch), &mut columns.next_inputs);
+        let losses = self.algorithm.update(Transitions {
+            len: batch.len(),
+            inputs: &columns.inputs,
+            actions: batch.action(),
+            rewards: batch.reward(),
+            discounts: batch.discount(),
+            next_inputs: &columns.next_inputs,
+        });
         self.counters.updates += 1;
         if !losses.are_finite() {
             return Err(TrainError::Diverged {
@@ -297,12 +304,15 @@ impl<E: LearnEnv> Trainer<E> {
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
         let mut actor = self.algorithm.greedy_actor();
-        let normalizers = &self.normalizers;
-        let (mut inputs, mut all_finite) = (Vec::new(), true);
+        let (mut rows, mut all_finite) = (Vec::new(), true);
         let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {
-            let (observations, goals) = (batch.observation(), batch.desired_goal());
-            all_finite &= normalizers.write_inputs(observations, goals, &mut inputs);
-            actor.act(batch.len(), &inputs, None, actions);
+            let seen = Seen {
+                observations: batch.observation(),
+                achieved_goals: batch.achieved_goal(),
+                desired_goals: batch.desired_goal(),
+            };
+            all_finite &= self.inputs.write(seen, &mut rows);
+            actor.act(batch.len(), &rows, None, actions);
         };
         let evaluation = evaluate_vec(&mut self.evaluation_envs, &mut greedy, count, seed, |_| ())?;
         self.counters.evaluations += 1;
@@ -351,5 +361,30 @@ impl<E: LearnEnv> Trainer<E> {
             }
         }
         Ok(())
+    }
+}
+
+/// The networks' inputs of a batch, kept for their memory.
+#[derive(Default)]
+struct Columns {
+    inputs: Vec<f32>,
+    next_inputs: Vec<f32>,
+}
+
+/// What the networks see before the steps of a batch.
+fn before(batch: &Batch<f32>) -> Seen<'_, f32, f32> {
+    Seen {
+        observations: batch.observation(),
+        achieved_goals: batch.achieved_goal(),
+        desired_goals: batch.desired_goal(),
+    }
+}
+
+/// What the networks see after the steps of a batch.
+fn after(batch: &Batch<f32>) -> Seen<'_, f32, f32> {
+    Seen {
+        observations: batch.next_observation(),
+        achieved_goals: batch.next_achieved_goal(),
+        desired_goals: batch.desired_goal(),
     }
 }

@@ -24,7 +24,7 @@ pub struct PolicyHeader {
     pub inputs: Vec<InputPart>,
     /// The scale of observations; `None` if they are not normalized.
     pub observation_normalizer: Option<Normalizer>,
-    /// The scale of goals; `None` if they are not normalized.
+    /// The scale of goals, or of relative goals; `None` if they are not normalized.
     pub goal_normalizer: Option<Normalizer>,
     /// What trained the policy, such as `ddpg`.
     pub algorithm: String,
@@ -34,6 +34,8 @@ pub struct PolicyHeader {
     pub seed: u64,
     /// The number of environment steps of the training.
     pub steps: u64,
+    /// The number of demonstrated episodes that the training began with.
+    pub demonstrations: u64,
     /// The measured success rate.
     pub success: Option<SuccessRate>,
 }
@@ -49,6 +51,8 @@ pub enum InputPart {
     AchievedGoal,
     /// The desired goal.
     DesiredGoal,
+    /// The way from the achieved to the desired goal: their difference.
+    RelativeGoal,
 }
 
 /// A measured success rate.
@@ -95,7 +99,9 @@ impl PolicyHeader {
     pub(crate) fn input_len(&self) -> usize {
         let len = |part: &InputPart| match part {
             InputPart::Observation => self.observation_len,
-            InputPart::AchievedGoal | InputPart::DesiredGoal => self.goal_len,
+            InputPart::AchievedGoal | InputPart::DesiredGoal | InputPart::RelativeGoal => {
+                self.goal_len
+            }
         };
         self.inputs.iter().map(len).fold(0, usize::saturating_add)
     }

@@ -3,6 +3,7 @@
 pub(crate) mod error;
 pub(crate) mod file;
 mod header;
+mod shipped;
 
 use std::path::Path;
 
@@ -152,6 +153,12 @@ impl TrainedPolicy {
                 }
                 InputPart::AchievedGoal => push_normalized(goal_scale, achieved_goal, input),
                 InputPart::DesiredGoal => push_normalized(goal_scale, desired_goal, input),
+                InputPart::RelativeGoal => {
+                    let pairs = desired_goal.iter().zip(achieved_goal);
+                    let way: Vec<f64> =
+                        pairs.map(|(desired, achieved)| desired - achieved).collect();
+                    push_normalized(goal_scale, &way, input);
+                }
             }
         }
         let mut values = DVector::from_column_slice(&self.input);

@@ -31,6 +31,8 @@ pub(crate) fn ddpg() -> AlgorithmSettings {
     AlgorithmSettings::Ddpg(DdpgSettings {
         hidden,
         action_l2: 0.5,
+        actor_learning_rate: 0.001,
+        critic_learning_rate: 0.001,
         average_fraction: 1.0,
         ..DdpgSettings::default()
     })

@@ -12,6 +12,7 @@ mod describe;
 mod doctor;
 mod exercise;
 mod figures;
+mod learning_curves;
 mod parity;
 mod play;
 mod random_episodes;
@@ -64,6 +65,8 @@ enum Command {
     Play(play::Args),
     /// Train a policy, with its learning curve and a page
     Train(Box<train::Args>),
+    /// Gather runs, tell when they reached their targets, and draw their curves
+    LearningCurves(learning_curves::Args),
     /// Look for the usual problems, and say how to fix them
     Doctor(doctor::Args),
 }
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
         Command::Report(args) => report::run(&args),
         Command::Play(args) => play::run(&args),
         Command::Train(args) => train::run(&args),
+        Command::LearningCurves(args) => learning_curves::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     };
     match outcome {

@@ -20,7 +20,7 @@ use crate::shared::{
 pub struct Args {
     #[command(flatten)]
     env: EnvArgs,
-    /// Policy that acts: random, scripted, zero, or the file of a trained one
+    /// Policy that acts: random, scripted, trained, zero, or the file of a trained one
     #[arg(long, default_value = "scripted")]
     policy: String,
     /// Where to write the page
@@ -62,11 +62,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 /// Returns the policy that a name or a file stands for.
 fn policy(text: &str, env: &MujocoEnv, task: Task, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
     if let Ok(choice) = PolicyChoice::from_str(text, false) {
-        return Ok(choice.policy(task, seed));
+        return choice.policy(task, seed);
     }
     ensure!(
         text.contains(['.', '/']),
-        "there is no policy {text}: choose random, scripted, zero or the file of a trained one"
+        "there is no policy {text}: choose random, scripted, trained, zero or the file of a trained one"
     );
     let policy = TrainedPolicy::load(text)?;
     let Dims { observation, goal, action } = buffer_config(1, env)?.dims();

@@ -11,6 +11,9 @@ use std::{
     process::{Command, Output},
 };
 
+use baselines::{ScriptedPolicy, buffer_config, collect};
+use fetch_env::{Task, make_kinematic};
+use her_relabel::HerBuffer;
 use serde_json::{Value, json};
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
@@ -319,12 +322,55 @@ fn a_killed_run_resumes_to_the_same_bits() -> Result {
 }
 
 #[test]
+fn demonstrations_are_scripted_archived_or_saved() -> Result {
+    let folder = tempfile::tempdir()?;
+    let mut env = make_kinematic("FetchReach-v4")?;
+    let mut buffer = HerBuffer::<f64>::new(buffer_config(1_000, &env)?)?;
+    let mut script = ScriptedPolicy::new(Task::Reach);
+    collect(&mut env, &mut script, 3, 0, &mut buffer, 0, |_| ())?;
+    let (archive, saved) = (folder.path().join("demos.npz"), folder.path().join("demos.buffer"));
+    buffer.export_npz(&archive)?;
+    buffer.save(&saved)?;
+    for (run, demos) in [Path::new("3"), &archive, &saved].into_iter().enumerate() {
+        let mut train = lab("train --target 2 --steps 100 --set evaluation_episodes=5 --demos");
+        train.arg(demos).arg("--out").arg(folder.path().join(run.to_string()));
+        let text = output_of(&mut train)?;
+        assert!(text.contains("3 episodes of demonstrations"), "{text}");
+    }
+    let missing =
+        lab("train --demos missing.buffer --out").arg(folder.path().join("4")).output()?;
+    assert!(errors_of(&missing).contains("--demos missing.buffer"), "{}", errors_of(&missing));
+    Ok(())
+}
+
+#[test]
+fn learning_curves_gather_runs() -> Result {
+    let folder = tempfile::tempdir()?;
+    let (runs, curves) = (folder.path().join("runs"), folder.path().join("curves"));
+    let mut train = lab("train --seeds 2 --steps 400 --target 2 --set evaluation_episodes=5 --out");
+    output_of(train.arg(&runs))?;
+    let text = output_of(lab("learning-curves --folder").args([&curves, &runs]))?;
+    assert!(text.contains("FetchReach-v4-fast: 0 of 2 runs reached 1"), "{text}");
+    let csv = fs::read_to_string(curves.join("FetchReach-v4-fast.csv"))?;
+    assert!(csv.starts_with("seed,steps,updates,seconds,success_rate"), "{csv}");
+    assert!(csv.lines().any(|line| line.starts_with("1,400,")), "{csv}");
+    // The file alone gives the same pictures.
+    let picture = || fs::read(curves.join("FetchReach-v4-fast.svg"));
+    let first = picture()?;
+    assert!(output_of(lab("learning-curves --folder").arg(&curves))?.contains("0 of 2 runs"));
+    assert!(picture()? == first, "the pictures differ");
+    let nothing = lab("learning-curves --folder").arg(folder.path().join("nothing")).output()?;
+    assert!(errors_of(&nothing).contains("has no curves"), "{}", errors_of(&nothing));
+    Ok(())
+}
+
+#[test]
 fn a_wrong_setting_is_named_with_the_nearest() -> Result {
     for (flags, answer) in [
         ("train --set gama=0.9", "there is no setting gama; did you mean gamma?"),
         ("train --set gamma=much", "much is not a number, a list or true"),
         ("train --set hidden=0.5", "0.5 is not a value of hidden"),
-        ("train --set batch_size=7", "batch_size is 7: choose an even number"),
+        ("train --set batch_size=0", "batch_size is 0: choose at least 1"),
         ("train --env-id FetchPsh-v4", "FetchPush-v4"),
     ] {
         let folder = tempfile::tempdir()?;

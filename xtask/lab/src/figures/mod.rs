@@ -1,6 +1,6 @@
 //! `figures`: draws the chapter's pictures, and Slide's, as PNG and SVG.
 
-mod canvas;
+pub mod canvas;
 mod observation;
 mod rewards;
 mod scene;
@@ -10,8 +10,8 @@ use std::{fs, path::PathBuf};
 use anyhow::Context;
 use fetch_sim::Task;
 
-pub use self::scene::Scene;
-use self::{canvas::save, observation::ObservationLayout, rewards::RewardCurves};
+pub use self::{canvas::save, scene::Scene};
+use self::{observation::ObservationLayout, rewards::RewardCurves};
 use crate::shared::choice::task_name;
 
 #[derive(clap::Args)]

@@ -6,6 +6,7 @@ mod file_parity;
 mod frames;
 mod hindsight;
 mod npz;
+mod policies;
 mod recording;
 mod replay;
 
@@ -32,7 +33,7 @@ use crate::shared::{
 #[derive(Clone, clap::Args, Serialize)]
 pub struct Args {
     /// Folder of recorded trajectories (*.npz)
-    #[arg(long, required_unless_present_any = ["distributions", "live", "frames", "hindsight"])]
+    #[arg(long, required_unless_present_any = ["distributions", "live", "frames", "hindsight", "policies"])]
     fixtures: Option<PathBuf>,
     /// Run the real environment in Python on fresh seeds, and compare bit for bit
     #[arg(long, conflicts_with_all = ["fixtures", "distributions"])]
@@ -40,18 +41,21 @@ pub struct Args {
     /// Render the real environment in Python, and compare the pictures
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "model", "live"])]
     frames: bool,
-    /// First seed of the live episodes, or seed of the pictures
+    /// First seed of the live episodes and of the policies', or seed of the pictures
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// File of recorded distributions (*.npz)
     #[arg(long)]
     distributions: Option<PathBuf>,
-    /// Episodes for each task's distributions (default 400), or live for each task and kind (default 3)
+    /// Episodes for each task's distributions (default 400), or live for each task and kind (default 3), or of each policy (default 100)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     episodes: Option<u16>,
     /// Sample the replay buffer and Stable-Baselines3's in Python, and compare the distributions
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "live", "model"])]
     hindsight: bool,
+    /// Run the trained policies of baselines, or those of files, in Python and here, on the same seeds
+    #[arg(long, num_args = 0.., value_name = "FILE", conflicts_with_all = ["fixtures", "distributions", "live", "frames", "hindsight", "model"])]
+    policies: Option<Vec<PathBuf>>,
     /// Rows to sample from each buffer by each strategy
     #[arg(long, default_value_t = 100_000, requires = "hindsight")]
     #[arg(value_parser = clap::value_parser!(u32).range(1000..))]
@@ -100,6 +104,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     if args.frames {
         checks.push(("", frames::compare(recorded.path(), &mut models, args.seed)?));
+    }
+    if let Some(files) = &args.policies {
+        let episodes = args.episodes.unwrap_or(100).into();
+        let compared = policies::compare(recorded.path(), files, episodes, args.seed)?;
+        checks.push(("policies/", compared));
     }
     for (prefix, checks) in checks {
         for check in checks {

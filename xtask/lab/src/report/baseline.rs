@@ -22,7 +22,7 @@ pub struct Outcome {
 
 impl Outcome {
     fn of(id: EnvId, policy: PolicyChoice, episodes: usize, seed: u64) -> anyhow::Result<Self> {
-        let mut watched = Watched { policy: policy.policy(id.task, seed), ranges: Ranges::new() };
+        let mut watched = Watched { policy: policy.policy(id.task, seed)?, ranges: Ranges::new() };
         let evaluation =
             evaluate(&mut make_with_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
@@ -30,16 +30,23 @@ impl Outcome {
 
     /// The color of the policy in all plots.
     pub fn ink(&self) -> Ink {
-        if self.policy == PolicyChoice::Random { Ink::Orange } else { Ink::Blue }
+        match self.policy {
+            PolicyChoice::Random | PolicyChoice::Zero => Ink::Orange,
+            PolicyChoice::Scripted => Ink::Blue,
+            PolicyChoice::Trained => Ink::Teal,
+        }
     }
 }
 
-/// Evaluates the random policy in all eight environments, the scripted one in those with dense reward.
+/// Evaluates the random policy in all eight environments, the scripted and the trained ones in those
+/// with dense reward.
 pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> {
     let random = EnvId::ALL.map(|id| (id, PolicyChoice::Random));
-    let scripted =
-        Task::ALL.map(|task| (EnvId { task, reward: RewardKind::Dense }, PolicyChoice::Scripted));
-    let all: Vec<_> = random.into_iter().chain(scripted).collect();
+    let others = Task::ALL.into_iter().flat_map(|task| {
+        let id = EnvId { task, reward: RewardKind::Dense };
+        [(id, PolicyChoice::Scripted), (id, PolicyChoice::Trained)]
+    });
+    let all: Vec<_> = random.into_iter().chain(others).collect();
     let bar = progress::bar(all.len(), "baselines");
     let outcomes = all
         .into_par_iter()
@@ -126,7 +133,7 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
 /// Histograms of return and final distance, and success against the threshold.
 pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
     let mut html = String::from(
-        "<p>The random and the scripted policy with the dense reward. The dashed line is the \
+        "<p>The random, the scripted and the trained policy with the dense reward. The dashed line is the \
          random policy's mean in gymnasium-robotics 1.4.2, or the benchmark's threshold of 0.05 m. \
          Success is counted at the last step; the pale areas are 95 % intervals.</p>\n\
          <div class=\"grid\">\n",

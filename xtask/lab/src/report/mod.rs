@@ -117,16 +117,17 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
     let mut html = String::from("<div class=\"grid wide\">\n");
     for task in Task::ALL {
         let id = EnvId { task, reward: RewardKind::Sparse };
-        let scripted = PolicyChoice::Scripted;
-        let mut policy = scripted.policy(task, seed);
-        let playback = Playback::record(
-            &mut make_with_config(id.config())?,
-            &mut *policy,
-            seed,
-            |_, _, _| (),
-        )?;
-        let title = format!("{id}, {} policy, seed {seed}", flag_name(scripted));
-        html += &playback.with_title(&title).html()?;
+        for choice in [PolicyChoice::Scripted, PolicyChoice::Trained] {
+            let mut policy = choice.policy(task, seed)?;
+            let playback = Playback::record(
+                &mut make_with_config(id.config())?,
+                &mut *policy,
+                seed,
+                |_, _, _| (),
+            )?;
+            let title = format!("{id}, {} policy, seed {seed}", flag_name(choice));
+            html += &playback.with_title(&title).html()?;
+        }
     }
     Ok(html + "</div>")
 }

@@ -1,6 +1,6 @@
 //! The flags `--env-id`, `--seed`, `--model` and `--policy`.
 
-use baselines::{Policy, RandomPolicy, ScriptedPolicy, ZeroPolicy};
+use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy};
 use fetch_env::{EnvId, UnknownEnvId};
 use fetch_sim::{ModelSource, Task};
 use serde::{Deserialize, Serialize};
@@ -46,24 +46,27 @@ impl ModelChoice {
     }
 }
 
-/// The flag `--policy`: a policy that does not learn.
+/// The flag `--policy`: a policy that needs no file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum PolicyChoice {
     /// Uniformly random actions
     Random,
     /// A few rules for each task
     Scripted,
+    /// Learned by `cargo xtask train`, for each task
+    Trained,
     /// No action at all
     Zero,
 }
 
 impl PolicyChoice {
     /// Returns the policy for a task; only the random one needs the seed.
-    pub fn policy(self, task: Task, seed: u64) -> Box<dyn Policy> {
-        match self {
+    pub fn policy(self, task: Task, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+        Ok(match self {
             Self::Random => Box::new(RandomPolicy::new(seed)),
             Self::Scripted => Box::new(ScriptedPolicy::new(task)),
+            Self::Trained => Box::new(TrainedPolicy::shipped(task)?),
             Self::Zero => Box::new(ZeroPolicy),
-        }
+        })
     }
 }

@@ -21,6 +21,14 @@ const START_SCRIPT: &str = include_str!("../../scripts/start.py");
 
 /// The package of the replay buffer to compare with.
 pub const STABLE_BASELINES3: [&str; 1] = ["stable-baselines3==2.9.2"];
+/// The packages of the learners to compare with, and of what exports their policies.
+pub const LEARNERS: [&str; 5] = [
+    "stable-baselines3==2.9.2",
+    "gymnasium-robotics==1.4.2",
+    "gymnasium==1.4.0",
+    "mujoco==3.6.0",
+    "safetensors",
+];
 /// The script that runs it.
 pub const SB3_SCRIPT: &str = include_str!("../../scripts/sb3.py");
 

@@ -1,8 +1,7 @@
 //! The files of a run.
 
 use std::{
-    fmt::{self, Write as _},
-    fs,
+    fmt, fs,
     path::{Path, PathBuf},
 };
 
@@ -14,10 +13,14 @@ use baselines::{
 use fetch_env::EnvId;
 use serde::{Deserialize, Serialize};
 
-use super::{Args, options::Preset};
+use super::{
+    Args,
+    curve_line::{CurveLine, read_csv, write_csv},
+    options::Preset,
+};
 use crate::shared::{
-    choice::ModelChoice,
-    json::{write_json, write_text},
+    choice::{ModelChoice, flag_name},
+    json::write_json,
 };
 
 /// The folder of a run.
@@ -36,7 +39,7 @@ pub struct Run {
     pub steps: u64,
     /// Success rate at which the run ends.
     pub target: f64,
-    seed: u64,
+    pub seed: u64,
     preset: Preset,
     demos: Option<String>,
 }
@@ -45,9 +48,16 @@ impl Run {
     pub fn env_id(&self) -> anyhow::Result<EnvId> {
         Ok(self.env_id.parse()?)
     }
+
+    /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`.
+    pub fn group(&self) -> String {
+        let demos = if self.demos.is_some() { "-demos" } else { "" };
+        format!("{}-{}{demos}", self.env_id, flag_name(self.preset))
+    }
 }
 
 const RUN: &str = "run.json";
+const CURVE: &str = "curve.csv";
 
 impl RunFiles {
     /// Makes the folder of a new run.
@@ -87,32 +97,19 @@ impl RunFiles {
         Ok(Self { folder: folder.to_owned(), run })
     }
 
+    /// Whether a folder is that of a run.
+    pub fn is_run(folder: &Path) -> bool {
+        folder.join(RUN).is_file()
+    }
+
     /// Writes the curve so far.
     pub fn write_curve(&self, rows: &[CurveRow]) -> anyhow::Result<()> {
-        let mut text = "steps,episodes,updates,seconds,success_rate,success_low,success_high,\
-                        return_mean,final_distance,collected_success,critic_loss,actor_loss,value\n"
-            .to_owned();
-        for row in rows {
-            let CurveRow { counters, success_rate, return_mean, final_distance, .. } = row;
-            let Counters { steps, episodes, updates, seconds, .. } = counters;
-            let optional = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-            let losses = row.losses;
-            let loss = |value: fn(&baselines::learn::Losses) -> f32| {
-                optional(losses.as_ref().map(|losses| f64::from(value(losses))))
-            };
-            writeln!(
-                text,
-                "{steps},{episodes},{updates},{seconds:.3},{},{:.4},{:.4},{return_mean},{final_distance},{},{},{},{}",
-                success_rate.value,
-                success_rate.low,
-                success_rate.high,
-                optional(row.collected_success),
-                loss(|losses| losses.critic),
-                loss(|losses| losses.actor),
-                loss(|losses| losses.value),
-            )?;
-        }
-        write_text(&self.folder.join("curve.csv"), &text)
+        write_csv(&self.folder.join(CURVE), rows.iter().map(CurveLine::from))
+    }
+
+    /// Reads the curve of a run.
+    pub fn read_curve(&self) -> anyhow::Result<Vec<CurveLine>> {
+        read_csv(&self.folder.join(CURVE))
     }
 
     pub fn write_policy(&self, policy: &TrainedPolicy) -> anyhow::Result<()> {

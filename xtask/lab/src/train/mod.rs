@@ -1,7 +1,8 @@
 //! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does not
 //! reach the target.
 
-mod files;
+pub mod curve_line;
+pub mod files;
 mod options;
 mod page;
 
@@ -58,7 +59,7 @@ pub struct Args {
     #[arg(long)]
     target: Option<f64>,
     /// Number of scripted episodes in the buffer before the run, or a file of episodes: an archive
-    /// of numpy arrays (.npz)
+    /// of numpy arrays (.npz), or a saved buffer
     #[arg(long)]
     demos: Option<String>,
     /// Change a setting, such as gamma=0.98; can be given several times
@@ -227,7 +228,7 @@ fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {
 }
 
 /// The steps after which a run ends by default, and the success rate at which it does.
-const fn limits(task: Task) -> (u64, f64) {
+pub const fn limits(task: Task) -> (u64, f64) {
     match task {
         Task::Reach => (10_000, 1.0),
         Task::Push => (500_000, 0.9),

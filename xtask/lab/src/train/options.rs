@@ -1,11 +1,14 @@
 //! The settings that the flags describe, and demonstrations.
 
-use anyhow::{Context, bail, ensure};
+use std::{fs, io::Cursor};
+
+use anyhow::{Context, bail};
 use baselines::{
     Policy, ScriptedPolicy,
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
 };
 use fetch_env::{FetchObservation, MujocoEnv};
+use her_relabel::{HerBuffer, LoadError};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -98,6 +101,19 @@ const DEMO_NOISE: f32 = 0.1;
 /// The seed of the first demonstration of the first run, which no training and no evaluation has.
 const DEMO_SEED: u64 = 1 << 45;
 
+/// Returns the episodes of a saved buffer as an archive of numpy arrays.
+fn archive_of(saved: &str) -> anyhow::Result<Vec<u8>> {
+    let mut archive = Cursor::new(Vec::new());
+    match HerBuffer::<f32>::load(saved) {
+        Ok(buffer) => buffer.write_npz(&mut archive)?,
+        Err(LoadError::ElementSize { .. }) => {
+            HerBuffer::<f64>::load(saved)?.write_npz(&mut archive)?;
+        }
+        Err(error) => return Err(error.into()),
+    }
+    Ok(archive.into_inner())
+}
+
 /// Adds demonstrations to the buffer of a trainer, and returns the number of episodes.
 pub fn add_demos(
     trainer: &mut Trainer<MujocoEnv>,
@@ -106,8 +122,14 @@ pub fn add_demos(
     seed: u64,
 ) -> anyhow::Result<u64> {
     let Ok(count) = demos.parse::<usize>() else {
-        ensure!(demos.ends_with(".npz"), "--demos {demos}: write a number or a file .npz");
-        return Ok(trainer.add_demonstrations(|buffer| buffer.import_npz(demos))?);
+        let archive = if demos.ends_with(".npz") {
+            fs::read(demos).with_context(|| format!("--demos {demos}: cannot read the archive"))?
+        } else {
+            archive_of(demos).with_context(|| {
+                format!("--demos {demos}: write a number, an archive .npz or a saved buffer")
+            })?
+        };
+        return Ok(trainer.add_demonstrations(|buffer| buffer.import_npz_bytes(&archive))?);
     };
     let mut env = make(args.env_id, args.model)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

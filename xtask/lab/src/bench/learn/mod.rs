@@ -1,11 +1,13 @@
-//! `bench learn`: measures updates of DDPG, against a plain matrix product of 256 x 256 by 256 x 256, and
-//! the drawing of their batches.
+//! `bench learn`: measures updates of DDPG, against a plain matrix product of 256 x 256 by 256 x 256 and
+//! against PyTorch, the drawing of their batches, and how soon Reach is learned.
+
+mod reach;
 
 use std::{hint::black_box, sync::Arc, time::Duration};
 
 use baselines::{
     Collector, RandomPolicy, buffer_config,
-    learn::{Algorithm, Ddpg, DdpgSettings},
+    learn::{Algorithm, Ddpg, DdpgSettings, Transitions},
 };
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use fetch_env::{VecEnv, make_kinematic, vec_env::VecConfig};
@@ -13,14 +15,18 @@ use goal_reward::DistanceReward;
 use her_relabel::{
     Batch, Dims, GoalStrategy, HerBuffer, Normalizer, NormalizerConfig, Sampler, UnitInterval,
 };
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 
 use super::{
     interleaved::{Clock, Entry, interleave},
+    peer::{Orders, Peer},
     report,
 };
-use crate::shared::json::Metric;
+use crate::shared::{json::Metric, python};
+
+/// The script of the peers.
+const LEARNERS: (&str, &str) = ("learners.py", include_str!("../../../scripts/learners.py"));
 
 /// The length of a row and of a column of the matrices.
 const SIZE: usize = 256;
@@ -35,6 +41,9 @@ pub struct Args {
     /// Seconds of measuring for each size of the networks
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     seconds: u16,
+    /// Also measure PyTorch, and learn Reach with Stable-Baselines3, which takes minutes
+    #[arg(long)]
+    peers: bool,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
@@ -43,21 +52,35 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     for num_hidden in [2, 3] {
         let hidden = vec![SIZE; num_hidden];
         let operations = operations(buffer.dims, &hidden);
-        let mut entries = vec![Entry::new("product", "operations/s", product())];
+        let mut entries = vec![
+            Entry::new("product", "operations/s", product(1)?),
+            Entry::new("products-2", "operations/s", product(2)?),
+        ];
         for num_threads in [1, 2] {
             let name = format!("threads-{num_threads}");
             let learner = learner(&buffer, &hidden, num_threads, operations)?;
             entries.push(Entry::new(&name, "operations/s", learner));
         }
+        if args.peers {
+            let python = python::environment("python-learners", &python::LEARNERS)?;
+            let arguments = ["time".into(), num_hidden.to_string()];
+            let peer = Peer::start(&python, LEARNERS, &arguments, "disable")?;
+            let order = format!("update {UPDATES} {operations}");
+            entries.push(Entry::new("pytorch", "operations/s", Orders::new(&peer, order)));
+        }
         let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
         let ratios = [
             rounds.ratio("share-of-product", Clock::Wall, "threads-1", "product"),
             rounds.ratio("two-threads-to-one", Clock::Wall, "threads-2", "threads-1"),
+            // What the machine allows.
+            rounds.ratio("two-products-to-one", Clock::Wall, "products-2", "product"),
+            rounds.ratio("times-pytorch", Clock::Wall, "threads-1", "pytorch"),
         ];
-        let updates =
-            rounds.figures().filter(|(name, _)| name != "product").map(|(name, speed)| {
+        let updates = rounds.figures().filter(|(name, _)| !name.starts_with("product")).map(
+            |(name, speed)| {
                 (format!("{name}/updates"), Metric::new(speed.value / operations as f64, "1/s"))
-            });
+            },
+        );
         let updates: Vec<_> = updates.collect();
         let prefix = format!("learn/ddpg-{num_hidden}x{SIZE}");
         report(
@@ -73,6 +96,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     let share = rounds.ratio("share-of-update", Clock::Wall, "update", "draw");
     report(&mut figures, "learn/draw", rounds.figures().chain(share));
+    report(&mut figures, "learn/reach", reach::measure(args.peers)?);
     Ok(figures)
 }
 
@@ -114,17 +138,26 @@ impl Replay {
     }
 }
 
-/// Multiplies two matrices.
-fn product() -> impl FnMut() -> anyhow::Result<usize> {
+/// Multiplies matrices on threads that wait for each other as often as an update's do.
+fn product(num_threads: usize) -> anyhow::Result<impl FnMut() -> anyhow::Result<usize>> {
+    const BETWEEN_WAITS: usize = 8;
+    let pool = ThreadPoolBuilder::new().num_threads(num_threads).build()?;
     let matrix = |value: f32| Mat::from_fn(SIZE, SIZE, |_, _| value);
-    let (left, right, mut target) = (matrix(0.5), matrix(0.25), matrix(0.0));
-    move || {
-        for _ in 0..PRODUCTS {
-            let (left, right) = (black_box(&left), black_box(&right));
-            matmul(target.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
-        }
-        Ok(PRODUCTS * 2 * SIZE.pow(3))
-    }
+    let mut targets = vec![matrix(0.0); num_threads];
+    let (left, right) = (matrix(0.5), matrix(0.25));
+    Ok(move || {
+        pool.install(|| {
+            for _ in 0..PRODUCTS / BETWEEN_WAITS {
+                targets.par_iter_mut().for_each(|target| {
+                    for _ in 0..BETWEEN_WAITS {
+                        let (left, right) = (black_box(&left), black_box(&right));
+                        matmul(target.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
+                    }
+                });
+            }
+        });
+        Ok(num_threads * PRODUCTS * 2 * SIZE.pow(3))
+    })
 }
 
 /// Draws batches and updates by them; each update counts as `work`.
@@ -144,7 +177,14 @@ fn learner(
             for _ in 0..UPDATES {
                 seed += 1;
                 replay.draw(seed, &mut batch)?;
-                black_box(ddpg.update(&batch));
+                black_box(ddpg.update(Transitions {
+                    len: batch.len(),
+                    inputs: batch.input(),
+                    actions: batch.action(),
+                    rewards: batch.reward(),
+                    discounts: batch.discount(),
+                    next_inputs: batch.next_input(),
+                }));
             }
             Ok(UPDATES * work)
         })

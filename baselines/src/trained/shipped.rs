@@ -1,0 +1,33 @@
+//! The policies that come with this crate.
+
+use fetch_env::Task;
+
+use super::{TrainedPolicy, error::TrainedPolicyError};
+
+impl TrainedPolicy {
+    /// Returns the policy that comes with this crate for a task. It was trained from sparse rewards on
+    /// the built-in model, and its [header](Self::header) says how, and how often it succeeds.
+    ///
+    /// ```
+    /// use baselines::{TrainedPolicy, evaluate};
+    /// use fetch_env::{Task, make_kinematic};
+    ///
+    /// let mut policy = TrainedPolicy::shipped(Task::Reach)?;
+    /// let mut env = make_kinematic("FetchReach-v4")?;
+    /// let evaluation = evaluate(&mut env, &mut policy, 10, 0, |_| ())?;
+    /// assert_eq!(evaluation.summary()?.success_rate.value, 1.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`from_bytes`](Self::from_bytes), which the files of this crate do not give.
+    pub fn shipped(task: Task) -> Result<Self, TrainedPolicyError> {
+        let bytes: &[u8] = match task {
+            Task::Reach => include_bytes!("../../policies/reach.safetensors"),
+            Task::Push => include_bytes!("../../policies/push.safetensors"),
+            Task::PickAndPlace => include_bytes!("../../policies/pick_and_place.safetensors"),
+            Task::Slide => include_bytes!("../../policies/slide.safetensors"),
+        };
+        Self::from_bytes(bytes)
+    }
+}

@@ -1,0 +1,84 @@
+//! `learning-curves`: gathers runs, tells when each reached its target, and draws their curves.
+
+mod drawing;
+mod group;
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, ensure};
+
+use self::{drawing::Curves, group::Group};
+use crate::{figures::save, train::files::RunFiles};
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folders of runs to add, as `train` writes them; those of several seeds are found below
+    runs: Vec<PathBuf>,
+    /// Folder of the curves, a file for each environment and preset, and of their pictures
+    #[arg(long, default_value = "baselines/learning")]
+    folder: PathBuf,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let mut groups = BTreeMap::new();
+    if args.folder.is_dir() {
+        for path in entries(&args.folder)? {
+            if let Some(name) =
+                path.file_name().and_then(|name| name.to_str()?.strip_suffix(".csv"))
+            {
+                groups.insert(name.to_owned(), Group::read(&path, name)?);
+            }
+        }
+    }
+    for folder in &args.runs {
+        let found = runs_below(folder)?;
+        ensure!(!found.is_empty(), "{} has no run: give a folder of `train`", folder.display());
+        for files in found {
+            let (name, lines) = (files.run.group(), files.read_curve()?);
+            let group = match groups.remove(&name) {
+                Some(group) => group,
+                None => Group::new(&name)?,
+            };
+            groups.insert(name, group.with_run(files.run.seed, &lines));
+        }
+    }
+    ensure!(
+        !groups.is_empty(),
+        "{} has no curves: give folders of runs that `train` has written",
+        args.folder.display()
+    );
+    fs::create_dir_all(&args.folder)
+        .with_context(|| format!("cannot make the folder {}", args.folder.display()))?;
+    for (name, group) in &groups {
+        group.write(&args.folder.join(format!("{name}.csv")))?;
+        println!("{}", group.summary()?);
+        save(&Curves::new(group)?, &args.folder, name)?;
+    }
+    Ok(true)
+}
+
+/// Returns the entries of a folder by name.
+fn entries(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder)
+        .with_context(|| format!("cannot read the folder {}", folder.display()))?;
+    let mut paths =
+        entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, std::io::Error>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// Returns the run of a folder, or those of its folders.
+fn runs_below(folder: &Path) -> anyhow::Result<Vec<RunFiles>> {
+    if RunFiles::is_run(folder) {
+        return Ok(vec![RunFiles::open(folder)?]);
+    }
+    entries(folder)?
+        .iter()
+        .filter(|path| RunFiles::is_run(path))
+        .map(|path| RunFiles::open(path))
+        .collect()
+}

@@ -1,0 +1,68 @@
+//! The lines of a learning curve's file, `curve.csv`.
+
+use std::path::Path;
+
+use anyhow::Context;
+use baselines::learn::{Counters, CurveRow, Losses};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use crate::shared::json::write_text;
+
+/// A line: the state of a run at an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurveLine {
+    pub steps: u64,
+    pub episodes: u64,
+    pub discarded_episodes: u64,
+    pub updates: u64,
+    pub seconds: f64,
+    pub success_rate: f64,
+    pub success_low: f64,
+    pub success_high: f64,
+    pub return_mean: f64,
+    pub final_distance: f64,
+    pub collected_success: Option<f64>,
+    pub critic_loss: Option<f32>,
+    pub actor_loss: Option<f32>,
+    pub value: Option<f32>,
+}
+
+impl From<&CurveRow> for CurveLine {
+    fn from(row: &CurveRow) -> Self {
+        let Counters { steps, episodes, discarded_episodes, updates, seconds, .. } = row.counters;
+        let loss = |loss: fn(&Losses) -> f32| row.losses.as_ref().map(loss);
+        Self {
+            steps,
+            episodes,
+            discarded_episodes,
+            updates,
+            seconds: (seconds * 1e3).round() / 1e3,
+            success_rate: row.success_rate.value,
+            success_low: (row.success_rate.low * 1e4).round() / 1e4,
+            success_high: (row.success_rate.high * 1e4).round() / 1e4,
+            return_mean: row.return_mean,
+            final_distance: row.final_distance,
+            collected_success: row.collected_success,
+            critic_loss: loss(|losses| losses.critic),
+            actor_loss: loss(|losses| losses.actor),
+            value: loss(|losses| losses.value),
+        }
+    }
+}
+
+/// Writes lines with their header.
+pub fn write_csv(
+    path: &Path,
+    lines: impl IntoIterator<Item = impl Serialize>,
+) -> anyhow::Result<()> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    lines.into_iter().try_for_each(|line| writer.serialize(line))?;
+    write_text(path, &String::from_utf8(writer.into_inner()?)?)
+}
+
+/// Reads lines.
+pub fn read_csv<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
+    let broken = || format!("cannot read {}", path.display());
+    let lines = csv::Reader::from_path(path).with_context(broken)?.into_deserialize();
+    lines.collect::<Result<_, _>>().with_context(broken)
+}
