@@ -38,6 +38,7 @@ mod adam;
 mod algorithm;
 mod checkpoint;
 mod curve;
+mod cycle;
 mod ddpg;
 mod error;
 mod explorer;

@@ -4,15 +4,15 @@ use std::fmt;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
 use fetch_env::{BoxSpace, EnvError, VecEnv};
 use her_relabel::{Batch, Dims, HerBuffer, Sampler};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::algorithm::{Algorithm, Transitions};
+use super::algorithm::Algorithm;
 use super::curve::{Counters, CurveRow, Recent, Target};
+use super::cycle::Columns;
 use super::error::TrainError;
 use super::explorer::Explorer;
 use super::inputs::{Inputs, Seen};
@@ -21,7 +21,7 @@ use super::seeds::{Purpose, seed_for};
 use super::settings::TrainSettings;
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
-use crate::evaluate::{Episode, evaluate_vec};
+use crate::evaluate::evaluate_vec;
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
 
 /// An environment that a [`Trainer`] learns: its actions are a box from -1 to 1.
@@ -40,17 +40,17 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) settings: TrainSettings,
     pub(super) seed: u64,
     /// Has the reward as a function of goals.
-    template: E,
+    pub(super) template: E,
     pub(super) collector: Collector<E>,
     evaluation_envs: VecEnv<E>,
     pub(super) buffer: HerBuffer<f32>,
-    sampler: Sampler,
-    batch: Batch<f32>,
-    columns: Columns,
+    pub(super) sampler: Sampler,
+    pub(super) batch: Batch<f32>,
+    pub(super) columns: Columns,
     pub(super) inputs: Inputs,
     pub(super) explorer: Explorer,
     pub(super) algorithm: Box<dyn Algorithm>,
-    workers: Arc<ThreadPool>,
+    pub(super) workers: Arc<ThreadPool>,
     pub(super) counters: Counters,
     pub(super) recent: Recent,
     pub(super) rows: Vec<CurveRow>,
@@ -203,99 +203,6 @@ impl<E: LearnEnv> Trainer<E> {
         added
     }
 
-    /// Collects steps of all environments, and then updates the actor.
-    ///
-    /// # Errors
-    /// [`TrainError`].
-    pub fn cycle(&mut self) -> Result<(), TrainError> {
-        let start = Instant::now();
-        self.collect()?;
-        if self.counters.episodes >= self.settings.exploration.random_episodes
-            && !self.buffer.is_empty()
-        {
-            // One call for all, so that the threads stay awake between two updates.
-            let workers = Arc::clone(&self.workers);
-            workers.install(|| {
-                (0..self.settings.schedule.updates_per_cycle).try_for_each(|_| self.update())
-            })?;
-            self.explorer.set_actor(self.algorithm.actor(), self.inputs.clone());
-        }
-        self.counters.seconds += start.elapsed().as_secs_f64();
-        Ok(())
-    }
-
-    fn collect(&mut self) -> Result<(), TrainError> {
-        let failed = |source| TrainError::Collect {
-            steps: self.counters.steps,
-            checkpoint: self.last_checkpoint.clone(),
-            source,
-        };
-        if self.counters.steps == 0 {
-            // Below the seeds of all evaluations.
-            let first_seed = seed_for(self.seed, Purpose::Episodes, 0) >> 24;
-            self.collector.reset(Some(first_seed), &mut self.buffer).map_err(failed)?;
-        }
-        let num_steps = self.settings.schedule.steps_per_cycle;
-        let recent = &mut self.recent;
-        let progress = |_: usize, episode: &Episode| recent.add_episode(episode);
-        let collected = self
-            .collector
-            .collect(num_steps, &mut self.explorer, &mut self.buffer, progress)
-            .map_err(failed)?;
-        self.counters.steps += collected.recorded_steps as u64;
-        self.counters.episodes += collected.finished_episodes as u64;
-        self.counters.discarded_episodes += collected.discarded_episodes as u64;
-        if let (0, Some((env_id, source))) = (collected.recorded_steps, collected.first_failure) {
-            return Err(TrainError::AllFailed {
-                steps: self.counters.steps,
-                checkpoint: self.last_checkpoint.clone(),
-                env_id,
-                source: Box::new(source),
-            });
-        }
-        self.update_inputs(collected.recorded_steps)
-    }
-
-    /// Takes as many transitions into the scale as were collected, with relabeled goals, as the
-    /// authors do.
-    fn update_inputs(&mut self, num_rows: usize) -> Result<(), TrainError> {
-        if self.buffer.is_empty() || num_rows == 0 {
-            return Ok(());
-        }
-        let seed = seed_for(self.seed, Purpose::Normalizers, self.counters.steps);
-        let sampler = self.sampler.with_batch_size(num_rows);
-        let mut batch = Batch::<f32>::new();
-        sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
-        Ok(self.inputs.update(before(&batch))?)
-    }
-
-    fn update(&mut self) -> Result<(), TrainError> {
-        let seed = seed_for(self.seed, Purpose::Batches, self.counters.updates);
-        self.sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut self.batch)?;
-        let Self { batch, inputs, columns, .. } = self;
-        inputs.write(before(batch), &mut columns.inputs);
-        inputs.write(after(batch), &mut columns.next_inputs);
-        let losses = self.algorithm.update(Transitions {
-            len: batch.len(),
-            inputs: &columns.inputs,
-            actions: batch.action(),
-            rewards: batch.reward(),
-            discounts: batch.discount(),
-            next_inputs: &columns.next_inputs,
-        });
-        self.counters.updates += 1;
-        if !losses.are_finite() {
-            return Err(TrainError::Diverged {
-                update: self.counters.updates,
-                critic: losses.critic,
-                actor: losses.actor,
-                checkpoint: self.last_checkpoint.clone(),
-            });
-        }
-        self.recent.add(losses);
-        Ok(())
-    }
-
     /// Evaluates the greedy policy on episodes that no other evaluation has.
     ///
     /// # Errors
@@ -361,30 +268,5 @@ impl<E: LearnEnv> Trainer<E> {
             }
         }
         Ok(())
-    }
-}
-
-/// The networks' inputs of a batch, kept for their memory.
-#[derive(Default)]
-struct Columns {
-    inputs: Vec<f32>,
-    next_inputs: Vec<f32>,
-}
-
-/// What the networks see before the steps of a batch.
-fn before(batch: &Batch<f32>) -> Seen<'_, f32, f32> {
-    Seen {
-        observations: batch.observation(),
-        achieved_goals: batch.achieved_goal(),
-        desired_goals: batch.desired_goal(),
-    }
-}
-
-/// What the networks see after the steps of a batch.
-fn after(batch: &Batch<f32>) -> Seen<'_, f32, f32> {
-    Seen {
-        observations: batch.next_observation(),
-        achieved_goals: batch.next_achieved_goal(),
-        desired_goals: batch.desired_goal(),
     }
 }
