@@ -35,7 +35,9 @@ def main():
     parser.add_argument("--algorithm", choices=ALGORITHMS, default="sac")
     args = parser.parse_args()
 
-    model = ALGORITHMS[args.algorithm].load(args.model, device="cpu")
+    # A replay buffer is not needed, and one with hindsight would need the environment.
+    no_buffer = dict(replay_buffer_class=None, replay_buffer_kwargs={}, buffer_size=1)
+    model = ALGORITHMS[args.algorithm].load(args.model, device="cpu", custom_objects=no_buffer)
     spaces = model.observation_space.spaces
     header = dict(
         version=1,

@@ -67,6 +67,7 @@ fn chart<B: Backend>(
         .axis_desc_style((FONT, 15).into_font().color(&INK))
         .label_style((FONT, 14).into_font().color(&INK))
         .x_labels(6)
+        .x_label_formatter(&|x| ((10.0 * x).round() / 10.0).to_string())
         .y_labels(6)
         .y_label_formatter(&|y| format!("{y:.1}"))
         .draw()?;

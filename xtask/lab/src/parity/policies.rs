@@ -37,7 +37,10 @@ pub fn compare(
     let files = if files.is_empty() { shipped(folder)? } else { files.to_vec() };
     println!("running {} policies in Python, {episodes} episodes each", files.len());
     let (episodes_text, seed_text) = (episodes.to_string(), first_seed.to_string());
-    let paths = files.iter().map(fs::canonicalize).collect::<Result<Vec<_>, _>>()?;
+    let absolute = |file: &PathBuf| {
+        fs::canonicalize(file).with_context(|| format!("cannot find {}", file.display()))
+    };
+    let paths = files.iter().map(absolute).collect::<anyhow::Result<Vec<_>>>()?;
     let paths = paths.iter().map(|path| path.to_str().context("a path is not UTF-8"));
     let mut arguments = paths.collect::<anyhow::Result<Vec<_>>>()?;
     arguments.extend(["--episodes", &episodes_text, "--seed", &seed_text]);
