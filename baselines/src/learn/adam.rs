@@ -1,6 +1,6 @@
 //! The optimizer.
 
-use pulp::Arch;
+use super::vectors::vectorize;
 
 /// Adam, with the defaults of its authors: Kingma and Ba, *Adam: a method for stochastic
 /// optimization*, 2015.
@@ -28,17 +28,20 @@ impl Adam {
     pub(crate) fn step(&mut self, number: u64, parameters: &mut [f32], gradient: &[f32]) {
         let correction = |beta: f32| 1.0 - beta.powf(number as f32);
         let rate = self.learning_rate * correction(BETA_2).sqrt() / correction(BETA_1);
-        Arch::new().dispatch(|| {
-            let moments = self.first_moment.iter_mut().zip(&mut self.second_moment);
-            for ((parameter, (first, second)), gradient) in
-                parameters.iter_mut().zip(moments).zip(gradient)
-            {
-                let moment = BETA_1 * *first + (1.0 - BETA_1) * gradient;
-                *first = if moment.abs() < SMALLEST { 0.0 } else { moment };
-                let moment = BETA_2 * *second + (1.0 - BETA_2) * gradient * gradient;
-                *second = if moment < SMALLEST { 0.0 } else { moment };
-                *parameter -= rate * *first / (second.sqrt() + EPSILON);
-            }
-        });
+        vectorize(
+            #[inline(always)]
+            || {
+                let moments = self.first_moment.iter_mut().zip(&mut self.second_moment);
+                for ((parameter, (first, second)), gradient) in
+                    parameters.iter_mut().zip(moments).zip(gradient)
+                {
+                    let moment = BETA_1 * *first + (1.0 - BETA_1) * gradient;
+                    *first = if moment.abs() < SMALLEST { 0.0 } else { moment };
+                    let moment = BETA_2 * *second + (1.0 - BETA_2) * gradient * gradient;
+                    *second = if moment < SMALLEST { 0.0 } else { moment };
+                    *parameter -= rate * *first / (second.sqrt() + EPSILON);
+                }
+            },
+        );
     }
 }

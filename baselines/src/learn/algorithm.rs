@@ -9,8 +9,8 @@ use super::adam::Adam;
 use super::network::Network;
 use crate::trained::LayerWeights;
 
-/// A learning algorithm: it improves an actor by batches of transitions. [`Ddpg`](super::Ddpg) and
-/// [`Sac`](super::Sac) are those of this crate, and all that can implement it.
+/// A learning algorithm: it improves an actor by batches of transitions. Only
+/// [`Ddpg`](super::Ddpg) and [`Sac`](super::Sac) implement it.
 pub trait Algorithm: Debug + Send + sealed::Sealed {
     /// Improves the actor by one batch. Two threads of the current rayon pool share the work; the
     /// result does not depend on their number.
@@ -64,17 +64,18 @@ impl Losses {
 /// A batch of transitions as an algorithm sees it: columns with a row for each transition.
 #[derive(Clone, Copy, Debug)]
 pub struct Transitions<'a> {
-    /// The number of transitions.
+    /// The number of transitions, at least 1.
     pub len: usize,
-    /// The inputs of the networks before the step: normalized observations and goals.
+    /// The inputs of the networks before the step, `(len, num_inputs)`: normalized observations and
+    /// goals.
     pub inputs: &'a [f32],
-    /// The actions.
+    /// The actions, `(len, num_actions)`, from -1 to 1.
     pub actions: &'a [f32],
-    /// The rewards, a number for each transition.
+    /// The rewards, `(len)`.
     pub rewards: &'a [f32],
-    /// The discounts of the next states' values, a number for each transition.
+    /// The discounts of the next states' values, `(len)`: 0 where the task ended.
     pub discounts: &'a [f32],
-    /// The inputs of the networks after the step.
+    /// The inputs of the networks after the step, `(len, num_inputs)`.
     pub next_inputs: &'a [f32],
 }
 

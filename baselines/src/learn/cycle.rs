@@ -76,15 +76,15 @@ impl<E: LearnEnv> Trainer<E> {
         let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
-        Ok(self.inputs.update(before(&batch))?)
+        Ok(self.inputs.update(Seen::before(&batch))?)
     }
 
     fn update(&mut self) -> Result<(), TrainError> {
         let seed = seed_for(self.seed, Purpose::Batches, self.counters.updates);
         self.sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut self.batch)?;
         let Self { batch, inputs, columns, .. } = self;
-        inputs.write(before(batch), &mut columns.inputs);
-        inputs.write(after(batch), &mut columns.next_inputs);
+        inputs.write(Seen::before(batch), &mut columns.inputs);
+        inputs.write(Seen::after(batch), &mut columns.next_inputs);
         let losses = self.algorithm.update(Transitions {
             len: batch.len(),
             inputs: &columns.inputs,
@@ -112,22 +112,4 @@ impl<E: LearnEnv> Trainer<E> {
 pub(super) struct Columns {
     inputs: Vec<f32>,
     next_inputs: Vec<f32>,
-}
-
-/// What the networks see before the steps of a batch.
-fn before(batch: &Batch<f32>) -> Seen<'_, f32, f32> {
-    Seen {
-        observations: batch.observation(),
-        achieved_goals: batch.achieved_goal(),
-        desired_goals: batch.desired_goal(),
-    }
-}
-
-/// What the networks see after the steps of a batch.
-fn after(batch: &Batch<f32>) -> Seen<'_, f32, f32> {
-    Seen {
-        observations: batch.next_observation(),
-        achieved_goals: batch.next_achieved_goal(),
-        desired_goals: batch.desired_goal(),
-    }
 }

@@ -52,7 +52,8 @@ pub enum TrainError {
     },
     /// All environments failed in a whole cycle.
     #[error(
-        "every environment failed after {steps} steps, environment {env_id} first{}",
+        "every environment failed after {steps} steps, environment {env_id} first: check it with \
+         fetch_env::check{}",
         resume_hint(.checkpoint.as_ref())
     )]
     AllFailed {
@@ -67,10 +68,13 @@ pub enum TrainError {
     },
     /// An environment returned a number that is not finite in an evaluation.
     #[error(
-        "an environment returned {what} that is not finite in the evaluation after {steps} steps{}",
+        "environment {env_id} returned {what} that is not finite in the evaluation after {steps} \
+         steps: check it with fetch_env::check{}",
         resume_hint(.checkpoint.as_ref())
     )]
     EvaluationNotFinite {
+        /// The environment, counted from 0.
+        env_id: usize,
         /// What is not finite.
         what: &'static str,
         /// The number of steps recorded before.

@@ -1,15 +1,16 @@
 //! The inputs of a network: observations and goals on one scale.
 
-use her_relabel::{Dims, Normalizer, NormalizerConfig, NormalizerError, Scalar};
+use her_relabel::{Batch, Dims, Normalizer, NormalizerConfig, NormalizerError, Scalar};
 use serde::{Deserialize, Serialize};
 
 use super::settings::InputSettings;
 use crate::trained::InputPart;
 
-/// How observations and goals become the inputs of a network.
+/// How observations and goals become the inputs of a network: joined, on one scale, which grows with
+/// what is collected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Inputs {
+pub struct Inputs {
     pub(crate) observation: Normalizer,
     /// Of relative goals, if inputs have them.
     pub(crate) goal: Normalizer,
@@ -17,15 +18,44 @@ pub(crate) struct Inputs {
 }
 
 /// Observations and goals, a row for each input.
-#[derive(Clone, Copy)]
-pub(crate) struct Seen<'a, S, G> {
-    pub(crate) observations: &'a [S],
-    pub(crate) achieved_goals: &'a [G],
-    pub(crate) desired_goals: &'a [G],
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a, S, G> {
+    /// The observations, `(len, dims.observation)`.
+    pub observations: &'a [S],
+    /// The achieved goals, `(len, dims.goal)`.
+    pub achieved_goals: &'a [G],
+    /// The desired goals, `(len, dims.goal)`.
+    pub desired_goals: &'a [G],
+}
+
+impl<'a, T: Scalar> Seen<'a, T, T> {
+    /// What networks see before the steps of a batch.
+    #[must_use]
+    pub fn before(batch: &'a Batch<T>) -> Self {
+        Self {
+            observations: batch.observation(),
+            achieved_goals: batch.achieved_goal(),
+            desired_goals: batch.desired_goal(),
+        }
+    }
+
+    /// What networks see after the steps of a batch.
+    #[must_use]
+    pub fn after(batch: &'a Batch<T>) -> Self {
+        Self {
+            observations: batch.next_observation(),
+            achieved_goals: batch.next_achieved_goal(),
+            desired_goals: batch.desired_goal(),
+        }
+    }
 }
 
 impl Inputs {
-    pub(crate) fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
+    /// Makes inputs of observations and goals of some lengths, not yet scaled.
+    ///
+    /// # Errors
+    /// [`NormalizerError`] if a setting or a length cannot be.
+    pub fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
         let InputSettings { relative_goal, min_std, clip } = *settings;
         let normalizer =
             |dim| Normalizer::new(NormalizerConfig::new(dim).with_min_std(min_std).with_clip(clip));
@@ -37,7 +67,8 @@ impl Inputs {
     }
 
     /// The length of an input.
-    pub(crate) fn len(&self) -> usize {
+    #[must_use]
+    pub fn dim(&self) -> usize {
         self.observation.dim() + self.goal.dim()
     }
 
@@ -49,47 +80,56 @@ impl Inputs {
     }
 
     /// Takes observations and goals into the scale.
-    pub(crate) fn update<S: Scalar, G: Scalar>(
+    ///
+    /// # Errors
+    /// [`NormalizerError`] if a number is not finite, or a length is wrong.
+    pub fn update<S: Scalar, G: Scalar>(
         &mut self,
         seen: Seen<'_, S, G>,
     ) -> Result<(), NormalizerError> {
         self.observation.update(seen.observations)?;
-        let goals: Vec<f64> = self.goals(seen).collect();
+        let mut goals = vec![0.0; seen.desired_goals.len()];
+        self.put_goal(seen.achieved_goals, seen.desired_goals, &mut goals);
         self.goal.update(&goals)
     }
 
-    /// Writes inputs: each observation with its goal behind it, normalized. A row with a number that
-    /// is not finite becomes 0. Returns whether there was none.
-    pub(crate) fn write<S: Scalar, G: Scalar>(
+    /// Writes inputs, `(len, dim)`: each observation with its goal behind it, normalized. Rows with a
+    /// number that is not finite become 0. Returns the first of them, if there is one.
+    pub fn write<S: Scalar, G: Scalar>(
         &self,
         seen: Seen<'_, S, G>,
         inputs: &mut Vec<f32>,
-    ) -> bool {
+    ) -> Option<usize> {
         let (len, goal_len) = (self.observation.dim(), self.goal.dim());
-        let goals: Vec<f64> = self.goals(seen).collect();
-        inputs.resize(seen.observations.len() / len * self.len(), 0.0);
-        let mut all_finite = true;
-        let rows = seen.observations.chunks_exact(len).zip(goals.chunks_exact(goal_len));
-        for (input, (observation, goal)) in inputs.chunks_exact_mut(self.len()).zip(rows) {
+        let mut goal = vec![0.0; goal_len];
+        inputs.resize(seen.observations.len() / len * self.dim(), 0.0);
+        let mut first_bad = None;
+        let goals = seen
+            .achieved_goals
+            .chunks_exact(goal_len)
+            .zip(seen.desired_goals.chunks_exact(goal_len));
+        let rows = seen.observations.chunks_exact(len).zip(goals);
+        for (row, (input, (observation, (achieved, desired)))) in
+            inputs.chunks_exact_mut(self.dim()).zip(rows).enumerate()
+        {
+            self.put_goal(achieved, desired, &mut goal);
             let (first, second) = input.split_at_mut(len);
             let normalized = self
                 .observation
                 .normalize_into(observation, first)
-                .and_then(|()| self.goal.normalize_into(goal, second));
+                .and_then(|()| self.goal.normalize_into(&goal, second));
             if normalized.is_err() {
                 input.fill(0.0);
-                all_finite = false;
+                first_bad.get_or_insert(row);
             }
         }
-        all_finite
+        first_bad
     }
 
-    /// Returns the numbers of all goals, as the network sees them before their normalization.
-    fn goals<S, G: Scalar>(&self, seen: Seen<'_, S, G>) -> impl Iterator<Item = f64> {
-        let relative = self.relative_goal;
-        let pairs = seen.achieved_goals.iter().zip(seen.desired_goals);
-        pairs.map(move |(achieved, desired)| {
-            desired.to_f64() - if relative { achieved.to_f64() } else { 0.0 }
-        })
+    /// Writes goals as the network sees them, before their normalization.
+    fn put_goal<G: Scalar>(&self, achieved: &[G], desired: &[G], goal: &mut [f64]) {
+        for ((goal, achieved), desired) in goal.iter_mut().zip(achieved).zip(desired) {
+            *goal = desired.to_f64() - if self.relative_goal { achieved.to_f64() } else { 0.0 };
+        }
     }
 }

@@ -7,6 +7,8 @@
 //!
 //! The same settings and the same seed give the same curve and the same policy, bit for bit, on any
 //! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume).
+//! Processors whose vectors have other lengths (AVX-512, AVX2) add the products of a matrix product
+//! in another order, so that their runs differ.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -51,12 +53,14 @@ mod sampled;
 mod seeds;
 mod settings;
 mod trainer;
+mod vectors;
 
 pub use actor::Actor;
 pub use algorithm::{Algorithm, Losses, StateMut, Transitions};
 pub use curve::{Counters, CurveRow, Target};
 pub use ddpg::{Ddpg, DdpgSettings};
 pub use error::{CheckpointError, TrainError};
+pub use inputs::{Inputs, Seen};
 pub use sac::{Sac, SacSettings};
 pub use settings::{
     AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,

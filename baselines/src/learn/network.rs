@@ -1,8 +1,8 @@
 //! Networks: multilayer perceptrons whose parameters lie in one vector.
 
-use pulp::Arch;
 use rand::{Rng, RngExt};
 
+use super::vectors::vectorize;
 use crate::trained::LayerWeights;
 
 /// The shape of a [`Network`].
@@ -143,10 +143,13 @@ impl Network {
 
     /// Moves the parameters a fraction of the way towards those of another network.
     pub(crate) fn follow(&mut self, other: &Self, fraction: f32) {
-        Arch::new().dispatch(|| {
-            for (own, other) in self.parameters.iter_mut().zip(&other.parameters) {
-                *own += fraction * (other - *own);
-            }
-        });
+        vectorize(
+            #[inline(always)]
+            || {
+                for (own, other) in self.parameters.iter_mut().zip(&other.parameters) {
+                    *own += fraction * (other - *own);
+                }
+            },
+        );
     }
 }

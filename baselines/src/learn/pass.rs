@@ -1,14 +1,13 @@
 //! Passes through a network: forward, and backward with gradients.
 //!
-//! All matrices are row-major, with a row for each input of the batch. Loops over their elements are
-//! compiled for the widest vectors of the processor, which [`Arch`] looks up; their results have the
-//! same bits on each.
+//! All matrices are row-major, with a row for each input of the batch. Loops over their elements
+//! are compiled for the vectors of the processor, with the same bits on each.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
-use pulp::Arch;
 
 use super::network::{Layer, Network, Parameters, ParametersMut};
+use super::vectors::vectorize;
 
 /// Added to a variance before its root is taken: PyTorch's default for layer normalization.
 const EPSILON: f32 = 1e-5;
@@ -101,9 +100,12 @@ impl Pass {
             let Parameters { weights, scales, .. } = layer.of(&network.parameters);
             let mut own = parameters.as_deref_mut().map(|all| layer.of_mut(all));
             if layer.is_hidden {
-                Arch::new().dispatch(|| {
-                    pass.backward_activation(layer, scales, gradient, own.as_mut());
-                });
+                vectorize(
+                    #[inline(always)]
+                    || {
+                        pass.backward_activation(layer, scales, gradient, own.as_mut());
+                    },
+                );
             }
             let input = if number == 0 { &self.input } else { &self.layers[number - 1].output };
             let matrix = MatRef::from_row_major_slice(gradient, num_rows, layer.num_outputs);
@@ -113,11 +115,14 @@ impl Pass {
                     MatMut::from_row_major_slice_mut(weights, layer.num_inputs, layer.num_outputs);
                 matmul(target, Accum::Replace, input.transpose(), matrix, 1.0, Par::Seq);
                 biases.fill(0.0);
-                Arch::new().dispatch(|| {
-                    for row in gradient.chunks_exact(layer.num_outputs) {
-                        biases.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
-                    }
-                });
+                vectorize(
+                    #[inline(always)]
+                    || {
+                        for row in gradient.chunks_exact(layer.num_outputs) {
+                            biases.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
+                        }
+                    },
+                );
             }
             let width = if number == 0 { input_width } else { layer.num_inputs };
             let skipped = (layer.num_inputs - width) * layer.num_outputs;
@@ -154,17 +159,20 @@ impl LayerPass {
             Par::Seq,
         );
         let lowest = if layer.is_hidden { 0.0 } else { f32::NEG_INFINITY };
-        Arch::new().dispatch(|| {
-            if layer.is_normalized {
-                self.normalize(num_outputs, biases, scales, shifts);
-            } else {
-                for row in self.output.chunks_exact_mut(num_outputs) {
-                    for (value, bias) in row.iter_mut().zip(*biases) {
-                        *value = (*value + bias).max(lowest);
+        vectorize(
+            #[inline(always)]
+            || {
+                if layer.is_normalized {
+                    self.normalize(num_outputs, biases, scales, shifts);
+                } else {
+                    for row in self.output.chunks_exact_mut(num_outputs) {
+                        for (value, bias) in row.iter_mut().zip(*biases) {
+                            *value = (*value + bias).max(lowest);
+                        }
                     }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Adds biases, normalizes each row, scales and shifts it, and sets what is negative to 0.

@@ -103,7 +103,7 @@ impl<E: LearnEnv> Trainer<E> {
         let sampler = sampler(&settings.replay, settings.algorithm.gamma())?;
         let inputs = Inputs::new(&settings.inputs, dims)?;
         let algorithm_seed = seed_for(seed, Purpose::Algorithm, 0);
-        let algorithm = settings.algorithm.build(inputs.len(), dims.action, algorithm_seed);
+        let algorithm = settings.algorithm.build(inputs.dim(), dims.action, algorithm_seed);
         let vec_config = VecConfig::default().with_num_threads(num_threads);
         let envs = |count: usize, config| -> Result<VecEnv<E>, TrainError> {
             let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
@@ -211,22 +211,29 @@ impl<E: LearnEnv> Trainer<E> {
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
         let mut actor = self.algorithm.greedy_actor();
-        let (mut rows, mut all_finite) = (Vec::new(), true);
+        let (mut rows, mut first_bad) = (Vec::new(), None);
         let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {
             let seen = Seen {
                 observations: batch.observation(),
                 achieved_goals: batch.achieved_goal(),
                 desired_goals: batch.desired_goal(),
             };
-            all_finite &= self.inputs.write(seen, &mut rows);
+            first_bad = first_bad.or(self.inputs.write(seen, &mut rows));
             actor.act(batch.len(), &rows, None, actions);
         };
         let evaluation = evaluate_vec(&mut self.evaluation_envs, &mut greedy, count, seed, |_| ())?;
         self.counters.evaluations += 1;
         let summary = evaluation.summary()?;
-        if !all_finite || !summary.return_mean.value.is_finite() {
+        let bad_reward = || {
+            let row =
+                evaluation.episodes.iter().position(|episode| !episode.return_sum.is_finite());
+            row.map(|row| (row % self.evaluation_envs.num_envs(), "a reward"))
+        };
+        let bad = first_bad.map(|row| (row, "an observation")).or_else(bad_reward);
+        if let Some((env_id, what)) = bad {
             return Err(TrainError::EvaluationNotFinite {
-                what: if all_finite { "a reward" } else { "an observation" },
+                env_id,
+                what,
                 steps: self.counters.steps,
                 checkpoint: self.last_checkpoint.clone(),
             });

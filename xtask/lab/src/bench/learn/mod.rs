@@ -7,14 +7,12 @@ use std::{hint::black_box, sync::Arc, time::Duration};
 
 use baselines::{
     Collector, RandomPolicy, buffer_config,
-    learn::{Algorithm, Ddpg, DdpgSettings, Transitions},
+    learn::{Algorithm, Ddpg, DdpgSettings, Inputs, Seen, TrainSettings, Transitions},
 };
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
-use fetch_env::{VecEnv, make_kinematic, vec_env::VecConfig};
+use fetch_env::{Task, VecEnv, make_kinematic, vec_env::VecConfig};
 use goal_reward::DistanceReward;
-use her_relabel::{
-    Batch, Dims, GoalStrategy, HerBuffer, Normalizer, NormalizerConfig, Sampler, UnitInterval,
-};
+use her_relabel::{Batch, Dims, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 use rayon::{ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 
@@ -31,9 +29,10 @@ const LEARNERS: (&str, &str) = ("learners.py", include_str!("../../../scripts/le
 /// The length of a row and of a column of the matrices.
 const SIZE: usize = 256;
 const BATCH: usize = 256;
-/// The number of products or updates of a turn: some hundredths of a second.
-const PRODUCTS: usize = 128;
-const UPDATES: usize = 8;
+/// The number of products of a turn, and of updates: those of the authors' cycle. A machine's second
+/// core takes some milliseconds to wake up.
+const PRODUCTS: usize = 512;
+const UPDATES: usize = 40;
 const DRAWS: usize = 200;
 
 #[derive(Debug, clap::Args, Serialize)]
@@ -105,8 +104,15 @@ struct Replay {
     buffer: HerBuffer<f32>,
     dims: Dims,
     sampler: Sampler,
-    scale: Normalizer,
-    goal_scale: Normalizer,
+    inputs: Inputs,
+}
+
+/// A batch, and the inputs of the networks before and after its steps.
+#[derive(Default)]
+struct Drawn {
+    batch: Batch<f32>,
+    inputs: Vec<f32>,
+    next_inputs: Vec<f32>,
 }
 
 impl Replay {
@@ -117,24 +123,26 @@ impl Replay {
         let mut buffer = HerBuffer::new(config)?;
         let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
         collector.collect(1_020, &mut RandomPolicy::new(0), &mut buffer, |_, _| ())?;
+        let settings = TrainSettings::fast(Task::Push);
         let ratio = UnitInterval::from_k(4);
         let sampler = Sampler::new(BATCH, GoalStrategy::Future, ratio)
-            .with_joined_goal(true)
-            .with_discount(UnitInterval::new(0.95)?);
-        let scale = |len| Normalizer::new(NormalizerConfig::new(len));
-        let (scale, goal_scale) = (scale(dims.observation)?, scale(dims.goal)?);
-        Ok(Self { buffer, dims, sampler, scale, goal_scale })
+            .with_already_achieved(UnitInterval::new(settings.replay.already_achieved)?)
+            .with_discount(UnitInterval::new(settings.algorithm.gamma())?);
+        let inputs = Inputs::new(&settings.inputs, dims)?;
+        let mut replay = Self { buffer, dims, sampler, inputs };
+        let mut drawn = Drawn::default();
+        replay.draw(0, &mut drawn)?;
+        replay.inputs.update(Seen::before(&drawn.batch))?;
+        Ok(replay)
     }
 
-    /// Returns a batch that is normalized as it is drawn.
-    fn batch(&self) -> Batch<f32> {
-        let mut batch = Batch::new();
-        batch.set_normalizers(Some(&self.scale), Some(&self.goal_scale));
-        batch
-    }
-
-    fn draw(&self, seed: u64, batch: &mut Batch<f32>) -> anyhow::Result<()> {
-        Ok(self.sampler.sample(&self.buffer, &DistanceReward::sparse(), seed, batch)?)
+    /// Draws a batch and forms its inputs, as a trainer does.
+    fn draw(&self, seed: u64, drawn: &mut Drawn) -> anyhow::Result<()> {
+        let Drawn { batch, inputs, next_inputs } = drawn;
+        self.sampler.sample(&self.buffer, &DistanceReward::sparse(), seed, batch)?;
+        self.inputs.write(Seen::before(batch), inputs);
+        self.inputs.write(Seen::after(batch), next_inputs);
+        Ok(())
     }
 }
 
@@ -171,19 +179,19 @@ fn learner(
     let settings = DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() };
     let Dims { observation, goal, action } = replay.dims;
     let mut ddpg = Ddpg::new(settings, observation + goal, action, 0);
-    let (replay, mut batch, mut seed) = (Arc::clone(replay), replay.batch(), 0);
+    let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
     Ok(move || {
         pool.install(|| {
             for _ in 0..UPDATES {
                 seed += 1;
-                replay.draw(seed, &mut batch)?;
+                replay.draw(seed, &mut drawn)?;
                 black_box(ddpg.update(Transitions {
-                    len: batch.len(),
-                    inputs: batch.input(),
-                    actions: batch.action(),
-                    rewards: batch.reward(),
-                    discounts: batch.discount(),
-                    next_inputs: batch.next_input(),
+                    len: BATCH,
+                    inputs: &drawn.inputs,
+                    actions: drawn.batch.action(),
+                    rewards: drawn.batch.reward(),
+                    discounts: drawn.batch.discount(),
+                    next_inputs: &drawn.next_inputs,
                 }));
             }
             Ok(UPDATES * work)
@@ -192,11 +200,11 @@ fn learner(
 }
 
 fn draw(replay: &Arc<Replay>) -> impl FnMut() -> anyhow::Result<usize> + use<> {
-    let (replay, mut batch, mut seed) = (Arc::clone(replay), replay.batch(), 0);
+    let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
     move || {
         for _ in 0..DRAWS {
             seed += 1;
-            replay.draw(seed, &mut batch)?;
+            replay.draw(seed, &mut drawn)?;
         }
         Ok(DRAWS)
     }
