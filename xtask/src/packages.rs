@@ -121,8 +121,11 @@ fn tool((name, version): (&str, &str)) -> anyhow::Result<PathBuf> {
     let program = folder.join("bin").join(name);
     if !program.exists() {
         let mut install = cargo();
-        install.args(["install", name, "--version", version, "--locked", "--quiet", "--root"]);
-        ensure!(succeeds(install.arg(&folder))?, "{name} {version} could not be installed");
+        install.args(["install", name, "--version", version, "--locked", "--debug", "--quiet"]);
+        ensure!(
+            succeeds(install.arg("--root").arg(&folder))?,
+            "{name} {version} could not be installed"
+        );
     }
     Ok(program)
 }

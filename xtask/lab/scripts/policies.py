@@ -2,8 +2,8 @@
 
     python policies.py --out DIR POLICY.safetensors...  [--episodes N] [--seed S]
 
-writes NAME.npz for each: whether the last step of each episode was a success, the distance after it and
-the actions. Needs gymnasium-robotics. The network is computed in the order of operations of
+writes 0.npz, 1.npz, ..., one for each: whether the last step of each episode was a success, the distance
+after it and the actions. Needs gymnasium-robotics. The network is computed in the order of operations of
 `baselines::TrainedPolicy`, so that the actions have the same bits.
 """
 
@@ -79,13 +79,13 @@ def main():
     parser.add_argument("--episodes", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    for path in args.policies:
+    for number, path in enumerate(args.policies):
         policy = Policy(path)
         env = gymnasium.make(policy.header["env_id"])
         seeds = range(args.seed, args.seed + args.episodes)
         successes, distances, actions = zip(*(run(policy, env, seed) for seed in seeds))
         np.savez(
-            args.out / f"{pathlib.Path(path).stem}.npz",
+            args.out / f"{number}.npz",
             success=np.array(successes, np.float64),
             final_distance=np.array(distances),
             actions=np.array(actions, np.float32),

@@ -350,12 +350,12 @@ fn learning_curves_gather_runs() -> Result {
     let mut train = lab("train --seeds 2 --steps 400 --target 2 --set evaluation_episodes=5 --out");
     output_of(train.arg(&runs))?;
     let text = output_of(lab("learning-curves --folder").args([&curves, &runs]))?;
-    assert!(text.contains("FetchReach-v4-fast: 0 of 2 runs reached 1"), "{text}");
-    let csv = fs::read_to_string(curves.join("FetchReach-v4-fast.csv"))?;
+    assert!(text.contains("FetchReach-v4-fast-evaluation_episodes=5: 0 of 2 runs"), "{text}");
+    let csv = fs::read_to_string(curves.join("FetchReach-v4-fast-evaluation_episodes=5.csv"))?;
     assert!(csv.starts_with("seed,steps,updates,seconds,success_rate"), "{csv}");
     assert!(csv.lines().any(|line| line.starts_with("1,400,")), "{csv}");
     // The file alone gives the same pictures.
-    let picture = || fs::read(curves.join("FetchReach-v4-fast.svg"));
+    let picture = || fs::read(curves.join("FetchReach-v4-fast-evaluation_episodes=5.svg"));
     let first = picture()?;
     assert!(output_of(lab("learning-curves --folder").arg(&curves))?.contains("0 of 2 runs"));
     assert!(picture()? == first, "the pictures differ");

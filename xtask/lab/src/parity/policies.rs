@@ -46,9 +46,9 @@ pub fn compare(
     arguments.extend(["--episodes", &episodes_text, "--seed", &seed_text]);
     python::record(folder, SCRIPT, &arguments, "disable")?;
     let mut checks = Vec::new();
-    for file in &files {
+    for (number, file) in files.iter().enumerate() {
         let stem = file.file_stem().and_then(|stem| stem.to_str()).context("a file has no name")?;
-        let theirs = Theirs::read(&folder.join(format!("{stem}.npz")))?;
+        let theirs = Theirs::read(&folder.join(format!("{number}.npz")))?;
         let policy = TrainedPolicy::load(file)?;
         let own = [
             same_episodes(stem, &theirs, policy.clone(), first_seed)?,

@@ -42,6 +42,8 @@ pub struct Run {
     pub seed: u64,
     preset: Preset,
     demos: Option<String>,
+    /// What differs from the preset, as flags say it.
+    changes: Vec<String>,
 }
 
 impl Run {
@@ -51,9 +53,18 @@ impl Run {
 
     /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`.
     pub fn group(&self) -> String {
-        let demos = if self.demos.is_some() { "-demos" } else { "" };
-        format!("{}-{}{demos}", self.env_id, flag_name(self.preset))
+        let demos = self.demos.as_ref().map(|_| "demos".to_owned());
+        let parts = [self.env_id.clone(), flag_name(self.preset)].into_iter().chain(demos);
+        parts.chain(self.changes.iter().cloned()).collect::<Vec<_>>().join("-")
     }
+}
+
+/// Returns the flags of a run that change what the preset says.
+fn changes(args: &Args) -> Vec<String> {
+    let algorithm = args.algorithm.map(flag_name);
+    let num_envs = args.envs.map(|envs| format!("envs={envs}"));
+    let model = (args.model != ModelChoice::Builtin).then(|| flag_name(args.model));
+    [algorithm, num_envs, model].into_iter().flatten().chain(args.set.iter().cloned()).collect()
 }
 
 const RUN: &str = "run.json";
@@ -82,6 +93,7 @@ impl RunFiles {
             seed,
             preset: args.preset,
             demos: args.demos.clone(),
+            changes: changes(args),
         };
         write_json(&path, &run)?;
         Ok(Self { folder: folder.to_owned(), run })
