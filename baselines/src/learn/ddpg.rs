@@ -28,11 +28,12 @@ pub struct DdpgSettings {
     /// The factor of the actor's last weights at the start: 0.1, measured, because an actor that
     /// starts saturated never starts. The authors: 1.
     pub last_layer_scale: f32,
-    /// The learning rate of the actor: 0.002, measured. The authors, and for Reach: 0.001.
+    /// The learning rate of the actor: 0.002, measured. The authors, and for Reach and Slide: 0.001.
     pub actor_learning_rate: f32,
-    /// The learning rate of the critic: 0.002, measured. The authors, and for Reach: 0.001.
+    /// The learning rate of the critic: 0.002, measured. The authors, and for Reach and Slide: 0.001.
     pub critic_learning_rate: f32,
-    /// The discount of a step: 0.95, measured. The authors: 0.98, which is 1 - 1 / 50 steps.
+    /// The discount of a step: 0.95, measured. The authors, and for Slide: 0.98, which is 1 - 1 / 50
+    /// steps.
     pub gamma: f64,
     /// The fraction of the way that target networks move towards the learning ones: 0.05, the
     /// authors'.
@@ -43,13 +44,13 @@ pub struct DdpgSettings {
     /// every update: 0.005, measured, because single updates make single states better and others
     /// worse; 1 for Reach. The authors: 1, which is the learning actor.
     pub average_fraction: f32,
-    /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, and 0.5 for
-    /// Reach. The authors: 1.
+    /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, 0.5 for Reach,
+    /// and 0.01 for Slide, as in MRL (Pitis et al., 2020). The authors: 1.
     pub action_l2: f32,
     /// Whether targets are clipped to `[-1 / (1 - gamma), 0]`, the values that rewards of -1 and 0
     /// can have: true, the authors'. Other rewards need false.
     pub clip_targets: bool,
-    /// The standard deviation of the noise that explores: 0.2, the authors'.
+    /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as in MRL.
     pub noise: f32,
 }
 
