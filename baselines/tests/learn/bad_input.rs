@@ -116,7 +116,7 @@ fn an_observation_that_is_not_finite_stops_the_run() -> Result {
 fn an_observation_that_is_not_finite_stops_an_evaluation() -> Result {
     let mut trainer = trainer(Faults { observation: 20, failure: NEVER })?;
     match trainer.evaluate() {
-        Err(TrainError::EvaluationNotFinite { what: "an observation", .. }) => Ok(()),
+        Err(TrainError::EvaluationNotFinite { env_id: 0, what: "an observation", .. }) => Ok(()),
         other => panic!("{other:?}"),
     }
 }
