@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use her_relabel::Batch;
 
-use super::algorithm::Transitions;
 use super::error::TrainError;
 use super::inputs::Seen;
 use super::seeds::{Purpose, seed_for};
@@ -81,18 +80,9 @@ impl<E: LearnEnv> Trainer<E> {
 
     fn update(&mut self) -> Result<(), TrainError> {
         let seed = seed_for(self.seed, Purpose::Batches, self.counters.updates);
-        self.sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut self.batch)?;
-        let Self { batch, inputs, columns, .. } = self;
-        inputs.write(Seen::before(batch), &mut columns.inputs);
-        inputs.write(Seen::after(batch), &mut columns.next_inputs);
-        let losses = self.algorithm.update(Transitions {
-            len: batch.len(),
-            inputs: &columns.inputs,
-            actions: batch.action(),
-            rewards: batch.reward(),
-            discounts: batch.discount(),
-            next_inputs: &columns.next_inputs,
-        });
+        let reward = self.template.goal_reward();
+        self.batch.draw(&self.inputs, &self.sampler, &self.buffer, reward, seed)?;
+        let losses = self.algorithm.update(self.batch.transitions());
         self.counters.updates += 1;
         if !losses.are_finite() {
             return Err(TrainError::Diverged {
@@ -105,11 +95,4 @@ impl<E: LearnEnv> Trainer<E> {
         self.recent.add(losses);
         Ok(())
     }
-}
-
-/// The networks' inputs of a batch, kept for their memory.
-#[derive(Default)]
-pub(super) struct Columns {
-    inputs: Vec<f32>,
-    next_inputs: Vec<f32>,
 }

@@ -112,18 +112,49 @@ impl Inputs {
         for (row, (input, (observation, (achieved, desired)))) in
             inputs.chunks_exact_mut(self.dim()).zip(rows).enumerate()
         {
-            self.put_goal(achieved, desired, &mut goal);
             let (first, second) = input.split_at_mut(len);
             let normalized = self
                 .observation
                 .normalize_into(observation, first)
-                .and_then(|()| self.goal.normalize_into(&goal, second));
+                .and_then(|()| self.write_goal(achieved, desired, &mut goal, second));
             if normalized.is_err() {
                 input.fill(0.0);
                 first_bad.get_or_insert(row);
             }
         }
         first_bad
+    }
+
+    /// Writes the goals of inputs whose observations are there already.
+    pub(crate) fn write_goals(
+        &self,
+        seen: Seen<'_, f32, f32>,
+        inputs: &mut [f32],
+    ) -> Result<(), NormalizerError> {
+        let goal_len = self.goal.dim();
+        let mut goal = vec![0.0; goal_len];
+        let goals = seen
+            .achieved_goals
+            .chunks_exact(goal_len)
+            .zip(seen.desired_goals.chunks_exact(goal_len));
+        inputs.chunks_exact_mut(self.dim()).zip(goals).try_for_each(
+            |(input, (achieved, desired))| {
+                let target = &mut input[self.observation.dim()..];
+                self.write_goal(achieved, desired, &mut goal, target)
+            },
+        )
+    }
+
+    /// Writes a goal by way of `goal`, its memory before the normalization.
+    fn write_goal<G: Scalar>(
+        &self,
+        achieved: &[G],
+        desired: &[G],
+        goal: &mut [f64],
+        target: &mut [f32],
+    ) -> Result<(), NormalizerError> {
+        self.put_goal(achieved, desired, goal);
+        self.goal.normalize_into(goal, target)
     }
 
     /// Writes goals as the network sees them, before their normalization.

@@ -52,6 +52,7 @@ mod sac;
 mod sampled;
 mod seeds;
 mod settings;
+mod train_batch;
 mod trainer;
 mod vectors;
 
@@ -66,4 +67,5 @@ pub use settings::{
     AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,
     TrainSettings,
 };
+pub use train_batch::TrainBatch;
 pub use trainer::{LearnEnv, Trainer};

@@ -7,18 +7,18 @@ use std::sync::Arc;
 
 use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
 use fetch_env::{BoxSpace, EnvError, VecEnv};
-use her_relabel::{Batch, Dims, HerBuffer, Sampler};
+use her_relabel::{Dims, HerBuffer, Sampler};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::algorithm::Algorithm;
 use super::curve::{Counters, CurveRow, Recent, Target};
-use super::cycle::Columns;
 use super::error::TrainError;
 use super::explorer::Explorer;
 use super::inputs::{Inputs, Seen};
 use super::replay::{sampler, still_episodes};
 use super::seeds::{Purpose, seed_for};
 use super::settings::TrainSettings;
+use super::train_batch::TrainBatch;
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
 use crate::evaluate::evaluate_vec;
@@ -45,8 +45,7 @@ pub struct Trainer<E: LearnEnv> {
     evaluation_envs: VecEnv<E>,
     pub(super) buffer: HerBuffer<f32>,
     pub(super) sampler: Sampler,
-    pub(super) batch: Batch<f32>,
-    pub(super) columns: Columns,
+    pub(super) batch: TrainBatch,
     pub(super) inputs: Inputs,
     pub(super) explorer: Explorer,
     pub(super) algorithm: Box<dyn Algorithm>,
@@ -118,7 +117,7 @@ impl<E: LearnEnv> Trainer<E> {
             evaluation_envs: envs(settings.schedule.evaluation_episodes.clamp(1, 20), vec_config)?,
             buffer: HerBuffer::new(config)?,
             sampler,
-            batch: Batch::new(),
+            batch: TrainBatch::default(),
             explorer: Explorer::new(
                 settings.exploration.clone(),
                 seed_for(seed, Purpose::Exploration, 0),
@@ -126,7 +125,6 @@ impl<E: LearnEnv> Trainer<E> {
                 num_envs,
             ),
             inputs,
-            columns: Columns::default(),
             algorithm,
             workers: Arc::new(workers.map_err(TrainError::Threads)?),
             counters: Counters::default(),

@@ -7,7 +7,7 @@ use std::{hint::black_box, sync::Arc, time::Duration};
 
 use baselines::{
     Collector, RandomPolicy, buffer_config,
-    learn::{Algorithm, Ddpg, DdpgSettings, Inputs, Seen, TrainSettings, Transitions},
+    learn::{Algorithm, Ddpg, DdpgSettings, Inputs, Seen, TrainBatch, TrainSettings},
 };
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use fetch_env::{Task, VecEnv, make_kinematic, vec_env::VecConfig};
@@ -29,10 +29,10 @@ const LEARNERS: (&str, &str) = ("learners.py", include_str!("../../../scripts/le
 /// The length of a row and of a column of the matrices.
 const SIZE: usize = 256;
 const BATCH: usize = 256;
-/// The number of products of a turn, and of updates: those of the authors' cycle. A machine's second
-/// core takes some milliseconds to wake up.
-const PRODUCTS: usize = 512;
-const UPDATES: usize = 40;
+/// The number of products of a turn, and of updates: those of a cycle of the preset `fast`. Short
+/// turns would measure how long the machine's second core takes to wake up.
+const PRODUCTS: usize = 2048;
+const UPDATES: usize = 160;
 const DRAWS: usize = 200;
 
 #[derive(Debug, clap::Args, Serialize)]
@@ -107,14 +107,6 @@ struct Replay {
     inputs: Inputs,
 }
 
-/// A batch, and the inputs of the networks before and after its steps.
-#[derive(Default)]
-struct Drawn {
-    batch: Batch<f32>,
-    inputs: Vec<f32>,
-    next_inputs: Vec<f32>,
-}
-
 impl Replay {
     fn new() -> anyhow::Result<Self> {
         let envs = (0..8).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
@@ -128,21 +120,16 @@ impl Replay {
         let sampler = Sampler::new(BATCH, GoalStrategy::Future, ratio)
             .with_already_achieved(UnitInterval::new(settings.replay.already_achieved)?)
             .with_discount(UnitInterval::new(settings.algorithm.gamma())?);
-        let inputs = Inputs::new(&settings.inputs, dims)?;
-        let mut replay = Self { buffer, dims, sampler, inputs };
-        let mut drawn = Drawn::default();
-        replay.draw(0, &mut drawn)?;
-        replay.inputs.update(Seen::before(&drawn.batch))?;
-        Ok(replay)
+        let mut inputs = Inputs::new(&settings.inputs, dims)?;
+        let mut batch = Batch::<f32>::new();
+        sampler.sample(&buffer, &DistanceReward::sparse(), 0, &mut batch)?;
+        inputs.update(Seen::before(&batch))?;
+        Ok(Self { buffer, dims, sampler, inputs })
     }
 
-    /// Draws a batch and forms its inputs, as a trainer does.
-    fn draw(&self, seed: u64, drawn: &mut Drawn) -> anyhow::Result<()> {
-        let Drawn { batch, inputs, next_inputs } = drawn;
-        self.sampler.sample(&self.buffer, &DistanceReward::sparse(), seed, batch)?;
-        self.inputs.write(Seen::before(batch), inputs);
-        self.inputs.write(Seen::after(batch), next_inputs);
-        Ok(())
+    fn draw(&self, seed: u64, batch: &mut TrainBatch) -> anyhow::Result<()> {
+        let reward = DistanceReward::sparse();
+        Ok(batch.draw(&self.inputs, &self.sampler, &self.buffer, &reward, seed)?)
     }
 }
 
@@ -179,20 +166,13 @@ fn learner(
     let settings = DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() };
     let Dims { observation, goal, action } = replay.dims;
     let mut ddpg = Ddpg::new(settings, observation + goal, action, 0);
-    let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
+    let (replay, mut batch, mut seed) = (Arc::clone(replay), TrainBatch::default(), 0);
     Ok(move || {
         pool.install(|| {
             for _ in 0..UPDATES {
                 seed += 1;
-                replay.draw(seed, &mut drawn)?;
-                black_box(ddpg.update(Transitions {
-                    len: BATCH,
-                    inputs: &drawn.inputs,
-                    actions: drawn.batch.action(),
-                    rewards: drawn.batch.reward(),
-                    discounts: drawn.batch.discount(),
-                    next_inputs: &drawn.next_inputs,
-                }));
+                replay.draw(seed, &mut batch)?;
+                black_box(ddpg.update(batch.transitions()));
             }
             Ok(UPDATES * work)
         })
@@ -200,11 +180,11 @@ fn learner(
 }
 
 fn draw(replay: &Arc<Replay>) -> impl FnMut() -> anyhow::Result<usize> + use<> {
-    let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
+    let (replay, mut batch, mut seed) = (Arc::clone(replay), TrainBatch::default(), 0);
     move || {
         for _ in 0..DRAWS {
             seed += 1;
-            replay.draw(seed, &mut drawn)?;
+            replay.draw(seed, &mut batch)?;
         }
         Ok(DRAWS)
     }
