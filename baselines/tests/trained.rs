@@ -79,8 +79,8 @@ fn the_policies_of_this_crate_are_of_their_tasks_and_succeed() -> Result {
         assert!(policy.to_bytes()?.len() < 400_000);
         let success = policy.header().success.ok_or("its success has not been measured")?;
         assert!(success.rate.value >= least, "{env_id}: {success:?}");
-        // On MuJoCo 2 the puck slides otherwise than on 3.6.0, where the policy has learned.
-        if task == Task::Slide && MujocoVersion::of_library()?.to_string().starts_with("2.") {
+        // How far a puck slides depends on MuJoCo's version, and the policy has learned on 3.6.0.
+        if task == Task::Slide && MujocoVersion::of_library()?.to_string() != "3.6.0" {
             continue;
         }
         let mut envs = make_vec_with_config(&env_id.config(), 10, VecConfig::default())?;
