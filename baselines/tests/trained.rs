@@ -79,13 +79,12 @@ fn the_policies_of_this_crate_are_of_their_tasks_and_succeed() -> Result {
         assert!(policy.to_bytes()?.len() < 400_000);
         let success = policy.header().success.ok_or("its success has not been measured")?;
         assert!(success.rate.value >= least, "{env_id}: {success:?}");
-        // How far a puck slides depends on MuJoCo's version, and the policy has learned on 3.6.0.
-        if task == Task::Slide && MujocoVersion::of_library()?.to_string() != "3.6.0" {
-            continue;
-        }
         let mut envs = make_vec_with_config(&env_id.config(), 10, VecConfig::default())?;
         let measured = evaluate_vec(&mut envs, &mut policy, 40, 1 << 52, |_| ())?.summary()?;
-        assert!(measured.success_rate.high >= success.rate.low, "{env_id}: {measured:?}");
+        // How far a puck slides depends on MuJoCo's version, and the policy has learned on 3.6.0.
+        let is_elsewhere = MujocoVersion::of_library()?.to_string() != "3.6.0";
+        let least = if task == Task::Slide && is_elsewhere { 0.2 } else { success.rate.low };
+        assert!(measured.success_rate.high >= least, "{env_id}: {measured:?}");
     }
     Ok(())
 }

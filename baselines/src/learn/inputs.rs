@@ -93,8 +93,8 @@ impl Inputs {
         self.goal.update(&goals)
     }
 
-    /// Writes inputs, `(len, dim)`: each observation with its goal behind it, normalized. Rows with a
-    /// number that is not finite become 0. Returns the first of them, if there is one.
+    /// Writes inputs, a row of [`dim`](Self::dim) numbers for each observation: the observation with its
+    /// goal behind it, normalized. Rows with a number that is not finite become 0. Returns the first of them, if there is one.
     pub fn write<S: Scalar, G: Scalar>(
         &self,
         seen: Seen<'_, S, G>,

@@ -16,7 +16,8 @@ pub struct TrainBatch {
 }
 
 impl TrainBatch {
-    /// Draws transitions from a buffer. Observations are normalized as they are drawn.
+    /// Draws transitions from a buffer. Observations are normalized as they are drawn. The sampler
+    /// needs a discount ([`Sampler::with_discount`]), which an algorithm takes from the batch.
     ///
     /// # Errors
     /// [`TrainError::Sample`] if the buffer is empty, if the sampler cannot draw from it, or if `inputs`
