@@ -53,7 +53,9 @@ impl Run {
 
     /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`.
     pub fn group(&self) -> String {
-        let demos = self.demos.as_ref().map(|_| "demos".to_owned());
+        // A number of episodes, or the name of their file.
+        let demos = self.demos.as_ref().and_then(|demos| Path::new(demos).file_stem());
+        let demos = demos.map(|demos| format!("demos={}", demos.display()));
         let parts = [self.env_id.clone(), flag_name(self.preset)].into_iter().chain(demos);
         parts.chain(self.changes.iter().cloned()).collect::<Vec<_>>().join("-")
     }
