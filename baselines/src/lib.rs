@@ -22,6 +22,7 @@ mod reference;
 mod scripted;
 mod statistics;
 mod trained;
+pub mod workers;
 
 pub use collect::{buffer_config, collect};
 pub use collector::{CollectEnv, Collected, Collector, CollectorSnapshot};

@@ -21,7 +21,7 @@ const WITHOUT_HEADERS: [Step; 3] = [
 ];
 
 /// On the system's MuJoCo.
-const STEPS: [Step; 23] = [
+const STEPS: [Step; 26] = [
     ("formatting", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
@@ -45,7 +45,12 @@ const STEPS: [Step; 23] = [
         "lints of learning without MuJoCo",
         "clippy -p fetch-baselines --no-default-features --features learn --all-targets -- -D warnings",
     ),
+    (
+        "lints with MPI",
+        "clippy -p fetch-baselines -p lab --features lab/mpi --all-targets -- -D warnings",
+    ),
     ("documentation", "doc --workspace --no-deps"),
+    ("documentation with MPI", "doc -p fetch-baselines --no-deps --features learn,mpi"),
     (
         "documentation without MuJoCo",
         "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --no-default-features",
@@ -56,6 +61,10 @@ const STEPS: [Step; 23] = [
         "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features",
     ),
     ("tests", "test --workspace"),
+    (
+        "ranks that share a run, and their faults",
+        "test -p lab --features mpi --test mpi -- --test-threads 1",
+    ),
     ("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
     ("fuzzing", "xtask fuzz --seconds 15"),
     ("verify", "xtask verify"),

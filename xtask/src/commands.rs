@@ -2,7 +2,7 @@
 
 /// The commands that step environments: those of the package `lab`, whose tests compare this list
 /// with their own.
-pub const OF_LAB: [(&str, &str); 15] = [
+pub const OF_LAB: [(&str, &str); 16] = [
     ("verify", "Verify every claim of the chapter by stepping the environments"),
     ("bridge", "Compare hand-computed rewards with the environment's, step by step"),
     ("describe", "Write the observation and action spaces as JSON"),
@@ -15,6 +15,7 @@ pub const OF_LAB: [(&str, &str); 15] = [
     ("figures", "Draw the chapter's pictures, and Slide's"),
     ("report", "Write one page with checks, baselines, plots and playbacks"),
     ("play", "Write a page that plays one episode back"),
+    ("collect", "Run a policy, and save its episodes"),
     ("train", "Train a policy, with its learning curve and a page"),
     ("learning-curves", "Gather runs, tell when they reached their targets, and draw their curves"),
     ("doctor", "Look for the usual problems, and say how to fix them"),

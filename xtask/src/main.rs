@@ -162,13 +162,22 @@ fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
         println!("FAIL  MuJoCo is missing\n      {missing}\n      fix: {fix}");
         return Ok(ExitCode::FAILURE);
     }
-    let status = Command::new(env!("CARGO"))
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo
         .args(["run", "--quiet", "--release", "--manifest-path"])
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/lab/Cargo.toml"))
-        .arg("--")
-        .args(arguments)
-        .status()
-        .context("cargo did not start")?;
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/lab/Cargo.toml"));
+    if arguments.iter().any(|argument| argument == "--mpi") {
+        let mpicc = std::env::var_os("MPICC").unwrap_or_else(|| "mpicc".into());
+        let is_there = Command::new(&mpicc).arg("-show").output().is_ok();
+        ensure!(
+            is_there,
+            "--mpi needs MPI and Clang, and there is no {}: apt-get update && apt-get install -y \
+             libopenmpi-dev openmpi-bin libclang-dev",
+            mpicc.display()
+        );
+        cargo.args(["--features", "mpi"]);
+    }
+    let status = cargo.arg("--").args(arguments).status().context("cargo did not start")?;
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
 }

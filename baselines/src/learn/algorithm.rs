@@ -8,16 +8,18 @@ use super::actor::Actor;
 use super::adam::Adam;
 use super::network::Network;
 use crate::trained::LayerWeights;
+use crate::workers::Workers;
 
 /// A learning algorithm: it improves an actor by batches of transitions. Only
 /// [`Ddpg`](super::Ddpg) and [`Sac`](super::Sac) implement it.
 pub trait Algorithm: Debug + Send + sealed::Sealed {
     /// Improves the actor by one batch. Two threads of the current rayon pool share the work; the
-    /// result does not depend on their number.
+    /// result does not depend on their number. Each process has a batch of its own, and all take the
+    /// same step: against the mean of their gradients.
     ///
     /// # Panics
     /// If the batch has no transitions, or columns of other lengths than the networks' and its own.
-    fn update(&mut self, batch: Transitions<'_>) -> Losses;
+    fn update(&mut self, batch: Transitions<'_>, workers: &mut dyn Workers) -> Losses;
 
     /// Returns the actor that explores.
     fn actor(&self) -> Actor;

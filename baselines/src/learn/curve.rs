@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::algorithm::Losses;
-use crate::evaluate::Episode;
 use crate::statistics::Estimate;
 
 /// What has happened so far.
@@ -74,9 +73,9 @@ pub(super) struct Recent {
 }
 
 impl Recent {
-    pub(super) fn add_episode(&mut self, episode: &Episode) {
-        self.episodes += 1;
-        self.successes += u64::from(episode.success);
+    pub(super) const fn add_episodes(&mut self, episodes: u64, successes: u64) {
+        self.episodes += episodes;
+        self.successes += successes;
     }
 
     /// The success rate of the episodes.

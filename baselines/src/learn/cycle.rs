@@ -4,12 +4,28 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use her_relabel::Batch;
+use serde::{Deserialize, Serialize};
 
 use super::error::TrainError;
-use super::inputs::Seen;
+use super::inputs::{Inputs, Seen};
 use super::seeds::{Purpose, seed_for};
 use super::trainer::{LearnEnv, Trainer};
 use crate::evaluate::Episode;
+
+/// What a process has collected in a cycle.
+#[derive(Serialize, Deserialize)]
+struct CollectedShare {
+    steps: u64,
+    episodes: u64,
+    discarded_episodes: u64,
+    /// The number of episodes that ended, also of those that the buffer does not keep.
+    ended: u64,
+    successes: u64,
+    /// The scale of what was collected.
+    seen: Option<Inputs>,
+    /// Whether the process has transitions to draw.
+    can_draw: bool,
+}
 
 impl<E: LearnEnv> Trainer<E> {
     /// Collects steps of all environments, and then updates the actor.
@@ -18,42 +34,62 @@ impl<E: LearnEnv> Trainer<E> {
     /// [`TrainError`].
     pub fn cycle(&mut self) -> Result<(), TrainError> {
         let start = Instant::now();
-        self.collect()?;
-        if self.counters.episodes >= self.settings.exploration.random_episodes
-            && !self.buffer.is_empty()
-        {
+        let can_draw = self.collect()?;
+        let random_episodes = self.settings.random_episodes_of_all(self.workers.size());
+        if can_draw && self.counters.episodes >= random_episodes {
             // One call for all, so that the threads stay awake between two updates.
-            let workers = Arc::clone(&self.workers);
-            workers.install(|| {
+            let threads = Arc::clone(&self.threads);
+            let (updates_start, exchanging) = (Instant::now(), self.workers.seconds());
+            threads.install(|| {
                 (0..self.settings.schedule.updates_per_cycle).try_for_each(|_| self.update())
             })?;
+            self.update_seconds.total += updates_start.elapsed().as_secs_f64();
+            self.update_seconds.exchanging += self.workers.seconds() - exchanging;
             self.explorer.set_actor(self.algorithm.actor(), self.inputs.clone());
         }
         self.counters.seconds += start.elapsed().as_secs_f64();
         Ok(())
     }
 
-    fn collect(&mut self) -> Result<(), TrainError> {
-        let failed = |source| TrainError::Collect {
-            steps: self.counters.steps,
-            checkpoint: self.last_checkpoint.clone(),
-            source,
-        };
+    /// Collects steps, and tells all processes. Returns whether all have transitions to draw.
+    fn collect(&mut self) -> Result<bool, TrainError> {
+        let own = self.collect_own()?;
+        let message = serde_json::to_vec(&own).unwrap_or_default();
+        let mut can_draw = true;
+        for message in self.workers.gather(&message) {
+            // What another process of the same program has written.
+            let Ok(share) = serde_json::from_slice::<CollectedShare>(&message) else { continue };
+            self.counters.steps += share.steps;
+            self.counters.episodes += share.episodes;
+            self.counters.discarded_episodes += share.discarded_episodes;
+            self.recent.add_episodes(share.ended, share.successes);
+            if let Some(seen) = &share.seen {
+                self.inputs.merge(seen)?;
+            }
+            can_draw &= share.can_draw;
+        }
+        Ok(can_draw)
+    }
+
+    /// Collects this process's share of steps.
+    fn collect_own(&mut self) -> Result<CollectedShare, TrainError> {
         if self.counters.steps == 0 {
-            // Below the seeds of all evaluations.
-            let first_seed = seed_for(self.seed, Purpose::Episodes, 0) >> 24;
-            self.collector.reset(Some(first_seed), &mut self.buffer).map_err(failed)?;
+            self.begin_episodes()?;
         }
         let num_steps = self.settings.schedule.steps_per_cycle;
-        let recent = &mut self.recent;
-        let progress = |_: usize, episode: &Episode| recent.add_episode(episode);
+        let (mut ended, mut successes) = (0, 0);
+        let progress = |_: usize, episode: &Episode| {
+            ended += 1;
+            successes += u64::from(episode.success);
+        };
         let collected = self
             .collector
             .collect(num_steps, &mut self.explorer, &mut self.buffer, progress)
-            .map_err(failed)?;
-        self.counters.steps += collected.recorded_steps as u64;
-        self.counters.episodes += collected.finished_episodes as u64;
-        self.counters.discarded_episodes += collected.discarded_episodes as u64;
+            .map_err(|source| TrainError::Collect {
+                steps: self.counters.steps,
+                checkpoint: self.last_checkpoint.clone(),
+                source,
+            })?;
         if let (0, Some((env_id, source))) = (collected.recorded_steps, collected.first_failure) {
             return Err(TrainError::AllFailed {
                 steps: self.counters.steps,
@@ -62,27 +98,51 @@ impl<E: LearnEnv> Trainer<E> {
                 source: Box::new(source),
             });
         }
-        self.update_inputs(collected.recorded_steps)
+        Ok(CollectedShare {
+            steps: collected.recorded_steps as u64,
+            episodes: collected.finished_episodes as u64,
+            discarded_episodes: collected.discarded_episodes as u64,
+            ended,
+            successes,
+            seen: self.seen(collected.recorded_steps)?,
+            can_draw: !self.buffer.is_empty(),
+        })
+    }
+
+    /// Begins an episode in each environment.
+    pub(super) fn begin_episodes(&mut self) -> Result<(), TrainError> {
+        // Below the seeds of all evaluations.
+        let first_seed = seed_for(self.own_seed, Purpose::Episodes, self.counters.steps) >> 24;
+        self.collector.reset(Some(first_seed), &mut self.buffer).map_err(|source| {
+            TrainError::Collect {
+                steps: self.counters.steps,
+                checkpoint: self.last_checkpoint.clone(),
+                source,
+            }
+        })
     }
 
     /// Takes as many transitions into the scale as were collected, with relabeled goals, as the
     /// authors do.
-    fn update_inputs(&mut self, num_rows: usize) -> Result<(), TrainError> {
+    fn seen(&self, num_rows: usize) -> Result<Option<Inputs>, TrainError> {
         if self.buffer.is_empty() || num_rows == 0 {
-            return Ok(());
+            return Ok(None);
         }
-        let seed = seed_for(self.seed, Purpose::Normalizers, self.counters.steps);
+        let seed =
+            seed_for(self.own_seed, Purpose::Normalizers, self.counters.steps + num_rows as u64);
         let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
-        Ok(self.inputs.update(Seen::before(&batch))?)
+        let mut seen = Inputs::new(&self.settings.inputs, self.buffer.config().dims())?;
+        seen.update(Seen::before(&batch))?;
+        Ok(Some(seen))
     }
 
     fn update(&mut self) -> Result<(), TrainError> {
-        let seed = seed_for(self.seed, Purpose::Batches, self.counters.updates);
+        let seed = seed_for(self.own_seed, Purpose::Batches, self.counters.updates);
         let reward = self.template.goal_reward();
         self.batch.draw(&self.inputs, &self.sampler, &self.buffer, reward, seed)?;
-        let losses = self.algorithm.update(self.batch.transitions());
+        let losses = self.algorithm.update(self.batch.transitions(), &mut *self.workers);
         self.counters.updates += 1;
         if !losses.are_finite() {
             return Err(TrainError::Diverged {

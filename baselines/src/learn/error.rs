@@ -7,6 +7,7 @@ use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::{ConfigError, NormalizerError, SampleError};
 
 use crate::error::{CollectorError, EvaluationError};
+use crate::workers::Disagreement;
 
 /// Error returned by a [`Trainer`](super::Trainer).
 #[derive(Debug, thiserror::Error)]
@@ -103,6 +104,9 @@ pub enum TrainError {
     /// The threads could not be started.
     #[error("the threads could not be started")]
     Threads(#[source] rayon::ThreadPoolBuildError),
+    /// The processes of a run do not agree.
+    #[error(transparent)]
+    Disagreement(#[from] Disagreement),
 }
 
 fn resume_hint(checkpoint: Option<&PathBuf>) -> String {

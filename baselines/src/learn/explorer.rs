@@ -112,6 +112,12 @@ impl Explorer {
         fits
     }
 
+    /// Goes on behind the decisions and the episodes of a run.
+    pub(crate) const fn skip(&mut self, decisions: u64, episodes: u64) {
+        self.state.decisions = decisions;
+        self.state.episodes = episodes;
+    }
+
     /// Sets the actor and the scale of its inputs.
     pub(crate) fn set_actor(&mut self, actor: Actor, inputs: Inputs) {
         self.actor = Some(actor);

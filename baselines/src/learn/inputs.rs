@@ -93,6 +93,12 @@ impl Inputs {
         self.goal.update(&goals)
     }
 
+    /// Takes into the scale what other inputs have seen.
+    pub(crate) fn merge(&mut self, other: &Self) -> Result<(), NormalizerError> {
+        self.observation.merge(&other.observation)?;
+        self.goal.merge(&other.goal)
+    }
+
     /// Writes inputs, a row of [`dim`](Self::dim) numbers for each observation: the observation with its
     /// goal behind it, normalized. Rows with a number that is not finite become 0. Returns the first of them, if there is one.
     pub fn write<S: Scalar, G: Scalar>(

@@ -58,6 +58,7 @@ mod vectors;
 
 pub use actor::Actor;
 pub use algorithm::{Algorithm, Losses, StateMut, Transitions};
+pub use checkpoint::Resumed;
 pub use curve::{Counters, CurveRow, Target};
 pub use ddpg::{Ddpg, DdpgSettings};
 pub use error::{CheckpointError, TrainError};
@@ -68,4 +69,4 @@ pub use settings::{
     TrainSettings,
 };
 pub use train_batch::TrainBatch;
-pub use trainer::{LearnEnv, Trainer};
+pub use trainer::{LearnEnv, Trainer, UpdateSeconds};

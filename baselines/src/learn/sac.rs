@@ -13,6 +13,7 @@ use super::network::{Network, Shape};
 use super::pass::{Pass, evaluate, run};
 use super::sampled::Sampled;
 use crate::trained::LayerWeights;
+use crate::workers::Workers;
 
 /// Settings of [`Sac`].
 ///
@@ -67,9 +68,15 @@ pub struct Sac {
     temperature_adam: Adam,
     critic_work: CriticWork,
     actor_work: ActorWork,
+    /// The gradients of both critics and of the actor, and the losses behind them.
+    gradients: Vec<f32>,
     num_updates: u64,
     seed: u64,
 }
+
+/// The losses that processes average: the critics', the actor's, the value, and the logarithm of the
+/// actions' density.
+const NUM_LOSSES: usize = 4;
 
 struct Networks {
     actor: Trained,
@@ -86,7 +93,6 @@ struct CriticWork {
     targets: Vec<f32>,
     /// The gradient of a critic's outputs.
     outputs: Vec<f32>,
-    gradients: [Vec<f32>; 2],
     loss: f32,
     value: f32,
 }
@@ -99,7 +105,6 @@ struct ActorWork {
     sample: Sampled,
     /// The gradient of the actor's outputs.
     outputs: Vec<f32>,
-    gradient: Vec<f32>,
     loss: f32,
     /// The mean of the logarithms of the actions' densities.
     log_density: f32,
@@ -130,8 +135,12 @@ impl Sac {
             critics: targets.clone().map(|critic| Trained::new(critic, *learning_rate)),
             targets,
         };
+        let [first, second] = &networks.critics;
+        let parts = [first, second, &networks.actor];
+        let len: usize = parts.iter().map(|part| part.network.parameters.len()).sum();
         Self {
             networks,
+            gradients: vec![0.0; len + NUM_LOSSES],
             log_temperature: vec![settings.initial_temperature.ln()],
             temperature_adam: Adam::new(*learning_rate, 1),
             critic_work: CriticWork::default(),
@@ -168,10 +177,15 @@ impl CriticWork {
     }
 
     /// Computes the critics' gradients, of the mean squared error.
-    fn differentiate(&mut self, batch: Transitions<'_>, critics: &[Trained; 2]) {
+    fn differentiate(
+        &mut self,
+        batch: Transitions<'_>,
+        critics: &[Trained; 2],
+        gradients: &mut [f32],
+    ) {
         let share = batch.share();
         (self.loss, self.value) = (0.0, 0.0);
-        let passes = self.critics.iter_mut().zip(&mut self.gradients);
+        let passes = self.critics.iter_mut().zip(gradients.chunks_exact_mut(gradients.len() / 2));
         for ((pass, gradient), Trained { network, .. }) in passes.zip(critics) {
             let values = evaluate(pass, network, batch.len, batch.inputs, batch.actions);
             self.value += 0.5 * share * values.iter().sum::<f32>();
@@ -179,7 +193,6 @@ impl CriticWork {
             self.loss += errors.clone().map(|error| error * error).sum::<f32>() * share;
             self.outputs.clear();
             self.outputs.extend(errors.map(|error| 2.0 * share * error));
-            gradient.resize(network.parameters.len(), 0.0);
             pass.backward(network, &self.outputs, Some(gradient), 0);
         }
     }
@@ -194,6 +207,7 @@ impl ActorWork {
         networks: &Networks,
         temperature: f32,
         rng: &mut impl Rng,
+        gradient: &mut [f32],
     ) {
         let Transitions { len, inputs, .. } = batch;
         let (share, num_actions) = (batch.share(), batch.num_actions());
@@ -219,44 +233,57 @@ impl ActorWork {
         slopes.iter_mut().zip(second_slopes).for_each(|(sum, slope)| *sum += slope);
         self.outputs.resize(2 * slopes.len(), 0.0);
         sample.differentiate(&slopes, temperature * share, num_actions, &mut self.outputs);
-        self.gradient.resize(actor.parameters.len(), 0.0);
-        self.actor.backward(actor, &self.outputs, Some(&mut self.gradient), 0);
+        self.actor.backward(actor, &self.outputs, Some(gradient), 0);
     }
 }
 
 impl Algorithm for Sac {
-    fn update(&mut self, batch: Transitions<'_>) -> Losses {
-        let Self { settings, networks, critic_work, actor_work, seed, num_updates, .. } = self;
+    fn update(&mut self, batch: Transitions<'_>, workers: &mut dyn Workers) -> Losses {
+        let Self { settings, networks, critic_work, actor_work, gradients, seed, .. } = self;
+        let num_updates = &mut self.num_updates;
+        let critics_len = 2 * networks.critics[0].network.parameters.len();
+        let actor_len = networks.actor.network.parameters.len();
+        let (critic_gradients, rest) = gradients.split_at_mut(critics_len);
+        let (actor_gradient, losses) = rest.split_at_mut(actor_len);
         let temperature = self.log_temperature[0].exp();
         *num_updates += 1;
         // Stream 0 has drawn the first weights.
+        let first_stream = ((workers.rank() as u64) << 48) | (2 * *num_updates);
         let noise = |branch: u64| {
             let mut rng = ChaCha8Rng::seed_from_u64(*seed);
-            rng.set_stream(2 * *num_updates + branch);
+            rng.set_stream(first_stream + branch);
             rng
         };
         rayon::join(
             || {
                 critic_work.compute_targets(batch, networks, temperature, &mut noise(0));
-                critic_work.differentiate(batch, &networks.critics);
+                critic_work.differentiate(batch, &networks.critics, critic_gradients);
             },
-            || actor_work.differentiate(batch, networks, temperature, &mut noise(1)),
+            || {
+                let rng = &mut noise(1);
+                actor_work.differentiate(batch, networks, temperature, rng, actor_gradient);
+            },
         );
+        let ActorWork { loss, log_density, .. } = *actor_work;
+        losses.copy_from_slice(&[critic_work.loss, loss, critic_work.value, log_density]);
+        workers.average(gradients);
+        let (critic_gradients, rest) = gradients.split_at(critics_len);
+        let (actor_gradient, losses) = rest.split_at(actor_len);
         let Networks { actor, critics, targets } = networks;
         rayon::join(
             || {
-                let gradients = critics.iter_mut().zip(targets).zip(&critic_work.gradients);
-                for ((critic, target), gradient) in gradients {
+                let gradients = critic_gradients.chunks_exact(critics_len / 2);
+                for ((critic, target), gradient) in critics.iter_mut().zip(targets).zip(gradients) {
                     critic.step(*num_updates, gradient);
                     target.follow(&critic.network, settings.target_fraction);
                 }
             },
-            || actor.step(*num_updates, &actor_work.gradient),
+            || actor.step(*num_updates, actor_gradient),
         );
         let target = settings.target_entropy * batch.num_actions() as f32;
-        let slope = -(actor_work.log_density + target);
+        let slope = -(losses[3] + target);
         self.temperature_adam.step(*num_updates, &mut self.log_temperature, &[slope]);
-        Losses { critic: critic_work.loss, actor: actor_work.loss, value: critic_work.value }
+        Losses { critic: losses[0], actor: losses[1], value: losses[2] }
     }
 
     fn actor(&self) -> Actor {

@@ -19,6 +19,13 @@ pub(super) enum Purpose {
     Batches,
     /// The batches that normalizers take in.
     Normalizers,
+    /// The seeds of processes.
+    Ranks,
+}
+
+/// Returns the seed of what a process does by itself: that of the run for the first one.
+pub(super) fn seed_of_rank(seed: u64, rank: usize) -> u64 {
+    if rank == 0 { seed } else { seed_for(seed, Purpose::Ranks, rank as u64) }
 }
 
 /// Returns seed `number` for a purpose, of a run with `seed`. `number` is below 2^56.

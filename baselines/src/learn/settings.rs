@@ -54,6 +54,7 @@ impl TrainSettings {
             updates_per_cycle: 160,
             evaluation_interval: 8_000,
             evaluation_episodes: 100,
+            per_rank: false,
         };
         match task {
             Task::Reach => {
@@ -74,6 +75,7 @@ impl TrainSettings {
                 ddpg.critic_learning_rate = 0.001;
                 ddpg.action_l2 = 0.01;
                 ddpg.gamma = 0.98;
+                ddpg.average_fraction = 0.0003;
                 ddpg.noise = 0.1;
                 replay.batch_size = 512;
                 replay.past_desired = 1.0;
@@ -119,12 +121,37 @@ impl TrainSettings {
                 updates_per_cycle: 40,
                 evaluation_interval: 8_000,
                 evaluation_episodes: 100,
+                per_rank: true,
             },
         }
     }
 }
 
 impl TrainSettings {
+    /// Returns the settings of one of `size` processes.
+    pub(super) fn of_one(&self, size: usize) -> Result<Self, TrainError> {
+        let mut own = self.clone();
+        if self.schedule.per_rank {
+            return Ok(own);
+        }
+        let divide = |name, total: usize| {
+            let expected = "choose a multiple of the number of processes";
+            let uneven = TrainError::Setting { name, value: total.to_string(), expected };
+            if total.is_multiple_of(size) { Ok(total / size) } else { Err(uneven) }
+        };
+        own.schedule.num_envs = divide("num_envs", self.schedule.num_envs)?;
+        own.replay.batch_size = divide("batch_size", self.replay.batch_size)?;
+        own.replay.capacity = self.replay.capacity / size;
+        own.exploration.random_episodes = self.exploration.random_episodes.div_ceil(size as u64);
+        Ok(own)
+    }
+
+    /// Returns the number of random episodes of `size` processes, before the first update.
+    pub(super) const fn random_episodes_of_all(&self, size: usize) -> u64 {
+        let factor = if self.schedule.per_rank { size as u64 } else { 1 };
+        self.exploration.random_episodes.saturating_mul(factor)
+    }
+
     /// Checks what would make a run endless or senseless; the parts of a run check the rest.
     pub(super) fn check(&self) -> Result<(), TrainError> {
         let (hidden, rates, fraction) = match &self.algorithm {
@@ -277,4 +304,8 @@ pub struct ScheduleSettings {
     pub evaluation_interval: u64,
     /// The number of greedy episodes of an evaluation: 100.
     pub evaluation_episodes: usize,
+    /// Whether each process has as many environments, transitions of a batch and of a buffer, and
+    /// random episodes as these settings say, instead of its share of them: false, so that a run
+    /// learns the same from as many steps on any number of processes. The authors: true.
+    pub per_rank: bool,
 }

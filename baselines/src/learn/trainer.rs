@@ -1,6 +1,7 @@
 //! The loop of a training run: collect, update, evaluate.
 
 use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,13 +17,14 @@ use super::error::TrainError;
 use super::explorer::Explorer;
 use super::inputs::{Inputs, Seen};
 use super::replay::{sampler, still_episodes};
-use super::seeds::{Purpose, seed_for};
+use super::seeds::{Purpose, seed_for, seed_of_rank};
 use super::settings::TrainSettings;
 use super::train_batch::TrainBatch;
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
 use crate::evaluate::evaluate_vec;
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
+use crate::workers::{OneProcess, Workers, agree, gather_episodes, share, sum};
 
 /// An environment that a [`Trainer`] learns: its actions are a box from -1 to 1.
 pub trait LearnEnv: CollectEnv<ActionSpace = BoxSpace<f32>> {}
@@ -33,12 +35,14 @@ impl<E: CollectEnv<ActionSpace = BoxSpace<f32>>> LearnEnv for E {}
 const EVALUATION_SEED: u64 = 1 << 41;
 
 /// The number of threads that can share the work of an update.
-const MAX_WORKERS: usize = 2;
+const MAX_THREADS: usize = 2;
 
 /// Trains an actor on goal-conditioned environments with hindsight.
 pub struct Trainer<E: LearnEnv> {
     pub(super) settings: TrainSettings,
     pub(super) seed: u64,
+    /// The seed of what this process does by itself.
+    pub(super) own_seed: u64,
     /// Has the reward as a function of goals.
     pub(super) template: E,
     pub(super) collector: Collector<E>,
@@ -49,11 +53,23 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) inputs: Inputs,
     pub(super) explorer: Explorer,
     pub(super) algorithm: Box<dyn Algorithm>,
-    pub(super) workers: Arc<ThreadPool>,
+    pub(super) threads: Arc<ThreadPool>,
+    pub(super) workers: Box<dyn Workers>,
     pub(super) counters: Counters,
     pub(super) recent: Recent,
     pub(super) rows: Vec<CurveRow>,
     pub(super) last_checkpoint: Option<PathBuf>,
+    pub(super) update_seconds: UpdateSeconds,
+}
+
+/// The time that the updates of a [`Trainer`] have taken since it was made or resumed, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct UpdateSeconds {
+    /// All of it.
+    pub total: f64,
+    /// What averaging over processes has taken of it, waiting included.
+    pub exchanging: f64,
 }
 
 impl<E: LearnEnv> fmt::Debug for Trainer<E> {
@@ -80,7 +96,36 @@ impl<E: LearnEnv> Trainer<E> {
         seed: u64,
         num_threads: usize,
     ) -> Result<Self, TrainError> {
+        Self::with_workers(make, settings, seed, num_threads, Box::new(OneProcess))
+    }
+
+    /// Prepares a run that several processes share, as [`new`](Self::new) does in each of them.
+    ///
+    /// Each process has environments and a buffer of its own, and draws its own part of each batch;
+    /// [`per_rank`](super::ScheduleSettings::per_rank) tells how many of them. All call the same methods of
+    /// their trainers in the same order. The same number of processes gives the same bits again, and
+    /// one process those of a run without others.
+    ///
+    /// # Errors
+    /// [`TrainError`] as from [`new`](Self::new), and [`TrainError::Disagreement`] if the processes
+    /// have other settings, seeds or versions of this crate.
+    pub fn with_workers(
+        make: impl Fn() -> Result<E, EnvError>,
+        settings: TrainSettings,
+        seed: u64,
+        num_threads: usize,
+        mut workers: Box<dyn Workers>,
+    ) -> Result<Self, TrainError> {
+        let facts = [
+            ("version of baselines", env!("CARGO_PKG_VERSION").to_owned()),
+            ("settings", serde_json::to_string(&settings).unwrap_or_default()),
+            ("seed", seed.to_string()),
+        ];
+        agree(&mut *workers, &facts)?;
         settings.check()?;
+        let own = settings.of_one(workers.size())?;
+        own.check()?;
+        let own_seed = seed_of_rank(seed, workers.rank());
         let template = make().map_err(TrainError::Make)?;
         let space = template.action_space();
         if space.low().iter().any(|low| *low != -1.0)
@@ -88,18 +133,17 @@ impl<E: LearnEnv> Trainer<E> {
         {
             return Err(TrainError::ActionSpace);
         }
-        let num_envs = settings.schedule.num_envs;
-        let mut config =
-            buffer_config(settings.replay.capacity, &template)?.with_num_envs(num_envs);
-        if let Some(still) = still_episodes(&settings.replay)? {
+        let num_envs = own.schedule.num_envs;
+        let mut config = buffer_config(own.replay.capacity, &template)?.with_num_envs(num_envs);
+        if let Some(still) = still_episodes(&own.replay)? {
             config = config.with_still_episodes(still.with_seed(seed_for(
-                seed,
+                own_seed,
                 Purpose::StillEpisodes,
                 0,
             )));
         }
         let dims = config.dims();
-        let sampler = sampler(&settings.replay, settings.algorithm.gamma())?;
+        let sampler = sampler(&own.replay, settings.algorithm.gamma())?;
         let inputs = Inputs::new(&settings.inputs, dims)?;
         let algorithm_seed = seed_for(seed, Purpose::Algorithm, 0);
         let algorithm = settings.algorithm.build(inputs.dim(), dims.action, algorithm_seed);
@@ -108,33 +152,48 @@ impl<E: LearnEnv> Trainer<E> {
             let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
             Ok(VecEnv::new(envs.map_err(TrainError::Make)?, config)?)
         };
-        let workers = ThreadPoolBuilder::new().num_threads(num_threads.min(MAX_WORKERS)).build();
+        let threads = ThreadPoolBuilder::new().num_threads(num_threads.min(MAX_THREADS)).build();
+        let episodes = share(&*workers, settings.schedule.evaluation_episodes).len();
         Ok(Self {
             collector: Collector::new(envs(
                 num_envs,
                 vec_config.with_autoreset(AutoresetMode::SameStep),
             )?),
-            evaluation_envs: envs(settings.schedule.evaluation_episodes.clamp(1, 20), vec_config)?,
+            evaluation_envs: envs(episodes.clamp(1, 20), vec_config)?,
             buffer: HerBuffer::new(config)?,
             sampler,
             batch: TrainBatch::default(),
             explorer: Explorer::new(
-                settings.exploration.clone(),
-                seed_for(seed, Purpose::Exploration, 0),
+                own.exploration,
+                seed_for(own_seed, Purpose::Exploration, 0),
                 inputs.clone(),
                 num_envs,
             ),
             inputs,
             algorithm,
-            workers: Arc::new(workers.map_err(TrainError::Threads)?),
+            threads: Arc::new(threads.map_err(TrainError::Threads)?),
+            workers,
             counters: Counters::default(),
             recent: Recent::default(),
             rows: Vec::new(),
             last_checkpoint: None,
+            update_seconds: UpdateSeconds::default(),
             template,
             settings,
             seed,
+            own_seed,
         })
+    }
+
+    /// The time that updates have taken.
+    #[must_use]
+    pub const fn update_seconds(&self) -> UpdateSeconds {
+        self.update_seconds
+    }
+
+    /// The processes that share the run.
+    pub fn workers(&mut self) -> &mut dyn Workers {
+        &mut *self.workers
     }
 
     /// What has happened so far.
@@ -196,9 +255,10 @@ impl<E: LearnEnv> Trainer<E> {
         add: impl FnOnce(&mut HerBuffer<f32>) -> Result<T, X>,
     ) -> Result<T, X> {
         let before = self.buffer.num_episodes();
-        let added = add(&mut self.buffer);
-        self.counters.demonstrations += self.buffer.num_episodes().saturating_sub(before) as u64;
-        added
+        let added = add(&mut self.buffer)?;
+        let own = self.buffer.num_episodes().saturating_sub(before) as u64;
+        self.counters.demonstrations += sum(&mut *self.workers, own);
+        Ok(added)
     }
 
     /// Evaluates the greedy policy on episodes that no other evaluation has.
@@ -219,9 +279,10 @@ impl<E: LearnEnv> Trainer<E> {
             first_bad = first_bad.or(self.inputs.write(seen, &mut rows));
             actor.act(batch.len(), &rows, None, actions);
         };
-        let evaluation = evaluate_vec(&mut self.evaluation_envs, &mut greedy, count, seed, |_| ())?;
-        self.counters.evaluations += 1;
-        let summary = evaluation.summary()?;
+        let own = share(&*self.workers, count);
+        let own_seed = seed + own.start as u64;
+        let envs = &mut self.evaluation_envs;
+        let evaluation = evaluate_vec(envs, &mut greedy, own.len(), own_seed, |_| ())?;
         let bad_reward = || {
             let row =
                 evaluation.episodes.iter().position(|episode| !episode.return_sum.is_finite());
@@ -236,6 +297,8 @@ impl<E: LearnEnv> Trainer<E> {
                 checkpoint: self.last_checkpoint.clone(),
             });
         }
+        self.counters.evaluations += 1;
+        let summary = gather_episodes(&mut *self.workers, &evaluation).summary()?;
         let recent = std::mem::take(&mut self.recent);
         let row = CurveRow {
             counters: self.counters,
@@ -249,8 +312,20 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(row)
     }
 
+    /// Checks that all processes have the same weights.
+    fn check_weights(&mut self) -> Result<(), TrainError> {
+        let mut hasher = DefaultHasher::new();
+        let state = self.algorithm.state_mut();
+        state.num_updates.hash(&mut hasher);
+        for number in state.vectors.iter().flat_map(|(_, vector)| vector.iter()) {
+            hasher.write_u32(number.to_bits());
+        }
+        let facts = [("checksum of its weights", format!("{:016x}", hasher.finish()))];
+        Ok(agree(&mut *self.workers, &facts)?)
+    }
+
     /// Runs until `num_steps` steps have been collected in all, the target is reached, or `watch`
-    /// breaks; `watch` gets this trainer and each row of the learning curve.
+    /// breaks, in any process; `watch` gets this trainer and each row of the learning curve.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -267,7 +342,9 @@ impl<E: LearnEnv> Trainer<E> {
             self.cycle()?;
             if self.counters.updates > 0 && self.counters.steps / interval > evaluations {
                 let row = self.evaluate()?;
-                if watch(self, &row).is_break() {
+                self.check_weights()?;
+                let is_over = watch(self, &row).is_break();
+                if sum(&mut *self.workers, u64::from(is_over)) > 0 {
                     break;
                 }
             }

@@ -1,5 +1,6 @@
 //! Adding steps and episodes to a buffer.
 
+mod append;
 pub(crate) mod arguments;
 pub(crate) mod check;
 pub(crate) mod record;

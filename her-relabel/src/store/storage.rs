@@ -50,6 +50,11 @@ impl<T: Scalar> Storage<T> {
                 return;
             }
         }
+        self.store_episode(rows, ending);
+    }
+
+    /// Adds an episode as [`push_episode`](Self::push_episode) does, also if it is still.
+    pub(crate) fn store_episode(&mut self, rows: &[T], ending: Ending) {
         let steps = (rows.len() / self.layout.row() - 1) as u64;
         let kept = self.capacity as u64 - steps;
         let live = self.episodes.live();

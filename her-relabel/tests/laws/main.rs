@@ -20,6 +20,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod adding;
+mod appending;
 mod choosing;
 mod common;
 mod damaged;

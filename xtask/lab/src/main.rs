@@ -8,6 +8,7 @@
 mod all;
 mod bench;
 mod bridge;
+mod collect;
 mod describe;
 mod doctor;
 mod exercise;
@@ -63,6 +64,8 @@ enum Command {
     Report(report::Args),
     /// Write a page that plays one episode back
     Play(play::Args),
+    /// Run a policy, and save its episodes
+    Collect(collect::Args),
     /// Train a policy, with its learning curve and a page
     Train(Box<train::Args>),
     /// Gather runs, tell when they reached their targets, and draw their curves
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
         Command::Figures(args) => figures::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Play(args) => play::run(&args),
+        Command::Collect(args) => collect::run(&args),
         Command::Train(args) => train::run(&args),
         Command::LearningCurves(args) => learning_curves::run(&args),
         Command::Doctor(args) => doctor::run(&args),

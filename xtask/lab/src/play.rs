@@ -2,17 +2,12 @@
 
 use std::path::PathBuf;
 
-use anyhow::ensure;
-use baselines::{
-    Policy, TrainedPolicy, buffer_config,
-    page::{Document, Playback},
-};
+use baselines::page::{Document, Playback};
 use clap::ValueEnum;
-use fetch_env::{GoalObservation, MujocoEnv, Task, make_with_config};
-use her_relabel::Dims;
+use fetch_env::{GoalObservation, make_with_config};
 
 use crate::shared::{
-    choice::{EnvArgs, PolicyChoice},
+    choice::{EnvArgs, PolicyChoice, policy_of},
     json::write_text,
 };
 
@@ -34,7 +29,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env.env_id, args.env.seed);
     let mut env = make_with_config(id.config())?;
-    let mut policy = policy(&args.policy, &env, id.task, seed)?;
+    let mut policy = policy_of(&args.policy, &env, id.task, seed)?;
     if args.verbose {
         println!("  step   reward  distance  achieved goal            action");
     }
@@ -57,21 +52,6 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     write_text(&args.out, &page.html())?;
     println!("play: {title}: {}; wrote {}", playback.outcome(), args.out.display());
     Ok(true)
-}
-
-/// Returns the policy that a name or a file stands for.
-fn policy(text: &str, env: &MujocoEnv, task: Task, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
-    if let Ok(choice) = PolicyChoice::from_str(text, false) {
-        return choice.policy(task, seed);
-    }
-    ensure!(
-        text.contains(['.', '/']),
-        "there is no policy {text}: choose random, scripted, trained, zero or the file of a trained one"
-    );
-    let policy = TrainedPolicy::load(text)?;
-    let Dims { observation, goal, action } = buffer_config(1, env)?.dims();
-    policy.check_lengths(observation, goal, action)?;
-    Ok(Box::new(policy))
 }
 
 /// Returns the name of a policy in titles.

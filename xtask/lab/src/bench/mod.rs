@@ -7,6 +7,7 @@ mod instructions;
 mod interleaved;
 mod learn;
 mod peer;
+mod ranks;
 mod render;
 mod reward;
 
@@ -41,6 +42,8 @@ enum Benchmark {
     Instructions(instructions::Args),
     /// Measure updates of a learner, against a plain matrix product
     Learn(learn::Args),
+    /// Measure what ranks exchange with MPI, and the constants of the model of their speed
+    Ranks(ranks::Args),
     /// Measure pictures per second, against those of the sky alone
     Render(render::Args),
     /// Measure rewards of a million pairs of goals, against copying as many bytes
@@ -58,6 +61,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         Benchmark::Her(args) => write_results(path, args, her::run(args)?),
         Benchmark::Instructions(args) => write_results(path, args, instructions::run(args)?),
         Benchmark::Learn(args) => write_results(path, args, learn::run(args)?),
+        Benchmark::Ranks(args) => return ranks::run(args, path),
         Benchmark::Render(args) => {
             let figures = render::run(args)?;
             write_results(path, render::Settings::new(args)?, figures)

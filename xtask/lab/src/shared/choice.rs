@@ -1,8 +1,11 @@
 //! The flags `--env-id`, `--seed`, `--model` and `--policy`.
 
-use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy};
-use fetch_env::{EnvId, UnknownEnvId};
+use anyhow::ensure;
+use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy, buffer_config};
+use clap::ValueEnum;
+use fetch_env::{EnvId, MujocoEnv, UnknownEnvId};
 use fetch_sim::{ModelSource, Task};
+use her_relabel::Dims;
 use serde::{Deserialize, Serialize};
 
 /// Returns the name of a task in the names of files and arrays: that of its scene.
@@ -11,7 +14,7 @@ pub fn task_name(task: Task) -> &'static str {
 }
 
 /// Returns the value of a flag as the user writes it.
-pub fn flag_name(value: impl clap::ValueEnum) -> String {
+pub fn flag_name(value: impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
@@ -69,4 +72,24 @@ impl PolicyChoice {
             Self::Zero => Box::new(ZeroPolicy),
         })
     }
+}
+
+/// Returns the policy that a name or a file stands for.
+pub fn policy_of(
+    text: &str,
+    env: &MujocoEnv,
+    task: Task,
+    seed: u64,
+) -> anyhow::Result<Box<dyn Policy>> {
+    if let Ok(choice) = PolicyChoice::from_str(text, false) {
+        return choice.policy(task, seed);
+    }
+    ensure!(
+        text.contains(['.', '/']),
+        "there is no policy {text}: choose random, scripted, trained, zero or the file of a trained one"
+    );
+    let policy = TrainedPolicy::load(text)?;
+    let Dims { observation, goal, action } = buffer_config(1, env)?.dims();
+    policy.check_lengths(observation, goal, action)?;
+    Ok(Box::new(policy))
 }

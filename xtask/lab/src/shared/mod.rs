@@ -5,4 +5,5 @@ pub mod choice;
 pub mod json;
 pub mod progress;
 pub mod python;
+pub mod ranks;
 pub mod rewards;

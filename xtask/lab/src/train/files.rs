@@ -47,6 +47,29 @@ pub struct Run {
 }
 
 impl Run {
+    /// Describes a new run.
+    pub fn new(args: &Args, seed: u64) -> Self {
+        let (steps, target) = super::limits(args.env_id.task);
+        Self {
+            env_id: args.env_id.to_string(),
+            model: args.model,
+            steps: args.steps.unwrap_or(steps),
+            target: args.target.unwrap_or(target),
+            seed,
+            preset: args.preset,
+            demos: args.demos.clone(),
+            changes: changes(args),
+        }
+    }
+
+    /// Reads the description of the run that a folder has.
+    pub fn read(folder: &Path) -> anyhow::Result<Self> {
+        let path = folder.join(RUN);
+        let text = fs::read_to_string(&path)
+            .with_context(|| format!("{} is not the folder of a run", folder.display()))?;
+        serde_json::from_str(&text).with_context(|| format!("{} is damaged", path.display()))
+    }
+
     pub fn env_id(&self) -> anyhow::Result<EnvId> {
         Ok(self.env_id.parse()?)
     }
@@ -86,29 +109,14 @@ impl RunFiles {
              another folder with --out",
             folder.display()
         );
-        let (steps, target) = super::limits(args.env_id.task);
-        let run = Run {
-            env_id: args.env_id.to_string(),
-            model: args.model,
-            steps: args.steps.unwrap_or(steps),
-            target: args.target.unwrap_or(target),
-            seed,
-            preset: args.preset,
-            demos: args.demos.clone(),
-            changes: changes(args),
-        };
+        let run = Run::new(args, seed);
         write_json(&path, &run)?;
         Ok(Self { folder: folder.to_owned(), run })
     }
 
     /// Opens the folder of a run.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let path = folder.join(RUN);
-        let text = fs::read_to_string(&path)
-            .with_context(|| format!("{} is not the folder of a run", folder.display()))?;
-        let run = serde_json::from_str(&text)
-            .with_context(|| format!("{} is damaged", path.display()))?;
-        Ok(Self { folder: folder.to_owned(), run })
+        Ok(Self { folder: folder.to_owned(), run: Run::read(folder)? })
     }
 
     /// Whether a folder is that of a run.

@@ -6,12 +6,17 @@ pub mod files;
 mod options;
 mod page;
 
-use std::{ops::ControlFlow, path::PathBuf, time::Instant};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use anyhow::{Context, ensure};
 use baselines::{
-    Estimate, SuccessRate, TrainedPolicy, evaluate_vec,
-    learn::{CurveRow, Target, TrainSettings, Trainer},
+    Estimate, SuccessRate, TrainedPolicy,
+    learn::{CurveRow, Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
+    workers::{Workers, evaluate_spread, sum},
 };
 use fetch_env::{
     EnvError, EnvId, MujocoEnv, Task, UnknownEnvId, make_vec_with_config, make_with_config,
@@ -20,13 +25,14 @@ use fetch_env::{
 use indicatif::ProgressBar;
 
 use self::{
-    files::{Outcome, RunFiles},
+    files::{Outcome, Run, RunFiles},
     options::{AlgorithmChoice, Preset},
 };
 use crate::shared::{
     choice::ModelChoice,
     json::{Metric, write_results},
     progress,
+    ranks::{MakeWorkers, RankArgs, of_first, share_run},
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -83,6 +89,8 @@ pub struct Args {
     /// Also write the results as JSON
     #[arg(long)]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    ranks: RankArgs,
 }
 
 fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
@@ -94,21 +102,43 @@ const FINAL_SEED: u64 = 1 << 50;
 const FINAL_EPISODES: usize = 100;
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
+    ensure!(args.seeds > 0, "--seeds is 0: choose at least 1");
+    share_run(&args.ranks, &options::facts(args), |workers| run_shared(args, workers))
+}
+
+fn run_shared(args: &Args, workers: MakeWorkers) -> anyhow::Result<bool> {
     let mut results = Vec::new();
     if let Some(folder) = &args.resume {
-        let files = RunFiles::open(folder)?;
-        let (env_id, model) = (files.run.env_id()?, files.run.model);
-        let trainer = Trainer::resume(|| make(env_id, model), folder, args.threads)?;
-        println!("train: resuming {} after {} steps", folder.display(), trainer.counters().steps);
-        results.push(finish(args, trainer, &files)?);
+        results.push(resume(args, folder, workers())?);
     } else {
-        ensure!(args.seeds > 0, "--seeds is 0: choose at least 1");
         for seed in (args.seed..).take(usize::try_from(args.seeds)?) {
-            results.push(start(args, seed)?);
+            results.push(start(args, seed, workers())?);
         }
     }
-    write_results(args.json.as_ref(), &results, figures(&results))?;
+    if workers().rank() == 0 {
+        write_results(args.json.as_ref(), &results, figures(&results))?;
+    }
     Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
+}
+
+fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::Result<Outcome> {
+    let (rank, size) = (workers.rank(), workers.size());
+    let run: Run = of_first(&mut *workers, || Run::read(folder))?;
+    let files = RunFiles { folder: folder.to_owned(), run };
+    let (env_id, model) = (files.run.env_id()?, files.run.model);
+    let make = || make(env_id, model);
+    let (trainer, resumed) = Trainer::resume_with_workers(make, folder, args.threads, workers)?;
+    if rank == 0 {
+        println!("train: resuming {} after {} steps", folder.display(), trainer.counters().steps);
+        if let Resumed::OnOtherRanks { before } = resumed {
+            println!(
+                "train: the checkpoint is of {before} ranks, and this run has {size}: networks, \
+                 optimizers, normalizers, counters and finished episodes are the same; unfinished \
+                 episodes are lost, and all following random numbers are others"
+            );
+        }
+    }
+    finish(args, trainer, &files)
 }
 
 /// Makes an environment of a run.
@@ -116,7 +146,7 @@ fn make(env_id: EnvId, model: ModelChoice) -> Result<MujocoEnv, EnvError> {
     make_with_config(env_id.config().with_model(model.source()))
 }
 
-fn start(args: &Args, seed: u64) -> anyhow::Result<Outcome> {
+fn start(args: &Args, seed: u64, workers: Box<dyn Workers>) -> anyhow::Result<Outcome> {
     let settings = options::settings(args)?;
     let name = format!("{}-seed-{seed}", args.env_id);
     let folder = match &args.out {
@@ -124,11 +154,19 @@ fn start(args: &Args, seed: u64) -> anyhow::Result<Outcome> {
         Some(folder) => folder.join(format!("seed-{seed}")),
         None => PathBuf::from("results/train").join(name),
     };
-    let mut trainer = Trainer::new(|| make(args.env_id, args.model), settings, seed, args.threads)?;
-    let files = RunFiles::create(&folder, args, seed)?;
+    let make = || make(args.env_id, args.model);
+    let mut trainer = Trainer::with_workers(make, settings, seed, args.threads, workers)?;
+    let is_first = trainer.workers().rank() == 0;
+    let files = if is_first {
+        RunFiles::create(&folder, args, seed)?
+    } else {
+        RunFiles { folder: folder.clone(), run: Run::new(args, seed) }
+    };
     if let Some(demos) = &args.demos {
-        let count = options::add_demos(&mut trainer, args, demos, seed)?;
-        println!("train: {count} episodes of demonstrations");
+        options::add_demos(&mut trainer, args, demos, seed)?;
+        if is_first {
+            println!("train: {} episodes of demonstrations", trainer.counters().demonstrations);
+        }
     }
     trainer.save(&folder)?;
     finish(args, trainer, &files)
@@ -144,15 +182,22 @@ fn finish(
     let env_id = run.env_id()?;
     let num_steps = args.steps.unwrap_or(run.steps);
     let target = Target { success_rate: args.target.unwrap_or(run.target), evaluations: 2 };
+    let is_first = trainer.workers().rank() == 0;
     let bar = progress::bar(usize::try_from(num_steps)?, "training");
-    bar.set_position(trainer.counters().steps);
-    files.write_curve(trainer.rows())?;
+    if is_first {
+        bar.set_position(trainer.counters().steps);
+        files.write_curve(trainer.rows())?;
+    }
     let mut saved = Instant::now();
     let mut outcome = Ok(());
     trainer.run(num_steps, Some(target), |trainer, row| {
-        show(&bar, row);
-        outcome = files.write_curve(trainer.rows());
-        if outcome.is_ok() && saved.elapsed().as_secs_f64() >= args.checkpoint_seconds {
+        if is_first {
+            show(&bar, row);
+            outcome = files.write_curve(trainer.rows());
+        }
+        let is_due = saved.elapsed().as_secs_f64() >= args.checkpoint_seconds;
+        let saves = is_first && is_due && outcome.is_ok();
+        if sum(trainer.workers(), u64::from(saves)) > 0 {
             outcome = trainer.save(&files.folder).map(|_| ()).context("the run stops here");
             saved = Instant::now();
         }
@@ -162,7 +207,7 @@ fn finish(
     bar.finish_and_clear();
     trainer.save(&files.folder)?;
     let policy = trainer.policy(&env_id.to_string())?;
-    let policy = measured(policy, env_id, run.model, args.threads)?;
+    let policy = measured(trainer.workers(), policy, env_id, run.model, args.threads)?;
     let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
     let outcome = Outcome {
         env_id: env_id.to_string(),
@@ -172,14 +217,21 @@ fn finish(
         reached: reached.map(|first| trainer.rows()[first + 1].counters),
         success: policy.header().success,
     };
-    files.write_policy(&policy)?;
-    page::write(&files.folder, env_id, run.model, trainer.rows(), trainer.settings(), policy)?;
-    println!("train: {outcome}; wrote {}", files.folder.display());
+    if is_first {
+        files.write_policy(&policy)?;
+        page::write(&files.folder, env_id, run.model, trainer.rows(), trainer.settings(), policy)?;
+        println!("train: {outcome}; wrote {}", files.folder.display());
+        let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();
+        if exchanging > 0.0 {
+            println!("train: of {total:.1} s of updates, {exchanging:.1} s were spent in MPI");
+        }
+    }
     Ok(outcome)
 }
 
 /// Measures the success rate of a policy on seeds that no training has seen.
 fn measured(
+    workers: &mut dyn Workers,
     mut policy: TrainedPolicy,
     env_id: EnvId,
     model: ModelChoice,
@@ -188,7 +240,8 @@ fn measured(
     let config = env_id.config().with_model(model.source());
     let vec_config = VecConfig::default().with_num_threads(threads);
     let mut envs = make_vec_with_config(&config, 20, vec_config)?;
-    let evaluation = evaluate_vec(&mut envs, &mut policy, FINAL_EPISODES, FINAL_SEED, |_| ())?;
+    let count = FINAL_EPISODES;
+    let evaluation = evaluate_spread(workers, &mut envs, &mut policy, count, FINAL_SEED, |_| ())?;
     let rate = evaluation.summary()?.success_rate;
     let success = SuccessRate { rate, episodes: FINAL_EPISODES, first_seed: FINAL_SEED };
     Ok(policy.with_success(success))

@@ -6,6 +6,7 @@ use anyhow::{Context, bail};
 use baselines::{
     Policy, ScriptedPolicy,
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
+    workers::share,
 };
 use fetch_env::{FetchObservation, MujocoEnv};
 use her_relabel::{HerBuffer, LoadError};
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::{Args, make, preset};
+use crate::shared::choice::flag_name;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -32,6 +34,21 @@ pub enum AlgorithmChoice {
     Ddpg,
     /// Soft actor-critic
     Sac,
+}
+
+/// Returns what all ranks of a run must have in common, beside the settings.
+pub fn facts(args: &Args) -> [(&'static str, String); 9] {
+    [
+        ("command", "train".to_owned()),
+        ("--env-id", args.env_id.to_string()),
+        ("--model", flag_name(args.model)),
+        ("--seed", args.seed.to_string()),
+        ("--seeds", args.seeds.to_string()),
+        ("--steps", format!("{:?}", args.steps)),
+        ("--target", format!("{:?}", args.target)),
+        ("--demos", format!("{:?}", args.demos)),
+        ("--resume", format!("{:?}", args.resume)),
+    ]
 }
 
 /// Returns the settings that the flags describe.
@@ -114,13 +131,14 @@ fn archive_of(saved: &str) -> anyhow::Result<Vec<u8>> {
     Ok(archive.into_inner())
 }
 
-/// Adds demonstrations to the buffer of a trainer, and returns the number of episodes.
+/// Adds demonstrations to the buffer of a trainer: this rank's share of scripted episodes, or all
+/// episodes of a file.
 pub fn add_demos(
     trainer: &mut Trainer<MujocoEnv>,
     args: &Args,
     demos: &str,
     seed: u64,
-) -> anyhow::Result<u64> {
+) -> anyhow::Result<()> {
     let Ok(count) = demos.parse::<usize>() else {
         let archive = if demos.ends_with(".npz") {
             fs::read(demos).with_context(|| format!("--demos {demos}: cannot read the archive"))?
@@ -129,10 +147,13 @@ pub fn add_demos(
                 format!("--demos {demos}: write a number, an archive .npz or a saved buffer")
             })?
         };
-        return Ok(trainer.add_demonstrations(|buffer| buffer.import_npz_bytes(&archive))?);
+        trainer.add_demonstrations(|buffer| buffer.import_npz_bytes(&archive))?;
+        return Ok(());
     };
+    let own = share(trainer.workers(), count);
     let mut env = make(args.env_id, args.model)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(trainer.workers().rank() as u64);
     let mut script = ScriptedPolicy::new(args.env_id.task);
     let mut noisy = |observation: &FetchObservation, action: &mut [f32]| {
         script.act(observation, action);
@@ -142,8 +163,9 @@ pub fn add_demos(
         }
     };
     let first_seed = DEMO_SEED.wrapping_add(seed.wrapping_mul(100_000));
-    let evaluation = trainer.add_demonstrations(|buffer| {
-        baselines::collect(&mut env, &mut noisy, count, first_seed, buffer, 0, |_| ())
+    let first_seed = first_seed.wrapping_add(own.start as u64);
+    trainer.add_demonstrations(|buffer| {
+        baselines::collect(&mut env, &mut noisy, own.len(), first_seed, buffer, 0, |_| ())
     })?;
-    Ok(evaluation.episodes.len() as u64)
+    Ok(())
 }

@@ -8,6 +8,7 @@ use std::{hint::black_box, sync::Arc, time::Duration};
 use baselines::{
     Collector, RandomPolicy, buffer_config,
     learn::{Algorithm, Ddpg, DdpgSettings, Inputs, Seen, TrainBatch, TrainSettings},
+    workers::OneProcess,
 };
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use fetch_env::{Task, VecEnv, make_kinematic, vec_env::VecConfig};
@@ -172,7 +173,7 @@ fn learner(
             for _ in 0..UPDATES {
                 seed += 1;
                 replay.draw(seed, &mut batch)?;
-                black_box(ddpg.update(batch.transitions()));
+                black_box(ddpg.update(batch.transitions(), &mut OneProcess));
             }
             Ok(UPDATES * work)
         })

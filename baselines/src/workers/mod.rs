@@ -1,0 +1,137 @@
+//! Processes that share a run: each has a rank, and they exchange what they have computed.
+//!
+//! [`OneProcess`] is a run without others. With the feature `mpi`, `MpiWorkers` are the processes that
+//! `mpirun` or `srun` has started.
+//!
+#![doc = include_str!("../../MANY_MACHINES.md")]
+
+#[cfg(feature = "mpi")]
+mod mpi;
+mod spread;
+#[cfg(feature = "mpi")]
+mod watch;
+
+use std::fmt;
+use std::ops::Range;
+
+#[cfg(feature = "mpi")]
+pub use self::mpi::{Late, MpiError, MpiWorkers};
+pub use self::spread::{evaluate_spread, gather_episodes};
+
+/// Processes that share a run.
+///
+/// All of them call the same methods in the same order; a call returns when all have made it. In
+/// what a method returns, the processes are in the order of their ranks.
+pub trait Workers: fmt::Debug + Send {
+    /// The number of this process, from 0 to [`size`](Self::size) - 1. The first one writes files.
+    fn rank(&self) -> usize;
+
+    /// The number of processes.
+    fn size(&self) -> usize;
+
+    /// Replaces each number by its mean over all processes. All have as many numbers, and all get the
+    /// same bits.
+    fn average(&mut self, numbers: &mut [f32]);
+
+    /// Sends the message `messages[rank]` to each process, and returns the messages that all have sent
+    /// to this one.
+    fn exchange(&mut self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
+
+    /// The time spent in these methods so far, waiting included, in seconds.
+    fn seconds(&self) -> f64;
+
+    /// Sends a message to all processes, and returns the messages of all.
+    fn gather(&mut self, message: &[u8]) -> Vec<Vec<u8>> {
+        self.exchange(vec![message.to_vec(); self.size()])
+    }
+
+    /// Sends a message to the first process, and returns the messages of all there, and none elsewhere.
+    fn gather_first(&mut self, message: Vec<u8>) -> Vec<Vec<u8>> {
+        let mut messages = vec![Vec::new(); self.size()];
+        messages[0] = message;
+        let messages = self.exchange(messages);
+        if self.rank() == 0 { messages } else { Vec::new() }
+    }
+}
+
+/// A run without other processes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OneProcess;
+
+impl Workers for OneProcess {
+    fn rank(&self) -> usize {
+        0
+    }
+
+    fn size(&self) -> usize {
+        1
+    }
+
+    fn average(&mut self, _: &mut [f32]) {}
+
+    fn exchange(&mut self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        messages
+    }
+
+    fn seconds(&self) -> f64 {
+        0.0
+    }
+}
+
+/// The processes of a run do not agree.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "rank {rank} has another {what} than rank 0: {theirs} instead of {first}; start all ranks with \
+     the same program, files and flags"
+)]
+#[non_exhaustive]
+pub struct Disagreement {
+    /// The first process that differs from process 0.
+    pub rank: usize,
+    /// What differs.
+    pub what: String,
+    /// What the process has.
+    pub theirs: String,
+    /// What process 0 has.
+    pub first: String,
+}
+
+/// Checks that all processes have the same facts, each with its name. All of them get the same
+/// answer.
+///
+/// # Errors
+/// [`Disagreement`] with the first fact that differs.
+pub fn agree(workers: &mut dyn Workers, facts: &[(&str, String)]) -> Result<(), Disagreement> {
+    let messages = workers.gather(&serde_json::to_vec(facts).unwrap_or_default());
+    let facts = messages.iter().map(|facts| serde_json::from_slice(facts).unwrap_or_default());
+    let all: Vec<Vec<(String, String)>> = facts.collect();
+    for (rank, facts) in all.iter().enumerate() {
+        for ((what, first), (_, theirs)) in all[0].iter().zip(facts) {
+            if theirs != first {
+                let [what, theirs, first] = [what, theirs, first].map(String::clone);
+                return Err(Disagreement { rank, what, theirs, first });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Returns the sum of a number over all processes.
+pub fn sum(workers: &mut dyn Workers, number: u64) -> u64 {
+    let messages = workers.gather(&number.to_le_bytes());
+    messages
+        .iter()
+        .filter_map(|message| message.as_chunks().0.first())
+        .fold(0, |sum, bytes| u64::wrapping_add(sum, u64::from_le_bytes(*bytes)))
+}
+
+/// Returns the share of this process in `count` things: consecutive ones, in the order of ranks.
+#[must_use]
+pub fn share(workers: &dyn Workers, count: usize) -> Range<usize> {
+    share_of(workers.rank(), workers.size(), count)
+}
+
+fn share_of(rank: usize, size: usize, count: usize) -> Range<usize> {
+    let bound = |rank: usize| (count as u128 * rank as u128 / size as u128) as usize;
+    bound(rank)..bound(rank + 1)
+}

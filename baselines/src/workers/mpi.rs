@@ -1,0 +1,281 @@
+//! The processes that an MPI launcher has started.
+
+use std::env;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use ::mpi::Threading;
+use ::mpi::environment::Universe;
+use ::mpi::request::scope;
+use ::mpi::topology::{Process, SimpleCommunicator};
+use ::mpi::traits::{Communicator, Destination, Source};
+
+use super::watch::Watch;
+use super::{Workers, share, share_of};
+
+/// What a launcher sets: those of Open MPI, of Slurm and PMIx, and of MPICH.
+const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
+
+/// The greatest length of a message of MPI, whose lengths have 31 bits.
+const MAX_LEN: usize = 1 << 30;
+
+/// Error returned where MPI cannot be started.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MpiError {
+    /// No launcher has started this process.
+    #[error(
+        "no MPI launcher has started this process: start it with `mpirun -n 2` before its name, or \
+         with srun; Debian has mpirun in the package openmpi-bin"
+    )]
+    NoLauncher,
+    /// MPI has been started before in this process.
+    #[error("MPI has been started before in this process: clone the first MpiWorkers")]
+    Started,
+    /// The MPI library does not let threads take turns.
+    #[error(
+        "this MPI library does not let threads take turns (MPI_THREAD_SERIALIZED): use one that \
+         does, such as Open MPI or MPICH"
+    )]
+    Threads,
+    /// The watch over the other processes could not be started.
+    #[error("a thread could not be started")]
+    Watch(#[from] std::io::Error),
+}
+
+/// A process has not answered in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "rank {rank} has not answered for {} s: it is slow, stopped or unreachable",
+    limit.as_secs_f64()
+)]
+#[non_exhaustive]
+pub struct Late {
+    /// The process that has not answered.
+    pub rank: usize,
+    /// The process that has waited for it.
+    pub by: usize,
+    /// How long it has waited.
+    pub limit: Duration,
+}
+
+/// The processes that `mpirun`, `mpiexec` or `srun` has started.
+///
+/// A run that has come to its end calls [`finish`](Self::finish). When the last clone is dropped
+/// without it, because of an error or a panic, MPI ends all processes, so that none waits for ever
+/// for one that is gone.
+#[derive(Clone)]
+pub struct MpiWorkers {
+    session: Arc<Session>,
+    rank: usize,
+    size: usize,
+    /// What the other processes have sent, in the order of ranks.
+    parts: Vec<f32>,
+    seconds: f64,
+}
+
+struct Session {
+    universe: Mutex<Option<Universe>>,
+    is_finished: AtomicBool,
+    watch: Watch,
+}
+
+impl fmt::Debug for MpiWorkers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MpiWorkers").field("rank", &self.rank).field("size", &self.size).finish()
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        if !self.is_finished.load(Ordering::Acquire) {
+            SimpleCommunicator::world().abort(1);
+        }
+        if let Ok(universe) = self.universe.get_mut() {
+            drop(universe.take());
+        }
+    }
+}
+
+impl MpiWorkers {
+    /// Starts MPI, once in a process.
+    ///
+    /// When another process has not answered for `limit`, because it is slow, stopped or unreachable,
+    /// `on_late` is called, on a thread of its own. The call that waits cannot be interrupted:
+    /// `on_late` reports the process and ends this one, upon which the launcher ends the others.
+    ///
+    /// # Errors
+    /// [`MpiError`].
+    pub fn start(
+        limit: Duration,
+        on_late: impl Fn(Late) + Send + 'static,
+    ) -> Result<Self, MpiError> {
+        if LAUNCHERS.iter().all(|name| env::var_os(name).is_none()) {
+            return Err(MpiError::NoLauncher);
+        }
+        let (universe, threading) =
+            ::mpi::initialize_with_threading(Threading::Serialized).ok_or(MpiError::Started)?;
+        if threading < Threading::Serialized {
+            return Err(MpiError::Threads);
+        }
+        let world = SimpleCommunicator::world();
+        let [rank, size] = [world.rank(), world.size()].map(|number| number as usize);
+        let watch = Watch::start(limit, move |late| on_late(Late { rank: late, by: rank, limit }))?;
+        let session = Session {
+            universe: Mutex::new(Some(universe)),
+            is_finished: AtomicBool::new(false),
+            watch,
+        };
+        let session = Arc::new(session);
+        Ok(Self { session, rank, size, parts: Vec::new(), seconds: 0.0 })
+    }
+
+    /// Says that the run has come to its end: when the last clone is dropped, MPI ends in good order.
+    pub fn finish(self) {
+        self.session.is_finished.store(true, Ordering::Release);
+    }
+
+    /// The ranks of the other processes.
+    fn others(&self) -> impl Iterator<Item = usize> + use<> {
+        let rank = self.rank;
+        (0..self.size).filter(move |other| *other != rank)
+    }
+}
+
+impl Workers for MpiWorkers {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Each process takes the mean of a part of the numbers and sends it to the others. It adds in the
+    /// order of ranks, so that the sum has the same bits in every MPI library. On two ranks of one
+    /// machine this took 0.6 times as long as `MPI_Allreduce` of Open MPI 4.1.
+    fn average(&mut self, numbers: &mut [f32]) {
+        if self.size == 1 {
+            return;
+        }
+        self.timed(|workers, world| {
+            workers.average_own_part(numbers, world);
+            workers.share_parts(numbers, world);
+        });
+    }
+
+    fn exchange(&mut self, mut messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        self.timed(|workers, world| {
+            let lens: Vec<_> = messages.iter().map(|message| message.len() as u64).collect();
+            let mut received = scope(|scope| {
+                let (mut sends, mut bytes) = (Vec::new(), Vec::new());
+                for other in workers.others() {
+                    let len = &lens[other..=other];
+                    sends.push(process(world, other).immediate_send(scope, len));
+                    for piece in messages[other].chunks(MAX_LEN) {
+                        bytes.push(process(world, other).immediate_send(scope, piece));
+                    }
+                }
+                let mut received = vec![Vec::new(); workers.size];
+                for other in workers.others() {
+                    let process = workers.wait_for(world, other);
+                    received[other] = vec![0; process.receive::<u64>().0 as usize];
+                    for piece in received[other].chunks_mut(MAX_LEN) {
+                        process.receive_into(piece);
+                    }
+                }
+                sends.into_iter().for_each(|send| send.wait_without_status());
+                bytes.into_iter().for_each(|send| send.wait_without_status());
+                received
+            });
+            received[workers.rank] = std::mem::take(&mut messages[workers.rank]);
+            received
+        })
+    }
+
+    fn seconds(&self) -> f64 {
+        self.seconds
+    }
+}
+
+impl MpiWorkers {
+    /// Makes calls under the watch, and adds their time.
+    fn timed<T>(&mut self, calls: impl FnOnce(&mut Self, &SimpleCommunicator) -> T) -> T {
+        let start = Instant::now();
+        let session = Arc::clone(&self.session);
+        let result = session.watch.over(|| calls(self, &SimpleCommunicator::world()));
+        self.seconds += start.elapsed().as_secs_f64();
+        result
+    }
+
+    /// Replaces this process's part by the mean of all.
+    fn average_own_part(&mut self, numbers: &mut [f32], world: &SimpleCommunicator) {
+        let mut parts = std::mem::take(&mut self.parts);
+        let own = share(self, numbers.len());
+        parts.resize((self.size - 1) * own.len(), 0.0);
+        let own_len = own.len().max(1);
+        scope(|scope| {
+            let mut sends = Vec::new();
+            for other in self.others() {
+                let part = &numbers[share_of(other, self.size, numbers.len())];
+                if !part.is_empty() {
+                    sends.push(process(world, other).immediate_send(scope, part));
+                }
+            }
+            for (other, part) in self.others().zip(parts.chunks_exact_mut(own_len)) {
+                self.wait_for(world, other).receive_into(part);
+            }
+            sends.into_iter().for_each(|send| send.wait_without_status());
+        });
+        let own = &mut numbers[own];
+        let (before, after) = parts.split_at_mut(self.rank * own.len());
+        if let Some((sum, others)) = before.split_at_mut_checked(own.len()) {
+            others.chunks_exact(own_len).for_each(|part| add(sum, part));
+            add(own, sum);
+        }
+        after.chunks_exact(own_len).for_each(|part| add(own, part));
+        let share = 1.0 / self.size as f32;
+        own.iter_mut().for_each(|number| *number *= share);
+        self.parts = parts;
+    }
+
+    /// Sends this process's part to the others, and takes theirs.
+    fn share_parts(&self, numbers: &mut [f32], world: &SimpleCommunicator) {
+        let len = numbers.len();
+        let mut parts = Vec::with_capacity(self.size);
+        let mut rest = numbers;
+        for rank in 0..self.size {
+            let (part, after) = rest.split_at_mut(share_of(rank, self.size, len).len());
+            parts.push(part);
+            rest = after;
+        }
+        let own = &*std::mem::take(&mut parts[self.rank]);
+        scope(|scope| {
+            let send = |other| process(world, other).immediate_send(scope, own);
+            let sends: Vec<_> = self.others().filter(|_| !own.is_empty()).map(send).collect();
+            // The own part has been taken, and is as empty as those that nobody sends.
+            for (other, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty())
+            {
+                self.wait_for(world, other).receive_into(part);
+            }
+            sends.into_iter().for_each(|send| send.wait_without_status());
+        });
+    }
+
+    /// Returns a process that the call waits for from now on.
+    fn wait_for<'a>(&self, world: &'a SimpleCommunicator, rank: usize) -> Process<'a> {
+        self.session.watch.waits_for(rank);
+        process(world, rank)
+    }
+}
+
+fn add(sum: &mut [f32], numbers: &[f32]) {
+    sum.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+}
+
+/// Returns the process of a rank.
+fn process(world: &SimpleCommunicator, rank: usize) -> Process<'_> {
+    world.process_at_rank(rank as i32)
+}

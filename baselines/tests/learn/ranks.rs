@@ -1,0 +1,244 @@
+//! Runs that several processes share: the laws, on threads that stand for processes.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+
+use baselines::learn::{CheckpointError, Resumed, TrainError, TrainSettings, Trainer};
+use baselines::workers::{OneProcess, Workers, agree, evaluate_spread, share, sum};
+use baselines::{Evaluation, TrainedPolicy};
+use fetch_env::{Task, VecEnv, vec_env::VecConfig};
+use tempfile::tempdir;
+
+use crate::runs::{Outcome, Result, ddpg, make, outcome, sac, settings};
+
+/// A thread that stands for a process.
+#[derive(Debug)]
+struct Thread {
+    rank: usize,
+    /// To each thread.
+    senders: Vec<Sender<Vec<u8>>>,
+    /// From each thread.
+    receivers: Vec<Receiver<Vec<u8>>>,
+}
+
+impl Workers for Thread {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.senders.len()
+    }
+
+    fn average(&mut self, numbers: &mut [f32]) {
+        let message: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let messages = self.gather(&message);
+        for (index, number) in numbers.iter_mut().enumerate() {
+            let element = |message: &Vec<u8>| f32::from_le_bytes(message.as_chunks().0[index]);
+            *number = messages.iter().map(element).sum::<f32>() / messages.len() as f32;
+        }
+    }
+
+    fn exchange(&mut self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        for (sender, message) in self.senders.iter().zip(messages) {
+            sender.send(message).expect("the other thread runs");
+        }
+        let receive = |receiver: &Receiver<_>| receiver.recv().expect("the other thread runs");
+        self.receivers.iter().map(receive).collect()
+    }
+
+    fn seconds(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Runs a function on threads that stand for processes, and returns what it returns on each.
+fn on_ranks<T: Send>(size: usize, run: impl Fn(Box<dyn Workers>) -> T + Sync) -> Vec<T> {
+    let mut receivers: Vec<Vec<_>> = (0..size).map(|_| Vec::new()).collect();
+    let mut senders = Vec::new();
+    for _ in 0..size {
+        let mut own = Vec::new();
+        for receivers in &mut receivers {
+            let (sender, receiver) = channel();
+            own.push(sender);
+            receivers.push(receiver);
+        }
+        senders.push(own);
+    }
+    let workers = senders.into_iter().zip(receivers).enumerate();
+    let workers = workers.map(|(rank, (senders, receivers))| Thread { rank, senders, receivers });
+    thread::scope(|scope| {
+        let run = &run;
+        let threads: Vec<_> =
+            workers.map(|workers| scope.spawn(move || run(Box::new(workers)))).collect();
+        threads.into_iter().map(|thread| thread.join().expect("the rank does not panic")).collect()
+    })
+}
+
+fn train(workers: Box<dyn Workers>, settings: TrainSettings, steps: u64) -> Outcome {
+    let run = || -> Result<Outcome> {
+        let mut trainer = Trainer::with_workers(make, settings, 3, 1, workers)?;
+        trainer.run(steps, None, |_, _| ControlFlow::Continue(()))?;
+        outcome(&trainer)
+    };
+    run().expect("the run succeeds")
+}
+
+#[test]
+fn ranks_end_with_the_same_bits_as_each_other_and_again() -> Result {
+    for algorithm in [ddpg(), sac()] {
+        let settings = settings(algorithm);
+        let one = train(Box::new(OneProcess), settings.clone(), 600);
+        assert!(on_ranks(1, |workers| train(workers, settings.clone(), 600)) == [one.clone()]);
+        let two = on_ranks(2, |workers| train(workers, settings.clone(), 600));
+        assert!(two[0] == two[1], "the ranks of a run differ");
+        assert!(two[0] != one);
+        assert!(on_ranks(2, |workers| train(workers, settings.clone(), 600)) == two);
+    }
+    Ok(())
+}
+
+/// Settings mean all ranks together or each of them, and both learn.
+#[test]
+fn ranks_share_a_run_or_each_has_as_much() -> Result {
+    for (per_rank, steps_of_a_cycle) in [(false, 100), (true, 200)] {
+        let mut settings = settings(ddpg());
+        settings.schedule.per_rank = per_rank;
+        let target = baselines::learn::Target { success_rate: 0.9, evaluations: 2 };
+        let runs = on_ranks(2, |workers| {
+            let mut trainer = Trainer::with_workers(make, settings.clone(), 1, 1, workers)?;
+            trainer.cycle()?;
+            assert_eq!(trainer.counters().steps, steps_of_a_cycle);
+            assert_eq!(trainer.counters().episodes, steps_of_a_cycle / 50);
+            trainer.run(12_000, Some(target), |_, _| ControlFlow::Continue(()))?;
+            Ok::<_, TrainError>(trainer.rows().to_vec())
+        });
+        for rows in runs {
+            assert!(target.is_reached(&rows?));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_run_that_cannot_be_shared_is_refused() {
+    let mut uneven = settings(ddpg());
+    uneven.schedule.num_envs = 3;
+    for trainer in on_ranks(2, |workers| Trainer::with_workers(make, uneven.clone(), 1, 1, workers))
+    {
+        let error = trainer.map(|_| ()).expect_err("3 environments on 2 ranks");
+        assert!(error.to_string().contains("num_envs is 3: choose a multiple"), "{error}");
+    }
+    let errors = on_ranks(3, |workers| {
+        let seed = if workers.rank() == 2 { 8 } else { 7 };
+        Trainer::with_workers(make, settings(ddpg()), seed, 1, workers).map(|_| ()).unwrap_err()
+    });
+    for error in errors {
+        let text = error.to_string();
+        assert!(text.contains("rank 2 has another seed than rank 0: 8 instead of 7"), "{text}");
+    }
+    let versions = on_ranks(2, |mut workers| {
+        let version = if workers.rank() == 1 { "3.6.0" } else { "4.0.1" };
+        agree(&mut *workers, &[("environment", "a".into()), ("version of MuJoCo", version.into())])
+    });
+    let text = versions[0].as_ref().unwrap_err().to_string();
+    assert!(
+        text.contains("rank 1 has another version of MuJoCo than rank 0: 3.6.0 instead"),
+        "{text}"
+    );
+    assert_eq!(versions[0], versions[1]);
+}
+
+#[test]
+fn a_run_ends_where_any_rank_says() {
+    let rows = on_ranks(2, |workers| {
+        let rank = workers.rank();
+        let mut trainer = Trainer::with_workers(make, settings(ddpg()), 1, 1, workers)?;
+        trainer.run(5_000, None, |trainer, _| {
+            let is_over = rank == 1 && trainer.rows().len() == 2;
+            if is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })?;
+        Ok::<_, TrainError>(trainer.rows().len())
+    });
+    assert_eq!(rows.into_iter().collect::<std::result::Result<Vec<_>, _>>().unwrap(), [2, 2]);
+}
+
+#[test]
+fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
+    let mut settings = settings(ddpg());
+    settings.schedule.num_envs = 4;
+    // Episodes are under way where the checkpoint is.
+    settings.schedule.steps_per_cycle = 30;
+    let whole = on_ranks(2, |workers| train(workers, settings.clone(), 1_000));
+    let folder = tempdir()?;
+    let path = folder.path();
+    let save = |workers| {
+        let mut trainer = Trainer::with_workers(make, settings.clone(), 3, 1, workers)?;
+        trainer.run(500, None, |_, _| ControlFlow::Continue(()))?;
+        trainer.save(path)
+    };
+    for saved in on_ranks(2, save) {
+        assert!(saved?.exists());
+    }
+    assert_eq!(fs::read_dir(path)?.count(), 1);
+    let resumed = on_ranks(2, |workers| {
+        let (mut trainer, resumed) = Trainer::resume_with_workers(make, path, 1, workers)?;
+        assert_eq!(resumed, Resumed::Exactly);
+        trainer.run(1_000, None, |_, _| ControlFlow::Continue(()))?;
+        Ok::<_, CheckpointError>(outcome(&trainer).expect("the policy is finite"))
+    });
+    let resumed: Vec<_> = resumed.into_iter().collect::<std::result::Result<_, _>>()?;
+    assert!(resumed == whole);
+
+    // On other numbers of ranks, all finished episodes are there, and the run goes on.
+    for size in [1, 4] {
+        let mut lens = on_ranks(size, |workers| {
+            let (mut trainer, resumed) = Trainer::resume_with_workers(make, path, 1, workers)?;
+            assert_eq!(resumed, Resumed::OnOtherRanks { before: 2 });
+            let steps = trainer.counters().steps;
+            trainer.cycle()?;
+            assert!(trainer.counters().steps > steps);
+            Ok::<_, CheckpointError>(trainer.counters().steps)
+        });
+        assert!(lens.remove(0)? > 500);
+    }
+    let alone = Trainer::resume(make, path, 1);
+    assert!(alone.is_ok(), "{alone:?}");
+    Ok(())
+}
+
+#[test]
+fn an_evaluation_has_the_same_episodes_on_any_number_of_ranks() -> Result {
+    let evaluate = |mut workers: Box<dyn Workers>| -> Evaluation {
+        let envs: Vec<_> = (0..4).map(|_| make().expect("an environment")).collect();
+        let mut envs = VecEnv::new(envs, VecConfig::default()).expect("environments of one kind");
+        let mut policy = TrainedPolicy::shipped(Task::Reach).expect("shipped");
+        evaluate_spread(&mut *workers, &mut envs, &mut policy, 10, 5, |_| ()).expect("episodes")
+    };
+    let one = evaluate(Box::new(OneProcess));
+    for size in 2..=4 {
+        for evaluation in on_ranks(size, evaluate) {
+            assert_eq!(evaluation, one, "{size} ranks");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn shares_are_consecutive_and_even() {
+    for size in 1..6 {
+        let shares = on_ranks(size, |mut workers| {
+            assert_eq!(sum(&mut *workers, 2), 2 * size as u64);
+            share(&*workers, 11)
+        });
+        assert_eq!(
+            shares.iter().flat_map(Clone::clone).collect::<Vec<_>>(),
+            (0..11).collect::<Vec<_>>()
+        );
+        assert!(
+            shares.iter().all(|share| share.len() >= 11 / size && share.len() <= 11 / size + 1)
+        );
+    }
+}

@@ -1,0 +1,130 @@
+//! `collect`: runs a policy and saves its episodes, as data for learning without an environment.
+
+use std::{io::Cursor, path::PathBuf};
+
+use anyhow::ensure;
+use baselines::{
+    Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
+    workers::{Workers, gather_episodes, share},
+};
+use fetch_env::{EnvId, UnknownEnvId, make_with_config};
+use her_relabel::HerBuffer;
+use serde_json::json;
+
+use crate::shared::{
+    choice::{ModelChoice, flag_name, policy_of},
+    json::{Metric, write_results},
+    progress,
+    ranks::{RankArgs, share_run},
+};
+
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Environment
+    #[arg(long, default_value = "FetchReach-v4", value_parser = parse_env_id)]
+    env_id: EnvId,
+    /// Policy that acts: random, scripted, trained, zero, or the file of a trained one
+    #[arg(long, default_value = "random")]
+    policy: String,
+    /// Number of episodes
+    #[arg(long, default_value_t = 100)]
+    episodes: usize,
+    /// Seed of the first episode; the others have the seeds that follow
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Model of the robot
+    #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
+    model: ModelChoice,
+    /// Where to save the episodes: an archive of numpy arrays (.npz), or a replay buffer (any other
+    /// name)
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Also write the results as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    ranks: RankArgs,
+}
+
+fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
+    text.parse()
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    ensure!(args.episodes > 0, "--episodes must be at least 1");
+    let facts = [
+        ("command", "collect".to_owned()),
+        ("--env-id", args.env_id.to_string()),
+        ("--policy", args.policy.clone()),
+        ("--episodes", args.episodes.to_string()),
+        ("--seed", args.seed.to_string()),
+        ("--model", flag_name(args.model)),
+    ];
+    share_run(&args.ranks, &facts, |workers| collect_shared(args, &mut *workers()))
+}
+
+/// Collects this rank's share of the episodes, and saves those of all ranks in the first.
+fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool> {
+    let config = args.env_id.config().with_model(args.model.source());
+    let mut env = make_with_config(config)?;
+    let own = share(workers, args.episodes);
+    let steps = env.max_episode_steps().get() as usize;
+    let config = buffer_config(args.episodes.saturating_mul(steps), &env)?;
+    let mut buffer = HerBuffer::<f64>::new(config.clone())?;
+    let mut policy = policy_of(&args.policy, &env, args.env_id.task, args.seed)?;
+    let bar = progress::bar(own.len(), "episodes");
+    let mut evaluation = Evaluation { episodes: Vec::with_capacity(own.len()) };
+    for seed in (args.seed..).skip(own.start).take(own.len()) {
+        // The actions of an episode depend on its seed alone.
+        let mut random = RandomPolicy::new(seed);
+        let policy: &mut dyn Policy =
+            if args.policy == "random" { &mut random } else { &mut *policy };
+        let one = collect(&mut env, policy, 1, seed, &mut buffer, 0, |_| bar.inc(1))?;
+        evaluation.episodes.extend(one.episodes);
+    }
+    bar.finish_and_clear();
+    let evaluation = gather_episodes(workers, &evaluation);
+    let mut archive = Cursor::new(Vec::new());
+    buffer.write_npz(&mut archive)?;
+    let archives = workers.gather_first(archive.into_inner());
+    if workers.rank() > 0 {
+        return Ok(true);
+    }
+    let mut buffer = HerBuffer::<f64>::new(config)?;
+    for archive in archives {
+        buffer.import_npz_bytes(&archive)?;
+    }
+    report(args, &buffer, &evaluation)
+}
+
+fn report(args: &Args, buffer: &HerBuffer<f64>, evaluation: &Evaluation) -> anyhow::Result<bool> {
+    let Args { env_id, policy, out, .. } = args;
+    if let Some(out) = out {
+        let is_archive = out.extension().is_some_and(|extension| extension == "npz");
+        if is_archive { buffer.export_npz(out)? } else { buffer.save(out)? }
+    }
+    let summary = evaluation.summary()?;
+    let Estimate { value, low, high } = summary.success_rate;
+    let name = |figure: &str| format!("collect/{env_id}/{figure}");
+    let figures = [
+        (name("episodes"), Metric::count(buffer.num_episodes())),
+        (name("transitions"), Metric::count(buffer.len())),
+        (name("success_rate"), Metric::new(value, "1")),
+        (name("return_mean"), Metric::new(summary.return_mean.value, "1")),
+    ];
+    let settings = json!({
+        "env_id": env_id,
+        "policy": policy,
+        "episodes": args.episodes,
+        "seed": args.seed,
+        "model": args.model,
+    });
+    write_results(args.json.as_ref(), settings, figures)?;
+    let saved = out.as_ref().map_or_else(String::new, |out| format!("; wrote {}", out.display()));
+    println!(
+        "collect: {env_id}, {policy}: {} episodes, success rate {value:.2} ({low:.2} to \
+         {high:.2}){saved}",
+        buffer.num_episodes()
+    );
+    Ok(true)
+}

@@ -1,0 +1,348 @@
+//! Ranks that share a run, started by `mpirun`: the same bits, and clear ends when something fails.
+//!
+//! The faults are those that a cluster has: ranks that are killed in each phase or stopped, a full
+//! disk, missing and damaged files, other flags, settings and seeds, losses that diverge.
+
+use std::{
+    error::Error,
+    fs,
+    io::Read,
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+use tempfile::{TempDir, tempdir};
+
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
+const LAB: &str = env!("CARGO_BIN_EXE_lab");
+
+/// How long a run may take until it has ended, whatever happens.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// Small networks, and an evaluation after every 100 steps.
+const TRAIN: &str = "train --mpi --target 2 --threads 1 --checkpoint-seconds 0 --set hidden=[32,32] \
+                     --set evaluation_episodes=4 --set evaluation_interval=100";
+
+/// Two ranks on any machine.
+fn mpirun() -> Command {
+    let mut command = Command::new("mpirun");
+    command
+        .args(["--oversubscribe", "-n", "2", LAB])
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        .current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+fn train(flags: &str, out: &Path) -> Command {
+    let mut command = mpirun();
+    command.args(TRAIN.split_whitespace()).args(flags.split_whitespace()).arg("--out").arg(out);
+    command
+}
+
+struct Ended {
+    succeeded: bool,
+    text: String,
+}
+
+impl Ended {
+    /// Waits for the end of a run, and returns what it has printed.
+    fn of(mut child: Child) -> Result<Self> {
+        let mut output = child.stdout.take().ok_or("no output")?;
+        let mut errors = child.stderr.take().ok_or("no errors")?;
+        let read = thread::spawn(move || {
+            let mut text = String::new();
+            errors.read_to_string(&mut text).map(|_| text)
+        });
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait()? {
+                break status;
+            }
+            if start.elapsed() > DEADLINE {
+                child.kill()?;
+                return Err("the run hangs".into());
+            }
+            thread::sleep(Duration::from_millis(20));
+        };
+        let mut text = String::new();
+        output.read_to_string(&mut text)?;
+        text += &read.join().map_err(|_| "the reader panicked")??;
+        Ok(Self { succeeded: status.success(), text })
+    }
+
+    /// Checks that the run has failed, with one error of its own, which has these words.
+    fn failed_with(&self, words: &str) {
+        let Self { succeeded, text } = self;
+        let errors: Vec<_> = text.lines().filter(|line| line.starts_with("error:")).collect();
+        assert!(!succeeded && errors.len() == 1 && errors[0].contains(words), "{words}\n{text}");
+    }
+
+    /// Checks that the launcher has said which rank was killed.
+    fn was_killed(&self, rank: usize) {
+        let Self { succeeded, text } = self;
+        let is_told = text.contains(&format!("process rank {rank}")) && text.contains("signal 9");
+        assert!(!succeeded && is_told && !text.contains("error:"), "{text}");
+    }
+}
+
+fn start(command: &mut Command) -> Result<Child> {
+    Ok(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?)
+}
+
+fn run(command: &mut Command) -> Result<Ended> {
+    Ended::of(start(command)?)
+}
+
+/// Sends a signal to a rank of a run.
+fn signal(run: &Child, rank: usize, signal: &str) -> Result {
+    for process in fs::read_dir("/proc")? {
+        let process = process?.path();
+        let status = fs::read_to_string(process.join("status")).unwrap_or_default();
+        let environment = fs::read(process.join("environ")).unwrap_or_default();
+        let is_rank = environment
+            .split(|byte| *byte == 0)
+            .any(|entry| entry == format!("OMPI_COMM_WORLD_RANK={rank}").as_bytes());
+        if status.contains(&format!("PPid:\t{}\n", run.id())) && is_rank {
+            let pid = process.file_name().ok_or("no name")?;
+            assert!(Command::new("kill").arg(signal).arg(pid).status()?.success());
+            return Ok(());
+        }
+    }
+    Err(format!("there is no rank {rank}").into())
+}
+
+/// Waits until something is there.
+fn wait_for(what: impl Fn() -> bool) -> Result {
+    let start = Instant::now();
+    while !what() {
+        if start.elapsed() > DEADLINE {
+            return Err("it never comes".into());
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    Ok(())
+}
+
+/// Starts a run in a folder, and waits until it has its first checkpoint.
+fn start_in(folder: &TempDir, flags: &str) -> Result<Child> {
+    let out = folder.path().join("run");
+    let child = start(&mut train(flags, &out))?;
+    wait_for(|| out.join("checkpoint-000000000000.zip").exists())?;
+    Ok(child)
+}
+
+/// The curve without its column of seconds, and the policy.
+fn results(folder: &Path) -> Result<(String, Vec<u8>)> {
+    let curve = fs::read_to_string(folder.join("curve.csv"))?;
+    let without_seconds = |line: &str| {
+        let cells = line.split(',').enumerate().filter(|(column, _)| *column != 4);
+        cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
+    };
+    let curve: Vec<_> = curve.lines().map(without_seconds).collect();
+    Ok((curve.join("\n"), fs::read(folder.join("policy.safetensors"))?))
+}
+
+#[test]
+fn one_rank_has_the_bits_of_a_run_without_mpi_and_two_have_theirs_again() -> Result {
+    let folder = tempdir()?;
+    let run_as = |name: &str, command: &mut Command, skipped: usize| {
+        let out = folder.path().join(name);
+        let flags: Vec<_> =
+            TRAIN.split_whitespace().filter(|flag| skipped == 0 || *flag != "--mpi").collect();
+        command.args(flags).args(["--steps", "800", "--out"]).arg(&out);
+        let ended = run(command)?;
+        assert!(ended.succeeded, "{}", ended.text);
+        results(&out)
+    };
+    let alone = run_as("alone", &mut Command::new(LAB), 1)?;
+    let mut one = Command::new("mpirun");
+    one.args(["-n", "1", LAB])
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    assert!(run_as("one", &mut one, 0)? == alone);
+    let two = run_as("two", &mut mpirun(), 0)?;
+    assert!(two != alone && run_as("again", &mut mpirun(), 0)? == two);
+    Ok(())
+}
+
+#[test]
+fn collected_episodes_are_the_same_on_any_number_of_ranks() -> Result {
+    let folder = tempdir()?;
+    let flags = "collect --env-id FetchPush-v4 --episodes 5 --policy random --out";
+    let [alone, shared] = ["alone.npz", "shared.npz"].map(|name| folder.path().join(name));
+    assert!(run(Command::new(LAB).args(flags.split(' ')).arg(&alone))?.succeeded);
+    assert!(run(mpirun().args(flags.split(' ')).arg(&shared).arg("--mpi"))?.succeeded);
+    assert!(fs::read(alone)? == fs::read(shared)?);
+    Ok(())
+}
+
+#[test]
+fn a_rank_that_is_killed_while_it_collects_ends_the_run() -> Result {
+    let folder = tempdir()?;
+    let child = start_in(&folder, "--steps 100000000 --set steps_per_cycle=10000000")?;
+    thread::sleep(Duration::from_millis(500));
+    signal(&child, 1, "-KILL")?;
+    Ended::of(child)?.was_killed(1);
+    Ok(())
+}
+
+#[test]
+fn a_rank_that_is_killed_while_it_updates_ends_the_run() -> Result {
+    let folder = tempdir()?;
+    let child = start_in(&folder, "--steps 10000 --set updates_per_cycle=100000000")?;
+    thread::sleep(Duration::from_millis(1_500));
+    signal(&child, 1, "-KILL")?;
+    Ended::of(child)?.was_killed(1);
+    Ok(())
+}
+
+#[test]
+fn a_rank_that_is_killed_while_it_evaluates_ends_the_run() -> Result {
+    let folder = tempdir()?;
+    let child = start_in(&folder, "--steps 10000 --set evaluation_episodes=1000000")?;
+    thread::sleep(Duration::from_millis(2_500));
+    signal(&child, 1, "-KILL")?;
+    Ended::of(child)?.was_killed(1);
+    Ok(())
+}
+
+/// The last checkpoint is whole, and the run ends with the bits of one that was not killed.
+#[test]
+fn a_first_rank_that_is_killed_while_it_writes_leaves_a_checkpoint_to_resume() -> Result {
+    let folder = tempdir()?;
+    let whole = folder.path().join("whole");
+    assert!(run(&mut train("--steps 1500", &whole))?.succeeded);
+    let out = folder.path().join("run");
+    let child = start_in(&folder, "--steps 1500")?;
+    wait_for(|| out.join("checkpoint-000000000400.zip").exists())?;
+    wait_for(|| out.join("unfinished.zip").exists())?;
+    signal(&child, 0, "-KILL")?;
+    Ended::of(child)?.was_killed(0);
+    let resumed = run(mpirun().args(["train", "--mpi", "--threads", "1", "--resume"]).arg(&out))?;
+    assert!(resumed.succeeded, "{}", resumed.text);
+    assert!(results(&out)? == results(&whole)?);
+    Ok(())
+}
+
+#[test]
+fn a_rank_that_is_stopped_is_named() -> Result {
+    let folder = tempdir()?;
+    let child = start_in(&folder, "--steps 100000000 --wait-seconds 2")?;
+    thread::sleep(Duration::from_millis(500));
+    signal(&child, 1, "-STOP")?;
+    Ended::of(child)?.failed_with("rank 0: rank 1 has not answered for 2 s");
+    let child = start_in(&tempdir()?, "--steps 100000000 --wait-seconds 2")?;
+    thread::sleep(Duration::from_millis(500));
+    signal(&child, 0, "-STOP")?;
+    Ended::of(child)?.failed_with("rank 1: rank 0 has not answered for 2 s");
+    Ok(())
+}
+
+/// Starts a second rank with flags of its own.
+fn with_second_rank(flags: &str) -> Command {
+    let mut command = Command::new("mpirun");
+    command
+        .args(["--oversubscribe", "-n", "1", LAB])
+        .args(TRAIN.split_whitespace())
+        .args(["--steps", "200", "--out", "target/unused", ":", "-n", "1"])
+        .args(flags.split_whitespace())
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    command
+}
+
+#[test]
+fn ranks_with_other_flags_are_named() -> Result {
+    for (flags, words) in [
+        (format!("{LAB} {TRAIN} --steps 200 --seed 3"), "rank 1 has another --seed than rank 0: 3"),
+        (format!("{LAB} {TRAIN} --steps 300"), "rank 1 has another --steps than rank 0: Some(300)"),
+        (
+            format!("{LAB} {TRAIN} --steps 200 --set gamma=0.9"),
+            "rank 1 has another settings than rank 0",
+        ),
+        (
+            format!("{LAB} collect --mpi --episodes 3"),
+            "rank 1 has another command than rank 0: collect instead of train",
+        ),
+    ] {
+        run(&mut with_second_rank(&flags))?.failed_with(words);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_rank_without_a_file_that_it_needs_says_so() -> Result {
+    let folder = tempdir()?;
+    let demos = folder.path().join("demos.npz");
+    let collect = ["collect", "--episodes", "2", "--policy", "scripted", "--out"];
+    assert!(run(Command::new(LAB).args(collect).arg(&demos))?.succeeded);
+    let out = folder.path().join("run");
+    let flags = format!("{TRAIN} --steps 200 --demos demos.npz --out {}", out.display());
+    let mut command = Command::new("mpirun");
+    command
+        .args(["--oversubscribe", "-n", "1", "--wdir"])
+        .arg(folder.path())
+        .arg(LAB)
+        .args(flags.split_whitespace())
+        .args([":", "-n", "1", "--wdir", "/", LAB])
+        .args(flags.split_whitespace())
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    run(&mut command)?.failed_with("rank 1: --demos demos.npz: cannot read the archive");
+    Ok(())
+}
+
+#[test]
+fn a_checkpoint_that_cannot_be_written_ends_the_run_and_leaves_the_last_one() -> Result {
+    let folder = tempdir()?;
+    let out = folder.path().join("run");
+    let child = start_in(&folder, "--steps 100000000")?;
+    wait_for(|| out.join("checkpoint-000000000400.zip").exists())?;
+    // Nothing can be written there any more.
+    while fs::create_dir(out.join("unfinished.zip")).is_err() {}
+    Ended::of(child)?.failed_with("cannot be written; earlier ones are whole");
+    fs::remove_dir(out.join("unfinished.zip"))?;
+    let flags = ["train", "--mpi", "--steps", "1000", "--resume"];
+    let resumed = run(mpirun().args(flags).arg(&out))?;
+    assert!(resumed.text.contains("train: resuming"), "{}", resumed.text);
+    Ok(())
+}
+
+#[test]
+fn what_all_ranks_see_is_told_once() -> Result {
+    let folder = tempdir()?;
+    let out = folder.path().join("run");
+    run(&mut train("--steps 1000 --set num_envs=3", &out))?
+        .failed_with("rank 0: num_envs is 3: choose a multiple of the number of processes");
+    run(&mut train("--steps 1000 --set critic_learning_rate=1e30", &out))?
+        .failed_with("rank 0: the losses diverged in update");
+    run(&mut train("--steps 1000", &out))?.failed_with("rank 0: ");
+    fs::write(out.join("checkpoint-000000009999.zip"), "damaged")?;
+    run(mpirun().args(["train", "--mpi", "--resume"]).arg(&out))?.failed_with("is damaged");
+    Ok(())
+}
+
+/// Exact on as many ranks; on others, the run says what is not.
+#[test]
+fn a_run_resumed_on_other_ranks_says_what_is_not_exact() -> Result {
+    let folder = tempdir()?;
+    let out = folder.path().join("run");
+    assert!(run(&mut train("--steps 400", &out))?.succeeded);
+    let flags = ["train", "--steps", "800", "--threads", "1", "--resume"];
+    let resumed = run(Command::new(LAB).args(flags).arg(&out))?;
+    assert!(resumed.succeeded, "{}", resumed.text);
+    assert!(resumed.text.contains("the checkpoint is of 2 ranks, and this run has 1"));
+    Ok(())
+}
+
+#[test]
+fn runs_that_are_not_started_together_say_what_to_do() -> Result {
+    run(Command::new(LAB).args(["train", "--mpi"]))?.failed_with("start it with `mpirun -n 2`");
+    let ended = run(mpirun().args(["train", "--steps", "200"]))?;
+    assert!(!ended.succeeded && ended.text.contains("add --mpi"), "{}", ended.text);
+    Ok(())
+}
