@@ -3,6 +3,8 @@
 use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::AddError;
 
+use crate::statistics::StatisticsError;
+
 /// Error returned by an evaluation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -23,6 +25,9 @@ pub enum EvaluationError {
     /// The environments could not be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),
+    /// A return or a distance is not a finite number.
+    #[error("no mean can be taken over the episodes")]
+    Statistics(#[from] StatisticsError),
 }
 
 /// Error returned by a [`Collector`](crate::Collector).

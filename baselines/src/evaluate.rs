@@ -200,8 +200,12 @@ impl Evaluation {
     /// Returns the figures over all episodes.
     ///
     /// # Errors
-    /// [`EvaluationError::NoEpisodes`] if there are none.
+    /// [`EvaluationError::NoEpisodes`] if there are none, and [`EvaluationError::Statistics`] if a return
+    /// or a distance is not finite.
     pub fn summary(&self) -> Result<Summary, EvaluationError> {
+        if self.episodes.is_empty() {
+            return Err(EvaluationError::NoEpisodes);
+        }
         let count = |test: fn(&Episode) -> bool| self.episodes.iter().filter(|e| test(e)).count();
         let mean = |value: fn(&Episode) -> f64| {
             Estimate::mean(&self.episodes.iter().map(value).collect::<Vec<_>>())
@@ -223,11 +227,14 @@ impl Evaluation {
     /// # Errors
     /// [`EvaluationError::NoEpisodes`] if there are no episodes.
     pub fn success_at(&self, thresholds: &[f64]) -> Result<Vec<Estimate>, EvaluationError> {
+        if self.episodes.is_empty() {
+            return Err(EvaluationError::NoEpisodes);
+        }
         thresholds
             .iter()
             .map(|&threshold| {
                 let below = self.episodes.iter().filter(|e| e.final_distance < threshold).count();
-                Estimate::share(below, self.episodes.len())
+                Ok(Estimate::share(below, self.episodes.len())?)
             })
             .collect()
     }

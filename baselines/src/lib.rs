@@ -31,7 +31,9 @@ pub use evaluate::{Episode, Evaluation, Summary, evaluate, evaluate_vec};
 pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
 pub use reference::{Comparison, RandomReference, Sample, ScriptedReference};
 pub use scripted::ScriptedPolicy;
-pub use statistics::{Estimate, chi_square, fisher_exact, kolmogorov_smirnov};
+pub use statistics::{
+    Estimate, StatisticsError, chi_square, fisher_exact, kolmogorov_smirnov, wilcoxon,
+};
 pub use trained::{
     InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,
 };

@@ -100,7 +100,7 @@ impl RandomReference {
                 name: "success_rate",
                 measured: successes as f64 / count as f64,
                 reference: self.successes as f64 / self.episodes as f64,
-                p_value: fisher_exact(successes, count, self.successes, self.episodes),
+                p_value: fisher_exact(successes, count, self.successes, self.episodes)?,
             },
         ])
     }

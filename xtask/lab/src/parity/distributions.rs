@@ -3,7 +3,9 @@
 use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, ensure};
-use baselines::{ScriptedPolicy, ScriptedReference, evaluate, fisher_exact, kolmogorov_smirnov};
+use baselines::{
+    ScriptedPolicy, ScriptedReference, evaluate, fisher_exact, kolmogorov_smirnov, wilcoxon,
+};
 use fetch_env::{Env, EnvId, FetchEnv, GoalObservation, NpRandom};
 use fetch_sim::{FetchModel, MujocoSimulator, MujocoVersion, Simulator, Task};
 use goal_reward::RewardKind;
@@ -56,8 +58,11 @@ pub fn compare(
     for ((name, ..), (ours, theirs)) in FIGURES.into_iter().zip(ours.iter().zip(&theirs)) {
         match name {
             _ if theirs.is_empty() => {}
-            "success-last" | "success-any" => checks.push(same_share(task, name, ours, theirs)),
-            _ => checks.push(same_distribution(task, name, ours, theirs)),
+            "success-last" | "success-any" => checks.push(same_share(task, name, ours, theirs)?),
+            _ => {
+                checks.push(same_distribution(task, name, ours, theirs)?);
+                checks.push(same_episodes(task, name, ours, theirs)?);
+            }
         }
     }
     checks.push(same_mean_return(task, &ours[RETURN_DENSE], &theirs[RETURN_DENSE]));
@@ -81,7 +86,7 @@ fn same_scripted_success(
     let evaluation =
         evaluate(&mut env, &mut policy, episodes, ScriptedReference::FIRST_SEED, |_| ())?;
     let successes = evaluation.episodes.iter().filter(|e| e.success).count() as u64;
-    let p = fisher_exact(successes, episodes as u64, theirs.successes, theirs.episodes);
+    let p = fisher_exact(successes, episodes as u64, theirs.successes, theirs.episodes)?;
     let seen = format!(
         "{successes} of {episodes}, reference {} of {}; Fisher's p = {p:.3}",
         theirs.successes, theirs.episodes
@@ -90,26 +95,47 @@ fn same_scripted_success(
 }
 
 /// Applies the two-sample Kolmogorov-Smirnov test.
-fn same_distribution(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
-    // If all goals have one height, a nanometer would make the distributions disjoint.
-    let rounded =
-        |sample: &[f64]| sample.iter().map(|x| (x * 1e6).round() * 1e-6).collect::<Vec<_>>();
-    let (statistic, p) = kolmogorov_smirnov(&rounded(ours), &rounded(theirs));
+fn same_distribution(
+    task: Task,
+    name: &str,
+    ours: &[f64],
+    theirs: &[f64],
+) -> anyhow::Result<Check> {
+    let (statistic, p) = kolmogorov_smirnov(&rounded(ours), &rounded(theirs))?;
     let seen = format!(
         "mean {:.4}, recorded {:.4}; Kolmogorov-Smirnov D = {statistic:.4}, p = {p:.3}",
         mean(ours),
         mean(theirs)
     );
-    Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, Metric::new(statistic, "1"))
+    let metric = Metric::new(statistic, "1");
+    Ok(Check::new(format!("{task}/{name}"), p >= LEAST_P_VALUE, seen, metric))
 }
 
-fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> Check {
+/// Applies Wilcoxon's test to the pairs of episodes with the same seed, which shows a shift that is
+/// small beside the differences between episodes.
+fn same_episodes(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> anyhow::Result<Check> {
+    let (ours, theirs) = (rounded(ours), rounded(theirs));
+    let differing = ours.iter().zip(&theirs).filter(|(a, b)| a != b).count();
+    let (_, p) = wilcoxon(&ours, &theirs)?;
+    let seen = format!(
+        "{differing} of {} pairs differ by more than 1e-6; Wilcoxon's p = {p:.3}",
+        ours.len()
+    );
+    Ok(Check::of_test(format!("{task}/{name}-pairs"), p, LEAST_P_VALUE, seen))
+}
+
+/// Rounds to 1e-6: if all goals have one height, a nanometer would make the distributions disjoint.
+fn rounded(sample: &[f64]) -> Vec<f64> {
+    sample.iter().map(|x| (x * 1e6).round() * 1e-6).collect()
+}
+
+fn same_share(task: Task, name: &str, ours: &[f64], theirs: &[f64]) -> anyhow::Result<Check> {
     let count = |sample: &[f64]| sample.iter().filter(|value| **value > 0.0).count() as u64;
     let (a, b) = (count(ours), count(theirs));
-    let p = fisher_exact(a, ours.len() as u64, b, theirs.len() as u64);
+    let p = fisher_exact(a, ours.len() as u64, b, theirs.len() as u64)?;
     let seen =
         format!("{a} of {}, recorded {b} of {}; Fisher's p = {p:.3}", ours.len(), theirs.len());
-    Check::of_test(format!("{task}/{name}"), p, LEAST_P_VALUE, seen)
+    Ok(Check::of_test(format!("{task}/{name}"), p, LEAST_P_VALUE, seen))
 }
 
 /// Checks that the mean returns, of the same episodes, are within 2 % of each other.

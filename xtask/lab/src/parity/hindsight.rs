@@ -38,7 +38,7 @@ pub fn compare(rows: usize) -> anyhow::Result<Vec<Check>> {
     ] {
         let ours = Rows::ours(&buffer, strategy, rows, 0)?;
         let theirs = Rows::theirs(&mut theirs, name, rows)?;
-        let of_strategy = ours.compare(&theirs, &lengths(), name);
+        let of_strategy = ours.compare(&theirs, &lengths(), name)?;
         check::print(&format!("{name} goals, {rows} rows of each buffer"), &of_strategy);
         checks.extend(of_strategy);
     }
@@ -138,13 +138,18 @@ impl Rows {
         })
     }
 
-    fn compare(&self, theirs: &Self, lengths: &[usize], strategy: &str) -> Vec<Check> {
+    fn compare(
+        &self,
+        theirs: &Self,
+        lengths: &[usize],
+        strategy: &str,
+    ) -> anyhow::Result<Vec<Check>> {
         let faults = self.faults() + theirs.faults();
         let seen = format!("{faults} rows with a foreign goal, a wrong reward or an end");
         let relabeled = |rows: &Self| rows.draws().filter(|draw| draw.goal.is_some()).count();
         let (ours, other) = (relabeled(self) as u64, relabeled(theirs) as u64);
         let (n, m) = (self.reward.len() as u64, theirs.reward.len() as u64);
-        let (_, p) = chi_square(&[ours, n - ours], &[other, m - other]);
+        let (_, p) = chi_square(&[ours, n - ours], &[other, m - other])?;
         let share = ours as f64 / n as f64;
         let shares = format!("ours {share:.4}, theirs {:.4}, p {p:.3}", other as f64 / m as f64);
         let name = format!("{strategy}/relabel-share");
@@ -153,13 +158,13 @@ impl Rows {
         let offset_and_rest = move |draw: Draw| {
             offset(draw).map(|offset| (offset, lengths[draw.episode] - draw.step, draw.step))
         };
-        vec![
+        Ok(vec![
             Check::none_of(format!("{strategy}/faults"), faults, seen),
             share,
-            self.same(theirs, strategy, "transitions", |draw| Some((draw.episode, draw.step))),
-            self.same(theirs, strategy, "goal-offsets", offset),
-            self.same(theirs, strategy, "goal-offsets-by-step-and-rest", offset_and_rest),
-        ]
+            self.same(theirs, strategy, "transitions", |draw| Some((draw.episode, draw.step)))?,
+            self.same(theirs, strategy, "goal-offsets", offset)?,
+            self.same(theirs, strategy, "goal-offsets-by-step-and-rest", offset_and_rest)?,
+        ])
     }
 
     /// Tests whether both draw the categories equally often.
@@ -169,7 +174,7 @@ impl Rows {
         strategy: &str,
         name: &str,
         category: impl Fn(Draw) -> Option<K>,
-    ) -> Check {
+    ) -> anyhow::Result<Check> {
         let mut counts: HashMap<K, [u64; 2]> = HashMap::new();
         for (which, rows) in [self, theirs].into_iter().enumerate() {
             for key in rows.draws().filter_map(&category) {
@@ -177,10 +182,10 @@ impl Rows {
             }
         }
         let of = |which: usize| counts.values().map(|both| both[which]).collect::<Vec<_>>();
-        let (statistic, p) = chi_square(&of(0), &of(1));
+        let (statistic, p) = chi_square(&of(0), &of(1))?;
         let n = counts.len();
         let seen = format!("chi-square {statistic:.3} a degree, p {p:.3}, {n} categories");
-        Check::of_test(format!("{strategy}/{name}"), p, LEAST_P_VALUE, seen)
+        Ok(Check::of_test(format!("{strategy}/{name}"), p, LEAST_P_VALUE, seen))
     }
 
     /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's, or
@@ -216,9 +221,9 @@ mod tests {
         let buffer = numbered_episodes()?;
         let rows = |strategy, seed| Rows::ours(&buffer, strategy, 20_000, seed);
         let future = rows(GoalStrategy::Future, 1)?;
-        let same = future.compare(&rows(GoalStrategy::Future, 2)?, &lengths(), "future");
+        let same = future.compare(&rows(GoalStrategy::Future, 2)?, &lengths(), "future")?;
         assert!(same.iter().all(|check| check.passed), "{same:?}");
-        let other = future.compare(&rows(GoalStrategy::Episode, 2)?, &lengths(), "future");
+        let other = future.compare(&rows(GoalStrategy::Episode, 2)?, &lengths(), "future")?;
         let failed = other.iter().filter(|check| !check.passed).map(|check| check.name.as_str());
         assert_eq!(
             failed.collect::<Vec<_>>(),

@@ -1,0 +1,56 @@
+//! The errors of estimates and tests, and what they check.
+
+/// Error returned for a sample that says nothing, or that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StatisticsError {
+    /// A sample is empty.
+    #[error("a sample is empty: pass at least one value")]
+    Empty,
+    /// A value is NaN or infinite.
+    #[error("value {index} of a sample is not finite: leave it out, or find where it comes from")]
+    NotFinite {
+        /// The value, counted from 0.
+        index: usize,
+    },
+    /// There are more successes than trials.
+    #[error("{successes} of {trials} trials succeeded: pass the successes first, then the trials")]
+    MoreSuccesses {
+        /// The number of successes.
+        successes: u64,
+        /// The number of trials.
+        trials: u64,
+    },
+    /// Two lists that belong together have different lengths.
+    #[error("one list has {first} values and the other {second}: pass as many of both")]
+    Lengths {
+        /// The length of the first list.
+        first: usize,
+        /// The length of the second list.
+        second: usize,
+    },
+}
+
+pub(super) fn check_finite(sample: &[f64]) -> Result<(), StatisticsError> {
+    if sample.is_empty() {
+        return Err(StatisticsError::Empty);
+    }
+    match sample.iter().position(|value| !value.is_finite()) {
+        Some(index) => Err(StatisticsError::NotFinite { index }),
+        None => Ok(()),
+    }
+}
+
+pub(super) const fn check_successes(successes: u64, trials: u64) -> Result<(), StatisticsError> {
+    if trials == 0 {
+        return Err(StatisticsError::Empty);
+    }
+    if successes > trials {
+        return Err(StatisticsError::MoreSuccesses { successes, trials });
+    }
+    Ok(())
+}
+
+pub(super) const fn check_lengths(first: usize, second: usize) -> Result<(), StatisticsError> {
+    if first == second { Ok(()) } else { Err(StatisticsError::Lengths { first, second }) }
+}

@@ -1,0 +1,41 @@
+//! Fisher's exact test.
+
+use statrs::function::factorial::ln_binomial;
+
+use super::error::{StatisticsError, check_successes};
+
+/// Returns the p-value of Fisher's exact test, two-sided, of whether `a` successes of `a_total` trials
+/// and `b` of `b_total` are samples of the same share: the probability of all tables that are at most
+/// as probable.
+///
+/// Source: R. A. Fisher, "On the interpretation of chi-square from contingency tables, and the
+/// calculation of P", Journal of the Royal Statistical Society 85 (1922).
+///
+/// # Errors
+/// [`StatisticsError::Empty`] without trials, and [`StatisticsError::MoreSuccesses`] than trials.
+pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> Result<f64, StatisticsError> {
+    check_successes(a, a_total)?;
+    check_successes(b, b_total)?;
+    // Those of the hypergeometric distribution, up to a factor that all tables share. Logarithms of
+    // factorials do not overflow.
+    let successes = a + b;
+    let log_weight = |a: u64| ln_binomial(a_total, a) + ln_binomial(b_total, successes - a);
+    let log_observed = log_weight(a);
+    let (mut all, mut extreme) = (0.0, 0.0);
+    let most_probable = successes as f64 * a_total as f64 / (a_total + b_total) as f64;
+    let log_greatest = log_weight(
+        (most_probable as u64).clamp(successes.saturating_sub(b_total), successes.min(a_total)),
+    );
+    for a in successes.saturating_sub(b_total)..=successes.min(a_total) {
+        let log_weight = log_weight(a);
+        all += (log_weight - log_greatest).exp();
+        if log_weight <= log_observed + TOLERANCE {
+            extreme += (log_weight - log_observed).exp();
+        }
+    }
+    Ok((extreme / all * (log_observed - log_greatest).exp()).min(1.0))
+}
+
+/// The difference of logarithms up to which two tables count as equally probable, for their rounding;
+/// that of R's `fisher.test`.
+const TOLERANCE: f64 = 1e-7;
