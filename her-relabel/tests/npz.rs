@@ -4,6 +4,8 @@
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use goal_reward::DistanceReward;
 use her_relabel::{
@@ -123,6 +125,38 @@ fn a_file_is_written_whole_and_read_again() -> Result {
     assert!(matches!(missing, Err(NpzError::Archive(_))));
     assert_eq!(same.len(), buffer.len());
     Ok(())
+}
+
+/// Each import sees one of the two archives, never a mixture.
+#[test]
+fn a_file_that_is_replaced_while_it_is_read_is_one_or_the_other() -> Result {
+    let directory = tempfile::tempdir()?;
+    let path = directory.path().join("episodes.npz");
+    let (one, other) = (filled::<f32>(100, 2), filled::<f32>(100, 5));
+    one.export_npz(&path)?;
+    let is_over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let writer = scope.spawn(|| -> std::io::Result<()> {
+            while !is_over.load(Ordering::Relaxed) {
+                other.export_npz(&path)?;
+                one.export_npz(&path)?;
+            }
+            Ok(())
+        });
+        let read = || -> Result {
+            for _ in 0..300 {
+                let mut buffer = HerBuffer::<f32>::new(config(100))?;
+                buffer.import_npz(&path)?;
+                let bytes = exported(&buffer);
+                assert!(bytes == exported(&one) || bytes == exported(&other));
+            }
+            Ok(())
+        };
+        let outcome = read();
+        is_over.store(true, Ordering::Relaxed);
+        writer.join().map_err(|_| "the writer panicked")??;
+        outcome
+    })
 }
 
 #[test]

@@ -236,7 +236,10 @@ impl<E: LearnEnv> Trainer<E> {
             observation_normalizer: Some(self.inputs.observation.clone()),
             goal_normalizer: Some(self.inputs.goal.clone()),
             algorithm: self.settings.algorithm.name().to_owned(),
-            settings: serde_json::to_value(&self.settings).unwrap_or_default(),
+            // By way of text, in which an `f32` has its own digits, not those of an `f64`.
+            settings: serde_json::to_string(&self.settings)
+                .and_then(|text| serde_json::from_str(&text))
+                .unwrap_or_default(),
             seed: self.seed,
             steps: self.counters.steps,
             demonstrations: self.counters.demonstrations,

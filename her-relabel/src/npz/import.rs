@@ -1,7 +1,7 @@
 //! Importing episodes from numpy.
 
-use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read, Seek};
+use std::fs;
+use std::io::Cursor;
 use std::path::Path;
 
 use zip::ZipArchive;
@@ -21,14 +21,13 @@ impl<T: Scalar> HerBuffer<T> {
     /// of this buffer. Other arrays in it are ignored. Of [still episodes](crate::StillEpisodes) the buffer may keep
     /// only a share, but all are counted.
     ///
-    /// The arrays are read side by side, so that an import takes no more memory than the file and this
-    /// buffer's capacity, whatever sizes the archive claims.
+    /// The file is read as it is when it is opened, also if another one replaces it meanwhile. An import
+    /// takes no more memory than the file and this buffer's capacity, whatever sizes the archive claims.
     ///
     /// # Errors
     /// [`NpzError`]; then no episode has been added.
     pub fn import_npz(&mut self, path: impl AsRef<Path>) -> Result<u64, NpzError> {
-        let path = path.as_ref();
-        self.import(|| File::open(path).map(BufReader::new))
+        self.import_npz_bytes(&fs::read(path)?)
     }
 
     /// Adds all episodes of an archive in memory, as [`import_npz`](Self::import_npz) does.
@@ -36,19 +35,12 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`NpzError`]; then no episode has been added.
     pub fn import_npz_bytes(&mut self, bytes: &[u8]) -> Result<u64, NpzError> {
-        self.import(|| Ok(Cursor::new(bytes)))
-    }
-
-    fn import<R: Read + Seek>(
-        &mut self,
-        open: impl Fn() -> io::Result<R>,
-    ) -> Result<u64, NpzError> {
         let config = self.config.clone().with_num_envs(1).with_priorities(None);
         // The buffer itself decides what it keeps.
         let config = config.with_still_episodes(None);
         // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
-        let count = read(&mut staged, open)?;
+        let count = read(&mut staged, bytes)?;
         let episodes = &staged.storage.episodes;
         let mut rows = Vec::new();
         for number in episodes.numbers() {
@@ -63,12 +55,10 @@ impl<T: Scalar> HerBuffer<T> {
     }
 }
 
-/// Adds the episodes of an archive, which is opened once for each array.
-fn read<T: Scalar, R: Read + Seek>(
-    buffer: &mut HerBuffer<T>,
-    open: impl Fn() -> io::Result<R>,
-) -> Result<u64, NpzError> {
-    let another = || ZipArchive::new(open()?).map_err(|error| NpzError::Archive(error.into()));
+/// Adds the episodes of an archive, whose arrays are read side by side.
+fn read<T: Scalar>(buffer: &mut HerBuffer<T>, bytes: &[u8]) -> Result<u64, NpzError> {
+    let another =
+        || ZipArchive::new(Cursor::new(bytes)).map_err(|error| NpzError::Archive(error.into()));
     let config = buffer.config().clone();
     let Dims { observation, goal, action } = config.dims();
     let (mut lengths, mut rewards) = (another()?, another()?);

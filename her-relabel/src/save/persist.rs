@@ -48,11 +48,12 @@ impl<T: Scalar> HerBuffer<T> {
     /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives the same
     /// batches as this one, seed by seed.
     ///
-    /// The file is written under a temporary name and then renamed, so that a crash or a full disk leaves a
-    /// previous file as it was.
+    /// The file appears whole or not at all, so that a crash or a full disk leaves a previous file as it was,
+    /// and nothing else behind. A previous file's permissions stay, and a symbolic link is followed.
     ///
     /// # Errors
-    /// Errors of the file system.
+    /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] for a path that is no regular file, such
+    /// as a directory or a device.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
         replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
     }

@@ -1,7 +1,7 @@
 //! A loaded buffer equals the saved one, and saving leaves a whole file.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::num::NonZeroUsize;
 use std::process::{Command, Stdio};
 use std::thread;
@@ -218,6 +218,11 @@ impl Write for Disk {
 #[ignore = "runs until it is killed"]
 fn saves_forever() {
     let path = std::env::var_os("HER_RELABEL_SAVES_TO").unwrap();
+    // It ends with the process that has started it, however that ends.
+    thread::spawn(|| {
+        let _ = io::stdin().read_to_end(&mut Vec::new());
+        std::process::exit(0);
+    });
     loop {
         small().save(&path).unwrap();
         plain().save(&path).unwrap();
@@ -233,6 +238,7 @@ fn a_crash_while_saving_leaves_a_whole_file() -> Result {
         let mut child = Command::new(std::env::current_exe()?)
             .args(["--exact", "saving::saves_forever", "--ignored"])
             .env("HER_RELABEL_SAVES_TO", &path)
+            .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .spawn()?;
         // It is at work once it has replaced the file.

@@ -1,13 +1,14 @@
 //! The style of the pictures, and their files.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
-use anyhow::Context;
 use baselines::page::{Drawing, FONT, Picture};
 use plotters::{
     prelude::*,
     style::text_anchor::{HPos, Pos, VPos},
 };
+
+use crate::shared::json::write_file;
 
 pub const INK: RGBColor = RGBColor(33, 37, 41);
 pub const FAINT: RGBColor = RGBColor(108, 117, 125);
@@ -38,7 +39,7 @@ pub fn save(figure: &impl Drawing, folder: &Path, name: &str) -> anyhow::Result<
     let picture = Picture::new(figure)?;
     for (ending, bytes) in [("svg", picture.svg.as_bytes()), ("png", &picture.png)] {
         let path = folder.join(format!("{name}.{ending}"));
-        fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+        write_file(&path, bytes)?;
         println!("wrote {}", path.display());
     }
     Ok(())

@@ -2,10 +2,12 @@
 
 use std::{
     fmt, fs,
+    io::{self, Write as _},
     path::{Path, PathBuf},
 };
 
 use anyhow::Context;
+use atomic_write_file::AtomicWriteFile;
 use fetch_sim::MujocoVersion;
 use serde::Serialize;
 
@@ -94,8 +96,25 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
 
 /// Writes a file, making the folders on the way.
 pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    write_file(path, text.as_bytes())
+}
+
+/// Writes a file, making the folders on the way. A regular file appears whole or not at all; a device or
+/// a pipe takes what is written.
+pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    let is_special = fs::metadata(path).is_ok_and(|metadata| !metadata.is_file());
+    let write = || -> io::Result<()> {
+        if is_special {
+            return fs::write(path, bytes);
+        }
+        // The file that a symbolic link leads to.
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let mut file = AtomicWriteFile::open(target)?;
+        file.write_all(bytes)?;
+        file.commit()
+    };
+    write().with_context(|| format!("cannot write {}", path.display()))
 }

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::shared::{
     choice::{ModelChoice, flag_name},
-    json::write_json,
+    json::{write_file, write_json},
 };
 
 /// The folder of a run.
@@ -135,9 +135,7 @@ impl RunFiles {
     }
 
     pub fn write_policy(&self, policy: &TrainedPolicy) -> anyhow::Result<()> {
-        let path = self.folder.join("policy.safetensors");
-        fs::write(&path, policy.to_bytes()?)
-            .with_context(|| format!("cannot write {}", path.display()))
+        write_file(&self.folder.join("policy.safetensors"), &policy.to_bytes()?)
     }
 }
 
