@@ -6,7 +6,7 @@ use her_relabel::{BufferConfig, Dims, HerBuffer, Scalar, StepRows};
 
 use crate::{
     error::CollectError,
-    evaluate::{Episode, Evaluation, Event, run_episode},
+    evaluate::{Episode, Evaluation, Event, run_episode, seeds},
     policy::Policy,
 };
 
@@ -57,7 +57,7 @@ where
 {
     let env_ids = &[buffer_env];
     let mut episodes = Vec::with_capacity(count);
-    for (episode, seed) in (0..count).zip(first_seed..) {
+    for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| CollectError::Environment { episode, seed, source };
         let rejected = |source| CollectError::Buffer { episode, seed, source };
         let result = run_episode(env, policy, seed, failed, |_, event| {

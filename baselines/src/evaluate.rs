@@ -47,11 +47,20 @@ pub struct Summary {
     pub final_distance_mean: Estimate,
 }
 
+/// The number of steps after which an episode is taken for endless.
+pub(crate) const MAX_STEPS: usize = 100_000;
+
+/// Returns consecutive seeds, behind the greatest of which 0 follows.
+pub(crate) fn seeds(first_seed: u64) -> impl Iterator<Item = u64> {
+    std::iter::successors(Some(first_seed), |seed| Some(seed.wrapping_add(1)))
+}
+
 /// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it
 /// is terminated or truncated, and calls `progress` after each.
 ///
 /// # Errors
-/// [`EvaluationError::Environment`] if a reset or a step fails.
+/// [`EvaluationError::Environment`] if a reset or a step fails, or with [`EnvError::Endless`] if an episode
+/// has not ended after 100,000 steps.
 pub fn evaluate<E, P>(
     env: &mut E,
     policy: &mut P,
@@ -64,7 +73,7 @@ where
     P: Policy<E::Observation, ActionElement<E>> + ?Sized,
 {
     let mut episodes = Vec::with_capacity(count);
-    for (episode, seed) in (0..count).zip(first_seed..) {
+    for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| EvaluationError::Environment { episode, seed, source };
         let result = run_episode(env, policy, seed, failed, |_, _| Ok(()))?;
         progress(&result);
@@ -106,6 +115,9 @@ where
         episode.add(step.reward, &step.info);
         if is_last {
             return Ok(episode);
+        }
+        if episode.length >= MAX_STEPS {
+            return Err(failed(EnvError::Endless { steps: MAX_STEPS }));
         }
         observation = step.observation;
     }
@@ -166,6 +178,8 @@ where
                 if batch.terminated()[row] || batch.truncated()[row] {
                     *is_running = false;
                     progress(episode);
+                } else if episode.length >= MAX_STEPS {
+                    return Err(failed(row, &EnvError::Endless { steps: MAX_STEPS }));
                 }
             }
         }

@@ -3,10 +3,11 @@
 use std::error::Error;
 
 use baselines::{
-    Collector, CollectorError, Episode, Policy, RandomPolicy, buffer_config, evaluate, evaluate_vec,
+    Collector, CollectorError, Episode, EvaluationError, Policy, RandomPolicy, ZeroPolicy,
+    buffer_config, evaluate, evaluate_vec,
 };
 use fetch_env::{
-    FetchObservation, GoalObservation, KinematicEnv, VecEnv, make_kinematic,
+    EnvError, FetchObservation, GoalObservation, KinematicEnv, VecEnv, make_kinematic,
     vec_env::{AutoresetMode, Batch, VecConfig},
 };
 use her_relabel::{AddError, HerBuffer};
@@ -111,5 +112,30 @@ fn a_buffer_for_fewer_environments_is_an_error() -> Result {
     let Some(CollectorError::Buffer(AddError::UnknownEnv { env: 2, .. })) = error else {
         return Err(format!("{error:?}").into());
     };
+    Ok(())
+}
+
+/// One error instead of an endless evaluation, alone and among others.
+#[test]
+fn an_episode_without_an_end_is_an_error() -> Result {
+    let endless = || Ok::<_, EnvError>(make_kinematic("FetchReach-v4")?.into_inner());
+    let error = evaluate(&mut endless()?, &mut ZeroPolicy, 2, 5, |_| ()).unwrap_err();
+    let EvaluationError::Environment { episode: 0, seed: 5, source } = error else {
+        return Err(error.into());
+    };
+    assert_eq!(source, EnvError::Endless { steps: 100_000 });
+    let mut envs = VecEnv::new(vec![endless()?], VecConfig::default())?;
+    let mut still = |_: &Batch<FetchObservation>, actions: &mut [f32]| actions.fill(0.0);
+    let error = evaluate_vec(&mut envs, &mut still, 1, 5, |_| ()).unwrap_err();
+    assert!(matches!(error, EvaluationError::Environment { source: EnvError::Endless { .. }, .. }));
+    Ok(())
+}
+
+#[test]
+fn seeds_go_on_behind_the_greatest() -> Result {
+    let mut env = make_kinematic("FetchReach-v4")?;
+    let evaluation = evaluate(&mut env, &mut ZeroPolicy, 3, u64::MAX - 1, |_| ())?;
+    let seeds: Vec<_> = evaluation.episodes.iter().map(|episode| episode.seed).collect();
+    assert_eq!(seeds, [Some(u64::MAX - 1), Some(u64::MAX), Some(0)]);
     Ok(())
 }

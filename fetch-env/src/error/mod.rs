@@ -22,6 +22,12 @@ pub enum EnvError {
     /// A step after the end of the episode.
     #[error("the episode is over (terminated or truncated): call reset() before the next step()")]
     EpisodeOver,
+    /// An episode that whoever runs it has given up.
+    #[error("the episode has not ended after {steps} steps: wrap the environment with TimeLimit")]
+    Endless {
+        /// The number of steps.
+        steps: usize,
+    },
     /// An action of the wrong length.
     #[error("the action has {actual} elements: pass {expected}, as many as the action space has")]
     ActionLength {
