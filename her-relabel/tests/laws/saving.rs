@@ -219,11 +219,8 @@ impl Write for Disk {
 fn saves_forever() {
     let path = std::env::var_os("HER_RELABEL_SAVES_TO").unwrap();
     // It ends with the process that has started it, however that ends.
-    thread::spawn(|| {
-        let _ = io::stdin().read_to_end(&mut Vec::new());
-        std::process::exit(0);
-    });
-    loop {
+    let parent = thread::spawn(|| io::stdin().read_to_end(&mut Vec::new()));
+    while !parent.is_finished() {
         small().save(&path).unwrap();
         plain().save(&path).unwrap();
     }
