@@ -61,6 +61,16 @@ impl Target {
     }
 }
 
+/// The time that the updates of a [`Trainer`](super::Trainer) have taken since it was made or resumed, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct UpdateSeconds {
+    /// All of it.
+    pub total: f64,
+    /// What averaging over processes has taken of it, waiting included.
+    pub exchanging: f64,
+}
+
 /// Sums since the last evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recent {

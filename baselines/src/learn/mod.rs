@@ -59,7 +59,7 @@ mod vectors;
 pub use actor::Actor;
 pub use algorithm::{Algorithm, Losses, StateMut, Transitions};
 pub use checkpoint::Resumed;
-pub use curve::{Counters, CurveRow, Target};
+pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
 pub use ddpg::{Ddpg, DdpgSettings};
 pub use error::{CheckpointError, TrainError};
 pub use inputs::{Inputs, Seen};
@@ -69,4 +69,4 @@ pub use settings::{
     TrainSettings,
 };
 pub use train_batch::TrainBatch;
-pub use trainer::{LearnEnv, Trainer, UpdateSeconds};
+pub use trainer::{LearnEnv, Trainer};

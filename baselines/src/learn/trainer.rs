@@ -12,7 +12,7 @@ use her_relabel::{Dims, HerBuffer, Sampler};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::algorithm::Algorithm;
-use super::curve::{Counters, CurveRow, Recent, Target};
+use super::curve::{Counters, CurveRow, Recent, Target, UpdateSeconds};
 use super::error::TrainError;
 use super::explorer::Explorer;
 use super::inputs::{Inputs, Seen};
@@ -60,16 +60,6 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) rows: Vec<CurveRow>,
     pub(super) last_checkpoint: Option<PathBuf>,
     pub(super) update_seconds: UpdateSeconds,
-}
-
-/// The time that the updates of a [`Trainer`] have taken since it was made or resumed, in seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct UpdateSeconds {
-    /// All of it.
-    pub total: f64,
-    /// What averaging over processes has taken of it, waiting included.
-    pub exchanging: f64,
 }
 
 impl<E: LearnEnv> fmt::Debug for Trainer<E> {

@@ -17,7 +17,7 @@ pub(super) struct Watch {
 
 #[derive(Debug, Default)]
 struct State {
-    /// When the call began, in milliseconds since the start of the watch, plus 1; 0 outside calls.
+    /// When the call began to wait for the process, in milliseconds since the start of the watch, plus 1; 0 outside calls.
     since: AtomicU64,
     /// The process that the call waits for.
     rank: AtomicUsize,
@@ -49,15 +49,20 @@ impl Watch {
 
     /// Watches over a call, until it returns.
     pub(super) fn over<T>(&self, call: impl FnOnce() -> T) -> T {
-        let now = self.start.elapsed().as_millis();
-        self.state.since.store(u64::try_from(now).unwrap_or(u64::MAX - 1) + 1, Ordering::Release);
+        self.begin();
         let result = call();
         self.state.since.store(0, Ordering::Release);
         result
     }
 
-    /// Says which process the call waits for.
+    /// Says which process the call waits for from now on.
     pub(super) fn waits_for(&self, rank: usize) {
         self.state.rank.store(rank, Ordering::Relaxed);
+        self.begin();
+    }
+
+    fn begin(&self) {
+        let now = self.start.elapsed().as_millis();
+        self.state.since.store(u64::try_from(now).unwrap_or(u64::MAX - 1) + 1, Ordering::Release);
     }
 }

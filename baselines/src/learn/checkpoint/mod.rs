@@ -1,0 +1,98 @@
+//! Checkpoints: everything that a run needs to continue exactly where it was.
+//!
+//! A checkpoint is a zip archive of `state.json` and `networks.safetensors`, and of `rank-0.json` and
+//! `rank-0.buffer` for each process, each with a checksum, none compressed. The first process writes
+//! it, under a temporary name, and then renames it, so that a run that is killed while it writes
+//! leaves the last checkpoint as it was.
+
+mod load;
+mod resume;
+mod save;
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use serde::{Deserialize, Serialize};
+
+use super::curve::{Counters, CurveRow, Recent};
+use super::explorer::{ExplorerState, LastBatch};
+use super::inputs::Inputs;
+use super::settings::TrainSettings;
+use crate::collector::CollectorSnapshot;
+
+pub use resume::Resumed;
+
+/// The version of the format.
+const VERSION: u32 = 2;
+
+const STATE: &str = "state.json";
+const NETWORKS: &str = "networks.safetensors";
+
+/// What all processes have in common, beside the networks.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved {
+    version: u32,
+    settings: TrainSettings,
+    seed: u64,
+    /// The number of processes.
+    num_ranks: usize,
+    counters: Counters,
+    recent: Recent,
+    rows: Vec<CurveRow>,
+    inputs: Inputs,
+    num_updates: u64,
+}
+
+/// What a process has for itself, beside its buffer.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Own<S> {
+    explorer: ExplorerState,
+    /// `None` before the first step.
+    last_batch: Option<LastBatch>,
+    collector: CollectorSnapshot<S>,
+}
+
+fn own_name(rank: usize) -> String {
+    format!("rank-{rank}.json")
+}
+
+fn buffer_name(rank: usize) -> String {
+    format!("rank-{rank}.buffer")
+}
+
+fn checkpoint_path(folder: &Path, steps: u64) -> PathBuf {
+    folder.join(format!("checkpoint-{steps:012}.zip"))
+}
+
+/// Returns the checkpoints of a folder, oldest first.
+fn checkpoints(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        if name.starts_with("checkpoint-") && name.ends_with(".zip") {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+#[derive(Deserialize)]
+struct Version {
+    version: u32,
+}
+
+fn parse(state: &[u8]) -> Result<Saved, String> {
+    let read = |error: serde_json::Error| error.to_string();
+    match serde_json::from_slice(state).map_err(read)? {
+        Version { version: VERSION } => {}
+        Version { version } => {
+            return Err(format!("it has version {version}, and this crate reads {VERSION}"));
+        }
+    }
+    let saved: Saved = serde_json::from_slice(state).map_err(read)?;
+    if saved.num_ranks == 0 { Err("it is of no process".to_owned()) } else { Ok(saved) }
+}

@@ -1,0 +1,140 @@
+//! Continuing the run of a checkpoint.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use fetch_env::{EnvError, SnapshotEnv};
+use her_relabel::HerBuffer;
+use safetensors::{Dtype, SafeTensors};
+
+use super::Own;
+use super::load::Loaded;
+use crate::learn::curve::Counters;
+use crate::learn::error::CheckpointError as Error;
+use crate::learn::inputs::Inputs;
+use crate::learn::trainer::{LearnEnv, Trainer};
+use crate::trained::file::from_bytes;
+use crate::workers::{OneProcess, Workers};
+
+/// How a run continues.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Resumed {
+    /// With the bits of a run that was never stopped.
+    Exactly,
+    /// On another number of processes. Networks, optimizers, normalizers, counters and finished
+    /// episodes are those of the checkpoint. Unfinished episodes are lost, the environments begin
+    /// others, and all following random numbers are others.
+    OnOtherRanks {
+        /// The number of processes that wrote the checkpoint.
+        before: usize,
+    },
+}
+
+impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
+    /// Continues the run of the last checkpoint in a folder, on environments that `make` makes as
+    /// those of the run were made. It ends with the same bits as a run that was never stopped.
+    ///
+    /// # Errors
+    /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged, of several
+    /// processes, or does not fit the environments.
+    pub fn resume(
+        make: impl Fn() -> Result<E, EnvError>,
+        folder: impl AsRef<Path>,
+        num_threads: usize,
+    ) -> Result<Self, Error> {
+        let workers = Box::new(OneProcess);
+        Self::resume_with_workers(make, folder, num_threads, workers).map(|(trainer, _)| trainer)
+    }
+
+    /// Continues a run as [`resume`](Self::resume) does, shared by several processes, and says
+    /// whether it does so exactly: on as many processes as wrote the checkpoint. The first process
+    /// reads it.
+    ///
+    /// # Errors
+    /// [`CheckpointError`](Error) as [`resume`](Self::resume).
+    pub fn resume_with_workers(
+        make: impl Fn() -> Result<E, EnvError>,
+        folder: impl AsRef<Path>,
+        num_threads: usize,
+        mut workers: Box<dyn Workers>,
+    ) -> Result<(Self, Resumed), Error> {
+        let Loaded { path, before, saved, networks, own, buffers } =
+            Loaded::read(folder.as_ref(), &mut *workers)?;
+        let damaged = |reason: String| {
+            let (path, before) = (path.clone(), before.clone());
+            Error::Damaged { path, reason, before }
+        };
+        let foreign = |what| Error::Foreign { path: path.clone(), what };
+        let size = workers.size();
+        let mut trainer =
+            Self::with_workers(make, saved.settings, saved.seed, num_threads, workers)?;
+        let read = |bytes: &Vec<u8>| HerBuffer::read_from(bytes.as_slice());
+        let mut buffers = buffers.iter().map(read).collect::<Result<Vec<_>, _>>();
+        let buffers = buffers.as_mut().map_err(|error| damaged(error.to_string()))?;
+        if !trainer.decode_networks(saved.num_updates, &networks).map_err(damaged)? {
+            return Err(foreign("a network"));
+        }
+        let Inputs { observation, goal, .. } = &saved.inputs;
+        let dims = trainer.buffer.config().dims();
+        if (observation.dim(), goal.dim()) != (dims.observation, dims.goal) {
+            return Err(foreign("a normalizer"));
+        }
+        trainer.inputs = saved.inputs;
+        trainer.counters = saved.counters;
+        trainer.recent = saved.recent;
+        trainer.rows = saved.rows;
+        trainer.last_checkpoint = Some(path.clone());
+        let resumed = if saved.num_ranks == size {
+            let own: Own<E::Snapshot> =
+                serde_json::from_slice(&own).map_err(|error| damaged(error.to_string()))?;
+            let buffer = buffers.pop().ok_or_else(|| damaged("it has no buffer".to_owned()))?;
+            if buffer.config() != trainer.buffer.config() {
+                return Err(foreign("the buffer"));
+            }
+            trainer.buffer = buffer;
+            trainer.collector.restore(&own.collector).map_err(Error::Envs)?;
+            if let Some(last_batch) = own.last_batch
+                && !trainer.explorer.restore(own.explorer, last_batch)
+            {
+                return Err(foreign("the last batch"));
+            }
+            Resumed::Exactly
+        } else {
+            for buffer in buffers {
+                trainer.buffer.append(buffer).map_err(|_| foreign("the buffer"))?;
+            }
+            let Counters { steps, episodes, .. } = trainer.counters;
+            trainer.explorer.skip(steps, episodes);
+            trainer.begin_episodes()?;
+            Resumed::OnOtherRanks { before: saved.num_ranks }
+        };
+        if trainer.counters.updates > 0 {
+            let actor = trainer.algorithm.actor();
+            trainer.explorer.set_actor(actor, trainer.inputs.clone());
+        }
+        Ok((trainer, resumed))
+    }
+
+    /// Replaces the vectors of the algorithm's state; `false` if they do not fit.
+    fn decode_networks(&mut self, num_updates: u64, file: &[u8]) -> Result<bool, String> {
+        let tensors = SafeTensors::deserialize(file).map_err(|error| error.to_string())?;
+        let saved: BTreeMap<_, _> = tensors.iter().collect();
+        let state = self.algorithm.state_mut();
+        if saved.len() != state.vectors.len() {
+            return Ok(false);
+        }
+        for (name, vector) in state.vectors {
+            let Some(view) = saved
+                .get(name.as_str())
+                .filter(|view| view.dtype() == Dtype::F32 && view.data().len() == 4 * vector.len())
+            else {
+                return Ok(false);
+            };
+            vector.clear();
+            vector.extend(from_bytes(view.data()));
+        }
+        *state.num_updates = num_updates;
+        Ok(true)
+    }
+}
