@@ -11,14 +11,14 @@ const INTERVAL: Duration = Duration::from_millis(100);
 /// A thread that tells when a call has waited too long for another process. It ends with its watch.
 #[derive(Debug)]
 pub(super) struct Watch {
-    start: Instant,
+    num_waits: AtomicU64,
     state: Arc<State>,
 }
 
 #[derive(Debug, Default)]
 struct State {
-    /// When the call began to wait for the process, in milliseconds since the start of the watch, plus 1; 0 outside calls.
-    since: AtomicU64,
+    /// The number of the wait, counted from 1; 0 outside calls.
+    wait: AtomicU64,
     /// The process that the call waits for.
     rank: AtomicUsize,
 }
@@ -30,13 +30,18 @@ impl Watch {
         limit: Duration,
         on_late: impl Fn(usize) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let (start, state) = (Instant::now(), Arc::new(State::default()));
+        let state = Arc::new(State::default());
         let watched = Arc::downgrade(&state);
         thread::Builder::new().name("watch over ranks".to_owned()).spawn(move || {
+            let (mut last_wait, mut waited, mut last_look) = (0, Duration::ZERO, Instant::now());
             while let Some(state) = watched.upgrade() {
-                let since = state.since.load(Ordering::Acquire);
-                let waited = start.elapsed().saturating_sub(Duration::from_millis(since));
-                if since > 0 && waited > limit {
+                let wait = state.wait.load(Ordering::Acquire);
+                // While this process is stopped itself, it does not wait for another one.
+                let passed = last_look.elapsed().min(2 * INTERVAL);
+                waited =
+                    if wait > 0 && wait == last_wait { waited + passed } else { Duration::ZERO };
+                (last_wait, last_look) = (wait, Instant::now());
+                if waited > limit {
                     on_late(state.rank.load(Ordering::Relaxed));
                     return;
                 }
@@ -44,25 +49,20 @@ impl Watch {
                 thread::sleep(INTERVAL);
             }
         })?;
-        Ok(Self { start, state })
+        Ok(Self { num_waits: AtomicU64::new(0), state })
     }
 
     /// Watches over a call, until it returns.
     pub(super) fn over<T>(&self, call: impl FnOnce() -> T) -> T {
-        self.begin();
         let result = call();
-        self.state.since.store(0, Ordering::Release);
+        self.state.wait.store(0, Ordering::Release);
         result
     }
 
     /// Says which process the call waits for from now on.
     pub(super) fn waits_for(&self, rank: usize) {
         self.state.rank.store(rank, Ordering::Relaxed);
-        self.begin();
-    }
-
-    fn begin(&self) {
-        let now = self.start.elapsed().as_millis();
-        self.state.since.store(u64::try_from(now).unwrap_or(u64::MAX - 1) + 1, Ordering::Release);
+        let number = self.num_waits.fetch_add(1, Ordering::Relaxed) + 1;
+        self.state.wait.store(number, Ordering::Release);
     }
 }
