@@ -7,28 +7,28 @@
 fs_status fs_make_data(const mjModel* m, mjData** data) {
   *data = NULL;
   FS_GUARDED(NULL, {
-    *data = fs_mj.mj_makeData(m);
+    *data = mj->mj_makeData(m);
     if (!*data) fs_on_error("no memory for the simulation's data");
   });
 }
 
-void fs_delete_data(mjData* d) { fs_mj.mj_deleteData(d); }
+void fs_delete_data(mjData* d) { FS_RELEASE(mj->mj_deleteData(d)); }
 
-fs_status fs_reset(const mjModel* m, mjData* d) { FS_GUARDED(NULL, fs_mj.mj_resetData(m, d)); }
+fs_status fs_reset(const mjModel* m, mjData* d) { FS_GUARDED(NULL, mj->mj_resetData(m, d)); }
 
 fs_status fs_forward(const mjModel* m, mjData* d, fs_filter* filter) {
-  FS_GUARDED(filter, fs_mj.mj_forward(m, d));
+  FS_GUARDED(filter, mj->mj_forward(m, d));
 }
 
 fs_status fs_step(const mjModel* m, mjData* d, fs_filter* filter, int count) {
-  FS_GUARDED(filter, for (int i = 0; i < count; i++) fs_mj.mj_step(m, d));
+  FS_GUARDED(filter, for (int i = 0; i < count; i++) mj->mj_step(m, d));
 }
 
 // ------------------------------------------------------------------------------------------ access
 
-void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* translation,
-                      double* rotation) {
-  fs_mj.mj_jacSite(m, d, translation, rotation, site);
+fs_status fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* translation,
+                           double* rotation) {
+  FS_GUARDED(NULL, mj->mj_jacSite(m, d, translation, rotation, site));
 }
 
 double fs_time(const mjData* d) { return d->time; }

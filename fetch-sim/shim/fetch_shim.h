@@ -6,8 +6,8 @@
 // so is the table of fs_contract, which Rust compares with its own before it calls anything else.
 //
 // Rules that the Rust side relies on:
-// - fs_load must succeed before any function but fs_contract, fs_header_version and the two texts
-//   is called.
+// - fs_load must succeed before any function but fs_contract, fs_header_version,
+//   fs_global_library_path and the two texts is called.
 // - A function that returns fs_status may fail, and may run MuJoCo code that fails or warns. Its
 //   result is a set of FS_FAILED and FS_WARNED. fs_error_text and fs_warning_text return the texts
 //   on the same thread until its next such call.
@@ -32,7 +32,7 @@
 #define FS_MODEL_ARRAYS(X)                                                                         \
   X(FS_JNT_QPOSADR, jnt_qposadr, m->njnt) X(FS_JNT_DOFADR, jnt_dofadr, m->njnt)                    \
   X(FS_BODY_MOCAPID, body_mocapid, m->nbody) X(FS_BODY_PARENTID, body_parentid, m->nbody)          \
-  X(FS_GEOM_BODYID, geom_bodyid, m->ngeom) X(FS_ACTUATOR_TRNID, actuator_trnid, 2 * m->nu)
+  X(FS_GEOM_BODYID, geom_bodyid, m->ngeom)
 
 // Arrays of a simulation's data, and their lengths.
 #define FS_DATA_ARRAYS(X)                                                                          \
@@ -119,8 +119,12 @@ fs_status fs_load(const char* path, int* version);
 // Returns the path from which MuJoCo was loaded, or NULL if the system does not know it. Valid as long
 // as the program.
 const char* fs_library_path(void);
-// Loads the plugins in a folder: late 3.x versions read mesh files through them.
-void fs_load_plugins(const char* folder);
+// Returns the path of the MuJoCo that somebody else loaded for the whole process, or NULL if nobody did.
+// Valid as long as that library is loaded.
+const char* fs_global_library_path(void);
+// Opens a plugin of the loaded library, whose name in the system is `library_name`. It fails, and the
+// library stays as it was, if the plugin cannot be opened or registered.
+fs_status fs_load_plugin(const char* path, const char* library_name);
 
 const char* fs_error_text(void);
 const char* fs_warning_text(void);
@@ -135,10 +139,12 @@ fs_status fs_load_files(const char* const* names, const char* const* bytes, cons
 void fs_delete_model(mjModel* m);
 void fs_model_sizes(const mjModel* m, fs_sizes* sizes);
 
-// Returns the id of a named object of a kind, or -1.
-int fs_name_to_id(const mjModel* m, int kind, const char* name);
-// Returns the name of an object, or NULL. Valid as long as the model.
-const char* fs_id_to_name(const mjModel* m, int kind, int id);
+// Writes the id of a named object of a kind, or -1.
+fs_status fs_name_to_id(const mjModel* m, int kind, const char* name, int* id);
+// Writes the name of an object, or NULL. Valid as long as the model.
+fs_status fs_id_to_name(const mjModel* m, int kind, int id, const char** name);
+// Returns the joint that an actuator drives, or -1 if it drives something else.
+int fs_actuator_joint(const mjModel* m, int actuator);
 // Returns an array of the model, and its length. Valid as long as the model.
 const int* fs_model_array(const mjModel* m, int array, int* len);
 
@@ -168,8 +174,8 @@ fs_status fs_forward(const mjModel* m, mjData* d, fs_filter* filter);
 fs_status fs_step(const mjModel* m, mjData* d, fs_filter* filter, int count);
 
 // Writes a site's Jacobians, 3 x nv each, at the positions last computed.
-void fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* translation,
-                      double* rotation);
+fs_status fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* translation,
+                           double* rotation);
 double fs_time(const mjData* d);
 void fs_set_time(mjData* d, double time);
 // Writes the arrays of the data, which keep their places as long as it lives. The address of an empty

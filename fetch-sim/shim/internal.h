@@ -38,7 +38,8 @@ typedef void (*fs_handler)(const char*);
   X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext)    \
   X(mjr_freeContext) X(mjr_setBuffer) X(mjr_render) X(mjr_readPixels)
 
-// MuJoCo's functions, once fs_load has succeeded.
+// MuJoCo's functions. Any of them may call mju_error, which ends the process unless its handler jumps
+// away: so only a guarded statement reaches them.
 typedef struct {
 #define X(name) __typeof__(&name) name;
   FS_FUNCTIONS(X)
@@ -47,7 +48,6 @@ typedef struct {
   FS_HOOKS(X)
 #undef X
 } fs_functions;
-extern fs_functions fs_mj;
 
 // Looks up a function of a library; returns 0 if the library has none of this name.
 int fs_symbol(void* library, const char* name, void* target);
@@ -75,21 +75,44 @@ typedef struct {
   fs_filter* filter;
   fs_handlers handlers;
 } fs_outer;
-void fs_enter(fs_outer* outer, fs_filter* filter);
+const fs_functions* fs_enter(fs_outer* outer, fs_filter* filter);
 fs_status fs_leave(const fs_outer* outer, fs_status status);
+void fs_clear_texts(void);
 extern _Thread_local jmp_buf fs_after_error;
 
-// Runs a statement of MuJoCo calls with this thread's handlers and a contact filter (or NULL) in
-// place, and returns its status. mju_error must not return, so its handler jumps back to here; only
-// frames of MuJoCo, and of the filter between them, lie in between. The statement must not hold
-// anything that a failure would have to release, and must not change a local variable of its function.
-#define FS_GUARDED(filter, statement)                                                              \
+// Runs a statement, which calls MuJoCo's functions through `mj`, with this thread's handlers and a
+// contact filter (or NULL) in place, and sets `status`. mju_error must not return, so its handler jumps
+// back to here; only frames of MuJoCo, and of the filter between them, lie in between. The statement
+// must not hold anything that a failure would have to release, must not change a local variable of its
+// function, and must not contain another guarded statement.
+#define FS_TRY(status, filter, statement)                                                          \
   do {                                                                                             \
     fs_outer outer;                                                                                \
-    fs_enter(&outer, filter);                                                                      \
-    if (setjmp(fs_after_error)) return fs_leave(&outer, FS_FAILED);                                \
-    statement;                                                                                     \
-    return fs_leave(&outer, FS_OK);                                                                \
+    const fs_functions* const mj = fs_enter(&outer, filter);                                       \
+    if (setjmp(fs_after_error)) {                                                                  \
+      status = fs_leave(&outer, FS_FAILED);                                                        \
+    } else {                                                                                       \
+      statement;                                                                                   \
+      status = fs_leave(&outer, FS_OK);                                                            \
+    }                                                                                              \
+  } while (0)
+
+// The body of a function that returns the status of a guarded statement.
+#define FS_GUARDED(filter, statement)                                                              \
+  do {                                                                                             \
+    fs_status status;                                                                              \
+    fs_clear_texts();                                                                              \
+    FS_TRY(status, filter, statement);                                                             \
+    return status;                                                                                 \
+  } while (0)
+
+// A guarded statement that releases something. What MuJoCo has to say against that is dropped: nobody
+// could act on it.
+#define FS_RELEASE(statement)                                                                      \
+  do {                                                                                             \
+    fs_status ignored;                                                                             \
+    FS_TRY(ignored, NULL, statement);                                                              \
+    (void)ignored;                                                                                 \
   } while (0)
 
 // ------------------------------------------------------------------------------ contact_filter.c

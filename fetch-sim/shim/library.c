@@ -11,7 +11,8 @@
 
 // --------------------------------------------------------------------------------------- loading
 
-fs_functions fs_mj;
+static fs_functions functions;
+static void* loaded;
 
 int fs_symbol(void* library, const char* name, void* target) {
   void* symbol = dlsym(library, name);
@@ -54,10 +55,20 @@ static fs_status find_functions(void* library, fs_functions* found, int* version
   return FS_OK;
 }
 
-static void* loaded;
+// Returns the path of the library at an address, or NULL if the system does not know it.
+static const char* path_of(const void* address) {
+  Dl_info info;
+  return address && dladdr(address, &info) ? info.dli_fname : NULL;
+}
+
+const char* fs_global_library_path(void) { return path_of(dlsym(RTLD_DEFAULT, "mj_version")); }
 
 fs_status fs_load(const char* path, int* version) {
   *version = 0;
+  void* there = dlopen(path, RTLD_NOW | RTLD_NOLOAD);
+  if (there) dlclose(there);
+  const char* global = fs_global_library_path();
+  if (global && !there) return fs_fail("it would call the functions of %s, which is loaded for the whole process", global);
   void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
   if (!library) return fs_fail("%s", dlerror());
   fs_functions found = {0};
@@ -66,22 +77,16 @@ fs_status fs_load(const char* path, int* version) {
     dlclose(library);
     return FS_FAILED;
   }
-  fs_mj = found;
+  functions = found;
   loaded = library;
   fs_install_filter(library);
   return FS_OK;
 }
 
 const char* fs_library_path(void) {
-  Dl_info info;
   void* address;
-  memcpy(&address, &fs_mj.mj_version, sizeof address);
-  return dladdr(address, &info) ? info.dli_fname : NULL;
-}
-
-void fs_load_plugins(const char* folder) {
-  void (*load_plugins)(const char*, void*);
-  if (fs_symbol(loaded, "mj_loadAllPluginLibraries", &load_plugins)) load_plugins(folder, NULL);
+  memcpy(&address, &functions.mj_version, sizeof address);
+  return path_of(address);
 }
 
 // ---------------------------------------------------------------------------- errors and warnings
@@ -114,36 +119,65 @@ void fs_on_warning(const char* message) {
   if (length >= (int)room) strcpy(warning_text + sizeof warning_text - 4, "...");
 }
 
+// Set while a plugin is opened: jumping out of dlopen would leave its locks held, and MuJoCo may go on
+// after refusing a plugin.
+static _Thread_local int opening_plugin;
+
+static void on_error(const char* message) {
+  if (!opening_plugin) fs_on_error(message);
+  fs_fail("%s", message);
+}
+
 #if mjVERSION_HEADER >= 3010000
 static void on_message(const mjLogMessage* message) {
-  if (message->level == mjLOG_ERROR) fs_on_error(message->subject);
+  if (message->level == mjLOG_ERROR) on_error(message->subject);
   if (message->level == mjLOG_WARNING) fs_on_warning(message->subject);
 }
 
 static const fs_handlers our_handlers = on_message;
 
 static fs_handlers exchange_handlers(fs_handlers handlers) {
-  return fs_mj.exchange_handler(handlers);
+  return functions.exchange_handler(handlers);
 }
 #else
-static const fs_handlers our_handlers = {fs_on_error, fs_on_warning};
+static const fs_handlers our_handlers = {on_error, fs_on_warning};
 
 static fs_handlers exchange_handlers(fs_handlers handlers) {
-  const fs_handlers before = {fs_mj.get_error_handler(), fs_mj.get_warning_handler()};
-  fs_mj.set_error_handler(handlers.error);
-  fs_mj.set_warning_handler(handlers.warning);
+  const fs_handlers before = {functions.get_error_handler(), functions.get_warning_handler()};
+  functions.set_error_handler(handlers.error);
+  functions.set_warning_handler(handlers.warning);
   return before;
 }
 #endif
 
-void fs_enter(fs_outer* outer, fs_filter* filter) {
-  error_text[0] = warning_text[0] = '\0';
+void fs_clear_texts(void) { error_text[0] = warning_text[0] = '\0'; }
+
+const fs_functions* fs_enter(fs_outer* outer, fs_filter* filter) {
   outer->filter = fs_use_filter(filter);
   outer->handlers = exchange_handlers(our_handlers);
+  return &functions;
 }
 
 fs_status fs_leave(const fs_outer* outer, fs_status status) {
   fs_use_filter(outer->filter);
   exchange_handlers(outer->handlers);
   return status | (warning_text[0] ? FS_WARNED : FS_OK);
+}
+
+// --------------------------------------------------------------------------------------- plugins
+
+fs_status fs_load_plugin(const char* path, const char* library_name) {
+  fs_clear_texts();
+  // A plugin registers itself with the library that the system has under this name.
+  void* theirs = dlopen(library_name, RTLD_NOW | RTLD_NOLOAD);
+  if (theirs) dlclose(theirs);
+  if (theirs != loaded) return fs_fail("it would register itself with another copy of %s in this process", library_name);
+  fs_outer outer;
+  fs_enter(&outer, NULL);
+  opening_plugin = 1;
+  const void* plugin = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  opening_plugin = 0;
+  const fs_status status = fs_leave(&outer, FS_OK);
+  if (!plugin) return fs_fail("%s", dlerror());
+  return error_text[0] ? status | FS_FAILED : status;
 }

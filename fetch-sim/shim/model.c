@@ -6,49 +6,66 @@
 
 // ------------------------------------------------------------------------------------- compiling
 
-static int add_file(mjVFS* vfs, const char* name, const char* bytes, int size) {
+static fs_status make_vfs(mjVFS** vfs) {
+  *vfs = NULL;
+  FS_GUARDED(NULL, {
+    *vfs = mj->mju_malloc(sizeof **vfs);  // 2 MB in 2.x: too large for a stack
+    if (!*vfs) fs_on_error("no memory for the model's files");
+    mj->mj_defaultVFS(*vfs);
+  });
+}
+
+static void delete_vfs(mjVFS* vfs) {
+  FS_RELEASE({
+    mj->mj_deleteVFS(vfs);
+    mj->mju_free(vfs);
+  });
+}
+
+// Returns 0 if the file system refuses the file.
+static int put(const fs_functions* mj, mjVFS* vfs, const char* name, const char* bytes, int size) {
 #ifdef mjMAXVFS
-  const int status = fs_mj.mj_makeEmptyFileVFS(vfs, name, size);
-  if (status == 0) memcpy(vfs->filedata[fs_mj.mj_findFileVFS(vfs, name)], bytes, (size_t)size);
-  return status;
+  if (mj->mj_makeEmptyFileVFS(vfs, name, size) != 0) return 0;
+  const int index = mj->mj_findFileVFS(vfs, name);
+  if (index >= 0) memcpy(vfs->filedata[index], bytes, (size_t)size);
+  return index >= 0;
 #else
-  return fs_mj.mj_addBufferVFS(vfs, name, bytes, size);
+  return mj->mj_addBufferVFS(vfs, name, bytes, size) == 0;
 #endif
 }
 
-static fs_status load(const char* name, const mjVFS* vfs, mjModel** model) {
+static fs_status add_file(mjVFS* vfs, const char* name, const char* bytes, int size) {
+  FS_GUARDED(NULL, if (!put(mj, vfs, name, bytes, size)) fs_on_error("a file has no name, or that of another"));
+}
+
+static fs_status compile(const char* name, const mjVFS* vfs, mjModel** model) {
   // The compiler writes its message, a warning or an error, into this buffer.
   static _Thread_local char message[1024];
   message[0] = '\0';
   *model = NULL;
   FS_GUARDED(NULL, {
-    *model = fs_mj.mj_loadXML(name, vfs, message, sizeof message);
+    *model = mj->mj_loadXML(name, vfs, message, sizeof message);
     if (!*model) fs_on_error(message);
     if (message[0]) fs_on_warning(message);
   });
 }
 
-fs_status fs_load_path(const char* path, mjModel** model) { return load(path, NULL, model); }
+fs_status fs_load_path(const char* path, mjModel** model) { return compile(path, NULL, model); }
 
 fs_status fs_load_files(const char* const* names, const char* const* bytes, const int* sizes,
                         int count, mjModel** model) {
   *model = NULL;
-  mjVFS* vfs = fs_mj.mju_malloc(sizeof(mjVFS));  // 2 MB in 2.x: too large for a stack
-  if (!vfs) return fs_fail("no memory for the model's files");
-  fs_mj.mj_defaultVFS(vfs);
-  fs_status status = FS_OK;
-  for (int i = 0; i < count && status == FS_OK; i++) {
-    if (add_file(vfs, names[i], bytes[i], sizes[i]) != 0) {
-      status = fs_fail("the file %s could not be added", names[i]);
-    }
+  mjVFS* vfs;
+  fs_status status = make_vfs(&vfs);
+  for (int i = 0; i < count && !(status & FS_FAILED); i++) {
+    status = add_file(vfs, names[i], bytes[i], sizes[i]);
   }
-  if (status == FS_OK) status = load(names[0], vfs, model);
-  fs_mj.mj_deleteVFS(vfs);
-  fs_mj.mju_free(vfs);
+  if (!(status & FS_FAILED)) status = compile(names[0], vfs, model);
+  if (vfs) delete_vfs(vfs);
   return status;
 }
 
-void fs_delete_model(mjModel* m) { fs_mj.mj_deleteModel(m); }
+void fs_delete_model(mjModel* m) { FS_RELEASE(mj->mj_deleteModel(m)); }
 
 // ------------------------------------------------------------------------------------ looking up
 
@@ -62,12 +79,20 @@ void fs_model_sizes(const mjModel* m, fs_sizes* sizes) {
 #define MUJOCO_NUMBER(number, mujoco_number) mujoco_number,
 static const int object_types[] = {FS_OBJECT_KINDS(MUJOCO_NUMBER)};
 
-int fs_name_to_id(const mjModel* m, int kind, const char* name) {
-  return fs_mj.mj_name2id(m, object_types[kind], name);
+fs_status fs_name_to_id(const mjModel* m, int kind, const char* name, int* id) {
+  *id = -1;
+  FS_GUARDED(NULL, *id = mj->mj_name2id(m, object_types[kind], name));
 }
 
-const char* fs_id_to_name(const mjModel* m, int kind, int id) {
-  return fs_mj.mj_id2name(m, object_types[kind], id);
+fs_status fs_id_to_name(const mjModel* m, int kind, int id, const char** name) {
+  *name = NULL;
+  FS_GUARDED(NULL, *name = mj->mj_id2name(m, object_types[kind], id));
+}
+
+int fs_actuator_joint(const mjModel* m, int actuator) {
+  const int kind = m->actuator_trntype[actuator];
+  const int drives_joint = kind == mjTRN_JOINT || kind == mjTRN_JOINTINPARENT;
+  return drives_joint ? m->actuator_trnid[2 * actuator] : -1;
 }
 
 const int* fs_model_array(const mjModel* m, int array, int* len) {

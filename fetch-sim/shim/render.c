@@ -15,9 +15,9 @@ void fs_prepare_model(mjModel* m, int width, int height, int samples) {
 
 fs_status fs_place(const mjModel* m, mjData* d) {
   FS_GUARDED(NULL, {
-    fs_mj.mj_kinematics(m, d);
-    fs_mj.mj_comPos(m, d);
-    fs_mj.mj_camlight(m, d);
+    mj->mj_kinematics(m, d);
+    mj->mj_comPos(m, d);
+    mj->mj_camlight(m, d);
   });
 }
 
@@ -37,26 +37,29 @@ enum { SPARE_GEOMS = 1000 };  // room in the scene for more than the model's geo
 
 static fs_status make(const mjModel* m, fs_renderer* r) {
   FS_GUARDED(NULL, {
-    fs_mj.mjv_makeScene(m, &r->scene, SPARE_GEOMS + (int)m->ngeom);
-    fs_mj.mjr_makeContext(m, &r->context, mjFONTSCALE_50);
-    fs_mj.mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
+    mj->mjv_defaultScene(&r->scene);
+    mj->mjv_defaultOption(&r->option);
+    mj->mjv_defaultCamera(&r->camera);
+    mj->mjv_defaultPerturb(&r->perturb);
+    mj->mjr_defaultContext(&r->context);
+    mj->mjv_makeScene(m, &r->scene, SPARE_GEOMS + (int)m->ngeom);
+    mj->mjr_makeContext(m, &r->context, mjFONTSCALE_50);
+    mj->mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
   });
 }
 
-static fs_status release(fs_renderer* r) {
-  FS_GUARDED(NULL, {
-    fs_mj.mjr_freeContext(&r->context);
-    fs_mj.mjv_freeScene(&r->scene);
-  });
-}
+static void free_context(fs_renderer* r) { FS_RELEASE(mj->mjr_freeContext(&r->context)); }
+
+static void free_scene(fs_renderer* r) { FS_RELEASE(mj->mjv_freeScene(&r->scene)); }
 
 void fs_delete_renderer(fs_renderer* r) {
   fs_gl_outer outer;
-  // Deleting the context frees what is left.
+  // Deleting the OpenGL context frees what is left of it.
   if (fs_gl_enter(r->gl, &outer) == FS_OK) {
-    release(r);
+    free_context(r);
     fs_gl_leave(&outer);
   }
+  free_scene(r);
   fs_gl_delete(r->gl);
   free(r);
 }
@@ -75,11 +78,6 @@ fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl
   }
   r->gl = gl;
   r->viewport = (mjrRect){0, 0, m->vis.global.offwidth, m->vis.global.offheight};
-  fs_mj.mjv_defaultScene(&r->scene);
-  fs_mj.mjv_defaultOption(&r->option);
-  fs_mj.mjv_defaultCamera(&r->camera);
-  fs_mj.mjv_defaultPerturb(&r->perturb);
-  fs_mj.mjr_defaultContext(&r->context);
   fs_status status = make(m, r);
   const mjrContext* made = &r->context;
   if (status == FS_OK && (made->offWidth != r->viewport.width || made->offHeight != r->viewport.height)) {
@@ -87,7 +85,7 @@ fs_status fs_make_renderer(const mjModel* m, fs_renderer** renderer, int* has_gl
   }
   fs_gl_leave(&outer);
   if (status & FS_FAILED) {
-    fs_mj.mjv_freeScene(&r->scene);  // deleting the context frees OpenGL's part
+    free_scene(r);  // deleting the OpenGL context frees the rest
     fs_gl_delete(gl);
     free(r);
     return status;
@@ -117,11 +115,11 @@ void fs_set_fixed_camera(fs_renderer* r, int id) {
 static fs_status draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
                       unsigned char* rgb, float* depth) {
   FS_GUARDED(NULL, {
-    fs_mj.mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
-    fs_mj.mjv_updateScene(m, (mjData*)d, &r->option, &r->perturb, &r->camera, mjCAT_ALL, &r->scene);
+    mj->mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
+    mj->mjv_updateScene(m, (mjData*)d, &r->option, &r->perturb, &r->camera, mjCAT_ALL, &r->scene);
     r->scene.flags[mjRND_SEGMENT] = r->scene.flags[mjRND_IDCOLOR] = (mjtByte)segments;
-    fs_mj.mjr_render(r->viewport, &r->scene, &r->context);
-    fs_mj.mjr_readPixels(rgb, depth, r->viewport, &r->context);
+    mj->mjr_render(r->viewport, &r->scene, &r->context);
+    mj->mjr_readPixels(rgb, depth, r->viewport, &r->context);
   });
 }
 

@@ -187,9 +187,9 @@ static int collides(const mjModel* m, int geom) {
 }
 
 static void number_pairs(const mjModel* m, fs_shapes* shapes) {
-  const int ngeom = shapes->ngeom;
-  for (int i = 0; i < ngeom; i++) {
-    for (int j = 0; j <= i; j++) {
+  const size_t ngeom = (size_t)shapes->ngeom;
+  for (size_t i = 0; i < ngeom; i++) {
+    for (size_t j = 0; j <= i; j++) {
       const int may_touch = (m->geom_contype[i] & m->geom_conaffinity[j]) ||
                             (m->geom_contype[j] & m->geom_conaffinity[i]);
       const int known =

@@ -40,7 +40,7 @@ struct fs_shapes {
 // Returns the number, below npair, of a pair of geoms that may touch and whose shapes are supported;
 // -1 for any other pair.
 static inline int fs_pair(const fs_shapes* shapes, int geom1, int geom2) {
-  return shapes->pairs[geom1 * shapes->ngeom + geom2];
+  return shapes->pairs[(size_t)geom1 * shapes->ngeom + geom2];
 }
 
 // Writes the point of a shape's core that is farthest in a direction of unit length, both in the

@@ -76,6 +76,40 @@ pub enum SimError {
         /// The name that was looked up.
         name: String,
     },
+    /// A model has what the Fetch tasks need, but of another kind.
+    #[error("{object} {reason}: use a model of the Fetch tasks")]
+    UnfitModel {
+        /// The part of the model, such as `the joint object0:joint`.
+        object: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// An id is not one of this model's.
+    #[error("the model has no {kind} with the id {id}, it has {count}: use an id of this model")]
+    UnknownId {
+        /// Kind of object, such as `site`.
+        kind: &'static str,
+        /// The id.
+        id: usize,
+        /// The number of such objects in the model.
+        count: usize,
+    },
+    /// A slice has not the length that the model asks for.
+    #[error("{what} takes {expected} numbers, not {actual}: give it as many")]
+    WrongLength {
+        /// What the slice is for.
+        what: &'static str,
+        /// The length that the model asks for.
+        expected: usize,
+        /// The length of the slice.
+        actual: usize,
+    },
+    /// A number that goes into a simulation is NaN or infinite.
+    #[error("the {what} is not finite: give it finite numbers")]
+    NotFinite {
+        /// What the number is.
+        what: &'static str,
+    },
     /// MuJoCo reported an error.
     #[error("MuJoCo failed ({message}): reset the environment")]
     Mujoco {

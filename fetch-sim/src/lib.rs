@@ -28,6 +28,11 @@
 //! [`SimConfig::with_contact_filter`] turns that off; results are the same to the last bit. A new
 //! `Data` has no such filter: its `step` is MuJoCo's bare loop of `mj_step`.
 //!
+//! # Threads
+//! Any thread with a stack of 256 KiB can make and step simulations of the built-in model: MuJoCo takes
+//! up to 96 KiB of it, and ends the process if there is less. Threads of the standard library have 2 MiB
+//! unless they ask for less. A model of one's own may need more to be compiled, by its files.
+//!
 //! # Finding MuJoCo
 //! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that `MUJOCO_DIR`
 //! names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`.
@@ -41,6 +46,9 @@
 //! 3. the path that the build found, which has the very library that the program was tested with;
 //! 4. the cache in which `cargo xtask mujoco` and the feature `fetch` put that version;
 //! 5. the system, by the names `libmujoco.so.VERSION` and `libmujoco.so`.
+//!
+//! A program that has loaded a MuJoCo for the whole process, such as one that links it, keeps that one:
+//! libraries in other places are refused, because they would call its functions.
 //!
 //! If none fits, [`SimError::Library`] lists what was tried and why each was refused; a library that
 //! was refused does not stay loaded. `library_path` returns the one that is used.
@@ -69,7 +77,7 @@ pub use kinematic::KinematicSimulator;
 #[cfg(feature = "mujoco")]
 pub use mujoco::{
     BodyId, ContactFilter, ContactFilterCounts, Data, FetchModel, GeomId, JointId, Model,
-    MujocoSimulator, MujocoSnapshot, MujocoVersion, Shape, SiteId, VisualGeom, library_path,
+    MujocoSimulator, MujocoSnapshot, MujocoVersion, Pose, Shape, SiteId, VisualGeom, library_path,
 };
 #[cfg(feature = "render")]
 pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};

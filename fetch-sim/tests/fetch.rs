@@ -15,6 +15,23 @@ fn simulator(task: Task) -> Result<MujocoSimulator, SimError> {
     MujocoSimulator::new(&SimConfig::new(task))
 }
 
+/// The stack that the documentation asks of a thread.
+const ENOUGH_STACK: usize = 256 << 10;
+
+#[test]
+fn a_thread_with_a_small_stack_is_enough() -> Result {
+    let episode = || -> Result<(), SimError> {
+        let mut simulator = simulator(Task::PickAndPlace)?;
+        start(&mut simulator)?;
+        (0..50).try_for_each(|step| simulator.step(&control(step)))?;
+        let snapshot = simulator.snapshot();
+        simulator.restore(&snapshot)
+    };
+    let thread = thread::Builder::new().stack_size(ENOUGH_STACK).spawn(episode)?;
+    thread.join().expect("no panic")?;
+    Ok(())
+}
+
 fn start(simulator: &mut MujocoSimulator) -> Result<(), SimError> {
     let object = simulator.task().has_object().then_some([1.30, 0.70]);
     simulator.reset(object)

@@ -4,7 +4,7 @@ use fetch_env::{
     BoxSpace, EnvError, EnvId, FetchEnv, FetchObservation, GoalEnv, GoalInfo, GoalObservation,
     ModelSource, Step, Task, TimeLimit,
 };
-use fetch_sim::{BodyId, MujocoSimulator, Shape, Simulator, VisualGeom};
+use fetch_sim::{BodyId, MujocoSimulator, Shape, SimError, Simulator, VisualGeom};
 use serde::Serialize;
 
 use super::{document::escape, error::PageError};
@@ -140,8 +140,8 @@ impl Playback {
                     &step.info
                 }
             };
-            episode.push(env.fetch_env().simulator(), &carriers, info);
-            Ok(())
+            let pushed = episode.push(env.fetch_env().simulator(), &carriers, info);
+            pushed.map_err(|error| failed(EnvError::from(error)))
         })?;
         for poses in &mut episode.bodies {
             if poses.chunks_exact(7).all(|pose| pose == &poses[..7]) {
@@ -205,13 +205,19 @@ impl Playback {
 
 impl Recorded {
     /// Adds a frame.
-    fn push(&mut self, simulator: &MujocoSimulator, carriers: &[BodyId], info: &impl GoalInfo) {
+    fn push(
+        &mut self,
+        simulator: &MujocoSimulator,
+        carriers: &[BodyId],
+        info: &impl GoalInfo,
+    ) -> Result<(), SimError> {
         for (poses, &body) in self.bodies.iter_mut().zip(carriers) {
-            let (position, q) = simulator.data().body_pose(body);
+            let (position, q) = simulator.data().body_pose(body)?;
             poses.extend(position.iter().chain(&[q.w, q.i, q.j, q.k]).copied().map(rounded));
         }
         self.distances.push(rounded(info.distance()));
         self.successes.push(info.is_success());
+        Ok(())
     }
 }
 

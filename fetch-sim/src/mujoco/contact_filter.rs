@@ -19,6 +19,10 @@ pub struct ContactFilter {
 }
 
 impl ContactFilter {
+    /// The most geoms that a filtered model may have. Its tables grow with the square of their number: at
+    /// this one they take up to 4 MB for each model and 30 MB for each simulation.
+    pub const MAX_GEOMS: usize = 1024;
+
     pub(super) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {
         // SAFETY: the shapes and the data are alive.
         let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };

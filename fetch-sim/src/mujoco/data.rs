@@ -13,6 +13,12 @@ use super::{
 };
 use crate::error::SimError;
 
+/// A position (meters) and an orientation (w, x, y, z).
+pub type Pose = (Vector3<f64>, Quaternion<f64>);
+
+/// What the errors of an unknown index call a mocap body.
+const MOCAP: &str = "mocap body";
+
 /// The state of one simulation of a [`Model`].
 ///
 /// Quaternions are (w, x, y, z) and need not be of unit length. Derived quantities (positions of
@@ -50,11 +56,13 @@ impl Data {
     }
 
     /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so that a
-    /// [`step`](Self::step) is exactly MuJoCo's own, and as slow.
+    /// [`step`](Self::step) is exactly MuJoCo's own, and as slow. A model of more than
+    /// [`ContactFilter::MAX_GEOMS`] geoms gets none.
     ///
     /// # Errors
     /// [`SimError::Mujoco`] if memory runs out.
     pub fn set_contact_filter(&mut self, filter: bool) -> Result<(), SimError> {
+        let filter = filter && self.model.ngeom() <= ContactFilter::MAX_GEOMS;
         self.filter = filter.then(|| ContactFilter::new(&self.model, &self.raw)).transpose()?;
         Ok(())
     }
@@ -162,80 +170,160 @@ impl Data {
     }
 
     /// Sets the simulated time, in seconds.
-    pub fn set_time(&mut self, time: f64) {
+    ///
+    /// # Errors
+    /// [`SimError::NotFinite`]; the time then stays the same.
+    pub fn set_time(&mut self, time: f64) -> Result<(), SimError> {
+        if !time.is_finite() {
+            return Err(SimError::NotFinite { what: "time" });
+        }
         // SAFETY: the data is alive.
         unsafe { ffi::fs_set_time(self.as_ptr(), time) }
+        Ok(())
     }
 
     /// Returns the position (meters) and orientation of a mocap body.
-    #[must_use]
-    pub fn mocap_pose(&self, mocap: usize) -> (Vector3<f64>, Quaternion<f64>) {
-        (
-            vector(self.array(DataArray::MocapPos), mocap),
-            quaternion(self.array(DataArray::MocapQuat), mocap),
-        )
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn mocap_pose(&self, mocap: usize) -> Result<Pose, SimError> {
+        self.pose(DataArray::MocapPos, DataArray::MocapQuat, MOCAP, mocap)
     }
 
     /// Moves a mocap body.
-    pub fn set_mocap_pose(&mut self, mocap: usize, pos: Vector3<f64>, quat: Quaternion<f64>) {
-        set_vector(self.array_mut(DataArray::MocapPos), mocap, pos);
-        set_quaternion(self.array_mut(DataArray::MocapQuat), mocap, quat);
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`], or [`SimError::NotFinite`]; the body then stays where it is.
+    pub fn set_mocap_pose(
+        &mut self,
+        mocap: usize,
+        pos: Vector3<f64>,
+        quat: Quaternion<f64>,
+    ) -> Result<(), SimError> {
+        if !pos.iter().chain(&quat.coords).all(|number| number.is_finite()) {
+            return Err(SimError::NotFinite { what: "pose of a mocap body" });
+        }
+        self.set_pose(DataArray::MocapPos, DataArray::MocapQuat, MOCAP, mocap, (pos, quat))
     }
 
     /// Returns the position (meters, world frame) and orientation of a body.
-    #[must_use]
-    pub fn body_pose(&self, body: BodyId) -> (Vector3<f64>, Quaternion<f64>) {
-        (
-            vector(self.array(DataArray::Xpos), body.0),
-            quaternion(self.array(DataArray::Xquat), body.0),
-        )
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn body_pose(&self, body: BodyId) -> Result<Pose, SimError> {
+        self.pose(DataArray::Xpos, DataArray::Xquat, "body", body.0)
     }
 
     /// Overwrites a derived body pose with the one of a snapshot.
-    pub(super) fn set_body_pose(&mut self, body: BodyId, pos: Vector3<f64>, quat: Quaternion<f64>) {
-        set_vector(self.array_mut(DataArray::Xpos), body.0, pos);
-        set_quaternion(self.array_mut(DataArray::Xquat), body.0, quat);
+    pub(super) fn set_body_pose(&mut self, body: BodyId, pose: Pose) -> Result<(), SimError> {
+        self.set_pose(DataArray::Xpos, DataArray::Xquat, "body", body.0, pose)
     }
 
     /// Returns the position of a site (meters, world frame).
-    #[must_use]
-    pub fn site_position(&self, site: SiteId) -> Vector3<f64> {
-        vector(self.array(DataArray::SiteXpos), site.0)
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn site_position(&self, site: SiteId) -> Result<Vector3<f64>, SimError> {
+        self.item(DataArray::SiteXpos, "site", site.0).copied().map(Vector3::from)
     }
 
     /// Overwrites the derived position of a site, for a picture.
     #[cfg(feature = "render")]
-    pub(super) fn set_site_position(&mut self, site: SiteId, position: Vector3<f64>) {
-        set_vector(self.array_mut(DataArray::SiteXpos), site.0, position);
+    pub(super) fn set_site_position(
+        &mut self,
+        site: SiteId,
+        position: Vector3<f64>,
+    ) -> Result<(), SimError> {
+        *self.item_mut(DataArray::SiteXpos, "site", site.0)? = position.into();
+        Ok(())
     }
 
     /// Returns the orientation of a site: its columns are the site's axes in the world frame.
-    #[must_use]
-    pub fn site_rotation(&self, site: SiteId) -> Matrix3<f64> {
-        Matrix3::from_row_slice(&self.array(DataArray::SiteXmat)[9 * site.0..][..9])
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn site_rotation(&self, site: SiteId) -> Result<Matrix3<f64>, SimError> {
+        let rows: &[f64; 9] = self.item(DataArray::SiteXmat, "site", site.0)?;
+        Ok(Matrix3::from_row_slice(rows))
     }
 
     /// Writes a site's Jacobians, `[3][nv]` each and row-major: meters and radians per unit of
     /// velocity.
     ///
-    /// # Panics
-    /// If the site belongs to a larger model, or a slice does not hold `3 * nv` numbers.
-    pub fn site_jacobian(&self, site: SiteId, translation: &mut [f64], rotation: &mut [f64]) {
+    /// # Errors
+    /// [`SimError::UnknownId`], [`SimError::WrongLength`] if a slice does not hold `3 * nv` numbers, or
+    /// [`SimError::Mujoco`].
+    pub fn site_jacobian(
+        &self,
+        site: SiteId,
+        translation: &mut [f64],
+        rotation: &mut [f64],
+    ) -> Result<(), SimError> {
         let model = self.model();
-        let len = 3 * model.nv();
-        assert!(site.0 < model.nsite(), "a site of another model");
-        assert!(translation.len() == len && rotation.len() == len, "Jacobians are 3 x nv");
+        let (what, expected) = ("a Jacobian", 3 * model.nv());
+        for actual in [translation.len(), rotation.len()] {
+            if actual != expected {
+                return Err(SimError::WrongLength { what, expected, actual });
+            }
+        }
+        self.site_position(site)?;
         // SAFETY: the data is alive and of this model, the site is one of its sites, and both
         // slices have room for 3 x nv numbers.
-        unsafe {
+        check(unsafe {
             ffi::fs_site_jacobian(
                 model.as_ptr(),
                 self.as_ptr(),
                 site.0 as c_int,
                 translation.as_mut_ptr(),
                 rotation.as_mut_ptr(),
-            );
-        }
+            )
+        })
+    }
+
+    fn pose(
+        &self,
+        positions: DataArray,
+        orientations: DataArray,
+        kind: &'static str,
+        id: usize,
+    ) -> Result<Pose, SimError> {
+        let &[w, x, y, z] = self.item(orientations, kind, id)?;
+        Ok((Vector3::from(*self.item(positions, kind, id)?), Quaternion::new(w, x, y, z)))
+    }
+
+    fn set_pose(
+        &mut self,
+        positions: DataArray,
+        orientations: DataArray,
+        kind: &'static str,
+        id: usize,
+        (position, q): Pose,
+    ) -> Result<(), SimError> {
+        *self.item_mut(positions, kind, id)? = position.into();
+        *self.item_mut(orientations, kind, id)? = [q.w, q.i, q.j, q.k];
+        Ok(())
+    }
+
+    /// Returns the numbers of an object in an array that has `N` for each object of its kind.
+    fn item<const N: usize>(
+        &self,
+        array: DataArray,
+        kind: &'static str,
+        id: usize,
+    ) -> Result<&[f64; N], SimError> {
+        let (items, _) = self.array(array).as_chunks();
+        items.get(id).ok_or(SimError::UnknownId { kind, id, count: items.len() })
+    }
+
+    fn item_mut<const N: usize>(
+        &mut self,
+        array: DataArray,
+        kind: &'static str,
+        id: usize,
+    ) -> Result<&mut [f64; N], SimError> {
+        let (items, _) = self.array_mut(array).as_chunks_mut();
+        let count = items.len();
+        items.get_mut(id).ok_or(SimError::UnknownId { kind, id, count })
     }
 
     fn array(&self, array: DataArray) -> &[f64] {
@@ -298,21 +386,4 @@ impl fmt::Debug for Data {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Data").field("time", &self.time()).finish_non_exhaustive()
     }
-}
-
-fn vector(values: &[f64], index: usize) -> Vector3<f64> {
-    Vector3::from_column_slice(&values[3 * index..][..3])
-}
-
-fn set_vector(values: &mut [f64], index: usize, value: Vector3<f64>) {
-    values[3 * index..][..3].copy_from_slice(value.as_slice());
-}
-
-fn quaternion(values: &[f64], index: usize) -> Quaternion<f64> {
-    let wxyz = &values[4 * index..][..4];
-    Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3])
-}
-
-fn set_quaternion(values: &mut [f64], index: usize, value: Quaternion<f64>) {
-    values[4 * index..][..4].copy_from_slice(&[value.w, value.i, value.j, value.k]);
 }

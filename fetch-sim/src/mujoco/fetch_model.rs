@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, Vector3};
 
 use super::{
     data::Data,
-    ids::{BodyId, SiteId},
+    ids::{BodyId, JointId, SiteId},
     model::Model,
     scene,
 };
@@ -75,7 +75,8 @@ impl FetchModel {
     ///
     /// # Errors
     /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
-    /// compiled, [`SimError::MissingName`] if it is not a model of the task, [`SimError::Library`],
+    /// compiled, [`SimError::MissingName`] or [`SimError::UnfitModel`] if it is not a model of the task,
+    /// [`SimError::Library`],
     /// [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
         Self::settle(scene::load(config, scene::PHYSICS)?, config).map(Arc::new)
@@ -112,7 +113,7 @@ impl FetchModel {
         let ids = Ids::resolve(&model, config.task())?;
         let mut data = Data::new(Arc::clone(&model))?;
         for (joint, value) in BASE_JOINTS.into_iter().zip(spec.base_position) {
-            data.qpos_mut()[model.qpos_address(model.joint(joint)?)] = value;
+            data.qpos_mut()[address(&model, model.joint(joint)?, AXIS)?.qpos] = value;
         }
         if let (Some(ids), Some(object)) = (ids.object, spec.object) {
             let [x, y, z] = object.dropped_at;
@@ -120,13 +121,14 @@ impl FetchModel {
         }
         data.forward()?;
         let offset = GRIPPER_OFFSET + Vector3::new(0.0, 0.0, spec.gripper_extra_height);
-        data.set_mocap_pose(ids.mocap, offset + data.site_position(ids.grip), GRIPPER_DOWN);
+        data.set_mocap_pose(ids.mocap, offset + data.site_position(ids.grip)?, GRIPPER_DOWN)?;
         for _ in 0..SETTLING_STEPS {
             data.step(config.n_substeps().get())?;
         }
+        let object = ids.object.map(|object| data.site_position(object.site)).transpose()?;
         let settled = Settled {
-            gripper_position: data.site_position(ids.grip),
-            object_height: ids.object.map(|object| data.site_position(object.site).z),
+            gripper_position: data.site_position(ids.grip)?,
+            object_height: object.map(|position| position.z),
         };
         Ok(Self {
             config: config.clone(),
@@ -142,29 +144,45 @@ impl FetchModel {
 
 impl Ids {
     fn resolve(model: &Model, task: Task) -> Result<Self, SimError> {
-        let address = |name| {
-            let joint = model.joint(name)?;
-            Ok(JointAddress { qpos: model.qpos_address(joint), dof: model.dof_address(joint) })
-        };
         let mocap = "robot0:mocap";
+        let actuated = |joint: Option<JointId>| -> Result<usize, SimError> {
+            let object = "an actuator".into();
+            let joint = joint.ok_or(SimError::UnfitModel { object, reason: "drives no joint" })?;
+            Ok(address(model, joint, AXIS)?.qpos)
+        };
         let object = || -> Result<_, SimError> {
-            let site = model.site("object0")?;
-            Ok(ObjectIds { site, qpos: model.qpos_address(model.joint("object0:joint")?) })
+            let joint = address(model, model.joint("object0:joint")?, FREE)?;
+            Ok(ObjectIds { site: model.site("object0")?, qpos: joint.qpos })
         };
         Ok(Self {
             grip: model.site("robot0:grip")?,
             gripper_link: model.body("robot0:gripper_link")?,
             mocap: model
-                .mocap_index(model.body(mocap)?)
+                .mocap_index(model.body(mocap)?)?
                 .ok_or_else(|| SimError::MissingName { kind: "mocap body", name: mocap.into() })?,
             fingers: [
-                address("robot0:r_gripper_finger_joint")?,
-                address("robot0:l_gripper_finger_joint")?,
+                address(model, model.joint("robot0:r_gripper_finger_joint")?, AXIS)?,
+                address(model, model.joint("robot0:l_gripper_finger_joint")?, AXIS)?,
             ],
             object: task.has_object().then(object).transpose()?,
-            actuated_qpos: (0..model.nu())
-                .map(|actuator| model.qpos_address(model.actuator_joint(actuator)))
-                .collect(),
+            actuated_qpos: model.actuator_joints().map(actuated).collect::<Result<_, _>>()?,
         })
     }
+}
+
+/// Coordinates of a slide or a hinge.
+const AXIS: usize = 1;
+
+/// Coordinates of a free joint: a position and a quaternion.
+const FREE: usize = 7;
+
+/// Returns the addresses of a joint that must have a number of coordinates.
+fn address(model: &Model, joint: JointId, coordinates: usize) -> Result<JointAddress, SimError> {
+    if model.coordinate_count(joint)? != coordinates {
+        let name = model.joint_name(joint)?.unwrap_or("of an actuator");
+        let reason =
+            if coordinates == FREE { "is no free joint" } else { "is neither a slide nor a hinge" };
+        return Err(SimError::UnfitModel { object: format!("the joint {name}"), reason });
+    }
+    Ok(JointAddress { qpos: model.qpos_address(joint)?, dof: model.dof_address(joint)? })
 }

@@ -75,7 +75,6 @@ contract! {
         ModelArray {
             JntQposadr = FS_JNT_QPOSADR, JntDofadr = FS_JNT_DOFADR, BodyMocapid = FS_BODY_MOCAPID,
             BodyParentid = FS_BODY_PARENTID, GeomBodyid = FS_GEOM_BODYID,
-            ActuatorTrnid = FS_ACTUATOR_TRNID,
         }
 
         /// Arrays of a simulation's data.
@@ -205,6 +204,7 @@ functions! {
         fn fs_header_version() -> c_int;
         fn fs_error_text() -> *const c_char;
         fn fs_warning_text() -> *const c_char;
+        fn fs_global_library_path() -> *const c_char;
         #[cfg(feature = "render")]
         fn fs_gl_backend() -> *const c_char;
     }
@@ -217,7 +217,7 @@ functions! {
         ) -> c_int;
         fn fs_load(path: *const c_char, version: *mut c_int) -> c_int;
         fn fs_library_path() -> *const c_char;
-        fn fs_load_plugins(folder: *const c_char);
+        fn fs_load_plugin(path: *const c_char, library_name: *const c_char) -> c_int;
 
         fn fs_load_path(path: *const c_char, m: *mut *mut RawModel) -> c_int;
         fn fs_load_files(
@@ -229,8 +229,19 @@ functions! {
         ) -> c_int;
         fn fs_delete_model(m: *mut RawModel);
         fn fs_model_sizes(m: *const RawModel, sizes: *mut Sizes);
-        fn fs_name_to_id(m: *const RawModel, kind: c_int, name: *const c_char) -> c_int;
-        fn fs_id_to_name(m: *const RawModel, kind: c_int, id: c_int) -> *const c_char;
+        fn fs_name_to_id(
+            m: *const RawModel,
+            kind: c_int,
+            name: *const c_char,
+            id: *mut c_int,
+        ) -> c_int;
+        fn fs_id_to_name(
+            m: *const RawModel,
+            kind: c_int,
+            id: c_int,
+            name: *mut *const c_char,
+        ) -> c_int;
+        fn fs_actuator_joint(m: *const RawModel, actuator: c_int) -> c_int;
         fn fs_model_array(m: *const RawModel, array: c_int, len: *mut c_int) -> *const c_int;
         fn fs_set_weld_data(m: *mut RawModel, values: *const f64, count: c_int);
         fn fs_limit_sizes(m: *mut RawModel, njmax: c_int, nstack: c_int);
@@ -254,7 +265,7 @@ functions! {
             site: c_int,
             translation: *mut f64,
             rotation: *mut f64,
-        );
+        ) -> c_int;
         fn fs_time(d: *const RawData) -> f64;
         fn fs_set_time(d: *mut RawData, time: f64);
         fn fs_data_arrays(m: *const RawModel, d: *const RawData, out: *mut DataArrays);

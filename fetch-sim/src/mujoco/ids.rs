@@ -2,11 +2,12 @@
 
 use std::{
     ffi::{CStr, CString, c_int},
-    slice,
+    ptr, slice,
 };
 
 use super::{
     ffi::{self, ModelArray, ObjectKind, Sizes},
+    library::check,
     model::Model,
 };
 use crate::error::SimError;
@@ -29,10 +30,9 @@ macro_rules! ids {
             }
 
             #[doc = concat!("Returns the name of a ", stringify!($find), ", if it has one.\n")]
-            /// # Panics
-            /// If the id belongs to a larger model.
-            #[must_use]
-            pub fn $name(&self, id: $id) -> Option<&str> {
+            /// # Errors
+            /// [`SimError::UnknownId`]
+            pub fn $name(&self, id: $id) -> Result<Option<&str>, SimError> {
                 self.name(ObjectKind::$kind, id.0)
             }
         )*}
@@ -60,8 +60,12 @@ impl Model {
     fn find(&self, kind: ObjectKind, name: &str) -> Result<usize, SimError> {
         let missing = || SimError::MissingName { kind: kind.name(), name: name.into() };
         let c_name = CString::new(name).map_err(|_| missing())?;
-        // SAFETY: the model is alive, the kind is one of the shim's, and the name is a C string.
-        let id = unsafe { ffi::fs_name_to_id(self.as_ptr(), kind as c_int, c_name.as_ptr()) };
+        let mut id = -1;
+        // SAFETY: the model is alive, the kind is one of the shim's, the name is a C string, and `id` is
+        // valid for writes.
+        check(unsafe {
+            ffi::fs_name_to_id(self.as_ptr(), kind as c_int, c_name.as_ptr(), &raw mut id)
+        })?;
         usize::try_from(id).map_err(|_| missing())
     }
 
@@ -69,63 +73,100 @@ impl Model {
     #[cfg(feature = "render")]
     pub(super) fn camera_names(&self) -> Vec<&str> {
         (0..self.sizes.ncam as usize)
-            .map(|id| self.name(ObjectKind::Camera, id).unwrap_or_default())
+            .map(|id| self.name(ObjectKind::Camera, id).ok().flatten().unwrap_or_default())
             .collect()
     }
 
-    fn name(&self, kind: ObjectKind, id: usize) -> Option<&str> {
+    fn name(&self, kind: ObjectKind, id: usize) -> Result<Option<&str>, SimError> {
         let Sizes { nbody, njnt, ngeom, nsite, ncam, .. } = self.sizes;
-        let count = [nbody, njnt, ngeom, nsite, ncam][kind as usize];
-        assert!(id < count as usize, "a {} of another model", kind.name());
-        // SAFETY: the model is alive and the id is one of its own of this kind.
-        let name = unsafe { ffi::fs_id_to_name(self.as_ptr(), kind as c_int, id as c_int) };
-        if name.is_null() {
-            return None;
+        let count = [nbody, njnt, ngeom, nsite, ncam][kind as usize] as usize;
+        if id >= count {
+            return Err(SimError::UnknownId { kind: kind.name(), id, count });
         }
+        let mut name = ptr::null();
+        // SAFETY: the model is alive, the id is one of its own of this kind, and `name` is valid for
+        // writes.
+        check(unsafe {
+            ffi::fs_id_to_name(self.as_ptr(), kind as c_int, id as c_int, &raw mut name)
+        })?;
         // SAFETY: a C string that does not change and lives as long as the model.
-        unsafe { CStr::from_ptr(name) }.to_str().ok()
+        let name = (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) });
+        Ok(name.and_then(|name| name.to_str().ok()))
     }
 
     /// Returns the index in `qpos` of a joint's first coordinate.
-    #[must_use]
-    pub fn qpos_address(&self, joint: JointId) -> usize {
-        self.array(ModelArray::JntQposadr)[joint.0] as usize
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn qpos_address(&self, joint: JointId) -> Result<usize, SimError> {
+        self.property(ModelArray::JntQposadr, ObjectKind::Joint, joint.0).map(|at| at as usize)
     }
 
     /// Returns the index in `qvel` of a joint's first degree of freedom.
-    #[must_use]
-    pub fn dof_address(&self, joint: JointId) -> usize {
-        self.array(ModelArray::JntDofadr)[joint.0] as usize
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn dof_address(&self, joint: JointId) -> Result<usize, SimError> {
+        self.property(ModelArray::JntDofadr, ObjectKind::Joint, joint.0).map(|at| at as usize)
+    }
+
+    /// Returns the number of a joint's coordinates in `qpos`: 7 of a free joint, 4 of a ball, and 1 of a
+    /// hinge or a slide.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn coordinate_count(&self, joint: JointId) -> Result<usize, SimError> {
+        let start = self.qpos_address(joint)?;
+        let next = self.array(ModelArray::JntQposadr).get(joint.0 + 1);
+        Ok(next.map_or(self.nq(), |&next| next as usize) - start)
     }
 
     /// Returns the index of a body among the mocap bodies, if it is one.
-    #[must_use]
-    pub fn mocap_index(&self, body: BodyId) -> Option<usize> {
-        usize::try_from(self.array(ModelArray::BodyMocapid)[body.0]).ok()
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn mocap_index(&self, body: BodyId) -> Result<Option<usize>, SimError> {
+        let index = self.property(ModelArray::BodyMocapid, ObjectKind::Body, body.0)?;
+        Ok(usize::try_from(index).ok())
     }
 
     /// Returns the body to which a geom is fixed.
-    #[must_use]
-    pub fn geom_body(&self, geom: GeomId) -> BodyId {
-        BodyId(self.array(ModelArray::GeomBodyid)[geom.0] as usize)
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn geom_body(&self, geom: GeomId) -> Result<BodyId, SimError> {
+        let body = self.property(ModelArray::GeomBodyid, ObjectKind::Geom, geom.0)?;
+        Ok(BodyId(body as usize))
     }
 
     /// Whether a body is `ancestor` or one of its descendants.
-    #[must_use]
-    pub fn is_within(&self, mut body: BodyId, ancestor: BodyId) -> bool {
-        let parents = self.array(ModelArray::BodyParentid);
-        while body != ancestor {
-            if body.0 == 0 {
-                return false;
+    ///
+    /// # Errors
+    /// [`SimError::UnknownId`]
+    pub fn is_within(&self, mut body: BodyId, ancestor: BodyId) -> Result<bool, SimError> {
+        loop {
+            let parent = self.property(ModelArray::BodyParentid, ObjectKind::Body, body.0)?;
+            if body == ancestor || body.0 == 0 {
+                return Ok(body == ancestor);
             }
-            body = BodyId(parents[body.0] as usize);
+            body = BodyId(parent as usize);
         }
-        true
     }
 
-    /// Returns the joint that an actuator drives; meaningless if it drives something else.
-    pub(super) fn actuator_joint(&self, actuator: usize) -> JointId {
-        JointId(self.array(ModelArray::ActuatorTrnid)[2 * actuator] as usize)
+    /// Returns the joint that each actuator drives; `None` for one that drives something else.
+    pub(super) fn actuator_joints(&self) -> impl Iterator<Item = Option<JointId>> + '_ {
+        (0..self.nu()).map(|actuator| {
+            // SAFETY: the model is alive, and the actuator is one of its own.
+            let joint = unsafe { ffi::fs_actuator_joint(self.as_ptr(), actuator as c_int) };
+            usize::try_from(joint).ok().map(JointId)
+        })
+    }
+
+    /// Returns what the model stores for an object in an array with one number for each of its kind.
+    fn property(&self, array: ModelArray, kind: ObjectKind, id: usize) -> Result<c_int, SimError> {
+        let numbers = self.array(array);
+        let unknown = || SimError::UnknownId { kind: kind.name(), id, count: numbers.len() };
+        numbers.get(id).copied().ok_or_else(unknown)
     }
 
     fn array(&self, array: ModelArray) -> &[c_int] {

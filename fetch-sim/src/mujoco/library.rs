@@ -1,7 +1,7 @@
 //! MuJoCo's library: loading it, its version, and the results of calls into it.
 
 use std::{
-    ffi::{CStr, CString, c_int},
+    ffi::{CStr, CString, c_char, c_int},
     fmt,
     path::{Path, PathBuf},
     ptr::{self, NonNull},
@@ -75,7 +75,7 @@ fn loaded() -> Result<&'static PathBuf, SimError> {
             return Err(SimError::BuiltWithoutMujoco);
         }
         compare(&items_of_shim(), ffi::ITEMS)?;
-        load(&Search::of_process(MujocoVersion::of_shim()))
+        load(&Search::of_process(MujocoVersion::of_shim(), path_of_global()))
     };
     LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
 }
@@ -90,7 +90,7 @@ fn load(search: &Search) -> Result<PathBuf, SimError> {
         }
         for file in place.files {
             match load_file(&file) {
-                Ok(()) => return Ok(finish_loading(&file)),
+                Ok(()) => return Ok(path_of_loaded(&file)),
                 Err(reason) => {
                     tried.push(TriedLibrary { place: place.name, path: Some(file), reason });
                 }
@@ -113,32 +113,27 @@ fn load_file(file: &Path) -> Result<(), String> {
     check_as(status, |reason| reason)
 }
 
-/// Loads the plugins of the library that was loaded, and returns its path.
-fn finish_loading(file: &Path) -> PathBuf {
+/// Returns the path of the library that was loaded from `file`.
+fn path_of_loaded(file: &Path) -> PathBuf {
     // SAFETY: the library is loaded.
-    let path = unsafe { ffi::fs_library_path() };
+    let path = rust_path(unsafe { ffi::fs_library_path() }).unwrap_or_else(|| file.to_path_buf());
+    path.canonicalize().unwrap_or(path)
+}
+
+/// Returns the path of the library that somebody else loaded for the whole process.
+fn path_of_global() -> Option<PathBuf> {
+    rust_path(ffi::fs_global_library_path())
+}
+
+fn rust_path(path: *const c_char) -> Option<PathBuf> {
     // SAFETY: the loader's name of a library is a C string and lives as long as the library.
-    let path = (!path.is_null()).then(|| unsafe { CStr::from_ptr(path) });
-    let path = path.and_then(|path| path.to_str().ok()).map_or(file, Path::new);
-    let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    if let Some(Ok(folder)) = plugin_folder(&path).map(|folder| c_path(&folder)) {
-        // SAFETY: the library is loaded, and `folder` is a C string.
-        unsafe { ffi::fs_load_plugins(folder.as_ptr()) };
-    }
-    path
+    let path = (!path.is_null()).then(|| unsafe { CStr::from_ptr(path) })?;
+    path.to_str().ok().map(PathBuf::from)
 }
 
-fn c_path(path: &Path) -> Result<CString, String> {
+/// Returns a path as C functions take it, in the system's encoding.
+pub(super) fn c_path(path: &Path) -> Result<CString, String> {
     CString::new(path.as_os_str().as_encoded_bytes()).map_err(|error| error.to_string())
-}
-
-/// Returns the folder in which wheels and release archives keep plugins.
-fn plugin_folder(library: &Path) -> Option<PathBuf> {
-    let folder = library.parent()?;
-    ["plugin", "../bin/mujoco_plugin"]
-        .iter()
-        .map(|name| folder.join(name))
-        .find(|path| path.is_dir())
 }
 
 /// Returns the contract as the shim was compiled with it.

@@ -2,6 +2,7 @@
 
 mod contact_filter;
 mod data;
+mod decoders;
 mod fetch_model;
 mod ffi;
 mod ids;
@@ -15,7 +16,7 @@ mod simulator;
 mod visual_geoms;
 
 pub use contact_filter::ContactFilter;
-pub use data::Data;
+pub use data::{Data, Pose};
 pub use fetch_model::FetchModel;
 pub use ffi::ContactFilterCounts;
 pub use ids::{BodyId, GeomId, JointId, SiteId};

@@ -4,13 +4,14 @@ use std::{
     ffi::{CString, c_int},
     fmt,
     path::Path,
-    ptr,
+    ptr, slice,
     sync::OnceLock,
 };
 
 use super::{
+    decoders::Decoders,
     ffi::{self, RawModel, RawShapes, Sizes},
-    library::{Owned, check_as, load_once},
+    library::{Owned, c_path, check_as, load_once},
 };
 use crate::error::SimError;
 
@@ -51,18 +52,19 @@ counts! {
 impl Model {
     /// Compiles an MJCF file, including the files that it names.
     ///
+    /// Some versions of MuJoCo read STL and OBJ files through plugins beside their library. They are
+    /// loaded for the first model that needs them, into the copy of MuJoCo that this crate uses: a
+    /// process with another copy of the same version must let this crate use that one (`MUJOCO_DIR`).
+    ///
     /// # Errors
     /// [`SimError::Model`] with MuJoCo's message if the file cannot be read or compiled;
     /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo
     /// cannot be used.
     pub fn from_path(path: &Path) -> Result<Self, SimError> {
-        load_once()?;
         let name = path.display().to_string();
-        let c_path = c_string(&name, &name)?;
-        let mut raw = ptr::null_mut();
+        let c_path = c_path(path).map_err(|reason| model_error(&name, reason))?;
         // SAFETY: the library is loaded, `c_path` is a C string and `raw` is valid for writes.
-        let status = unsafe { ffi::fs_load_path(c_path.as_ptr(), &raw mut raw) };
-        Self::from_raw(raw, status, &name)
+        Self::compile(&name, |raw| unsafe { ffi::fs_load_path(c_path.as_ptr(), raw) })
     }
 
     /// Compiles MJCF held in memory: pairs of file name and contents.
@@ -72,14 +74,14 @@ impl Model {
     /// # Errors
     /// As [`from_path`](Self::from_path).
     pub fn from_files(files: &[(&str, &str)]) -> Result<Self, SimError> {
-        load_once()?;
         let &[(main, _), ..] = files else {
-            return Err(SimError::Model { name: String::new(), reason: "no file given".into() });
+            return Err(model_error("", "no file given"));
         };
         let names = files
             .iter()
-            .map(|(name, _)| c_string(name, main))
-            .collect::<Result<Vec<CString>, SimError>>()?;
+            .map(|(name, _)| CString::new(*name))
+            .collect::<Result<Vec<CString>, _>>()
+            .map_err(|error| model_error(main, error))?;
         let names: Vec<_> = names.iter().map(|name| name.as_ptr()).collect();
         let bytes: Vec<_> = files.iter().map(|(_, text)| text.as_ptr()).collect();
         let sizes = files
@@ -87,23 +89,38 @@ impl Model {
             .map(|(_, text)| c_int::try_from(text.len()))
             .collect::<Result<Vec<_>, _>>()
             .map_err(|error| model_error(main, error))?;
-        let mut raw = ptr::null_mut();
+        let (names, bytes, sizes) = (names.as_ptr(), bytes.as_ptr(), sizes.as_ptr());
+        let count = files.len() as c_int;
         // SAFETY: the library is loaded; the three arrays have one valid entry for each file during
-        // the call, which copies the contents; there are far fewer than 2^31 files.
-        let status = unsafe {
-            ffi::fs_load_files(
-                names.as_ptr(),
-                bytes.as_ptr(),
-                sizes.as_ptr(),
-                files.len() as c_int,
-                &raw mut raw,
-            )
-        };
-        Self::from_raw(raw, status, main)
+        // the call, which copies the contents; there are far fewer than 2^31 files; `raw` is valid
+        // for writes.
+        Self::compile(main, |raw| unsafe { ffi::fs_load_files(names, bytes, sizes, count, raw) })
     }
 
-    fn from_raw(raw: *mut RawModel, status: c_int, name: &str) -> Result<Self, SimError> {
-        check_as(status, |message| model_error(name, message))?;
+    /// Compiles a model by a function of the shim, which is called with the library loaded. If it fails
+    /// before the mesh decoders were loaded, it is tried again with them.
+    fn compile(
+        name: &str,
+        compile: impl Fn(*mut *mut RawModel) -> c_int,
+    ) -> Result<Self, SimError> {
+        load_once()?;
+        let attempt = || {
+            let mut raw = ptr::null_mut();
+            check_as(compile(&raw mut raw), |message| message).map(|()| raw)
+        };
+        let had_decoders = Decoders::are_settled();
+        let raw = attempt().or_else(|reason| {
+            let decoders = Decoders::load();
+            let again = !had_decoders && decoders.loaded;
+            let reason = if again { attempt() } else { Err(reason) };
+            reason.map_err(|reason| {
+                [slice::from_ref(&reason), &decoders.failures].concat().join("; ")
+            })
+        });
+        Self::from_raw(raw.map_err(|reason| model_error(name, reason))?)
+    }
+
+    fn from_raw(raw: *mut RawModel) -> Result<Self, SimError> {
         // SAFETY: MuJoCo just made this model for the caller; each `Data` keeps it alive by an `Arc`.
         let raw = unsafe { Owned::new(raw, "the model") }?;
         let mut sizes = Sizes::default();
@@ -171,8 +188,4 @@ impl fmt::Debug for Model {
 
 fn model_error(name: &str, reason: impl ToString) -> SimError {
     SimError::Model { name: name.into(), reason: reason.to_string() }
-}
-
-fn c_string(text: &str, model: &str) -> Result<CString, SimError> {
-    CString::new(text).map_err(|error| model_error(model, error))
 }

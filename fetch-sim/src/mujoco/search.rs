@@ -22,6 +22,8 @@ pub(super) struct Search {
     pub(super) of_build: Option<PathBuf>,
     /// The folder `fetch-env` in the user's cache.
     pub(super) cache: Option<PathBuf>,
+    /// Path of the library that somebody else loaded for the whole process.
+    pub(super) global: Option<PathBuf>,
 }
 
 /// A place in which libraries may be.
@@ -35,7 +37,7 @@ pub(super) struct Place {
 
 impl Search {
     /// Returns the search of this process.
-    pub(super) fn of_process(version: MujocoVersion) -> Self {
+    pub(super) fn of_process(version: MujocoVersion, global: Option<PathBuf>) -> Self {
         let executable = env::current_exe().ok();
         Self {
             version,
@@ -43,14 +45,15 @@ impl Search {
             executable: executable.map(|path| path.canonicalize().unwrap_or(path)),
             of_build: option_env!("FETCH_SIM_LIBMUJOCO").map(PathBuf::from),
             cache: cache::cache_folder(),
+            global,
         }
     }
 
     /// Returns the places, in the order in which they are tried. A library that the user provides for
     /// this process or this program comes before the one of the build, which comes before those that
     /// merely have the same version.
-    pub(super) fn places(&self) -> [Place; 5] {
-        let Self { version, mujoco_dir, executable, of_build, cache } = self;
+    pub(super) fn places(&self) -> [Place; 6] {
+        let Self { version, mujoco_dir, executable, of_build, cache, global } = self;
         let none_in = |folder: &Path| format!("{} has no libmujoco.so", folder.display());
         let place = |name, folder: Option<&Path>, files: fn(&Path) -> Vec<PathBuf>, unset: &str| {
             let files = folder.map(files).unwrap_or_default();
@@ -72,6 +75,12 @@ impl Search {
             },
             place("the cache", cached.as_deref(), libraries_in, "the user has no home"),
             Place { name: "the system", files: self.system_names(), if_empty: String::new() },
+            // Where there is one, all others are refused.
+            Place {
+                name: "this process",
+                files: global.iter().cloned().collect(),
+                if_empty: "nothing has loaded one for all of it".into(),
+            },
         ]
     }
 

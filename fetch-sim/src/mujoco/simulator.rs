@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Quaternion, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    data::Data,
-    fetch_model::{FetchModel, GRIPPER_DOWN},
+    data::{Data, Pose},
+    fetch_model::{FetchModel, GRIPPER_DOWN, ObjectIds},
     ids::SiteId,
     library::MujocoVersion,
 };
@@ -43,8 +43,8 @@ pub struct MujocoSnapshot {
     qvel: Vec<f64>,
     ctrl: Vec<f64>,
     qacc_warmstart: Vec<f64>,
-    mocap_pose: (Vector3<f64>, Quaternion<f64>),
-    gripper_link_pose: (Vector3<f64>, Quaternion<f64>),
+    mocap_pose: Pose,
+    gripper_link_pose: Pose,
     gripper: GripperState,
     object: Option<ObjectState>,
 }
@@ -105,7 +105,7 @@ impl MujocoSimulator {
         control: &Control,
         mut inspect: impl FnMut(&Data),
     ) -> Result<(), SimError> {
-        self.command(control);
+        self.command(control)?;
         for _ in 0..self.fetch.config.n_substeps().get() {
             self.data.step(1)?;
             inspect(&self.data);
@@ -114,19 +114,20 @@ impl MujocoSimulator {
     }
 
     /// Moves the mocap body, and sets the fingers' targets if there are actuators.
-    fn command(&mut self, control: &Control) {
+    fn command(&mut self, control: &Control) -> Result<(), SimError> {
         let ids = &self.fetch.ids;
         // The mocap body starts from where the gripper is, not from its previous target.
-        let (position, orientation) = self.data.body_pose(ids.gripper_link);
+        let (position, orientation) = self.data.body_pose(ids.gripper_link)?;
         self.data.set_mocap_pose(
             ids.mocap,
             position + control.displacement,
             // Added, not multiplied, and not normalized, as in the reference.
             orientation + GRIPPER_DOWN,
-        );
+        )?;
         for (actuator, &qpos) in ids.actuated_qpos.iter().enumerate() {
             self.data.ctrl_mut()[actuator] = self.data.qpos()[qpos] + control.fingers;
         }
+        Ok(())
     }
 
     fn finish_step(&mut self) -> Result<(), SimError> {
@@ -137,35 +138,36 @@ impl MujocoSimulator {
             // This also changes the solver's warm start, so the next step depends on it.
             self.data.forward()?;
         }
-        self.observe();
-        Ok(())
+        self.observe()
     }
 
-    fn observe(&mut self) {
+    fn observe(&mut self) -> Result<(), SimError> {
         let fetch = Arc::clone(&self.fetch);
-        let (velocity, _) = self.site_velocity(fetch.ids.grip);
+        let (velocity, _) = self.site_velocity(fetch.ids.grip)?;
         self.gripper = GripperState {
-            position: self.data.site_position(fetch.ids.grip),
+            position: self.data.site_position(fetch.ids.grip)?,
             velocity,
             finger_positions: fetch.ids.fingers.map(|finger| self.data.qpos()[finger.qpos]),
             finger_velocities: fetch.ids.fingers.map(|finger| self.data.qvel()[finger.dof]),
         };
-        self.object = fetch.ids.object.map(|object| {
-            let (linear_velocity, angular_velocity) = self.site_velocity(object.site);
-            ObjectState {
-                position: self.data.site_position(object.site),
-                rotation: self.data.site_rotation(object.site),
+        let mut object = |object: ObjectIds| -> Result<_, SimError> {
+            let (linear_velocity, angular_velocity) = self.site_velocity(object.site)?;
+            Ok(ObjectState {
+                position: self.data.site_position(object.site)?,
+                rotation: self.data.site_rotation(object.site)?,
                 linear_velocity,
                 angular_velocity,
-            }
-        });
+            })
+        };
+        self.object = fetch.ids.object.map(&mut object).transpose()?;
+        Ok(())
     }
 
     /// Returns the linear and angular velocity of a site: its Jacobians, as old as its position,
     /// times `qvel`.
-    fn site_velocity(&mut self, site: SiteId) -> (Vector3<f64>, Vector3<f64>) {
+    fn site_velocity(&mut self, site: SiteId) -> Result<(Vector3<f64>, Vector3<f64>), SimError> {
         let [translation, rotation] = &mut self.jacobians;
-        self.data.site_jacobian(site, translation, rotation);
+        self.data.site_jacobian(site, translation, rotation)?;
         let qvel = self.data.qvel();
         let times_qvel = |jacobian: &[f64]| {
             Vector3::from_iterator(
@@ -174,7 +176,7 @@ impl MujocoSimulator {
                     .map(|row| row.iter().zip(qvel).map(|(j, v)| j * v).sum()),
             )
         };
-        (times_qvel(translation), times_qvel(rotation))
+        Ok((times_qvel(translation), times_qvel(rotation)))
     }
 
     fn check_snapshot(&self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
@@ -220,19 +222,18 @@ impl Simulator for MujocoSimulator {
             return Err(SimError::NoObject { task: self.task() });
         }
         self.data.reset()?;
-        self.data.set_time(fetch.start_time);
+        self.data.set_time(fetch.start_time)?;
         self.data.qpos_mut().copy_from_slice(&fetch.start_qpos);
         self.data.qvel_mut().copy_from_slice(&fetch.start_qvel);
         if let (Some(object), Some(xy)) = (fetch.ids.object, object_xy) {
             self.data.qpos_mut()[object.qpos..][..2].copy_from_slice(&xy);
         }
         self.data.forward()?;
-        self.observe();
-        Ok(())
+        self.observe()
     }
 
     fn step(&mut self, control: &Control) -> Result<(), SimError> {
-        self.command(control);
+        self.command(control)?;
         self.data.step(self.fetch.config.n_substeps().get())?;
         self.finish_step()
     }
@@ -255,8 +256,8 @@ impl Simulator for MujocoSimulator {
             qvel: self.data.qvel().to_vec(),
             ctrl: self.data.ctrl().to_vec(),
             qacc_warmstart: self.data.qacc_warmstart().to_vec(),
-            mocap_pose: self.data.mocap_pose(ids.mocap),
-            gripper_link_pose: self.data.body_pose(ids.gripper_link),
+            mocap_pose: self.data.mocap_pose(ids.mocap).expect("an id of this model"),
+            gripper_link_pose: self.data.body_pose(ids.gripper_link).expect("an id of this model"),
             gripper: self.gripper,
             object: self.object,
         }
@@ -266,19 +267,18 @@ impl Simulator for MujocoSimulator {
         self.check_snapshot(snapshot)?;
         let ids = &self.fetch.ids;
         self.data.reset()?;
-        self.data.set_time(snapshot.time);
+        self.data.set_time(snapshot.time)?;
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qvel_mut().copy_from_slice(&snapshot.qvel);
         self.data.ctrl_mut().copy_from_slice(&snapshot.ctrl);
         let (position, orientation) = snapshot.mocap_pose;
-        self.data.set_mocap_pose(ids.mocap, position, orientation);
+        self.data.set_mocap_pose(ids.mocap, position, orientation)?;
         self.data.forward()?;
         // `forward` has recomputed what the next step starts from: overwrite it with the snapshot's.
         // That includes the object's quaternion, because normalizing it twice changes its bits.
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
-        let (position, orientation) = snapshot.gripper_link_pose;
-        self.data.set_body_pose(ids.gripper_link, position, orientation);
+        self.data.set_body_pose(ids.gripper_link, snapshot.gripper_link_pose)?;
         self.gripper = snapshot.gripper;
         self.object = snapshot.object;
         Ok(())

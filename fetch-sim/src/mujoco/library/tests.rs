@@ -3,6 +3,8 @@
 #[cfg(not(fetch_sim_no_shim))]
 mod search;
 
+use std::{collections::BTreeSet, fs, path::Path};
+
 use super::{Item, MujocoVersion, compare, ffi::ITEMS, items_of_shim};
 use crate::error::SimError;
 
@@ -41,4 +43,30 @@ fn a_mismatch_is_an_error_that_names_the_item() {
         assert_eq!(mismatch(&with(&[])), name);
     }
     assert_eq!(mismatch(&[ITEMS, &[("fs_sizes.nkey", 0, 4)]].concat()), "fs_sizes.nkey");
+}
+
+/// The words of a text that follow `before` and are followed by `after`.
+fn words(text: &str, before: &str, after: char) -> BTreeSet<String> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let word = |rest: &str| {
+        let (word, rest) = rest.split_at(rest.find(|c| !is_word(c))?);
+        (rest.starts_with(after) && word.starts_with("mj")).then(|| word.to_owned())
+    };
+    text.split(before).skip(1).filter_map(word).collect()
+}
+
+/// MuJoCo's functions may end the process, so the shim must call each of them within a guarded
+/// statement. It reaches them through the `mj` of that statement, and the linker knows no other way.
+#[test]
+fn every_function_of_mujoco_is_called_under_the_guard() {
+    let shim = Path::new(env!("CARGO_MANIFEST_DIR")).join("shim");
+    let read = |name: &str| fs::read_to_string(shim.join(name)).expect("a source of the shim");
+    let mut listed = words(&read("internal.h"), "X(", ')');
+    assert!(listed.remove("mj_version"), "the library is looked at before it is loaded");
+    let sources =
+        ["library.c", "model.c", "data.c", "render.c", "gl_context.c", "contact_filter.c"];
+    let called: BTreeSet<_> =
+        sources.iter().flat_map(|source| words(&read(source), "mj->", '(')).collect();
+    assert_eq!(called, listed);
+    assert!(listed.len() > 25, "{listed:?}");
 }

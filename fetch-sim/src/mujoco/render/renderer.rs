@@ -217,12 +217,12 @@ impl Renderer {
         }
         to.qpos_mut().copy_from_slice(from.qpos());
         for mocap in 0..from.model().nmocap().min(to.model().nmocap()) {
-            let (position, orientation) = from.mocap_pose(mocap);
-            to.set_mocap_pose(mocap, position, orientation);
+            let (position, orientation) = from.mocap_pose(mocap)?;
+            to.set_mocap_pose(mocap, position, orientation)?;
         }
         self.place()?;
         if let (Some(site), Some(position)) = (self.target, desired_goal) {
-            self.data.set_site_position(site, position);
+            self.data.set_site_position(site, position)?;
         }
         Ok(())
     }

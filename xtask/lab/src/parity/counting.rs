@@ -45,7 +45,9 @@ impl Simulator for Counting {
         (self.contacts, self.self_contacts) = (0, 0);
         self.simulator.step_inspected(control, |data| {
             let model = data.model();
-            let of_robot = |geom| model.is_within(model.geom_body(geom), self.base);
+            let of_robot = |geom| {
+                model.geom_body(geom).and_then(|body| model.is_within(body, self.base)) == Ok(true)
+            };
             self.contacts += data.contacts().len();
             self.self_contacts +=
                 data.contacts().filter(|&(a, b)| of_robot(a) && of_robot(b)).count();

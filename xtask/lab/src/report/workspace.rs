@@ -53,7 +53,7 @@ impl Workspace {
                 _ => None,
             })
             .ok_or_else(|| anyhow::anyhow!("the table of {task} is not a box"))?;
-        let center = data.body_pose(body).0;
+        let center = data.body_pose(body)?.0;
         let corner = |sign: f64| [0, 1, 2].map(|axis| center[axis] + sign * half_size[axis]);
         Ok(Self { task, goals, objects, gripper, table: [corner(-1.0), corner(1.0)] })
     }

@@ -27,10 +27,12 @@ fn search_in_this_process() -> Result {
         return Ok(());
     }
     let mut lines =
-        vec![match load(&Search { version, mujoco_dir, executable, of_build, cache }) {
-            Ok(path) => format!("\nloaded {}", path.display()),
-            Err(error) => format!("\nrefused {error}"),
-        }];
+        vec![
+            match load(&Search { version, mujoco_dir, executable, of_build, cache, global: None }) {
+                Ok(path) => format!("\nloaded {}", path.display()),
+                Err(error) => format!("\nrefused {error}"),
+            },
+        ];
     let maps = fs::read_to_string("/proc/self/maps")?;
     let files = maps.lines().filter_map(|line| line.split_once(" /"));
     lines.extend(

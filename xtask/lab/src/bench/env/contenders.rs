@@ -55,9 +55,10 @@ pub struct BareLoop {
 impl BareLoop {
     pub fn new(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
         let model = episodes.model.model();
-        let mocap = model.mocap_index(model.body("robot0:mocap")?);
+        let mocap = model.mocap_index(model.body("robot0:mocap")?)?;
         let finger = |side| -> anyhow::Result<usize> {
-            Ok(model.qpos_address(model.joint(&format!("robot0:{side}_gripper_finger_joint"))?))
+            let joint = model.joint(&format!("robot0:{side}_gripper_finger_joint"))?;
+            Ok(model.qpos_address(joint)?)
         };
         Ok(Self {
             data: Data::new(Arc::clone(model))?,
@@ -90,11 +91,11 @@ impl BareLoop {
     fn step(&mut self, action: [f32; 4]) -> anyhow::Result<()> {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(action[axis] * 0.05));
         let fingers = f64::from(action[3]);
-        let (position, orientation) = self.data.body_pose(self.gripper);
+        let (position, orientation) = self.data.body_pose(self.gripper)?;
         let target = position + Vector3::new(x, y, z);
         // The reference adds this to the gripper's quaternion.
         let down = Quaternion::new(1.0, 0.0, 1.0, 0.0);
-        self.data.set_mocap_pose(self.mocap, target, orientation + down);
+        self.data.set_mocap_pose(self.mocap, target, orientation + down)?;
         let blocked = self.episodes.config.task().block_gripper();
         if !blocked {
             let targets = self.fingers.map(|qpos| self.data.qpos()[qpos] + fingers);

@@ -1,0 +1,127 @@
+//! Models of a user's: what MuJoCo or the Fetch tasks cannot use is a typed error.
+#![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
+
+use std::{
+    error::Error,
+    ffi::OsString,
+    fs,
+    os::unix::ffi::OsStringExt,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use fetch_sim::{
+    ContactFilter, Control, Data, FetchModel, Model, ModelSource, MujocoSimulator, SimConfig,
+    SimError, Simulator, Task,
+};
+use nalgebra::Vector3;
+
+type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+
+/// The least that the Fetch tasks need.
+const SCENE: &str = r#"
+<mujoco>
+  <worldbody>
+    <body name="robot0:mocap" mocap="true"/>
+    <body name="robot0:gripper_link" pos="1 1 1">
+      <joint name="robot0:slide0" type="slide"/>
+      <joint name="robot0:slide1" type="slide" axis="0 1 0"/>
+      <joint name="robot0:slide2" type="slide" axis="1 0 0"/>
+      <geom size="0.1" contype="0"/>
+      <site name="robot0:grip"/>
+      <body>
+        <joint name="robot0:r_gripper_finger_joint" type="slide"/><geom size="0.01" contype="0"/>
+      </body>
+      <body>
+        <joint name="robot0:l_gripper_finger_joint" type="slide"/><geom size="0.01" contype="0"/>
+      </body>
+    </body>
+    <body pos="5 5 5">
+      <joint name="object0:joint" type="free"/><geom size="0.1" contype="0"/><site name="object0"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <position joint="robot0:r_gripper_finger_joint"/>
+    <position joint="robot0:l_gripper_finger_joint"/>
+  </actuator>
+</mujoco>"#;
+
+fn config(folder: &Path) -> SimConfig {
+    SimConfig::new(Task::Push).with_model(ModelSource::Folder(folder.into()))
+}
+
+/// Loads a scene with one part replaced by another.
+fn load(part: &str, other: &str) -> Result<Arc<FetchModel>, SimError> {
+    assert!(SCENE.contains(part));
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("push.xml"), SCENE.replacen(part, other, 1)).expect("a file");
+    FetchModel::load(&config(folder.path()))
+}
+
+#[test]
+fn the_least_model_can_be_simulated() -> Result {
+    let mut simulator = MujocoSimulator::from_model(load("mujoco", "mujoco")?)?;
+    simulator.reset(Some([1.3, 0.7]))?;
+    simulator.step(&Control { displacement: Vector3::zeros(), fingers: 0.0 })?;
+    assert!(simulator.object().is_some());
+    Ok(())
+}
+
+#[test]
+fn joints_and_actuators_of_another_kind_are_errors() {
+    let finger = r#"<position joint="robot0:l_gripper_finger_joint"/>"#;
+    let object = r#"<joint name="object0:joint" type="free"/>"#;
+    let slide = r#"type="slide"/>"#;
+    let unfit = [
+        (finger, r#"<position site="robot0:grip"/>"#, "an actuator"),
+        (finger, r#"<position joint="object0:joint"/>"#, "the joint object0:joint"),
+        (object, r#"<joint name="object0:joint" type="ball"/>"#, "the joint object0:joint"),
+        (object, r#"<joint name="object0:joint"/>"#, "the joint object0:joint"),
+        (slide, r#"type="ball"/>"#, "the joint robot0:slide0"),
+    ];
+    for (part, other, named) in unfit {
+        let error = load(part, other).unwrap_err();
+        let SimError::UnfitModel { object, .. } = &error else { panic!("{other}: {error}") };
+        assert_eq!(object, named, "{other}");
+    }
+}
+
+#[test]
+fn files_without_a_name_or_contents_are_errors() {
+    let long = "x".repeat(1000);
+    for name in ["", "x/", &long, "with\0nul"] {
+        // Versions differ in what they make of a file that nothing includes.
+        let beside = Model::from_files(&[("main.xml", SCENE), (name, SCENE)]);
+        assert!(matches!(beside, Ok(_) | Err(SimError::Model { .. })), "{name}: {beside:?}");
+        let main = Model::from_files(&[(name, ""), ("main.xml", SCENE)]);
+        assert!(matches!(main, Err(SimError::Model { .. })), "{name}: {main:?}");
+    }
+    for empty in
+        [&[("empty.xml", "")][..], &[("a.xml", "<mujoco><include file='b'/></mujoco>"), ("b", "")]]
+    {
+        assert!(matches!(Model::from_files(empty), Err(SimError::Model { .. })), "{empty:?}");
+    }
+}
+
+#[test]
+fn a_folder_need_not_be_utf_8() -> Result {
+    let parent = tempfile::tempdir()?;
+    let folder = parent.path().join(PathBuf::from(OsString::from_vec(b"mod\xe8le".to_vec())));
+    fs::create_dir(&folder)?;
+    fs::write(folder.join("push.xml"), SCENE)?;
+    FetchModel::load(&config(&folder))?;
+    Ok(())
+}
+
+/// The table of pairs of a filter takes 1.6 GB at 20,000 geoms, and outgrows 32 bits soon after.
+#[test]
+fn a_model_of_many_geoms_is_simulated_without_a_filter() -> Result {
+    let geoms = r#"<geom size="0.1" contype="0" conaffinity="0"/>"#;
+    let geoms = geoms.repeat(ContactFilter::MAX_GEOMS + 1);
+    let xml = format!("<mujoco><worldbody>{geoms}</worldbody></mujoco>");
+    let mut data = Data::new(Arc::new(Model::from_files(&[("many.xml", &xml)])?))?;
+    data.set_contact_filter(true)?;
+    assert!(data.contact_filter().is_none());
+    data.step(1)?;
+    Ok(())
+}
