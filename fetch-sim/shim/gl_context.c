@@ -2,6 +2,9 @@
 // (only in software). The first that works is used for the rest of the process, because MuJoCo looks
 // up its OpenGL functions once, in the library that is loaded then. As in MuJoCo's own bindings, the
 // environment variable MUJOCO_GL may name the one to use (egl, osmesa), or none (disable).
+// A thread may have a context of either library, whichever was chosen. Both libraries keep what they
+// draw with in the same place, so that leaving a context of one takes the other's away: each is made
+// current again by its own library.
 // The few declarations below, from the Khronos registry and Mesa, replace the headers of OpenGL.
 
 #include "internal.h"
@@ -17,15 +20,17 @@ struct fs_gl {
   unsigned char pixels[4 * 16 * 16];  // OSMesa requires a surface; nothing is drawn to it
 };
 
-typedef struct {
+typedef struct fs_gl_library {
   const char* name;
-  int (*load)(void);
+  int (*find)(int flags);  // opens the library with these flags of dlopen, unless it has been found
+  int (*choose)(void);     // returns 0 if it cannot make contexts
   void* (*create)(void);
   int (*make_current)(fs_gl*);
+  void (*release)(void);  // leaves no context of ours current
   void (*destroy)(void* context);
-  void (*save)(fs_gl_outer*);
+  int (*save)(fs_gl_outer*);  // returns 0 if none of its contexts is current on this thread
   void (*restore)(const fs_gl_outer*);
-} backend;
+} gl_library;
 
 // ------------------------------------------------------------------------------------------- EGL
 
@@ -52,6 +57,7 @@ static struct {
   void* (*GetCurrentSurface)(int which);
   void* (*GetPlatformDisplay)(unsigned platform, void* native, const int* attributes);
   unsigned (*QueryDevices)(int size, void** devices, int* count);
+  int found;
   void* display;
   void* config;
 } egl;
@@ -70,16 +76,19 @@ static int egl_use(void* display) {
   return 1;
 }
 
-static int egl_load(void) {
-  void* library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
+static int egl_find(int flags) {
+  if (egl.found) return 1;
+  void* library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL | flags);
   if (!library) return 0;
 #define EGL(name) fs_symbol(library, "egl" #name, &egl.name)
-  const int complete = EGL(GetProcAddress) && EGL(Initialize) && EGL(BindAPI) && EGL(QueryAPI) &&
-                       EGL(ChooseConfig) && EGL(CreateContext) && EGL(MakeCurrent) &&
-                       EGL(DestroyContext) && EGL(GetCurrentContext) && EGL(GetCurrentDisplay) &&
-                       EGL(GetCurrentSurface);
+  egl.found = EGL(GetProcAddress) && EGL(Initialize) && EGL(BindAPI) && EGL(QueryAPI) &&
+              EGL(ChooseConfig) && EGL(CreateContext) && EGL(MakeCurrent) && EGL(DestroyContext) &&
+              EGL(GetCurrentContext) && EGL(GetCurrentDisplay) && EGL(GetCurrentSurface);
 #undef EGL
-  if (!complete) return 0;
+  return egl.found;
+}
+
+static int egl_choose(void) {
   void* symbol = egl.GetProcAddress("eglGetPlatformDisplayEXT");
   if (!symbol) return 0;
   memcpy(&egl.GetPlatformDisplay, &symbol, sizeof symbol);
@@ -108,20 +117,27 @@ static int egl_make_current(fs_gl* gl) {
 
 static void egl_destroy(void* context) { egl.DestroyContext(egl.display, context); }
 
-static void egl_save(fs_gl_outer* outer) {
-  outer->api = egl.QueryAPI();
+static void egl_release(void) { egl.MakeCurrent(egl.display, NULL, NULL, NULL); }
+
+static int egl_save(fs_gl_outer* outer) {
+  outer->egl_api = outer->type = egl.QueryAPI();
   outer->context = egl.GetCurrentContext();
-  if (!outer->context && egl.BindAPI(EGL_OPENGL_API)) outer->context = egl.GetCurrentContext();
-  if (!outer->context) return;
+  if (!outer->context && egl.BindAPI(EGL_OPENGL_API)) {
+    outer->type = EGL_OPENGL_API;
+    outer->context = egl.GetCurrentContext();
+  }
+  if (!outer->context) return 0;
   outer->display = egl.GetCurrentDisplay();
   outer->draw = egl.GetCurrentSurface(EGL_DRAW);
   outer->read = egl.GetCurrentSurface(EGL_READ);
+  return 1;
 }
 
 static void egl_restore(const fs_gl_outer* outer) {
-  void* display = outer->context ? outer->display : egl.display;
-  egl.MakeCurrent(display, outer->draw, outer->read, outer->context);
-  egl.BindAPI(outer->api);
+  egl.BindAPI(outer->type);
+  // EGL does nothing for a context that it believes to be current.
+  egl.MakeCurrent(outer->display, NULL, NULL, NULL);
+  egl.MakeCurrent(outer->display, outer->draw, outer->read, outer->context);
 }
 
 // ---------------------------------------------------------------------------------------- OSMesa
@@ -135,17 +151,23 @@ static struct {
   void* (*GetCurrentContext)(void);
   unsigned char (*GetColorBuffer)(void* context, int* width, int* height, int* format, void** pixels);
   void (*GetIntegerv)(int name, int* value);
+  int found;
 } osmesa;
 
-static int osmesa_load(void) {
+static int osmesa_find(int flags) {
+  if (osmesa.found) return 1;
   // Global, because MuJoCo searches all libraries for the function OSMesaGetProcAddress.
-  void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
-  if (!library) library = dlopen("libOSMesa.so.6", RTLD_NOW | RTLD_GLOBAL);
+  void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL | flags);
+  if (!library) library = dlopen("libOSMesa.so.6", RTLD_NOW | RTLD_GLOBAL | flags);
+  if (!library) return 0;
 #define OSMESA(name) fs_symbol(library, "OSMesa" #name, &osmesa.name)
-  return library && OSMESA(CreateContextExt) && OSMESA(MakeCurrent) && OSMESA(DestroyContext) &&
-         OSMESA(GetCurrentContext) && OSMESA(GetColorBuffer) && OSMESA(GetIntegerv);
+  osmesa.found = OSMESA(CreateContextExt) && OSMESA(MakeCurrent) && OSMESA(DestroyContext) &&
+                 OSMESA(GetCurrentContext) && OSMESA(GetColorBuffer) && OSMESA(GetIntegerv);
 #undef OSMESA
+  return osmesa.found;
 }
+
+static int osmesa_choose(void) { return 1; }
 
 static void* osmesa_create(void) { return osmesa.CreateContextExt(OSMESA_RGBA, 24, 8, 0, NULL); }
 
@@ -155,43 +177,61 @@ static int osmesa_make_current(fs_gl* gl) {
 
 static void osmesa_destroy(void* context) { osmesa.DestroyContext(context); }
 
-static void osmesa_save(fs_gl_outer* outer) {
+static void osmesa_release(void) { osmesa.MakeCurrent(NULL, NULL, OSMESA_UNSIGNED_BYTE, 0, 0); }
+
+static int osmesa_save(fs_gl_outer* outer) {
   outer->context = osmesa.GetCurrentContext();
-  if (!outer->context) return;
+  if (!outer->context) return 0;
   int format, type = OSMESA_UNSIGNED_BYTE;
   osmesa.GetColorBuffer(outer->context, &outer->width, &outer->height, &format, &outer->draw);
   osmesa.GetIntegerv(OSMESA_TYPE, &type);
-  outer->api = (unsigned)type;
+  outer->type = (unsigned)type;
+  return 1;
 }
 
 static void osmesa_restore(const fs_gl_outer* outer) {
-  osmesa.MakeCurrent(outer->context, outer->draw, outer->api, outer->width, outer->height);
+  osmesa.MakeCurrent(outer->context, outer->draw, outer->type, outer->width, outer->height);
 }
 
 // --------------------------------------------------------------------------------------- the choice
 
-static const backend backends[] = {
-    {"EGL", egl_load, egl_create, egl_make_current, egl_destroy, egl_save, egl_restore},
-    {"OSMesa", osmesa_load, osmesa_create, osmesa_make_current, osmesa_destroy, osmesa_save,
-     osmesa_restore},
+static const gl_library libraries[] = {
+    {"EGL", egl_find, egl_choose, egl_create, egl_make_current, egl_release, egl_destroy, egl_save,
+     egl_restore},
+    {"OSMesa", osmesa_find, osmesa_choose, osmesa_create, osmesa_make_current, osmesa_release,
+     osmesa_destroy, osmesa_save, osmesa_restore},
 };
+enum { LIBRARIES = sizeof libraries / sizeof *libraries };
 
-static const backend* chosen;
+static const gl_library* chosen;
 static pthread_once_t choose_once = PTHREAD_ONCE_INIT;
 
 // Held while a context of ours is current, and while one is made or deleted. Mesa 22.3 sometimes
 // crashes if one thread changes its current context while another draws, with EGL and with OSMesa.
 static pthread_mutex_t drawing = PTHREAD_MUTEX_INITIALIZER;
 
-static fs_gl* make_with(const backend* from, fs_gl_outer* outer) {
+static void save(fs_gl_outer* outer) {
+  *outer = (fs_gl_outer){0};
+  // OSMesa takes any current context for its own, so EGL is asked first.
+  for (int i = 0; i < LIBRARIES && !outer->library; i++) {
+    if (libraries[i].find(RTLD_NOLOAD) && libraries[i].save(outer)) outer->library = libraries + i;
+  }
+}
+
+static void restore(const gl_library* ours, const fs_gl_outer* outer) {
+  ours->release();
+  if (outer->library) outer->library->restore(outer);
+  if (outer->egl_api) egl.BindAPI(outer->egl_api);
+}
+
+static fs_gl* make_with(const gl_library* library, fs_gl_outer* outer) {
   fs_gl* gl = calloc(1, sizeof *gl);
   if (!gl) return NULL;
-  *outer = (fs_gl_outer){0};
-  from->save(outer);
-  gl->context = from->create();
-  if (gl->context && from->make_current(gl)) return gl;
-  from->restore(outer);
-  if (gl->context) from->destroy(gl->context);
+  save(outer);
+  gl->context = library->create();
+  if (gl->context && library->make_current(gl)) return gl;
+  restore(library, outer);
+  if (gl->context) library->destroy(gl->context);
   free(gl);
   return NULL;
 }
@@ -207,13 +247,15 @@ static void choose(void) {
   if (!wish) wish = "";
   const int wished = strcasecmp(wish, "egl") == 0 || strcasecmp(wish, "osmesa") == 0;
   if (strcasecmp(wish, "disable") == 0) return;
-  for (size_t i = 0; !chosen && i < sizeof backends / sizeof *backends; i++) {
-    if ((wished && strcasecmp(wish, backends[i].name) != 0) || !backends[i].load()) continue;
+  for (int i = 0; !chosen && i < LIBRARIES; i++) {
+    const gl_library* library = libraries + i;
+    if (wished && strcasecmp(wish, library->name) != 0) continue;
+    if (!library->find(0) || !library->choose()) continue;
     fs_gl_outer outer;
-    fs_gl* trial = make_with(backends + i, &outer);
+    fs_gl* trial = make_with(library, &outer);
     if (!trial) continue;
-    chosen = backends + i;
-    chosen->restore(&outer);
+    chosen = library;
+    restore(chosen, &outer);
     delete(trial);
   }
 }
@@ -236,15 +278,14 @@ fs_gl* fs_gl_make(fs_gl_outer* outer) {
 
 fs_status fs_gl_enter(fs_gl* gl, fs_gl_outer* outer) {
   pthread_mutex_lock(&drawing);
-  *outer = (fs_gl_outer){0};
-  chosen->save(outer);
+  save(outer);
   if (chosen->make_current(gl)) return FS_OK;
   fs_gl_leave(outer);
   return fs_fail("%s could not make its context current", chosen->name);
 }
 
 void fs_gl_leave(const fs_gl_outer* outer) {
-  chosen->restore(outer);
+  restore(chosen, outer);
   pthread_mutex_unlock(&drawing);
 }
 

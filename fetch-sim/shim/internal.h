@@ -130,11 +130,13 @@ fs_filter* fs_use_filter(fs_filter* filter);
 // so. One context of the process is entered at a time: others wait.
 typedef struct fs_gl fs_gl;
 
-// The caller's own context, which is current before and after: as EGL or OSMesa describe one.
+// The caller's own context, which is current before and after.
 typedef struct {
+  const struct fs_gl_library* library;  // NULL if there is none
   void *context, *display, *draw, *read;  // OSMesa: `draw` is the color buffer
-  unsigned api;                           // OSMesa: the type of its elements
+  unsigned type;                          // EGL: the context's API; OSMesa: the type of its elements
   int width, height;                      // only OSMesa
+  unsigned egl_api;                       // the thread's, which is restored with any context
 } fs_gl_outer;
 
 // Makes a context and enters it; returns NULL, with the text of fs_error_text, if there is no

@@ -93,7 +93,7 @@ fn slices_of_another_length_are_errors() -> Result {
     let expected = SimError::WrongLength { what: "a Jacobian", expected: 6, actual: 3 };
     assert_eq!(data.site_jacobian(site, &mut right, &mut wrong), Err(expected.clone()));
     assert_eq!(data.site_jacobian(site, &mut wrong, &mut right), Err(expected));
-    assert_eq!(data.site_jacobian(site, &mut right, &mut vec![0.0; 6]), Ok(()));
+    assert_eq!(data.site_jacobian(site, &mut right, &mut [0.0; 6]), Ok(()));
     Ok(())
 }
 
