@@ -21,8 +21,11 @@ mod find_mujoco;
 mod fuzz;
 #[path = "../../fetch-sim/src/installation.rs"]
 mod installation;
+mod mutants;
 mod packages;
 mod projects;
+mod sanitize;
+mod tools;
 
 use std::{
     ffi::OsString,
@@ -43,7 +46,7 @@ struct OwnCommand {
     run: fn(Parser) -> anyhow::Result<bool>,
 }
 
-const OWN: [OwnCommand; 6] = [
+const OWN: [OwnCommand; 8] = [
     OwnCommand {
         name: "assets",
         about: "Fetch the reference's model into the cache",
@@ -69,6 +72,27 @@ const OWN: [OwnCommand; 6] = [
   --seconds <N>      Run each target this long [default: 15]
   --target <TARGET>  Run only this target: load, npz or operations",
         run: fuzz::run,
+    },
+    OwnCommand {
+        name: "sanitize",
+        about: "Run tests under sanitizers, Valgrind and Miri",
+        usage: "[--only <CHECK>] [--cases <N>]
+
+  --only <CHECK>  Run only this check: shim (AddressSanitizer and UndefinedBehaviorSanitizer on the C
+                  code), memory (Valgrind), threads (ThreadSanitizer) or miri
+  --cases <N>     Random models of the check shim; memory takes a tenth [default: 256]",
+        run: sanitize::run,
+    },
+    OwnCommand {
+        name: "mutants",
+        about: "Change the code in small ways, and look whether a test notices",
+        usage: "[--crate <CRATE>] [--shard <K/N>] [--since <REVISION>] [--at-most <N>]
+
+  --crate <CRATE>     Only this crate: goal-reward, her-relabel, fetch-baselines or fetch-env
+  --shard <K/N>       Only the part K, from 0, of N
+  --since <REVISION>  Only what has changed since this revision
+  --at-most <N>       At most so many mutants of each crate, spread over the code",
+        run: mutants::run,
     },
     OwnCommand {
         name: "packages",

@@ -1,13 +1,11 @@
 //! `packages`: checks that the library crates are ready to be published.
 
-use std::{
-    env, fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::{fs, path::Path, process::Command};
 
 use anyhow::{Context, ensure};
 use lexopt::{Arg::Long, Parser};
+
+use crate::tools::{NIGHTLY, ROOT, cargo, install_toolchain, on_toolchain, succeeds, tool};
 
 /// The library crates, by folder and by package.
 const CRATES: [(&str, &str); 5] = [
@@ -18,14 +16,9 @@ const CRATES: [(&str, &str); 5] = [
     ("baselines", "fetch-baselines"),
 ];
 
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-
 /// The tools that the checks need, and their versions.
 const MACHETE: (&str, &str) = ("cargo-machete", "0.9.2");
 const PUBLIC_API: (&str, &str) = ("cargo-public-api", "0.52.0");
-
-/// A toolchain whose documentation format the second tool reads: later ones may have another.
-const NIGHTLY: &str = "nightly-2026-05-20";
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     let mut bless = false;
@@ -53,7 +46,7 @@ fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
         .lines()
         .find_map(|line| line.strip_prefix("rust-version = \"")?.strip_suffix('"'))
         .context("the root Cargo.toml has no rust-version")?;
-    if !install_toolchain(version)? {
+    if !install_toolchain(version, &[])? {
         println!("rustup cannot install Rust {version}, so nothing was built with it");
         return Ok(true);
     }
@@ -67,7 +60,7 @@ fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
 /// Compares the public interface of each crate with its `public-api.txt`, or writes that file.
 fn has_the_known_interface(bless: bool) -> anyhow::Result<bool> {
     let program = tool(PUBLIC_API)?;
-    if !install_toolchain(NIGHTLY)? {
+    if !install_toolchain(NIGHTLY, &[])? {
         println!("rustup cannot install {NIGHTLY}, so no interface was compared");
         return Ok(true);
     }
@@ -113,45 +106,4 @@ fn can_be_published() -> anyhow::Result<bool> {
     let mut publish = cargo();
     publish.args(["publish", "--workspace", "--dry-run", "--quiet", "--allow-dirty"]);
     succeeds(publish.arg("--target-dir").arg(folder.path()))
-}
-
-/// Returns the path of a tool, which is built on first use.
-fn tool((name, version): (&str, &str)) -> anyhow::Result<PathBuf> {
-    let folder = Path::new(ROOT).join("target/tools").join(format!("{name}-{version}"));
-    let program = folder.join("bin").join(name);
-    if !program.exists() {
-        let mut install = cargo();
-        install.args(["install", name, "--version", version, "--locked", "--debug", "--quiet"]);
-        ensure!(
-            succeeds(install.arg("--root").arg(&folder))?,
-            "{name} {version} could not be installed"
-        );
-    }
-    Ok(program)
-}
-
-/// Whether rustup has the toolchain, or can install it.
-fn install_toolchain(toolchain: &str) -> anyhow::Result<bool> {
-    let has = on_toolchain(toolchain, "--version").output().is_ok_and(|out| out.status.success());
-    let mut install = Command::new("rustup");
-    install.args(["toolchain", "install", toolchain, "--profile", "minimal"]);
-    Ok(has || install.status().is_ok_and(|status| status.success()))
-}
-
-fn on_toolchain(toolchain: &str, command: &str) -> Command {
-    let mut cargo = Command::new("rustup");
-    cargo.args(["run", toolchain, "cargo", command]).current_dir(ROOT);
-    // Cargo sets it for this process, of its own toolchain.
-    cargo.env_remove("RUSTUP_TOOLCHAIN");
-    cargo
-}
-
-fn cargo() -> Command {
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(ROOT);
-    cargo
-}
-
-fn succeeds(command: &mut Command) -> anyhow::Result<bool> {
-    Ok(command.status().with_context(|| format!("{command:?} did not start"))?.success())
 }

@@ -1,0 +1,226 @@
+//! `mutants`: changes the code in small ways, and looks whether a test notices.
+
+use std::{collections::BTreeSet, fs, num::NonZeroUsize, path::Path, process::Command};
+
+use anyhow::{Context, ensure};
+use lexopt::{Arg::Long, Parser, ValueExt};
+
+use crate::tools::{ROOT, tool};
+
+const MUTANTS: (&str, &str) = ("cargo-mutants", "27.1.0");
+
+/// The share of mutants that tests must notice.
+const CAUGHT: f64 = 0.97;
+
+/// The crates that are tested so, and what of them.
+const CRATES: [(&str, &[&str]); 4] = [
+    ("goal-reward", &["-p", "goal-reward"]),
+    // Prefetching changes nothing but the time.
+    ("her-relabel", &["-p", "her-relabel", "--exclude-re", "prefetch"]),
+    (
+        "fetch-baselines",
+        &[
+            "-p",
+            "fetch-baselines",
+            "-f",
+            "baselines/src/statistics/*.rs",
+            "-f",
+            "baselines/src/evaluate.rs",
+            "--cargo-arg=--no-default-features",
+        ],
+    ),
+    // Without MuJoCo and OpenGL.
+    (
+        "fetch-env",
+        &[
+            "-p",
+            "fetch-env",
+            "-e",
+            "fetch-env/src/render/**",
+            "-e",
+            "fetch-env/src/clip/**",
+            "-e",
+            "fetch-env/src/fetch/make.rs",
+            "--cargo-arg=--no-default-features",
+        ],
+    ),
+];
+
+/// The mutants that no test can notice, with the reason why each is equivalent to the code.
+const EQUIVALENT: &str = include_str!("../equivalent_mutants.txt");
+
+/// Which mutants to test.
+#[derive(Default)]
+struct Choice {
+    only: Option<&'static str>,
+    shard: Option<String>,
+    since: Option<String>,
+    at_most: Option<NonZeroUsize>,
+}
+
+pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let mut choice = Choice::default();
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("crate") => choice.only = Some(arguments.value()?.parse_with(known_crate)?),
+            Long("shard") => choice.shard = Some(arguments.value()?.parse_with(checked_shard)?),
+            Long("since") => choice.since = Some(arguments.value()?.parse()?),
+            Long("at-most") => choice.at_most = Some(arguments.value()?.parse()?),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let program = tool(MUTANTS)?;
+    let mut passed = true;
+    for (name, selection) in CRATES {
+        if choice.only.is_none_or(|only| only == name) {
+            passed &= test(&program, name, selection, &choice)?;
+        }
+    }
+    Ok(passed)
+}
+
+fn known_crate(name: &str) -> Result<&'static str, String> {
+    let mut names = CRATES.into_iter().map(|(name, _)| name);
+    let all = CRATES.map(|(name, _)| name).join(", ");
+    names.find(|known| *known == name).ok_or_else(|| format!("the crates are {all}"))
+}
+
+fn checked_shard(shard: &str) -> Result<String, &'static str> {
+    let numbers = shard.split_once('/').map(|(k, n)| (k.parse::<u32>(), n.parse::<u32>()));
+    match numbers {
+        Some((Ok(k), Ok(n))) if k < n => Ok(shard.to_owned()),
+        _ => Err("a shard is k/n, with k from 0 to n - 1"),
+    }
+}
+
+/// Tests the chosen mutants of a crate.
+fn test(program: &Path, name: &str, selection: &[&str], choice: &Choice) -> anyhow::Result<bool> {
+    let folder = Path::new(ROOT).join("target/mutants").join(name);
+    fs::create_dir_all(&folder)?;
+    let mut chosen: Vec<_> = selection.iter().map(|&argument| argument.to_owned()).collect();
+    if let Some(since) = &choice.since {
+        let diff = Command::new("git").args(["diff", since]).current_dir(ROOT).output()?;
+        ensure!(diff.status.success(), "git does not know {since}");
+        let path = folder.join("diff");
+        fs::write(&path, diff.stdout)?;
+        chosen.push(format!("--in-diff={}", path.display()));
+    }
+    let mutants = |chosen: &[String]| {
+        let mut mutants = Command::new(program);
+        mutants.args(["mutants", "--colors=never"]).args(chosen).current_dir(ROOT);
+        mutants
+    };
+    let mut shard = choice.shard.clone();
+    if let Some(most) = choice.at_most {
+        let list = mutants(&chosen).arg("--list").output()?;
+        let count = String::from_utf8_lossy(&list.stdout).lines().count();
+        shard = Some(format!("0/{}", count.div_ceil(most.get()).max(1)));
+    }
+    chosen.extend(shard.map(|shard| format!("--shard={shard}")));
+    let mut test = mutants(&chosen);
+    test.args(["--baseline=skip", "--timeout=300", "--sharding=round-robin", "--cap-lints=true"])
+        .arg("--output")
+        .arg(&folder);
+    let status = test.status().with_context(|| format!("{} did not start", program.display()))?;
+    // 2: some were missed. 3: some took too long, as those do that never end.
+    ensure!(matches!(status.code(), Some(0 | 2 | 3)), "{name}: cargo-mutants failed");
+    Outcome::read(&folder)?.report(name)
+}
+
+/// The mutants of a run by their fate.
+struct Outcome {
+    caught: usize,
+    missed: Vec<String>,
+}
+
+impl Outcome {
+    fn read(folder: &Path) -> anyhow::Result<Self> {
+        let lines = |name| -> anyhow::Result<Vec<String>> {
+            // Without any mutant there is no file.
+            let text =
+                fs::read_to_string(folder.join("mutants.out").join(name)).unwrap_or_default();
+            Ok(text.lines().map(without_position).collect())
+        };
+        let caught = lines("caught.txt")?.len() + lines("timeout.txt")?.len();
+        Ok(Self { caught, missed: lines("missed.txt")? })
+    }
+
+    /// Prints the result. It passes if tests notice enough mutants, and no survivor is unknown.
+    fn report(&self, name: &str) -> anyhow::Result<bool> {
+        let equivalent = equivalent()?;
+        let unknown: Vec<_> =
+            self.missed.iter().filter(|mutant| !equivalent.contains(mutant.as_str())).collect();
+        let viable = self.caught + self.missed.len();
+        let share = self.caught as f64 / viable.max(1) as f64;
+        println!(
+            "mutants of {name}: {} of {viable} noticed ({:.1} %), {} equivalent, {} unknown",
+            self.caught,
+            100.0 * share,
+            self.missed.len() - unknown.len(),
+            unknown.len()
+        );
+        for mutant in &unknown {
+            println!("  no test notices: {mutant}");
+        }
+        // A part of few mutants may have many of the equivalent ones.
+        let is_enough = viable < 100 || share >= CAUGHT;
+        Ok(unknown.is_empty() && is_enough)
+    }
+}
+
+/// Returns a mutant as the tool names it, without its line and column.
+fn without_position(mutant: &str) -> String {
+    let mut parts = mutant.splitn(4, ':');
+    let (file, change) = (parts.next().unwrap_or_default(), parts.nth(2).unwrap_or_default());
+    format!("{file}:{change}")
+}
+
+/// Returns the mutants that no test can notice. Each is a line, below which its reason is indented.
+fn equivalent() -> anyhow::Result<BTreeSet<&'static str>> {
+    let mut mutants = BTreeSet::new();
+    let mut lines = EQUIVALENT.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
+    while let Some(mutant) = lines.next() {
+        let reason = lines.next().filter(|line| line.starts_with("  "));
+        ensure!(reason.is_some(), "equivalent_mutants.txt gives no reason for {mutant}");
+        mutants.insert(mutant);
+    }
+    Ok(mutants)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mutants_are_known_by_what_they_change() {
+        let mutant = "her-relabel/src/a.rs:33:5: replace A::b -> usize with 0";
+        assert_eq!(without_position(mutant), "her-relabel/src/a.rs: replace A::b -> usize with 0");
+    }
+
+    #[test]
+    fn every_equivalent_mutant_has_a_reason_and_a_file() {
+        for mutant in equivalent().expect("reasons") {
+            let (file, _) = mutant.split_once(": ").expect("a file and a change");
+            assert!(Path::new(ROOT).join(file).exists(), "{mutant}");
+        }
+    }
+
+    #[test]
+    fn survivors_without_a_reason_and_too_many_survivors_fail() {
+        let outcome = |caught, missed: usize| Outcome {
+            caught,
+            missed: vec!["a.rs: replace b with c".to_owned(); missed],
+        };
+        assert!(outcome(0, 0).report("nothing").expect("a list"));
+        assert!(outcome(100, 0).report("all").expect("a list"));
+        assert!(!outcome(99, 1).report("one unknown").expect("a list"));
+    }
+
+    #[test]
+    fn a_shard_is_one_of_several() {
+        assert_eq!(checked_shard("0/1").as_deref(), Ok("0/1"));
+        for wrong in ["1/1", "2/1", "a/2", "1", "", "-1/2"] {
+            assert!(checked_shard(wrong).is_err(), "{wrong}");
+        }
+    }
+}

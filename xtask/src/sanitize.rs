@@ -1,0 +1,104 @@
+//! `sanitize`: runs tests under tools that see what a test cannot: memory that is used wrongly, races,
+//! and undefined behavior.
+
+use std::{num::NonZeroU32, process::Command};
+
+use anyhow::ensure;
+use lexopt::{Arg::Long, Parser, ValueExt};
+
+use crate::tools::{NIGHTLY, cargo, install_toolchain, on_toolchain, succeeds};
+
+/// The target of the build: naming it keeps flags from build scripts.
+const TARGET: &str = "x86_64-unknown-linux-gnu";
+
+/// Environment variable of the program that runs tests.
+const RUNNER: &str = "CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER";
+
+type Check = fn(cases: NonZeroU32) -> anyhow::Result<bool>;
+
+const CHECKS: [(&str, Check); 4] =
+    [("shim", shim), ("memory", memory), ("threads", threads), ("miri", miri)];
+
+pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut cases, mut only) = (NonZeroU32::new(256), None);
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("cases") => cases = Some(arguments.value()?.parse()?),
+            Long("only") => {
+                only = Some(arguments.value()?.parse_with(|name| {
+                    let known = CHECKS.into_iter().find(|(known, _)| *known == name);
+                    known.ok_or("the checks are shim, memory, threads and miri")
+                })?);
+            }
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let cases = cases.expect("256 is not 0");
+    for (name, check) in only.map_or_else(|| CHECKS.to_vec(), |only| vec![only]) {
+        if !check(cases)? {
+            println!("sanitize {name}: failed");
+            return Ok(false);
+        }
+        println!("sanitize {name}: nothing found");
+    }
+    Ok(true)
+}
+
+/// AddressSanitizer, with its search for leaks, and UndefinedBehaviorSanitizer on the C shim.
+fn shim(cases: NonZeroU32) -> anyhow::Result<bool> {
+    let output = Command::new("cc").arg("-print-file-name=libasan.so").output();
+    let library = output.ok().and_then(|output| String::from_utf8(output.stdout).ok());
+    let library = library.as_deref().map(str::trim).filter(|path| path.contains('/'));
+    ensure!(library.is_some(), "there is no AddressSanitizer: apt-get install -y gcc");
+    let mut test = cargo();
+    test.args(["test", "-p", "fetch-sim", "--target", TARGET])
+        .args(["--target-dir", "target/sanitized"])
+        .args(["--test", "random_models", "--test", "contact_filter", "--test", "fetch"])
+        .args(["--test", "binding", "--test", "refusals", "--test", "user_models"])
+        .env("PROPTEST_CASES", cases.to_string())
+        .env("CFLAGS", "-fsanitize=address,undefined -fno-sanitize-recover=all -g")
+        .env("RUSTFLAGS", "-Clink-arg=-lasan -Clink-arg=-lubsan")
+        .env(RUNNER, format!("env LD_PRELOAD={}", library.unwrap_or_default()));
+    succeeds(&mut test)
+}
+
+/// Valgrind over loading, stepping, failing and dropping simulations.
+fn memory(cases: NonZeroU32) -> anyhow::Result<bool> {
+    let is_there = Command::new("valgrind").arg("--version").output().is_ok();
+    ensure!(is_there, "there is no Valgrind: apt-get install -y valgrind");
+    let valgrind = "valgrind --quiet --error-exitcode=99 --leak-check=full \
+                    --show-leak-kinds=definite --errors-for-leak-kinds=definite";
+    let mut test = cargo();
+    test.args(["test", "-p", "fetch-sim"])
+        .args(["--test", "binding", "--test", "random_models", "--", "--test-threads", "1"])
+        // Each takes about as long as ten in `shim`.
+        .env("PROPTEST_CASES", cases.get().div_ceil(10).to_string())
+        .env(RUNNER, valgrind);
+    succeeds(&mut test)
+}
+
+/// ThreadSanitizer over the vectorized environments.
+fn threads(_: NonZeroU32) -> anyhow::Result<bool> {
+    if !install_toolchain(NIGHTLY, &["rust-src"])? {
+        println!("rustup cannot install {NIGHTLY}, so no race was looked for");
+        return Ok(true);
+    }
+    let mut test = on_toolchain(NIGHTLY, "test");
+    test.args(["-p", "fetch-env", "--no-default-features", "--test", "vec_env"])
+        .args(["-Zbuild-std", "--target", TARGET, "--target-dir", "target/sanitized-threads"])
+        .env("RUSTFLAGS", "-Zsanitizer=thread");
+    succeeds(&mut test)
+}
+
+/// Miri over the crates without C: it interprets them, and sees every undefined behavior that happens.
+fn miri(_: NonZeroU32) -> anyhow::Result<bool> {
+    if !install_toolchain(NIGHTLY, &["miri", "rust-src"])? {
+        println!("rustup cannot install {NIGHTLY}, so nothing was interpreted");
+        return Ok(true);
+    }
+    let mut goals = on_toolchain(NIGHTLY, "miri");
+    goals.args(["test", "-p", "goal-reward"]);
+    let mut buffer = on_toolchain(NIGHTLY, "miri");
+    buffer.args(["test", "-p", "her-relabel", "--lib"]);
+    Ok(succeeds(&mut goals)? && succeeds(&mut buffer)?)
+}

@@ -1,0 +1,69 @@
+//! The tools and toolchains that commands run, and where.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use anyhow::{Context, ensure};
+
+/// Folder of the workspace.
+pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// A toolchain for what stable Rust lacks. Later ones may write another documentation format than the
+/// tool that compares interfaces reads.
+pub const NIGHTLY: &str = "nightly-2026-05-20";
+
+/// Returns the path of a tool, which is built on first use.
+pub fn tool((name, version): (&str, &str)) -> anyhow::Result<PathBuf> {
+    let folder = Path::new(ROOT).join("target/tools").join(format!("{name}-{version}"));
+    let program = folder.join("bin").join(name);
+    if !program.exists() {
+        let mut install = cargo();
+        install.args(["install", name, "--version", version, "--locked", "--debug", "--quiet"]);
+        ensure!(
+            succeeds(install.arg("--root").arg(&folder))?,
+            "{name} {version} could not be installed"
+        );
+    }
+    Ok(program)
+}
+
+/// Whether rustup has the toolchain with the components, or can install them.
+pub fn install_toolchain(toolchain: &str, components: &[&str]) -> anyhow::Result<bool> {
+    let mut list = Command::new("rustup");
+    list.args(["component", "list", "--installed", "--toolchain", toolchain]);
+    let has = list.output().is_ok_and(|listed| {
+        let lines = String::from_utf8_lossy(&listed.stdout);
+        let has = |component: &&str| lines.lines().any(|line| line.starts_with(component));
+        listed.status.success() && components.iter().all(has)
+    });
+    let mut install = Command::new("rustup");
+    install.args(["toolchain", "install", toolchain, "--profile", "minimal"]);
+    for component in components {
+        install.args(["--component", component]);
+    }
+    Ok(has || install.status().is_ok_and(|status| status.success()))
+}
+
+/// Returns a cargo command of another toolchain.
+pub fn on_toolchain(toolchain: &str, command: &str) -> Command {
+    let mut cargo = Command::new("rustup");
+    cargo.args(["run", toolchain, "cargo", command]).current_dir(ROOT);
+    // Cargo sets it for this process, of its own toolchain.
+    cargo.env_remove("RUSTUP_TOOLCHAIN");
+    cargo
+}
+
+/// Returns a cargo command of the workspace.
+pub fn cargo() -> Command {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.current_dir(ROOT);
+    cargo
+}
+
+/// Runs a command, and returns whether it succeeded.
+pub fn succeeds(command: &mut Command) -> anyhow::Result<bool> {
+    Ok(command.status().with_context(|| format!("{command:?} did not start"))?.success())
+}
