@@ -4,6 +4,7 @@ use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::AddError;
 
 use crate::statistics::StatisticsError;
+use crate::workers::UnreadableMessage;
 
 /// Error returned by an evaluation.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +29,9 @@ pub enum EvaluationError {
     /// A return or a distance is not a finite number.
     #[error("no mean can be taken over the episodes")]
     Statistics(#[from] StatisticsError),
+    /// Another process has sent episodes that cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] UnreadableMessage),
 }
 
 /// Error returned by a [`Collector`](crate::Collector).

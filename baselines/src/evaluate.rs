@@ -1,5 +1,7 @@
 //! Evaluation of a policy over seeded episodes.
 
+use std::ops::Range;
+
 use fetch_env::vec_env::{BatchEnv, BatchOf, Seeds, VecReset};
 use fetch_env::{
     ActionElement, ActionSpace, Env, EnvError, GoalEnv, GoalInfo, Reset, Step, VecEnv,
@@ -72,7 +74,7 @@ where
     E: GoalEnv,
     P: Policy<E::Observation, ActionElement<E>> + ?Sized,
 {
-    let mut episodes = Vec::with_capacity(count);
+    let mut episodes = Vec::new();
     for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| EvaluationError::Environment { episode, seed, source };
         let result = run_episode(env, policy, seed, failed, |_, _| Ok(()))?;
@@ -137,6 +139,22 @@ pub fn evaluate_vec<E, P>(
     policy: &mut P,
     count: usize,
     first_seed: u64,
+    progress: impl FnMut(&Episode),
+) -> Result<Evaluation, EvaluationError>
+where
+    E: BatchEnv + GoalEnv,
+    P: Policy<BatchOf<E>, ActionElement<E>> + ?Sized,
+{
+    evaluate_range(envs, policy, 0..count, first_seed, progress)
+}
+
+/// Runs the episodes of a range as [`evaluate_vec`] does: a part of an evaluation whose first episode
+/// has the seed `first_seed`.
+pub(crate) fn evaluate_range<E, P>(
+    envs: &mut VecEnv<E>,
+    policy: &mut P,
+    range: Range<usize>,
+    first_seed: u64,
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError>
 where
@@ -146,15 +164,16 @@ where
     let num_envs = envs.num_envs();
     let len = envs.single_action_space().action_len();
     let mut actions = vec![ActionElement::<E>::default(); num_envs * len];
-    let mut episodes = Vec::with_capacity(count);
-    while episodes.len() < count {
+    let mut episodes = Vec::new();
+    while episodes.len() < range.len() {
         let first = episodes.len();
-        let size = num_envs.min(count - first);
+        let number = range.start + first;
+        let size = num_envs.min(range.len() - first);
         let seeds: Vec<_> = (0..num_envs as u64)
-            .map(|row| Some(first_seed.wrapping_add(first as u64).wrapping_add(row)))
+            .map(|row| Some(first_seed.wrapping_add(number as u64).wrapping_add(row)))
             .collect();
         let failed = |row: usize, error: &EnvError| EvaluationError::Environment {
-            episode: first + row,
+            episode: number + row,
             seed: seeds[row].unwrap_or_default(),
             source: error.clone(),
         };

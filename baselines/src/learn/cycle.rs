@@ -11,6 +11,7 @@ use super::inputs::{Inputs, Seen};
 use super::seeds::{Purpose, seed_for};
 use super::trainer::{LearnEnv, Trainer};
 use crate::evaluate::Episode;
+use crate::workers::gather_values;
 
 /// What a process has collected in a cycle.
 #[derive(Serialize, Deserialize)]
@@ -54,11 +55,8 @@ impl<E: LearnEnv> Trainer<E> {
     /// Collects steps, and tells all processes. Returns whether all have transitions to draw.
     fn collect(&mut self) -> Result<bool, TrainError> {
         let own = self.collect_own()?;
-        let message = serde_json::to_vec(&own).unwrap_or_default();
         let mut can_draw = true;
-        for message in self.workers.gather(&message) {
-            // What another process of the same program has written.
-            let Ok(share) = serde_json::from_slice::<CollectedShare>(&message) else { continue };
+        for share in gather_values(&mut *self.workers, &own)? {
             self.counters.steps += share.steps;
             self.counters.episodes += share.episodes;
             self.counters.discarded_episodes += share.discarded_episodes;

@@ -7,7 +7,7 @@ use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::{ConfigError, NormalizerError, SampleError};
 
 use crate::error::{CollectorError, EvaluationError};
-use crate::workers::Disagreement;
+use crate::workers::{Disagreement, UnreadableMessage};
 
 /// Error returned by a [`Trainer`](super::Trainer).
 #[derive(Debug, thiserror::Error)]
@@ -107,6 +107,9 @@ pub enum TrainError {
     /// The processes of a run do not agree.
     #[error(transparent)]
     Disagreement(#[from] Disagreement),
+    /// Another process has sent something that cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] UnreadableMessage),
 }
 
 fn resume_hint(checkpoint: Option<&PathBuf>) -> String {

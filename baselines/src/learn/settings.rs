@@ -2,6 +2,7 @@
 
 use fetch_env::Task;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::algorithm::Algorithm;
 use super::ddpg::{Ddpg, DdpgSettings};
@@ -150,6 +151,27 @@ impl TrainSettings {
     pub(super) const fn random_episodes_of_all(&self, size: usize) -> u64 {
         let factor = if self.schedule.per_rank { size as u64 } else { 1 };
         self.exploration.random_episodes.saturating_mul(factor)
+    }
+
+    /// Returns the settings as JSON, by way of text, in which an `f32` has its own digits and not those of
+    /// an `f64`.
+    pub(super) fn to_json(&self) -> Value {
+        serde_json::to_string(self).and_then(|text| serde_json::from_str(&text)).unwrap_or_default()
+    }
+
+    /// Returns the name and the value of each setting.
+    pub(super) fn each(&self) -> Vec<(String, String)> {
+        fn add(name: &str, value: &Value, all: &mut Vec<(String, String)>) {
+            match value {
+                Value::Object(entries) => {
+                    entries.iter().for_each(|(name, value)| add(name, value, all));
+                }
+                value => all.push((name.to_owned(), value.to_string())),
+            }
+        }
+        let mut all = Vec::new();
+        add("settings", &self.to_json(), &mut all);
+        all
     }
 
     /// Checks what would make a run endless or senseless; the parts of a run check the rest.

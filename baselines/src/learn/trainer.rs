@@ -22,9 +22,9 @@ use super::settings::TrainSettings;
 use super::train_batch::TrainBatch;
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
-use crate::evaluate::evaluate_vec;
+use crate::evaluate::evaluate_range;
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
-use crate::workers::{OneProcess, Workers, agree, gather_episodes, share, sum};
+use crate::workers::{OneProcess, UnreadableMessage, Workers, agree, gather_episodes, share, sum};
 
 /// An environment that a [`Trainer`] learns: its actions are a box from -1 to 1.
 pub trait LearnEnv: CollectEnv<ActionSpace = BoxSpace<f32>> {}
@@ -106,11 +106,13 @@ impl<E: LearnEnv> Trainer<E> {
         num_threads: usize,
         mut workers: Box<dyn Workers>,
     ) -> Result<Self, TrainError> {
-        let facts = [
+        let mut facts = vec![
             ("version of baselines", env!("CARGO_PKG_VERSION").to_owned()),
-            ("settings", serde_json::to_string(&settings).unwrap_or_default()),
             ("seed", seed.to_string()),
+            ("algorithm", settings.algorithm.name().to_owned()),
         ];
+        let each = settings.each();
+        facts.extend(each.iter().map(|(name, value)| (name.as_str(), value.clone())));
         agree(&mut *workers, &facts)?;
         settings.check()?;
         let own = settings.of_one(workers.size())?;
@@ -226,10 +228,7 @@ impl<E: LearnEnv> Trainer<E> {
             observation_normalizer: Some(self.inputs.observation.clone()),
             goal_normalizer: Some(self.inputs.goal.clone()),
             algorithm: self.settings.algorithm.name().to_owned(),
-            // By way of text, in which an `f32` has its own digits, not those of an `f64`.
-            settings: serde_json::to_string(&self.settings)
-                .and_then(|text| serde_json::from_str(&text))
-                .unwrap_or_default(),
+            settings: self.settings.to_json(),
             seed: self.seed,
             steps: self.counters.steps,
             demonstrations: self.counters.demonstrations,
@@ -242,15 +241,15 @@ impl<E: LearnEnv> Trainer<E> {
     /// or episodes of a file.
     ///
     /// # Errors
-    /// Those of `add`.
-    pub fn add_demonstrations<T, X>(
+    /// Those of `add`, and [`UnreadableMessage`].
+    pub fn add_demonstrations<T, X: From<UnreadableMessage>>(
         &mut self,
         add: impl FnOnce(&mut HerBuffer<f32>) -> Result<T, X>,
     ) -> Result<T, X> {
         let before = self.buffer.num_episodes();
         let added = add(&mut self.buffer)?;
         let own = self.buffer.num_episodes().saturating_sub(before) as u64;
-        self.counters.demonstrations += sum(&mut *self.workers, own);
+        self.counters.demonstrations += sum(&mut *self.workers, own)?;
         Ok(added)
     }
 
@@ -273,9 +272,8 @@ impl<E: LearnEnv> Trainer<E> {
             actor.act(batch.len(), &rows, None, actions);
         };
         let own = share(&*self.workers, count);
-        let own_seed = seed + own.start as u64;
         let envs = &mut self.evaluation_envs;
-        let evaluation = evaluate_vec(envs, &mut greedy, own.len(), own_seed, |_| ())?;
+        let evaluation = evaluate_range(envs, &mut greedy, own, seed, |_| ())?;
         let bad_reward = || {
             let row =
                 evaluation.episodes.iter().position(|episode| !episode.return_sum.is_finite());
@@ -291,7 +289,7 @@ impl<E: LearnEnv> Trainer<E> {
             });
         }
         self.counters.evaluations += 1;
-        let summary = gather_episodes(&mut *self.workers, &evaluation).summary()?;
+        let summary = gather_episodes(&mut *self.workers, &evaluation)?.summary()?;
         let recent = std::mem::take(&mut self.recent);
         let row = CurveRow {
             counters: self.counters,
@@ -307,6 +305,9 @@ impl<E: LearnEnv> Trainer<E> {
 
     /// Checks that all processes have the same weights.
     fn check_weights(&mut self) -> Result<(), TrainError> {
+        if self.workers.size() == 1 {
+            return Ok(());
+        }
         let mut hasher = DefaultHasher::new();
         let state = self.algorithm.state_mut();
         state.num_updates.hash(&mut hasher);
@@ -337,7 +338,7 @@ impl<E: LearnEnv> Trainer<E> {
                 let row = self.evaluate()?;
                 self.check_weights()?;
                 let is_over = watch(self, &row).is_break();
-                if sum(&mut *self.workers, u64::from(is_over)) > 0 {
+                if sum(&mut *self.workers, u64::from(is_over))? > 0 {
                     break;
                 }
             }

@@ -5,18 +5,22 @@
 //!
 #![doc = include_str!("../../MANY_MACHINES.md")]
 
+mod agreement;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod spread;
+mod values;
 #[cfg(feature = "mpi")]
 mod watch;
 
 use std::fmt;
 use std::ops::Range;
 
+pub use self::agreement::{Disagreement, agree};
 #[cfg(feature = "mpi")]
 pub use self::mpi::{Late, MpiError, MpiWorkers};
 pub use self::spread::{evaluate_spread, gather_episodes};
+pub use self::values::{UnreadableMessage, gather_values, sum};
 
 /// Processes that share a run.
 ///
@@ -34,7 +38,7 @@ pub trait Workers: fmt::Debug + Send {
     fn average(&mut self, numbers: &mut [f32]);
 
     /// Sends the message `messages[rank]` to each process, and returns the messages that all have sent
-    /// to this one.
+    /// to this one. There are as many `messages` as processes.
     fn exchange(&mut self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
 
     /// The time spent in these methods so far, waiting included, in seconds.
@@ -76,53 +80,6 @@ impl Workers for OneProcess {
     fn seconds(&self) -> f64 {
         0.0
     }
-}
-
-/// The processes of a run do not agree.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "rank {rank} has another {what} than rank 0: {theirs} instead of {first}; start all ranks with \
-     the same program, files and flags"
-)]
-#[non_exhaustive]
-pub struct Disagreement {
-    /// The first process that differs from process 0.
-    pub rank: usize,
-    /// What differs.
-    pub what: String,
-    /// What the process has.
-    pub theirs: String,
-    /// What process 0 has.
-    pub first: String,
-}
-
-/// Checks that all processes have the same facts, each with its name. All of them get the same
-/// answer.
-///
-/// # Errors
-/// [`Disagreement`] with the first fact that differs.
-pub fn agree(workers: &mut dyn Workers, facts: &[(&str, String)]) -> Result<(), Disagreement> {
-    let messages = workers.gather(&serde_json::to_vec(facts).unwrap_or_default());
-    let facts = messages.iter().map(|facts| serde_json::from_slice(facts).unwrap_or_default());
-    let all: Vec<Vec<(String, String)>> = facts.collect();
-    for (rank, facts) in all.iter().enumerate() {
-        for ((what, first), (_, theirs)) in all[0].iter().zip(facts) {
-            if theirs != first {
-                let [what, theirs, first] = [what, theirs, first].map(String::clone);
-                return Err(Disagreement { rank, what, theirs, first });
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Returns the sum of a number over all processes.
-pub fn sum(workers: &mut dyn Workers, number: u64) -> u64 {
-    let messages = workers.gather(&number.to_le_bytes());
-    messages
-        .iter()
-        .filter_map(|message| message.as_chunks().0.first())
-        .fold(0, |sum, bytes| u64::wrapping_add(sum, u64::from_le_bytes(*bytes)))
 }
 
 /// Returns the share of this process in `count` things: consecutive ones, in the order of ranks.

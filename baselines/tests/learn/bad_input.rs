@@ -1,12 +1,14 @@
 //! Environments that fail, or return numbers that are not finite.
 
-use baselines::CollectorError;
 use baselines::learn::{TrainError, Trainer};
+use baselines::workers::evaluate_spread;
+use baselines::{CollectorError, EvaluationError, RandomPolicy};
 use fetch_env::wrappers::{
     KeepsGoals, SharedArray, Stateless, TransformReward, VectorObservation, Wrapped, Wrapper,
 };
-use fetch_env::{ActionElement, Env, EnvError, Reset, Space, Step};
+use fetch_env::{ActionElement, Env, EnvError, Reset, Space, Step, VecEnv, vec_env::VecConfig};
 
+use crate::ranks::on_ranks;
 use crate::runs::{Kinematic, Result, ddpg, make, settings};
 
 /// The faults of a [`Faulty`] environment, each from a step on.
@@ -78,9 +80,14 @@ impl Wrapper<Kinematic> for Faulty {
 impl KeepsGoals for Faulty {}
 impl Stateless for Faulty {}
 
-fn trainer(faults: Faults) -> Result<Trainer<Wrapped<Kinematic, Faulty>>> {
-    let make = || Ok(Wrapped::from_parts(make()?, Faulty { faults, steps: 0 }));
-    Ok(Trainer::new(make, settings(ddpg()), 0, 1)?)
+type FaultyEnv = Wrapped<Kinematic, Faulty>;
+
+fn make_faulty(faults: Faults) -> std::result::Result<FaultyEnv, EnvError> {
+    Ok(Wrapped::from_parts(make()?, Faulty { faults, steps: 0 }))
+}
+
+fn trainer(faults: Faults) -> Result<Trainer<FaultyEnv>> {
+    Ok(Trainer::new(|| make_faulty(faults), settings(ddpg()), 0, 1)?)
 }
 
 #[test]
@@ -134,4 +141,31 @@ fn a_run_stops_when_every_environment_fails() -> Result {
         }
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn a_failed_episode_has_its_number_among_those_of_all_ranks() {
+    let faults = Faults { observation: NEVER, failure: 1 };
+    let numbers = |error| match error {
+        EvaluationError::Environment { episode, seed, .. } => (episode, seed),
+        other => panic!("{other:?}"),
+    };
+    let spread = on_ranks(2, |mut workers| {
+        let envs: Vec<_> = (0..3).map(|_| make_faulty(faults).expect("an environment")).collect();
+        let mut envs = VecEnv::new(envs, VecConfig::default()).expect("environments of one kind");
+        let mut policy = RandomPolicy::new(0);
+        numbers(
+            evaluate_spread(&mut *workers, &mut envs, &mut policy, 10, 100, |_| ()).unwrap_err(),
+        )
+    });
+    assert_eq!(spread, [(0, 100), (5, 105)]);
+    let of_trainers = on_ranks(2, |workers| {
+        let make = || make_faulty(faults);
+        let trainer = Trainer::with_workers(make, settings(ddpg()), 0, 1, workers);
+        match trainer.expect("the settings fit").evaluate() {
+            Err(TrainError::Evaluate(error)) => numbers(error).0,
+            other => panic!("{other:?}"),
+        }
+    });
+    assert_eq!(of_trainers, [0, 5]);
 }

@@ -5,9 +5,13 @@ use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
-use baselines::learn::{CheckpointError, Resumed, TrainError, TrainSettings, Trainer};
-use baselines::workers::{OneProcess, Workers, agree, evaluate_spread, share, sum};
-use baselines::{Evaluation, TrainedPolicy};
+use baselines::learn::{
+    AlgorithmSettings, CheckpointError, Resumed, TrainError, TrainSettings, Trainer,
+};
+use baselines::workers::{
+    OneProcess, Workers, agree, evaluate_spread, gather_episodes, gather_values, share, sum,
+};
+use baselines::{Evaluation, TrainedPolicy, ZeroPolicy, evaluate};
 use fetch_env::{Task, VecEnv, vec_env::VecConfig};
 use tempfile::tempdir;
 
@@ -55,7 +59,7 @@ impl Workers for Thread {
 }
 
 /// Runs a function on threads that stand for processes, and returns what it returns on each.
-fn on_ranks<T: Send>(size: usize, run: impl Fn(Box<dyn Workers>) -> T + Sync) -> Vec<T> {
+pub(crate) fn on_ranks<T: Send>(size: usize, run: impl Fn(Box<dyn Workers>) -> T + Sync) -> Vec<T> {
     let mut receivers: Vec<Vec<_>> = (0..size).map(|_| Vec::new()).collect();
     let mut senders = Vec::new();
     for _ in 0..size {
@@ -75,6 +79,47 @@ fn on_ranks<T: Send>(size: usize, run: impl Fn(Box<dyn Workers>) -> T + Sync) ->
             workers.map(|workers| scope.spawn(move || run(Box::new(workers)))).collect();
         threads.into_iter().map(|thread| thread.join().expect("the rank does not panic")).collect()
     })
+}
+
+/// A process whose messages are seen, or changed, before it sends them.
+#[derive(Debug)]
+struct Seen {
+    workers: Box<dyn Workers>,
+    see: fn(&mut Vec<u8>),
+}
+
+impl Workers for Seen {
+    fn rank(&self) -> usize {
+        self.workers.rank()
+    }
+
+    fn size(&self) -> usize {
+        self.workers.size()
+    }
+
+    fn average(&mut self, numbers: &mut [f32]) {
+        self.workers.average(numbers);
+    }
+
+    fn exchange(&mut self, mut messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        messages.iter_mut().for_each(self.see);
+        self.workers.exchange(messages)
+    }
+
+    fn seconds(&self) -> f64 {
+        self.workers.seconds()
+    }
+}
+
+/// Cuts off the last byte of what rank 1 sends.
+fn with_cut_messages(workers: Box<dyn Workers>) -> Box<dyn Workers> {
+    if workers.rank() != 1 {
+        return workers;
+    }
+    let see = |message: &mut Vec<u8>| {
+        message.pop();
+    };
+    Box::new(Seen { workers, see })
 }
 
 fn train(workers: Box<dyn Workers>, settings: TrainSettings, steps: u64) -> Outcome {
@@ -139,16 +184,119 @@ fn a_run_that_cannot_be_shared_is_refused() {
         let text = error.to_string();
         assert!(text.contains("rank 2 has another seed than rank 0: 8 instead of 7"), "{text}");
     }
-    let versions = on_ranks(2, |mut workers| {
-        let version = if workers.rank() == 1 { "3.6.0" } else { "4.0.1" };
-        agree(&mut *workers, &[("environment", "a".into()), ("version of MuJoCo", version.into())])
+    for (change, words) in [
+        (discount_less as fn(&mut TrainSettings), "gamma than rank 0: 0.9 instead of 0.95"),
+        (|settings| settings.algorithm = sac(), "algorithm than rank 0: sac instead of ddpg"),
+    ] {
+        let errors = on_ranks(2, |workers| {
+            let mut settings = settings(ddpg());
+            if workers.rank() == 1 {
+                change(&mut settings);
+            }
+            Trainer::with_workers(make, settings, 7, 1, workers).map(|_| ()).unwrap_err()
+        });
+        for error in errors {
+            let text = error.to_string();
+            assert!(text.contains(&format!("rank 1 has another {words}")), "{text}");
+        }
+    }
+}
+
+fn discount_less(settings: &mut TrainSettings) {
+    if let AlgorithmSettings::Ddpg(ddpg) = &mut settings.algorithm {
+        ddpg.gamma = 0.9;
+    }
+}
+
+#[test]
+fn facts_that_differ_or_are_missing_are_named() {
+    for (facts, words) in [
+        (&[("task", "a"), ("version", "3.6.0")][..], "version than rank 0: 3.6.0 instead of 4.0.1"),
+        (&[("task", "a")], "version than rank 0: none instead of 4.0.1"),
+        (&[], "task than rank 0: none instead of a"),
+        (&[("version", "4.0.1")], "task than rank 0: none instead of a"),
+        (
+            &[("task", "a"), ("version", "4.0.1"), ("model", "b")],
+            "model than rank 0: b instead of none",
+        ),
+    ] {
+        let answers = on_ranks(3, |mut workers| {
+            let first = &[("task", "a"), ("version", "4.0.1")][..];
+            let facts = if workers.rank() == 1 { facts } else { first };
+            let facts: Vec<_> =
+                facts.iter().map(|(name, fact)| (*name, (*fact).to_owned())).collect();
+            agree(&mut *workers, &facts)
+        });
+        for answer in answers {
+            let text = answer.unwrap_err().to_string();
+            assert!(text.contains(&format!("rank 1 has another {words}")), "{text}");
+        }
+    }
+}
+
+/// Every process gets the error, so that none goes on without the others.
+#[test]
+fn a_message_that_cannot_be_read_names_its_rank() {
+    let values = on_ranks(3, |workers| gather_values(&mut *with_cut_messages(workers), &[7, 8]));
+    assert!(values.iter().all(|values| matches!(values, Err(error) if error.rank == 1)));
+    let sums = on_ranks(3, |workers| sum(&mut *with_cut_messages(workers), 7));
+    assert!(sums.iter().all(|sum| matches!(sum, Err(error) if error.rank == 1)), "{sums:?}");
+    let facts = [("seed", "7".to_owned())];
+    for answer in on_ranks(3, |workers| agree(&mut *with_cut_messages(workers), &facts)) {
+        let disagreement = answer.unwrap_err();
+        assert_eq!((disagreement.rank, disagreement.what.as_str()), (1, "program"));
+    }
+    let mut evaluation = Evaluation { episodes: Vec::new() };
+    let gathered = |evaluation: &Evaluation| {
+        on_ranks(3, |workers| gather_episodes(&mut *with_cut_messages(workers), evaluation))
+    };
+    assert!(gathered(&evaluation).iter().all(|all| all.is_ok()));
+    let mut env = make().expect("an environment");
+    evaluation = evaluate(&mut env, &mut ZeroPolicy, 2, 0, |_| ()).expect("episodes");
+    for gathered in gathered(&evaluation) {
+        assert_eq!(gathered.unwrap_err().rank, 1);
+    }
+    // A value that JSON cannot hold.
+    let not_finite = on_ranks(2, |mut workers| {
+        let number = if workers.rank() == 1 { f64::NAN } else { 1.0 };
+        gather_values(&mut *workers, &number)
     });
-    let text = versions[0].as_ref().unwrap_err().to_string();
-    assert!(
-        text.contains("rank 1 has another version of MuJoCo than rank 0: 3.6.0 instead"),
-        "{text}"
-    );
-    assert_eq!(versions[0], versions[1]);
+    assert!(not_finite.iter().all(|values| matches!(values, Err(error) if error.rank == 1)));
+}
+
+#[test]
+fn a_cycle_that_a_rank_does_not_report_ends_the_run() {
+    let errors = on_ranks(2, |workers| {
+        // From the first cycle on: the settings have been compared then.
+        let see = |message: &mut Vec<u8>| {
+            if message.starts_with(b"{\"steps\":") {
+                message.pop();
+            }
+        };
+        let is_cut = workers.rank() == 1;
+        let workers = if is_cut { Box::new(Seen { workers, see }) } else { workers };
+        Trainer::with_workers(make, settings(ddpg()), 1, 1, workers)?.cycle()
+    });
+    for error in errors {
+        assert!(
+            matches!(&error, Err(TrainError::Unreadable(message)) if message.rank == 1),
+            "{error:?}"
+        );
+    }
+}
+
+/// Comparing weights takes time, and one process has none to compare them with.
+#[test]
+fn one_process_does_not_compare_weights() -> Result {
+    let see = |message: &mut Vec<u8>| {
+        let text = String::from_utf8_lossy(message);
+        assert!(!text.contains("weights"), "{text}");
+    };
+    let workers = Box::new(Seen { workers: Box::new(OneProcess), see });
+    let mut trainer = Trainer::with_workers(make, settings(ddpg()), 1, 1, workers)?;
+    trainer.run(600, None, |_, _| ControlFlow::Continue(()))?;
+    assert!(!trainer.rows().is_empty());
+    Ok(())
 }
 
 #[test]
@@ -230,7 +378,7 @@ fn an_evaluation_has_the_same_episodes_on_any_number_of_ranks() -> Result {
 fn shares_are_consecutive_and_even() {
     for size in 1..6 {
         let shares = on_ranks(size, |mut workers| {
-            assert_eq!(sum(&mut *workers, 2), 2 * size as u64);
+            assert_eq!(sum(&mut *workers, 2), Ok(2 * size as u64));
             share(&*workers, 11)
         });
         assert_eq!(

@@ -7,7 +7,7 @@ use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
     workers::{Workers, gather_episodes, share},
 };
-use fetch_env::{EnvId, UnknownEnvId, make_with_config};
+use fetch_env::{EnvId, make_with_config};
 use her_relabel::HerBuffer;
 use serde_json::json;
 
@@ -21,7 +21,7 @@ use crate::shared::{
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Environment
-    #[arg(long, default_value = "FetchReach-v4", value_parser = parse_env_id)]
+    #[arg(long, default_value = "FetchReach-v4")]
     env_id: EnvId,
     /// Policy that acts: random, scripted, trained, zero, or the file of a trained one
     #[arg(long, default_value = "random")]
@@ -44,10 +44,6 @@ pub struct Args {
     json: Option<PathBuf>,
     #[command(flatten)]
     ranks: RankArgs,
-}
-
-fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
-    text.parse()
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
@@ -83,7 +79,7 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
         evaluation.episodes.extend(one.episodes);
     }
     bar.finish_and_clear();
-    let evaluation = gather_episodes(workers, &evaluation);
+    let evaluation = gather_episodes(workers, &evaluation)?;
     let mut archive = Cursor::new(Vec::new());
     buffer.write_npz(&mut archive)?;
     let archives = workers.gather_first(archive.into_inner());

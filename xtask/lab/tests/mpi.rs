@@ -23,24 +23,35 @@ const LAB: &str = env!("CARGO_BIN_EXE_lab");
 const DEADLINE: Duration = Duration::from_secs(60);
 
 /// Small networks, and an evaluation after every 100 steps.
-const TRAIN: &str = "train --mpi --target 2 --threads 1 --checkpoint-seconds 0 --set hidden=[32,32] \
+const TRAIN: &str = "train --target 2 --threads 1 --checkpoint-seconds 0 --set hidden=[32,32] \
                      --set evaluation_episodes=4 --set evaluation_interval=100";
 
-/// Two ranks on any machine.
-fn mpirun() -> Command {
+/// Starts as many ranks as are asked for, on any machine; the program follows.
+fn ranks(count: usize) -> Command {
     let mut command = Command::new("mpirun");
     command
-        .args(["--oversubscribe", "-n", "2", LAB])
+        .args(["--oversubscribe", "-n", &count.to_string()])
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
         .current_dir(env!("CARGO_MANIFEST_DIR"));
     command
 }
 
-fn train(flags: &str, out: &Path) -> Command {
-    let mut command = mpirun();
-    command.args(TRAIN.split_whitespace()).args(flags.split_whitespace()).arg("--out").arg(out);
+/// Two ranks of the lab.
+fn two_ranks() -> Command {
+    let mut command = ranks(2);
+    command.arg(LAB);
     command
+}
+
+fn train(flags: &str, out: &Path) -> Command {
+    let mut command = two_ranks();
+    command.args(words(TRAIN)).arg("--mpi").args(words(flags)).arg("--out").arg(out);
+    command
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split_whitespace()
 }
 
 struct Ended {
@@ -149,23 +160,19 @@ fn results(folder: &Path) -> Result<(String, Vec<u8>)> {
 #[test]
 fn one_rank_has_the_bits_of_a_run_without_mpi_and_two_have_theirs_again() -> Result {
     let folder = tempdir()?;
-    let run_as = |name: &str, command: &mut Command, skipped: usize| {
+    let results_of = |name: &str, command: &mut Command, flags: &str| {
         let out = folder.path().join(name);
-        let flags: Vec<_> =
-            TRAIN.split_whitespace().filter(|flag| skipped == 0 || *flag != "--mpi").collect();
-        command.args(flags).args(["--steps", "800", "--out"]).arg(&out);
+        command.args(words(TRAIN)).args(words(flags)).arg("--out").arg(&out);
         let ended = run(command)?;
         assert!(ended.succeeded, "{}", ended.text);
         results(&out)
     };
-    let alone = run_as("alone", &mut Command::new(LAB), 1)?;
-    let mut one = Command::new("mpirun");
-    one.args(["-n", "1", LAB])
-        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
-    assert!(run_as("one", &mut one, 0)? == alone);
-    let two = run_as("two", &mut mpirun(), 0)?;
-    assert!(two != alone && run_as("again", &mut mpirun(), 0)? == two);
+    let shared =
+        |name: &str, count: usize| results_of(name, ranks(count).arg(LAB), "--mpi --steps 800");
+    let alone = results_of("alone", &mut Command::new(LAB), "--steps 800")?;
+    assert!(shared("one", 1)? == alone);
+    let two = shared("two", 2)?;
+    assert!(two != alone && shared("again", 2)? == two);
     Ok(())
 }
 
@@ -175,7 +182,7 @@ fn collected_episodes_are_the_same_on_any_number_of_ranks() -> Result {
     let flags = "collect --env-id FetchPush-v4 --episodes 5 --policy random --out";
     let [alone, shared] = ["alone.npz", "shared.npz"].map(|name| folder.path().join(name));
     assert!(run(Command::new(LAB).args(flags.split(' ')).arg(&alone))?.succeeded);
-    assert!(run(mpirun().args(flags.split(' ')).arg(&shared).arg("--mpi"))?.succeeded);
+    assert!(run(two_ranks().args(flags.split(' ')).arg(&shared).arg("--mpi"))?.succeeded);
     assert!(fs::read(alone)? == fs::read(shared)?);
     Ok(())
 }
@@ -222,7 +229,8 @@ fn a_first_rank_that_is_killed_while_it_writes_leaves_a_checkpoint_to_resume() -
     wait_for(|| out.join("unfinished.zip").exists())?;
     signal(&child, 0, "-KILL")?;
     Ended::of(child)?.was_killed(0);
-    let resumed = run(mpirun().args(["train", "--mpi", "--threads", "1", "--resume"]).arg(&out))?;
+    let resumed =
+        run(two_ranks().args(["train", "--mpi", "--threads", "1", "--resume"]).arg(&out))?;
     assert!(resumed.succeeded, "{}", resumed.text);
     assert!(results(&out)? == results(&whole)?);
     Ok(())
@@ -242,34 +250,21 @@ fn a_rank_that_is_stopped_is_named() -> Result {
     Ok(())
 }
 
-/// Starts a second rank with flags of its own.
-fn with_second_rank(flags: &str) -> Command {
-    let mut command = Command::new("mpirun");
-    command
-        .args(["--oversubscribe", "-n", "1", LAB])
-        .args(TRAIN.split_whitespace())
-        .args(["--steps", "200", "--out", "target/unused", ":", "-n", "1"])
-        .args(flags.split_whitespace())
-        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
-    command
-}
-
 #[test]
 fn ranks_with_other_flags_are_named() -> Result {
-    for (flags, words) in [
-        (format!("{LAB} {TRAIN} --steps 200 --seed 3"), "rank 1 has another --seed than rank 0: 3"),
-        (format!("{LAB} {TRAIN} --steps 300"), "rank 1 has another --steps than rank 0: Some(300)"),
+    for (flags, error) in [
+        (format!("{TRAIN} --mpi --steps 200 --seed 3"), "--seed than rank 0: 3"),
+        (format!("{TRAIN} --mpi --steps 300"), "--steps than rank 0: Some(300)"),
         (
-            format!("{LAB} {TRAIN} --steps 200 --set gamma=0.9"),
-            "rank 1 has another settings than rank 0",
+            format!("{TRAIN} --mpi --steps 200 --set gamma=0.9"),
+            "gamma than rank 0: 0.9 instead of 0.95",
         ),
-        (
-            format!("{LAB} collect --mpi --episodes 3"),
-            "rank 1 has another command than rank 0: collect instead of train",
-        ),
+        ("collect --mpi --episodes 3".to_owned(), "command than rank 0: collect instead of train"),
     ] {
-        run(&mut with_second_rank(&flags))?.failed_with(words);
+        let mut command = ranks(1);
+        command.arg(LAB).args(words(TRAIN)).args(["--mpi", "--steps", "200"]);
+        command.args(["--out", "target/unused", ":", "-n", "1", LAB]).args(words(&flags));
+        run(&mut command)?.failed_with(&format!("rank 1 has another {error}"));
     }
     Ok(())
 }
@@ -281,17 +276,10 @@ fn a_rank_without_a_file_that_it_needs_says_so() -> Result {
     let collect = ["collect", "--episodes", "2", "--policy", "scripted", "--out"];
     assert!(run(Command::new(LAB).args(collect).arg(&demos))?.succeeded);
     let out = folder.path().join("run");
-    let flags = format!("{TRAIN} --steps 200 --demos demos.npz --out {}", out.display());
-    let mut command = Command::new("mpirun");
-    command
-        .args(["--oversubscribe", "-n", "1", "--wdir"])
-        .arg(folder.path())
-        .arg(LAB)
-        .args(flags.split_whitespace())
-        .args([":", "-n", "1", "--wdir", "/", LAB])
-        .args(flags.split_whitespace())
-        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    let flags = format!("{TRAIN} --mpi --steps 200 --demos demos.npz --out {}", out.display());
+    let mut command = ranks(1);
+    command.arg("--wdir").arg(folder.path()).arg(LAB).args(words(&flags));
+    command.args([":", "-n", "1", "--wdir", "/", LAB]).args(words(&flags));
     run(&mut command)?.failed_with("rank 1: --demos demos.npz: cannot read the archive");
     Ok(())
 }
@@ -303,12 +291,13 @@ fn a_checkpoint_that_cannot_be_written_ends_the_run_and_leaves_the_last_one() ->
     let child = start_in(&folder, "--steps 100000000")?;
     wait_for(|| out.join("checkpoint-000000000400.zip").exists())?;
     // Nothing can be written there any more.
-    while fs::create_dir(out.join("unfinished.zip")).is_err() {}
+    wait_for(|| fs::create_dir(out.join("unfinished.zip")).is_ok())?;
     Ended::of(child)?.failed_with("cannot be written; earlier ones are whole");
     fs::remove_dir(out.join("unfinished.zip"))?;
     let flags = ["train", "--mpi", "--steps", "1000", "--resume"];
-    let resumed = run(mpirun().args(flags).arg(&out))?;
-    assert!(resumed.text.contains("train: resuming"), "{}", resumed.text);
+    let resumed = run(two_ranks().args(flags).arg(&out))?;
+    let is_resumed = resumed.text.contains("train: resuming");
+    assert!(resumed.succeeded && is_resumed, "{}", resumed.text);
     Ok(())
 }
 
@@ -320,9 +309,10 @@ fn what_all_ranks_see_is_told_once() -> Result {
         .failed_with("rank 0: num_envs is 3: choose a multiple of the number of processes");
     run(&mut train("--steps 1000 --set critic_learning_rate=1e30", &out))?
         .failed_with("rank 0: the losses diverged in update");
-    run(&mut train("--steps 1000", &out))?.failed_with("rank 0: ");
+    run(&mut train("--steps 1000", &out))?
+        .failed_with(&format!("rank 0: {} has a run: continue it with --resume", out.display()));
     fs::write(out.join("checkpoint-000000009999.zip"), "damaged")?;
-    run(mpirun().args(["train", "--mpi", "--resume"]).arg(&out))?.failed_with("is damaged");
+    run(two_ranks().args(["train", "--mpi", "--resume"]).arg(&out))?.failed_with("is damaged");
     Ok(())
 }
 
@@ -342,7 +332,7 @@ fn a_run_resumed_on_other_ranks_says_what_is_not_exact() -> Result {
 #[test]
 fn runs_that_are_not_started_together_say_what_to_do() -> Result {
     run(Command::new(LAB).args(["train", "--mpi"]))?.failed_with("start it with `mpirun -n 2`");
-    let ended = run(mpirun().args(["train", "--steps", "200"]))?;
+    let ended = run(two_ranks().args(["train", "--steps", "200"]))?;
     assert!(!ended.succeeded && ended.text.contains("add --mpi"), "{}", ended.text);
     Ok(())
 }

@@ -11,7 +11,7 @@ use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 use super::{
     NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path, checkpoints, own_name,
 };
-use crate::learn::error::CheckpointError as Error;
+use crate::learn::error::{CheckpointError as Error, TrainError};
 use crate::learn::explorer::LastBatch;
 use crate::learn::trainer::{LearnEnv, Trainer};
 use crate::trained::file::to_bytes;
@@ -45,7 +45,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let written = if is_first { self.write(folder, &path, &own, &others) } else { Ok(()) };
         let num_failed = sum(&mut *self.workers, u64::from(written.is_err()));
         written.map_err(failed)?;
-        if num_failed > 0 {
+        if num_failed.map_err(TrainError::from)? > 0 {
             return Err(failed(io::Error::other("the first process could not write it")));
         }
         self.last_checkpoint = Some(path.clone());

@@ -39,7 +39,7 @@ pub fn run(args: &Args, json: Option<&PathBuf>) -> anyhow::Result<bool> {
         let limit = Duration::try_from_secs_f64(args.seconds)?;
         let mut figures = Vec::new();
         for len in LENS {
-            let seconds = average(workers, len, limit);
+            let seconds = average(workers, len, limit)?;
             figures.push((format!("ranks/average-{len}"), Metric::new(seconds * 1e6, "us")));
         }
         if workers.rank() == 0 {
@@ -54,7 +54,7 @@ pub fn run(args: &Args, json: Option<&PathBuf>) -> anyhow::Result<bool> {
 }
 
 /// Returns the median time of averaging so many numbers.
-fn average(workers: &mut dyn Workers, len: usize, limit: Duration) -> f64 {
+fn average(workers: &mut dyn Workers, len: usize, limit: Duration) -> anyhow::Result<f64> {
     let mut numbers = vec![1.0; len];
     let mut times = Vec::new();
     let start = Instant::now();
@@ -65,10 +65,10 @@ fn average(workers: &mut dyn Workers, len: usize, limit: Duration) -> f64 {
             times.push(call.elapsed().as_secs_f64());
         }
         // All ranks end at the same time.
-        if sum(workers, u64::from(start.elapsed() > limit)) > 0 {
+        if sum(workers, u64::from(start.elapsed() > limit))? > 0 {
             break;
         }
     }
     times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+    Ok(times[times.len() / 2])
 }

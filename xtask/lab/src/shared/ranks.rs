@@ -3,7 +3,7 @@
 use std::env;
 
 use anyhow::{Context, ensure};
-use baselines::workers::{OneProcess, Workers, agree};
+use baselines::workers::{OneProcess, Workers, agree, gather_values};
 use fetch_sim::MujocoVersion;
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -103,7 +103,7 @@ pub fn of_first<T: Serialize + DeserializeOwned>(
     workers: &mut dyn Workers,
     get: impl FnOnce() -> anyhow::Result<T>,
 ) -> anyhow::Result<T> {
-    let own = if workers.rank() == 0 { serde_json::to_vec(&get()?)? } else { Vec::new() };
-    let messages = workers.gather(&own);
-    serde_json::from_slice(&messages[0]).context("rank 0 sent something else")
+    let own = if workers.rank() == 0 { Some(get()?) } else { None };
+    let first = gather_values(workers, &own)?.swap_remove(0);
+    first.context("rank 0 sent nothing")
 }

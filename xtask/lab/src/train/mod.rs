@@ -19,8 +19,7 @@ use baselines::{
     workers::{Workers, evaluate_spread, sum},
 };
 use fetch_env::{
-    EnvError, EnvId, MujocoEnv, Task, UnknownEnvId, make_vec_with_config, make_with_config,
-    vec_env::VecConfig,
+    EnvError, EnvId, MujocoEnv, Task, make_vec_with_config, make_with_config, vec_env::VecConfig,
 };
 use indicatif::ProgressBar;
 
@@ -38,7 +37,7 @@ use crate::shared::{
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Environment
-    #[arg(long, default_value = "FetchReach-v4", value_parser = parse_env_id)]
+    #[arg(long, default_value = "FetchReach-v4")]
     env_id: EnvId,
     /// Settings to start from
     #[arg(long, value_enum, default_value_t = Preset::Fast)]
@@ -91,10 +90,6 @@ pub struct Args {
     json: Option<PathBuf>,
     #[command(flatten)]
     ranks: RankArgs,
-}
-
-fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
-    text.parse()
 }
 
 /// The seeds of the final evaluation, which no training and no other evaluation has.
@@ -197,9 +192,13 @@ fn finish(
         }
         let is_due = saved.elapsed().as_secs_f64() >= args.checkpoint_seconds;
         let saves = is_first && is_due && outcome.is_ok();
-        if sum(trainer.workers(), u64::from(saves)) > 0 {
-            outcome = trainer.save(&files.folder).map(|_| ()).context("the run stops here");
-            saved = Instant::now();
+        match sum(trainer.workers(), u64::from(saves)) {
+            Ok(0) => {}
+            Ok(_) => {
+                outcome = trainer.save(&files.folder).map(|_| ()).context("the run stops here");
+                saved = Instant::now();
+            }
+            Err(error) => outcome = Err(error.into()),
         }
         if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     })?;

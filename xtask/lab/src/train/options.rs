@@ -147,7 +147,7 @@ pub fn add_demos(
                 format!("--demos {demos}: write a number, an archive .npz or a saved buffer")
             })?
         };
-        trainer.add_demonstrations(|buffer| buffer.import_npz_bytes(&archive))?;
+        trainer.add_demonstrations(|buffer| anyhow::Ok(buffer.import_npz_bytes(&archive)?))?;
         return Ok(());
     };
     let own = share(trainer.workers(), count);
@@ -165,7 +165,8 @@ pub fn add_demos(
     let first_seed = DEMO_SEED.wrapping_add(seed.wrapping_mul(100_000));
     let first_seed = first_seed.wrapping_add(own.start as u64);
     trainer.add_demonstrations(|buffer| {
-        baselines::collect(&mut env, &mut noisy, own.len(), first_seed, buffer, 0, |_| ())
+        let count = own.len();
+        anyhow::Ok(baselines::collect(&mut env, &mut noisy, count, first_seed, buffer, 0, |_| ())?)
     })?;
     Ok(())
 }
