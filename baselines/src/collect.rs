@@ -56,7 +56,7 @@ where
     T: Scalar,
 {
     let env_ids = &[buffer_env];
-    let mut episodes = Vec::with_capacity(count);
+    let mut episodes = Vec::new();
     for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| CollectError::Environment { episode, seed, source };
         let rejected = |source| CollectError::Buffer { episode, seed, source };

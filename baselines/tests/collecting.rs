@@ -76,7 +76,7 @@ fn a_buffer_that_does_not_fit_is_an_error() -> Result {
     let mut push = make_kinematic("FetchPush-v4")?;
     let mut buffer = HerBuffer::<f32>::new(buffer_config(1000, &reach)?)?;
     let mut policy = RandomPolicy::new(0);
-    let error = collect(&mut push, &mut policy, 1, 5, &mut buffer, 0, |_| ()).err();
+    let error = collect(&mut push, &mut policy, usize::MAX, 5, &mut buffer, 0, |_| ()).err();
     let Some(CollectError::Buffer { episode: 0, seed: 5, source }) = error else {
         return Err(format!("{error:?}").into());
     };

@@ -119,6 +119,21 @@ fn fishers_test_is_scipys() -> Result<(), StatisticsError> {
     Ok(())
 }
 
+/// An exact test of so many would take for ever, and their sum overflows.
+#[test]
+fn an_exact_test_of_too_many_trials_is_refused() -> Result<(), StatisticsError> {
+    assert!((fisher_exact(1, 500_000, 3, 500_000)? - 0.625).abs() < 1e-5);
+    let most = 1_000_000;
+    for (a, n, b, m) in [
+        (1, 500_000, 3, 500_001),
+        (u64::MAX, u64::MAX, u64::MAX, u64::MAX),
+        (1 << 40, 1 << 41, 1 << 39, 1 << 41),
+    ] {
+        assert_eq!(fisher_exact(a, n, b, m), Err(StatisticsError::TooManyTrials { most }));
+    }
+    Ok(())
+}
+
 proptest! {
     /// Success and failure are names, and so are the samples.
     #[test]

@@ -115,18 +115,18 @@ fn a_buffer_for_fewer_environments_is_an_error() -> Result {
     Ok(())
 }
 
-/// One error instead of an endless evaluation, alone and among others.
+/// One error instead of an endless evaluation, alone and among others, of however many episodes.
 #[test]
 fn an_episode_without_an_end_is_an_error() -> Result {
     let endless = || Ok::<_, EnvError>(make_kinematic("FetchReach-v4")?.into_inner());
-    let error = evaluate(&mut endless()?, &mut ZeroPolicy, 2, 5, |_| ()).unwrap_err();
+    let error = evaluate(&mut endless()?, &mut ZeroPolicy, usize::MAX, 5, |_| ()).unwrap_err();
     let EvaluationError::Environment { episode: 0, seed: 5, source } = error else {
         return Err(error.into());
     };
     assert_eq!(source, EnvError::Endless { steps: 100_000 });
     let mut envs = VecEnv::new(vec![endless()?], VecConfig::default())?;
     let mut still = |_: &Batch<FetchObservation>, actions: &mut [f32]| actions.fill(0.0);
-    let error = evaluate_vec(&mut envs, &mut still, 1, 5, |_| ()).unwrap_err();
+    let error = evaluate_vec(&mut envs, &mut still, usize::MAX, 5, |_| ()).unwrap_err();
     assert!(matches!(error, EvaluationError::Environment { source: EnvError::Endless { .. }, .. }));
     Ok(())
 }

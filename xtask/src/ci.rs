@@ -130,7 +130,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
         };
         for (purpose, command) in steps {
             let on = mujoco.map_or_else(String::new, |mujoco| format!(" (MuJoCo {mujoco})"));
-            println!("== {purpose}{on}: cargo {command}");
+            say!("== {purpose}{on}: cargo {command}")?;
             let mut cargo = Command::new(env!("CARGO"));
             cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
             if let Some(dir) = &mujoco_dir {
@@ -139,11 +139,11 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
             let status =
                 cargo.status().with_context(|| format!("cargo {command} did not start"))?;
             if !status.success() {
-                println!("== {purpose}{on}: failed");
+                say!("== {purpose}{on}: failed")?;
                 return Ok(false);
             }
         }
     }
-    println!("== all passed");
+    say!("== all passed")?;
     Ok(true)
 }

@@ -24,8 +24,8 @@ pub fn assets(mut arguments: Parser) -> anyhow::Result<bool> {
         Some(wheel) => reference_model_from_wheel(&wheel),
         None => reference_model(),
     }?;
-    println!("the reference model is in {}, complete and as published", folder.display());
-    println!("its meshes are under CC BY-NC-SA 4.0: not for commercial use");
+    say!("the reference model is in {}, complete and as published", folder.display())?;
+    say!("its meshes are under CC BY-NC-SA 4.0: not for commercial use")?;
     Ok(true)
 }
 
@@ -47,7 +47,7 @@ pub fn other_mujoco(mut arguments: Parser) -> anyhow::Result<bool> {
         FetchError::Version { .. } => lexopt::Error::from(error.to_string()).into(),
         error => anyhow::Error::from(error),
     })?)?;
-    println!("MuJoCo {version} is ready. To build with it:");
-    println!("export MUJOCO_DIR={}", folder.display());
+    say!("MuJoCo {version} is ready. To build with it:")?;
+    say!("export MUJOCO_DIR={}", folder.display())?;
     Ok(true)
 }

@@ -46,12 +46,12 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
             .status()
             .context("cargo did not start")?;
         if !status.success() {
-            println!(
+            say!(
                 "fuzz {target}: failed; run `cargo run --release --bin {target} -- FILE` in {FOLDER}"
-            );
+            )?;
             return Ok(false);
         }
-        println!("fuzz {target}: nothing found in {} s", seconds);
+        say!("fuzz {target}: nothing found in {} s", seconds)?;
     }
     Ok(true)
 }

@@ -6,8 +6,10 @@
 //!
 //! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
 #![forbid(unsafe_code)]
-// A command line prints, and a binary's items are public to its own modules only.
-#![allow(clippy::print_stdout, clippy::print_stderr, unreachable_pub)]
+#![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
+
+#[macro_use]
+mod output;
 
 #[path = "../../fetch-sim/src/cache.rs"]
 mod cache;
@@ -126,12 +128,9 @@ fn main() -> ExitCode {
     }
     let name = arguments.first().and_then(|name| name.to_str()).unwrap_or_default();
     let outcome = match name {
-        "-h" | "--help" => {
-            println!("{}", overview());
-            Ok(ExitCode::SUCCESS)
-        }
+        "-h" | "--help" => say!("{}", overview()).map(|()| ExitCode::SUCCESS),
         "" => {
-            eprintln!("{}", overview());
+            output::tell(overview());
             Ok(ExitCode::from(2))
         }
         _ if OF_LAB.iter().any(|(known, _)| *known == name) => hand_on(&arguments),
@@ -139,11 +138,10 @@ fn main() -> ExitCode {
     };
     outcome.unwrap_or_else(|error| {
         if error.is::<lexopt::Error>() {
-            eprintln!("error: {error}");
+            output::tell(format_args!("error: {error}"));
             return ExitCode::from(2);
         }
-        eprintln!("error: {error:#}");
-        ExitCode::FAILURE
+        output::end_with(&error)
     })
 }
 
@@ -164,7 +162,7 @@ fn run_own(name: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     })?;
     if arguments.iter().any(|argument| argument == "-h" || argument == "--help") {
         let OwnCommand { about, usage, .. } = command;
-        println!("{about}\n\nUsage: cargo xtask {name} {usage}");
+        say!("{about}\n\nUsage: cargo xtask {name} {usage}")?;
         return Ok(ExitCode::SUCCESS);
     }
     let passed = (command.run)(Parser::from_args(arguments))?;
@@ -183,7 +181,7 @@ fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
                    `cargo xtask mujoco 3.6.0` and set MUJOCO_DIR as it says";
         ensure!(arguments[0] == "doctor", "{missing}: {fix}");
         // Doctor's first finding; it can look for nothing else.
-        println!("FAIL  MuJoCo is missing\n      {missing}\n      fix: {fix}");
+        say!("FAIL  MuJoCo is missing\n      {missing}\n      fix: {fix}")?;
         return Ok(ExitCode::FAILURE);
     }
     let mut cargo = Command::new(env!("CARGO"));

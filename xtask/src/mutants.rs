@@ -152,15 +152,15 @@ impl Outcome {
             self.missed.iter().filter(|mutant| !equivalent.contains(mutant.as_str())).collect();
         let viable = self.caught + self.missed.len();
         let share = self.caught as f64 / viable.max(1) as f64;
-        println!(
+        say!(
             "mutants of {name}: {} of {viable} noticed ({:.1} %), {} equivalent, {} unknown",
             self.caught,
             100.0 * share,
             self.missed.len() - unknown.len(),
             unknown.len()
-        );
+        )?;
         for mutant in &unknown {
-            println!("  no test notices: {mutant}");
+            say!("  no test notices: {mutant}")?;
         }
         // A part of few mutants may have many of the equivalent ones.
         let is_enough = viable < 100 || share >= CAUGHT;

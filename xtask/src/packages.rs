@@ -47,7 +47,7 @@ fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
         .find_map(|line| line.strip_prefix("rust-version = \"")?.strip_suffix('"'))
         .context("the root Cargo.toml has no rust-version")?;
     if !install_toolchain(version, &[])? {
-        println!("rustup cannot install Rust {version}, so nothing was built with it");
+        say!("rustup cannot install Rust {version}, so nothing was built with it")?;
         return Ok(true);
     }
     let mut check = on_toolchain(version, "check");
@@ -61,7 +61,7 @@ fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
 fn has_the_known_interface(bless: bool) -> anyhow::Result<bool> {
     let program = tool(PUBLIC_API)?;
     if !install_toolchain(NIGHTLY, &[])? {
-        println!("rustup cannot install {NIGHTLY}, so no interface was compared");
+        say!("rustup cannot install {NIGHTLY}, so no interface was compared")?;
         return Ok(true);
     }
     let mut is_known = true;
@@ -85,15 +85,15 @@ fn has_the_known_interface(bless: bool) -> anyhow::Result<bool> {
         for (sign, lines, others) in [("-", &known, &found), ("+", &found, &known)] {
             for line in lines.lines().filter(|line| !others.lines().any(|other| other == *line)) {
                 is_known = false;
-                println!("{sign} {line}");
+                say!("{sign} {line}")?;
             }
         }
     }
     if !is_known {
-        println!(
+        say!(
             "the public interface has changed: if that is meant, say so in CHANGELOG.md and run \
              `cargo xtask packages --bless`"
-        );
+        )?;
     }
     Ok(is_known)
 }

@@ -36,7 +36,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
         }
     }
     for name in names {
-        println!("projects: {name}");
+        say!("projects: {name}")?;
         let passed = if name == FIRST_PROGRAM {
             first_program(&root)?
         } else {
@@ -44,11 +44,11 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
             cargo(&root, &folder, &["fmt", "--check"])? && cargo(&root, &folder, &["test"])?
         };
         if !passed {
-            println!("projects: {name} failed");
+            say!("projects: {name} failed")?;
             return Ok(false);
         }
     }
-    println!("projects: all passed");
+    say!("projects: all passed")?;
     Ok(true)
 }
 

@@ -36,10 +36,10 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     let cases = cases.expect("256 is not 0");
     for (name, check) in only.map_or_else(|| CHECKS.to_vec(), |only| vec![only]) {
         if !check(cases)? {
-            println!("sanitize {name}: failed");
+            say!("sanitize {name}: failed")?;
             return Ok(false);
         }
-        println!("sanitize {name}: nothing found");
+        say!("sanitize {name}: nothing found")?;
     }
     Ok(true)
 }
@@ -80,7 +80,7 @@ fn memory(cases: NonZeroU32) -> anyhow::Result<bool> {
 /// ThreadSanitizer over the vectorized environments.
 fn threads(_: NonZeroU32) -> anyhow::Result<bool> {
     if !install_toolchain(NIGHTLY, &["rust-src"])? {
-        println!("rustup cannot install {NIGHTLY}, so no race was looked for");
+        say!("rustup cannot install {NIGHTLY}, so no race was looked for")?;
         return Ok(true);
     }
     let mut test = on_toolchain(NIGHTLY, "test");
@@ -93,7 +93,7 @@ fn threads(_: NonZeroU32) -> anyhow::Result<bool> {
 /// Miri over the crates without C: it interprets them, and sees every undefined behavior that happens.
 fn miri(_: NonZeroU32) -> anyhow::Result<bool> {
     if !install_toolchain(NIGHTLY, &["miri", "rust-src"])? {
-        println!("rustup cannot install {NIGHTLY}, so nothing was interpreted");
+        say!("rustup cannot install {NIGHTLY}, so nothing was interpreted")?;
         return Ok(true);
     }
     let mut goals = on_toolchain(NIGHTLY, "miri");

@@ -3,7 +3,7 @@
 use std::{
     error::Error,
     fs::{self, File},
-    io::Write,
+    io::{self, Write},
     path::Path,
     process::{Command, Output},
 };
@@ -48,6 +48,23 @@ fn help_lists_every_command() -> Result {
 }
 
 #[test]
+fn a_closed_pipe_ends_a_command_quietly_and_a_full_disk_with_an_error() -> Result {
+    for arguments in ["--help", "mujoco --help"] {
+        let (reader, writer) = io::pipe()?;
+        drop(reader);
+        let output = xtask(arguments).stdout(writer).output()?;
+        assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""), "{arguments}");
+        let output = xtask(arguments).stdout(File::create("/dev/full")?).output()?;
+        assert_eq!(output.status.code(), Some(1), "{arguments}");
+        let errors = stderr(&output);
+        assert!(errors.starts_with("error: cannot write to standard output: No space"), "{errors}");
+    }
+    let output = xtask("nothing").stderr(File::create("/dev/full")?).output()?;
+    assert_eq!(output.status.code(), Some(2));
+    Ok(())
+}
+
+#[test]
 fn wrong_usage_is_exit_code_2() -> Result {
     for arguments in [
         "",
@@ -79,6 +96,16 @@ fn without_mujoco_doctor_names_the_problem_and_the_fix() -> Result {
     let output = xtask("verify").env("MUJOCO_DIR", "/nonexistent").output()?;
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("cargo xtask mujoco 3.6.0"), "{}", stderr(&output));
+    Ok(())
+}
+
+#[test]
+fn an_empty_mujoco_dir_is_as_good_as_none() -> Result {
+    // The search for MuJoCo comes before that for MPI, at which this ends.
+    let mut train = xtask("train --mpi");
+    let output = train.env("MUJOCO_DIR", "").env("MPICC", "/nonexistent").output()?;
+    assert_eq!(output.status.code(), Some(1));
+    assert!(!stderr(&output).contains("MUJOCO_DIR names"), "{}", stderr(&output));
     Ok(())
 }
 
@@ -147,6 +174,21 @@ fn a_wheel_of_mujoco_is_unpacked_whole_or_not_at_all() -> Result {
     assert!(stdout(&output).contains(&format!("export MUJOCO_DIR={}\n", unpacked.display())));
     assert_eq!(fs::read_to_string(unpacked.join("libmujoco.so.9.8.7"))?, "library");
     assert!(!unpacked.join("not_wanted.py").exists());
+
+    // Without Python it cannot be fetched again, and need not be as long as it is complete.
+    let again = || {
+        let mut command = xtask("mujoco 9.8.7");
+        command.env("XDG_CACHE_HOME", folder.path()).env("PATH", folder.path()).output()
+    };
+    let output = again()?;
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for removed in [Path::new("libmujoco.so.9.8.7"), Path::new("include/mujoco/mujoco.h")] {
+        fs::remove_file(unpacked.join(removed))?;
+        let output = again()?;
+        assert_eq!(output.status.code(), Some(1), "without {}", removed.display());
+        assert!(stderr(&output).contains("python3 did not start"), "{}", stderr(&output));
+        assert_eq!(fetch("9.8.7")?.status.code(), Some(0));
+    }
 
     let output = fetch("9.8.8")?;
     assert_eq!(output.status.code(), Some(1), "a wheel of another version");

@@ -21,6 +21,15 @@ pub enum StatisticsError {
         /// The number of trials.
         trials: u64,
     },
+    /// There are too many trials for an exact test.
+    #[error(
+        "the samples have more than {most} trials together: test so many with chi_square, which is \
+         as good then"
+    )]
+    TooManyTrials {
+        /// The largest number that is tested.
+        most: u64,
+    },
     /// Two lists that belong together have different lengths.
     #[error("one list has {first} values and the other {second}: pass as many of both")]
     Lengths {

@@ -12,10 +12,14 @@ use super::error::{StatisticsError, check_successes};
 /// calculation of P", Journal of the Royal Statistical Society 85 (1922).
 ///
 /// # Errors
-/// [`StatisticsError::Empty`] without trials, and [`StatisticsError::MoreSuccesses`] than trials.
+/// [`StatisticsError::Empty`] without trials, [`StatisticsError::MoreSuccesses`] than trials, and
+/// [`StatisticsError::TooManyTrials`] for more than a million trials of both samples together.
 pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> Result<f64, StatisticsError> {
     check_successes(a, a_total)?;
     check_successes(b, b_total)?;
+    if a_total.saturating_add(b_total) > MOST_TRIALS {
+        return Err(StatisticsError::TooManyTrials { most: MOST_TRIALS });
+    }
     // Those of the hypergeometric distribution, up to a factor that all tables share. Logarithms of
     // factorials do not overflow.
     let successes = a + b;
@@ -35,6 +39,9 @@ pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> Result<f64, S
     }
     Ok((extreme / all * (log_observed - log_greatest).exp()).min(1.0))
 }
+
+/// The number of trials up to which all tables are summed, in less than a second.
+const MOST_TRIALS: u64 = 1_000_000;
 
 /// The difference of logarithms up to which two tables count as equally probable, for their rounding;
 /// that of R's `fisher.test`.

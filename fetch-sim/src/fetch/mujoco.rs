@@ -20,7 +20,7 @@ use crate::{cache, installation::libraries_in};
 /// Any [`FetchError`].
 pub fn mujoco(version: &str) -> Result<PathBuf, FetchError> {
     let folder = folder(version)?;
-    if !folder.exists() {
+    if !(has_headers(&folder) && has_library(&folder, version)) {
         unpack(None, version, &folder)?;
     }
     Ok(folder)
@@ -59,14 +59,25 @@ fn unpack(wheel: Option<&Path>, version: &str, folder: &Path) -> Result<(), Fetc
             check_sha256(name, &bytes, digest)?;
             write(new, inner, &bytes)?;
         }
-        if !new.join("include/mujoco/mujoco.h").is_file() {
+        if !has_headers(new) {
             return Err(wheel.error("it has no headers".into()));
         }
-        if !libraries_in(new).iter().any(|path| path.to_string_lossy().contains(version)) {
+        if !has_library(new, version) {
             return Err(wheel.error(format!("it has no library of MuJoCo {version}")));
         }
         Ok(())
     })
+}
+
+fn has_headers(folder: &Path) -> bool {
+    folder.join("include/mujoco/mujoco.h").is_file()
+}
+
+fn has_library(folder: &Path, version: &str) -> bool {
+    let is_of_version = |path: &PathBuf| {
+        path.file_name().is_some_and(|name| name.to_string_lossy().contains(version))
+    };
+    libraries_in(folder).iter().any(is_of_version)
 }
 
 /// Whether a file of the wheel's folder `mujoco` is needed: headers, the library and the mesh decoders.

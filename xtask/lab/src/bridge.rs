@@ -31,11 +31,11 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let id = args.env_id;
     let seed = args.seed;
-    println!("Environment Anatomy -- Bridging Proof");
-    println!("=====================================");
-    println!("Env: {id}, seed={seed}, steps={STEPS}");
-    println!("Relabeled goals per step: {GOALS_PER_STEP}");
-    println!("Tolerance: atol={TOLERANCE:e}\n");
+    say!("Environment Anatomy -- Bridging Proof")?;
+    say!("=====================================")?;
+    say!("Env: {id}, seed={seed}, steps={STEPS}")?;
+    say!("Relabeled goals per step: {GOALS_PER_STEP}")?;
+    say!("Tolerance: atol={TOLERANCE:e}\n")?;
 
     let comparison =
         Comparison { steps: STEPS, goals_per_step: GOALS_PER_STEP, tolerance: TOLERANCE };
@@ -49,16 +49,16 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         count("relabel-mismatches", mismatches.goals),
     ];
     write_results(args.json.as_ref(), json!({"env_id": id, "seed": seed}), results)?;
-    println!("Step reward checks:    {STEPS} steps, mismatches={}", mismatches.steps);
-    println!("Relabel reward checks: {relabeled} checks, mismatches={}\n", mismatches.goals);
+    say!("Step reward checks:    {STEPS} steps, mismatches={}", mismatches.steps)?;
+    say!("Relabel reward checks: {relabeled} checks, mismatches={}\n", mismatches.goals)?;
     if mismatches.steps + mismatches.goals > 0 {
-        println!("[MISMATCH] Some rewards differ by more than atol={TOLERANCE:e}\n");
-        println!("[BRIDGE FAILED]");
+        say!("[MISMATCH] Some rewards differ by more than atol={TOLERANCE:e}\n")?;
+        say!("[BRIDGE FAILED]")?;
         return Ok(false);
     }
-    println!("[MATCH] All rewards match within atol={TOLERANCE:e}");
-    println!("  manual_reward == compute_reward == step_reward  ({STEPS} steps)");
-    println!("  relabel_reward == reward(ag, random_goal)  ({relabeled} checks)\n");
-    println!("[BRIDGE OK] Bridging proof passed");
+    say!("[MATCH] All rewards match within atol={TOLERANCE:e}")?;
+    say!("  manual_reward == compute_reward == step_reward  ({STEPS} steps)")?;
+    say!("  relabel_reward == reward(ag, random_goal)  ({relabeled} checks)\n")?;
+    say!("[BRIDGE OK] Bridging proof passed")?;
     Ok(true)
 }

@@ -1,8 +1,7 @@
 //! `collect`: runs a policy and saves its episodes, as data for learning without an environment.
 
-use std::{io::Cursor, path::PathBuf};
+use std::{io::Cursor, num::NonZeroUsize, path::PathBuf};
 
-use anyhow::ensure;
 use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
     workers::{Workers, gather_episodes, share},
@@ -27,8 +26,8 @@ pub struct Args {
     #[arg(long, default_value = "random")]
     policy: String,
     /// Number of episodes
-    #[arg(long, default_value_t = 100)]
-    episodes: usize,
+    #[arg(long, default_value = "100")]
+    episodes: NonZeroUsize,
     /// Seed of the first episode; the others have the seeds that follow
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -47,7 +46,6 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    ensure!(args.episodes > 0, "--episodes must be at least 1");
     let facts = [
         ("command", "collect".to_owned()),
         ("--env-id", args.env_id.to_string()),
@@ -63,14 +61,15 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool> {
     let config = args.env_id.config().with_model(args.model.source());
     let mut env = make_with_config(config)?;
-    let own = share(workers, args.episodes);
+    let own = share(workers, args.episodes.get());
     let steps = env.max_episode_steps().get() as usize;
-    let config = buffer_config(args.episodes.saturating_mul(steps), &env)?;
+    let config = buffer_config(args.episodes.get().saturating_mul(steps), &env)?;
     let mut buffer = HerBuffer::<f64>::new(config.clone())?;
     let mut policy = policy_of(&args.policy, &env, args.env_id.task, args.seed)?;
     let bar = progress::bar(own.len(), "episodes");
-    let mut evaluation = Evaluation { episodes: Vec::with_capacity(own.len()) };
-    for seed in (args.seed..).skip(own.start).take(own.len()) {
+    let mut evaluation = Evaluation { episodes: Vec::new() };
+    for episode in own {
+        let seed = args.seed.wrapping_add(episode as u64);
         // The actions of an episode depend on its seed alone.
         let mut random = RandomPolicy::new(seed);
         let policy: &mut dyn Policy =
@@ -117,10 +116,10 @@ fn report(args: &Args, buffer: &HerBuffer<f64>, evaluation: &Evaluation) -> anyh
     });
     write_results(args.json.as_ref(), settings, figures)?;
     let saved = out.as_ref().map_or_else(String::new, |out| format!("; wrote {}", out.display()));
-    println!(
+    say!(
         "collect: {env_id}, {policy}: {} episodes, success rate {value:.2} ({low:.2} to \
          {high:.2}){saved}",
         buffer.num_episodes()
-    );
+    )?;
     Ok(true)
 }

@@ -63,13 +63,13 @@ pub fn describe(id: EnvId, seed: u64, out: &std::path::Path) -> anyhow::Result<b
         "versions": Versions::current(),
     });
     write_json(out, &description)?;
-    println!(
+    say!(
         "describe: {id}: observation [{}], achieved_goal [{}], desired_goal [{}], action {:?}, bounds [-1, 1]; wrote {}",
         first.observation().len(),
         first.achieved_goal().len(),
         first.desired_goal().len(),
         actions.shape(),
         out.display(),
-    );
+    )?;
     Ok(true)
 }

@@ -111,9 +111,9 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     for symptom in &SYMPTOMS {
         let (well, seen) =
             (symptom.look)(args.seed).unwrap_or_else(|error| (false, format!("{error:#}")));
-        println!("{}  {}\n      {seen}", mark(well), symptom.name);
+        say!("{}  {}\n      {seen}", mark(well), symptom.name)?;
         if !well {
-            println!("      fix: {}", symptom.fix);
+            say!("      fix: {}", symptom.fix)?;
         }
         healthy &= well;
         let faults = Metric::count(usize::from(!well));

@@ -31,7 +31,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 /// Exercise 1: the observation's structure over five seeds, and the range of the goals.
 fn observations(seed: u64) -> anyhow::Result<bool> {
     const RESETS: usize = 5;
-    println!("Exercise 1: FetchReachDense-v4 over {RESETS} seeds");
+    say!("Exercise 1: FetchReachDense-v4 over {RESETS} seeds")?;
     let mut env = make("FetchReachDense-v4")?;
     let mut goals = Vec::new();
     let mut same_shapes = true;
@@ -41,18 +41,16 @@ fn observations(seed: u64) -> anyhow::Result<bool> {
         same_shapes &= observation.observation().len() == 10
             && observation.achieved_goal().len() == 3
             && goal.len() == 3;
-        println!(
-            "  seed {seed}: observation (10,), achieved_goal (3,), desired_goal (3,) {goal:.3?}"
-        );
+        say!("  seed {seed}: observation (10,), achieved_goal (3,), desired_goal (3,) {goal:.3?}")?;
         goals.push(goal);
     }
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
         let along = || goals.iter().map(|goal| goal[axis]);
         let (low, high) = (along().fold(f64::MAX, f64::min), along().fold(f64::MIN, f64::max));
-        println!("  desired_goal {name}: {low:.3} to {high:.3} m");
+        say!("  desired_goal {name}: {low:.3} to {high:.3} m")?;
     }
     let differ = goals.windows(2).all(|pair| pair[0] != pair[1]);
-    println!("Same keys and shapes: {same_shapes}. Goals differ: {differ}.");
+    say!("Same keys and shapes: {same_shapes}. Goals differ: {differ}.")?;
     Ok(same_shapes && differ)
 }
 
@@ -97,13 +95,11 @@ impl Trajectory {
 
 /// Exercise 2: dense and sparse rewards along one trajectory.
 fn rewards(seed: u64) -> anyhow::Result<bool> {
-    println!(
-        "Exercise 2: FetchReachDense-v4 and FetchReach-v4, seed {seed}, the same random actions"
-    );
+    say!("Exercise 2: FetchReachDense-v4 and FetchReach-v4, seed {seed}, the same random actions")?;
     let Trajectory { steps, same } = Trajectory::of(&mut RandomPolicy::new(seed), seed)?;
-    println!("  step  distance     dense  sparse");
+    say!("  step  distance     dense  sparse")?;
     for (t, step) in (1..).zip(&steps) {
-        println!("  {t:4}  {:.4} m  {:8.4}  {:6}", step.distance, step.dense, step.sparse);
+        say!("  {t:4}  {:.4} m  {:8.4}  {:6}", step.distance, step.dense, step.sparse)?;
     }
     let dense_return: f64 = steps.iter().map(|step| step.dense).sum();
     let sparse_return: f64 = steps.iter().map(|step| step.sparse).sum();
@@ -111,42 +107,42 @@ fn rewards(seed: u64) -> anyhow::Result<bool> {
         steps.iter().partition(|step| step.sparse == 0.0);
     let farthest_zero = reached.iter().map(|s| s.distance).fold(f64::NEG_INFINITY, f64::max);
     let nearest_minus_one = missed.iter().map(|s| s.distance).fold(f64::INFINITY, f64::min);
-    println!(
+    say!(
         "(a) The dense return is {dense_return:.2}, the sparse one {sparse_return:.2}: the dense is not the more negative."
-    );
-    println!("(b) The sparse reward is 0 in {} of {} steps.", reached.len(), steps.len());
-    println!(
+    )?;
+    say!("(b) The sparse reward is 0 in {} of {} steps.", reached.len(), steps.len())?;
+    say!(
         "(c) It switches at 0.05 m: -1 from {nearest_minus_one:.4} m on in this episode, 0 up to {farthest_zero:.4} m (-inf: never)."
-    );
+    )?;
     Ok(same && nearest_minus_one > 0.05 && farthest_zero <= 0.05)
 }
 
 /// Exercise 3: the 25 numbers of FetchPush.
 fn push(seed: u64) -> anyhow::Result<bool> {
-    println!("Exercise 3: FetchPushDense-v4, seed {seed}");
+    say!("Exercise 3: FetchPushDense-v4, seed {seed}")?;
     let mut env = make("FetchPushDense-v4")?;
     let first = env.reset(Some(seed))?.observation;
     for field in observation_fields(Task::Push) {
         let values = &first.observation()[field.range.clone()];
         let indices = format!("{}-{}", field.range.start, field.range.end - 1);
-        println!("  {indices:>5}  {:<15} {:<8} {values:.4?}", field.name, field.unit);
+        say!("  {indices:>5}  {:<15} {:<8} {values:.4?}", field.name, field.unit)?;
     }
     let field = ObservationField::find(Task::Push, "object_pos").context("an unknown field")?;
     let object = &first.observation()[field.range.clone()];
     let tracks_object = first.achieved_goal() == object;
-    println!(
+    say!(
         "(a) The object's position stands at indices {} to {}: {object:.4?} m.",
         field.range.start,
         field.range.end - 1
-    );
-    println!("(b) achieved_goal is the object's position: {tracks_object}.");
+    )?;
+    say!("(b) achieved_goal is the object's position: {tracks_object}.")?;
     let mut last = first;
     for _ in 0..50 {
         last = env.step(&[0.0; 4])?.observation;
     }
     let position = |goal: &[f64]| Vector3::from_column_slice(goal);
     let moved = (position(last.achieved_goal()) - position(first.achieved_goal())).norm();
-    println!("(c) After 50 steps of [0, 0, 0, 0] the object has moved by {:.3} mm.", 1e3 * moved);
+    say!("(c) After 50 steps of [0, 0, 0, 0] the object has moved by {:.3} mm.", 1e3 * moved)?;
     Ok(tracks_object && moved < 1e-3)
 }
 
@@ -155,14 +151,14 @@ fn thresholds(seed: u64) -> anyhow::Result<bool> {
     const EPISODES: usize = 100;
     const THRESHOLDS: [f64; 5] = [0.01, 0.02, 0.05, 0.10, 0.20];
     let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
-    println!("Exercise 4: {id}, {EPISODES} random episodes from seed {seed}");
-    println!("  threshold  success at the last step (95 % interval)");
+    say!("Exercise 4: {id}, {EPISODES} random episodes from seed {seed}")?;
+    say!("  threshold  success at the last step (95 % interval)")?;
     let rates = evaluate_random(id, seed, EPISODES)?.success_at(&THRESHOLDS)?;
     for (threshold, rate) in THRESHOLDS.iter().zip(&rates) {
-        println!("  {threshold:7.2} m  {:5.3}  ({:.3} to {:.3})", rate.value, rate.low, rate.high);
+        say!("  {threshold:7.2} m  {:5.3}  ({:.3} to {:.3})", rate.value, rate.low, rate.high)?;
     }
-    println!(
+    say!(
         "The wider the threshold, the easier the task; at the benchmark's 0.05 m chance hardly ever succeeds."
-    );
+    )?;
     Ok(rates.is_sorted_by(|a, b| a.value <= b.value) && rates[2].value < 0.1)
 }

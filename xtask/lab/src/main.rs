@@ -2,8 +2,11 @@
 //!
 //! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
 #![forbid(unsafe_code)]
-// A command line prints, and a binary's items are public to its own modules only.
-#![allow(clippy::print_stdout, clippy::print_stderr, unreachable_pub)]
+#![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
+
+#[macro_use]
+#[path = "../../src/output.rs"]
+mod output;
 
 mod all;
 mod bench;
@@ -96,9 +99,6 @@ fn main() -> ExitCode {
     match outcome {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
+        Err(error) => output::end_with(&error),
     }
 }

@@ -31,12 +31,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let mut env = make_with_config(id.config())?;
     let mut policy = policy_of(&args.policy, &env, id.task, seed)?;
     if args.verbose {
-        println!("  step   reward  distance  achieved goal            action");
+        say!("  step   reward  distance  achieved goal            action")?;
     }
+    let mut said = Ok(());
     let playback = Playback::record(&mut env, &mut *policy, seed, |number, action, step| {
-        if args.verbose {
+        if args.verbose && said.is_ok() {
             let info = step.info;
-            println!(
+            said = say!(
                 "  {number:4}  {:7.3}  {:6.3} m  {:6.3?}  {action:5.2?}{}",
                 step.reward,
                 info.distance,
@@ -45,12 +46,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             );
         }
     })?;
+    said?;
     let title = format!("{id}, {} policy, seed {seed}", name(&args.policy));
     let playback = playback.with_title(&title);
     let mut page = Document::new(&title);
     page.push(&playback.html()?);
     write_text(&args.out, &page.html())?;
-    println!("play: {title}: {}; wrote {}", playback.outcome(), args.out.display());
+    say!("play: {title}: {}; wrote {}", playback.outcome(), args.out.display())?;
     Ok(true)
 }
 

@@ -1,8 +1,10 @@
 //! `random-episodes`: runs the random baseline of section 2.9.
 
-use std::path::{Path, PathBuf};
+use std::{
+    num::NonZeroUsize,
+    path::{Path, PathBuf},
+};
 
-use anyhow::ensure;
 use baselines::{Evaluation, RandomPolicy, Summary, evaluate};
 use fetch_env::{EnvId, make_with_config};
 use serde::Serialize;
@@ -18,8 +20,8 @@ pub struct Args {
     #[command(flatten)]
     env: EnvArgs,
     /// Number of episodes
-    #[arg(long, default_value_t = 10)]
-    episodes: usize,
+    #[arg(long, default_value = "10")]
+    episodes: NonZeroUsize,
     /// Where to write the metrics
     #[arg(long, default_value = "results/ch01_random_metrics.json")]
     random_out: PathBuf,
@@ -40,11 +42,10 @@ struct Metrics {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    random_episodes(args.env.env_id, args.env.seed, args.episodes, &args.random_out)
+    random_episodes(args.env.env_id, args.env.seed, args.episodes.get(), &args.random_out)
 }
 
 pub fn random_episodes(id: EnvId, seed: u64, count: usize, out: &Path) -> anyhow::Result<bool> {
-    ensure!(count > 0, "--episodes must be at least 1");
     let evaluation = evaluate_random(id, seed, count)?;
     let summary = evaluation.summary()?;
     let metrics = Metrics {
@@ -59,7 +60,7 @@ pub fn random_episodes(id: EnvId, seed: u64, count: usize, out: &Path) -> anyhow
         versions: Versions::current(),
     };
     write_json(out, &metrics)?;
-    println!("random-episodes ({count}): {id}; wrote {}", out.display());
+    say!("random-episodes ({count}): {id}; wrote {}", out.display())?;
     for (name, estimate) in [
         ("success_rate", summary.success_rate),
         ("return_mean", summary.return_mean),
@@ -67,7 +68,7 @@ pub fn random_episodes(id: EnvId, seed: u64, count: usize, out: &Path) -> anyhow
         ("final_distance_mean", summary.final_distance_mean),
     ] {
         let baselines::Estimate { value, low, high } = estimate;
-        println!("  {name:<20} {value:9.4}  (95 % interval {low:.4} to {high:.4})");
+        say!("  {name:<20} {value:9.4}  (95 % interval {low:.4} to {high:.4})")?;
     }
     Ok(true)
 }

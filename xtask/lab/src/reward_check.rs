@@ -42,9 +42,9 @@ pub fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<usize> {
     let mismatches = found.steps + found.goals;
     let settings = format!("atol={TOLERANCE:e}, n_steps={STEPS}, n_random_goals={RANDOM_GOALS}");
     if mismatches > 0 {
-        println!("FAIL: reward checks of {id}: {mismatches} mismatches ({settings})");
+        say!("FAIL: reward checks of {id}: {mismatches} mismatches ({settings})")?;
     } else {
-        println!("OK: reward checks passed ({settings})");
+        say!("OK: reward checks passed ({settings})")?;
     }
     Ok(mismatches)
 }

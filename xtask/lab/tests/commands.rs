@@ -6,7 +6,7 @@ mod xtask_commands;
 
 use std::{
     error::Error,
-    fs,
+    fs, io,
     path::Path,
     process::{Command, Output},
 };
@@ -258,6 +258,25 @@ fn pictures_are_timed_with_opengl_and_refused_without() -> Result {
     Ok(())
 }
 
+/// As in other well-known tools: a reader may have seen enough, and a disk may be full.
+#[test]
+fn a_closed_pipe_ends_a_command_quietly_and_a_full_disk_with_an_error() -> Result {
+    for arguments in ["bridge", "exercise 1", "exercise 3"] {
+        let (reader, writer) = io::pipe()?;
+        drop(reader);
+        let output = lab(arguments).stdout(writer).output()?;
+        assert_eq!((output.status.code(), errors_of(&output).as_str()), (Some(0), ""));
+        let output = lab(arguments).stdout(fs::File::create("/dev/full")?).output()?;
+        let errors = errors_of(&output);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.starts_with("error: cannot write to standard output: No space"), "{errors}");
+    }
+    let full = || fs::File::create("/dev/full");
+    let output = lab("bridge").stdout(full()?).stderr(full()?).output()?;
+    assert_eq!(output.status.code(), Some(1));
+    Ok(())
+}
+
 #[test]
 fn wrong_usage_is_exit_code_2() -> Result {
     for arguments in [
@@ -266,6 +285,13 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "nothing",
         "bridge --seed -1",
         "bench",
+        "collect --episodes 0",
+        "random-episodes --episodes 0",
+        "report --episodes 0",
+        "train --seeds 0",
+        "train --envs 0",
+        "train --threads 0",
+        "parity --live --episodes 0",
         "bench env --task grasp",
         "bench env --seconds -1",
         "bench render --seconds -1",

@@ -76,7 +76,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
         counts.push(("ratio/reset-cost-to-bare".into(), reset / reset_bare));
         counts.push(("ratio/recording-to-step".into(), recording / single));
         let measured = counts.into_iter().map(|(name, count)| (name, Metric::new(count, "1")));
-        report(&mut figures, &format!("instructions/{subject}"), measured);
+        report(&mut figures, &format!("instructions/{subject}"), measured)?;
     }
     Ok(figures)
 }

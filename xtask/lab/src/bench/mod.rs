@@ -129,12 +129,13 @@ fn report(
     figures: &mut Vec<(String, Metric)>,
     prefix: &str,
     measured: impl IntoIterator<Item = (String, Metric)>,
-) {
+) -> anyhow::Result<()> {
     for (name, figure) in measured {
         let name = format!("{prefix}/{name}");
-        println!("{name:<54} {figure}");
+        say!("{name:<54} {figure}")?;
         figures.push((name, figure));
     }
+    Ok(())
 }
 
 fn resident_bytes() -> anyhow::Result<f64> {

@@ -106,7 +106,7 @@ impl Peer {
 pub fn note_other_mujoco() -> anyhow::Result<()> {
     let version = MujocoVersion::of_library()?.to_string();
     if version != python::MUJOCO {
-        println!("this is built on MuJoCo {version}; the peers run on {}", python::MUJOCO);
+        say!("this is built on MuJoCo {version}; the peers run on {}", python::MUJOCO)?;
     }
     Ok(())
 }

@@ -44,7 +44,7 @@ pub fn run(args: &Args, json: Option<&PathBuf>) -> anyhow::Result<bool> {
         }
         if workers.rank() == 0 {
             for (name, figure) in &figures {
-                println!("{name:<45} {figure}");
+                say!("{name:<45} {figure}")?;
             }
             let settings = Settings { num_ranks: workers.size(), seconds: args.seconds };
             write_results(json, settings, figures)?;

@@ -64,11 +64,11 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     for subject in args.subjects.all() {
         for (name, figure) in measure(args, subject)? {
             let name = format!("render/{subject}/{name}");
-            println!("{name:<80} {figure}");
+            say!("{name:<80} {figure}")?;
             figures.push((name, figure));
         }
     }
-    println!("drawn with {}", opengl()?);
+    say!("drawn with {}", opengl()?)?;
     Ok(figures)
 }
 

@@ -59,6 +59,6 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let ratio = |kind| rounds.ratio(&format!("ratio/{kind}-to-copy"), Clock::Cpu, kind, "copy");
     let ratios = ["sparse", "dense", "checked"].into_iter().filter_map(ratio);
     let mut figures = Vec::new();
-    report(&mut figures, "reward", rounds.figures().chain(ratios));
+    report(&mut figures, "reward", rounds.figures().chain(ratios))?;
     Ok(figures)
 }

@@ -40,7 +40,7 @@ pub fn save(figure: &impl Drawing, folder: &Path, name: &str) -> anyhow::Result<
     for (ending, bytes) in [("svg", picture.svg.as_bytes()), ("png", &picture.png)] {
         let path = folder.join(format!("{name}.{ending}"));
         write_file(&path, bytes)?;
-        println!("wrote {}", path.display());
+        say!("wrote {}", path.display())?;
     }
     Ok(())
 }

@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         .with_context(|| format!("cannot make the folder {}", args.folder.display()))?;
     for (name, group) in &groups {
         group.write(&args.folder.join(format!("{name}.csv")))?;
-        println!("{}", group.summary()?);
+        say!("{}", group.summary()?)?;
         save(&Curves::new(group)?, &args.folder, name)?;
     }
     Ok(true)

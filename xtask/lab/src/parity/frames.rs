@@ -35,7 +35,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
         let file = format!("{}.npz", task_name(task));
         let recorded = Recorded::read(&folder.join(&file)).context(file)?;
         if recorded.workaround && task == Task::ALL[0] {
-            tell_workaround(&MujocoVersion::of_library()?.to_string());
+            tell_workaround(&MujocoVersion::of_library()?.to_string())?;
         }
         let simulator = MujocoSimulator::from_model(models.get(task)?)?;
         let mut env = FetchEnv::new(config(task), simulator)?.time_limited();
@@ -52,7 +52,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
         let name = format!("frames/{}", EnvId { task, reward: RewardKind::Sparse });
         checks.push(judge(&name, &differences));
     }
-    check::print("pictures, 480 x 480, the difference of colors of 255", &checks);
+    check::print("pictures, 480 x 480, the difference of colors of 255", &checks)?;
     Ok(checks)
 }
 

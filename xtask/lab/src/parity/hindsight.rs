@@ -39,7 +39,7 @@ pub fn compare(rows: usize) -> anyhow::Result<Vec<Check>> {
         let ours = Rows::ours(&buffer, strategy, rows, 0)?;
         let theirs = Rows::theirs(&mut theirs, name, rows)?;
         let of_strategy = ours.compare(&theirs, &lengths(), name)?;
-        check::print(&format!("{name} goals, {rows} rows of each buffer"), &of_strategy);
+        check::print(&format!("{name} goals, {rows} rows of each buffer"), &of_strategy)?;
         checks.extend(of_strategy);
     }
     Ok(checks)

@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     if let Some(folder) = live {
         const SCRIPT: &str = include_str!("../../scripts/record.py");
         let (episodes, seed) = (args.episodes.unwrap_or(3).to_string(), args.seed.to_string());
-        println!("recording {episodes} episodes a task and kind from seed {seed} in Python");
+        say!("recording {episodes} episodes a task and kind from seed {seed} in Python")?;
         let arguments = ["--episodes", &episodes, "--seed", &seed];
         python::record(folder, SCRIPT, &arguments, "disable")?;
     }
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     write_results(args.json.as_ref(), args, figures)?;
     if !bad.is_empty() {
-        println!("\nnot as close as it should be: {}", bad.join(", "));
+        say!("\nnot as close as it should be: {}", bad.join(", "))?;
     }
     Ok(bad.is_empty())
 }
@@ -132,15 +132,15 @@ fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FilePari
         .map(|path| Recording::read(path))
         .collect::<anyhow::Result<Vec<_>>>()?;
     if let Some(Meta { mujoco, .. }) = recordings.iter().map(|r| &r.meta).find(|m| m.workaround) {
-        tell_workaround(mujoco);
+        tell_workaround(mujoco)?;
     }
     let bar = progress::bar(recordings.len(), "parity");
-    println!("{}", FileParity::HEADING);
+    say!("{}", FileParity::HEADING)?;
     let mut files = Vec::new();
     for recording in &recordings {
         let simulator = MujocoSimulator::from_model(models.get(recording.task)?)?;
         let file = FileParity::measure(recording, simulator)?;
-        bar.suspend(|| println!("{}", file.line()));
+        bar.suspend(|| say!("{}", file.line()))?;
         files.push(file);
         bar.inc(1);
     }
@@ -149,11 +149,11 @@ fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Vec<FilePari
 }
 
 /// Says that the real environment started only with the help of `scripts/start.py`.
-fn tell_workaround(mujoco: &str) {
-    println!(
+fn tell_workaround(mujoco: &str) -> anyhow::Result<()> {
+    say!(
         "gymnasium-robotics cannot make a Fetch environment on MuJoCo {mujoco}: an assertion on joint \
          types fails. It ran with int() around those types; nothing else of it was changed."
-    );
+    )
 }
 
 fn compare_all(path: &Path, models: &mut Models, episodes: usize) -> anyhow::Result<Vec<Check>> {
@@ -161,7 +161,7 @@ fn compare_all(path: &Path, models: &mut Models, episodes: usize) -> anyhow::Res
     let mut all = Vec::new();
     for task in Task::ALL {
         let checks = distributions::compare(path, task, models.get(task)?, episodes, &bar)?;
-        bar.suspend(|| check::print(&format!("{task}, {episodes} episodes"), &checks));
+        bar.suspend(|| check::print(&format!("{task}, {episodes} episodes"), &checks))?;
         all.extend(checks);
     }
     bar.finish_and_clear();

@@ -35,7 +35,7 @@ pub fn compare(
     first_seed: u64,
 ) -> anyhow::Result<Vec<Check>> {
     let files = if files.is_empty() { shipped(folder)? } else { files.to_vec() };
-    println!("running {} policies in Python, {episodes} episodes each", files.len());
+    say!("running {} policies in Python, {episodes} episodes each", files.len())?;
     let (episodes_text, seed_text) = (episodes.to_string(), first_seed.to_string());
     let absolute = |file: &PathBuf| {
         fs::canonicalize(file).with_context(|| format!("cannot find {}", file.display()))
@@ -54,7 +54,7 @@ pub fn compare(
             same_episodes(stem, &theirs, policy.clone(), first_seed)?,
             same_on_both_models(stem, policy, first_seed)?,
         ];
-        check::print(&file.display().to_string(), &own);
+        check::print(&file.display().to_string(), &own)?;
         checks.extend(own);
     }
     Ok(checks)

@@ -5,9 +5,8 @@ mod observations;
 mod rewards;
 mod workspace;
 
-use std::path::PathBuf;
+use std::{num::NonZeroUsize, path::PathBuf};
 
-use anyhow::ensure;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use baselines::page::{Column, Document, Playback, escape, table};
 use fetch_env::{EnvId, Task, make_with_config};
@@ -33,8 +32,8 @@ pub struct Args {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Episodes of each policy in each environment
-    #[arg(long, default_value_t = 100)]
-    episodes: usize,
+    #[arg(long, default_value = "100")]
+    episodes: NonZeroUsize,
     /// Show the checks of this environment only
     #[arg(long)]
     verify_only: Option<EnvId>,
@@ -53,9 +52,8 @@ const SECTIONS: [(&str, &str); 8] = [
 ];
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    ensure!(args.episodes > 0, "--episodes must be at least 1");
     let groups = check_environments(&all_ids(args.verify_only), args.seed)?;
-    let outcomes = evaluate_all(args.episodes, args.seed)?;
+    let outcomes = evaluate_all(args.episodes.get(), args.seed)?;
     let bodies = [
         scenes(args.seed)?,
         playbacks(args.seed)?,
@@ -75,11 +73,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let html = page.html();
     write_text(&args.out, &html)?;
     let failed = failed(&groups);
-    println!(
+    say!(
         "report: {failed} checks failed; wrote {} ({} kB)",
         args.out.display(),
         html.len() / 1000
-    );
+    )?;
     Ok(failed == 0)
 }
 

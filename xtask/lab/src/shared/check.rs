@@ -36,9 +36,10 @@ pub const fn mark(passed: bool) -> &'static str {
     if passed { "ok  " } else { "FAIL" }
 }
 
-pub fn print(heading: &str, checks: &[Check]) {
-    println!("{heading}");
+pub fn print(heading: &str, checks: &[Check]) -> anyhow::Result<()> {
+    say!("{heading}")?;
     for Check { name, passed, seen, .. } in checks {
-        println!("  {}  {name:<46}  {seen}", mark(*passed));
+        say!("  {}  {name:<46}  {seen}", mark(*passed))?;
     }
+    Ok(())
 }

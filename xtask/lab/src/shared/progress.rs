@@ -2,6 +2,8 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::output::tell;
+
 /// Returns a bar over `total` parts on standard error; hidden where that is no terminal.
 pub fn bar(total: usize, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}")
@@ -14,6 +16,6 @@ pub fn bar(total: usize, what: &'static str) -> ProgressBar {
 /// Prints progress as a plain line where the bar is hidden.
 pub fn note(bar: &ProgressBar, what: impl std::fmt::Display) {
     if bar.is_hidden() {
-        eprintln!("{what}");
+        tell(what);
     }
 }

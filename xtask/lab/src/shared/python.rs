@@ -62,7 +62,7 @@ pub fn environment(name: &str, packages: &[&str]) -> anyhow::Result<PathBuf> {
     if fs::read_to_string(&complete).is_ok_and(|complete| complete == packages_in) {
         return Ok(python);
     }
-    println!("making a Python environment in {}", folder.display());
+    say!("making a Python environment in {}", folder.display())?;
     run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
     run(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(packages))?;
     fs::write(complete, packages_in)?;

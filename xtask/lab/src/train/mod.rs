@@ -7,12 +7,13 @@ mod options;
 mod page;
 
 use std::{
+    num::{NonZeroU64, NonZeroUsize},
     ops::ControlFlow,
     path::{Path, PathBuf},
     time::Instant,
 };
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use baselines::{
     Estimate, SuccessRate, TrainedPolicy,
     learn::{CurveRow, Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
@@ -49,14 +50,14 @@ pub struct Args {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Number of runs, with the seeds that follow
-    #[arg(long, default_value_t = 1)]
-    seeds: u64,
+    #[arg(long, default_value = "1")]
+    seeds: NonZeroU64,
     /// Number of environments stepped together
     #[arg(long)]
-    envs: Option<usize>,
+    envs: Option<NonZeroUsize>,
     /// Number of threads; results do not depend on it
-    #[arg(long, default_value_t = std::thread::available_parallelism().map_or(1, usize::from))]
-    threads: usize,
+    #[arg(long, default_value_t = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
+    threads: NonZeroUsize,
     /// Environment steps after which the run ends, if it has not reached the target
     #[arg(long)]
     steps: Option<u64>,
@@ -97,7 +98,6 @@ const FINAL_SEED: u64 = 1 << 50;
 const FINAL_EPISODES: usize = 100;
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    ensure!(args.seeds > 0, "--seeds is 0: choose at least 1");
     share_run(&args.ranks, &options::facts(args), |workers| run_shared(args, workers))
 }
 
@@ -106,8 +106,8 @@ fn run_shared(args: &Args, workers: MakeWorkers) -> anyhow::Result<bool> {
     if let Some(folder) = &args.resume {
         results.push(resume(args, folder, workers())?);
     } else {
-        for seed in (args.seed..).take(usize::try_from(args.seeds)?) {
-            results.push(start(args, seed, workers())?);
+        for run in 0..args.seeds.get() {
+            results.push(start(args, args.seed.wrapping_add(run), workers())?);
         }
     }
     if workers().rank() == 0 {
@@ -122,15 +122,16 @@ fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::
     let files = RunFiles { folder: folder.to_owned(), run };
     let (env_id, model) = (files.run.env_id()?, files.run.model);
     let make = || make(env_id, model);
-    let (trainer, resumed) = Trainer::resume_with_workers(make, folder, args.threads, workers)?;
+    let (trainer, resumed) =
+        Trainer::resume_with_workers(make, folder, args.threads.get(), workers)?;
     if rank == 0 {
-        println!("train: resuming {} after {} steps", folder.display(), trainer.counters().steps);
+        say!("train: resuming {} after {} steps", folder.display(), trainer.counters().steps)?;
         if let Resumed::OnOtherRanks { before } = resumed {
-            println!(
+            say!(
                 "train: the checkpoint is of {before} ranks, and this run has {size}: networks, \
                  optimizers, normalizers, counters and finished episodes are the same; unfinished \
                  episodes are lost, and all following random numbers are others"
-            );
+            )?;
         }
     }
     finish(args, trainer, &files)
@@ -145,12 +146,12 @@ fn start(args: &Args, seed: u64, workers: Box<dyn Workers>) -> anyhow::Result<Ou
     let settings = options::settings(args)?;
     let name = format!("{}-seed-{seed}", args.env_id);
     let folder = match &args.out {
-        Some(folder) if args.seeds == 1 => folder.clone(),
+        Some(folder) if args.seeds.get() == 1 => folder.clone(),
         Some(folder) => folder.join(format!("seed-{seed}")),
         None => PathBuf::from("results/train").join(name),
     };
     let make = || make(args.env_id, args.model);
-    let mut trainer = Trainer::with_workers(make, settings, seed, args.threads, workers)?;
+    let mut trainer = Trainer::with_workers(make, settings, seed, args.threads.get(), workers)?;
     let is_first = trainer.workers().rank() == 0;
     let files = if is_first {
         RunFiles::create(&folder, args, seed)?
@@ -160,7 +161,7 @@ fn start(args: &Args, seed: u64, workers: Box<dyn Workers>) -> anyhow::Result<Ou
     if let Some(demos) = &args.demos {
         options::add_demos(&mut trainer, args, demos, seed)?;
         if is_first {
-            println!("train: {} episodes of demonstrations", trainer.counters().demonstrations);
+            say!("train: {} episodes of demonstrations", trainer.counters().demonstrations)?;
         }
     }
     trainer.save(&folder)?;
@@ -206,7 +207,7 @@ fn finish(
     bar.finish_and_clear();
     trainer.save(&files.folder)?;
     let policy = trainer.policy(&env_id.to_string())?;
-    let policy = measured(trainer.workers(), policy, env_id, run.model, args.threads)?;
+    let policy = measured(trainer.workers(), policy, env_id, run.model, args.threads.get())?;
     let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
     let outcome = Outcome {
         env_id: env_id.to_string(),
@@ -219,10 +220,10 @@ fn finish(
     if is_first {
         files.write_policy(&policy)?;
         page::write(&files.folder, env_id, run.model, trainer.rows(), trainer.settings(), policy)?;
-        println!("train: {outcome}; wrote {}", files.folder.display());
+        say!("train: {outcome}; wrote {}", files.folder.display())?;
         let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();
         if exchanging > 0.0 {
-            println!("train: of {total:.1} s of updates, {exchanging:.1} s were spent in MPI");
+            say!("train: of {total:.1} s of updates, {exchanging:.1} s were spent in MPI")?;
         }
     }
     Ok(outcome)

@@ -64,7 +64,7 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
         _ => {}
     }
     if let Some(num_envs) = args.envs {
-        settings.schedule.num_envs = num_envs;
+        settings.schedule.num_envs = num_envs.get();
     }
     let mut value = serde_json::to_value(&settings)?;
     for assignment in &args.set {

@@ -53,11 +53,11 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let ids = all_ids(args.env_id);
     let groups = check_environments(&ids, args.seed)?;
     for Group { heading, checks } in &groups {
-        check::print(heading, checks);
+        check::print(heading, checks)?;
     }
     let count = groups.iter().map(|group| group.checks.len()).sum::<usize>();
     let failed = failed(&groups);
-    println!("\n{count} checks, {failed} failed");
+    say!("\n{count} checks, {failed} failed")?;
     let settings = json!({"env_ids": ids, "seed": args.seed});
     let results = groups.into_iter().flat_map(|Group { heading, checks }| {
         let figure = move |check: Check| {

@@ -65,7 +65,7 @@ impl Args {
         }
         note_other_mujoco()?;
         let peers = Peers::new()?;
-        println!("the peers are {} and EnvPool {}", python::REFERENCE[0], peers.envpool);
+        say!("the peers are {} and EnvPool {}", python::REFERENCE[0], peers.envpool)?;
         Ok(Some(peers))
     }
 }
@@ -95,12 +95,12 @@ pub fn run(args: &Args, peers: Option<&Peers>) -> anyhow::Result<Vec<(String, Me
     let subjects = args.subjects.all();
     if args.footprint {
         let measured = footprint(&subjects[0].config(), args.footprint_envs.into())?;
-        println!("{}", serde_json::to_string(&measured)?);
+        say!("{}", serde_json::to_string(&measured)?)?;
         return Ok(Vec::new());
     }
     let mut figures = Vec::new();
     for subject in subjects {
-        report(&mut figures, &format!("env/{subject}"), measure(args, subject, peers)?);
+        report(&mut figures, &format!("env/{subject}"), measure(args, subject, peers)?)?;
     }
     Ok(figures)
 }

@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
             Element::F32 => bytes_per_transition::<f32>(args.transitions as usize),
             Element::F64 => bytes_per_transition::<f64>(args.transitions as usize),
         };
-        println!("{}", bytes?);
+        say!("{}", bytes?)?;
         return Ok(Vec::new());
     }
     let sb3 = if args.peers { Some(stable_baselines3(args.transitions)?) } else { None };
@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
             Element::F32 => measure::<f32>(args, element, sb3.as_ref()),
             Element::F64 => measure::<f64>(args, element, sb3.as_ref()),
         };
-        report(&mut figures, &format!("her/{}", flag_name(element)), measured?);
+        report(&mut figures, &format!("her/{}", flag_name(element)), measured?)?;
     }
     Ok(figures)
 }
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
 /// Starts a full buffer of Stable-Baselines3, with as many transitions, of `f64`.
 fn stable_baselines3(transitions: u32) -> anyhow::Result<Rc<RefCell<Peer>>> {
     let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
-    println!("filling the buffer of Stable-Baselines3 step by step");
+    say!("filling the buffer of Stable-Baselines3 step by step")?;
     let arguments = ["time".into(), transitions.to_string()];
     Peer::start(&python, ("sb3.py", python::SB3_SCRIPT), &arguments, "disable")
 }

@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
             &mut figures,
             &prefix,
             rounds.figures().chain(updates).chain(ratios.into_iter().flatten()),
-        );
+        )?;
     }
     let entries = vec![
         Entry::new("draw", "1/s", draw(&buffer)),
@@ -95,8 +95,8 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     ];
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
     let share = rounds.ratio("share-of-update", Clock::Wall, "update", "draw");
-    report(&mut figures, "learn/draw", rounds.figures().chain(share));
-    report(&mut figures, "learn/reach", reach::measure(args.peers)?);
+    report(&mut figures, "learn/draw", rounds.figures().chain(share))?;
+    report(&mut figures, "learn/reach", reach::measure(args.peers)?)?;
     Ok(figures)
 }
 

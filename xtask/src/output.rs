@@ -1,0 +1,47 @@
+//! What a command prints: standard output, which may be a closed pipe or a full disk, and the last
+//! word on standard error.
+//!
+//! xtask and the lab share this file: it needs nothing but anyhow.
+
+use std::{
+    fmt,
+    io::{self, Write},
+    process::ExitCode,
+};
+
+use anyhow::Context;
+
+/// Prints a line to standard output, as `println!` does, and returns an error where that panics.
+macro_rules! say {
+    ($($line:tt)*) => { $crate::output::write_line(format_args!($($line)*)) };
+}
+
+/// What an error of [`say!`] is known by.
+#[derive(Debug)]
+struct Unwritable;
+
+impl fmt::Display for Unwritable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("cannot write to standard output")
+    }
+}
+
+pub fn write_line(line: fmt::Arguments<'_>) -> anyhow::Result<()> {
+    writeln!(io::stdout(), "{line}").context(Unwritable)
+}
+
+/// Prints a line to standard error. Nothing is left to do where that fails.
+pub fn tell(line: impl fmt::Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// Tells why a command ended, and returns its exit code. A reader that has closed its pipe has seen
+/// enough, which is no failure.
+pub fn end_with(error: &anyhow::Error) -> ExitCode {
+    let kind = error.root_cause().downcast_ref().map(io::Error::kind);
+    if error.is::<Unwritable>() && kind == Some(io::ErrorKind::BrokenPipe) {
+        return ExitCode::SUCCESS;
+    }
+    tell(format_args!("error: {error:#}"));
+    ExitCode::FAILURE
+}
