@@ -19,6 +19,15 @@ impl<T> Array<T> {
     }
 }
 
+/// The largest array that is read, in bytes: some thousand episodes, and no compressed trap.
+const MOST_BYTES: u64 = if cfg!(test) { 1 << 20 } else { 1 << 30 };
+
+/// The largest header of an array in bytes, about ten times what numpy writes.
+const MOST_HEADER_BYTES: usize = 1024;
+
+/// The largest number of digits in a header, so that no product of its numbers overflows.
+const MOST_DIGITS: usize = 16;
+
 /// A zip archive of `.npy` files.
 pub struct Npz(ZipArchive<File>);
 
@@ -32,8 +41,12 @@ impl Npz {
         self.0
             .by_name(&format!("{name}.npy"))
             .with_context(|| format!("it has no array {name}"))?
+            .take(MOST_BYTES + 1)
             .read_to_end(&mut bytes)
             .with_context(|| format!("the array {name} is damaged"))?;
+        let is_small = bytes.len() as u64 <= MOST_BYTES;
+        ensure!(is_small, "the array {name} has more than {MOST_BYTES} bytes");
+        check_header(&bytes).with_context(|| format!("the array {name} is damaged"))?;
         Ok(bytes)
     }
 
@@ -97,4 +110,24 @@ impl Npz {
             .map(|c| char::from_u32(c).context("the text is damaged"))
             .collect()
     }
+}
+
+/// Checks that an array has a plain header. Parsing any other could overflow, or take unbounded memory
+/// and stack.
+fn check_header(bytes: &[u8]) -> anyhow::Result<()> {
+    // From version 2 on, the length has four bytes instead of two.
+    let (len, rest) = match bytes {
+        [_, _, _, _, _, _, 0..2, _, a, b, rest @ ..] => ([*a, *b, 0, 0], rest),
+        [_, _, _, _, _, _, _, _, a, b, c, d, rest @ ..] => ([*a, *b, *c, *d], rest),
+        _ => bail!("it has no header"),
+    };
+    let len = u32::from_le_bytes(len) as usize;
+    let header = rest.get(..len).context("its header is cut off")?;
+    let count = |is_it: fn(&u8) -> bool| header.iter().filter(|byte| is_it(byte)).count();
+    let is_plain = len <= MOST_HEADER_BYTES
+        && header.is_ascii()
+        && count(u8::is_ascii_digit) <= MOST_DIGITS
+        && count(|byte| matches!(byte, b'(' | b'[' | b'{')) <= 2;
+    ensure!(is_plain, "its header is not that of plain numbers or text");
+    Ok(())
 }
