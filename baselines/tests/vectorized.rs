@@ -3,12 +3,14 @@
 use std::error::Error;
 
 use baselines::{
-    Collector, CollectorError, Episode, EvaluationError, Policy, RandomPolicy, ZeroPolicy,
-    buffer_config, evaluate, evaluate_vec,
+    Collector, CollectorError, Episode, Evaluation, EvaluationError, Policy, RandomPolicy,
+    ZeroPolicy, buffer_config, evaluate, evaluate_vec,
 };
+use fetch_env::wrappers::{KeepsGoals, Stateless, Wrapped, Wrapper};
 use fetch_env::{
-    EnvError, FetchObservation, GoalObservation, KinematicEnv, VecEnv, make_kinematic,
-    vec_env::{AutoresetMode, Batch, VecConfig},
+    ActionElement, Env, EnvError, FetchObservation, GoalObservation, KinematicEnv, Reset, Space,
+    Step, VecEnv, make_kinematic,
+    vec_env::{AutoresetMode, Batch, BatchOf, VecConfig},
 };
 use her_relabel::{AddError, HerBuffer};
 
@@ -128,6 +130,102 @@ fn an_episode_without_an_end_is_an_error() -> Result {
     let mut still = |_: &Batch<FetchObservation>, actions: &mut [f32]| actions.fill(0.0);
     let error = evaluate_vec(&mut envs, &mut still, usize::MAX, 5, |_| ()).unwrap_err();
     assert!(matches!(error, EvaluationError::Environment { source: EnvError::Endless { .. }, .. }));
+    Ok(())
+}
+
+/// Fails in episodes of some seeds.
+#[derive(Clone, Copy)]
+struct Failing {
+    reset: Option<u64>,
+    step: Option<u64>,
+    /// That of the episode.
+    seed: Option<u64>,
+}
+
+impl Wrapper<KinematicEnv> for Failing {
+    type Observation = FetchObservation;
+    type Info = <KinematicEnv as Env>::Info;
+    type ActionSpace = <KinematicEnv as Env>::ActionSpace;
+
+    fn reset(
+        &mut self,
+        env: &mut KinematicEnv,
+        seed: Option<u64>,
+        options: &<KinematicEnv as Env>::ResetOptions,
+    ) -> std::result::Result<Reset<FetchObservation, Self::Info>, EnvError> {
+        self.seed = seed;
+        self.check(self.reset)?;
+        env.reset_with(seed, options)
+    }
+
+    fn step(
+        &mut self,
+        env: &mut KinematicEnv,
+        action: &[ActionElement<KinematicEnv>],
+    ) -> std::result::Result<Step<FetchObservation, Self::Info>, EnvError> {
+        self.check(self.step)?;
+        env.step(action)
+    }
+
+    fn action_space<'a>(&'a self, env: &'a KinematicEnv) -> &'a Self::ActionSpace {
+        env.action_space()
+    }
+
+    fn observation_space<'a>(&'a self, env: &'a KinematicEnv) -> &'a Space {
+        env.observation_space()
+    }
+}
+
+impl KeepsGoals for Failing {}
+impl Stateless for Failing {}
+
+impl Failing {
+    fn check(&self, failing: Option<u64>) -> std::result::Result<(), EnvError> {
+        if failing.is_some() && failing == self.seed {
+            return Err(EnvError::other(std::io::Error::other("it fails")));
+        }
+        Ok(())
+    }
+
+    fn make(self) -> Result<Wrapped<KinematicEnv, Self>> {
+        Ok(Wrapped::from_parts(make_kinematic("FetchReach-v4")?, self))
+    }
+
+    /// Evaluates seven episodes from seed 20, one at a time and three at a time, and returns the episode
+    /// and the seed of the failure.
+    fn failures(self) -> Result<[Option<(usize, u64)>; 2]> {
+        let failure = |evaluation: std::result::Result<Evaluation, EvaluationError>| {
+            let Err(EvaluationError::Environment { episode, seed, .. }) = evaluation else {
+                assert_eq!(evaluation.expect("no other error").episodes.len(), 7);
+                return None;
+            };
+            Some((episode, seed))
+        };
+        let one = evaluate(&mut self.make()?, &mut ZeroPolicy, 7, 20, |_| ());
+        let envs = (0..3).map(|_| self.make()).collect::<Result<Vec<_>>>()?;
+        let mut envs = VecEnv::new(envs, VecConfig::default())?;
+        let mut still = |_: &BatchOf<Wrapped<KinematicEnv, Self>>, actions: &mut [f32]| {
+            actions.fill(0.0);
+        };
+        let many = evaluate_vec(&mut envs, &mut still, 7, 20, |_| ());
+        Ok([failure(one), failure(many)])
+    }
+}
+
+#[test]
+fn a_failure_has_the_episode_and_the_seed_where_it_happened() -> Result {
+    let none = Failing { reset: None, step: None, seed: None };
+    assert_eq!(none.failures()?, [None; 2]);
+    for seed in 20..27 {
+        let failure = Some((seed as usize - 20, seed));
+        assert_eq!(Failing { reset: Some(seed), ..none }.failures()?, [failure; 2]);
+        assert_eq!(Failing { step: Some(seed), ..none }.failures()?, [failure; 2]);
+    }
+    // Environments beyond the last episode may fail.
+    for seed in [27, 28] {
+        assert_eq!(Failing { reset: Some(seed), ..none }.failures()?, [None; 2]);
+        assert_eq!(Failing { step: Some(seed), ..none }.failures()?, [None; 2]);
+    }
     Ok(())
 }
 
