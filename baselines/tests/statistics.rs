@@ -4,6 +4,8 @@ use baselines::{
     Estimate, StatisticsError, chi_square, fisher_exact, kolmogorov_smirnov, wilcoxon,
 };
 use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 #[test]
 fn the_interval_of_a_mean_is_students() -> Result<(), StatisticsError> {
@@ -24,6 +26,68 @@ fn the_interval_of_a_share_is_wilsons() -> Result<(), StatisticsError> {
     let none = Estimate::share(0, 10)?;
     assert!(none.low == 0.0 && none.high > 0.2);
     assert_eq!(Estimate::share(10, 10)?.high, 1.0);
+    Ok(())
+}
+
+/// Both intervals are those of scipy 1.17.1: `t.interval`, and `binomtest(k, n).proportion_ci` by Wilson.
+#[test]
+fn intervals_are_scipys() -> Result<(), StatisticsError> {
+    let estimate = Estimate::mean(&[0.5, -1.25, 7.0, 3.5, 2.0, 9.75, -4.0])?;
+    assert_eq!(estimate.value, 2.5);
+    assert!((estimate.low + 1.876_761_865_584).abs() < 1e-9, "{estimate:?}");
+    assert!((estimate.high - 6.876_761_865_584).abs() < 1e-9, "{estimate:?}");
+    for (successes, count, low, high) in [
+        (0, 10, 0.0, 0.277_532_799_862_9),
+        (1, 3, 0.061_491_944_720_4, 0.792_340_399_198),
+        (1, 1, 0.206_549_314_377_2, 1.0),
+        (29, 30, 0.833_296_090_085_9, 0.994_091_409_618_4),
+        (7, 1_000_000, 3.390_867_834_9e-6, 1.445_052_244_882_7e-5),
+    ] {
+        let estimate = Estimate::share(successes, count)?;
+        assert_eq!(estimate.value, successes as f64 / count as f64);
+        assert!((estimate.low - low).abs() <= 1e-9 * low, "{successes} of {count}: {estimate:?}");
+        assert!((estimate.high / high - 1.0).abs() < 1e-9, "{successes} of {count}: {estimate:?}");
+    }
+    Ok(())
+}
+
+proptest! {
+    /// The ends are 0 and 1 for none and all, and rounding puts none beyond the estimate.
+    #[test]
+    fn the_interval_of_a_share_is_symmetric(count in 1_usize..2_000, successes in 0_usize..2_000) {
+        let successes = successes % (count + 1);
+        let Estimate { value, low, high } = Estimate::share(successes, count)?;
+        prop_assert!(0.0 <= low && low <= value && value <= high && high <= 1.0);
+        prop_assert!((low == 0.0) == (successes == 0) && (high == 1.0) == (successes == count));
+        let failures = Estimate::share(count - successes, count)?;
+        prop_assert!((low + failures.high - 1.0).abs() < 1e-12);
+    }
+}
+
+/// The resamples are drawn here again, and the mean is scipy's `trim_mean`.
+#[test]
+fn the_interval_of_an_interquartile_mean_is_a_bootstraps() -> Result<(), StatisticsError> {
+    for (count, mean) in [(41, 92.550_915_606_746), (6, 141.743_609_084_182)] {
+        let sample = numbers(count, |x| ((x * 37.0) % 41.0).powf(1.5));
+        let trimmed = |numbers: &[f64]| {
+            let mut numbers = numbers.to_vec();
+            numbers.sort_by(f64::total_cmp);
+            let middle = &numbers[numbers.len() / 4..numbers.len() - numbers.len() / 4];
+            middle.iter().sum::<f64>() / middle.len() as f64
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut means: Vec<_> = (0..2_000)
+            .map(|_| {
+                let draws = sample.iter().map(|_| sample[rng.random_range(0..sample.len())]);
+                trimmed(&draws.collect::<Vec<_>>())
+            })
+            .collect();
+        means.sort_by(f64::total_cmp);
+        let estimate = Estimate::interquartile_mean(&sample, 5)?;
+        assert!((estimate.value - mean).abs() < 1e-9, "{estimate:?}");
+        // 2.5 % and 97.5 % of the way from the first to the last.
+        assert_eq!((estimate.low, estimate.high), (means[50], means[1_949]));
+    }
     Ok(())
 }
 
@@ -171,6 +235,12 @@ fn the_kolmogorov_smirnov_test_is_scipys() -> Result<(), StatisticsError> {
         assert!((found.0 - statistic).abs() < 1e-12, "{found:?} {statistic}");
         assert!((found.1 / p - 1.0).abs() < 1e-9, "{found:?} {p}");
     }
+    // The longest samples whose paths are counted.
+    for (shift, p) in [(20.0, 0.988_333_950_998_3), (40.0, 0.400_633_881_582_6)] {
+        let moved = numbers(1_000, |x| x + shift);
+        let found = kolmogorov_smirnov(&numbers(1_000, |x| x + 0.1), &moved)?;
+        assert!((found.1 / p - 1.0).abs() < 1e-9, "{found:?} {p}");
+    }
     let same = numbers(50, |x| x % 7.0);
     assert_eq!(kolmogorov_smirnov(&same, &same)?, (0.0, 1.0));
     assert_eq!(kolmogorov_smirnov(&[], &same), Err(StatisticsError::Empty));
@@ -179,7 +249,24 @@ fn the_kolmogorov_smirnov_test_is_scipys() -> Result<(), StatisticsError> {
     Ok(())
 }
 
-/// Above a million paths, the series is used: next to the exact value just below.
+/// Above a million paths, the series is used: scipy's `kstwobign.sf` of the corrected statistic.
+#[test]
+fn the_asymptotic_value_is_the_series() -> Result<(), StatisticsError> {
+    let spread = |count: u32, shift: f64| numbers(count, |x| x / f64::from(count) + shift);
+    for (n, m, shift, statistic, p) in [
+        (1_200, 900, 0.02, 0.020_833_333_333_3, 0.977_704_295_293_2),
+        (1_001, 1_500, 0.05, 0.050_998_334_998_3, 0.085_297_339_850_1),
+    ] {
+        let found = kolmogorov_smirnov(&spread(n, 0.0), &spread(m, shift))?;
+        assert!((found.0 - statistic).abs() < 1e-12, "{found:?}");
+        assert!((found.1 / p - 1.0).abs() < 1e-9, "{found:?} {p}");
+    }
+    let same = spread(1_001, 0.0);
+    assert_eq!(kolmogorov_smirnov(&same, &same)?, (0.0, 1.0));
+    Ok(())
+}
+
+/// Above a million paths, the value is next to the exact one just below.
 #[test]
 fn the_asymptotic_value_continues_the_exact_one() -> Result<(), StatisticsError> {
     for shift in [20.0, 40.0, 70.0] {
@@ -208,7 +295,16 @@ fn wilcoxons_test_is_scipys() -> Result<(), StatisticsError> {
         (vec![1.0, 1.0, -1.0, 2.0, 2.0, 3.0, -3.0, 4.0], 27.5, 0.242_187_5),
         (signed(20, 4.0), 150.0, 0.097_307_205_200_20),
         (signed(40, 100.0), 820.0, 1.818_989_403_546e-12),
+        (signed(50, 3.0), 867.0, 0.026_166_968_171_2),
+        (signed(50, 2.0), 625.0, 0.908_597_822_487),
+        (signed(51, 3.0), 867.0, 0.056_455_805_367_7),
         (signed(100, 3.0), 3_367.0, 0.003_811_558_685_634),
+        (
+            numbers(80, |x| if x % 3.0 == 0.0 { -1.0 - x % 7.0 } else { 1.0 + x % 7.0 }),
+            2_135.0,
+            0.013_365_482_220_755,
+        ),
+        (numbers(60, |x| if x < 30.0 { 1.0 } else { -1.0 }), 915.0, 1.0),
     ] {
         let zeros = vec![0.0; differences.len()];
         let found = wilcoxon(&differences, &zeros)?;
@@ -243,6 +339,14 @@ fn the_chi_square_test_is_the_formula() -> Result<(), StatisticsError> {
     let (statistic, p) = chi_square(&[30, 20, 10, 40], &[45, 55, 60, 40])?;
     assert!((3.0 * statistic - CONTINGENCY.0).abs() < 1e-9, "{statistic}");
     assert!((p / CONTINGENCY.1 - 1.0).abs() < 1e-9, "{p}");
+    // Exactly five are expected, and one sample has none.
+    let (statistic, p) = chi_square(&[30, 20, 0], &[20, 20, 10])?;
+    assert!((statistic - 6.0).abs() < 1e-12 && (p / 2.478_752_176_666e-3 - 1.0).abs() < 1e-9);
+    // 5 and 8 are merged, which is more than 9, and then 9 and 13.
+    assert_eq!(
+        chi_square(&[50, 1, 30, 4, 3], &[50, 8, 30, 4, 2])?,
+        chi_square(&[50, 30, 8], &[50, 30, 14])?
+    );
     // The two smallest categories expect too few, and are one.
     assert_eq!(
         chi_square(&[30, 20, 3, 4], &[20, 30, 4, 3])?,
@@ -255,6 +359,32 @@ fn the_chi_square_test_is_the_formula() -> Result<(), StatisticsError> {
     assert_eq!(chi_square(&[1], &[1, 2]), Err(lengths));
     assert_eq!(chi_square(&[0, 0], &[1, 2]), Err(StatisticsError::Empty));
     Ok(())
+}
+
+proptest! {
+    /// Another formula for the statistic (Numerical Recipes, 14.3.1), and the closed form of the p-value
+    /// for two and for four degrees of freedom.
+    #[test]
+    fn the_chi_square_test_has_closed_forms(
+        table in prop::collection::vec((20_u64..200, 20_u64..200), 5),
+        categories in prop::sample::select(vec![3, 5]),
+    ) {
+        let (a, b): (Vec<_>, Vec<_>) = table.into_iter().take(categories).unzip();
+        let (statistic, p) = chi_square(&a, &b)?;
+        let total = |counts: &[u64]| counts.iter().sum::<u64>() as f64;
+        let ratio = (total(&b) / total(&a)).sqrt();
+        let terms = a.iter().zip(&b).map(|(a, b)| {
+            let (a, b) = (*a as f64, *b as f64);
+            (ratio * a - b / ratio).powi(2) / (a + b)
+        });
+        let sum = terms.sum::<f64>();
+        prop_assert!((statistic * (categories - 1) as f64 - sum).abs() < 1e-9 * sum.max(1.0));
+        let half = 0.5 * sum;
+        let expected = (-half).exp() * if categories == 3 { 1.0 } else { 1.0 + half };
+        prop_assert!((p / expected - 1.0).abs() < 1e-7, "{p} {expected}");
+        let swapped = chi_square(&b, &a)?;
+        prop_assert!((swapped.0 - statistic).abs() < 1e-9 && (swapped.1 - p).abs() < 1e-9);
+    }
 }
 
 /// The statistic and the p-value of scipy 1.17.1's `chi2_contingency`.

@@ -23,14 +23,17 @@ pub fn chi_square(a: &[u64], b: &[u64]) -> Result<(f64, f64), StatisticsError> {
     }
     let (a_share, b_share) = (total(a) / (total(a) + total(b)), total(b) / (total(a) + total(b)));
     let mut categories: Vec<_> = a.iter().zip(b).map(|(a, b)| (*a as f64, *b as f64)).collect();
-    categories.retain(|(a, b)| a + b > 0.0);
-    categories.sort_by(|x, y| (y.0 + y.1).total_cmp(&(x.0 + x.1)));
-    let is_small = |(a, b): &(f64, f64)| (a + b) * a_share.min(b_share) < LEAST_EXPECTED;
-    while categories.len() > 1 && categories.last().is_some_and(is_small) {
-        let last = categories.pop().unwrap_or_default();
-        if let Some(before) = categories.last_mut() {
-            *before = (before.0 + last.0, before.1 + last.1);
-        }
+    let size = |(a, b): &(f64, f64)| a + b;
+    let sort = |categories: &mut [(f64, f64)]| {
+        categories.sort_by(|x, y| size(y).total_cmp(&size(x)));
+    };
+    sort(&mut categories);
+    while let [.., next, smallest] = &mut *categories
+        && size(smallest) * a_share.min(b_share) < LEAST_EXPECTED
+    {
+        *next = (next.0 + smallest.0, next.1 + smallest.1);
+        categories.pop();
+        sort(&mut categories);
     }
     let terms = categories.iter().map(|(a, b)| {
         let (a_expected, b_expected) = ((a + b) * a_share, (a + b) * b_share);
