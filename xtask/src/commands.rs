@@ -2,7 +2,7 @@
 
 /// The commands that step environments: those of the package `lab`, whose tests compare this list
 /// with their own.
-pub const OF_LAB: [(&str, &str); 16] = [
+pub const OF_LAB: [(&str, &str); 17] = [
     ("verify", "Verify every claim of the chapter by stepping the environments"),
     ("bridge", "Compare hand-computed rewards with the environment's, step by step"),
     ("describe", "Write the observation and action spaces as JSON"),
@@ -18,5 +18,9 @@ pub const OF_LAB: [(&str, &str); 16] = [
     ("collect", "Run a policy, and save its episodes"),
     ("train", "Train a policy, with its learning curve and a page"),
     ("learning-curves", "Gather runs, tell when they reached their targets, and draw their curves"),
+    (
+        "soak",
+        "Step, save and draw environments for a long time, and look for what they leave behind",
+    ),
     ("doctor", "Look for the usual problems, and say how to fix them"),
 ];

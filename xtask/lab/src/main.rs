@@ -23,6 +23,7 @@ mod random_episodes;
 mod report;
 mod reward_check;
 mod shared;
+mod soak;
 mod train;
 mod verify;
 
@@ -73,6 +74,8 @@ enum Command {
     Train(Box<train::Args>),
     /// Gather runs, tell when they reached their targets, and draw their curves
     LearningCurves(learning_curves::Args),
+    /// Step, save and draw environments for a long time, and look for what they leave behind
+    Soak(soak::Args),
     /// Look for the usual problems, and say how to fix them
     Doctor(doctor::Args),
 }
@@ -94,6 +97,7 @@ fn main() -> ExitCode {
         Command::Collect(args) => collect::run(&args),
         Command::Train(args) => train::run(&args),
         Command::LearningCurves(args) => learning_curves::run(&args),
+        Command::Soak(args) => soak::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     };
     match outcome {

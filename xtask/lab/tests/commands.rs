@@ -298,6 +298,7 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "bench her --element f16",
         "bench her --transitions 0",
         "parity --hindsight --live",
+        "soak --steps 0",
     ] {
         assert_eq!(lab(arguments).output()?.status.code(), Some(2), "{arguments}");
     }

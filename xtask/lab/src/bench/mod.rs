@@ -11,9 +11,9 @@ mod ranks;
 mod render;
 mod reward;
 
-use std::{ffi::OsStr, fmt, fs, path::PathBuf, process::Command};
+use std::{ffi::OsStr, fmt, path::PathBuf, process::Command};
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use fetch_env::{FetchConfig, Task};
 use goal_reward::RewardKind;
 use serde::Serialize;
@@ -136,15 +136,6 @@ fn report(
         figures.push((name, figure));
     }
     Ok(())
-}
-
-fn resident_bytes() -> anyhow::Result<f64> {
-    let status = fs::read_to_string("/proc/self/status").context("memory is measured on Linux")?;
-    let kilobytes = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB"))
-        .context("/proc/self/status has no VmRSS")?;
-    Ok(kilobytes.trim().parse::<f64>()? * 1024.0)
 }
 
 /// Runs this program again with other arguments, and returns its output. Earlier allocations would

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod choice;
 pub mod json;
+pub mod process;
 pub mod progress;
 pub mod python;
 pub mod ranks;

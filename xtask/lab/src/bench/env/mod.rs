@@ -27,10 +27,11 @@ use super::{
     },
     measure_in_new_process,
     peer::{Orders, Peer, note_other_mujoco},
-    report, resident_bytes,
+    report,
 };
 use crate::shared::{
     json::Metric,
+    process::Held,
     python::{self, Peers},
 };
 
@@ -143,7 +144,7 @@ fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     for _ in 0..STEPS {
         first.step(&actions[..4])?;
     }
-    let one = resident_bytes()?;
+    let one = Held::now()?.memory as f64;
     let start = Instant::now();
     let mut others = make_vec_with_config(config, envs - 1, VecConfig::default())?;
     others.reset(Some(SEED))?;
@@ -151,7 +152,7 @@ fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     for _ in 0..STEPS {
         others.step(&actions[4..])?;
     }
-    let further_env = (resident_bytes()? - one) / (envs - 1) as f64;
+    let further_env = (Held::now()?.memory as f64 - one) / (envs - 1) as f64;
     Ok([construction.as_secs_f64(), further_env])
 }
 

@@ -21,9 +21,9 @@ use super::{
     interleaved::{Clock::Cpu, Entry, interleave},
     measure_in_new_process,
     peer::{Orders, Peer},
-    report, resident_bytes,
+    report,
 };
-use crate::shared::{choice::flag_name, json::Metric, python};
+use crate::shared::{choice::flag_name, json::Metric, process::Held, python};
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
 /// Size of the batches whose forms are compared.
@@ -189,7 +189,7 @@ fn bytes_per_transition<T: Scalar>(transitions: usize) -> anyhow::Result<f64> {
     let episodes = Episode::<T>::all();
     // Code is loaded when it is first used.
     drop(full_buffer(STEPS * episodes.len(), 1, &episodes)?);
-    let before = resident_bytes()?;
+    let before = Held::now()?.memory as f64;
     let buffer = full_buffer(transitions, 1, &episodes)?;
-    Ok((resident_bytes()? - before) / buffer.len() as f64)
+    Ok((Held::now()?.memory as f64 - before) / buffer.len() as f64)
 }
