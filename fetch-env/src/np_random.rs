@@ -23,7 +23,7 @@ use crate::error::EnvError;
 /// ```
 /// [Spaces](crate::spaces) can sample with it, so that no other generator is needed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Position")]
+#[serde(try_from = "Position")]
 pub struct NpRandom {
     seed: u64,
     draws: u64,
@@ -87,6 +87,10 @@ impl TryRng for NpRandom {
     }
 }
 
+/// The largest count of draws or episodes that a program can have reached. At a billion a second it
+/// takes 292 years, and as many are left before the counter overflows.
+pub(crate) const MAX_COUNT: u64 = u64::MAX / 2;
+
 /// The serialized form.
 #[derive(Deserialize)]
 #[serde(rename = "NpRandom", deny_unknown_fields)]
@@ -95,12 +99,17 @@ struct Position {
     draws: u64,
 }
 
-impl From<Position> for NpRandom {
-    fn from(Position { seed, draws }: Position) -> Self {
+impl TryFrom<Position> for NpRandom {
+    type Error = String;
+
+    fn try_from(Position { seed, draws }: Position) -> Result<Self, String> {
+        if draws > MAX_COUNT {
+            return Err(format!("{draws} random numbers cannot have been drawn"));
+        }
         let mut random = Self::new(seed);
         random.pcg.advance(draws.into());
         random.draws = draws;
-        random
+        Ok(random)
     }
 }
 

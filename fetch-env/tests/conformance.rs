@@ -24,6 +24,7 @@ macro_rules! conformance {
                 reward::dense_and_sparse_see_the_same_trajectory,
                 snapshot::snapshots_survive_json_to_the_last_bit,
                 snapshot::foreign_snapshots_are_refused_and_change_nothing,
+                snapshot::numbers_that_no_state_can_have_are_refused_and_change_nothing,
                 snapshot::a_restored_environment_observes_what_it_did,
             );
         }

@@ -133,7 +133,8 @@ fn each_invalid_setting_is_named() -> Result {
     let push = || FetchConfig::new(Task::Push, RewardKind::Sparse);
     let reach = || FetchConfig::new(Task::Reach, RewardKind::Sparse);
     let no_object = |option| ConfigError::NoObject { task: Task::Reach, option };
-    let range = |option, value, least| ConfigError::Range { option, value, least };
+    let range = |option, value, least| ConfigError::Range { option, value, least, most: 1000.0 };
+    let count = |option, value, most| ConfigError::Count { option, value, most };
     for (config, error) in [
         (reach().with_object_range(0.1), no_object("object_range")),
         (reach().with_target_in_the_air(true), no_object("target_in_the_air")),
@@ -143,10 +144,13 @@ fn each_invalid_setting_is_named() -> Result {
         (push().with_target_range(f64::MAX), range("target_range", f64::MAX, 0.0)),
         (
             push().with_target_offset([0.0, f64::INFINITY, 0.0]),
-            ConfigError::Offset { axis: 1, value: f64::INFINITY },
+            ConfigError::Offset { axis: 1, value: f64::INFINITY, most: 1000.0 },
         ),
-        (push().with_n_substeps(0), ConfigError::Zero { option: "n_substeps" }),
-        (push().with_max_episode_steps(0), ConfigError::Zero { option: "max_episode_steps" }),
+        (push().with_target_range(8e307), range("target_range", 8e307, 0.0)),
+        (push().with_object_range(1000.1), range("object_range", 1000.1, 0.075)),
+        (push().with_n_substeps(0), count("n_substeps", 0, 1000)),
+        (push().with_n_substeps(u32::MAX), count("n_substeps", u32::MAX, 1000)),
+        (push().with_max_episode_steps(0), count("max_episode_steps", 0, u32::MAX)),
     ] {
         assert_eq!(config.check(), Err(error));
         assert_eq!(config.sim(), Err(error));

@@ -1,27 +1,24 @@
 //! Settings of a simulator.
 
-use std::num::NonZeroU32;
-
 use serde::{Deserialize, Serialize};
 
-use crate::{assets::ModelSource, settings::settings, task::Task};
+use crate::{assets::ModelSource, bounds::Substeps, settings::settings, task::Task};
 
 /// Settings of a simulator.
 ///
 /// ```
-/// use std::num::NonZeroU32;
-///
-/// use fetch_sim::{ModelSource, SimConfig, Task};
+/// use fetch_sim::{ModelSource, SimConfig, Substeps, Task};
 ///
 /// let config = SimConfig::new(Task::Push)
-///     .with_n_substeps(const { NonZeroU32::new(10).unwrap() })
+///     .with_n_substeps(Substeps::new(10)?)
 ///     .with_model(ModelSource::Reference);
 /// assert_eq!(config.n_substeps().get(), 10);
+/// # Ok::<(), fetch_sim::SimError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SimConfig {
     task: Task,
-    n_substeps: NonZeroU32,
+    n_substeps: Substeps,
     #[serde(default)]
     model: ModelSource,
     #[serde(default = "on")]
@@ -38,7 +35,7 @@ impl SimConfig {
     pub const fn new(task: Task) -> Self {
         Self {
             task,
-            n_substeps: NonZeroU32::new(20).expect("20 is not 0"),
+            n_substeps: Substeps::REFERENCE,
             model: ModelSource::Builtin,
             contact_filter: true,
         }
@@ -49,7 +46,7 @@ impl SimConfig {
         /// reference's 25 Hz.
         with_n_substeps;
         /// Returns the number of physics steps of 0.002 s per control step.
-        n_substeps: NonZeroU32;
+        n_substeps: Substeps;
 
         /// Sets whether MuJoCo skips collision tests that would find nothing. The default, true, is
         /// faster and gives the same results to the last bit.

@@ -14,6 +14,18 @@ pub enum SimError {
         /// Task of the scene.
         task: Task,
     },
+    /// A number that is NaN, or outside the bounds of what can be simulated.
+    #[error("{what} is {value}: pass a number from {least} to {most}")]
+    OutOfRange {
+        /// What the number is.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The smallest valid value.
+        least: f64,
+        /// The largest valid value.
+        most: f64,
+    },
     /// The physics diverged.
     #[error("the simulation became unstable ({reason}): reset the environment")]
     Unstable {

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    bounds::{check_object_position, first_outside},
     config::SimConfig,
     error::SimError,
     simulator::{Control, GripperState, ObjectState, Settled, Simulator},
@@ -38,6 +39,7 @@ const GRAVITY: f64 = 9.81;
 ///
 /// The simulator is its own snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Saved")]
 pub struct KinematicSimulator {
     config: SimConfig,
     gripper: GripperState,
@@ -51,6 +53,12 @@ struct Object {
     velocity: Vector3<f64>,
     /// Current velocity, with which it keeps sliding or falling.
     motion: Vector3<f64>,
+}
+
+impl Object {
+    fn numbers(&self) -> impl Iterator<Item = &f64> {
+        self.position.iter().chain(&self.velocity).chain(&self.motion)
+    }
 }
 
 impl KinematicSimulator {
@@ -178,6 +186,7 @@ impl Simulator for KinematicSimulator {
         if let Some([x, y]) = object_xy {
             let object =
                 settled.object.as_mut().ok_or(SimError::NoObject { task: self.config.task() })?;
+            check_object_position([x, y])?;
             object.position.x = x;
             object.position.y = y;
         }
@@ -186,9 +195,7 @@ impl Simulator for KinematicSimulator {
     }
 
     fn step(&mut self, control: &Control) -> Result<(), SimError> {
-        if !control.displacement.iter().chain([&control.fingers]).all(|value| value.is_finite()) {
-            return Err(SimError::Unstable { reason: format!("{control:?} is not finite") });
-        }
+        control.check()?;
         let (gripper, object) = (self.gripper, self.object);
         let fingers = if self.config.task().block_gripper() { 0.0 } else { control.fingers };
         let n_substeps = self.config.n_substeps().get();
@@ -226,8 +233,7 @@ impl Simulator for KinematicSimulator {
     }
 
     fn restore(&mut self, snapshot: &Self) -> Result<(), SimError> {
-        let fits = snapshot.config.same_physics(&self.config);
-        if !fits || snapshot.object.is_some() != self.object.is_some() {
+        if !snapshot.config.same_physics(&self.config) {
             let (theirs, ours) = (&snapshot.config, &self.config);
             return Err(SimError::ForeignSnapshot {
                 reason: format!("it was taken from {theirs:?}, this is {ours:?}"),
@@ -235,5 +241,36 @@ impl Simulator for KinematicSimulator {
         }
         self.clone_from(snapshot);
         Ok(())
+    }
+}
+
+/// The serialized form before its checks.
+#[derive(Deserialize)]
+#[serde(rename = "KinematicSimulator")]
+struct Saved {
+    config: SimConfig,
+    gripper: GripperState,
+    object: Option<Object>,
+}
+
+impl TryFrom<Saved> for KinematicSimulator {
+    type Error = SimError;
+
+    fn try_from(Saved { config, gripper, object }: Saved) -> Result<Self, SimError> {
+        let foreign = |reason| Err(SimError::ForeignSnapshot { reason });
+        if object.is_some() != config.task().has_object() {
+            return foreign(format!("its object is {object:?}, the task is {}", config.task()));
+        }
+        let numbers = object.iter().flat_map(Object::numbers).chain(gripper.numbers());
+        if let Some(number) = first_outside(numbers) {
+            return foreign(format!("it has the number {number}"));
+        }
+        let mut coordinates = gripper.position.iter().zip(REACHABLE);
+        let is_reachable = coordinates.all(|(at, [low, high])| (low..=high).contains(at));
+        let fingers = gripper.finger_positions;
+        if !is_reachable || !fingers.iter().all(|q| (0.0..=FINGER_OPEN).contains(q)) {
+            return foreign(format!("its gripper cannot be at {gripper:?}"));
+        }
+        Ok(Self { config, gripper, object })
     }
 }

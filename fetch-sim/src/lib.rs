@@ -55,6 +55,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod assets;
+mod bounds;
 mod cache;
 mod config;
 mod error;
@@ -71,6 +72,7 @@ mod simulator;
 mod task;
 
 pub use assets::{ModelSource, cache_folder, reference_folder};
+pub use bounds::{LARGEST_NUMBER, Substeps};
 pub use config::SimConfig;
 pub use error::{SimError, TriedLibrary};
 pub use kinematic::KinematicSimulator;

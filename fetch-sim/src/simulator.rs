@@ -31,13 +31,15 @@ pub trait Simulator {
     /// orientation.
     ///
     /// # Errors
-    /// [`SimError::NoObject`] if the scene has no object to place.
+    /// [`SimError::NoObject`] if the scene has no object to place, [`SimError::OutOfRange`] if a
+    /// coordinate is NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER); the simulation is then
+    /// unchanged.
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError>;
 
     /// Simulates one control step.
     ///
     /// # Errors
-    /// [`SimError::Unstable`] if the physics diverged.
+    /// [`SimError::Unstable`] if the physics diverged, or if the control is not finite.
     fn step(&mut self, control: &Control) -> Result<(), SimError>;
 
     /// Returns the gripper as the environment observes it.
@@ -52,8 +54,9 @@ pub trait Simulator {
     /// Returns to a snapshot of a simulator with the same configuration.
     ///
     /// # Errors
-    /// [`SimError::ForeignSnapshot`] if the snapshot is of another kind of simulation; the simulation
-    /// is then unchanged.
+    /// [`SimError::ForeignSnapshot`] if the snapshot is of another kind of simulation, or if one of its
+    /// numbers is NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER). After any error the
+    /// simulation is as it was.
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), SimError>;
 }
 
@@ -76,6 +79,15 @@ pub struct Control {
     pub fingers: f64,
 }
 
+impl Control {
+    pub(crate) fn check(&self) -> Result<(), SimError> {
+        if self.displacement.iter().chain([&self.fingers]).all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        Err(SimError::Unstable { reason: format!("{self:?} is not finite") })
+    }
+}
+
 /// State of the gripper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GripperState {
@@ -89,6 +101,13 @@ pub struct GripperState {
     pub finger_velocities: [f64; 2],
 }
 
+impl GripperState {
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
+        let Self { position, velocity, finger_positions, finger_velocities } = self;
+        position.iter().chain(velocity).chain(finger_positions).chain(finger_velocities)
+    }
+}
+
 /// State of the object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectState {
@@ -100,4 +119,12 @@ pub struct ObjectState {
     pub linear_velocity: Vector3<f64>,
     /// Angular velocity, in radians per second.
     pub angular_velocity: Vector3<f64>,
+}
+
+impl ObjectState {
+    #[cfg(feature = "mujoco")]
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
+        let Self { position, rotation, linear_velocity, angular_velocity } = self;
+        position.iter().chain(rotation).chain(linear_velocity).chain(angular_velocity)
+    }
 }

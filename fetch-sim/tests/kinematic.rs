@@ -143,6 +143,12 @@ fn invalid_calls_are_rejected() {
     for bad in [control(f64::NAN, 0.0, 0.0, 0.0), control(0.0, 0.0, 0.0, f64::INFINITY)] {
         assert!(matches!(reach.step(&bad), Err(SimError::Unstable { .. })));
     }
+    let mut push = simulator(Task::Push);
+    for xy in [[f64::NAN, 0.7], [1.3, f64::NEG_INFINITY], [1.1e10, 0.7], [1.3, 1e308]] {
+        let rejected = push.reset(Some(xy));
+        assert!(matches!(rejected, Err(SimError::OutOfRange { .. })), "{rejected:?}");
+    }
+    assert_eq!(push, simulator(Task::Push));
     for task in [Task::Push, Task::Slide] {
         let rejected = reach.restore(&simulator(task).snapshot());
         assert!(matches!(rejected, Err(SimError::ForeignSnapshot { .. })), "{rejected:?}");

@@ -16,7 +16,7 @@ pub enum ConfigError {
         option: &'static str,
     },
     /// A range from which nothing can be drawn.
-    #[error("{option} is {value}: pass a finite number of meters, at least {least}")]
+    #[error("{option} is {value}: pass a number of meters from {least} to {most}")]
     Range {
         /// Name of the setting.
         option: &'static str,
@@ -24,22 +24,30 @@ pub enum ConfigError {
         value: f64,
         /// The smallest valid value, in meters.
         least: f64,
+        /// The largest valid value, in meters.
+        most: f64,
     },
-    /// An offset that is NaN or infinite.
-    #[error("target_offset[{axis}] is {value}: pass a finite number of meters")]
+    /// An offset that is NaN or too large.
+    #[error("target_offset[{axis}] is {value}: pass a number of meters from -{most} to {most}")]
     Offset {
         /// Index of the axis: x, y, z.
         axis: usize,
         /// The offset, in meters.
         value: f64,
+        /// The largest valid offset, in meters.
+        most: f64,
     },
     /// A distance threshold that is negative or not finite.
     #[error(transparent)]
     Threshold(#[from] ThresholdError),
-    /// A count that must not be zero.
-    #[error("{option} is 0: pass at least 1")]
-    Zero {
+    /// A count that is 0 or too large.
+    #[error("{option} is {value}: pass a number from 1 to {most}")]
+    Count {
         /// Name of the setting.
         option: &'static str,
+        /// Its value.
+        value: u32,
+        /// The largest valid value.
+        most: u32,
     },
 }

@@ -71,17 +71,19 @@ pub enum EnvError {
         /// Number of elements of the observation.
         actual: usize,
     },
-    /// A number in the reset options is NaN or infinite.
+    /// A number in the reset options is NaN or too large.
     #[error(
-        "the reset option {option} is {value} at index {index}: pass finite numbers, in meters"
+        "the reset option {option} is {value} at index {index}: pass numbers from -{most} to {most}"
     )]
-    OptionNotFinite {
+    OptionOutside {
         /// Name of the option.
         option: &'static str,
         /// Index of the element.
         index: usize,
         /// Value of the element.
         value: f64,
+        /// The largest valid value.
+        most: f64,
     },
     /// A snapshot of another environment.
     #[error(

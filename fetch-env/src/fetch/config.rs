@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-use fetch_sim::{ModelSource, SimConfig, Task};
+use fetch_sim::{ModelSource, SimConfig, Substeps, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
@@ -13,6 +13,9 @@ use crate::{env_id::EnvId, error::config::ConfigError};
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
 /// Largest height of a goal in the air above the table's goals, in meters.
 pub(super) const MAX_TARGET_RISE: f64 = 0.45;
+/// Largest distance that a setting or an option may name, in meters: far beyond the robot's reach of
+/// about 1.5 m, and small enough that a sum of a few of them is exact to a nanometer.
+pub(super) const MAX_METERS: f64 = 1000.0;
 /// Time step of all Fetch scenes, in seconds.
 const PHYSICS_TIME_STEP: f64 = 0.002;
 /// Smallest object range, in meters: below it hardly any draw reaches [`MIN_OBJECT_DISTANCE`].
@@ -34,7 +37,9 @@ const MIN_OBJECT_RANGE: f64 = 0.075;
 /// # Ok::<(), fetch_env::ConfigError>(())
 /// ```
 /// Setters accept any value. [`check`](Self::check) finds invalid ones; deserializing and
-/// everything that makes an environment call it.
+/// everything that makes an environment call it. No distance may exceed 1,000 m, where the robot
+/// reaches about 1.5 m, and a control step may have at most 1,000 physics steps; see
+/// [`Substeps`](fetch_sim::Substeps).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 // `Self` makes serde's derives inherent functions, which the impls below wrap.
 #[serde(remote = "Self", deny_unknown_fields)]
@@ -185,7 +190,7 @@ impl FetchConfig {
 
     pub(super) fn parts(&self) -> Result<Parts, ConfigError> {
         let task = self.task;
-        let not_zero = |option, number| NonZeroU32::new(number).ok_or(ConfigError::Zero { option });
+        let count = |option, value, most| ConfigError::Count { option, value, most };
         for (option, is_set) in [
             ("object_range", self.object_range.is_some()),
             ("target_in_the_air", self.target_in_the_air),
@@ -198,26 +203,34 @@ impl FetchConfig {
             ("object_range", self.object_range, MIN_OBJECT_RANGE),
             ("target_range", Some(self.target_range), 0.0),
         ] {
-            // Draws come from an interval twice as wide as the range.
-            if let Some(value) =
-                range.filter(|&range| !((2.0 * range).is_finite() && range >= least))
-            {
-                return Err(ConfigError::Range { option, value, least });
+            let most = MAX_METERS;
+            if let Some(value) = range.filter(|range| !(least..=most).contains(range)) {
+                return Err(ConfigError::Range { option, value, least, most });
             }
         }
-        if let Some(axis) = self.target_offset.iter().position(|offset| !offset.is_finite()) {
-            return Err(ConfigError::Offset { axis, value: self.target_offset[axis] });
+        if let Some((axis, value)) = first_too_far(&self.target_offset) {
+            return Err(ConfigError::Offset { axis, value, most: MAX_METERS });
         }
         let threshold = DistanceThreshold::new(self.distance_threshold)?;
+        let n_substeps = Substeps::new(self.n_substeps)
+            .map_err(|_| count("n_substeps", self.n_substeps, Substeps::MAX.get()))?;
+        let max_episode_steps = NonZeroU32::new(self.max_episode_steps)
+            .ok_or_else(|| count("max_episode_steps", 0, u32::MAX))?;
         Ok(Parts {
             sim: SimConfig::new(task)
-                .with_n_substeps(not_zero("n_substeps", self.n_substeps)?)
+                .with_n_substeps(n_substeps)
                 .with_model(self.model.clone())
                 .with_contact_filter(self.contact_filter),
             reward: DistanceReward::new(self.reward, threshold),
-            max_episode_steps: not_zero("max_episode_steps", self.max_episode_steps)?,
+            max_episode_steps,
         })
     }
+}
+
+/// Returns the first coordinate that is NaN or beyond [`MAX_METERS`], and its index.
+pub(super) fn first_too_far(meters: &[f64]) -> Option<(usize, f64)> {
+    let mut coordinates = meters.iter().copied().enumerate();
+    coordinates.find(|(_, coordinate)| !(-MAX_METERS..=MAX_METERS).contains(coordinate))
 }
 
 impl Serialize for FetchConfig {

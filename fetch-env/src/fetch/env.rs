@@ -1,6 +1,6 @@
 //! The Fetch environment: settings, a simulator and a reward.
 
-use fetch_sim::{Control, Settled, SimConfig, Simulator};
+use fetch_sim::{Control, LARGEST_NUMBER, Settled, SimConfig, Simulator, Substeps};
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -61,12 +61,11 @@ impl<S: Simulator> FetchEnv<S> {
         if settled.object_height.is_some() != task.has_object() {
             return mismatch(format!("the object's settled height is {:?}", settled.object_height));
         }
-        let goal = || BoxSpace::<f64>::unbounded(3).into();
-        let observation = BoxSpace::<f64>::unbounded(FetchObservation::len_of(task)).into();
+        let vector = |len| BoxSpace::<f64>::unbounded(len).map(Space::from);
         let observation_space = DictSpace::new([
-            ("achieved_goal", goal()),
-            ("desired_goal", goal()),
-            ("observation", observation),
+            ("achieved_goal", vector(3)?),
+            ("desired_goal", vector(3)?),
+            ("observation", vector(FetchObservation::len_of(task))?),
         ])?;
         Ok(Self {
             config,
@@ -229,10 +228,12 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
         }
         let (theirs, ours) = (theirs.n_substeps(), ours.n_substeps());
         if theirs != ours {
+            let [theirs, ours] = [theirs, ours].map(Substeps::get);
             return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
         }
-        if snapshot.goal.is_some_and(|goal| !goal.iter().all(|element| element.is_finite())) {
-            return foreign(format!("its goal {:?} is not finite", snapshot.goal));
+        let is_valid = |number: &f64| number.abs() <= LARGEST_NUMBER;
+        if snapshot.goal.is_some_and(|goal| !goal.iter().all(is_valid)) {
+            return foreign(format!("its goal is {:?}", snapshot.goal));
         }
         if snapshot.goal.is_some() && snapshot.random.is_none() {
             return foreign("it has a goal but no random numbers".into());

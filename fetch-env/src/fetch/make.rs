@@ -10,7 +10,11 @@ use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError};
 
 use super::{config::FetchConfig, env::FetchEnv};
 use crate::error::{EnvError, vec_env::VecEnvError};
-use crate::vec_env::{config::VecConfig, env::VecEnv};
+use crate::vec_env::{
+    config::{VecConfig, check_num_envs},
+    env::VecEnv,
+    pool::STACK_SIZE,
+};
 use crate::{env_id::EnvId, wrappers::time_limit::TimeLimit};
 
 /// The environments that [`make`] makes.
@@ -29,6 +33,10 @@ pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 ///
+/// The thread needs a stack of 256 KiB: MuJoCo compiles the model on it, and a smaller stack may end
+/// the process. (Measured: 96 KiB are enough, with the built-in model and with the reference's.)
+/// Rust gives a thread 2 MiB.
+///
 /// # Errors
 /// [`EnvError::UnknownId`], which lists the nearest names, if no environment has this name;
 /// [`EnvError::Sim`] if MuJoCo cannot be used.
@@ -39,7 +47,7 @@ pub fn make(id: &str) -> Result<MujocoEnv, EnvError> {
 /// Makes an environment on MuJoCo with the given settings.
 ///
 /// Living environments of this process with equal [`FetchConfig::sim`] share one model, which the
-/// first of them compiles and lets settle.
+/// first of them compiles and lets settle. The thread needs the stack that [`make`] needs.
 ///
 /// # Errors
 /// [`EnvError::Config`] for invalid settings; [`EnvError::Sim`] if MuJoCo cannot be used.
@@ -62,7 +70,8 @@ pub fn make_with_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
 /// ```
 ///
 /// # Errors
-/// As [`make`], and [`EnvError::Vec`] if `num_envs` is 0 or a thread cannot be started.
+/// As [`make`], and [`EnvError::Vec`] if `num_envs` is 0 or exceeds 65,536, or if a thread cannot
+/// be started.
 pub fn make_vec(
     id: &str,
     num_envs: usize,
@@ -74,15 +83,14 @@ pub fn make_vec(
 /// Makes `num_envs` environments with the given settings that are stepped together.
 ///
 /// # Errors
-/// As [`make_with_config`], and [`EnvError::Vec`] if `num_envs` is 0 or a thread cannot be started.
+/// As [`make_with_config`], and [`EnvError::Vec`] if `num_envs` is 0 or exceeds 65,536, or if a
+/// thread cannot be started.
 pub fn make_vec_with_config(
     config: &FetchConfig,
     num_envs: usize,
     vec_config: VecConfig,
 ) -> Result<VecEnv<MujocoEnv>, EnvError> {
-    if num_envs == 0 {
-        return Err(VecEnvError::NoEnvs.into());
-    }
+    check_num_envs(num_envs)?;
     let threads = vec_config.threads_for(num_envs);
     // Stays alive until every environment shares it.
     let _model = shared_model(&config.sim()?)?;
@@ -92,6 +100,7 @@ pub fn make_vec_with_config(
             let count = (index + 1) * num_envs / threads - index * num_envs / threads;
             let make = move || (0..count).map(|_| make_with_config(config.clone())).collect();
             thread::Builder::new()
+                .stack_size(STACK_SIZE)
                 .spawn_scoped(scope, make)
                 .map_err(|error| VecEnvError::Thread { reason: error.to_string() })
         };

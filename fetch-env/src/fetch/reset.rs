@@ -3,13 +3,14 @@
 use fetch_sim::{Settled, SimError, Task};
 use serde::{Deserialize, Serialize};
 
-use super::config::{FetchConfig, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE};
+use super::config::{FetchConfig, MAX_METERS, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE, first_too_far};
 use crate::{error::EnvError, np_random::NpRandom, settings::getters};
 
 /// Options of the reset of a Fetch environment.
 ///
 /// A reset draws what the options leave open. It also draws what they set, and then replaces it, so
-/// that the stream of random numbers is the same with and without options.
+/// that the stream of random numbers is the same with and without options. It refuses coordinates
+/// beyond 1,000 m, as [`FetchConfig`] does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[must_use]
@@ -47,8 +48,8 @@ impl FetchResetOptions {
             ("desired_goal", self.desired_goal.as_slice().as_flattened()),
             ("object_position", self.object_position.as_slice().as_flattened()),
         ] {
-            if let Some(index) = numbers.iter().position(|number| !number.is_finite()) {
-                return Err(EnvError::OptionNotFinite { option, index, value: numbers[index] });
+            if let Some((index, value)) = first_too_far(numbers) {
+                return Err(EnvError::OptionOutside { option, index, value, most: MAX_METERS });
             }
         }
         Ok(())

@@ -6,6 +6,7 @@ pub(crate) mod episode;
 pub(crate) mod reset;
 pub(crate) mod reward;
 pub(crate) mod snapshot;
+pub(crate) mod tree;
 
 use fetch_env::{
     Env, EnvError, EnvId, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info, Step,

@@ -55,16 +55,16 @@ pub(crate) fn impossible_options_are_refused_and_change_nothing<B: Backend>() ->
         assert!(
             matches!(
                 refusal,
-                Err(EnvError::OptionNotFinite { option: "desired_goal", index: 1, .. })
+                Err(EnvError::OptionOutside { option: "desired_goal", index: 1, .. })
             ),
             "{id}: {refusal:?}"
         );
-        let place = if id.task.has_object() { [f64::INFINITY, 0.7] } else { PLACE };
+        let place = if id.task.has_object() { [f64::MAX, 0.7] } else { PLACE };
         let misplaced = FetchResetOptions::default().with_object_position(place);
         let refusal = env.reset_with(None, &misplaced).expect_err("a refusal");
         if id.task.has_object() {
-            let option = "object_position";
-            let expected = EnvError::OptionNotFinite { option, index: 0, value: f64::INFINITY };
+            let (option, value) = ("object_position", f64::MAX);
+            let expected = EnvError::OptionOutside { option, index: 0, value, most: 1000.0 };
             assert_eq!(refusal, expected, "{id}");
         } else {
             assert_eq!(refusal, EnvError::Sim(SimError::NoObject { task: id.task }), "{id}");

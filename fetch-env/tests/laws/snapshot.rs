@@ -4,7 +4,10 @@ use fetch_env::{Env, EnvError, EnvId, FetchConfig, SnapshotEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use super::{Backend, Result, bits, make, make_with_config, random_steps, trajectory_bits};
+use super::{
+    Backend, Result, bits, make, make_with_config, random_steps, trajectory_bits,
+    tree::with_each_number_replaced,
+};
 
 pub(crate) fn snapshots_survive_json_to_the_last_bit<B: Backend>() -> Result {
     for id in EnvId::ALL {
@@ -63,6 +66,41 @@ pub(crate) fn a_restored_environment_observes_what_it_did<B: Backend>() -> Resul
         env.restore(&snapshot)?;
         let observed = env.inner().observe()?;
         assert_eq!(bits(&observed), bits(&seen), "{id}");
+    }
+    Ok(())
+}
+
+pub(crate) fn numbers_that_no_state_can_have_are_refused_and_change_nothing<B: Backend>() -> Result
+{
+    const FRACTIONS: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1.1e10];
+    for id in EnvId::ALL {
+        let [mut env, mut twin] = [make::<B>(id)?, make::<B>(id)?];
+        for env in [&mut env, &mut twin] {
+            env.reset(Some(25))?;
+            random_steps::<B>(env, 25, 13)?;
+        }
+        let snapshot = env.snapshot();
+        let restored = with_each_number_replaced(&snapshot, &FRACTIONS, &[])?;
+        assert!(!restored.is_empty());
+        for snapshot in &restored {
+            let refusal = env.restore(snapshot);
+            let is_foreign = matches!(refusal, Err(EnvError::ForeignSnapshot { .. }));
+            assert!(is_foreign, "{id}: {refusal:?} of {snapshot:?}");
+        }
+        assert_eq!(
+            trajectory_bits(&random_steps::<B>(&mut env, 26, 120)?),
+            trajectory_bits(&random_steps::<B>(&mut twin, 26, 120)?),
+            "{id}: a refused snapshot changed the environment"
+        );
+
+        // Counts are refused, or the environment works with them.
+        for snapshot in with_each_number_replaced(&snapshot, &[], &[0, u32::MAX.into(), u64::MAX])?
+        {
+            if env.restore(&snapshot).is_ok() {
+                random_steps::<B>(&mut env, 27, 60)?;
+                env.reset(None)?;
+            }
+        }
     }
     Ok(())
 }

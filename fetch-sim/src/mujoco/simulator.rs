@@ -12,6 +12,7 @@ use super::{
     library::MujocoVersion,
 };
 use crate::{
+    bounds::{check_object_position, first_outside},
     config::SimConfig,
     error::SimError,
     simulator::{Control, GripperState, ObjectState, Settled, Simulator},
@@ -115,6 +116,7 @@ impl MujocoSimulator {
 
     /// Moves the mocap body, and sets the fingers' targets if there are actuators.
     fn command(&mut self, control: &Control) -> Result<(), SimError> {
+        control.check()?;
         let ids = &self.fetch.ids;
         // The mocap body starts from where the gripper is, not from its previous target.
         let (position, orientation) = self.data.body_pose(ids.gripper_link)?;
@@ -197,7 +199,44 @@ impl MujocoSimulator {
         if !fits {
             return foreign("its arrays have other lengths".into());
         }
+        match first_outside(snapshot.numbers()) {
+            None => Ok(()),
+            Some(number) => foreign(format!("it has the number {number}")),
+        }
+    }
+
+    /// Returns to a snapshot that has passed the check.
+    fn return_to(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
+        let ids = &self.fetch.ids;
+        self.data.reset()?;
+        self.data.set_time(snapshot.time)?;
+        self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
+        self.data.qvel_mut().copy_from_slice(&snapshot.qvel);
+        self.data.ctrl_mut().copy_from_slice(&snapshot.ctrl);
+        let (position, orientation) = snapshot.mocap_pose;
+        self.data.set_mocap_pose(ids.mocap, position, orientation)?;
+        self.data.forward()?;
+        // `forward` has recomputed what the next step starts from: overwrite it with the snapshot's.
+        // That includes the object's quaternion, because normalizing it twice changes its bits.
+        self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
+        self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
+        self.data.set_body_pose(ids.gripper_link, snapshot.gripper_link_pose)?;
+        self.gripper = snapshot.gripper;
+        self.object = snapshot.object;
         Ok(())
+    }
+}
+
+impl MujocoSnapshot {
+    fn numbers(&self) -> impl Iterator<Item = &f64> {
+        let poses = [&self.mocap_pose, &self.gripper_link_pose].into_iter();
+        [&self.qpos, &self.qvel, &self.ctrl, &self.qacc_warmstart]
+            .into_iter()
+            .flatten()
+            .chain([&self.time])
+            .chain(poses.flat_map(|(at, orientation)| at.iter().chain(&orientation.coords)))
+            .chain(self.gripper.numbers())
+            .chain(self.object.iter().flat_map(ObjectState::numbers))
     }
 }
 
@@ -221,6 +260,7 @@ impl Simulator for MujocoSimulator {
         if object_xy.is_some() && fetch.ids.object.is_none() {
             return Err(SimError::NoObject { task: self.task() });
         }
+        object_xy.map_or(Ok(()), check_object_position)?;
         self.data.reset()?;
         self.data.set_time(fetch.start_time)?;
         self.data.qpos_mut().copy_from_slice(&fetch.start_qpos);
@@ -265,22 +305,11 @@ impl Simulator for MujocoSimulator {
 
     fn restore(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
         self.check_snapshot(snapshot)?;
-        let ids = &self.fetch.ids;
-        self.data.reset()?;
-        self.data.set_time(snapshot.time)?;
-        self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
-        self.data.qvel_mut().copy_from_slice(&snapshot.qvel);
-        self.data.ctrl_mut().copy_from_slice(&snapshot.ctrl);
-        let (position, orientation) = snapshot.mocap_pose;
-        self.data.set_mocap_pose(ids.mocap, position, orientation)?;
-        self.data.forward()?;
-        // `forward` has recomputed what the next step starts from: overwrite it with the snapshot's.
-        // That includes the object's quaternion, because normalizing it twice changes its bits.
-        self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
-        self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
-        self.data.set_body_pose(ids.gripper_link, snapshot.gripper_link_pose)?;
-        self.gripper = snapshot.gripper;
-        self.object = snapshot.object;
-        Ok(())
+        let before = self.snapshot();
+        self.return_to(snapshot).inspect_err(|_| {
+            // MuJoCo refuses some states of valid numbers. It takes its own state back, unless a
+            // step has failed in it; then a reset is due anyway.
+            let _ = self.return_to(&before);
+        })
     }
 }
