@@ -170,7 +170,7 @@ impl Faulty {
 }
 
 fn dict(lengths: &[(&str, usize)]) -> Space {
-    let space = |&(key, len)| (key, BoxSpace::<f64>::unbounded(len).into());
+    let space = |&(key, len)| (key, BoxSpace::<f64>::unbounded(len).expect("small").into());
     DictSpace::new(lengths.iter().map(space)).expect("different keys").into()
 }
 

@@ -32,7 +32,7 @@ fn any_space() -> impl Strategy<Value = Space> {
         discrete().prop_map(Space::from),
         multi_discrete().prop_map(Space::from),
         prop::collection::vec(0..5_usize, 0..4)
-            .prop_map(|shape| Space::from(MultiBinarySpace::new(shape))),
+            .prop_map(|shape| Space::from(MultiBinarySpace::new(shape).expect("small"))),
     ]
 }
 
@@ -108,7 +108,7 @@ fn every_choice_is_equally_likely() -> Result {
         counts[(choice >> 62) as usize] += 1;
     }
     ensure_uniform(&counts);
-    let space = MultiBinarySpace::new(vec![13, 10]);
+    let space = MultiBinarySpace::new(vec![13, 10])?;
     let mut counts = [[0_u32; 2]; 130];
     for _ in 0..1000 {
         for (count, answer) in counts.iter_mut().zip(space.sample(&mut random)) {
@@ -150,7 +150,7 @@ fn the_serialized_spaces_have_these_keys() -> Result {
             MultiDiscreteSpace::new(vec![2, 3])?.into(),
             r#"{"type":"multi_discrete","nvec":[2,3],"start":[0,0]}"#,
         ),
-        (Space::from(MultiBinarySpace::new(vec![2])), r#"{"type":"multi_binary","shape":[2]}"#),
+        (Space::from(MultiBinarySpace::new(vec![2])?), r#"{"type":"multi_binary","shape":[2]}"#),
     ] {
         assert_eq!(serde_json::to_string(&space)?, json);
     }
@@ -175,7 +175,7 @@ impl Switches {
             random: NpRandom::from_entropy()?,
             observation: None,
             action_space: DiscreteSpace::from_start(40, 1)?,
-            observation_space: MultiBinarySpace::new(vec![40]).into(),
+            observation_space: MultiBinarySpace::new(vec![40]).expect("small").into(),
         })
     }
 }
@@ -195,7 +195,7 @@ impl Env for Switches {
             self.random = NpRandom::new(seed);
         }
         let mut observation = [false; 40];
-        MultiBinarySpace::new(vec![40]).sample_action(&mut self.random, &mut observation)?;
+        MultiBinarySpace::new(vec![40])?.sample_action(&mut self.random, &mut observation)?;
         self.observation = Some(observation);
         Ok(Reset { observation, info: () })
     }

@@ -204,7 +204,7 @@ impl RenderEnv for Taken {
 
 #[test]
 fn a_second_key_named_pixels_is_an_error() -> Result {
-    let observation_space = DictSpace::new([("pixels", BoxSpace::<f64>::unbounded(1).into())])?;
+    let observation_space = DictSpace::new([("pixels", BoxSpace::<f64>::unbounded(1)?.into())])?;
     let env = Taken { env: make("FetchReach-v4")?, observation_space: observation_space.into() };
     let error = AddRenderObservation::new(env, PixelOptions::default()).err();
     let expected = SpaceError::DuplicateKey { key: "pixels".into() };

@@ -1,8 +1,9 @@
 //! Laws of spaces.
 
 use fetch_env::{
-    BoxSpace, DictSpace, Space,
-    spaces::{SpaceError, Value},
+    BoxSpace, DictSpace, MultiBinarySpace, Space, make_kinematic,
+    spaces::{ImageSpace, SpaceError, Value},
+    wrappers::FrameStack,
 };
 use proptest::prelude::*;
 use rand_pcg::Pcg64;
@@ -129,7 +130,7 @@ fn invalid_spaces_are_refused() {
     let refusal = BoxSpace::new(vec![2, 3], vec![0.0_f32; 6], vec![1.0; 5]);
     let counts = SpaceError::BoundCount { shape: vec![2, 3], expected: 6, low: 6, high: 5 };
     assert_eq!(refusal, Err(counts));
-    let space = Space::from(BoxSpace::<f64>::unbounded(1));
+    let space = Space::from(BoxSpace::<f64>::unbounded(1).expect("small"));
     let refusal = DictSpace::new([("a", space.clone()), ("a", space)]);
     assert_eq!(refusal, Err(SpaceError::DuplicateKey { key: "a".into() }));
     let json = r#"{"type":"box_f64","shape":[1],"low":[2.0],"high":[1.0]}"#;
@@ -139,7 +140,7 @@ fn invalid_spaces_are_refused() {
 
 #[test]
 fn a_value_of_another_kind_lies_outside() -> Result {
-    let space: Space = DictSpace::new([("a", BoxSpace::<f64>::unbounded(1).into())])?.into();
+    let space: Space = DictSpace::new([("a", BoxSpace::<f64>::unbounded(1)?.into())])?.into();
     let dict = |key: &str, value| Value::Dict(vec![(key.into(), value)]);
     assert!(space.contains(&dict("a", Value::F64(vec![0.5]))));
     assert!(!space.contains(&dict("a", Value::F32(vec![0.5]))));
@@ -152,8 +153,71 @@ fn a_value_of_another_kind_lies_outside() -> Result {
 
 #[test]
 fn an_unbounded_box_is_written_with_null() -> Result {
-    let space = Space::from(BoxSpace::<f64>::unbounded(1));
+    let space = Space::from(BoxSpace::<f64>::unbounded(1)?);
     let json = serde_json::to_string(&space)?;
     assert_eq!(json, r#"{"type":"box_f64","shape":[1],"low":[null],"high":[null]}"#);
+    Ok(())
+}
+
+/// Shapes of too many elements; in the last two the product exceeds a `usize`, which would wrap to 0.
+const HUGE: [[usize; 3]; 5] = [
+    [1, 1 << 28, 2],
+    [(1 << 28) + 1, 1, 1],
+    [usize::MAX, 1, 1],
+    [1 << 32, 1 << 32, 1],
+    [1 << 30, 1 << 30, 1 << 30],
+];
+
+#[test]
+fn a_space_of_too_many_elements_is_refused() -> Result {
+    let largest = 1 << 28;
+    for shape in HUGE {
+        let refusal = SpaceError::TooLarge { shape: shape.to_vec(), most: largest };
+        let uniform = BoxSpace::uniform(shape.to_vec(), 0.0_f64, 1.0);
+        assert_eq!(uniform, Err(refusal.clone()));
+        assert_eq!(BoxSpace::<f32>::new(shape.to_vec(), vec![], vec![]), Err(refusal.clone()));
+        assert_eq!(MultiBinarySpace::new(shape.to_vec()), Err(refusal.clone()));
+        assert_eq!(ImageSpace::new(shape), Err(refusal.clone()));
+        for kind in [r#""box_f64","low":[],"high":[]"#, r#""multi_binary""#, r#""image""#] {
+            let json = format!(r#"{{"type":{kind},"shape":{shape:?}}}"#);
+            let error = serde_json::from_str::<Space>(&json).expect_err("a refusal").to_string();
+            assert!(error.starts_with(&refusal.to_string()), "{error}");
+        }
+    }
+    let refusal = BoxSpace::<f32>::unbounded(largest + 1);
+    assert!(matches!(refusal, Err(SpaceError::TooLarge { .. })), "{refusal:?}");
+    let many = std::num::NonZeroUsize::MAX;
+    assert!(FrameStack::new(make_kinematic("FetchReach-v4")?, many).is_err());
+    assert_eq!(MultiBinarySpace::new(vec![largest])?.len(), largest);
+    assert_eq!(ImageSpace::new([1 << 14, 1 << 14, 1])?.len(), largest);
+    assert!(MultiBinarySpace::new(vec![1 << 40, 0])?.is_empty());
+    Ok(())
+}
+
+#[test]
+fn an_image_space_has_the_bytes_of_its_shape() -> Result {
+    let space = ImageSpace::new([2, 3, 5])?;
+    assert_eq!((space.shape(), space.len(), space.is_empty()), ([2, 3, 5], 30, false));
+    let empty = ImageSpace::new([2, 0, 5])?;
+    assert_eq!((empty.len(), empty.is_empty()), (0, true));
+    assert!(space.contains(&[7; 30]) && empty.contains(&[]));
+    assert!(!space.contains(&[7; 29]) && !space.contains(&[7; 31]));
+
+    let mut rng = Pcg64::new(0, 0);
+    let [first, second] = [space.sample(&mut rng), space.sample(&mut rng)];
+    assert!(space.contains(&first) && first != second);
+    // All bytes occur, each about as often as another.
+    let bytes: Vec<u8> = (0..2000).flat_map(|_| space.sample(&mut rng)).collect();
+    for byte in 0..=u8::MAX {
+        let count = bytes.iter().filter(|other| **other == byte).count();
+        assert!((150..330).contains(&count), "{count} times {byte}");
+    }
+
+    let space = Space::from(space);
+    assert!(space.contains(&Value::U8(first)) && !space.contains(&Value::U8(vec![0; 29])));
+    assert!(space.contains(&space.sample(&mut rng)));
+    let json = r#"{"type":"image","shape":[2,3,5]}"#;
+    assert_eq!(serde_json::to_string(&space)?, json);
+    assert_eq!(serde_json::from_str::<Space>(json)?, space);
     Ok(())
 }

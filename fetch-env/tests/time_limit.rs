@@ -71,8 +71,8 @@ impl Counter {
             end,
             cut,
             reward: ReachedIsTheEnd(DistanceReward::sparse()),
-            action_space: BoxSpace::unbounded(1),
-            observation_space: BoxSpace::<f64>::unbounded(2).into(),
+            action_space: BoxSpace::unbounded(1).expect("small"),
+            observation_space: BoxSpace::<f64>::unbounded(2).expect("small").into(),
         }
     }
 

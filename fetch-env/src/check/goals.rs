@@ -7,6 +7,7 @@ use super::same::same_bits;
 use super::subject::{Subject, random_action};
 use crate::env::goal::{GoalEnv, GoalEnvExt, GoalInfo};
 use crate::env::observation::GoalObservation;
+use crate::error::EnvError;
 use crate::spaces::box_space::BoxSpace;
 
 /// The number of random pairs of goals in a check.
@@ -58,7 +59,7 @@ pub(super) fn any_goal<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
     let (env, reset) = subject.started()?;
     let dim = reset.observation.desired_goal().len();
     let mut rng = subject.rng();
-    let goals = BoxSpace::<f64>::unbounded(PAIRS * dim);
+    let goals = BoxSpace::<f64>::unbounded(PAIRS * dim).map_err(EnvError::from)?;
     let (achieved, desired) = (goals.sample(&mut rng), goals.sample(&mut rng));
     let pairs = GoalPairs::new(&achieved, &desired, dim)?;
 

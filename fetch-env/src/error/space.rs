@@ -18,6 +18,14 @@ pub enum SpaceError {
         /// Number of upper bounds.
         high: usize,
     },
+    /// A shape of more elements than a space may have.
+    #[error("arrays of shape {shape:?} have more than {most} elements: pass smaller lengths")]
+    TooLarge {
+        /// The shape.
+        shape: Vec<usize>,
+        /// The largest number of elements.
+        most: usize,
+    },
     /// No number lies between the bounds of an element.
     #[error(
         "element {index} of the box has no number between {low} and {high}: pass low <= high, neither NaN"

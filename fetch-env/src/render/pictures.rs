@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{RenderEnv, pool::RendererPool};
 use crate::env::observation::{ArrayRows, BatchObservation};
-use crate::error::EnvError;
+use crate::error::{EnvError, space::SpaceError};
 use crate::settings::{getters, setters};
 use crate::spaces::ImageSpace;
 
@@ -63,7 +63,10 @@ impl PixelOptions {
     }
 
     /// Returns the space of the pictures.
-    pub(super) fn image_space(&self) -> ImageSpace {
+    ///
+    /// # Errors
+    /// [`SpaceError::TooLarge`].
+    pub(super) fn image_space(&self) -> Result<ImageSpace, SpaceError> {
         let [width, height] = [self.render.width(), self.render.height()].map(|side| side as usize);
         let channels = 3 * usize::from(self.frame_stack.get());
         ImageSpace::new(match self.channel_order {
@@ -130,7 +133,7 @@ impl Pictures {
     /// # Errors
     /// As [`RenderEnv::renderer`].
     pub(super) fn new<E: RenderEnv>(env: &E, options: PixelOptions) -> Result<Self, EnvError> {
-        let image_space = options.image_space();
+        let image_space = options.image_space()?;
         let PixelOptions { render, frame_stack, channel_order } = options;
         let count = usize::from(frame_stack.get());
         let renderers = RendererPool::shared(env, render)?;

@@ -61,10 +61,11 @@ impl<E: RenderEnv> AddRenderObservation<E> {
     /// Adds pictures to the observations of `env`.
     ///
     /// # Errors
-    /// [`EnvError::Space`] if the observations of `env` already have the key `pixels`;
+    /// [`EnvError::Space`] if the observations of `env` already have the key `pixels`, or if the
+    /// pictures have more than 2^28 bytes;
     /// [`EnvError::Render`] without OpenGL and for invalid options.
     pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
-        let observation_space = with_pixels(env.observation_space(), options.image_space())?;
+        let observation_space = with_pixels(env.observation_space(), options.image_space()?)?;
         let pictures = Pictures::new(&env, options)?;
         Ok(Self::from_parts(env, AddRender { pictures, observation_space }))
     }

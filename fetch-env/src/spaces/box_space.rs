@@ -3,7 +3,7 @@
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-use super::{Space, element::ArrayElement};
+use super::{Space, element::ArrayElement, num_elements};
 use crate::{error::space::SpaceError, np_random::unit_interval};
 
 /// Precision of the numbers of a [`BoxSpace`] or an observation: `f32` or `f64`.
@@ -43,11 +43,12 @@ impl<T: Element> BoxSpace<T> {
     /// bound means none.
     ///
     /// # Errors
+    /// [`SpaceError::TooLarge`] if the shape has more than 2^28 elements;
     /// [`SpaceError::BoundCount`] if `low` or `high` does not have one element for each of the
     /// shape's; [`SpaceError::EmptyInterval`] if a bound is NaN or no finite number lies between
     /// two.
     pub fn new(shape: Vec<usize>, low: Vec<T>, high: Vec<T>) -> Result<Self, SpaceError> {
-        let expected = shape.iter().product();
+        let expected = num_elements(&shape)?;
         if low.len() != expected || high.len() != expected {
             return Err(SpaceError::BoundCount {
                 shape,
@@ -73,14 +74,16 @@ impl<T: Element> BoxSpace<T> {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn uniform(shape: Vec<usize>, low: T, high: T) -> Result<Self, SpaceError> {
-        let len = shape.iter().product();
+        let len = num_elements(&shape)?;
         Self::new(shape, vec![low; len], vec![high; len])
     }
 
     /// Creates the space of vectors of `len` numbers without bounds.
-    #[must_use]
-    pub fn unbounded(len: usize) -> Self {
-        Self { shape: vec![len], low: vec![T::NEG_INFINITY; len], high: vec![T::INFINITY; len] }
+    ///
+    /// # Errors
+    /// [`SpaceError::TooLarge`] if `len` exceeds 2^28.
+    pub fn unbounded(len: usize) -> Result<Self, SpaceError> {
+        Self::uniform(vec![len], T::NEG_INFINITY, T::INFINITY)
     }
 
     /// The length of each axis.

@@ -3,6 +3,7 @@
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
+use super::num_elements;
 use crate::error::space::SpaceError;
 
 /// One of several choices, numbered from [`start`](Self::start). A member is an array of one `i64`.
@@ -158,16 +159,19 @@ impl MultiDiscreteSpace {
 
 /// Answers of yes or no. A member is an array of `bool`, row-major.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "Shape")]
 pub struct MultiBinarySpace {
     shape: Vec<usize>,
 }
 
 impl MultiBinarySpace {
     /// Creates the space of arrays of `shape`.
-    #[must_use]
-    pub const fn new(shape: Vec<usize>) -> Self {
-        Self { shape }
+    ///
+    /// # Errors
+    /// [`SpaceError::TooLarge`] if the shape has more than 2^28 elements.
+    pub fn new(shape: Vec<usize>) -> Result<Self, SpaceError> {
+        num_elements(&shape)?;
+        Ok(Self { shape })
     }
 
     /// The length of each axis.
@@ -294,5 +298,20 @@ impl TryFrom<Ranges> for MultiDiscreteSpace {
 
     fn try_from(Ranges { nvec, start }: Ranges) -> Result<Self, SpaceError> {
         Self::from_start(nvec, start)
+    }
+}
+
+/// The serialized form of a [`MultiBinarySpace`].
+#[derive(Deserialize)]
+#[serde(rename = "MultiBinarySpace", deny_unknown_fields)]
+struct Shape {
+    shape: Vec<usize>,
+}
+
+impl TryFrom<Shape> for MultiBinarySpace {
+    type Error = SpaceError;
+
+    fn try_from(Shape { shape }: Shape) -> Result<Self, SpaceError> {
+        Self::new(shape)
     }
 }

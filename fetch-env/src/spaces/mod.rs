@@ -1,5 +1,8 @@
 //! Spaces: the actions that an environment takes and the observations that it returns.
 //!
+//! No array has more than 2^28 elements, such as 255 stacked pictures of 640 x 480, or 2 GiB of
+//! `f64`: a space that is read from a file allocates no more when it is sampled.
+//!
 //! Samples come from any generator of [`rand_core`]; [`NpRandom`](crate::NpRandom) is one that needs
 //! no further crate. A seed decides the sample. The distributions are Gymnasium's, the numbers are
 //! not: numpy draws them by other methods.
@@ -204,18 +207,31 @@ fn distinct<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, S
     Ok(DictSpace::new(spaces).map_err(D::Error::custom)?.spaces)
 }
 
+/// The largest number of elements of an array.
+const MAX_ELEMENTS: usize = 1 << 28;
+
+/// Returns the number of elements of a shape, unless it is too large.
+pub(crate) fn num_elements(shape: &[usize]) -> Result<usize, SpaceError> {
+    let len = shape.iter().try_fold(1_usize, |len, axis| len.checked_mul(*axis));
+    len.filter(|len| *len <= MAX_ELEMENTS)
+        .ok_or_else(|| SpaceError::TooLarge { shape: shape.into(), most: MAX_ELEMENTS })
+}
+
 /// Images, or stacks of them: arrays of bytes of a fixed shape, each from 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "ImageShape")]
 pub struct ImageSpace {
     shape: [usize; 3],
 }
 
 impl ImageSpace {
     /// Creates the space of row-major arrays of `shape`.
-    #[must_use]
-    pub const fn new(shape: [usize; 3]) -> Self {
-        Self { shape }
+    ///
+    /// # Errors
+    /// [`SpaceError::TooLarge`] if the shape has more than 2^28 elements.
+    pub fn new(shape: [usize; 3]) -> Result<Self, SpaceError> {
+        num_elements(&shape)?;
+        Ok(Self { shape })
     }
 
     /// The length of each axis.
@@ -247,5 +263,20 @@ impl ImageSpace {
         let mut bytes = vec![0; self.len()];
         rng.fill_bytes(&mut bytes);
         bytes
+    }
+}
+
+/// The serialized form of an [`ImageSpace`].
+#[derive(Deserialize)]
+#[serde(rename = "ImageSpace", deny_unknown_fields)]
+struct ImageShape {
+    shape: [usize; 3],
+}
+
+impl TryFrom<ImageShape> for ImageSpace {
+    type Error = SpaceError;
+
+    fn try_from(ImageShape { shape }: ImageShape) -> Result<Self, SpaceError> {
+        Self::new(shape)
     }
 }

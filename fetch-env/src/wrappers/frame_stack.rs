@@ -13,6 +13,7 @@ use crate::error::EnvError;
 use crate::spaces::{
     Space,
     box_space::{BoxSpace, Element},
+    num_elements,
 };
 
 /// An environment that observes the last few vectors at once, the oldest first.
@@ -53,12 +54,14 @@ impl<E: Env<Observation: VectorObservation>> FrameStack<E> {
     /// The space of the vectors gets another axis, the first.
     ///
     /// # Errors
-    /// [`EnvError::Vec`] if the observation space has no vector of the observations' type.
+    /// [`EnvError::Vec`] if the observation space has no vector of the observations' type;
+    /// [`EnvError::Space`] if the stacked vectors have more than 2^28 elements.
     pub fn new(env: E, num_frames: NonZeroUsize) -> Result<Self, EnvError> {
         let (space, num_frames) = (env.observation_space(), num_frames.get());
         let vector = vector_space::<E::Observation>(space)?;
         let len = vector.len();
         let shape = [&[num_frames], vector.shape()].concat();
+        num_elements(&shape)?;
         let (low, high) = (vector.low().repeat(num_frames), vector.high().repeat(num_frames));
         let stacked = BoxSpace::new(shape, low, high)?;
         let observation_space = E::Observation::replaced_space(space, stacked);
@@ -99,12 +102,18 @@ impl<T: Element + Serialize + DeserializeOwned> SnapshotWrapper for Stack<T> {
     }
 
     fn check_state(&self, state: &Vec<T>) -> Result<(), EnvError> {
+        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
         let (theirs, ours) = (state.len(), self.frames.len());
-        if theirs == ours {
-            return Ok(());
+        if theirs != ours {
+            return foreign(format!(
+                "its stacked observations have {theirs} elements, these {ours}"
+            ));
         }
-        let reason = format!("its stacked observations have {theirs} elements, these {ours}");
-        Err(EnvError::ForeignSnapshot { reason })
+        // Nor does any space contain NaN.
+        if state.iter().any(|&element| element.into().is_nan()) {
+            return foreign("its stacked observations contain NaN".into());
+        }
+        Ok(())
     }
 
     fn set_state(&mut self, state: &Vec<T>) {

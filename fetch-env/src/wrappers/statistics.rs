@@ -53,7 +53,7 @@ pub struct EpisodeStatistics {
     /// The return: the sum of all rewards, without discount.
     #[serde(rename = "return")]
     pub total_reward: f64,
-    /// The number of steps.
+    /// The number of steps, which stops at the largest `u32`.
     pub length: u32,
 }
 
@@ -99,7 +99,7 @@ impl<E: Env> Wrapper<E> for EpisodeRecorder {
     ) -> Result<Step<E::Observation, Self::Info>, EnvError> {
         let step = env.step(action)?;
         self.0.total_reward += step.reward;
-        self.0.length += 1;
+        self.0.length = self.0.length.saturating_add(1);
         let episode = step.is_last().then_some(self.0);
         Ok(step.map_info(|info| EpisodeInfo { info, episode }))
     }
@@ -114,8 +114,12 @@ impl SnapshotWrapper for EpisodeRecorder {
         self.0
     }
 
-    fn check_state(&self, _state: &EpisodeStatistics) -> Result<(), EnvError> {
-        Ok(())
+    fn check_state(&self, state: &EpisodeStatistics) -> Result<(), EnvError> {
+        if state.total_reward.is_finite() {
+            return Ok(());
+        }
+        let reason = format!("its return is {}", state.total_reward);
+        Err(EnvError::ForeignSnapshot { reason })
     }
 
     fn set_state(&mut self, state: &EpisodeStatistics) {

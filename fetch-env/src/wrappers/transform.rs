@@ -22,7 +22,7 @@ use crate::{error::EnvError, spaces::Space};
 /// use fetch_env::{BoxSpace, Env, GoalObservation, make_kinematic, wrappers::TransformObservation};
 ///
 /// // The way to the goal, as an array without allocation.
-/// let space = BoxSpace::<f32>::unbounded(3).into();
+/// let space = BoxSpace::<f32>::unbounded(3)?.into();
 /// let env = make_kinematic("FetchReach-v4")?;
 /// let mut env = TransformObservation::new(env, space, |observation| {
 ///     let (from, to) = (observation.achieved_goal(), observation.desired_goal());

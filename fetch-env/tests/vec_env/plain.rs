@@ -21,8 +21,8 @@ impl Counter {
         Self {
             steps: 0.0,
             observed,
-            actions: BoxSpace::unbounded(1),
-            observations: BoxSpace::<f32>::unbounded(2).into(),
+            actions: BoxSpace::unbounded(1).expect("small"),
+            observations: BoxSpace::<f32>::unbounded(2).expect("small").into(),
         }
     }
 
@@ -92,7 +92,7 @@ fn an_observation_that_does_not_fit_its_space_is_an_error() -> Result {
     assert_eq!(batch.stepped(), [true, false]);
 
     let mut other = Counter::new(2);
-    other.observations = BoxSpace::<f64>::unbounded(2).into();
+    other.observations = BoxSpace::<f64>::unbounded(2)?.into();
     let error = VecEnv::new([other], VecConfig::default()).err();
     let expected = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
     assert_eq!(error, Some(expected));

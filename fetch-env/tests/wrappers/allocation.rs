@@ -35,7 +35,7 @@ where
 
 #[test]
 fn no_step_allocates() -> Result {
-    let space = BoxSpace::<f64>::unbounded(3).into();
+    let space = BoxSpace::<f64>::unbounded(3)?.into();
     let grip = |observation: FetchObservation| observation.grip_position();
     ensure_free_of_allocation(Ok(RecordEpisodeStatistics::new(push()?)))?;
     ensure_free_of_allocation(FlattenObservation::new(push()?))?;

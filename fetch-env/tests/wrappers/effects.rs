@@ -48,7 +48,7 @@ fn a_filter_keeps_elements_in_the_given_order_and_the_goals() -> Result {
     assert_eq!(kept.desired_goal(), state.desired_goal());
     assert_eq!(kept.original(), &state);
     let vector = env.observation_space().as_dict().and_then(|dict| dict.get("observation"));
-    assert_eq!(vector, Some(&BoxSpace::<f64>::unbounded(4).into()));
+    assert_eq!(vector, Some(&BoxSpace::<f64>::unbounded(4)?.into()));
     Ok(())
 }
 

@@ -113,7 +113,7 @@ laws! {
     time_aware_observations: check_all_goal(options()), TimeAwareObservation::new(push()?, STEPS);
     stacked_observations: check_all_goal(options()), FrameStack::new(push()?, FRAMES);
     transformed_observations: check_all(options()), {
-        let space = BoxSpace::<f64>::unbounded(3).into();
+        let space = BoxSpace::<f64>::unbounded(3).expect("small").into();
         let way = |observation: FetchObservation| {
             let (from, to) = (observation.achieved_goal(), observation.desired_goal());
             [to[0] - from[0], to[1] - from[1], to[2] - from[2]]

@@ -36,7 +36,7 @@ fn settings_that_make_no_sense_are_refused() -> Result {
         assert_eq!(RescaleAction::new(push()?, low, high).map(drop), Err(error.into()));
     }
     assert!(RescaleAction::new(push()?, f32::NAN, 1.0).is_err());
-    let unbounded = Liar { action_space: BoxSpace::unbounded(1), ..Liar::new() };
+    let unbounded = Liar { action_space: BoxSpace::unbounded(1).expect("small"), ..Liar::new() };
     let refusal = RescaleAction::new(unbounded, -1.0, 1.0).map(drop);
     assert_eq!(refusal, Err(WrapperError::Unbounded.into()));
     Ok(())
@@ -44,7 +44,10 @@ fn settings_that_make_no_sense_are_refused() -> Result {
 
 #[test]
 fn a_space_without_the_observed_vector_is_refused() {
-    let described = Liar { observation_space: BoxSpace::<f64>::unbounded(2).into(), ..Liar::new() };
+    let described = Liar {
+        observation_space: BoxSpace::<f64>::unbounded(2).expect("small").into(),
+        ..Liar::new()
+    };
     let refusal = FrameStack::new(described, FRAMES).map(drop);
     let error = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
     assert_eq!(refusal, Err(error.into()));
@@ -125,7 +128,11 @@ struct Liar {
 impl Liar {
     fn new() -> Self {
         let action_space = BoxSpace::uniform(vec![1], -1.0, 1.0).expect("an interval");
-        Self { first: 2, action_space, observation_space: BoxSpace::<f32>::unbounded(2).into() }
+        Self {
+            first: 2,
+            action_space,
+            observation_space: BoxSpace::<f32>::unbounded(2).expect("small").into(),
+        }
     }
 }
 
