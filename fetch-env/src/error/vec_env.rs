@@ -10,6 +10,12 @@ pub enum VecEnvError {
     /// No environment was passed.
     #[error("there is no environment: pass at least one")]
     NoEnvs,
+    /// More environments than a vector takes.
+    #[error("there are more than {most} environments: make several vectors of at most {most}")]
+    TooManyEnvs {
+        /// The largest number of environments.
+        most: usize,
+    },
     /// The spaces of an environment differ from the first one's.
     #[error("environment {env_id} has other spaces than environment 0: make all of them alike")]
     SpacesDiffer {

@@ -7,6 +7,18 @@ use serde::{Deserialize, Serialize};
 use crate::error::vec_env::VecEnvError;
 use crate::settings::{getters, setters};
 
+/// The largest number of environments of a vector. That many on MuJoCo take 82 GiB, 1.3 MiB each.
+pub(super) const MAX_ENVS: usize = 1 << 16;
+
+/// Checks the number of environments before memory is allocated for them.
+pub(crate) const fn check_num_envs(num_envs: usize) -> Result<(), VecEnvError> {
+    match num_envs {
+        0 => Err(VecEnvError::NoEnvs),
+        1..=MAX_ENVS => Ok(()),
+        _ => Err(VecEnvError::TooManyEnvs { most: MAX_ENVS }),
+    }
+}
+
 /// When the next episode starts after the end of one.
 ///
 /// The modes are Gymnasium's. An environment that failed counts as one whose episode is over.

@@ -3,7 +3,9 @@
 use std::{fmt, sync::Arc};
 
 use super::batch::BatchOf;
-use super::config::{AutoresetMode, EpisodeId, EpisodeStart, VecConfig, VecReset};
+use super::config::{
+    AutoresetMode, EpisodeId, EpisodeStart, MAX_ENVS, VecConfig, VecReset, check_num_envs,
+};
 use super::pool::Pool;
 use super::slot::{Command, Slot};
 use crate::env::observation::BatchObservation;
@@ -44,11 +46,14 @@ impl<E: BatchEnv> VecEnv<E> {
     /// Creates a vector of environments, with the ids 0, 1, ... in order, and starts its threads.
     ///
     /// # Errors
-    /// [`VecEnvError::NoEnvs`], [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`]
-    /// if the environments cannot share a batch; [`VecEnvError::Thread`] or
-    /// [`VecEnvError::Pinning`] if the operating system refuses.
+    /// [`VecEnvError::NoEnvs`], or [`VecEnvError::TooManyEnvs`] beyond 65,536;
+    /// [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`] if the environments cannot
+    /// share a batch; [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if the operating system
+    /// refuses.
     pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
-        let envs: Vec<E> = envs.into_iter().collect();
+        // One too many is enough to refuse them, even if the iterator never ends.
+        let envs: Vec<E> = envs.into_iter().take(MAX_ENVS + 1).collect();
+        check_num_envs(envs.len())?;
         let first = envs.first().ok_or(VecEnvError::NoEnvs)?;
         let (action_space, observation_space) =
             (first.action_space().clone(), first.observation_space().clone());
@@ -208,13 +213,14 @@ impl<E: BatchEnv> VecEnv<E> {
     /// Starts a step in some environments: row `k` of `actions` in environment `env_ids[k]`.
     ///
     /// # Errors
-    /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`] or [`VecEnvError::EnvInFlight`];
-    /// then no step is started.
+    /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`], [`VecEnvError::EnvInFlight`] or
+    /// [`VecEnvError::WorkerLost`]; then no step is started.
     pub fn send(
         &mut self,
         actions: &[ActionElement<E>],
         env_ids: &[usize],
     ) -> Result<(), VecEnvError> {
+        self.pool.check()?;
         self.check_actions(actions, env_ids.len())?;
         self.calls += 1;
         for &env_id in env_ids {
@@ -235,9 +241,10 @@ impl<E: BatchEnv> VecEnv<E> {
     /// Starts a reset of the environments that the mask selects.
     ///
     /// # Errors
-    /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::SeedTooLarge`] or
-    /// [`VecEnvError::EnvInFlight`]; then no reset is started.
+    /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::SeedTooLarge`],
+    /// [`VecEnvError::EnvInFlight`] or [`VecEnvError::WorkerLost`]; then no reset is started.
     pub fn send_reset(&mut self, reset: &VecReset<'_, E::ResetOptions>) -> Result<(), VecEnvError> {
+        self.pool.check()?;
         reset.check(self.num_envs())?;
         let chosen = |env_id: &usize| reset.mask.is_none_or(|mask| mask[*env_id]);
         if let Some(env_id) =
@@ -258,6 +265,7 @@ impl<E: BatchEnv> VecEnv<E> {
     /// # Errors
     /// [`VecEnvError::BatchTooLarge`] if fewer are in flight; [`VecEnvError::WorkerLost`].
     pub fn recv(&mut self, batch_size: usize) -> Result<&BatchOf<E>, VecEnvError> {
+        self.pool.check()?;
         if batch_size > self.in_flight {
             return Err(VecEnvError::BatchTooLarge { batch_size, in_flight: self.in_flight });
         }
@@ -302,7 +310,7 @@ impl<E: BatchEnv> VecEnv<E> {
 
     fn lend(&mut self, env_id: usize, command: impl FnOnce(&mut Slot<E>)) {
         let threads = self.num_threads();
-        // Neighboring environments share a thread.
+        // Neighboring environments share a thread, whose queue has room for all of them.
         let home = env_id * threads / self.num_envs();
         if let Some(mut slot) = self.idle[env_id].take() {
             command(&mut slot);
@@ -312,6 +320,8 @@ impl<E: BatchEnv> VecEnv<E> {
     }
 
     pub(super) fn check_all_idle(&self) -> Result<(), VecEnvError> {
+        // A lost environment stays in flight for ever.
+        self.pool.check()?;
         match self.in_flight {
             0 => Ok(()),
             count => Err(VecEnvError::InFlight { count }),
@@ -343,6 +353,7 @@ mod tests {
     use std::thread::JoinHandle;
 
     use super::*;
+    use crate::{error::EnvError, fetch::kinematic::make_kinematic};
 
     impl<E: BatchEnv> VecEnv<E> {
         /// Replaces the threads by ones that count their allocations and return the count when the
@@ -352,5 +363,22 @@ mod tests {
             self.pool = pool;
             counts
         }
+    }
+
+    #[test]
+    fn without_one_of_its_threads_a_vector_asks_for_new_environments() -> Result<(), EnvError> {
+        let envs = [make_kinematic("FetchReach-v4")?, make_kinematic("FetchReach-v4")?];
+        let mut envs = VecEnv::new(envs, VecConfig::default())?;
+        envs.reset(Some(0))?;
+        envs.send(&[0.0; 4], &[1])?;
+        envs.pool.lose_a_thread();
+        let lost = Some(VecEnvError::WorkerLost);
+        assert_eq!(envs.reset(None).err(), lost);
+        assert_eq!(envs.step(&[0.0; 8]).err(), lost);
+        assert_eq!(envs.send(&[0.0; 4], &[0]).err(), lost);
+        assert_eq!(envs.send_reset(&VecReset::default()).err(), lost);
+        assert_eq!(envs.recv(1).err(), lost);
+        assert_eq!(envs.snapshot().err(), lost);
+        Ok(())
     }
 }

@@ -20,6 +20,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! The threads have stacks of 2 MiB, in which the environments' steps and resets run.
+//!
 //! # Asynchronously
 //! [`send`](VecEnv::send) starts some environments and [`recv`](VecEnv::recv) waits for the first
 //! few that finish, as in EnvPool, so that a learner works while slower environments run. Timing
@@ -44,7 +46,7 @@ pub(crate) mod config;
 pub(crate) mod env;
 #[cfg(feature = "her-relabel")]
 mod her;
-mod pool;
+pub(crate) mod pool;
 mod slot;
 mod snapshot;
 

@@ -1,4 +1,24 @@
 //! The worker threads, and the queues that carry jobs to them and back.
+//!
+//! # Why no result is lost or read early
+//! - *Owners.* A job is a box that moves: from the caller into a queue `todo`, from there to the one
+//!   thread that pops it, into the queue `done`, and back to the caller. Whoever holds the box owns
+//!   the job, so nobody reads what another writes.
+//! - *Contents.* A pop of an `ArrayQueue` acquires what the push released: the thread sees all that
+//!   the caller wrote to the job, and the caller all that the thread wrote.
+//! - *The caller's sleep.* The caller stores `wanted` and then reads the length of `done`; a thread
+//!   pushes to `done`, reads its length and then `wanted`. All of these are sequentially consistent
+//!   (`ArrayQueue` moves its tail so). Take the last of the pushes for which the caller waits: its
+//!   thread counts all of them. If it reads `wanted` after the caller's store, it unparks the
+//!   caller. If before, its push came before the caller read the length, so the caller does not
+//!   sleep. A `Parker` keeps an unpark that comes before its park.
+//! - *Half a push.* A push moves the tail before it writes the box, so `done` can count a box that
+//!   is still on its way. A pop waits for that one.
+//! - *A thread's sleep.* A thread parks after it has found all queues empty. The caller unparks
+//!   every thread after its pushes, and a park after that returns at once.
+//! - *A panic.* [`Job::run`] must not unwind. If it does, the job is lost with its thread; `Alarm`
+//!   sets `lost` and wakes the caller, whose calls return [`VecEnvError::WorkerLost`] from then on.
+//! - *The end.* A drop sets `stop` and joins the threads. The queues then drop the jobs in them.
 
 use std::{
     sync::{
@@ -19,6 +39,7 @@ use crate::error::vec_env::VecEnvError;
 
 /// A piece of work for a thread.
 pub(super) trait Job: Send {
+    /// Does the work, without unwinding.
     fn run(&mut self);
 }
 
@@ -45,6 +66,11 @@ struct Shared<J> {
     lost: AtomicBool,
 }
 
+/// Stack of each thread, in bytes: what Rust gives a thread by default, but whatever
+/// `RUST_MIN_STACK` says. Making an environment on MuJoCo takes less than 96 KiB of it, stepping less
+/// than 64 KiB; the rest is for environments of other crates, and costs nothing until it is used.
+pub(crate) const STACK_SIZE: usize = 2 << 20;
+
 /// The value of `wanted` while the caller does not wait.
 const NOT_WAITING: usize = usize::MAX;
 
@@ -60,6 +86,7 @@ impl<J: Job + 'static> Pool<J> {
             let (shared, report) = (Arc::clone(&pool.shared), report.clone());
             let handle = thread::Builder::new()
                 .name(format!("vec-env-{index}"))
+                .stack_size(STACK_SIZE)
                 .spawn(move || {
                     let _ = report.send(core.is_none_or(core_affinity::set_for_current));
                     shared.work(index);
@@ -79,7 +106,7 @@ impl<J: Job + 'static> Pool<J> {
     fn with_queues(threads: usize, jobs: usize) -> Self {
         let parker = Parker::new();
         let shared = Arc::new(Shared {
-            todo: (0..threads).map(|_| ArrayQueue::new(jobs)).collect(),
+            todo: (0..threads).map(|_| ArrayQueue::new(jobs.div_ceil(threads))).collect(),
             done: ArrayQueue::new(jobs),
             wanted: AtomicUsize::new(NOT_WAITING),
             caller: parker.unparker().clone(),
@@ -93,10 +120,16 @@ impl<J: Job + 'static> Pool<J> {
         self.workers.len()
     }
 
-    /// Queues a job for a thread, which starts it after [`wake`](Self::wake).
+    /// Checks that no thread has died.
+    pub(super) fn check(&self) -> Result<(), VecEnvError> {
+        if self.shared.lost.load(SeqCst) { Err(VecEnvError::WorkerLost) } else { Ok(()) }
+    }
+
+    /// Queues a job for a thread, which starts it after [`wake`](Self::wake). The jobs must be
+    /// spread evenly over the threads.
     pub(super) fn lend(&self, thread: usize, job: Box<J>) {
         let queued = self.shared.todo[thread].push(job);
-        assert!(queued.is_ok(), "a queue has room for all jobs");
+        assert!(queued.is_ok(), "a queue has room for all jobs of its thread");
     }
 
     pub(super) fn wake(&self) {
@@ -109,9 +142,7 @@ impl<J: Job + 'static> Pool<J> {
         shared.wanted.store(count, SeqCst);
         let backoff = Backoff::new();
         while shared.done.len() < count {
-            if shared.lost.load(SeqCst) {
-                return Err(VecEnvError::WorkerLost);
-            }
+            self.check()?;
             // A job that finishes after this check wakes the caller or keeps it awake.
             if backoff.is_completed() { self.parker.park() } else { backoff.snooze() }
         }
@@ -207,6 +238,30 @@ mod tests {
             let counts = (0..threads).map(start).collect();
             (pool, counts)
         }
+    }
+
+    impl<J: Job + 'static> Pool<J> {
+        pub(in crate::vec_env) fn lose_a_thread(&self) {
+            self.shared.lost.store(true, SeqCst);
+        }
+    }
+
+    struct Unwinding;
+
+    impl Job for Unwinding {
+        fn run(&mut self) {
+            panic!("a job that breaks its promise");
+        }
+    }
+
+    #[test]
+    fn a_thread_that_dies_wakes_the_caller() -> Result<(), VecEnvError> {
+        let pool = Pool::new(2, 2, false)?;
+        pool.lend(0, Box::new(Unwinding));
+        pool.wake();
+        assert_eq!(pool.wait(1), Err(VecEnvError::WorkerLost));
+        assert_eq!(pool.check(), Err(VecEnvError::WorkerLost));
+        Ok(())
     }
 
     struct Allocating;

@@ -2,6 +2,7 @@
 
 use std::{
     any::Any,
+    mem,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::Arc,
 };
@@ -110,21 +111,32 @@ where
     E: Env<Observation: BatchObservation, Info: Send, ResetOptions: Send> + Send,
 {
     fn run(&mut self) {
-        self.row.begin();
-        match catch_unwind(AssertUnwindSafe(|| self.obey())) {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => {
-                let ends_episode = !error.leaves_unchanged();
-                self.row.set_error(error, ends_episode);
-            }
-            Err(payload) => {
-                // Its state is unknown, so it is never used again, and even its drop may panic.
-                let env = self.env.take();
-                let _ = catch_unwind(AssertUnwindSafe(|| drop(env)));
-                self.row.set_error(EnvError::Panicked { message: message(&*payload) }, true);
-            }
+        // Clearing the row drops an info, which is the environment's code as well.
+        let result = contain(|| {
+            self.row.begin();
+            self.obey()
+        });
+        let result = result.unwrap_or_else(|message| {
+            // Its state is unknown, so it is never used again, and even its drop may panic.
+            let env = self.env.take();
+            let _ = contain(|| drop(env));
+            Err(EnvError::Panicked { message })
+        });
+        if let Err(error) = result {
+            let ends_episode = !error.leaves_unchanged();
+            self.row.set_error(error, ends_episode);
         }
     }
+}
+
+/// Calls code of an environment. If it panics, returns the message of the panic.
+fn contain<T>(call: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
+        let message = message(&*payload);
+        // Its drop is the environment's code too, and may panic in turn.
+        mem::forget(payload);
+        message
+    })
 }
 
 fn out_of_use() -> EnvError {

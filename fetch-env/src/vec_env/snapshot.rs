@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::env::{BatchEnv, VecEnv};
-use crate::{env::SnapshotEnv, error::vec_env::VecEnvError};
+use crate::{env::SnapshotEnv, error::vec_env::VecEnvError, np_random::MAX_COUNT};
 
 /// Snapshot of a [`VecEnv`]: the state of each environment, and whether its autoreset is due.
 ///
@@ -64,10 +64,11 @@ impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
         for (slot, state) in self.idle.iter_mut().flatten().zip(&snapshot.envs) {
             let env_id = slot.env_id;
             let env = slot.env.as_mut().ok_or(VecEnvError::OutOfUse { env_id })?;
-            env.restore(&state.env).map_err(|error| VecEnvError::ForeignSnapshot {
-                env_id,
-                reason: error.to_string(),
-            })?;
+            let foreign = |reason| VecEnvError::ForeignSnapshot { env_id, reason };
+            if state.num_episodes > MAX_COUNT {
+                return Err(foreign(format!("{} episodes have not begun", state.num_episodes)));
+            }
+            env.restore(&state.env).map_err(|error| foreign(error.to_string()))?;
             slot.reset_is_due = state.reset_is_due;
             slot.num_episodes = state.num_episodes;
         }

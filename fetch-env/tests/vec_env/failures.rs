@@ -8,22 +8,22 @@ use std::{
 };
 
 use fetch_env::{
-    EnvError,
-    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError},
+    BoxSpace, Env, EnvError, FetchObservation, FetchResetOptions, Reset, Space, Step,
+    vec_env::{AutoresetMode, VecConfig, VecEnv},
 };
-use fetch_sim::{SimConfig, SimError};
+use fetch_sim::{KinematicSimulator, SimConfig, SimError};
 
 use crate::{
     common::{MODES, Result, TestEnv, actions, envs, kinematic, row_of, singles, vec_env},
     faulty::{Fault, Faulty},
 };
 
-/// A panic payload whose drop panics, which nothing can catch.
+/// A panic payload whose drop panics with another.
 struct Bomb;
 
 impl Drop for Bomb {
     fn drop(&mut self) {
-        panic!("the payload's own panic");
+        panic_any(Self);
     }
 }
 
@@ -126,10 +126,79 @@ fn an_environment_that_panics_is_out_of_use_and_the_others_continue() -> Result 
 }
 
 #[test]
-fn a_thread_that_dies_does_not_hang_the_caller() -> Result {
-    let mut envs = faulty_vec(4, || panic_any(Bomb), AutoresetMode::NextStep)?;
-    assert_eq!(envs.step(&DOWN).err(), Some(VecEnvError::WorkerLost));
-    assert_eq!(envs.recv(4).err(), Some(VecEnvError::WorkerLost));
+fn a_panic_whose_payload_panics_is_contained() -> Result {
+    for mode in MODES {
+        let mut envs = faulty_vec(4, || panic_any(Bomb), mode)?;
+        for actions in [DOWN, STAY] {
+            let batch = envs.step(&actions)?;
+            let (row, error) = batch.errors().next().ok_or("no error")?;
+            assert!(matches!(error, EnvError::Panicked { .. }), "{error:?}");
+            assert_eq!((row, batch.errors().count()), (2, 1));
+        }
+        assert!(envs.env(2).is_none() && envs.env(3).is_some());
+    }
+    Ok(())
+}
+
+/// An environment whose info and itself panic when they are dropped.
+struct PanicsOnDrop(TestEnv<KinematicSimulator>);
+
+impl Drop for PanicsOnDrop {
+    fn drop(&mut self) {
+        panic_any(Bomb);
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct PanickingInfo;
+
+impl Drop for PanickingInfo {
+    fn drop(&mut self) {
+        if !thread::panicking()
+            && thread::current().name().is_some_and(|n| n.starts_with("vec-env"))
+        {
+            panic_any(Bomb);
+        }
+    }
+}
+
+impl Env for PanicsOnDrop {
+    type Observation = FetchObservation;
+    type Info = PanickingInfo;
+    type ActionSpace = BoxSpace<f32>;
+    type ResetOptions = FetchResetOptions;
+
+    fn reset_with(
+        &mut self,
+        seed: Option<u64>,
+        options: &FetchResetOptions,
+    ) -> Result<Reset<FetchObservation, PanickingInfo>, EnvError> {
+        Ok(self.0.reset_with(seed, options)?.map_info(|_| PanickingInfo))
+    }
+
+    fn step(&mut self, action: &[f32]) -> Result<Step<FetchObservation, PanickingInfo>, EnvError> {
+        Ok(self.0.step(action)?.map_info(|_| PanickingInfo))
+    }
+
+    fn action_space(&self) -> &BoxSpace<f32> {
+        self.0.action_space()
+    }
+
+    fn observation_space(&self) -> &Space {
+        self.0.observation_space()
+    }
+}
+
+#[test]
+fn panics_while_an_environment_and_its_info_are_dropped_are_contained() -> Result {
+    let singles = envs(2, kinematic)?.into_iter().map(PanicsOnDrop);
+    let mut envs = VecEnv::new(singles, VecConfig::default())?;
+    assert_eq!(envs.reset(Some(0))?.errors().count(), 0);
+    for _ in 0..2 {
+        let batch = envs.step(&[0.0; 8])?;
+        let panicked = |error: &EnvError| matches!(error, EnvError::Panicked { .. });
+        assert_eq!(batch.errors().filter(|(_, error)| panicked(error)).count(), 2);
+    }
     Ok(())
 }
 

@@ -6,8 +6,11 @@ use std::sync::{
 };
 
 use fetch_env::{
-    Env, FetchResetOptions, SnapshotEnv,
-    vec_env::{AutoresetMode, EpisodeStart, VecConfig, VecEnvError, VecOptions, VecReset},
+    Env, FetchResetOptions, SnapshotEnv, make_kinematic,
+    vec_env::{
+        AutoresetMode, EpisodeStart, VecConfig, VecEnv, VecEnvError, VecOptions, VecReset,
+        VecSnapshot,
+    },
 };
 
 use crate::common::{MODES, Result, actions, rows, vec_env};
@@ -69,6 +72,48 @@ fn a_foreign_snapshot_changes_no_environment() -> Result {
     envs.send(&actions(COUNT, 0), &[0, 1, 2, 3])?;
     assert_eq!(envs.snapshot(), Err(VecEnvError::InFlight { count: COUNT }));
     assert_eq!(envs.restore(&before), Err(VecEnvError::InFlight { count: COUNT }));
+    Ok(())
+}
+
+#[test]
+fn counts_that_no_program_reaches_are_not_restored() -> Result {
+    let mut envs = vec_env(COUNT, config(AutoresetMode::NextStep))?;
+    envs.reset(Some(0))?;
+    let before = envs.snapshot()?;
+    let mut late = serde_json::to_value(&before)?;
+    for (num_episodes, is_refused) in [(u64::MAX, true), (u64::MAX / 2 + 1, true), (7, false)] {
+        late["envs"][3]["num_episodes"] = num_episodes.into();
+        let restored = envs.restore(&serde_json::from_value(late.clone())?);
+        let foreign = matches!(restored, Err(VecEnvError::ForeignSnapshot { env_id: 3, .. }));
+        assert_eq!((foreign, restored.is_err()), (is_refused, is_refused), "{restored:?}");
+        assert_eq!(envs.snapshot()? == before, is_refused);
+    }
+    let mut drawn = serde_json::to_value(&before)?;
+    drawn["envs"][0]["env"]["env"]["random"]["draws"] = u64::MAX.into();
+    let refusal = serde_json::from_value::<VecSnapshot<_>>(drawn).map(|drawn| envs.restore(&drawn));
+    assert!(refusal.is_err(), "{refusal:?}");
+    Ok(())
+}
+
+#[test]
+fn too_many_environments_are_refused_even_if_they_never_end() -> Result {
+    let endless = std::iter::from_fn(|| make_kinematic("FetchReach-v4").ok());
+    let refusal = VecEnv::new(endless, VecConfig::default()).err();
+    assert_eq!(refusal, Some(VecEnvError::TooManyEnvs { most: 65_536 }));
+    #[cfg(feature = "mujoco")]
+    for num_envs in [65_537, 1_000_000_000_000, usize::MAX] {
+        let refusal = fetch_env::make_vec("FetchReach-v4", num_envs, VecConfig::default()).err();
+        let expected = VecEnvError::TooManyEnvs { most: 65_536 };
+        assert_eq!(refusal, Some(fetch_env::EnvError::Vec(expected)));
+    }
+    Ok(())
+}
+
+#[test]
+fn more_threads_than_environments_are_not_started() -> Result {
+    let mut envs = vec_env(3, VecConfig::default().with_num_threads(usize::MAX))?;
+    assert_eq!(envs.num_threads(), 3);
+    envs.reset(Some(0))?;
     Ok(())
 }
 
