@@ -1,57 +1,83 @@
-//! `fuzz`: runs the fuzz targets of her-relabel for a bounded time.
+//! `fuzz`: runs the fuzz targets for a bounded time.
 
-use std::{num::NonZeroU32, path::Path, process::Command};
+use std::{num::NonZeroU32, path::PathBuf, process::Command};
 
 use anyhow::Context;
 use lexopt::{Arg::Long, Parser, ValueExt};
 
-/// Folder of the fuzz targets, which has a cargo configuration of its own.
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../her-relabel/fuzz");
+/// A fuzz target.
+#[derive(Clone, Copy)]
+struct Target {
+    name: &'static str,
+    /// The crate in whose folder `fuzz` it is, a workspace with a cargo configuration of its own.
+    of: &'static str,
+}
 
-const TARGETS: [&str; 3] = ["load", "npz", "operations"];
+const TARGETS: [Target; 5] = [
+    Target { name: "load", of: "her-relabel" },
+    Target { name: "npz", of: "her-relabel" },
+    Target { name: "operations", of: "her-relabel" },
+    Target { name: "values", of: "fetch-env" },
+    Target { name: "calls", of: "fetch-env" },
+];
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut seconds, mut only) = (15, None);
+    let (mut seconds, mut targets) = (15, TARGETS.to_vec());
     while let Some(argument) = arguments.next()? {
         match argument {
             Long("seconds") => {
                 seconds = arguments.value()?.parse_with(str::parse::<NonZeroU32>)?.get()
             }
             Long("target") => {
-                only = Some(arguments.value()?.parse_with(|name| {
-                    let known = TARGETS.into_iter().find(|target| *target == name);
-                    known.ok_or_else(|| format!("the targets are {}", TARGETS.join(", ")))
-                })?);
+                let only = arguments.value()?.parse_with(|name| {
+                    let known = TARGETS.into_iter().find(|target| target.name == name);
+                    known.ok_or_else(|| {
+                        let names = TARGETS.map(|target| target.name);
+                        format!("the targets are {}", names.join(", "))
+                    })
+                })?;
+                targets = vec![only];
             }
             other => return Err(other.unexpected().into()),
         }
     }
-    for target in TARGETS {
-        if only.is_some_and(|only| only != target) {
-            continue;
+    for target in targets {
+        if !target.fuzz(seconds)? {
+            return Ok(false);
         }
-        let corpus = Path::new(FOLDER).join("corpus").join(target);
-        let artifacts = Path::new(FOLDER).join("artifacts").join(target);
-        for folder in [&corpus, &artifacts] {
+    }
+    Ok(true)
+}
+
+impl Target {
+    /// Returns whether nothing was found.
+    fn fuzz(self, seconds: u32) -> anyhow::Result<bool> {
+        let Self { name, of } = self;
+        let folder: PathBuf = [env!("CARGO_MANIFEST_DIR"), "..", of, "fuzz"].iter().collect();
+        // What is found is added to the first of the corpora; the committed one has the seeds.
+        let [found, seeds, artifacts] =
+            ["target/corpus", "corpus", "artifacts"].map(|part| folder.join(part).join(name));
+        for folder in [&found, &seeds, &artifacts] {
             std::fs::create_dir_all(folder)
                 .with_context(|| format!("cannot make {}", folder.display()))?;
         }
         let status = Command::new(env!("CARGO"))
-            .current_dir(FOLDER)
-            .args(["run", "--release", "--quiet", "--bin", target, "--"])
-            .arg(&corpus)
+            .current_dir(&folder)
+            .args(["run", "--release", "--quiet", "--bin", name, "--"])
+            .args([&found, &seeds])
             .arg(format!("-artifact_prefix={}/", artifacts.display()))
-            .arg(format!("-max_total_time={}", seconds))
+            .arg(format!("-max_total_time={seconds}"))
             .args(["-rss_limit_mb=1024", "-timeout=10", "-print_final_stats=1", "-verbosity=0"])
             .status()
             .context("cargo did not start")?;
-        if !status.success() {
+        if status.success() {
+            say!("fuzz {name}: nothing found in {seconds} s")?;
+        } else {
+            let folder = folder.display();
             say!(
-                "fuzz {target}: failed; run `cargo run --release --bin {target} -- FILE` in {FOLDER}"
+                "fuzz {name}: failed; run `cargo run --release --bin {name} -- FILE` in {folder}"
             )?;
-            return Ok(false);
         }
-        say!("fuzz {target}: nothing found in {} s", seconds)?;
+        Ok(status.success())
     }
-    Ok(true)
 }

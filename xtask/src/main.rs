@@ -68,11 +68,12 @@ const OWN: [OwnCommand; 8] = [
     },
     OwnCommand {
         name: "fuzz",
-        about: "Fuzz the replay buffer's file formats and sequences of its calls",
+        about: "Fuzz what is loaded, and sequences of calls of the replay buffer and of environments",
         usage: "[--seconds <N>] [--target <TARGET>]
 
   --seconds <N>      Run each target this long [default: 15]
-  --target <TARGET>  Run only this target: load, npz or operations",
+  --target <TARGET>  Run only this target: load, npz or operations of the buffer, values or
+                     calls of environments",
         run: fuzz::run,
     },
     OwnCommand {

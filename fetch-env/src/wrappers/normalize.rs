@@ -69,6 +69,14 @@ pub struct RunningStatistics {
     variance: Vec<f64>,
 }
 
+/// Bounds of the statistics and of what is added to them, within which no sum overflows: neither
+/// the largest variance nor the square of the largest difference, times the largest count. Beyond
+/// that count, 2^53, adding 1 changes nothing.
+const MAX_DELTA: f64 = 1e140;
+const MAX_COUNT: f64 = (1_u64 << 53) as f64;
+const MAX_MEAN: f64 = 1e200;
+const MAX_VARIANCE: f64 = 1e290;
+
 impl RunningStatistics {
     /// Creates the statistics of no vectors of `len` elements: mean 0 and variance 1, with the
     /// weight of 0.0001 vectors, as in Gymnasium.
@@ -95,14 +103,14 @@ impl RunningStatistics {
         &self.variance
     }
 
-    /// Adds a vector of the same length. Elements that it lacks or that are not finite count as
-    /// the mean.
+    /// Adds a vector of the same length. Elements that it lacks, that are not finite or that are
+    /// further than 1e140 from the mean count as the mean, so that the statistics stay finite.
     fn add<T: Element>(&mut self, vector: &[T]) {
         let count = self.count + 1.0;
         let moments = self.mean.iter_mut().zip(&mut self.variance);
         for ((mean, variance), &element) in moments.zip(vector) {
             let delta = element.into() - *mean;
-            let delta = if delta.is_finite() { delta } else { 0.0 };
+            let delta = if delta.abs() <= MAX_DELTA { delta } else { 0.0 };
             let squares = *variance * self.count + delta * delta * self.count / count;
             *mean += delta / count;
             *variance = squares / count;
@@ -240,11 +248,11 @@ impl TryFrom<Saved> for RunningStatistics {
     type Error = String;
 
     fn try_from(Saved { count, mean, variance }: Saved) -> Result<Self, String> {
-        let is_valid = count.is_finite()
-            && count > 0.0
+        let is_valid = count > 0.0
+            && count <= MAX_COUNT
             && mean.len() == variance.len()
-            && mean.iter().all(|mean| mean.is_finite())
-            && variance.iter().all(|variance| variance.is_finite() && *variance >= 0.0);
+            && mean.iter().all(|mean| mean.abs() <= MAX_MEAN)
+            && variance.iter().all(|variance| (0.0..=MAX_VARIANCE).contains(variance));
         if is_valid {
             Ok(Self { count, mean, variance })
         } else {

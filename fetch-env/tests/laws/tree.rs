@@ -25,34 +25,42 @@ struct Tree<'a> {
     number: Number,
 }
 
-/// Returns copies of `value`, in each of which one more of its numbers is replaced: the fractions
-/// by `fractions`, the integers by `integers`. Copies that cannot be deserialized are left out.
+/// Returns copies of `value`, in each of which one of its numbers is replaced: the fractions by
+/// `fractions`, the integers by `integers`. Copies that cannot be deserialized are left out.
 pub(crate) fn with_each_number_replaced<T: Serialize + for<'de> Deserialize<'de>>(
     value: &T,
     fractions: &[f64],
     integers: &[u64],
 ) -> serde_json::Result<Vec<T>> {
     let value = serde_json::to_value(value)?;
-    let mut leaves = Vec::new();
-    numbers(&value, &mut leaves);
-    let copies = leaves.into_iter().flat_map(|replaced| {
+    let copies = numbers(&value).into_iter().flat_map(|replaced| {
         let numbers: Vec<_> = if replaced.is_f64() {
             fractions.iter().copied().map(Number::Float).collect()
         } else {
             integers.iter().copied().map(Number::Integer).collect()
         };
-        let tree = |number| T::deserialize(Tree { value: &value, replaced, number });
-        numbers.into_iter().filter_map(|number| tree(number).ok()).collect::<Vec<_>>()
+        let copy = |number| with_number_replaced(&value, replaced, number);
+        numbers.into_iter().filter_map(|number| copy(number).ok()).collect::<Vec<_>>()
     });
     Ok(copies.collect())
 }
 
-fn numbers<'a>(value: &'a Value, leaves: &mut Vec<&'a Value>) {
+/// Returns the value of a tree in which one of the tree's [numbers] is replaced.
+pub(crate) fn with_number_replaced<T: for<'de> Deserialize<'de>>(
+    value: &Value,
+    replaced: &Value,
+    number: Number,
+) -> Result<T, Error> {
+    T::deserialize(Tree { value, replaced, number })
+}
+
+/// Returns all numbers of a tree.
+pub(crate) fn numbers(value: &Value) -> Vec<&Value> {
     match value {
-        Value::Number(_) => leaves.push(value),
-        Value::Array(values) => values.iter().for_each(|value| numbers(value, leaves)),
-        Value::Object(fields) => fields.values().for_each(|value| numbers(value, leaves)),
-        _ => {}
+        Value::Number(_) => vec![value],
+        Value::Array(values) => values.iter().flat_map(numbers).collect(),
+        Value::Object(fields) => fields.values().flat_map(numbers).collect(),
+        _ => Vec::new(),
     }
 }
 
