@@ -1,7 +1,9 @@
 //! The checker can fail: the check of each law finds the faults against it.
 
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 use fetch_env::{
-    BatchObservation, BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv,
+    BatchObservation, BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv, GoalInfo,
     GoalObservation, Info, KinematicEnv, Reset, SnapshotEnv, Space, Step,
     check::{CheckOptions, check_goal_env, check_snapshots},
     make_kinematic,
@@ -35,6 +37,8 @@ enum Fault {
     TakesBadGoals,
     LiesAboutSuccess,
     LiesAboutDistance,
+    VariesTheInfo,
+    FlipsASignInTheInfo,
     Terminates,
     TruncatesEarly,
     TruncatesLate,
@@ -45,7 +49,7 @@ enum Fault {
 }
 
 /// The faults, and the checks that must find them.
-const FAULTS: [(Fault, &[&str]); 29] = [
+const FAULTS: [(Fault, &[&str]); 31] = [
     (Fault::WideActionSpace, &["spaces/action"]),
     (Fault::LopsidedActionSpace, &["spaces/action"]),
     (Fault::MissingKey, &["spaces/observation"]),
@@ -68,6 +72,8 @@ const FAULTS: [(Fault, &[&str]); 29] = [
     (Fault::TakesBadGoals, &["goal/bad-goals"]),
     (Fault::LiesAboutSuccess, &["goal/info"]),
     (Fault::LiesAboutDistance, &["goal/info"]),
+    (Fault::VariesTheInfo, &["reset/deterministic", "step/deterministic"]),
+    (Fault::FlipsASignInTheInfo, &["step/deterministic"]),
     (Fault::Terminates, &["end/laws"]),
     (Fault::TruncatesEarly, &["end/laws", "end/limit"]),
     (Fault::TruncatesLate, &["end/laws", "end/limit"]),
@@ -150,6 +156,19 @@ impl Faulty {
         self.fault == fault
     }
 
+    fn noted(&self, info: Info) -> NotedInfo {
+        static CALLS: AtomicU32 = AtomicU32::new(0);
+        let call = CALLS.fetch_add(1, Relaxed);
+        let note = match self.fault {
+            Fault::VariesTheInfo => call.into(),
+            Fault::FlipsASignInTheInfo if call.is_multiple_of(3) => -0.0,
+            Fault::FlipsASignInTheInfo => 0.0,
+            // Equal ones are equal.
+            _ => f64::NAN,
+        };
+        NotedInfo { info, note }
+    }
+
     fn observation(&self, observation: &impl GoalObservation<Element = f64>) -> Observation {
         let mut copy = Observation {
             observation: observation.observation().into(),
@@ -176,11 +195,11 @@ fn dict(lengths: &[(&str, usize)]) -> Space {
 
 impl Env for Faulty {
     type Observation = Observation;
-    type Info = Info;
+    type Info = NotedInfo;
     type ActionSpace = BoxSpace<f32>;
     type ResetOptions = FetchResetOptions;
 
-    fn reset(&mut self, seed: Option<u64>) -> Result<Reset<Observation, Info>, EnvError> {
+    fn reset(&mut self, seed: Option<u64>) -> Result<Reset<Observation, NotedInfo>, EnvError> {
         let seed = match self.fault {
             Fault::DefaultsMatter => Some(7),
             _ => seed,
@@ -192,7 +211,7 @@ impl Env for Faulty {
         &mut self,
         seed: Option<u64>,
         options: &FetchResetOptions,
-    ) -> Result<Reset<Observation, Info>, EnvError> {
+    ) -> Result<Reset<Observation, NotedInfo>, EnvError> {
         let seed = match (self.fault, seed) {
             (Fault::IgnoresTheSeed, _) => None,
             (Fault::RestartsTheStream, None) => Some(self.last_seed),
@@ -204,10 +223,10 @@ impl Env for Faulty {
         self.episodes += 1;
         self.elapsed = 0;
         let Reset { observation, info } = self.env.reset_with(seed, options)?;
-        Ok(Reset { observation: self.observation(&observation), info })
+        Ok(Reset { observation: self.observation(&observation), info: self.noted(info) })
     }
 
-    fn step(&mut self, action: &[f32]) -> Result<Step<Observation, Info>, EnvError> {
+    fn step(&mut self, action: &[f32]) -> Result<Step<Observation, NotedInfo>, EnvError> {
         let mut action = action.to_vec();
         match self.fault {
             Fault::TakesNan => action.iter_mut().for_each(|a| *a = a.clamp(-1.0, 1.0).max(-1.0)),
@@ -248,7 +267,7 @@ impl Env for Faulty {
                 Fault::TruncatesLate => false,
                 _ => step.truncated,
             },
-            info,
+            info: self.noted(info),
         })
     }
 
@@ -320,6 +339,23 @@ impl SnapshotEnv for Faulty {
         }
         (self.episodes, self.elapsed) = (snapshot.1, snapshot.2);
         Ok(())
+    }
+}
+
+/// An info with a number that no law is about.
+#[derive(Clone, Debug, PartialEq)]
+struct NotedInfo {
+    info: Info,
+    note: f64,
+}
+
+impl GoalInfo for NotedInfo {
+    fn is_success(&self) -> bool {
+        self.info.is_success
+    }
+
+    fn distance(&self) -> f64 {
+        self.info.distance
     }
 }
 
