@@ -246,6 +246,18 @@ mod tests {
     }
 
     #[test]
+    fn more_draws_than_a_program_makes_are_not_deserialized() {
+        let at = |draws| format!(r#"{{"seed":7,"draws":{draws}}}"#);
+        let mut late: NpRandom = serde_json::from_str(&at(u64::MAX / 2)).expect("the last of them");
+        late.random();
+        assert_eq!(late.draws, 1 << 63);
+        for draws in [1 << 63, u64::MAX] {
+            let refusal = serde_json::from_str::<NpRandom>(&at(draws));
+            assert!(refusal.is_err(), "{draws}");
+        }
+    }
+
+    #[test]
     fn the_operating_system_gives_different_seeds() {
         let seeds = [0; 2].map(|_| NpRandom::from_entropy().expect("entropy").seed());
         assert_ne!(seeds[0], seeds[1]);

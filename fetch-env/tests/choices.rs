@@ -22,8 +22,12 @@ fn discrete() -> impl Strategy<Value = DiscreteSpace> {
 
 fn multi_discrete() -> impl Strategy<Value = MultiDiscreteSpace> {
     prop::collection::vec(discrete(), 0..6).prop_map(|parts| {
-        let (nvec, start) = parts.iter().map(|part| (part.n(), part.start())).unzip();
-        MultiDiscreteSpace::from_start(nvec, start).expect("each part is valid")
+        let (nvec, start): (Vec<_>, Vec<_>) =
+            parts.iter().map(|part| (part.n(), part.start())).unzip();
+        let space = MultiDiscreteSpace::from_start(nvec.clone(), start.clone());
+        let space = space.expect("each part is valid");
+        assert_eq!((space.nvec(), space.start()), (&nvec[..], &start[..]));
+        space
     })
 }
 

@@ -4,6 +4,8 @@ mod allocation;
 mod effects;
 mod laws;
 mod refusals;
+#[path = "../laws/tree.rs"]
+mod tree;
 
 use std::num::{NonZeroU32, NonZeroUsize};
 

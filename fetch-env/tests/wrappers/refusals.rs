@@ -6,12 +6,13 @@ use fetch_env::{
     BoxSpace, Env, EnvError, Reset, SnapshotEnv, Space, Step, make_kinematic,
     vec_env::VecEnvError,
     wrappers::{
-        FilterObservation, FlattenObservation, FrameStack, NormalizeObservation, RescaleAction,
-        RunningStatistics, TimeAwareObservation, WrapperError,
+        FilterObservation, FlattenObservation, FrameStack, NormalizeObservation,
+        RecordEpisodeStatistics, RescaleAction, RunningStatistics, TimeAwareObservation,
+        WrapperError,
     },
 };
 
-use super::{FRAMES, Result, STEPS, TWICE, push};
+use super::{FRAMES, Result, STEPS, TWICE, push, tree::with_each_number_replaced};
 
 #[test]
 fn settings_that_make_no_sense_are_refused() -> Result {
@@ -72,6 +73,64 @@ fn snapshots_of_other_wrappers_are_refused_and_change_nothing() -> Result {
 }
 
 #[test]
+fn numbers_that_no_wrapper_can_have_are_refused_and_change_nothing() -> Result {
+    fn refuse_each<E: SnapshotEnv<ActionSpace = BoxSpace<f32>>>(
+        env: Result<E, EnvError>,
+        numbers: &[f64],
+    ) -> Result {
+        let mut env = env?;
+        env.reset(Some(0))?;
+        for _ in 0..4 {
+            env.step(&[0.3; 4])?;
+        }
+        let before = env.snapshot();
+        for snapshot in with_each_number_replaced(&before, numbers, &[])? {
+            let refusal = env.restore(&snapshot);
+            assert!(matches!(refusal, Err(EnvError::ForeignSnapshot { .. })), "{refusal:?}");
+            assert_eq!(env.snapshot(), before);
+        }
+        Ok(())
+    }
+    const BEYOND: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    refuse_each(FrameStack::new(push()?, FRAMES), &[f64::NAN])?;
+    refuse_each(NormalizeObservation::new(push()?), &BEYOND)?;
+    refuse_each(Ok(RecordEpisodeStatistics::new(push()?)), &BEYOND)
+}
+
+#[test]
+fn the_longest_episode_does_not_overflow_its_length() -> Result {
+    let mut env = RecordEpisodeStatistics::new(push()?);
+    env.reset(Some(0))?;
+    let mut snapshot = serde_json::to_value(env.snapshot())?;
+    snapshot["wrapper"]["length"] = u32::MAX.into();
+    env.restore(&serde_json::from_value(snapshot)?)?;
+    env.step(&[0.0; 4])?;
+    assert_eq!(env.so_far().length, u32::MAX);
+    Ok(())
+}
+
+#[test]
+fn the_largest_statistics_stay_finite() -> Result {
+    let len = 25;
+    for (mean, variance) in [(1e200, 1e290), (-1e200, 0.0), (1e140, 1e290), (0.9e140, 0.0)] {
+        let json = format!(
+            r#"{{"count":9007199254740992.0,"mean":{:?},"variance":{:?}}}"#,
+            vec![mean; len],
+            vec![variance; len]
+        );
+        let mut env = NormalizeObservation::frozen(push()?, serde_json::from_str(&json)?)?;
+        env.set_frozen(false);
+        env.reset(Some(0))?;
+        for _ in 0..5 {
+            env.step(&[0.3; 4])?;
+            let statistics = serde_json::to_string(env.statistics())?;
+            assert_eq!(serde_json::from_str::<RunningStatistics>(&statistics)?, *env.statistics());
+        }
+    }
+    Ok(())
+}
+
+#[test]
 fn damaged_statistics_are_refused() -> Result {
     let json = serde_json::to_string(&RunningStatistics::new(1))?;
     assert_eq!(json, r#"{"count":0.0001,"mean":[0.0],"variance":[1.0]}"#);
@@ -81,6 +140,10 @@ fn damaged_statistics_are_refused() -> Result {
         r#"{"count":1.0,"mean":[0.0],"variance":[-1.0]}"#,
         r#"{"count":1.0,"mean":[0.0,1.0],"variance":[1.0]}"#,
         r#"{"count":1.0,"mean":[null],"variance":[1.0]}"#,
+        r#"{"count":-1.0,"mean":[0.0],"variance":[1.0]}"#,
+        r#"{"count":9007199254740994.0,"mean":[0.0],"variance":[1.0]}"#,
+        r#"{"count":1.0,"mean":[1.1e200],"variance":[1.0]}"#,
+        r#"{"count":1.0,"mean":[0.0],"variance":[1.1e290]}"#,
     ] {
         let read = serde_json::from_str::<RunningStatistics>(json);
         assert!(read.is_err(), "{json} gave {read:?}");
