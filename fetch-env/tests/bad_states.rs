@@ -58,7 +58,7 @@ mod mujoco {
     type Drive = fn(&mut MujocoSimulator);
 
     const DRIVES: [Drive; 3] = [
-        |simulator| simulator.data_mut().set_time(f64::NAN),
+        |simulator| simulator.data_mut().qpos_mut()[0] = f64::NAN,
         |simulator| simulator.data_mut().ctrl_mut().fill(f64::NAN),
         |simulator| simulator.data_mut().qvel_mut()[0] = f64::INFINITY,
     ];

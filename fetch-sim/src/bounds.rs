@@ -21,15 +21,19 @@ fn is_inside(number: f64) -> bool {
     number.abs() <= LARGEST_NUMBER
 }
 
+/// Checks numbers that go into a simulation.
+pub(crate) fn check_inside<'a>(
+    what: &'static str,
+    numbers: impl IntoIterator<Item = &'a f64>,
+) -> Result<(), SimError> {
+    let (least, most) = (-LARGEST_NUMBER, LARGEST_NUMBER);
+    let outside = first_outside(numbers);
+    outside.map_or(Ok(()), |value| Err(SimError::OutOfRange { what, value, least, most }))
+}
+
 /// Checks the place of an object, in meters.
 pub(crate) fn check_object_position(xy: [f64; 2]) -> Result<(), SimError> {
-    let (least, most) = (-LARGEST_NUMBER, LARGEST_NUMBER);
-    match first_outside(&xy) {
-        None => Ok(()),
-        Some(value) => {
-            Err(SimError::OutOfRange { what: "the object's position", value, least, most })
-        }
-    }
+    check_inside("the object's position", &xy)
 }
 
 /// The number of physics steps per control step, from 1 to 1,000.

@@ -116,12 +116,6 @@ pub enum SimError {
         /// The length of the slice.
         actual: usize,
     },
-    /// A number that goes into a simulation is NaN or infinite.
-    #[error("the {what} is not finite: give it finite numbers")]
-    NotFinite {
-        /// What the number is.
-        what: &'static str,
-    },
     /// MuJoCo reported an error.
     #[error("MuJoCo failed ({message}): reset the environment")]
     Mujoco {

@@ -11,7 +11,7 @@ use super::{
     library::{Owned, check},
     model::Model,
 };
-use crate::error::SimError;
+use crate::{bounds::check_inside, error::SimError};
 
 /// A position (meters) and an orientation (w, x, y, z).
 pub type Pose = (Vector3<f64>, Quaternion<f64>);
@@ -172,11 +172,9 @@ impl Data {
     /// Sets the simulated time, in seconds.
     ///
     /// # Errors
-    /// [`SimError::NotFinite`]; the time then stays the same.
+    /// [`SimError::OutOfRange`]; the time then stays the same.
     pub fn set_time(&mut self, time: f64) -> Result<(), SimError> {
-        if !time.is_finite() {
-            return Err(SimError::NotFinite { what: "time" });
-        }
+        check_inside("the time", &[time])?;
         // SAFETY: the data is alive.
         unsafe { ffi::fs_set_time(self.as_ptr(), time) }
         Ok(())
@@ -193,16 +191,14 @@ impl Data {
     /// Moves a mocap body.
     ///
     /// # Errors
-    /// [`SimError::UnknownId`], or [`SimError::NotFinite`]; the body then stays where it is.
+    /// [`SimError::UnknownId`] or [`SimError::OutOfRange`]; the body then stays where it is.
     pub fn set_mocap_pose(
         &mut self,
         mocap: usize,
         pos: Vector3<f64>,
         quat: Quaternion<f64>,
     ) -> Result<(), SimError> {
-        if !pos.iter().chain(&quat.coords).all(|number| number.is_finite()) {
-            return Err(SimError::NotFinite { what: "pose of a mocap body" });
-        }
+        check_inside("the pose of a mocap body", pos.iter().chain(&quat.coords))?;
         self.set_pose(DataArray::MocapPos, DataArray::MocapQuat, MOCAP, mocap, (pos, quat))
     }
 
