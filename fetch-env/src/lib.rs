@@ -71,6 +71,9 @@ pub mod wrappers;
 #[doc = include_str!("../DIFFERENCES.md")]
 pub mod differences {}
 
+#[doc = include_str!("../PROMISES.md")]
+pub mod promises {}
+
 /// Crates whose types are part of this crate's interface.
 pub use {::fetch_sim, ::goal_reward, ::rand_core};
 

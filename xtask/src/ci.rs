@@ -21,7 +21,7 @@ const WITHOUT_HEADERS: [Step; 3] = [
 ];
 
 /// On the system's MuJoCo.
-const STEPS: [Step; 26] = [
+const STEPS: [Step; 29] = [
     ("formatting", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
@@ -67,6 +67,9 @@ const STEPS: [Step; 26] = [
     ),
     ("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
     ("fuzzing", "xtask fuzz --seconds 15"),
+    ("sanitizers, Valgrind and Miri", "xtask sanitize"),
+    ("mutants of the last change", "xtask mutants --since HEAD~1 --at-most 4"),
+    ("many steps", "xtask soak --steps 100000"),
     ("verify", "xtask verify"),
     LEARN,
     LEARN_IN_PART,

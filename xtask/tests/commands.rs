@@ -35,7 +35,7 @@ fn help_lists_every_command() -> Result {
     let output = xtask("--help").output()?;
     assert_eq!(output.status.code(), Some(0));
     for name in
-        ["verify", "doctor", "random-episodes", "assets", "mujoco", "fuzz", "projects", "ci"]
+        ["verify", "doctor", "random-episodes", "soak", "mujoco", "sanitize", "mutants", "ci"]
     {
         assert!(stdout(&output).contains(&format!("\n  {name} ")), "{name}");
     }
@@ -77,6 +77,11 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "mujoco 3.6.0 3.7.0",
         "fuzz --seconds 0",
         "fuzz --target nothing",
+        "sanitize --only nothing",
+        "sanitize --cases 0",
+        "mutants --crate nothing",
+        "mutants --shard 2/2",
+        "mutants --at-most 0",
         "projects --only nothing",
     ] {
         let output = xtask(arguments).output()?;

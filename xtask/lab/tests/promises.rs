@@ -1,0 +1,33 @@
+//! The page of promises names tests that exist.
+
+use std::{error::Error, fs, path::Path};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+const PAGE: &str = include_str!("../../../fetch-env/PROMISES.md");
+
+/// Returns the pairs of file and function in a line: ``path`: `name``.
+fn tests_in(line: &str) -> impl Iterator<Item = (&str, &str)> {
+    line.split("; ").filter_map(|part| {
+        let (file, name) = part.split_once("`: `")?;
+        Some((file.rsplit('`').next()?, name.split('`').next()?))
+    })
+}
+
+#[test]
+fn every_promise_names_a_test() -> Result<(), Box<dyn Error>> {
+    let mut promises = 0;
+    for line in PAGE.lines().filter(|line| line.starts_with("| ") && !line.contains("| Test |")) {
+        let tests: Vec<_> = tests_in(line).collect();
+        assert!(!tests.is_empty(), "{line}");
+        for (file, name) in tests {
+            let source = fs::read_to_string(Path::new(ROOT).join(file))
+                .map_err(|error| format!("{file}: {error}"))?;
+            let is_there =
+                ["(", "<"].iter().any(|next| source.contains(&format!("fn {name}{next}")));
+            assert!(is_there, "{file} has no {name}");
+        }
+        promises += 1;
+    }
+    assert!(promises > 20, "{promises}");
+    Ok(())
+}
