@@ -92,8 +92,10 @@ pub(crate) fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<
     // Block by block without a branch inside, so that the compiler vectorizes it.
     const BLOCK: usize = 64;
     let is_bad = |block: &[f64]| block.iter().fold(false, |bad, value| bad | !value.is_finite());
-    let Some(block) = goals.chunks(BLOCK).position(is_bad) else { return Ok(()) };
-    match (block * BLOCK..goals.len()).find(|&at| !goals[at].is_finite()) {
+    if !goals.chunks(BLOCK).any(is_bad) {
+        return Ok(());
+    }
+    match goals.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
         Some(at) => {
             Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value: goals[at] })
