@@ -84,6 +84,7 @@ pub use sample::batch::{Batch, Columns, ColumnsMut};
 pub use sample::draws::RandomSource;
 pub use sample::goals::{GoalMixture, GoalPart, GoalStrategy, MixtureError};
 pub use sample::sampler::{NStep, SampleError, Sampler};
+pub use sample::termination::Termination;
 pub use save::stream::LoadError;
 pub use scalar::Scalar;
 pub use store::buffer::HerBuffer;

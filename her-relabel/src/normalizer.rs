@@ -101,20 +101,26 @@ impl Normalizer {
     /// Makes a normalizer that has seen no vectors.
     ///
     /// # Errors
-    /// [`NormalizerError::Empty`] or [`NormalizerError::BadSetting`].
+    /// [`NormalizerError::Empty`], [`NormalizerError::BadSetting`] or [`NormalizerError::NoMemory`].
     pub fn new(config: NormalizerConfig) -> Result<Self, NormalizerError> {
         let NormalizerConfig { dim, min_std, clip } = config;
         if dim == 0 {
             return Err(NormalizerError::Empty);
         }
         for (name, value) in [("min_std", min_std), ("clip", clip)] {
-            if !(value > 0.0 && value.is_finite()) {
+            // A subnormal number has no finite reciprocal.
+            if !(value > 0.0 && value.is_normal()) {
                 return Err(NormalizerError::BadSetting { name, value });
             }
         }
-        let zeros = vec![0.0; dim];
-        let factors = vec![1.0; dim];
-        Ok(Self { count: 0, mean: zeros.clone(), squares: zeros, factors, min_std, clip })
+        let filled = |value: f64| {
+            let mut elements = Vec::new();
+            elements.try_reserve_exact(dim).map_err(|_| NormalizerError::NoMemory { dim })?;
+            elements.resize(dim, value);
+            Ok(elements)
+        };
+        let (mean, squares, factors) = (filled(0.0)?, filled(0.0)?, filled(1.0)?);
+        Ok(Self { count: 0, mean, squares, factors, min_std, clip })
     }
 
     /// Returns the number of elements of a vector.
@@ -309,6 +315,12 @@ pub enum NormalizerError {
     /// The vectors have no elements.
     #[error("vectors of length 0 have nothing to normalize: set `dim` to at least 1")]
     Empty,
+    /// There is no memory for so long vectors.
+    #[error("there is no memory for vectors of {dim} elements: reduce `dim`")]
+    NoMemory {
+        /// The elements of a vector.
+        dim: usize,
+    },
     /// A matrix does not consist of whole rows, or a normalizer has other dimensions.
     #[error("{len} elements are not whole vectors of {dim}: check the dimensions")]
     WrongLength {
@@ -336,8 +348,8 @@ pub enum NormalizerError {
     /// The sums exceed `f64`.
     #[error("the sums of the vectors overflow: scale the vectors down")]
     TooLarge,
-    /// A setting is not a positive, finite number.
-    #[error("`{name}` is {value}: use a positive, finite number")]
+    /// A setting is not a positive, finite number, or is too small to divide by.
+    #[error("`{name}` is {value}: use a positive, finite number, at least 1e-307")]
     BadSetting {
         /// The name of the setting.
         name: &'static str,

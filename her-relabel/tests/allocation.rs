@@ -7,7 +7,8 @@ use allocation_counter::measure;
 use goal_reward::DistanceReward;
 use her_relabel::{
     Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, Normalizer,
-    NormalizerConfig, Priorities, PriorityUnit, Sampler, Scalar, StepRows, UnitInterval,
+    NormalizerConfig, Priorities, PriorityUnit, Sampler, Scalar, StepRows, Termination,
+    UnitInterval,
 };
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -67,7 +68,7 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
     let plain = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     for sampler in [
         plain,
-        plain.with_strategy(GoalStrategy::Random).with_recompute_terminated(true),
+        plain.with_strategy(GoalStrategy::Random).with_termination(Termination::Recomputed),
         plain.with_n_step(n_step).with_success(true),
         plain.with_priorities(UnitInterval::ONE),
         plain.with_joined_goal(true).with_discount(UnitInterval::ONE),
@@ -134,6 +135,33 @@ fn adding_to_a_full_ring_allocates_nothing() -> Result {
         buffer.set_priorities(&[ids.0, ids.1], &[0.5, 1.5]).unwrap();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
+    Ok(())
+}
+
+#[test]
+fn windows_take_the_memory_of_the_longest_episode_only() -> Result {
+    let buffer = full();
+    let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
+    let bytes = |steps: usize| -> Result<u64> {
+        let steps = NonZeroUsize::new(steps).ok_or("no steps")?;
+        let sampler = sampler.with_n_step(NStep::new(steps, UnitInterval::ONE));
+        let mut batch = Batch::<f32>::new();
+        let counted = measure(|| {
+            sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch).unwrap();
+        });
+        Ok(counted.bytes_max)
+    };
+    assert_eq!(bytes(1_000_000)?, bytes(STEPS)?);
+    // A loaded buffer knows its longest episode, too.
+    let mut saved = Vec::new();
+    buffer.write_to(&mut saved)?;
+    let loaded = HerBuffer::<f32>::read_from(&saved[..])?;
+    let n_step = NStep::new(NonZeroUsize::MAX, UnitInterval::ONE);
+    let (mut one, mut other) = (Batch::<f32>::new(), Batch::<f32>::new());
+    let sampler = sampler.with_n_step(n_step);
+    sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut one)?;
+    sampler.sample(&loaded, &DistanceReward::sparse(), 1, &mut other)?;
+    assert_eq!(one, other);
     Ok(())
 }
 

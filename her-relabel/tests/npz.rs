@@ -291,6 +291,9 @@ fn arrays_that_do_not_fit_are_named() -> Result {
     let nan = f64::NAN.to_le_bytes().repeat(6);
     let nan = error("actions", Some(plain("<f8", "6, 1", &nan)));
     assert!(matches!(nan, NpzError::Episode { episode: 0, .. }), "{nan}");
+    let huge = 1e30_f64.to_le_bytes().repeat(6);
+    let huge = error("rewards", Some(plain("<f8", "6,", &huge)));
+    assert!(matches!(huge, NpzError::Episode { episode: 0, .. }), "{huge}");
     let lengths = |lengths: [i64; 3]| lengths.map(i64::to_le_bytes).concat();
     for wrong in [[1, 2, 4], [1, 0, 5], [-1, 3, 4], [1, 2, 2], [i64::MAX, 1, 1]] {
         let wrong = error("episode_lengths", Some(plain("<i8", "3,", &lengths(wrong))));

@@ -8,7 +8,8 @@
 
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, Sampler, Step, UnitInterval,
+    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, Sampler, Step, Termination,
+    UnitInterval,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -98,8 +99,8 @@ pub(crate) fn learn(ratio: UnitInterval, episodes: usize, seed: u64) -> Result<f
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let dims = Dims { observation: BITS, goal: BITS, action: 1 };
     let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(100_000, dims))?;
-    let sampler =
-        Sampler::new(BATCH_SIZE, GoalStrategy::Future, ratio).with_recompute_terminated(true);
+    let sampler = Sampler::new(BATCH_SIZE, GoalStrategy::Future, ratio)
+        .with_termination(Termination::Recomputed);
     let mut batch = Batch::new();
     let mut network = Network::new();
     let mut target = network.clone();

@@ -25,7 +25,7 @@ pub struct EpisodeStart<'a, S> {
 pub struct Step<'a, S, A = S> {
     /// The action taken, `dims.action` elements.
     pub action: &'a [A],
-    /// The reward for the episode's own goal.
+    /// The reward for the episode's own goal, at most 1e20 in magnitude.
     pub reward: S,
     /// The observation after the step, `dims.observation` elements: at an episode's end its terminal
     /// observation, never the first one of the next episode.
@@ -53,7 +53,8 @@ pub struct EpisodeData<'a, S, A = S> {
     pub desired_goal: &'a [S],
     /// The actions, `T * dims.action` elements.
     pub actions: &'a [A],
-    /// The rewards for the episode's own goal, `T` elements. Their number determines `T`.
+    /// The rewards for the episode's own goal, `T` elements of at most 1e20 in magnitude. Their number determines
+    /// `T`.
     pub rewards: &'a [S],
     /// Whether the last step ended the task.
     pub terminated: bool,

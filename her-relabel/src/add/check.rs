@@ -71,6 +71,16 @@ pub enum AddError {
         /// Its value.
         value: f64,
     },
+    /// A reward is finite but so large that a sum of such rewards could be infinite in `f32`.
+    #[error("`{field}[{index}]` is {value}: scale rewards, which may be at most 1e20 in magnitude")]
+    RewardTooLarge {
+        /// The field.
+        field: String,
+        /// The element.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
     /// A given field is not in the configuration.
     #[error(transparent)]
     UnknownField(#[from] UnknownField),
@@ -104,7 +114,8 @@ impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
         check::<T, S>("achieved_goals", self.achieved_goals, states(dims.goal))?;
         check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
         check::<T, A>("actions", self.actions, steps.saturating_mul(dims.action))?;
-        check::<T, S>("rewards", self.rewards, steps)?;
+        check_len("rewards", self.rewards.len(), steps)?;
+        check_rewards("rewards", self.rewards)?;
         check_fields(&storage.fields, self.fields, steps)?;
         self.fields.iter().try_for_each(|(name, values)| check_finite::<T, S>(name, values))
     }
@@ -149,6 +160,28 @@ pub(crate) fn check_finite<T: Scalar, S: Scalar>(
         return Err(AddError::NotFinite { field, index, value: values[index].to_f64() });
     }
     Ok(())
+}
+
+/// The largest magnitude of a reward. The steps of an episode are fewer than 2^58, because a row of a step takes
+/// at least 16 bytes, so that no sum of its rewards is infinite in `f32`.
+const MAX_REWARD: f64 = 1e20;
+
+/// Whether a reward can be stored.
+pub(crate) fn is_reward(reward: f64) -> bool {
+    (-MAX_REWARD..=MAX_REWARD).contains(&reward)
+}
+
+/// Checks that each reward can be stored.
+pub(crate) fn check_rewards<S: Scalar>(field: &str, rewards: &[S]) -> Result<(), AddError> {
+    let Some(index) = rewards.iter().position(|reward| !is_reward(reward.to_f64())) else {
+        return Ok(());
+    };
+    let (field, value) = (field.to_owned(), rewards[index].to_f64());
+    Err(if value.is_finite() {
+        AddError::RewardTooLarge { field, index, value }
+    } else {
+        AddError::NotFinite { field, index, value }
+    })
 }
 
 pub(crate) fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {

@@ -35,7 +35,8 @@ pub struct StepRows<'a, O, G = O, A = O> {
     pub started: &'a [bool],
     /// The actions taken, `n * dims.action` elements. Read in rows with a step.
     pub actions: &'a [A],
-    /// The rewards for the episodes' own goals, `n` elements. Read in rows with a step.
+    /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude. Read in rows with a
+    /// step.
     pub rewards: &'a [G],
     /// The observations after the step, `n * dims.observation` elements: at an episode's end its terminal
     /// observation, never the first one of the next episode. Read in rows with a step.
@@ -100,7 +101,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// 3. Where an episode starts, one that is still under way ends as truncated with the steps it has, and the
     ///    new one begins.
     ///
-    /// A row whose numbers are not finite, possibly only once rounded to the buffer's type, is no error of the
+    /// A row whose numbers the buffer cannot store is no error of the
     /// call: the environment's episode is discarded, and its steps are skipped until the next start. Other
     /// environments are not affected. In the steady state, nothing is allocated.
     ///

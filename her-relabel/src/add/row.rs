@@ -1,7 +1,7 @@
 //! A state and a step as the recorder takes them: slices of any element types, with their checks.
 
 use crate::add::arguments::{EpisodeStart, FieldRows, Step};
-use crate::add::check::{AddError, check_finite, check_len};
+use crate::add::check::{AddError, check_finite, check_len, check_rewards};
 use crate::scalar::Scalar;
 use crate::store::config::Dims;
 use crate::store::fields::Fields;
@@ -76,7 +76,7 @@ impl<O: Scalar, G: Scalar, A: Scalar> StepRow<'_, O, G, A> {
     /// Checks the numbers, those of the fields included, whose lengths must have been checked.
     pub(crate) fn check_numbers<T: Scalar>(&self, fields: &Fields) -> Result<(), AddError> {
         check_finite::<T, A>("action", self.action)?;
-        check_finite::<T, G>("reward", &[self.reward])?;
+        check_rewards("reward", &[self.reward])?;
         check_finite::<T, O>("next_observation", self.next_observation)?;
         check_finite::<T, G>("next_achieved_goal", self.next_achieved_goal)?;
         self.fields.iter().try_for_each(|(name, values)| {

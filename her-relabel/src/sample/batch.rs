@@ -2,6 +2,7 @@
 
 use crate::normalizer::Normalizer;
 use crate::sample::columns::{Widths, columns};
+use crate::sample::memory::resize;
 use crate::sample::redraw::Redraws;
 use crate::sample::sampler::{SampleError, Sampler};
 use crate::scalar::Scalar;
@@ -16,7 +17,7 @@ use crate::store::transition_id::TransitionId;
 /// Make a batch once and pass it to [`Sampler::sample`] again and again, which reuses its memory. A batch
 /// owns its numbers: nothing in it refers to the buffer. `T` is the type of the network, `f32` or `f64`, and
 /// need not be that of the buffer: an `f32` batch of an `f64` buffer has the nearest `f32` numbers (infinite
-/// beyond its range), and its rewards are computed from the buffer's own numbers.
+/// beyond its range, where rewards never are), and its rewards are computed from the buffer's own numbers.
 ///
 /// A tensor library that takes vectors can have the columns without a copy: see
 /// [`take_columns`](Self::take_columns). To draw into memory of your own, see
@@ -177,6 +178,15 @@ impl<T: PartialEq> PartialEq for Batch<T> {
     }
 }
 
+impl<T> Batch<T> {
+    /// Removes all rows.
+    pub(crate) fn clear(&mut self) {
+        self.len = 0;
+        self.columns.clear();
+        self.field_values.clear();
+    }
+}
+
 impl<T: Scalar> Batch<T> {
     /// Makes an empty batch, which gets its size from the first sample.
     #[must_use]
@@ -295,13 +305,6 @@ impl<T: Scalar> Batch<T> {
         Ok(&self.field_values[place.start * self.len()..place.end * self.len()])
     }
 
-    /// Removes all rows.
-    pub(crate) fn clear(&mut self) {
-        self.len = 0;
-        self.columns.clear();
-        self.field_values.clear();
-    }
-
     /// Follows the fields of a buffer.
     pub(crate) fn follow_fields(&mut self, fields: &Fields) {
         if !self.fields.is_same(fields) {
@@ -310,14 +313,14 @@ impl<T: Scalar> Batch<T> {
     }
 
     /// Sorts the fields, which were gathered row by row, into one matrix each.
-    pub(crate) fn separate_fields(&mut self) {
+    pub(crate) fn separate_fields(&mut self) -> Result<(), SampleError> {
         let size = self.len;
         let (values, rows) = (&mut self.field_values, &mut self.scratch.field_rows);
         if self.fields.is_plain() {
             std::mem::swap(values, rows);
-            return;
+            return Ok(());
         }
-        values.resize(rows.len(), T::default());
+        resize(values, rows.len(), T::default())?;
         let all = rows.len() / size.max(1);
         for (field, place) in self.fields.places() {
             let column = &mut values[place.start * size..place.end * size];
@@ -325,12 +328,18 @@ impl<T: Scalar> Batch<T> {
                 to.copy_from_slice(&from[place.clone()]);
             }
         }
+        Ok(())
     }
 }
 
-/// Returns the widths of the columns that a batch of `sampler` has. `keeps_stored` says whether the columns hold
-/// the goals as they are stored.
-pub(crate) fn widths(sampler: &Sampler, layout: &Layout, keeps_stored: bool) -> Widths {
+/// Returns the widths of the columns that a batch of `sampler` has, whose rows have at most `window` steps.
+/// `keeps_stored` says whether the columns hold the goals as they are stored.
+pub(crate) fn widths(
+    sampler: &Sampler,
+    layout: &Layout,
+    window: usize,
+    keeps_stored: bool,
+) -> Widths {
     let Dims { observation, goal, action } = layout.dims();
     let is_joined = sampler.joined_goal();
     Widths {
@@ -343,7 +352,7 @@ pub(crate) fn widths(sampler: &Sampler, layout: &Layout, keeps_stored: bool) -> 
         goal,
         action,
         fields: layout.fields().len(),
-        goals: goal * sampler.window(),
+        goals: goal * window,
         judged: if sampler.success() && !keeps_stored { goal } else { 0 },
     }
 }

@@ -74,7 +74,7 @@ macro_rules! columns {
                 $(
                     let len = rows * widths.$width;
                     let $name = if given.$name.is_empty() {
-                        self.$name.resize(len, $new);
+                        resize(&mut self.$name, len, $new)?;
                         &mut self.$name[..]
                     } else if given.$name.len() == len {
                         self.$name.clear();
@@ -126,9 +126,13 @@ macro_rules! columns {
 
         impl<T: Scalar> $columns<T> {
             /// Makes room for so many rows, whose contents are unspecified.
-            pub(crate) fn resize(&mut self, rows: usize, widths: &Widths) -> $rows<'_, T> {
-                $(self.$name.resize(rows * widths.$width, $new);)*
-                $rows { $($name: &mut self.$name,)* }
+            pub(crate) fn resize(
+                &mut self,
+                rows: usize,
+                widths: &Widths,
+            ) -> Result<$rows<'_, T>, SampleError> {
+                $(resize(&mut self.$name, rows * widths.$width, $new)?;)*
+                Ok($rows { $($name: &mut self.$name,)* })
             }
         }
     };

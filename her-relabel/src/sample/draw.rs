@@ -17,6 +17,15 @@ use crate::store::config::Dims;
 use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 
+/// A batch that is emptied unless it becomes whole, also if the reward function panics.
+struct Unfinished<'a, T>(&'a mut Batch<T>);
+
+impl<T> Drop for Unfinished<'_, T> {
+    fn drop(&mut self) {
+        self.0.clear();
+    }
+}
+
 impl Sampler {
     /// Draws a batch into `batch`, with random numbers from `source`: a `u64` seed, or `&mut` a generator,
     /// of which one word is used. The same seed gives the same batch, whatever was drawn before.
@@ -24,7 +33,8 @@ impl Sampler {
     /// The batch may have another element type than the buffer.
     ///
     /// `reward` is called once, with the relabeled rows only, and not at all if there are none.
-    /// Rewards are computed in `f64`, from the buffer's own numbers. If it panics the buffer is unharmed.
+    /// Rewards are computed in `f64`, from the buffer's own numbers. If it panics, the buffer is unharmed
+    /// and the batch is empty.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty.
@@ -102,11 +112,10 @@ impl Sampler {
         F: GoalReward + ?Sized,
     {
         let draws = Draws::new(source.seed());
-        let drawn = self.draw(&buffer.storage, reward, draws, batch, columns);
-        if drawn.is_err() {
-            batch.clear();
-        }
-        drawn
+        let unfinished = Unfinished(batch);
+        self.draw(&buffer.storage, reward, draws, &mut *unfinished.0, columns)?;
+        std::mem::forget(unfinished);
+        Ok(())
     }
 
     fn draw<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
@@ -117,7 +126,7 @@ impl Sampler {
         batch: &mut Batch<T>,
         given: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
-        self.check(storage)?;
+        let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
         let Batch { columns, scratch, judged, redraws, normalizers, .. } = &mut *batch;
         let form = Formed {
@@ -127,10 +136,10 @@ impl Sampler {
         form.check(storage.layout.dims())?;
         // A buffer of the batch's type, if the batch takes everything as it is stored.
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
-        let widths = widths(self, &storage.layout, as_stored.is_some());
+        let widths = widths(self, &storage.layout, window, as_stored.is_some());
         let size = self.batch_size();
         let columns = columns.resize_others(size, &widths, given)?;
-        let scratch = scratch.resize(size, &widths);
+        let scratch = scratch.resize(size, &widths)?;
         let mut rows = Rows { widths, first: 0, columns, scratch };
         let memory = (&mut rows, judged, redraws);
         match (as_stored, self.joined_goal()) {
@@ -143,8 +152,7 @@ impl Sampler {
             (None, _) => self.fill(storage, reward, draws, form, memory)?,
         }
         batch.len = size;
-        batch.separate_fields();
-        Ok(())
+        batch.separate_fields()
     }
 
     /// Draws rows and computes their outcomes.
@@ -181,12 +189,13 @@ impl Sampler {
             }
         };
         if let Some(beta) = self.priorities() {
-            outcome::weigh(beta, storage, rows, judged);
+            outcome::weigh(beta, storage, rows, judged)?;
         }
         outcome::compute(storage, self, reward, form, counts, rows, judged)
     }
 
-    fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), SampleError> {
+    /// Checks that a batch can be drawn, and returns the most steps of its rows.
+    fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<usize, SampleError> {
         if self.batch_size() == 0 {
             return Err(SampleError::EmptyBatch);
         }
@@ -200,13 +209,15 @@ impl Sampler {
             }
         }
         let Dims { observation, goal, action } = storage.layout.dims();
-        let goals = goal.saturating_mul(self.window());
+        // Longer windows than episodes need no memory.
+        let window = self.window().min(storage.episodes.longest() as usize);
+        let goals = goal.saturating_mul(window);
         let input = observation.saturating_add(goal);
         let most = input.max(action).max(goals).max(storage.layout.fields().len());
         let size = size_of::<f64>();
         let bytes = self.batch_size().checked_mul(most).and_then(|count| count.checked_mul(size));
         match bytes {
-            Some(bytes) if bytes <= isize::MAX.unsigned_abs() => Ok(()),
+            Some(bytes) if bytes <= isize::MAX.unsigned_abs() => Ok(window),
             _ => Err(SampleError::TooLarge),
         }
     }

@@ -9,6 +9,8 @@ pub(crate) mod draws;
 pub(crate) mod form;
 pub(crate) mod gather;
 pub(crate) mod goals;
+mod memory;
 pub(crate) mod outcome;
 pub(crate) mod redraw;
 pub(crate) mod sampler;
+pub(crate) mod termination;

@@ -6,7 +6,9 @@ use crate::sample::batch::{Judged, Relabeled, Rows};
 use crate::sample::copy::widen;
 use crate::sample::form::{Form, State};
 use crate::sample::gather::Counts;
+use crate::sample::memory::refill;
 use crate::sample::sampler::{SampleError, Sampler};
+use crate::sample::termination::Termination;
 use crate::scalar::Scalar;
 use crate::store::episodes::Episodes;
 use crate::store::priorities::PriorityUnit;
@@ -31,27 +33,29 @@ pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         let desired = &rows.scratch.desired_pairs[..elements];
         let pairs = GoalPairs::new(achieved, desired, goal_dim)?;
         // NaN and `false` reveal a reward function that leaves elements out.
-        judged.rewards.clear();
-        judged.rewards.resize(counts.pairs, f64::NAN);
+        refill(&mut judged.rewards, counts.pairs, f64::NAN)?;
         reward.reward_batch(pairs, &mut judged.rewards)?;
-        if sampler.recompute_terminated() {
-            judged.terminated.clear();
-            judged.terminated.resize(counts.pairs, false);
+        let termination = sampler.termination();
+        if termination != Termination::Stored {
+            refill(&mut judged.terminated, counts.pairs, false)?;
             reward.terminated_batch(pairs, &mut judged.terminated)?;
-            terminate(storage, form, counts, rows, &judged.terminated);
+            let keeps_stored = termination == Termination::StoredOrRecomputed;
+            terminate(storage, form, counts, rows, &judged.terminated, keeps_stored);
         }
         put_rewards(sampler, counts, rows, &judged.rewards)?;
     }
     if sampler.success() { judge(storage.layout.dims().goal, reward, rows) } else { Ok(()) }
 }
 
-/// Ends each relabeled window at the first step with which the new goal ends the task.
+/// Ends each relabeled window at the first step with which the new goal ends the task. `keeps_stored` says whether
+/// its last step also ends the task if it is stored so.
 fn terminate<S: Scalar, T: Scalar>(
     storage: &Storage<S>,
     form: impl Form<S, T>,
     counts: Counts,
     rows: &mut Rows<'_, T>,
     terminated: &[bool],
+    keeps_stored: bool,
 ) {
     let Rows { columns, scratch, .. } = rows;
     let Storage { layout, tape, episodes, .. } = storage;
@@ -61,7 +65,7 @@ fn terminate<S: Scalar, T: Scalar>(
         let (terminated, later) = rest.split_at(pairs);
         rest = later;
         let end = terminated.iter().position(|terminated| *terminated);
-        columns.terminated[row] = end.is_some();
+        columns.terminated[row] = end.is_some() || keeps_stored && columns.terminated[row];
         let Some(used) = end.map(|end| end + 1).filter(|used| *used < pairs) else {
             continue;
         };
@@ -125,17 +129,19 @@ pub(crate) fn weigh<S: Scalar, T: Scalar>(
     storage: &Storage<S>,
     rows: &mut Rows<'_, T>,
     judged: &mut Judged,
-) {
-    let Some(table) = &storage.priorities else { return };
+) -> Result<(), SampleError> {
+    let Some(table) = &storage.priorities else { return Ok(()) };
     let columns = &mut rows.columns;
-    let shares = columns.transition.iter().map(|id| share(table, &storage.episodes, id.number()));
-    judged.shares.clear();
-    judged.shares.extend(shares);
+    refill(&mut judged.shares, columns.transition.len(), 0.0)?;
+    for (probability, id) in judged.shares.iter_mut().zip(&*columns.transition) {
+        *probability = share(table, &storage.episodes, id.number());
+    }
     let least = judged.shares.iter().copied().fold(f64::INFINITY, f64::min);
     for (weight, share) in columns.importance_weight.iter_mut().zip(&judged.shares) {
         // The least probable row has the highest weight, by which all are divided.
         *weight = T::from_f64((least / share).powf(beta.get()));
     }
+    Ok(())
 }
 
 /// Returns a number proportional to the probability of drawing a live transition.

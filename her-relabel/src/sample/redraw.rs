@@ -5,6 +5,7 @@ use goal_reward::{GoalPairs, GoalReward};
 use crate::sample::aim::aim;
 use crate::sample::copy::put_wide;
 use crate::sample::draws::{Draws, MAX_DRAWS, Purpose, Redrawn, Words};
+use crate::sample::memory::{refill, resize};
 use crate::sample::sampler::{SampleError, Sampler};
 use crate::scalar::Scalar;
 use crate::split_mix::unit;
@@ -40,13 +41,12 @@ impl Redraws {
     ) -> Result<Redrawn<'_>, SampleError> {
         let (len, goal_dim) = (sampler.batch_size(), storage.layout.dims().goal);
         let kept = sampler.already_achieved().get();
-        self.attempts.clear();
-        self.attempts.resize(len, 0);
-        self.achieved.resize(len * goal_dim, 0.0);
-        self.desired.resize(len * goal_dim, 0.0);
-        self.already.resize(len, false);
-        self.pending.clear();
-        self.pending.extend(0..len);
+        refill(&mut self.attempts, len, 0)?;
+        resize(&mut self.achieved, len * goal_dim, 0.0)?;
+        resize(&mut self.desired, len * goal_dim, 0.0)?;
+        resize(&mut self.already, len, false)?;
+        refill(&mut self.pending, len, 0)?;
+        self.pending.iter_mut().enumerate().for_each(|(at, row)| *row = at);
         for attempt in 0..MAX_DRAWS - 1 {
             let words = draws.attempt(attempt);
             self.draw_pairs(storage, sampler, words, &pick);

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
+use crate::sample::termination::{Termination, by_name_or_flag};
 use crate::unit_interval::UnitInterval;
 
 /// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting for one
@@ -58,7 +59,8 @@ pub struct Sampler {
     batch_size: usize,
     goals: GoalMixture,
     ratio: UnitInterval,
-    recompute_terminated: bool,
+    #[serde(default, alias = "recompute_terminated", deserialize_with = "by_name_or_flag")]
+    termination: Termination,
     success: bool,
     n_step: Option<NStep>,
     #[serde(rename = "prioritized")]
@@ -84,7 +86,7 @@ impl Sampler {
             batch_size,
             goals: GoalMixture::only(strategy),
             ratio,
-            recompute_terminated: false,
+            termination: Termination::Stored,
             success: false,
             n_step: None,
             priorities: None,
@@ -118,10 +120,10 @@ impl Sampler {
         self
     }
 
-    /// Sets whether the reward function decides the termination of relabeled rows, for their new goal. Off
-    /// by default, as in the paper: they keep the stored termination.
-    pub const fn with_recompute_terminated(mut self, recompute_terminated: bool) -> Self {
-        self.recompute_terminated = recompute_terminated;
+    /// Sets what decides the termination of relabeled rows. The default is [`Termination::Stored`], as in the
+    /// paper: no learner bootstraps from a state that ended its task.
+    pub const fn with_termination(mut self, termination: Termination) -> Self {
+        self.termination = termination;
         self
     }
 
@@ -138,8 +140,8 @@ impl Sampler {
     /// goal, for which all of its rewards are computed if the row is relabeled; a future goal is one of
     /// the states after the first step. [`Batch::reward`](crate::Batch::reward) is the discounted sum of
     /// the rewards, the next observation and the flags belong to the last step, and
-    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the task ended. If termination is
-    /// recomputed, a window ends with the first step that terminates.
+    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the task ended. If [termination](Self::with_termination)
+    /// is recomputed, a window ends with the first step that terminates.
     pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
         self.n_step = n_step.into();
         self
@@ -218,8 +220,8 @@ impl Sampler {
         batch_size: usize,
         /// Returns the average share of rows that get a new goal.
         ratio: UnitInterval,
-        /// Returns whether the reward function decides the termination of relabeled rows.
-        recompute_terminated: bool,
+        /// Returns what decides the termination of relabeled rows.
+        termination: Termination,
         /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
         success: bool,
         /// Returns the windows of several steps.
@@ -304,8 +306,8 @@ pub enum SampleError {
     /// Every priority is 0.
     #[error("all priorities are 0, so that none can be drawn: set a positive one")]
     ZeroPriorities,
-    /// The rows of the batch, or the steps of their windows, cannot be addressed.
-    #[error("a batch of this size exceeds the address space: reduce `batch_size` or `n_step`")]
+    /// The rows of the batch, or the steps of their windows, take more memory than there is.
+    #[error("there is no memory for a batch of this size: reduce `batch_size` or `n_step`")]
     TooLarge,
     /// Memory of the caller's for a column has the wrong length.
     #[error(
@@ -332,9 +334,10 @@ pub enum SampleError {
     /// The reward function rejected the goals of the batch.
     #[error("the reward function failed on the relabeled goals: {0}")]
     Reward(#[from] GoalError),
-    /// The reward function returned NaN, infinity, or a number beyond the buffer's type.
+    /// The reward function returned NaN, infinity, or a number that is not finite in the batch's type; or the sum of
+    /// a window of its rewards is no such number.
     #[error(
-        "the reward of row {row} is {reward}, which the buffer's type cannot hold as a finite number: check the reward function"
+        "the reward of row {row} is {reward}, which the batch's type cannot hold as a finite number: check the reward function"
     )]
     RewardNotFinite {
         /// The row of the batch.

@@ -20,6 +20,7 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
+use crate::add::check::is_reward;
 use crate::save::replace::replace;
 use crate::save::stream::{LoadError, Source, Target, VERSION, VERSION_WITH_STILL};
 use crate::scalar::Scalar;
@@ -159,6 +160,16 @@ impl<T: Scalar> HerBuffer<T> {
         let unfinished = (0..config.num_envs())
             .map(|_| read_unfinished(&mut source, &layout, capacity))
             .collect::<Result<Vec<_>, _>>()?;
+        let finished = episodes.numbers().map(|number| episodes.get(number)).flat_map(|episode| {
+            (episode.row(episode.start)..episode.last_row()).map(|number| tape.row(number))
+        });
+        // The last state of an episode has no reward.
+        let under_way = unfinished.iter().flat_map(|episode: &Unfinished<T>| {
+            episode.rows.chunks_exact(layout.row()).take(episode.steps(&layout))
+        });
+        if !finished.chain(under_way).all(|row| is_reward(row[layout.reward()].to_f64())) {
+            return Err(LoadError::Damaged);
+        }
         let priorities = match config.priorities() {
             Some(settings) => Some(read_priorities(&mut source, settings, &episodes)?),
             None => None,

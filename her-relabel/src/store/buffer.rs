@@ -77,8 +77,8 @@ impl<T: Scalar> HerBuffer<T> {
         config.check()?;
         Ok(Self {
             storage: Storage::new(&config)?,
-            unfinished: vec![Unfinished::default(); config.num_envs()],
-            has_row: vec![false; config.num_envs()],
+            unfinished: one_each(&config, Unfinished::default())?,
+            has_row: one_each(&config, false)?,
             whole: Unfinished::default(),
             config,
         })
@@ -165,4 +165,12 @@ impl<T: Scalar> HerBuffer<T> {
         let table = self.storage.priorities.as_ref()?;
         episodes.live().contains(&number).then(|| table.priority(episodes, number))
     }
+}
+
+/// Makes an element for each environment.
+fn one_each<E: Clone>(config: &BufferConfig, element: E) -> Result<Vec<E>, ConfigError> {
+    let mut elements = Vec::new();
+    elements.try_reserve_exact(config.num_envs()).map_err(|_| ConfigError::TooLarge)?;
+    elements.resize(config.num_envs(), element);
+    Ok(elements)
 }

@@ -167,7 +167,10 @@ pub enum ConfigError {
         /// The distance.
         distance: f64,
     },
-    /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed.
-    #[error("a buffer of these sizes exceeds the address space: reduce `capacity` or `dims`")]
+    /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed, or there is no memory for
+    /// so many environments.
+    #[error(
+        "there is no memory for a buffer of these sizes: reduce `capacity`, `dims` or `num_envs`"
+    )]
     TooLarge,
 }

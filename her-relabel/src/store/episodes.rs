@@ -23,6 +23,8 @@ pub(crate) struct Episodes {
     /// The episode of each cell's first transition.
     cells: Queue<u64>,
     first_cell: u64,
+    /// The steps of the longest episode so far.
+    longest: u64,
 }
 
 /// The end of an episode. At least one flag is set, except for the next episode.
@@ -95,6 +97,7 @@ impl Episodes {
             first_episode,
             cells: Queue::default(),
             first_cell: transition >> CELL_SHIFT,
+            longest: 0,
         }
     }
 
@@ -118,6 +121,7 @@ impl Episodes {
             episodes.cells.extend(cells.map(|_| first_episode + at as u64));
             episodes.records[at] = record;
             episodes.records.push(Record::new(next, Ending::default()));
+            episodes.longest = episodes.longest.max(next - episodes.live.end);
             episodes.live.end = next;
         }
         (episodes.live.end == end).then_some(episodes)
@@ -144,11 +148,17 @@ impl Episodes {
         self.records.len() - 1
     }
 
+    /// Returns a bound of the steps of every episode.
+    pub(crate) fn longest(&self) -> u64 {
+        self.longest
+    }
+
     /// Appends an episode of `len` transitions, at least 1.
     pub(crate) fn push(&mut self, len: u64, ending: Ending) {
         debug_assert!(len > 0);
         let (first, at) = (self.live.end, self.len());
         self.live.end += len;
+        self.longest = self.longest.max(len);
         self.records[at] = Record::new(first, ending);
         self.records.push(Record::new(self.live.end, Ending::default()));
         let cells = first.div_ceil(1 << CELL_SHIFT)..self.live.end.div_ceil(1 << CELL_SHIFT);

@@ -8,7 +8,7 @@ use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
     Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalMixture, GoalPart, GoalStrategy,
     HerBuffer, NStep, Normalizer, NormalizerConfig, NormalizerError, Priorities, PriorityUnit,
-    SampleError, Sampler, Scalar, UnitInterval,
+    SampleError, Sampler, Scalar, Termination, UnitInterval,
 };
 
 const DIMS: Dims = Dims { observation: 5, goal: 3, action: 2 };
@@ -78,7 +78,8 @@ fn samplers() -> Result<Vec<Sampler>> {
     ])?;
     let plain = Sampler::new(ROWS, GoalStrategy::Future, UnitInterval::from_k(4));
     let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(3), UnitInterval::new(0.9)?);
-    let windows = plain.with_n_step(n_step).with_recompute_terminated(true).with_success(true);
+    let windows =
+        plain.with_n_step(n_step).with_termination(Termination::Recomputed).with_success(true);
     Ok(vec![
         plain,
         plain.with_goals(mixture).with_success(true),

@@ -28,6 +28,7 @@ mod determinism;
 mod fields;
 mod forms;
 mod goals;
+mod limits;
 mod outcomes;
 mod priorities;
 mod relabeling;

@@ -4,9 +4,10 @@ use std::num::NonZeroUsize;
 
 use crate::common::{DIMS, Telling, achieved_goal, add, buffer, observation, reward};
 use goal_reward::GoalReward;
-use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, Sampler, UnitInterval};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, Sampler, Termination, UnitInterval};
 
-/// [`Telling`] for a task that ends once its goal is reached.
+/// [`Telling`] for a task that ends once its goal is reached, which tells the achieved goal from the desired one:
+/// a state reaches the states of its episode that are not later.
 struct Ending;
 
 impl GoalReward for Ending {
@@ -14,10 +15,10 @@ impl GoalReward for Ending {
         Telling.reward(achieved_goal, desired_goal)
     }
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
-        achieved_goal == desired_goal
+        achieved_goal[0] == desired_goal[0] && achieved_goal[1] >= desired_goal[1]
     }
     fn terminated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
-        achieved_goal == desired_goal
+        self.is_success(achieved_goal, desired_goal)
     }
 }
 
@@ -55,17 +56,26 @@ fn outcomes_are_as_stored_unless_requested() {
 
 #[test]
 fn termination_and_success_are_those_of_the_new_goal() {
-    let stored = draw(&episodes(), &sampler());
-    let with_outcomes = sampler().with_recompute_terminated(true).with_success(true);
-    let batch = draw(&episodes(), &with_outcomes);
+    // Of goals from the whole buffer, some are never reached.
+    let plain = sampler().with_strategy(GoalStrategy::Random);
+    let stored = draw(&episodes(), &plain);
+    let recomputed = plain.with_termination(Termination::Recomputed).with_success(true);
+    let batch = draw(&episodes(), &recomputed);
+    let added = draw(&episodes(), &plain.with_termination(Termination::StoredOrRecomputed));
     assert_eq!(batch.success().len(), batch.len());
     for (row, relabeled) in batch.relabeled().enumerate() {
-        let reached = goal(batch.next_achieved_goal(), row) == goal(batch.desired_goal(), row);
+        let (achieved, desired) =
+            (goal(batch.next_achieved_goal(), row), goal(batch.desired_goal(), row));
+        let reached = Ending.is_success(&achieved, &desired);
         assert_eq!(batch.success()[row], reached);
         let expected = if relabeled { reached } else { stored.terminated()[row] };
         assert_eq!(batch.terminated()[row], expected);
+        let either = reached && relabeled || stored.terminated()[row];
+        assert_eq!(added.terminated()[row], either);
     }
     assert!(batch.relabeled().zip(batch.terminated()).any(|(new, over)| new && *over));
+    // Some rows that ended the task no longer do, which is right only where tasks end at their goals.
+    assert!(stored.terminated().iter().zip(batch.terminated()).any(|(old, new)| *old && !*new));
     assert_eq!(batch.truncated(), stored.truncated());
     assert_eq!(batch.reward(), stored.reward());
 }
@@ -77,31 +87,41 @@ fn n_step(steps: usize, gamma: f64) -> NStep {
 #[test]
 fn a_window_has_one_goal_and_ends_with_its_episode() {
     for (steps, gamma) in [(1, 0.5), (3, 0.5), (5, 1.0), (100, 0.9)] {
-        for recompute in [false, true] {
-            let sampler =
-                sampler().with_n_step(n_step(steps, gamma)).with_recompute_terminated(recompute);
-            let batch = draw(&episodes(), &sampler);
-            for row in 0..batch.len() {
-                check_window(&batch, row, steps as u32, gamma, recompute);
+        for termination in
+            [Termination::Stored, Termination::StoredOrRecomputed, Termination::Recomputed]
+        {
+            for strategy in [GoalStrategy::Future, GoalStrategy::Random] {
+                let sampler = sampler().with_strategy(strategy).with_termination(termination);
+                let batch = draw(&episodes(), &sampler.with_n_step(n_step(steps, gamma)));
+                for row in 0..batch.len() {
+                    check_window(&batch, row, steps as u32, gamma, termination);
+                }
             }
         }
     }
 }
 
 /// Computes a window step by step.
-fn check_window(batch: &Batch<f64>, row: usize, steps: u32, gamma: f64, recompute: bool) {
+fn check_window(batch: &Batch<f64>, row: usize, steps: u32, gamma: f64, termination: Termination) {
     let (episode, t) = place(batch, row);
-    let new_goal = batch.goal_source()[row].is_some().then(|| goal(batch.desired_goal(), row));
-    if let Some(source) = batch.goal_source()[row] {
-        let ahead = (source.get() - batch.transition()[row].get()) as u32;
-        assert_eq!(goal(batch.desired_goal(), row), achieved_goal(episode, t + ahead + 1));
-    }
+    let new_goal = batch.goal_source()[row].map(|source| {
+        // The transitions are numbered from 1.
+        let (episode, first) = match source.get() {
+            1..=4 => (1, 1),
+            5 => (2, 5),
+            _ => (3, 6),
+        };
+        let new_goal = goal(batch.desired_goal(), row);
+        assert_eq!(new_goal, achieved_goal(episode, (source.get() - first) as u32 + 1));
+        new_goal
+    });
     let (mut sum, mut discount, mut at, mut over) = (0.0, 1.0, t, false);
     while at < LENS[episode as usize].min(t + steps) && !over {
         let achieved = achieved_goal(episode, at + 1);
         sum += discount * new_goal.map_or(reward(episode, at), |g| Telling.reward(&achieved, &g));
         discount *= gamma;
-        over = recompute && new_goal == Some(achieved);
+        over = termination != Termination::Stored
+            && new_goal.is_some_and(|goal| Ending.terminated(&achieved, &goal));
         at += 1;
     }
     let is_last = at == LENS[episode as usize];
@@ -112,10 +132,11 @@ fn check_window(batch: &Batch<f64>, row: usize, steps: u32, gamma: f64, recomput
     assert_eq!(batch.discount()[row], discount);
     assert_eq!(batch.next_observation()[row * DIMS.observation..][..2], observation(episode, at));
     assert_eq!(goal(batch.next_achieved_goal(), row), achieved_goal(episode, at));
-    assert_eq!(
-        batch.terminated()[row],
-        if recompute && new_goal.is_some() { over } else { stored }
-    );
+    let expected = match (termination, new_goal) {
+        (Termination::Recomputed, Some(_)) => over,
+        _ => over || stored,
+    };
+    assert_eq!(batch.terminated()[row], expected);
     assert_eq!(batch.truncated()[row], is_last && episode != 1);
 }
 

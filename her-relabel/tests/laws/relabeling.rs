@@ -221,6 +221,8 @@ fn a_bad_reward_function_harms_nothing() -> Result {
     let panicked =
         catch_unwind(AssertUnwindSafe(|| sampler.sample(&buffer, &Bad::Panics, 8, &mut batch)));
     assert!(panicked.is_err());
+    // Not even a row with the new goal and the old reward is left.
+    assert!(batch.is_empty() && batch.desired_goal().is_empty() && batch.reward().is_empty());
     sampler.sample(&buffer, &Telling, 8, &mut batch)?;
     assert_eq!(rows(&batch), expected);
     Ok(())
