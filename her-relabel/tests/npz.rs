@@ -9,8 +9,8 @@ use std::thread;
 
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NpzError, Sampler, Scalar,
-    UnitInterval,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NpzError, Priorities,
+    PriorityUnit, Sampler, Scalar, TransitionId, UnitInterval,
 };
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
@@ -157,6 +157,20 @@ fn a_file_that_is_replaced_while_it_is_read_is_one_or_the_other() -> Result {
         writer.join().map_err(|_| "the writer panicked")??;
         outcome
     })
+}
+
+#[test]
+fn priorities_stay_and_imported_transitions_get_that_of_new_ones() -> Result {
+    let priorities = Priorities::new(PriorityUnit::Transition);
+    let mut buffer = HerBuffer::<f64>::new(config(100).with_priorities(priorities))?;
+    add(&mut buffer, 1);
+    let (oldest, newest) = buffer.transition_ids().ok_or("it is empty")?;
+    buffer.set_priorities(&[oldest, newest], &[0.25, 5.0])?;
+    buffer.import_npz_bytes(&exported(&filled::<f64>(100, 2)))?;
+    let ids = (oldest.get()..).take(buffer.len()).filter_map(TransitionId::new);
+    let found: Vec<Option<f64>> = ids.map(|id| buffer.priority(id)).collect();
+    assert_eq!(found, [0.25, 5.0, 5.0, 5.0, 5.0].map(Some));
+    Ok(())
 }
 
 #[test]

@@ -40,7 +40,7 @@ fn foreign_files_say_what_they_are() {
 }
 
 /// Gives a changed file the right checksum, as a hostile writer would.
-fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+pub(crate) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let end = bytes.len() - 4;
     let checksum = crc32fast::hash(&bytes[..end]);
     bytes[end..].copy_from_slice(&checksum.to_le_bytes());

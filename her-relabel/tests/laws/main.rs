@@ -26,6 +26,7 @@ mod common;
 mod damaged;
 mod determinism;
 mod fields;
+mod format;
 mod forms;
 mod goals;
 mod limits;

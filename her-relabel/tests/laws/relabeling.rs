@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::common::{Result, Telling, add, assert_uniform, buffer, draw, relabel_all, rows};
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, SampleError, Sampler,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, SampleError, Sampler, Scalar,
     UnitInterval,
 };
 
@@ -228,15 +228,20 @@ fn a_bad_reward_function_harms_nothing() -> Result {
     Ok(())
 }
 
-/// The reward of a state at `distance` from the goal, in one dimension.
-fn reward_at(distance: f64) -> f64 {
-    let dims = Dims { observation: 1, goal: 1, action: 1 };
+/// The reward of a state at `distance` from the goal, in `dim` dimensions, in a batch of `T`.
+fn reward_at<T: Scalar>(distance: f64, dim: usize) -> f64 {
+    let dims = Dims { observation: 1, goal: dim, action: 1 };
+    let goal = |place: f64| {
+        let mut goal = vec![0.25; dim];
+        goal[dim - 1] = place;
+        goal
+    };
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(10, dims)).unwrap();
     buffer
         .add_episode(&EpisodeData {
             observations: &[0.0; 3],
-            achieved_goals: &[5.0, 0.0, distance],
-            desired_goal: &[0.0],
+            achieved_goals: &[goal(5.0), goal(0.0), goal(distance)].concat(),
+            desired_goal: &goal(0.0),
             actions: &[0.0; 2],
             rewards: &[7.0; 2],
             terminated: false,
@@ -244,11 +249,13 @@ fn reward_at(distance: f64) -> f64 {
             fields: &[],
         })
         .unwrap();
-    let mut batch = Batch::<f64>::new();
-    let sampler = relabel_all(32, GoalStrategy::Final);
+    let mut batch = Batch::<T>::new();
+    let sampler = relabel_all(32, GoalStrategy::Final).with_success(true);
     sampler.sample(&buffer, &DistanceReward::sparse(), 0, &mut batch).unwrap();
-    let first = batch.next_achieved_goal().iter().position(|goal| *goal == 0.0).unwrap();
-    batch.reward()[first]
+    let mut goals = batch.next_achieved_goal().chunks_exact(dim);
+    let first = goals.position(|goal| goal[dim - 1].to_f64() == 0.0).unwrap();
+    assert_eq!(batch.success()[first], distance < 0.05);
+    batch.reward()[first].to_f64()
 }
 
 #[test]
@@ -256,8 +263,13 @@ fn goals_are_not_rounded_before_the_threshold() {
     // Both are 0.05 in f32.
     let (at, above) = (0.05, 0.050_000_000_000_000_01);
     assert_eq!(at as f32, above as f32);
-    assert_eq!(reward_at(at).to_bits(), (-0.0_f64).to_bits());
-    assert_eq!(reward_at(above), -1.0);
+    // Goals of three elements, as those of the Fetch tasks, take a path of their own.
+    for dim in [1, 2, 3, 4] {
+        for reward_at in [reward_at::<f32>, reward_at::<f64>] {
+            assert_eq!(reward_at(at, dim).to_bits(), (-0.0_f64).to_bits());
+            assert_eq!(reward_at(above, dim), -1.0);
+        }
+    }
 }
 
 #[test]

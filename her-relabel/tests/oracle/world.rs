@@ -1,0 +1,384 @@
+//! Random events, which happen to a list of episodes and to a buffer alike.
+
+use her_relabel::rand_core::Rng;
+use her_relabel::{
+    BufferConfig, Dims, EpisodeData, EpisodeStart, FieldRows, HerBuffer, NewPriority, Priorities,
+    PriorityUnit, Scalar, Step, StepRows,
+};
+use proptest::prelude::*;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::list::{Episode, List, State, Taken};
+
+/// An event. Environments are numbered modulo their number.
+#[derive(Clone, Debug)]
+pub(crate) enum Event {
+    /// A step, after a start if there is no episode under way; with its flags.
+    Step(usize, (bool, bool)),
+    End(usize),
+    Discard(usize),
+    /// A whole episode of so many steps.
+    Whole(usize, (bool, bool)),
+    /// A row of each environment: whether it is stepped, terminated, truncated, started.
+    Record([[bool; 4]; 3]),
+    /// New priorities of some transitions.
+    Prioritize(Vec<(prop::sample::Index, u8)>),
+    Clear,
+    SaveAndLoad,
+    /// All finished episodes once more.
+    Append,
+    /// All finished episodes once more, as an archive of numpy arrays.
+    Import,
+}
+
+fn flags() -> impl Strategy<Value = (bool, bool)> {
+    prop_oneof![
+        8 => Just((false, false)),
+        1 => Just((true, false)),
+        1 => Just((false, true)),
+        1 => Just((true, true)),
+    ]
+}
+
+pub(crate) fn event() -> impl Strategy<Value = Event> {
+    let end = (0..3_u8).prop_map(|end| (end != 1, end != 0));
+    let changes = prop::collection::vec((any::<prop::sample::Index>(), 0_u8..5), 1..5);
+    let rare = || prop::bool::weighted(0.15);
+    let row = (any::<bool>(), rare(), rare(), rare()).prop_map(<[bool; 4]>::from);
+    prop_oneof![
+        30 => (0..3_usize, flags()).prop_map(|(env, flags)| Event::Step(env, flags)),
+        20 => prop::array::uniform3(row).prop_map(Event::Record),
+        6 => (1..12_usize, end).prop_map(|(len, end)| Event::Whole(len, end)),
+        4 => changes.prop_map(Event::Prioritize),
+        2 => (0..3_usize).prop_map(Event::End),
+        1 => (0..3_usize).prop_map(Event::Discard),
+        1 => Just(Event::Clear),
+        2 => Just(Event::SaveAndLoad),
+        1 => Just(Event::Append),
+        1 => Just(Event::Import),
+    ]
+}
+
+pub(crate) fn config() -> impl Strategy<Value = BufferConfig> {
+    let dims = (1..4_usize, 1..5_usize, 1..4_usize);
+    let capacity = prop_oneof![1..12_usize, 60..70_usize, Just(150)];
+    let fields = prop::collection::vec(1..4_usize, 0..3);
+    let new = prop_oneof![Just(NewPriority::Highest), Just(NewPriority::Given(0.5))];
+    let unit = prop_oneof![Just(PriorityUnit::Transition), Just(PriorityUnit::Episode)];
+    let priorities =
+        (unit, new).prop_map(|(unit, new)| Priorities::new(unit).with_new_priority(new));
+    let others = (1..4_usize, fields, prop::option::of(priorities));
+    (capacity, dims, others).prop_map(|(capacity, dims, (num_envs, fields, priorities))| {
+        let (observation, goal, action) = dims;
+        let config = BufferConfig::new(capacity, Dims { observation, goal, action });
+        let config = config.with_num_envs(num_envs).with_priorities(priorities);
+        let fields = fields.into_iter().enumerate();
+        fields.fold(config, |config, (at, len)| config.with_field(format!("field_{at}"), len))
+    })
+}
+
+/// Numbers of which some differ in the last bits only, and some are equal once rounded to `f32`.
+const NUMBERS: [f64; 10] =
+    [-2.0, -1.25, -0.0, 0.0, 0.1, 0.100_000_000_000_1, 0.100_000_001_490_116_12, 1e-40, 1.5, 3.25];
+
+/// Desired goals have other numbers, also once rounded, so that no goal is both.
+const DESIRED: [f64; 4] = [-1.75, 0.05, 0.0999, 2.5];
+
+/// Rewards whose sums are exact.
+const REWARDS: [f64; 5] = [-1.0, -0.0, 0.0, 0.25, 3.5];
+
+/// The list, and the numbers of what happens.
+pub(crate) struct World {
+    config: BufferConfig,
+    pub(crate) list: List,
+    rng: ChaCha8Rng,
+}
+
+/// Rounds numbers to the buffer's type.
+fn stored<S: Scalar>(numbers: &[f64]) -> Vec<f64> {
+    numbers.iter().map(|number| S::from_f64(*number).to_f64()).collect()
+}
+
+impl World {
+    pub(crate) fn new(config: &BufferConfig, seed: u64) -> Self {
+        let list = List::new(config.capacity(), config.num_envs(), config.priorities());
+        Self { config: config.clone(), list, rng: ChaCha8Rng::seed_from_u64(seed) }
+    }
+
+    fn one_of(&mut self, numbers: &[f64]) -> f64 {
+        numbers[self.rng.next_u32() as usize % numbers.len()]
+    }
+
+    fn numbers(&mut self, len: usize) -> Vec<f64> {
+        (0..len).map(|_| self.one_of(&NUMBERS)).collect()
+    }
+
+    fn state(&mut self) -> State {
+        let Dims { observation, goal, .. } = self.config.dims();
+        State { observation: self.numbers(observation), achieved_goal: self.numbers(goal) }
+    }
+
+    fn taken(&mut self) -> Taken {
+        let lens: Vec<usize> = self.config.fields().iter().map(|field| field.len).collect();
+        Taken {
+            action: self.numbers(self.config.dims().action),
+            reward: self.one_of(&REWARDS),
+            fields: lens.into_iter().map(|len| self.numbers(len)).collect(),
+            priority: 0.0,
+        }
+    }
+
+    fn start(&mut self) -> Episode {
+        Episode {
+            desired_goal: (0..self.config.dims().goal).map(|_| self.one_of(&DESIRED)).collect(),
+            states: vec![self.state()],
+            steps: Vec::new(),
+            terminated: false,
+            truncated: false,
+            priority: 0.0,
+        }
+    }
+
+    fn begin_in_list<S: Scalar>(&mut self, env: usize, start: &Episode) {
+        let mut start = start.clone();
+        start.desired_goal = stored::<S>(&start.desired_goal);
+        start.states = start.states.iter().map(round_state::<S>).collect();
+        self.list.under_way[env] = Some(start);
+    }
+
+    fn step_in_list<S: Scalar>(&mut self, env: usize, taken: &Taken, next: &State) {
+        if let Some(episode) = &mut self.list.under_way[env] {
+            episode.steps.push(round_step::<S>(taken));
+            episode.states.push(round_state::<S>(next));
+        }
+    }
+
+    /// Lets an event happen to both.
+    pub(crate) fn happen<S: Scalar>(&mut self, buffer: &mut HerBuffer<S>, event: &Event) {
+        let num_envs = self.config.num_envs();
+        match event {
+            Event::Step(env, flags) => self.step(buffer, env % num_envs, *flags),
+            Event::End(env) => {
+                let env = env % num_envs;
+                assert_eq!(buffer.end_episode(env).is_ok(), self.list.under_way[env].is_some());
+                self.list.end(env, false, true);
+            }
+            Event::Discard(env) => {
+                let env = env % num_envs;
+                let discarded = self.list.under_way[env].take();
+                assert_eq!(buffer.discard_episode(env).is_ok(), discarded.is_some());
+            }
+            Event::Whole(len, flags) => self.whole(buffer, *len, *flags),
+            Event::Record(rows) => self.record(buffer, &rows[..num_envs]),
+            Event::Prioritize(changes) => self.prioritize(buffer, changes),
+            Event::Clear => {
+                buffer.clear();
+                self.list.clear();
+            }
+            Event::SaveAndLoad => {
+                let mut bytes = Vec::new();
+                buffer.write_to(&mut bytes).unwrap();
+                *buffer = HerBuffer::read_from(&bytes[..]).unwrap();
+            }
+            Event::Append => {
+                let other = buffer.clone();
+                buffer.append(&other).unwrap();
+                self.repeat();
+            }
+            Event::Import => {
+                if import(buffer) {
+                    self.repeat();
+                }
+            }
+        }
+    }
+
+    /// Adds all finished episodes once more.
+    fn repeat(&mut self) {
+        for episode in self.list.finished.clone() {
+            self.list.finish(episode);
+        }
+    }
+
+    fn step<S: Scalar>(
+        &mut self,
+        buffer: &mut HerBuffer<S>,
+        env: usize,
+        (terminated, truncated): (bool, bool),
+    ) {
+        if self.list.under_way[env].is_none() {
+            let start = self.start();
+            let state = &start.states[0];
+            let begin = EpisodeStart {
+                observation: &state.observation,
+                achieved_goal: &state.achieved_goal,
+                desired_goal: &start.desired_goal,
+            };
+            buffer.begin_episode(env, &begin).unwrap();
+            self.begin_in_list::<S>(env, &start);
+        }
+        let (taken, next) = (self.taken(), self.state());
+        let fields: Vec<FieldRows<'_, f64>> = self.named(&taken.fields);
+        let step = Step {
+            action: &taken.action,
+            reward: taken.reward,
+            next_observation: &next.observation,
+            next_achieved_goal: &next.achieved_goal,
+            terminated,
+            truncated,
+            fields: &fields,
+        };
+        buffer.add_step(env, &step).unwrap();
+        self.step_in_list::<S>(env, &taken, &next);
+        if terminated || truncated {
+            self.list.end(env, terminated, truncated);
+        }
+    }
+
+    /// Names the fields, in another order than that of the configuration.
+    fn named<'a>(&'a self, fields: &'a [Vec<f64>]) -> Vec<FieldRows<'a, f64>> {
+        let names = self.config.fields().iter().map(|field| &field.name[..]);
+        names.zip(fields.iter().map(|field| &field[..])).rev().collect()
+    }
+
+    fn whole<S: Scalar>(
+        &mut self,
+        buffer: &mut HerBuffer<S>,
+        len: usize,
+        (terminated, truncated): (bool, bool),
+    ) {
+        let mut episode = self.start();
+        for _ in 0..len {
+            episode.steps.push(self.taken());
+            episode.states.push(self.state());
+        }
+        let flat = |part: fn(&State) -> &[f64]| -> Vec<f64> {
+            episode.states.iter().flat_map(|state| part(state).to_vec()).collect()
+        };
+        let fields: Vec<Vec<f64>> = (0..self.config.fields().len())
+            .map(|at| episode.steps.iter().flat_map(|step| step.fields[at].clone()).collect())
+            .collect();
+        let actions: Vec<f64> = episode.steps.iter().flat_map(|step| step.action.clone()).collect();
+        let rewards: Vec<f64> = episode.steps.iter().map(|step| step.reward).collect();
+        let data = EpisodeData {
+            observations: &flat(|state| &state.observation),
+            achieved_goals: &flat(|state| &state.achieved_goal),
+            desired_goal: &episode.desired_goal,
+            actions: &actions,
+            rewards: &rewards,
+            terminated,
+            truncated,
+            fields: &self.named(&fields),
+        };
+        buffer.add_episode(&data).unwrap();
+        episode.desired_goal = stored::<S>(&episode.desired_goal);
+        episode.states = episode.states.iter().map(round_state::<S>).collect();
+        episode.steps = episode.steps.iter().map(round_step::<S>).collect();
+        self.list.finish(Episode { terminated, truncated, ..episode });
+    }
+
+    /// Records a row of each environment, the last environment first. What must not be read is NaN.
+    fn record<S: Scalar>(&mut self, buffer: &mut HerBuffer<S>, rows: &[[bool; 4]]) {
+        let env_ids: Vec<usize> = (0..rows.len()).rev().collect();
+        let lives: Vec<(Taken, State, Episode)> =
+            rows.iter().map(|_| (self.taken(), self.state(), self.start())).collect();
+        let flag = |at: usize| -> Vec<bool> { env_ids.iter().map(|env| rows[*env][at]).collect() };
+        let column = |at: usize, part: &dyn Fn(&(Taken, State, Episode)) -> Vec<f64>| -> Vec<f64> {
+            let values = |env: &usize| {
+                let values = part(&lives[*env]);
+                if rows[*env][at] { values } else { vec![f64::NAN; values.len()] }
+            };
+            env_ids.iter().flat_map(values).collect()
+        };
+        let (stepped, started) = (0, 3);
+        let fields: Vec<Vec<f64>> = (0..self.config.fields().len())
+            .map(|at| column(stepped, &|(taken, ..)| taken.fields[at].clone()))
+            .collect();
+        let columns = StepRows {
+            env_ids: &env_ids,
+            stepped: &flag(stepped),
+            started: &flag(started),
+            actions: &column(stepped, &|(taken, ..)| taken.action.clone()),
+            rewards: &column(stepped, &|(taken, ..)| vec![taken.reward]),
+            next_observations: &column(stepped, &|(_, next, _)| next.observation.clone()),
+            next_achieved_goals: &column(stepped, &|(_, next, _)| next.achieved_goal.clone()),
+            terminated: &flag(1),
+            truncated: &flag(2),
+            observations: &column(started, &|(.., start)| start.states[0].observation.clone()),
+            achieved_goals: &column(started, &|(.., start)| start.states[0].achieved_goal.clone()),
+            desired_goals: &column(started, &|(.., start)| start.desired_goal.clone()),
+            fields: &self.named(&fields),
+        };
+        buffer.record(&columns).unwrap();
+        for env in env_ids {
+            let ([stepped, terminated, truncated, started], (taken, next, start)) =
+                (rows[env], &lives[env]);
+            if stepped && self.list.under_way[env].is_some() {
+                self.step_in_list::<S>(env, taken, next);
+                if terminated || truncated {
+                    self.list.end(env, terminated, truncated);
+                }
+            } else if !stepped && truncated {
+                self.list.under_way[env] = None;
+            }
+            if started {
+                self.list.end(env, false, true);
+                self.begin_in_list::<S>(env, start);
+            }
+        }
+    }
+
+    fn prioritize<S: Scalar>(
+        &mut self,
+        buffer: &mut HerBuffer<S>,
+        changes: &[(prop::sample::Index, u8)],
+    ) {
+        let Some((oldest, _)) = buffer.transition_ids().filter(|_| self.list.priorities.is_some())
+        else {
+            return;
+        };
+        let len = self.list.transitions().len();
+        let places: Vec<usize> = changes.iter().map(|(index, _)| index.index(len)).collect();
+        let ids: Vec<_> = places
+            .iter()
+            .map(|place| her_relabel::TransitionId::new(oldest.get() + *place as u64).unwrap())
+            .collect();
+        let priorities: Vec<f64> =
+            changes.iter().map(|(_, priority)| f64::from(*priority)).collect();
+        buffer.set_priorities(&ids, &priorities).unwrap();
+        for (place, priority) in places.into_iter().zip(priorities) {
+            self.list.set_priority(place, priority);
+        }
+    }
+}
+
+fn round_state<S: Scalar>(state: &State) -> State {
+    State {
+        observation: stored::<S>(&state.observation),
+        achieved_goal: stored::<S>(&state.achieved_goal),
+    }
+}
+
+fn round_step<S: Scalar>(step: &Taken) -> Taken {
+    Taken {
+        action: stored::<S>(&step.action),
+        fields: step.fields.iter().map(|field| stored::<S>(field)).collect(),
+        ..step.clone()
+    }
+}
+
+/// Imports the buffer's own episodes; `false` without the feature.
+#[cfg(feature = "npz")]
+fn import<S: Scalar>(buffer: &mut HerBuffer<S>) -> bool {
+    let mut archive = std::io::Cursor::new(Vec::new());
+    buffer.write_npz(&mut archive).unwrap();
+    let count = buffer.num_episodes() as u64;
+    assert_eq!(buffer.import_npz_bytes(archive.get_ref()).unwrap(), count);
+    true
+}
+
+#[cfg(not(feature = "npz"))]
+fn import<S: Scalar>(_: &mut HerBuffer<S>) -> bool {
+    false
+}
