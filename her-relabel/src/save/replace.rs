@@ -87,6 +87,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "Miri has no such calls of the file system")]
     fn a_failure_halfway_leaves_the_previous_file_and_nothing_else() -> io::Result<()> {
         let directory = tempfile::tempdir()?;
         let path = directory.path().join("file");
@@ -106,6 +107,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "Miri has no such calls of the file system")]
     fn old_temporary_files_of_the_same_file_are_removed() -> io::Result<()> {
         let directory = tempfile::tempdir()?;
         let of = |name: &str| directory.path().join(name);
@@ -122,6 +124,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
+    #[cfg_attr(miri, ignore = "Miri has no such calls of the file system")]
     fn permissions_and_links_stay() -> io::Result<()> {
         use std::os::unix::fs::{PermissionsExt, symlink};
 
@@ -153,6 +156,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
+    #[cfg_attr(miri, ignore = "Miri has no such calls of the file system")]
     fn what_is_no_regular_file_is_refused_and_stays() -> io::Result<()> {
         use std::os::unix::fs::FileTypeExt;
         use std::process::Command;

@@ -4,14 +4,14 @@
 //! table of small pages almost every random access has to look up the page's address, which takes as long as
 //! the access.
 //!
-//! The system provides the memory when it is first written.
+//! The system provides the memory when it is first written. Miri knows no huge pages.
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(miri)))]
 pub(crate) use huge::{Block, zeroed};
-#[cfg(not(target_os = "linux"))]
+#[cfg(any(not(target_os = "linux"), miri))]
 pub(crate) use plain::{Block, zeroed};
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(miri)))]
 mod huge {
     use std::alloc::{Layout, handle_alloc_error};
     use std::marker::PhantomData;
@@ -69,7 +69,7 @@ mod huge {
     }
 }
 
-#[cfg(not(target_os = "linux"))]
+#[cfg(any(not(target_os = "linux"), miri))]
 mod plain {
     use crate::scalar::Scalar;
 

@@ -116,7 +116,7 @@ mod tests {
     const ROW_LEN: usize = 10;
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 64 }))]
 
         #[test]
         fn rows_keep_their_numbers(pushes in prop::collection::vec((1_u64..6, 0_u64..6), 1..12)) {

@@ -14,14 +14,15 @@ use her_relabel::{
 const GOALS: [f64; 8] = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0];
 const STEPS: usize = GOALS.len() - 1;
 
-struct Equal;
+/// A state achieves the goals that are not ahead of it, so that the two goals are told apart.
+struct AtLeast;
 
-impl GoalReward for Equal {
+impl GoalReward for AtLeast {
     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
         f64::from(u8::from(self.is_success(achieved_goal, desired_goal))) - 1.0
     }
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
-        achieved_goal == desired_goal
+        achieved_goal[0] >= desired_goal[0]
     }
 }
 
@@ -53,7 +54,7 @@ fn count(
     let mut batch = Batch::<f64>::new();
     let first = buffer.transition_ids().ok_or("empty")?.0.get();
     for seed in 0..200 {
-        sampler.sample(buffer, &Equal, seed, &mut batch)?;
+        sampler.sample(buffer, &AtLeast, seed, &mut batch)?;
         for (transition, source) in batch.transition().iter().zip(batch.goal_source()) {
             let step = (transition.get() - first) as usize;
             let source = source.map(|source| (source.get() - first) as usize);
@@ -73,7 +74,7 @@ fn achieved_goals_are_drawn_with_the_documented_probability() -> Result {
     let ratio = UnitInterval::new(0.6)?;
     let plain = Sampler::new(500, GoalStrategy::Future, ratio);
     let mut batch = Batch::<f64>::new();
-    plain.sample(&buffer, &Equal, 0, &mut batch)?;
+    plain.sample(&buffer, &AtLeast, 0, &mut batch)?;
     let first = buffer.transition_ids().ok_or("empty")?.0;
     let ids: Vec<_> = (0..STEPS as u64)
         .filter_map(|step| her_relabel::TransitionId::new(first.get() + step))
@@ -126,11 +127,11 @@ fn the_option_off_changes_no_batch_and_bounded_work_ends() -> Result {
     add(&mut buffer, &[1.0; 9])?;
     let sampler = Sampler::new(300, GoalStrategy::Future, UnitInterval::from_k(4));
     let (mut batch, mut off) = (Batch::<f64>::new(), Batch::<f64>::new());
-    sampler.sample(&buffer, &Equal, 1, &mut batch)?;
-    sampler.with_already_achieved(UnitInterval::ONE).sample(&buffer, &Equal, 1, &mut off)?;
+    sampler.sample(&buffer, &AtLeast, 1, &mut batch)?;
+    sampler.with_already_achieved(UnitInterval::ONE).sample(&buffer, &AtLeast, 1, &mut off)?;
     assert_eq!(batch, off);
     let none = sampler.with_already_achieved(UnitInterval::ZERO);
-    none.sample(&buffer, &Equal, 1, &mut off)?;
+    none.sample(&buffer, &AtLeast, 1, &mut off)?;
     assert_eq!(off.len(), 300);
     assert_ne!(batch, off, "the fourth draws");
     Ok(())
@@ -143,10 +144,10 @@ fn any_number_of_threads_leaves_out_the_same_rows() -> Result {
     let sampler = Sampler::new(3000, GoalStrategy::Random, UnitInterval::from_k(4))
         .with_already_achieved(UnitInterval::new(0.1)?);
     let (mut alone, mut together) = (Batch::<f64>::new(), Batch::<f64>::new());
-    sampler.sample(&buffer, &Equal, 5, &mut alone)?;
+    sampler.sample(&buffer, &AtLeast, 5, &mut alone)?;
     for threads in 1..=3 {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        pool.install(|| sampler.with_parallel(true).sample(&buffer, &Equal, 5, &mut together))?;
+        pool.install(|| sampler.with_parallel(true).sample(&buffer, &AtLeast, 5, &mut together))?;
         assert_eq!(alone, together);
     }
     Ok(())
