@@ -6,12 +6,13 @@
 //!   the job, so nobody reads what another writes.
 //! - *Contents.* A pop of an `ArrayQueue` acquires what the push released: the thread sees all that
 //!   the caller wrote to the job, and the caller all that the thread wrote.
-//! - *The caller's sleep.* The caller stores `wanted` and then reads the length of `done`; a thread
-//!   pushes to `done`, reads its length and then `wanted`. All of these are sequentially consistent
-//!   (`ArrayQueue` moves its tail so). Take the last of the pushes for which the caller waits: its
-//!   thread counts all of them. If it reads `wanted` after the caller's store, it unparks the
-//!   caller. If before, its push came before the caller read the length, so the caller does not
-//!   sleep. A `Parker` keeps an unpark that comes before its park.
+//! - *The caller's sleep.* The caller stores `wanted` and then reads the length of `done`. A thread
+//!   pushes to `done` and then reads its length and `wanted`. All of these accesses, that of the
+//!   queue's tail in the push included, are sequentially consistent, so they have one order. Take the
+//!   last push for which the caller waits: its thread counts all of them. If the thread reads
+//!   `wanted` after the caller's store, it unparks the caller. If it reads before, its push comes
+//!   before the caller reads the length, and the caller does not sleep. A `Parker` keeps an unpark
+//!   that comes before its park.
 //! - *Half a push.* A push moves the tail before it writes the box, so `done` can count a box that
 //!   is still on its way. A pop waits for that one.
 //! - *A thread's sleep.* A thread parks after it has found all queues empty. The caller unparks
