@@ -126,7 +126,8 @@ fn an_estimate_is_read_back_from_json() -> Result<(), Box<dyn std::error::Error>
     Ok(())
 }
 
-/// Successes and trials of two samples, and the p-value of scipy 1.17.1's `fisher_exact`.
+/// Successes and trials of two samples, and the p-value of scipy 1.17.1's
+/// `fisher_exact([[a, n - a], [b, m - b]]).pvalue`.
 const FISHER: [(u64, u64, u64, u64, f64); 40] = [
     (3, 4, 1, 4, 4.857142857143e-01),
     (10, 1000, 0, 1000, 1.909465165342e-03),
