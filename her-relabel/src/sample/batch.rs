@@ -4,11 +4,9 @@ use crate::normalizer::Normalizer;
 use crate::sample::columns::{Widths, columns};
 use crate::sample::memory::resize;
 use crate::sample::redraw::Redraws;
-use crate::sample::sampler::{SampleError, Sampler};
+use crate::sample::sampler::SampleError;
 use crate::scalar::Scalar;
-use crate::store::config::Dims;
 use crate::store::fields::{Fields, UnknownField};
-use crate::store::layout::Layout;
 use crate::store::transition_id::TransitionId;
 
 /// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for a
@@ -329,30 +327,5 @@ impl<T: Scalar> Batch<T> {
             }
         }
         Ok(())
-    }
-}
-
-/// Returns the widths of the columns that a batch of `sampler` has, whose rows have at most `window` steps.
-/// `keeps_stored` says whether the columns hold the goals as they are stored.
-pub(crate) fn widths(
-    sampler: &Sampler,
-    layout: &Layout,
-    window: usize,
-    keeps_stored: bool,
-) -> Widths {
-    let Dims { observation, goal, action } = layout.dims();
-    let is_joined = sampler.joined_goal();
-    Widths {
-        always: 1,
-        discount: usize::from(sampler.n_step().is_some()),
-        success: usize::from(sampler.success()),
-        priorities: usize::from(sampler.priorities().is_some()),
-        observation: if is_joined { 0 } else { observation },
-        input: if is_joined { observation + goal } else { 0 },
-        goal,
-        action,
-        fields: layout.fields().len(),
-        goals: goal * window,
-        judged: if sampler.success() && !keeps_stored { goal } else { 0 },
     }
 }

@@ -1,5 +1,9 @@
 //! The columns of a batch from one table: their memory, views of their rows, their accessors.
 
+use crate::sample::sampler::Sampler;
+use crate::store::config::Dims;
+use crate::store::layout::Layout;
+
 /// The number of elements of a row in each kind of column; 0 if the batch has none.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Widths {
@@ -21,6 +25,33 @@ pub(crate) struct Widths {
     pub(crate) goals: usize,
     /// The elements of a goal whose success is judged apart from the columns.
     pub(crate) judged: usize,
+}
+
+impl Widths {
+    /// Returns the widths of the columns that a batch of `sampler` has, whose rows have at most `window` steps.
+    /// `keeps_stored` says whether the columns hold the goals as they are stored.
+    pub(crate) fn of(
+        sampler: &Sampler,
+        layout: &Layout,
+        window: usize,
+        keeps_stored: bool,
+    ) -> Self {
+        let Dims { observation, goal, action } = layout.dims();
+        let is_joined = sampler.joined_goal();
+        Self {
+            always: 1,
+            discount: usize::from(sampler.n_step().is_some()),
+            success: usize::from(sampler.success()),
+            priorities: usize::from(sampler.priorities().is_some()),
+            observation: if is_joined { 0 } else { observation },
+            input: if is_joined { observation + goal } else { 0 },
+            goal,
+            action,
+            fields: layout.fields().len(),
+            goals: goal * window,
+            judged: if sampler.success() && !keeps_stored { goal } else { 0 },
+        }
+    }
 }
 
 /// Defines columns by a table of `name: [element; width] = what a new row holds`, where the width names one

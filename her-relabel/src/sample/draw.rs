@@ -4,7 +4,8 @@ use std::any::Any;
 
 use goal_reward::GoalReward;
 
-use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows, widths};
+use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows};
+use crate::sample::columns::Widths;
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
 use crate::sample::form::{AsStored, Form, Formed};
 use crate::sample::gather::{PART, gather_parts};
@@ -136,7 +137,7 @@ impl Sampler {
         form.check(storage.layout.dims())?;
         // A buffer of the batch's type, if the batch takes everything as it is stored.
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
-        let widths = widths(self, &storage.layout, window, as_stored.is_some());
+        let widths = Widths::of(self, &storage.layout, window, as_stored.is_some());
         let size = self.batch_size();
         let columns = columns.resize_others(size, &widths, given)?;
         let scratch = scratch.resize(size, &widths)?;

@@ -8,9 +8,10 @@ use her_relabel::{
 };
 use proptest::prelude::*;
 
+use crate::events::{Event, config, event};
 use crate::rows::{assert_batch, assert_contents};
 use crate::task::Exceed;
-use crate::world::{Event, World, config, event};
+use crate::world::World;
 
 fn share() -> impl Strategy<Value = UnitInterval> {
     let shares = prop::sample::select(vec![0.0, 0.25, 0.5, 0.75, 1.0]);
