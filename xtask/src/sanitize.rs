@@ -96,9 +96,20 @@ fn miri(_: NonZeroU32) -> anyhow::Result<bool> {
         say!("rustup cannot install {NIGHTLY}, so nothing was interpreted")?;
         return Ok(true);
     }
-    let mut goals = on_toolchain(NIGHTLY, "miri");
-    goals.args(["test", "-p", "goal-reward"]);
-    let mut buffer = on_toolchain(NIGHTLY, "miri");
-    buffer.args(["test", "-p", "her-relabel", "--lib"]);
-    Ok(succeeds(&mut goals)? && succeeds(&mut buffer)?)
+    for tests in [
+        "-p goal-reward --tests",
+        "-p her-relabel --lib",
+        // It takes a minute for what others do in milliseconds.
+        "-p her-relabel --test laws -- adding:: appending:: outcomes::a_window_of_one_step",
+    ] {
+        let mut test = on_toolchain(NIGHTLY, "miri");
+        test.arg("test")
+            .args(tests.split(' '))
+            .env("PROPTEST_CASES", "4")
+            .env("MIRIFLAGS", "-Zmiri-disable-isolation");
+        if !succeeds(&mut test)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
