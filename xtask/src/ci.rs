@@ -68,7 +68,7 @@ const STEPS: [Step; 29] = [
     ("tests with numpy archives", "test -p her-relabel --features npz --lib --test npz"),
     ("fuzzing", "xtask fuzz --seconds 15"),
     ("sanitizers, Valgrind and Miri", "xtask sanitize"),
-    ("mutants of the last change", "xtask mutants --since HEAD~1 --at-most 4"),
+    ("mutants of the last commits", "xtask mutants --commits 10 --at-most 4"),
     ("many steps", "xtask soak --steps 100000"),
     ("verify", "xtask verify"),
     LEARN,

@@ -89,12 +89,12 @@ const OWN: [OwnCommand; 8] = [
     OwnCommand {
         name: "mutants",
         about: "Change the code in small ways, and look whether a test notices",
-        usage: "[--crate <CRATE>] [--shard <K/N>] [--since <REVISION>] [--at-most <N>]
+        usage: "[--crate <CRATE>] [--shard <K/N>] [--commits <N>] [--at-most <N>]
 
-  --crate <CRATE>     Only this crate: goal-reward, her-relabel, fetch-baselines or fetch-env
-  --shard <K/N>       Only the part K, from 0, of N
-  --since <REVISION>  Only what has changed since this revision
-  --at-most <N>       At most so many mutants of each crate, spread over the code",
+  --crate <CRATE>  Only this crate: goal-reward, her-relabel, fetch-baselines or fetch-env
+  --shard <K/N>    Only the part K, from 0, of N
+  --commits <N>    Only what the last N commits have changed
+  --at-most <N>    At most so many mutants of each crate, spread over the code",
         run: mutants::run,
     },
     OwnCommand {

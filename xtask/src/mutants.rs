@@ -1,6 +1,12 @@
 //! `mutants`: changes the code in small ways, and looks whether a test notices.
 
-use std::{collections::BTreeSet, fs, num::NonZeroUsize, path::Path, process::Command};
+use std::{
+    collections::BTreeSet,
+    fs,
+    num::{NonZeroU32, NonZeroUsize},
+    path::Path,
+    process::Command,
+};
 
 use anyhow::{Context, ensure};
 use lexopt::{Arg::Long, Parser, ValueExt};
@@ -54,7 +60,7 @@ const EQUIVALENT: &str = include_str!("../equivalent_mutants.txt");
 struct Choice {
     only: Option<&'static str>,
     shard: Option<String>,
-    since: Option<String>,
+    commits: Option<NonZeroU32>,
     at_most: Option<NonZeroUsize>,
 }
 
@@ -64,7 +70,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
         match argument {
             Long("crate") => choice.only = Some(arguments.value()?.parse_with(known_crate)?),
             Long("shard") => choice.shard = Some(arguments.value()?.parse_with(checked_shard)?),
-            Long("since") => choice.since = Some(arguments.value()?.parse()?),
+            Long("commits") => choice.commits = Some(arguments.value()?.parse()?),
             Long("at-most") => choice.at_most = Some(arguments.value()?.parse()?),
             other => return Err(other.unexpected().into()),
         }
@@ -96,13 +102,14 @@ fn checked_shard(shard: &str) -> Result<String, &'static str> {
 /// Tests the chosen mutants of a crate.
 fn test(program: &Path, name: &str, selection: &[&str], choice: &Choice) -> anyhow::Result<bool> {
     let folder = Path::new(ROOT).join("target/mutants").join(name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?; // the tool writes nothing if there is no mutant
+    }
     fs::create_dir_all(&folder)?;
     let mut chosen: Vec<_> = selection.iter().map(|&argument| argument.to_owned()).collect();
-    if let Some(since) = &choice.since {
-        let diff = Command::new("git").args(["diff", since]).current_dir(ROOT).output()?;
-        ensure!(diff.status.success(), "git does not know {since}");
+    if let Some(commits) = choice.commits {
         let path = folder.join("diff");
-        fs::write(&path, diff.stdout)?;
+        fs::write(&path, diff_of(commits)?)?;
         chosen.push(format!("--in-diff={}", path.display()));
     }
     let mutants = |chosen: &[String]| {
@@ -125,6 +132,18 @@ fn test(program: &Path, name: &str, selection: &[&str], choice: &Choice) -> anyh
     // 2: some were missed. 3: some took too long, as those do that never end.
     ensure!(matches!(status.code(), Some(0 | 2 | 3)), "{name}: cargo-mutants failed");
     Outcome::read(&folder)?.report(name)
+}
+
+/// Returns what the last commits have changed: all of them, if there are fewer.
+fn diff_of(commits: NonZeroU32) -> anyhow::Result<Vec<u8>> {
+    let git = |arguments: &[&str]| -> anyhow::Result<Vec<u8>> {
+        let output = Command::new("git").args(arguments).current_dir(ROOT).output()?;
+        ensure!(output.status.success(), "git failed: {}", String::from_utf8_lossy(&output.stderr));
+        Ok(output.stdout)
+    };
+    let count = format!("--max-count={}", commits.saturating_add(1));
+    let list = String::from_utf8(git(&["rev-list", "--first-parent", &count, "HEAD"])?)?;
+    git(&["diff", list.lines().last().context("there is no commit")?])
 }
 
 /// The mutants of a run by their fate.

@@ -82,6 +82,7 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "mutants --crate nothing",
         "mutants --shard 2/2",
         "mutants --at-most 0",
+        "mutants --commits 0",
         "projects --only nothing",
     ] {
         let output = xtask(arguments).output()?;
