@@ -8,6 +8,7 @@ mod ffi;
 mod ids;
 mod library;
 mod model;
+mod poses;
 #[cfg(feature = "render")]
 mod render;
 mod scene;
@@ -16,12 +17,13 @@ mod simulator;
 mod visual_geoms;
 
 pub use contact_filter::ContactFilter;
-pub use data::{Data, Pose};
+pub use data::Data;
 pub use fetch_model::FetchModel;
 pub use ffi::ContactFilterCounts;
 pub use ids::{BodyId, GeomId, JointId, SiteId};
 pub use library::{MujocoVersion, library_path};
 pub use model::Model;
+pub use poses::Pose;
 #[cfg(feature = "render")]
 pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use simulator::{MujocoSimulator, MujocoSnapshot};

@@ -6,10 +6,11 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    data::{Data, Pose},
+    data::Data,
     fetch_model::{FetchModel, GRIPPER_DOWN, ObjectIds},
     ids::SiteId,
     library::MujocoVersion,
+    poses::Pose,
 };
 use crate::{
     bounds::{check_object_position, first_outside},

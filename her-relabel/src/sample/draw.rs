@@ -19,9 +19,9 @@ use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 
 /// A batch that is emptied unless it becomes whole, also if the reward function panics.
-struct Unfinished<'a, T>(&'a mut Batch<T>);
+struct ClearOnDrop<'a, T>(&'a mut Batch<T>);
 
-impl<T> Drop for Unfinished<'_, T> {
+impl<T> Drop for ClearOnDrop<'_, T> {
     fn drop(&mut self) {
         self.0.clear();
     }
@@ -113,9 +113,9 @@ impl Sampler {
         F: GoalReward + ?Sized,
     {
         let draws = Draws::new(source.seed());
-        let unfinished = Unfinished(batch);
-        self.draw(&buffer.storage, reward, draws, &mut *unfinished.0, columns)?;
-        std::mem::forget(unfinished);
+        let drawn = ClearOnDrop(batch);
+        self.draw(&buffer.storage, reward, draws, &mut *drawn.0, columns)?;
+        std::mem::forget(drawn);
         Ok(())
     }
 
