@@ -12,14 +12,14 @@ use crate::store::transition_id::TransitionId;
 /// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for a
 /// network.
 ///
-/// Make a batch once and pass it to [`Sampler::sample`] again and again, which reuses its memory. A batch
+/// Make a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again, which reuses its memory. A batch
 /// owns its numbers: nothing in it refers to the buffer. `T` is the type of the network, `f32` or `f64`, and
 /// need not be that of the buffer: an `f32` batch of an `f64` buffer has the nearest `f32` numbers (infinite
 /// beyond its range, where rewards never are), and its rewards are computed from the buffer's own numbers.
 ///
 /// A tensor library that takes vectors can have the columns without a copy: see
 /// [`take_columns`](Self::take_columns). To draw into memory of your own, see
-/// [`Sampler::sample_into`].
+/// [`Sampler::sample_into`](crate::Sampler::sample_into).
 #[derive(Clone, Debug)]
 pub struct Batch<T> {
     pub(crate) columns: Columns<T>,
@@ -44,7 +44,7 @@ pub(crate) struct Normalizers {
 columns! { pub Batch {
     /// The columns of a [`Batch`], owned: see [`Batch::take_columns`].
     Columns,
-    /// Memory of the caller's for columns of a [`Batch`], for [`Sampler::sample_into`]. A column without
+    /// Memory of the caller's for columns of a [`Batch`], for [`Sampler::sample_into`](crate::Sampler::sample_into). A column without
     /// memory stays in the batch; [`Default`] has none at all.
     ColumnsMut,
 } {
