@@ -171,7 +171,9 @@ fs_status fs_load_plugin(const char* path, const char* library_name) {
   // A plugin registers itself with the library that the system has under this name.
   void* theirs = dlopen(library_name, RTLD_NOW | RTLD_NOLOAD);
   if (theirs) dlclose(theirs);
-  if (theirs != loaded) return fs_fail("it would register itself with another copy of %s in this process", library_name);
+  if (theirs != loaded) {
+    return fs_fail("it would go to another copy of %s in this process: set MUJOCO_DIR to that copy", library_name);
+  }
   fs_outer outer;
   fs_enter(&outer, NULL);
   opening_plugin = 1;

@@ -118,7 +118,7 @@ fn test(program: &Path, name: &str, selection: &str, choice: &Choice) -> anyhow:
     let status = test.status().with_context(|| format!("{} did not start", program.display()))?;
     // 2: some were missed. 3: some took too long, as those do that never end.
     ensure!(matches!(status.code(), Some(0 | 2 | 3)), "{name}: cargo-mutants failed");
-    Outcome::read(&folder)?.report(name)
+    Outcome::read(&folder).report(name)
 }
 
 /// Returns what the last commits have changed: all of them, if there are fewer.
@@ -140,15 +140,14 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn read(folder: &Path) -> anyhow::Result<Self> {
-        let lines = |name| -> anyhow::Result<Vec<String>> {
+    fn read(folder: &Path) -> Self {
+        let lines = |name| -> Vec<String> {
             // Without any mutant there is no file.
-            let text =
-                fs::read_to_string(folder.join("mutants.out").join(name)).unwrap_or_default();
-            Ok(text.lines().map(without_position).collect())
+            let text = fs::read_to_string(folder.join("mutants.out").join(name));
+            text.unwrap_or_default().lines().map(without_position).collect()
         };
-        let caught = lines("caught.txt")?.len() + lines("timeout.txt")?.len();
-        Ok(Self { caught, missed: lines("missed.txt")? })
+        let caught = lines("caught.txt").len() + lines("timeout.txt").len();
+        Self { caught, missed: lines("missed.txt") }
     }
 
     /// Prints the result. It passes if tests notice enough mutants, and no survivor is unknown.

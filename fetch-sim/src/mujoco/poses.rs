@@ -12,14 +12,14 @@ use super::{
 };
 use crate::{bounds::check_inside, error::SimError};
 
-/// A position (meters) and an orientation (w, x, y, z).
+/// A position (meters) and an orientation (w, x, y, z), in the world frame.
 pub type Pose = (Vector3<f64>, Quaternion<f64>);
 
 /// What the errors of an unknown index call a mocap body.
 const MOCAP: &str = "mocap body";
 
 impl Data {
-    /// Returns the position (meters) and orientation of a mocap body.
+    /// Returns the position (meters, world frame) and orientation of a mocap body.
     ///
     /// # Errors
     /// [`SimError::UnknownId`]

@@ -12,8 +12,8 @@ use crate::store::transition_id::TransitionId;
 /// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for a
 /// network.
 ///
-/// Make a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again, which reuses its memory. A batch
-/// owns its numbers: nothing in it refers to the buffer. `T` is the type of the network, `f32` or `f64`, and
+/// Make a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again, which reuses
+/// its memory. A batch owns its numbers: nothing in it refers to the buffer. `T` is the type of the network, `f32` or `f64`, and
 /// need not be that of the buffer: an `f32` batch of an `f64` buffer has the nearest `f32` numbers (infinite
 /// beyond its range, where rewards never are), and its rewards are computed from the buffer's own numbers.
 ///

@@ -140,8 +140,8 @@ impl Sampler {
     /// goal, for which all of its rewards are computed if the row is relabeled; a future goal is one of
     /// the states after the first step. [`Batch::reward`](crate::Batch::reward) is the discounted sum of
     /// the rewards, the next observation and the flags belong to the last step, and
-    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the task ended. If [termination](Self::with_termination)
-    /// is recomputed, a window ends with the first step that terminates.
+    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the task ended.
+    /// If [termination](Self::with_termination) is recomputed, a window ends with the first step that terminates.
     pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
         self.n_step = n_step.into();
         self
