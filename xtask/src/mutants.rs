@@ -110,7 +110,8 @@ fn test(program: &Path, name: &str, selection: &str, choice: &Choice) -> anyhow:
     }
     chosen.extend(shard.map(|shard| format!("--shard={shard}")));
     let mut test = mutants(&chosen);
-    test.args(["--baseline=skip", "--timeout=120", "--sharding=round-robin", "--cap-lints=true"])
+    test.args(["--profile=mutants", "--baseline=skip", "--timeout=120"])
+        .args(["--sharding=round-robin", "--cap-lints=true"])
         // Examples in the documentation take long to build, and rarely notice anything.
         .arg("--cargo-test-arg=--tests")
         .arg("--output")

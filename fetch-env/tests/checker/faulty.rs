@@ -1,24 +1,31 @@
-//! The checker can fail: the check of each law finds the faults against it.
+//! An environment with a fault against one law, or with none.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use fetch_env::{
-    BatchObservation, BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv, GoalInfo,
-    GoalObservation, Info, KinematicEnv, Reset, SnapshotEnv, Space, Step,
-    check::{CheckOptions, check_goal_env, check_snapshots},
-    make_kinematic,
-    vec_env::GoalRows,
+    ActionSpace, BatchObservation, BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv,
+    GoalInfo, GoalObservation, Info, KinematicEnv, Reset, SnapshotEnv, Space, Step,
+    make_kinematic, spaces::SpaceError, vec_env::GoalRows,
 };
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
+use rand_core::Rng;
 
-/// Fault of an environment.
+/// Fault of an environment, or a peculiarity that is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Fault {
+pub(crate) enum Fault {
     None,
+    NeverSucceeds,
+    TerminatesAtOnce,
+    TruncatesAtOnce,
     WideActionSpace,
     LopsidedActionSpace,
+    ClosedActionSpace,
+    EmptyActionSpace,
+    RefusesItsSamples,
     MissingKey,
     GoalsOfTwoShapes,
+    GoalsInSinglePrecision,
+    GoalsOfOneValue,
     StepsBeforeReset,
     TakesNan,
     TakesAnyLength,
@@ -34,6 +41,7 @@ enum Fault {
     MovesTheGoal,
     RewardOffByABit,
     BatchOffByABit,
+    OnlyMissesSucceed,
     TakesBadGoals,
     LiesAboutSuccess,
     LiesAboutDistance,
@@ -48,76 +56,12 @@ enum Fault {
     RestoresANewEnvironmentAsRunning,
 }
 
-/// The faults, and the checks that must find them.
-const FAULTS: [(Fault, &[&str]); 31] = [
-    (Fault::WideActionSpace, &["spaces/action"]),
-    (Fault::LopsidedActionSpace, &["spaces/action"]),
-    (Fault::MissingKey, &["spaces/observation"]),
-    (Fault::GoalsOfTwoShapes, &["spaces/observation"]),
-    (Fault::StepsBeforeReset, &["order/step-before-reset", "snapshot/before-reset"]),
-    (Fault::TakesNan, &["order/bad-actions"]),
-    (Fault::TakesAnyLength, &["order/bad-actions"]),
-    (Fault::BadActionsMove, &["order/bad-actions"]),
-    (Fault::ShortObservation, &["reset/in-space", "step/in-space"]),
-    (Fault::IgnoresTheSeed, &["reset/deterministic", "step/deterministic"]),
-    (Fault::RestartsTheStream, &["reset/deterministic"]),
-    (Fault::KnowsOneSeed, &["reset/seeds-differ"]),
-    (Fault::UnseededIsZero, &["reset/unseeded"]),
-    (Fault::DefaultsMatter, &["reset/options"]),
-    (Fault::NanReward, &["step/in-space"]),
-    (Fault::RemembersEpisodes, &["step/deterministic"]),
-    (Fault::MovesTheGoal, &["goal/constant"]),
-    (Fault::RewardOffByABit, &["goal/reward-law"]),
-    (Fault::BatchOffByABit, &["goal/any-goal"]),
-    (Fault::TakesBadGoals, &["goal/bad-goals"]),
-    (Fault::LiesAboutSuccess, &["goal/info"]),
-    (Fault::LiesAboutDistance, &["goal/info"]),
-    (Fault::VariesTheInfo, &["reset/deterministic", "step/deterministic"]),
-    (Fault::FlipsASignInTheInfo, &["step/deterministic"]),
-    (Fault::Terminates, &["end/laws"]),
-    (Fault::TruncatesEarly, &["end/laws", "end/limit"]),
-    (Fault::TruncatesLate, &["end/laws", "end/limit"]),
-    (Fault::StepsAfterTheEnd, &["end/step-after-end"]),
-    (Fault::RestoresNothing, &["snapshot/replay", "snapshot/other-environment"]),
-    (Fault::ForgetsTheEpisodes, &["snapshot/replay"]),
-    (Fault::RestoresANewEnvironmentAsRunning, &["snapshot/before-reset"]),
-];
-
-#[test]
-fn a_faultless_environment_passes_every_check() {
-    let report = check(Fault::None);
-    assert!(report.passed(), "{report}");
-}
-
-#[test]
-fn every_fault_is_found_by_its_checks() {
-    for (fault, checks) in FAULTS {
-        let report = check(fault);
-        for name in checks {
-            let found = report.failures().any(|check| check.name == *name);
-            assert!(found, "{name} does not see {fault:?}:\n{report}");
-        }
-    }
-}
-
-#[test]
-fn every_check_finds_some_fault() {
-    for check in check(Fault::None).checks {
-        let found = FAULTS.iter().any(|(_, checks)| checks.contains(&check.name));
-        assert!(found, "no fault makes {} fail", check.name);
-    }
-}
-
-fn check(fault: Fault) -> fetch_env::check::CheckReport {
-    let (make, options) = (|| Faulty::new(fault), CheckOptions::default());
-    check_goal_env(make, &options).and(check_snapshots(make, &options))
-}
-
-struct Faulty {
+/// A Push task without physics, with a fault.
+pub(crate) struct Faulty {
     env: KinematicEnv,
     fault: Fault,
     reward: FaultyReward,
-    action_space: BoxSpace<f32>,
+    action_space: FaultyActions,
     observation_space: Space,
     last_seed: u64,
     episodes: u32,
@@ -125,18 +69,26 @@ struct Faulty {
 }
 
 impl Faulty {
-    fn new(fault: Fault) -> Result<Self, EnvError> {
+    pub(crate) fn new(fault: Fault) -> Result<Self, EnvError> {
         let env = make_kinematic("FetchPushDense-v4")?;
         let (low, high) = match fault {
             Fault::WideActionSpace => (-2.0, 2.0),
             Fault::LopsidedActionSpace => (0.0, 1.0),
+            Fault::ClosedActionSpace => (0.0, 0.0),
             _ => (-1.0, 1.0),
         };
-        let action_space = BoxSpace::uniform(vec![4], low, high).expect("low < high");
+        let len = if fault == Fault::EmptyActionSpace { 0 } else { 4 };
+        let space = BoxSpace::uniform(vec![len], low, high).expect("low is at most high");
         let observation_space = match fault {
             Fault::MissingKey => dict(&[("achieved_goal", 3), ("observation", 25)]),
             Fault::GoalsOfTwoShapes => {
                 dict(&[("achieved_goal", 3), ("desired_goal", 2), ("observation", 25)])
+            }
+            Fault::GoalsInSinglePrecision => {
+                with_goals(BoxSpace::<f32>::unbounded(3).expect("small").into())
+            }
+            Fault::GoalsOfOneValue => {
+                with_goals(BoxSpace::uniform(vec![3], 0.5, 0.5).expect("one value").into())
             }
             _ => env.observation_space().clone(),
         };
@@ -144,7 +96,7 @@ impl Faulty {
             reward: FaultyReward { reward: *env.goal_reward(), fault },
             env,
             fault,
-            action_space,
+            action_space: FaultyActions { space, fault },
             observation_space,
             last_seed: 0,
             episodes: 0,
@@ -188,6 +140,13 @@ impl Faulty {
     }
 }
 
+fn with_goals(goals: Space) -> Space {
+    let observation = BoxSpace::<f64>::unbounded(25).expect("small").into();
+    let keys =
+        [("achieved_goal", goals.clone()), ("desired_goal", goals), ("observation", observation)];
+    DictSpace::new(keys).expect("different keys").into()
+}
+
 fn dict(lengths: &[(&str, usize)]) -> Space {
     let space = |&(key, len)| (key, BoxSpace::<f64>::unbounded(len).expect("small").into());
     DictSpace::new(lengths.iter().map(space)).expect("different keys").into()
@@ -196,7 +155,7 @@ fn dict(lengths: &[(&str, usize)]) -> Space {
 impl Env for Faulty {
     type Observation = Observation;
     type Info = NotedInfo;
-    type ActionSpace = BoxSpace<f32>;
+    type ActionSpace = FaultyActions;
     type ResetOptions = FetchResetOptions;
 
     fn reset(&mut self, seed: Option<u64>) -> Result<Reset<Observation, NotedInfo>, EnvError> {
@@ -228,6 +187,11 @@ impl Env for Faulty {
 
     fn step(&mut self, action: &[f32]) -> Result<Step<Observation, NotedInfo>, EnvError> {
         let mut action = action.to_vec();
+        let [terminates, truncates] =
+            [Fault::TerminatesAtOnce, Fault::TruncatesAtOnce].map(|fault| self.is(fault));
+        if (terminates || truncates) && self.elapsed == 1 {
+            return Err(EnvError::EpisodeOver);
+        }
         match self.fault {
             Fault::TakesNan => action.iter_mut().for_each(|a| *a = a.clamp(-1.0, 1.0).max(-1.0)),
             Fault::TakesAnyLength => action.resize(4, 0.0),
@@ -250,6 +214,7 @@ impl Env for Faulty {
         self.elapsed += 1;
         let mut info = step.info;
         match self.fault {
+            Fault::NeverSucceeds => info.is_success = false,
             Fault::LiesAboutSuccess => info.is_success = !info.is_success,
             Fault::LiesAboutDistance => info.distance = info.distance.next_up(),
             _ => {}
@@ -261,17 +226,17 @@ impl Env for Faulty {
                 Fault::RewardOffByABit => step.reward.next_up(),
                 _ => step.reward,
             },
-            terminated: step.terminated || (self.is(Fault::Terminates) && self.elapsed == 20),
+            terminated: terminates || (self.is(Fault::Terminates) && self.elapsed == 20),
             truncated: match self.fault {
                 Fault::TruncatesEarly => self.elapsed == 49,
                 Fault::TruncatesLate => false,
-                _ => step.truncated,
+                _ => truncates || step.truncated,
             },
             info: self.noted(info),
         })
     }
 
-    fn action_space(&self) -> &BoxSpace<f32> {
+    fn action_space(&self) -> &FaultyActions {
         &self.action_space
     }
 
@@ -288,8 +253,48 @@ impl GoalEnv for Faulty {
     }
 }
 
+/// The actions of the environment, with its fault.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FaultyActions {
+    space: BoxSpace<f32>,
+    fault: Fault,
+}
+
+impl From<FaultyActions> for Space {
+    fn from(actions: FaultyActions) -> Self {
+        actions.space.into()
+    }
+}
+
+impl ActionSpace for FaultyActions {
+    type Element = f32;
+
+    fn action_len(&self) -> usize {
+        self.space.action_len()
+    }
+
+    fn check_action(&self, action: &[f32]) -> Result<(), EnvError> {
+        if self.fault == Fault::RefusesItsSamples {
+            return Err(EnvError::ActionLength { expected: 0, actual: action.len() });
+        }
+        self.space.check_action(action)
+    }
+
+    fn invalid_elements(&self, index: usize) -> Vec<f32> {
+        self.space.invalid_elements(index)
+    }
+
+    fn sample_action<R: Rng + ?Sized>(
+        &self,
+        rng: &mut R,
+        action: &mut [f32],
+    ) -> Result<(), SpaceError> {
+        self.space.sample_action(rng, action)
+    }
+}
+
 /// The reward of the environment, with its fault.
-struct FaultyReward {
+pub(crate) struct FaultyReward {
     reward: DistanceReward,
     fault: Fault,
 }
@@ -300,7 +305,19 @@ impl GoalReward for FaultyReward {
     }
 
     fn is_success(&self, achieved: &[f64], desired: &[f64]) -> bool {
-        self.reward.is_success(achieved, desired)
+        match self.fault {
+            Fault::NeverSucceeds => false,
+            Fault::OnlyMissesSucceed => !self.reward.is_success(achieved, desired),
+            _ => self.reward.is_success(achieved, desired),
+        }
+    }
+
+    fn terminated(&self, _: &[f64], _: &[f64]) -> bool {
+        self.fault == Fault::TerminatesAtOnce
+    }
+
+    fn truncated(&self, _: &[f64], _: &[f64]) -> bool {
+        self.fault == Fault::TruncatesAtOnce
     }
 
     fn reward_batch(&self, pairs: GoalPairs<'_>, rewards: &mut [f64]) -> Result<(), GoalError> {
@@ -344,7 +361,7 @@ impl SnapshotEnv for Faulty {
 
 /// An info with a number that no law is about.
 #[derive(Clone, Debug, PartialEq)]
-struct NotedInfo {
+pub(crate) struct NotedInfo {
     info: Info,
     note: f64,
 }
@@ -361,7 +378,7 @@ impl GoalInfo for NotedInfo {
 
 /// An observation that faults can change.
 #[derive(Clone, Debug, PartialEq)]
-struct Observation {
+pub(crate) struct Observation {
     observation: Vec<f64>,
     achieved_goal: Vec<f64>,
     desired_goal: Vec<f64>,
