@@ -18,3 +18,21 @@ pub(crate) fn word_at(key: u64, place: u64) -> u64 {
 pub(crate) fn unit(word: u64) -> f64 {
     (word >> 11) as f64 * f64::EPSILON / 2.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first numbers of the authors' program for two seeds.
+    #[test]
+    fn the_words_are_those_of_split_mix_64() {
+        let words = [1, 2, 3].map(|place| word_at(0, place));
+        assert_eq!(words, [0xe220_a839_7b1d_cdaf, 0x6e78_9e6a_a1b9_65f4, 0x06c4_5d18_8009_454f]);
+        assert_eq!(word_at(1_234_567, 1), 0x599e_d017_fb08_fc85);
+    }
+
+    #[test]
+    fn a_unit_is_below_one() {
+        assert_eq!([0, 1 << 63, u64::MAX].map(unit), [0.0, 0.5, 1.0 - f64::EPSILON / 2.0]);
+    }
+}

@@ -79,6 +79,7 @@ fn the_numbers_are_those_of_the_formulas() -> Result {
     normalizer.normalize(&mut untouched)?;
     assert_eq!(untouched, [5.0], "mean 0, deviation 1, clipped to 5");
     normalizer.update(&[1.0_f32, 2.0, 3.0, 4.0])?;
+    assert_eq!((normalizer.count(), normalizer.dim()), (4, 1));
     assert_eq!(normalizer.mean(), [2.5]);
     assert_eq!(normalizer.std().next(), Some(1.25_f64.sqrt()));
     let mut rows = [2.5_f32 + 1.25_f32.sqrt(), -100.0, 100.0];

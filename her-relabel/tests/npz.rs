@@ -319,6 +319,43 @@ fn arrays_that_do_not_fit_are_named() -> Result {
 }
 
 #[test]
+fn every_form_that_numpy_writes_is_read() -> Result {
+    let lengths = [1_i32, 2, 3].map(i32::to_le_bytes).concat();
+    let numbers = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0].map(f64::to_le_bytes).concat();
+    let fortran = |shape: &str| {
+        let header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({shape}), }}\n");
+        array(1, &header, &numbers)
+    };
+    let padded = |len: usize| {
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (6, 1), }";
+        array(1, &format!("{header:<width$}\n", width = len - 1), &numbers)
+    };
+    let with_dimensions =
+        |count: usize| plain("<f8", &format!("6{}", ", 1".repeat(count)), &numbers);
+    let second = "{'descr': '<f8', 'fortran_order': False, 'shape': (6, 1), }\n";
+    for (name, array) in [
+        ("episode_lengths", plain("<i4", "3,", &lengths)),
+        // One dimension has no order.
+        ("rewards", fortran("6,")),
+        ("actions", array(2, second, &numbers)),
+        ("actions", array(3, second, &numbers)),
+        ("actions", padded(1024)),
+        // A header of 19 digits.
+        ("actions", with_dimensions(17)),
+    ] {
+        let error = refusal(&changed(&[(name, Some(array))]));
+        assert!(error.is_none(), "{name}: {error:?}");
+    }
+    for (name, array) in
+        [("actions", fortran("6, 1")), ("actions", padded(1025)), ("actions", with_dimensions(18))]
+    {
+        let error = refusal(&changed(&[(name, Some(array))]));
+        assert!(matches!(error, Some(NpzError::Array { .. })), "{name}: {error:?}");
+    }
+    Ok(())
+}
+
+#[test]
 fn hostile_headers_are_refused() -> Result {
     let huge = "4611686018427387904";
     for (name, header) in [

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use fetch_env::{
     ActionSpace, BatchObservation, BoxSpace, DictSpace, Env, EnvError, FetchResetOptions, GoalEnv,
-    GoalInfo, GoalObservation, Info, KinematicEnv, Reset, SnapshotEnv, Space, Step,
-    make_kinematic, spaces::SpaceError, vec_env::GoalRows,
+    GoalInfo, GoalObservation, Info, KinematicEnv, Reset, SnapshotEnv, Space, Step, make_kinematic,
+    spaces::SpaceError, vec_env::GoalRows,
 };
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 use rand_core::Rng;

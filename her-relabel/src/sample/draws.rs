@@ -125,7 +125,8 @@ pub(crate) fn below(word: u64, n: u64) -> u64 {
 pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
     let gamma = gamma.get();
     if gamma == 1.0 {
-        return ((unit * n as f64) as u64).min(n - 1);
+        // Rounding does not reach `n`, which is at most 2^53.
+        return (unit * n as f64) as u64;
     }
     // The inverse of the distribution function (1 - gamma^(s + 1)) / (1 - gamma^n). Gamma 0 needs no
     // special case: ln(1 - unit) is at least -37, and ln(0) is minus infinity.
@@ -152,5 +153,34 @@ pub(crate) fn by_priority(table: &PriorityTable, episodes: &Episodes, word: u64)
             let another = Draws::new(word).word(0, Purpose::Transition);
             live.start + below(another, live.end - live.start)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The largest number below 1 that is drawn.
+    const LARGEST: f64 = 1.0 - f64::EPSILON / 2.0;
+
+    proptest! {
+        #[test]
+        fn steps_are_fewer_than_those_left(gamma in 0.0..=1.0, bits in 0..=53_u32, n in 1_u64..) {
+            let n = n.checked_shr(64 - bits).unwrap_or(0).max(1);
+            let gamma = UnitInterval::new(gamma).unwrap_or(UnitInterval::ONE);
+            for gamma in [gamma, UnitInterval::ONE] {
+                prop_assert!(geometric(gamma, n, LARGEST) < n);
+                prop_assert_eq!(geometric(gamma, n, 0.0), 0);
+            }
+        }
+    }
+
+    /// The inverse of the distribution function is 2 here, by rounding.
+    #[test]
+    fn rounding_does_not_pass_the_last_step() {
+        let gamma = UnitInterval::new(0.522).unwrap_or(UnitInterval::ONE);
+        assert_eq!(geometric(gamma, 2, LARGEST), 1);
     }
 }

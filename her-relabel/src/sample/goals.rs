@@ -239,3 +239,42 @@ pub enum MixtureError {
         total: f64,
     },
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mixture(weights: &[f64]) -> GoalMixture {
+        let strategies = [
+            GoalStrategy::Future,
+            GoalStrategy::Final,
+            GoalStrategy::Episode,
+            GoalStrategy::Random,
+        ];
+        let parts: Vec<_> =
+            strategies.iter().zip(weights).map(|(s, weight)| GoalPart::new(*s, *weight)).collect();
+        GoalMixture::new(&parts).expect("weights")
+    }
+
+    #[test]
+    fn each_part_has_its_share_of_the_words() {
+        let mixture = mixture(&[1.0, 1.0, 2.0]);
+        for (quarter, strategy) in [
+            (0, GoalStrategy::Future),
+            (1, GoalStrategy::Final),
+            (2, GoalStrategy::Episode),
+            (3, GoalStrategy::Episode),
+        ] {
+            let first: u64 = quarter << 62;
+            assert_eq!(mixture.choose(|| first), strategy);
+            assert_eq!(mixture.choose(|| first | u64::MAX >> 2), strategy);
+        }
+    }
+
+    #[test]
+    fn rounding_never_chooses_a_weight_of_zero() {
+        // The rest of the largest word is not below the third weight.
+        let mixture = mixture(&[1.2, 3.1, 6.5, 0.0]);
+        assert_eq!(mixture.choose(|| u64::MAX), GoalStrategy::Episode);
+    }
+}

@@ -23,13 +23,10 @@ pub(crate) fn replace<E: From<io::Error>>(
     write: impl FnOnce(&mut File) -> Result<(), E>,
 ) -> Result<(), E> {
     let path = target_of(path)?;
-    match fs::metadata(&path) {
-        Ok(metadata) if !metadata.is_file() => {
-            let message = format!("{} is not a regular file: choose another path", path.display());
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, message).into());
-        }
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
-        _ => {}
+    // A path without metadata has no file yet, or cannot be opened below.
+    if fs::metadata(&path).is_ok_and(|metadata| !metadata.is_file()) {
+        let message = format!("{} is not a regular file: choose another path", path.display());
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message).into());
     }
     let mut file = AtomicWriteFile::open(&path)?;
     write(file.as_file_mut())?;

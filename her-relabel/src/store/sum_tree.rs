@@ -194,6 +194,22 @@ mod tests {
     }
 
     #[test]
+    fn each_number_has_its_share_of_the_units() {
+        let mut tree = SumTree::new();
+        tree.slide(0..200, 0.0);
+        let numbers = [3, 4, 77, 199];
+        numbers.iter().for_each(|number| tree.set(*number, 1.0));
+        for (number, quarter) in numbers.into_iter().zip([0.0, 0.25, 0.5, 0.75]) {
+            assert_eq!(tree.draw(quarter), number);
+            assert_eq!(tree.draw((quarter + 0.25_f64).next_down()), number);
+        }
+        // What rounding leaves beyond the last weight is that one's.
+        assert_eq!(tree.draw(1.0), 199);
+        tree.set(199, 0.0);
+        assert_eq!(tree.draw(1.0), 77);
+    }
+
+    #[test]
     fn rounding_never_draws_a_weight_of_zero() {
         let mut tree = SumTree::new();
         tree.slide(0..100, 0.0);

@@ -138,6 +138,11 @@ fn a_bad_whole_episode_is_refused() -> Result {
         buffer.add_episode(&short),
         Err(AddError::WrongLength { field: "observations".into(), expected: 4, actual: 2 })
     );
+    // One bad number does not make up for another.
+    for bad in [&[f64::NAN, 0.0, 0.0, 0.0], &[f64::NAN, f64::NAN, 0.0, 0.0]] {
+        let error = buffer.add_episode(&EpisodeData { observations: bad, ..good }).err();
+        assert!(matches!(error, Some(AddError::NotFinite { index: 0, .. })), "{bad:?}");
+    }
     assert!(buffer.is_empty());
     buffer.add_episode(&good)?;
     Ok(())

@@ -2,12 +2,13 @@
 //! and still episodes.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::common::{DIMS, Result, Telling, assert_distribution, draw};
 use goal_reward::GoalReward;
 use her_relabel::{
     Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, Priorities,
-    PriorityUnit, Sampler, Step, StillEpisodes, UnitInterval,
+    PriorityUnit, Sampler, Step, StillEpisodes, TransitionId, UnitInterval,
 };
 
 /// The goals achieved in the states of the episode: the object moves twice.
@@ -76,9 +77,8 @@ fn achieved_goals_are_drawn_with_the_documented_probability() -> Result {
     let mut batch = Batch::<f64>::new();
     plain.sample(&buffer, &AtLeast, 0, &mut batch)?;
     let first = buffer.transition_ids().ok_or("empty")?.0;
-    let ids: Vec<_> = (0..STEPS as u64)
-        .filter_map(|step| her_relabel::TransitionId::new(first.get() + step))
-        .collect();
+    let ids: Vec<_> =
+        (0..STEPS as u64).filter_map(|step| TransitionId::new(first.get() + step)).collect();
     buffer.set_priorities(&ids, &weights)?;
     for (kept, by_priority) in [(0.2, false), (0.0, false), (0.7, true), (1.0, true)] {
         let beta = by_priority.then_some(UnitInterval::ONE);
@@ -134,6 +134,63 @@ fn the_option_off_changes_no_batch_and_bounded_work_ends() -> Result {
     none.sample(&buffer, &AtLeast, 1, &mut off)?;
     assert_eq!(off.len(), 300);
     assert_ne!(batch, off, "the fourth draws");
+    Ok(())
+}
+
+#[test]
+fn rows_are_drawn_four_times_at_most() -> Result {
+    struct Counted(AtomicU32);
+
+    impl GoalReward for Counted {
+        fn reward(&self, _: &[f64], _: &[f64]) -> f64 {
+            0.0
+        }
+        fn is_success(&self, _: &[f64], _: &[f64]) -> bool {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            true
+        }
+    }
+
+    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(100, DIMS))?;
+    add(&mut buffer, &GOALS)?;
+    let sampler = Sampler::new(50, GoalStrategy::Future, UnitInterval::from_k(4))
+        .with_already_achieved(UnitInterval::ZERO);
+    let counted = Counted(AtomicU32::new(0));
+    sampler.sample(&buffer, &counted, 1, &mut Batch::<f64>::new())?;
+    // The fourth draw is taken whatever its goal.
+    assert_eq!(counted.0.into_inner(), 3 * 50);
+    Ok(())
+}
+
+#[test]
+fn batches_whose_rows_are_drawn_again_are_pinned() -> Result {
+    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(100, DIMS))?;
+    add(&mut buffer, &GOALS)?;
+    let sampler = Sampler::new(12, GoalStrategy::Future, UnitInterval::from_k(4))
+        .with_already_achieved(UnitInterval::new(0.25)?);
+    let mut batch = Batch::<f64>::new();
+    sampler.sample(&buffer, &AtLeast, 7, &mut batch)?;
+    let first = buffer.transition_ids().ok_or("empty")?.0.get();
+    let step = |id: TransitionId| id.get() - first;
+    let sources = batch.goal_source().iter().map(|source| source.map(step));
+    let drawn: Vec<_> = batch.transition().iter().map(|id| step(*id)).zip(sources).collect();
+    // Computed by another program from the definition of SplitMix64. Rows 2, 5 and 6 are the second draws, and
+    // row 3 is the third.
+    let expected = [
+        (2, Some(6)),
+        (3, Some(4)),
+        (2, Some(3)),
+        (4, None),
+        (6, Some(6)),
+        (0, None),
+        (1, Some(3)),
+        (6, Some(6)),
+        (2, Some(4)),
+        (0, None),
+        (4, None),
+        (0, Some(3)),
+    ];
+    assert_eq!(drawn, expected);
     Ok(())
 }
 

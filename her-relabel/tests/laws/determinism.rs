@@ -143,6 +143,17 @@ fn seeded_batches_are_pinned() -> Result {
 }
 
 #[test]
+fn used_batches_are_not_empty() -> Result {
+    let mut buffer = buffer(100);
+    add(&mut buffer, 1, 50, (false, true));
+    let mut batch = Batch::<f64>::new();
+    assert!(batch.is_empty() && batch.len() == 0);
+    SAMPLER.sample(&buffer, &Telling, 1, &mut batch)?;
+    assert!(!batch.is_empty() && batch.len() == 200);
+    Ok(())
+}
+
+#[test]
 fn nothing_can_be_drawn_before_an_episode_ends() -> Result {
     let mut buffer = buffer(100);
     let mut batch = Batch::<f64>::new();

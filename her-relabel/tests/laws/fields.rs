@@ -192,6 +192,43 @@ fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() -> Result {
 }
 
 #[test]
+fn each_of_three_fields_is_a_column() -> Result {
+    let config = config(50).with_field("value", 1);
+    let mut buffer = HerBuffer::<f64>::new(config)?;
+    let steps = 5;
+    let numbers = |count: u32, first: u32| -> Vec<f64> {
+        (0..count * steps).map(|at| f64::from(first + at)).collect()
+    };
+    let data = EpisodeData {
+        observations: &[0.0; 12],
+        achieved_goals: &[0.0; 18],
+        desired_goal: &[0.0; 3],
+        actions: &[0.0; 5],
+        rewards: &[0.0; 5],
+        terminated: false,
+        truncated: true,
+        fields: &[
+            ("value", &numbers(1, 300)),
+            ("log_prob", &numbers(1, 100)),
+            ("latent", &numbers(3, 200)),
+        ],
+    };
+    buffer.add_episode(&data)?;
+    let sampler = Sampler::new(100, GoalStrategy::Future, UnitInterval::ZERO);
+    let mut batch = Batch::<f64>::new();
+    sampler.sample(&buffer, &Telling, 0, &mut batch)?;
+    let first = buffer.transition_ids().ok_or("empty")?.0.get();
+    for (row, id) in batch.transition().iter().enumerate() {
+        let step = (id.get() - first) as f64;
+        let latent = [0.0, 1.0, 2.0].map(|at| 200.0 + 3.0 * step + at);
+        assert_eq!(batch.field("value")?[row], 300.0 + step);
+        assert_eq!(batch.field("log_prob")?[row], 100.0 + step);
+        assert_eq!(batch.field("latent")?[3 * row..][..3], latent);
+    }
+    Ok(())
+}
+
+#[test]
 fn unknown_missing_repeated_and_misshapen_fields_are_refused() -> Result {
     let mut buffer = HerBuffer::<f64>::new(config(50))?;
     common::begin(&mut buffer, 0, 1)?;

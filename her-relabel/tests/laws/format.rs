@@ -1,11 +1,13 @@
 //! The file format: a file of each version, and the bounds of the numbers in a file.
 
-use crate::common::{DIMS, Result, begin, buffer, step};
+use std::num::NonZeroUsize;
+
+use crate::common::{DIMS, Result, Telling, begin, buffer, step};
 use crate::damaged::sealed;
 use crate::saving::{load, saved};
 use her_relabel::{
-    BufferConfig, EpisodeData, EpisodeStart, HerBuffer, LoadError, Priorities, PriorityUnit, Step,
-    StillEpisodes, UnitInterval,
+    Batch, BufferConfig, EpisodeData, EpisodeStart, GoalStrategy, HerBuffer, LoadError, NStep,
+    Priorities, PriorityUnit, Sampler, Step, StillEpisodes, UnitInterval,
 };
 
 /// A buffer with all that a file can hold: fields, priorities, a ring that has wrapped, and an unfinished episode.
@@ -131,6 +133,44 @@ fn transitions_are_numbered_up_to_a_bound() {
 }
 
 #[test]
+fn every_episode_has_a_transition() {
+    let mut buffer = buffer(8);
+    (0..3).for_each(|episode| crate::common::add(&mut buffer, episode, 2, (false, true)));
+    let file = saved(&buffer);
+    let second = |first: u64| with_numbers(&file, &[(RECORD + 8, first << 2 | 1)]);
+    assert!(!is_damaged(&second(1)) && !is_damaged(&second(2)) && !is_damaged(&second(3)));
+    // As many as the first or the third begins with.
+    assert!(is_damaged(&second(0)) && is_damaged(&second(4)));
+}
+
+#[test]
+fn a_loaded_buffer_knows_its_longest_episode() -> Result {
+    let file = saved(&plain(8));
+    let last = (1 << 60) - 3;
+    let numbers = [(LIVE_START, last), (LIVE_START + 8, last + 3), (RECORD, last << 2 | 1)];
+    let loaded = load(&with_numbers(&file, &numbers))?;
+    // The memory is that of a window of three steps.
+    let steps = NStep::new(NonZeroUsize::MAX, UnitInterval::ONE);
+    let sampler = Sampler::new(20, GoalStrategy::Future, UnitInterval::ONE).with_n_step(steps);
+    sampler.sample(&loaded, &Telling, 1, &mut Batch::<f64>::new())?;
+    Ok(())
+}
+
+/// More elements than are read at a time.
+#[test]
+fn long_parts_are_read_whole() -> Result {
+    let mut buffer = buffer(2000);
+    begin(&mut buffer, 0, 1)?;
+    for t in 0..1500 {
+        step(&mut buffer, 0, 1, t, (false, false))?;
+    }
+    assert_eq!(saved(&load(&saved(&buffer))?), saved(&buffer));
+    buffer.end_episode(0)?;
+    assert_eq!(saved(&load(&saved(&buffer))?), saved(&buffer));
+    Ok(())
+}
+
+#[test]
 fn a_file_holds_no_more_transitions_than_the_capacity() {
     let file = saved(&plain(8));
     assert!(!is_damaged(&with_numbers(&file, &[(CAPACITY, 3)])));
@@ -173,9 +213,10 @@ fn an_unfinished_episode_is_saved_at_any_length_and_no_file_holds_a_longer_one()
 #[test]
 fn the_tree_of_priorities_has_a_size_that_fits() -> Result {
     let config =
-        BufferConfig::new(50, DIMS).with_priorities(Priorities::new(PriorityUnit::Transition));
+        BufferConfig::new(12, DIMS).with_priorities(Priorities::new(PriorityUnit::Transition));
     let mut buffer = HerBuffer::<f64>::new(config)?;
-    crate::common::add(&mut buffer, 1, 12, (false, true));
+    // The first of the episodes is dropped.
+    (0..2).for_each(|episode| crate::common::add(&mut buffer, episode, 12, (false, true)));
     let file = saved(&buffer);
     // Before the checksum come the priorities, before them the size, and before that the highest.
     let size = file.len() - 4 - 12 * 8 - 8;

@@ -2,9 +2,13 @@
 
 use std::num::NonZeroUsize;
 
-use crate::common::{DIMS, Telling, achieved_goal, add, buffer, observation, reward};
+use crate::common::{
+    DIMS, Result, Telling, achieved_goal, add, begin, buffer, observation, reward,
+};
 use goal_reward::GoalReward;
-use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, Sampler, Termination, UnitInterval};
+use her_relabel::{
+    Batch, GoalStrategy, HerBuffer, NStep, Sampler, Step, Termination, UnitInterval,
+};
 
 /// [`Telling`] for a task that ends once its goal is reached, which tells the achieved goal from the desired one:
 /// a state reaches the states of its episode that are not later.
@@ -149,6 +153,30 @@ fn a_window_of_one_step_is_the_transition() {
     for (discount, terminated) in batch.discount().iter().zip(batch.terminated()) {
         assert_eq!(*discount, if *terminated { 0.0 } else { 0.97 });
     }
+}
+
+#[test]
+fn a_return_of_one_reward_keeps_its_bits() -> Result {
+    let mut buffer = buffer(10);
+    begin(&mut buffer, 0, 1)?;
+    let step = Step {
+        action: &[0.0],
+        reward: -0.0,
+        next_observation: &observation(1, 1),
+        next_achieved_goal: &achieved_goal(1, 1),
+        terminated: false,
+        truncated: true,
+        fields: &[],
+    };
+    buffer.add_step(0, &step)?;
+    let sampler = sampler().with_ratio(UnitInterval::ZERO);
+    for sampler in
+        [sampler, sampler.with_n_step(n_step(1, 0.5)), sampler.with_n_step(n_step(9, 0.5))]
+    {
+        let batch = draw(&buffer, &sampler);
+        assert!(batch.reward().iter().all(|reward| reward.to_bits() == (-0.0_f64).to_bits()));
+    }
+    Ok(())
 }
 
 fn place(batch: &Batch<f64>, row: usize) -> (u32, u32) {
