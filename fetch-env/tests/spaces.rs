@@ -152,6 +152,25 @@ fn a_value_of_another_kind_lies_outside() -> Result {
 }
 
 #[test]
+fn a_bounded_box_has_both_bounds_everywhere() -> Result {
+    const INFINITY: f64 = f64::INFINITY;
+    for (low, high, is_bounded) in [
+        ([0.0, -1.0], [1.0, 1.0], true),
+        ([f64::MIN, -1.0], [f64::MAX, 1.0], true),
+        ([0.0, -INFINITY], [1.0, 1.0], false),
+        ([0.0, -1.0], [INFINITY, 1.0], false),
+        ([0.0, -INFINITY], [1.0, INFINITY], false),
+    ] {
+        let space = BoxSpace::new(vec![2], low.to_vec(), high.to_vec())?;
+        assert_eq!(space.is_bounded(), is_bounded, "{space:?}");
+        assert_eq!((space.low(), space.high()), (&low[..], &high[..]));
+        assert_eq!((space.shape(), space.len(), space.is_empty()), (&[2][..], 2, false));
+    }
+    assert!(BoxSpace::<f64>::unbounded(0)?.is_empty());
+    Ok(())
+}
+
+#[test]
 fn an_unbounded_box_is_written_with_null() -> Result {
     let space = Space::from(BoxSpace::<f64>::unbounded(1)?);
     let json = serde_json::to_string(&space)?;
