@@ -19,6 +19,7 @@ macro_rules! conformance {
                 reset::goals_and_objects_start_where_the_options_say,
                 reset::options_do_not_disturb_the_random_numbers,
                 reset::impossible_options_are_refused_and_change_nothing,
+                reset::the_environment_reports_its_goal,
                 reset::the_environment_reports_its_seed,
                 reward::the_step_reward_is_the_reward_of_its_goals,
                 reward::dense_and_sparse_see_the_same_trajectory,

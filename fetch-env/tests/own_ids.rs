@@ -23,6 +23,8 @@ fn a_registry_begins_with_the_eight_environments() -> Result {
         let env = registry.make(&id.to_string())?;
         assert_eq!(env.inner().config(), &id.config());
     }
+    let debugged = format!("{registry:?}");
+    assert!(names.iter().all(|name| debugged.contains(name)), "{debugged}");
     Ok(())
 }
 

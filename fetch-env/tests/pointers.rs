@@ -44,6 +44,7 @@ fn environments_of_different_types_are_stepped_together() -> Result {
     let batch = envs.step(&[0.0; 2 * 4])?;
     assert_eq!(batch.error(0), None);
     assert_eq!(batch.error(1), Some(&EnvError::other("it is unplugged: plug it in")));
+    assert_ne!(batch.error(1), Some(&EnvError::other("it is broken")));
     assert_eq!(batch.truncated(), [false, true], "the failure ends the episode");
     Ok(())
 }

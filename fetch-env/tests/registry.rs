@@ -1,7 +1,7 @@
 //! The eight names and their settings.
 
 use fetch_env::{ConfigError, EnvError, EnvId, FetchConfig, FetchEnv, make_kinematic};
-use fetch_sim::{KinematicSimulator, SimConfig, Task};
+use fetch_sim::{KinematicSimulator, ModelSource, SimConfig, Task};
 use goal_reward::RewardKind;
 use proptest::prelude::*;
 
@@ -96,6 +96,9 @@ fn the_defaults_are_the_references() -> Result {
         let slide = id.task == Task::Slide;
         assert_eq!(config.task(), id.task);
         assert_eq!(config.sim()?, SimConfig::new(id.task));
+        assert_eq!(config.model(), &ModelSource::Builtin);
+        let folder = ModelSource::Folder("models".into());
+        assert_eq!(config.clone().with_model(folder.clone()).model(), &folder);
         assert_eq!(config.control_period(), 0.04);
         assert_eq!(config.reward(), id.reward);
         assert_eq!(config.distance_threshold(), 0.05);

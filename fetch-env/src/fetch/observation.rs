@@ -310,6 +310,20 @@ mod tests {
         Ok(())
     }
 
+    /// A rotation about the y-axis by a quarter turn less an angle of sine `cos_y`, after one about the
+    /// x-axis.
+    fn nearly_singular(cos_y: f64) -> Matrix3<f64> {
+        Matrix3::new(0.0, 0.0, 1.0, 0.6, 0.8, 0.0, -0.8, 0.6, cos_y)
+    }
+
+    #[test]
+    fn at_the_singularity_the_first_angle_is_zero() {
+        let singular = 4.0 * f64::EPSILON;
+        assert_eq!(matrix_to_euler(&nearly_singular(singular))[0], 0.0);
+        let beyond = nearly_singular(-singular.next_up());
+        assert_eq!(matrix_to_euler(&beyond)[0].abs(), std::f64::consts::PI);
+    }
+
     proptest! {
         /// The definition: turns about the fixed axes z, y and x, in this order, give the rotation.
         #[test]

@@ -78,6 +78,17 @@ pub(crate) fn impossible_options_are_refused_and_change_nothing<B: Backend>() ->
     Ok(())
 }
 
+pub(crate) fn the_environment_reports_its_goal<B: Backend>() -> Result {
+    for id in EnvId::ALL {
+        let mut env = make::<B>(id)?;
+        assert_eq!(env.inner().desired_goal(), None);
+        let start = env.reset(Some(1))?.observation;
+        let goal = env.inner().desired_goal().ok_or("no goal")?;
+        assert_eq!(goal, start.desired_goal(), "{id}");
+    }
+    Ok(())
+}
+
 pub(crate) fn the_environment_reports_its_seed<B: Backend>() -> Result {
     for id in EnvId::ALL {
         let mut env = make::<B>(id)?;

@@ -10,5 +10,6 @@ mod order;
 mod plain;
 #[cfg(feature = "her-relabel")]
 mod recording;
+mod rows;
 mod state;
 mod synchronous;

@@ -2,10 +2,13 @@
 
 use fetch_env::{
     BoxSpace, Env, EnvError, Reset, Space, Step,
-    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError},
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset},
 };
 
 use crate::common::Result;
+
+/// The action that breaks a [`Counter`].
+const BROKEN: f64 = -1.0;
 
 /// Counts its steps in single precision, with a text as its info.
 #[derive(Debug)]
@@ -47,6 +50,9 @@ impl Env for Counter {
     }
 
     fn step(&mut self, action: &[f64]) -> Result<Step<Vec<f32>, String>, EnvError> {
+        if action[0] == BROKEN {
+            return Err(EnvError::other("it is broken"));
+        }
         self.steps += 1.0;
         Ok(Step {
             observation: self.observe(),
@@ -96,5 +102,45 @@ fn an_observation_that_does_not_fit_its_space_is_an_error() -> Result {
     let error = VecEnv::new([other], VecConfig::default()).err();
     let expected = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
     assert_eq!(error, Some(expected));
+    Ok(())
+}
+
+#[test]
+fn the_info_of_a_step_is_that_of_its_own_episode() -> Result {
+    let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
+    let mut envs = VecEnv::new([Counter::new(2), Counter::new(2)], config)?;
+    let batch = envs.reset(None)?;
+    assert_eq!(
+        [0, 1, 2].map(|row| batch.step_info(row).map(String::as_str)),
+        [Some("reset"), Some("reset"), None]
+    );
+    let batch = envs.step(&[1.0, BROKEN])?;
+    assert_eq!(batch.error(1), Some(&EnvError::other("it is broken")));
+    assert_eq!(batch.info()[1].as_deref(), Some("reset"));
+    assert_eq!((batch.step_info(0), batch.step_info(1)), (Some(&"step 1".into()), None));
+    envs.step(&[1.0, 1.0])?;
+    let batch = envs.step(&[1.0, 1.0])?;
+    assert_eq!(batch.info()[0].as_deref(), Some("reset"));
+    let infos = [0, 1].map(|row| batch.step_info(row).map(String::as_str));
+    assert_eq!(infos, [Some("step 3"), Some("step 2")]);
+    Ok(())
+}
+
+#[test]
+fn a_vector_tells_what_it_is() -> Result {
+    let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
+    let mut envs = VecEnv::new([Counter::new(2), Counter::new(2)], config)?;
+    assert_eq!((envs.autoreset_mode(), envs.in_flight()), (AutoresetMode::SameStep, 0));
+    envs.send_reset(&VecReset::default())?;
+    assert_eq!(envs.in_flight(), 2);
+    assert_eq!(
+        format!("{envs:?}"),
+        "VecEnv { num_envs: 2, in_flight: 2, autoreset: SameStep, .. }"
+    );
+    let batch = envs.recv(1)?;
+    assert_eq!((batch.len(), batch.is_empty()), (1, false));
+    assert_eq!(envs.in_flight(), 1);
+    envs.recv(1)?;
+    assert_eq!(envs.in_flight(), 0);
     Ok(())
 }

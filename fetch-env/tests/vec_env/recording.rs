@@ -194,6 +194,7 @@ fn a_step_whose_reset_fails_is_recorded() -> Result {
     let batch = envs.batch();
     assert_eq!(batch.error(0), Some(&EnvError::other("no second episode")));
     assert_eq!((batch.stepped(), batch.started()), (&[true][..], &[false][..]));
+    assert!(batch.step_info(0).is_some() && batch.distance().all(f64::is_finite));
     assert_eq!((buffer.len(), buffer.num_episodes()), (5, 1));
     Ok(())
 }

@@ -5,7 +5,7 @@ use fetch_env::{
     GoalPairs, GoalReward, Reset, Space, Step, make_kinematic,
     spaces::Value,
     wrappers::{
-        ActionRepeat, ClipAction, FilterObservation, FlattenObservation, FrameStack,
+        ActionRepeat, ArrayPool, ClipAction, FilterObservation, FlattenObservation, FrameStack,
         NormalizeObservation, RecordEpisodeStatistics, RescaleAction, TimeAwareObservation,
         TransformReward,
     },
@@ -111,6 +111,9 @@ fn normalized_observations_follow_the_mean_and_variance_so_far() -> Result {
     env.reset(None)?;
     assert_eq!(env.statistics(), &before);
     assert!(env.is_frozen());
+    env.set_frozen(false);
+    env.reset(None)?;
+    assert!(!env.is_frozen() && env.statistics() != &before);
     Ok(())
 }
 
@@ -262,6 +265,29 @@ impl Env for Echo {
     fn observation_space(&self) -> &Space {
         &self.observation_space
     }
+}
+
+#[test]
+fn an_action_within_the_bounds_keeps_its_bits() -> Result {
+    for (low, high, zero) in [(0.0, 6.0, -0.0_f32), (-2.0, -0.0, 0.0)] {
+        let action_space = BoxSpace::uniform(vec![1], low, high)?;
+        let mut env = ClipAction::new(Echo { action_space, ..Echo::new() });
+        env.reset(None)?;
+        let taken = env.step(&[zero])?.observation[0];
+        assert_eq!(taken.to_bits(), zero.to_bits(), "from {low} to {high}");
+    }
+    Ok(())
+}
+
+#[test]
+fn arrays_show_their_elements_and_pools_their_length() {
+    let mut pool = ArrayPool::<f32>::new(2);
+    assert_eq!(
+        (pool.len(), pool.is_empty(), ArrayPool::<f32>::new(0).is_empty()),
+        (2, false, true)
+    );
+    let array = pool.write(|array| array.copy_from_slice(&[0.5, -1.0]));
+    assert_eq!(format!("{array:?}"), "[0.5, -1.0]");
 }
 
 #[test]
