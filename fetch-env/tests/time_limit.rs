@@ -161,6 +161,28 @@ fn the_goals_are_those_of_the_inner_environment() {
 }
 
 #[test]
+fn an_episode_is_not_restored_at_or_beyond_the_limit() -> Result<(), EnvError> {
+    let limited = |steps: u32| -> Result<_, EnvError> {
+        let env = fetch_env::make_kinematic("FetchReach-v4")?.into_inner();
+        let limit = NonZeroU32::new(steps).expect("not zero");
+        let env = TimeLimit::new(env, limit);
+        assert_eq!(env.max_episode_steps(), limit);
+        Ok(env)
+    };
+    let mut long = limited(9)?;
+    long.reset(Some(0))?;
+    for elapsed in 1..=9 {
+        long.step(&[0.1; 4])?;
+        let fits = limited(5)?.restore(&long.snapshot());
+        assert_eq!(fits.is_ok(), elapsed < 5, "{elapsed}: {fits:?}");
+        assert_eq!(limited(9)?.restore(&long.snapshot()), Ok(()));
+    }
+    // An episode that is over has the limit's length.
+    assert_eq!(long.elapsed_steps(), 9);
+    Ok(())
+}
+
+#[test]
 fn environments_can_be_handed_to_other_threads() {
     fn is_send<T: Send>() {}
     is_send::<TimeLimit<FetchEnv<KinematicSimulator>>>();

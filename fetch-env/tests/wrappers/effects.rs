@@ -1,13 +1,13 @@
 //! What each wrapper does.
 
 use fetch_env::{
-    BatchObservation, BoxSpace, Env, EnvError, GoalEnv, GoalEnvExt, GoalInfo, GoalObservation,
-    GoalPairs, GoalReward, Reset, Space, Step, make_kinematic,
+    BatchObservation, BoxSpace, Env, EnvError, FetchConfig, FetchEnv, GoalInfo, GoalObservation,
+    KinematicSimulator, Reset, RewardKind, Space, Step, Task, make_kinematic,
     spaces::Value,
     wrappers::{
         ActionRepeat, ArrayPool, ClipAction, FilterObservation, FlattenObservation, FrameStack,
         NormalizeObservation, RecordEpisodeStatistics, RescaleAction, TimeAwareObservation,
-        TransformReward,
+        TransformObservation,
     },
 };
 use proptest::prelude::*;
@@ -35,6 +35,17 @@ fn the_goal_follows_a_flat_observation_or_its_parts_have_gymnasiums_order() -> R
     let mut env = FlattenObservation::new(push()?)?;
     let flat = env.reset(Some(3))?.observation;
     assert_eq!(flat[..], rounded(&[state.observation(), state.desired_goal()].concat()));
+    Ok(())
+}
+
+#[test]
+fn a_flat_observation_has_parts_of_either_precision() -> Result {
+    let mut normalized = NormalizeObservation::new(push()?)?;
+    let mut env = FlattenObservation::new(NormalizeObservation::new(push()?)?)?;
+    let state = normalized.reset(Some(3))?.observation;
+    let flat = env.reset(Some(3))?.observation;
+    assert_eq!(flat[..25], *state.observation());
+    assert_eq!(flat[25..], rounded(state.desired_goal()));
     Ok(())
 }
 
@@ -75,6 +86,19 @@ fn an_episode_has_its_return_and_length() -> Result {
     env.reset(None)?;
     env.step(&ACTION)?;
     assert_eq!(env.so_far().length, 1);
+    Ok(())
+}
+
+#[test]
+fn the_info_of_an_episode_is_that_of_its_environment() -> Result {
+    for (threshold, is_success) in [(10.0, true), (1e-9, false)] {
+        let config =
+            FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(threshold);
+        let simulator = KinematicSimulator::new(&config.sim()?);
+        let mut env = RecordEpisodeStatistics::new(FetchEnv::new(config, simulator)?);
+        let info = env.reset(Some(0))?.info;
+        assert_eq!((info.is_success(), info.distance()), (is_success, info.info.distance));
+    }
     Ok(())
 }
 
@@ -163,26 +187,6 @@ fn stacked_frames_begin_with_copies_of_the_first() -> Result {
     let vector = env.observation_space().as_dict().and_then(|dict| dict.get("observation"));
     let Some(Space::BoxF64(space)) = vector else { panic!("{vector:?}") };
     assert_eq!(space.shape(), [3, 25]);
-    Ok(())
-}
-
-#[test]
-fn a_transformed_reward_is_transformed_in_hindsight_too() -> Result {
-    let plain = make_kinematic("FetchPushDense-v4")?;
-    let env = TransformReward::with_goals(make_kinematic("FetchPushDense-v4")?, f64::exp);
-    let (achieved, desired) = ([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [0.1, 0.0, 0.0, 1.0, 1.0, 1.0]);
-    let pairs = GoalPairs::new(&achieved, &desired, 3)?;
-    let mut rewards = [0.0; 2];
-    env.compute_reward_batch(pairs, &mut rewards)?;
-    for ((achieved, desired), reward) in pairs.iter().zip(rewards) {
-        let expected = plain.compute_reward(achieved, desired)?.exp();
-        assert_eq!(env.compute_reward(achieved, desired)?, expected);
-        assert_eq!(reward, expected);
-        assert_eq!(env.is_success(achieved, desired), plain.is_success(achieved, desired));
-    }
-    let mut batched = [false; 2];
-    env.goal_reward().is_success_batch(pairs, &mut batched)?;
-    assert_eq!(batched, [false, true]);
     Ok(())
 }
 
@@ -276,6 +280,15 @@ fn an_action_within_the_bounds_keeps_its_bits() -> Result {
         let taken = env.step(&[zero])?.observation[0];
         assert_eq!(taken.to_bits(), zero.to_bits(), "from {low} to {high}");
     }
+    Ok(())
+}
+
+#[test]
+fn a_transformed_environment_shows_its_wrapper() -> Result {
+    let space = Echo::new().observation_space;
+    let env = TransformObservation::new(push()?, space, |observation| observation);
+    let shown = format!("{env:?}");
+    assert!(shown.contains("wrapper: ObservationTransform { .. }"), "{shown}");
     Ok(())
 }
 

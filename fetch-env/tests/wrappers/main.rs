@@ -4,6 +4,7 @@ mod allocation;
 mod effects;
 mod laws;
 mod refusals;
+mod rewards;
 #[path = "../laws/tree.rs"]
 mod tree;
 

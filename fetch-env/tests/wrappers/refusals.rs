@@ -65,6 +65,16 @@ fn snapshots_of_other_wrappers_are_refused_and_change_nothing() -> Result {
     assert!(matches!(refusal, Err(EnvError::ForeignSnapshot { .. })), "{refusal:?}");
     assert_eq!(three.snapshot(), before);
 
+    // Of the same environment, with fewer elements.
+    let mut filtered = NormalizeObservation::new(FilterObservation::new(push()?, [0, 1])?)?;
+    let mut more = NormalizeObservation::new(FilterObservation::new(push()?, [0, 1, 2])?)?;
+    more.reset(Some(0))?;
+    let before = filtered.snapshot();
+    let refusal = filtered.restore(&more.snapshot());
+    let of_elements = "its statistics are of 3 elements, these of 2";
+    assert!(refusal.is_err_and(|refusal| refusal.to_string().contains(of_elements)));
+    assert_eq!(filtered.snapshot(), before);
+
     let mut reach = NormalizeObservation::new(make_kinematic("FetchReach-v4")?)?;
     let push = NormalizeObservation::new(push()?)?;
     let refusal = reach.restore(&push.snapshot());
