@@ -142,5 +142,7 @@ fn a_vector_tells_what_it_is() -> Result {
     assert_eq!(envs.in_flight(), 1);
     envs.recv(1)?;
     assert_eq!(envs.in_flight(), 0);
+    let none = envs.recv(0)?;
+    assert_eq!((none.len(), none.is_empty()), (0, true));
     Ok(())
 }

@@ -215,11 +215,8 @@ impl Sampler {
         let goals = goal.saturating_mul(window);
         let input = observation.saturating_add(goal);
         let most = input.max(action).max(goals).max(storage.layout.fields().len());
-        let size = size_of::<f64>();
-        let bytes = self.batch_size().checked_mul(most).and_then(|count| count.checked_mul(size));
-        match bytes {
-            Some(bytes) if bytes <= isize::MAX.unsigned_abs() => Ok(window),
-            _ => Err(SampleError::TooLarge),
-        }
+        // Reserving the memory finds out whether there is enough.
+        let elements = self.batch_size().checked_mul(most);
+        elements.map(|_| window).ok_or(SampleError::TooLarge)
     }
 }

@@ -110,8 +110,8 @@ impl Episodes {
         episodes.cells.extend(is_within_cell.then_some(first_episode));
         for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
             let next = records.get(at + 1).map_or(end, |record| Record(*record).first());
-            // Only the first episode may have lost transitions.
-            let begins = if at == 0 { record.first() <= start } else { record.first() > start };
+            // The first episode may have lost transitions. The others begin where the one before them ends.
+            let begins = at > 0 || record.first() <= start;
             let Ending { terminated, truncated } = record.ending();
             let ends = episodes.live.end < next && next <= end && (terminated || truncated);
             if !(begins && ends) {

@@ -373,6 +373,18 @@ fn a_reset_in_the_middle_keeps_the_steps_before_it() -> Result {
 }
 
 #[test]
+fn a_clone_of_rows_has_the_same_rows() -> Result {
+    let columns = Columns::new(&[reset_row(0, 1), reset_row(1, 2)]);
+    let [mut one, mut other] = [buffer(), buffer()];
+    one.record(&columns.rows())?;
+    let clone = Some(&columns.rows()).cloned().ok_or("a clone")?;
+    other.record(&clone)?;
+    assert_eq!(saved(&one), saved(&other));
+    assert_eq!(one.unfinished_steps(1)?, Some(0));
+    Ok(())
+}
+
+#[test]
 fn wrong_lengths_and_environments_change_nothing() -> Result {
     let mut buffer = buffer();
     record(&mut buffer, &[reset_row(0, 1), reset_row(1, 2)])?;
