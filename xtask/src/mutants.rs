@@ -108,10 +108,13 @@ fn test(program: &Path, name: &str, selection: &str, choice: &Choice) -> anyhow:
         let count = String::from_utf8_lossy(&list.stdout).lines().count();
         shard = Some(format!("0/{}", count.div_ceil(most.get()).max(1)));
     }
-    chosen.extend(shard.map(|shard| format!("--shard={shard}")));
+    if let Some(shard) = shard {
+        chosen.extend([format!("--shard={shard}"), "--sharding=round-robin".to_owned()]);
+    }
     let mut test = mutants(&chosen);
-    test.args(["--profile=mutants", "--baseline=skip", "--timeout=120"])
-        .args(["--sharding=round-robin", "--cap-lints=true"])
+    test.args(["--profile=mutants", "--baseline=skip", "--timeout=120", "--cap-lints=true"])
+        // The compiler never ends either where a constant does not.
+        .arg("--build-timeout=300")
         // Examples in the documentation take long to build, and rarely notice anything.
         .arg("--cargo-test-arg=--tests")
         .arg("--output")
