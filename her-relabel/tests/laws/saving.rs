@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use crate::common::{DIMS, Result, Telling, add, begin, buffer, rows, step};
+use crate::common::{DIMS, Result, Telling, add, begin, buffer, draw, relabel_all, rows, step};
 use her_relabel::{
     Batch, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep, NewPriority,
     Priorities, PriorityUnit, Sampler, Step, Termination, UnitInterval,
@@ -104,6 +104,19 @@ proptest! {
 }
 
 /// A buffer with everything: a ring that has wrapped, a field, priorities, and an unfinished episode.
+#[test]
+fn a_buffer_is_loaded_wherever_its_oldest_transition_is() -> Result {
+    const CAPACITY: usize = 100;
+    let mut buffer = buffer(CAPACITY);
+    let sampler = relabel_all(300, GoalStrategy::Episode);
+    for episode in 0..2 * CAPACITY as u32 {
+        add(&mut buffer, episode, 1, (false, true));
+        let loaded = load(&saved(&buffer))?;
+        assert_eq!(draw(&loaded, &sampler, 1), draw(&buffer, &sampler, 1), "{episode}");
+    }
+    Ok(())
+}
+
 pub(crate) fn small() -> HerBuffer<f64> {
     let config = BufferConfig::new(8, DIMS).with_field("value", 1).with_priorities(
         Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)),
