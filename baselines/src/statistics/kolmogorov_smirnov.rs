@@ -52,7 +52,6 @@ fn exact(n: usize, m: usize, distance: u128) -> f64 {
         for j in 0..=m {
             far[j] = match (i, j) {
                 _ if is_far(i, j) => 1.0,
-                (0, 0) => 0.0,
                 (_, 0) => far[0],
                 (i, j) => (i as f64 * far[j] + j as f64 * far[j - 1]) / (i + j) as f64,
             };

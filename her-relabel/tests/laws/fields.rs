@@ -229,6 +229,35 @@ fn each_of_three_fields_is_a_column() -> Result {
 }
 
 #[test]
+fn a_bad_number_in_a_field_refuses_its_own_row_alone() -> Result {
+    for bad in 0..3 {
+        let mut buffer = HerBuffer::<f64>::new(config(50).with_num_envs(3))?;
+        (0..3).try_for_each(|env| common::begin(&mut buffer, env, env as u32))?;
+        let mut latents = [0.5; 9];
+        latents[3 * bad + 1] = f64::NAN;
+        let rows: StepRows<'_, f64> = StepRows {
+            env_ids: &[0, 1, 2],
+            stepped: &[true; 3],
+            started: &[false; 3],
+            actions: &[0.0; 3],
+            rewards: &[0.0; 3],
+            next_observations: &[0.0; 6],
+            next_achieved_goals: &[0.0; 9],
+            terminated: &[false; 3],
+            truncated: &[false; 3],
+            fields: &[("log_prob", &[0.0; 3]), ("latent", &latents)],
+            ..StepRows::default()
+        };
+        let recorded = buffer.record(&rows)?;
+        assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (2, 1));
+        for env in 0..3 {
+            assert_eq!(buffer.unfinished_steps(env)?, (env != bad).then_some(1), "{env} of {bad}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
 fn unknown_missing_repeated_and_misshapen_fields_are_refused() -> Result {
     let mut buffer = HerBuffer::<f64>::new(config(50))?;
     common::begin(&mut buffer, 0, 1)?;
