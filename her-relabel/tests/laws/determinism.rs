@@ -147,9 +147,9 @@ fn used_batches_are_not_empty() -> Result {
     let mut buffer = buffer(100);
     add(&mut buffer, 1, 50, (false, true));
     let mut batch = Batch::<f64>::new();
-    assert!(batch.is_empty() && batch.len() == 0);
+    assert_eq!((batch.len(), batch.is_empty()), (0, true));
     SAMPLER.sample(&buffer, &Telling, 1, &mut batch)?;
-    assert!(!batch.is_empty() && batch.len() == 200);
+    assert_eq!((batch.len(), batch.is_empty()), (200, false));
     Ok(())
 }
 
