@@ -1,5 +1,7 @@
 // Models: compiling, looking up, the few changes made before a model is shared, and what it shows.
 
+#include <pthread.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "internal.h"
@@ -38,7 +40,7 @@ static fs_status add_file(mjVFS* vfs, const char* name, const char* bytes, int s
   FS_GUARDED(NULL, if (!put(mj, vfs, name, bytes, size)) fs_on_error("a file has no name, or that of another"));
 }
 
-static fs_status compile(const char* name, const mjVFS* vfs, mjModel** model) {
+static fs_status load(const char* name, const mjVFS* vfs, mjModel** model) {
   // The compiler writes its message, a warning or an error, into this buffer.
   static _Thread_local char message[1024];
   message[0] = '\0';
@@ -48,6 +50,27 @@ static fs_status compile(const char* name, const mjVFS* vfs, mjModel** model) {
     if (!*model) fs_on_error(message);
     if (message[0]) fs_on_warning(message);
   });
+}
+
+// MuJoCo hands C's `stderr` to Qhull, which writes forty lines to it about a mesh that is flat. The
+// GNU C library lets it be another stream until the model is compiled: nothing else of MuJoCo, of Rust
+// or of C++ writes through that variable. One model is compiled at a time, so that the stream that was
+// there comes back.
+static fs_status compile(const char* name, const mjVFS* vfs, mjModel** model) {
+#ifdef __GLIBC__
+  static pthread_mutex_t compiling = PTHREAD_MUTEX_INITIALIZER;
+  static FILE* nowhere;
+  pthread_mutex_lock(&compiling);
+  if (!nowhere) nowhere = fopen("/dev/null", "we");
+  FILE* const outer = stderr;
+  if (nowhere) stderr = nowhere;
+  const fs_status status = load(name, vfs, model);
+  stderr = outer;
+  pthread_mutex_unlock(&compiling);
+  return status;
+#else
+  return load(name, vfs, model);
+#endif
 }
 
 fs_status fs_load_path(const char* path, mjModel** model) { return compile(path, NULL, model); }

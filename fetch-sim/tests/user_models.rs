@@ -2,12 +2,15 @@
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{
+    env,
     error::Error,
     ffi::OsString,
     fs,
     os::unix::ffi::OsStringExt,
     path::{Path, PathBuf},
+    process::Command,
     sync::Arc,
+    thread,
 };
 
 use fetch_sim::{
@@ -101,6 +104,35 @@ fn files_without_a_name_or_contents_are_errors() {
     {
         assert!(matches!(Model::from_files(empty), Err(SimError::Model { .. })), "{empty:?}");
     }
+}
+
+/// Also if several threads compile it at once.
+#[test]
+fn a_flat_mesh_is_an_error_that_says_so_and_nothing_is_written() -> Result {
+    const CHILD: &str = "FETCH_SIM_TEST_FLAT_MESH";
+    const FLAT: &str = r#"
+        <mujoco>
+          <asset><mesh name="m" vertex="0 0 0  1 0 0  0 1 0  1 1 0"/></asset>
+          <worldbody><geom type="mesh" mesh="m"/></worldbody>
+        </mujoco>"#;
+    if env::var_os(CHILD).is_some() {
+        thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    let refusal = Model::from_files(&[("flat.xml", FLAT)]).map(drop);
+                    let message = refusal.expect_err("a flat mesh").to_string();
+                    assert!(message.contains("coplanar"), "{message}");
+                });
+            }
+        });
+        return Ok(());
+    }
+    let name = "a_flat_mesh_is_an_error_that_says_so_and_nothing_is_written";
+    let mut child = Command::new(env::current_exe()?);
+    let output = child.args(["--exact", name, "--nocapture"]).env(CHILD, "1").output()?;
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    Ok(())
 }
 
 #[test]

@@ -106,7 +106,7 @@ impl Model {
         load_once()?;
         let attempt = || {
             let mut raw = ptr::null_mut();
-            check_as(compile(&raw mut raw), |message| message).map(|()| raw)
+            check_as(compile(&raw mut raw), explained).map(|()| raw)
         };
         let had_decoders = Decoders::are_settled();
         let raw = attempt().or_else(|reason| {
@@ -183,6 +183,15 @@ impl Model {
 impl fmt::Debug for Model {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Model").field("sizes", &self.sizes).finish_non_exhaustive()
+    }
+}
+
+/// Adds to the message about a flat mesh, which later versions explain themselves, what Qhull says.
+fn explained(message: String) -> String {
+    if message.contains("qhull error") {
+        message + ": its points are coplanar, or nearly: give the mesh a thickness"
+    } else {
+        message
     }
 }
 
