@@ -53,9 +53,9 @@ static fs_status load(const char* name, const mjVFS* vfs, mjModel** model) {
 }
 
 // MuJoCo hands C's `stderr` to Qhull, which writes forty lines to it about a mesh that is flat. The
-// GNU C library lets it be another stream until the model is compiled: nothing else of MuJoCo, of Rust
-// or of C++ writes through that variable. One model is compiled at a time, so that the stream that was
-// there comes back.
+// GNU C library lets it be another stream until the model is compiled. What other C code prints to it
+// meanwhile is lost; Rust does not print through it. One model is compiled at a time, so that the stream
+// that was there comes back.
 static fs_status compile(const char* name, const mjVFS* vfs, mjModel** model) {
 #ifdef __GLIBC__
   static pthread_mutex_t compiling = PTHREAD_MUTEX_INITIALIZER;

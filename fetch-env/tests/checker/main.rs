@@ -1,6 +1,7 @@
 //! The checker can fail: the check of each law finds the faults against it.
 
 mod faulty;
+mod parts;
 mod reports;
 
 use fetch_env::check::{CheckOptions, CheckReport, check_goal_env, check_snapshots};

@@ -7,7 +7,7 @@ use fetch_env::{
     Space,
     spaces::{SpaceError, Value},
 };
-use rand_core::TryRng;
+use rand_core::{TryRng, utils::fill_bytes_via_next_word};
 
 use crate::Result;
 
@@ -25,8 +25,8 @@ impl TryRng for Words {
         Ok(self.0.remove(0))
     }
 
-    fn try_fill_bytes(&mut self, _: &mut [u8]) -> Result<(), Infallible> {
-        unimplemented!("no space asks for bytes")
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        fill_bytes_via_next_word(bytes, || self.try_next_u64())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Rows of observations: each is written and copied to its own place.
 
 use fetch_env::{
-    BoxSpace, Space, make_kinematic,
+    BatchObservation, BoxSpace, Env, Space, make_kinematic,
     vec_env::{ArrayRows, GoalRows, Rows, VecEnvError, WriteRow},
 };
 
@@ -27,18 +27,18 @@ fn arrays_are_written_and_copied_row_by_row() -> Result {
 #[test]
 fn goals_are_written_and_copied_row_by_row() -> Result {
     let mut env = make_kinematic("FetchPush-v4")?;
-    let space = fetch_env::Env::observation_space(&env).clone();
+    let space = env.observation_space().clone();
     let mut rows = GoalRows::<f64>::new(&space, 3)?;
     let mut observations = Vec::new();
     for row in 0..3 {
-        let start = fetch_env::Env::reset(&mut env, Some(row as u64))?.observation;
+        let start = env.reset(Some(row as u64))?.observation;
         rows.write_row(row, &start)?;
         observations.push(start);
     }
     let mut other = GoalRows::<f64>::new(&space, 3)?;
     (0..3).for_each(|row| other.copy_row(row, &rows, 2 - row));
     for (row, start) in observations.iter().enumerate() {
-        let value = fetch_env::BatchObservation::to_value(start, &space)?;
+        let value = start.to_value(&space)?;
         assert_eq!((rows.value(row), other.value(2 - row)), (value.clone(), value));
     }
     let wrong = GoalRows::<f32>::new(&space, 3).err();
