@@ -2,19 +2,18 @@
 //!
 //! It builds within seconds on a bare machine, without MuJoCo and without a C compiler, so that it
 //! can fetch MuJoCo or say that it is missing. It hands commands that step environments on to the
-//! package `lab`.
+//! packages `chapter` and `lab`.
 //!
 //! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 
-#[macro_use]
-mod output;
+#[macro_use(say)]
+extern crate commands;
 
 #[path = "../../fetch-sim/src/cache.rs"]
 mod cache;
 mod ci;
-mod commands;
 mod downloads;
 #[path = "../../fetch-sim/src/fetch/mod.rs"]
 mod fetch;
@@ -35,21 +34,13 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use lexopt::Parser;
+use commands::{OF_CHAPTER, OF_LAB};
 
-use self::{commands::OF_LAB, find_mujoco::find_mujoco};
+use self::find_mujoco::find_mujoco;
 
-/// A command that xtask runs itself.
-struct OwnCommand {
-    name: &'static str,
-    about: &'static str,
-    /// Its arguments, and a line for each.
-    usage: &'static str,
-    run: fn(Parser) -> anyhow::Result<bool>,
-}
-
-const OWN: [OwnCommand; 8] = [
-    OwnCommand {
+/// The commands that xtask runs itself.
+const OWN: [commands::Command; 8] = [
+    commands::Command {
         name: "assets",
         about: "Fetch the reference's model into the cache",
         usage: "[--from <WHEEL>]
@@ -57,7 +48,7 @@ const OWN: [OwnCommand; 8] = [
   --from <WHEEL>  Use this wheel of gymnasium-robotics 1.4.2 instead of downloading it",
         run: downloads::assets,
     },
-    OwnCommand {
+    commands::Command {
         name: "mujoco",
         about: "Fetch another version of MuJoCo into the cache",
         usage: "[--from <WHEEL>] <VERSION>
@@ -66,7 +57,7 @@ const OWN: [OwnCommand; 8] = [
   --from <WHEEL>  Use this wheel of that version instead of downloading it",
         run: downloads::other_mujoco,
     },
-    OwnCommand {
+    commands::Command {
         name: "fuzz",
         about: "Fuzz what is loaded, and sequences of calls of the replay buffer and of environments",
         usage: "[--seconds <N>] [--target <TARGET>]
@@ -76,7 +67,7 @@ const OWN: [OwnCommand; 8] = [
                      calls of environments",
         run: fuzz::run,
     },
-    OwnCommand {
+    commands::Command {
         name: "sanitize",
         about: "Run tests under sanitizers, Valgrind and Miri",
         usage: "[--only <CHECK>] [--cases <N>]
@@ -86,7 +77,7 @@ const OWN: [OwnCommand; 8] = [
   --cases <N>     Random models of the check shim; memory takes a tenth [default: 256]",
         run: sanitize::run,
     },
-    OwnCommand {
+    commands::Command {
         name: "mutants",
         about: "Change the code in small ways, and look whether a test notices",
         usage: "[--crate <CRATE>] [--shard <K/N>] [--commits <N>] [--at-most <N>]
@@ -97,7 +88,7 @@ const OWN: [OwnCommand; 8] = [
   --at-most <N>    At most so many mutants of each crate, spread over the code",
         run: mutants::run,
     },
-    OwnCommand {
+    commands::Command {
         name: "packages",
         about: "Check that the crates are ready to be published",
         usage: "[--bless]
@@ -105,7 +96,7 @@ const OWN: [OwnCommand; 8] = [
   --bless  Write the public interface to each crate's public-api.txt instead of comparing it",
         run: packages::run,
     },
-    OwnCommand {
+    commands::Command {
         name: "projects",
         about: "Test the projects that use the crates from outside, and the README's first program",
         usage: "[--only <PROJECT>]
@@ -113,7 +104,7 @@ const OWN: [OwnCommand; 8] = [
   --only <PROJECT>  Test only this folder of fetch-env/projects, or only quickstart",
         run: projects::run,
     },
-    OwnCommand {
+    commands::Command {
         name: "ci",
         about: "Run what continuous integration runs, cheapest checks first",
         usage: "",
@@ -131,25 +122,29 @@ fn main() -> ExitCode {
     let outcome = match name {
         "-h" | "--help" => say!("{}", overview()).map(|()| ExitCode::SUCCESS),
         "" => {
-            output::tell(overview());
+            commands::tell(overview());
             Ok(ExitCode::from(2))
         }
-        _ if OF_LAB.iter().any(|(known, _)| *known == name) => hand_on(&arguments),
-        _ => run_own(name, &arguments[1..]),
+        _ => match package_of(name) {
+            Some(package) => hand_on(package, &arguments),
+            None => commands::run(&OWN, &arguments),
+        },
     };
-    outcome.unwrap_or_else(|error| {
-        if error.is::<lexopt::Error>() {
-            output::tell(format_args!("error: {error}"));
-            return ExitCode::from(2);
-        }
-        output::end_with(&error)
-    })
+    outcome.unwrap_or_else(|error| commands::end_with(&error))
+}
+
+/// Returns the package that has a command, below this one's folder, if xtask does not run it itself.
+fn package_of(name: &str) -> Option<&'static str> {
+    let is_one_of = |commands: &[(&str, &str)]| commands.iter().any(|(known, _)| *known == name);
+    [("chapter", &OF_CHAPTER[..]), ("lab", &OF_LAB[..])]
+        .into_iter()
+        .find_map(|(package, commands)| is_one_of(commands).then_some(package))
 }
 
 fn overview() -> String {
     let own = OWN.iter().map(|command| (command.name, command.about));
-    let lines =
-        OF_LAB.into_iter().chain(own).map(|(name, about)| format!("  {name:<16} {about}\n"));
+    let all = OF_CHAPTER.into_iter().chain(OF_LAB).chain(own);
+    let lines = all.map(|(name, about)| format!("  {name:<16} {about}\n"));
     format!(
         "The commands of the Fetch environments\n\nUsage: cargo xtask <COMMAND>\n\nCommands:\n{}\n\
          `cargo xtask help <COMMAND>` lists the arguments of a command.",
@@ -157,21 +152,9 @@ fn overview() -> String {
     )
 }
 
-fn run_own(name: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
-    let command = OWN.iter().find(|command| command.name == name).ok_or_else(|| {
-        lexopt::Error::from(format!("there is no command {name}: see `cargo xtask --help`"))
-    })?;
-    if arguments.iter().any(|argument| argument == "-h" || argument == "--help") {
-        let OwnCommand { about, usage, .. } = command;
-        say!("{about}\n\nUsage: cargo xtask {name} {usage}")?;
-        return Ok(ExitCode::SUCCESS);
-    }
-    let passed = (command.run)(Parser::from_args(arguments))?;
-    Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-/// Runs a command of the lab, and returns its exit code.
-fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
+/// Replaces this process by a command of a package, so that the command receives its signals; or, where
+/// processes cannot be replaced, runs it and returns its exit code.
+fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     let missing = match find_mujoco(c_compiler) {
         Ok(Some(_)) => None,
         Ok(None) => Some("MuJoCo's headers were not found".to_owned()),
@@ -188,7 +171,7 @@ fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     let mut cargo = Command::new(env!("CARGO"));
     cargo
         .args(["run", "--quiet", "--release", "--manifest-path"])
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/lab/Cargo.toml"));
+        .arg(format!("{}/{package}/Cargo.toml", env!("CARGO_MANIFEST_DIR")));
     if arguments.iter().any(|argument| argument == "--mpi") {
         let mpicc = std::env::var_os("MPICC").unwrap_or_else(|| "mpicc".into());
         let is_there = Command::new(&mpicc).arg("-show").output().is_ok();
@@ -200,7 +183,18 @@ fn hand_on(arguments: &[OsString]) -> anyhow::Result<ExitCode> {
         );
         cargo.args(["--features", "mpi"]);
     }
-    let status = cargo.arg("--").args(arguments).status().context("cargo did not start")?;
+    replace_by(cargo.arg("--").args(arguments))
+}
+
+#[cfg(unix)]
+fn replace_by(command: &mut Command) -> anyhow::Result<ExitCode> {
+    // It returns only if it fails.
+    Err(std::os::unix::process::CommandExt::exec(command)).context("cargo did not start")
+}
+
+#[cfg(not(unix))]
+fn replace_by(command: &mut Command) -> anyhow::Result<ExitCode> {
+    let status = command.status().context("cargo did not start")?;
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
 }

@@ -3,18 +3,23 @@
 use std::path::PathBuf;
 
 use baselines::page::{Document, Playback};
+use chapter::parse_env_id;
 use clap::ValueEnum;
-use fetch_env::{GoalObservation, make_with_config};
+use fetch_env::{EnvId, GoalObservation, make_with_config};
 
 use crate::shared::{
-    choice::{EnvArgs, PolicyChoice, policy_of},
+    choice::{PolicyChoice, policy_of},
     json::write_text,
 };
 
 #[derive(clap::Args)]
 pub struct Args {
-    #[command(flatten)]
-    env: EnvArgs,
+    /// Environment, or auto for FetchReachDense-v4
+    #[arg(long, default_value = "auto", value_parser = parse_env_id)]
+    env_id: EnvId,
+    /// Seed of the reset, and of the random policy
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
     /// Policy that acts: random, scripted, trained, zero, or the file of a trained one
     #[arg(long, default_value = "scripted")]
     policy: String,
@@ -27,7 +32,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let (id, seed) = (args.env.env_id, args.env.seed);
+    let (id, seed) = (args.env_id, args.seed);
     let mut env = make_with_config(id.config())?;
     let mut policy = policy_of(&args.policy, &env, id.task, seed)?;
     if args.verbose {

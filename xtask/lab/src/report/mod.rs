@@ -9,6 +9,7 @@ use std::{num::NonZeroUsize, path::PathBuf};
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use baselines::page::{Column, Document, Playback, escape, table};
+use chapter::verify::{Group, all_ids, check_environments, failed};
 use fetch_env::{EnvId, Task, make_with_config};
 use goal_reward::RewardKind;
 
@@ -20,7 +21,6 @@ use crate::{
         choice::{PolicyChoice, flag_name},
         json::{Versions, write_text},
     },
-    verify::{Group, all_ids, check_environments, failed},
 };
 
 #[derive(clap::Args)]

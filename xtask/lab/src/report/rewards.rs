@@ -4,10 +4,9 @@ use baselines::{
     RandomPolicy, ScriptedPolicy,
     page::{Axis, Ink, Plot},
 };
+use chapter::Trajectory;
 use fetch_env::Task;
 use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
-
-use crate::exercise::Trajectory;
 
 /// Three plots: over distance, along a random and along a successful trajectory.
 pub fn section(seed: u64) -> anyhow::Result<String> {

@@ -1,9 +1,9 @@
-//! The flags `--env-id`, `--seed`, `--model` and `--policy`.
+//! The flags `--model` and `--policy`.
 
 use anyhow::ensure;
 use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy, buffer_config};
 use clap::ValueEnum;
-use fetch_env::{EnvId, MujocoEnv, UnknownEnvId};
+use fetch_env::MujocoEnv;
 use fetch_sim::{ModelSource, Task};
 use her_relabel::Dims;
 use serde::{Deserialize, Serialize};
@@ -16,21 +16,6 @@ pub fn task_name(task: Task) -> &'static str {
 /// Returns the value of a flag as the user writes it.
 pub fn flag_name(value: impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
-#[derive(Clone, Copy, Debug, clap::Args)]
-pub struct EnvArgs {
-    /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, default_value = "auto", value_parser = parse_env_id)]
-    pub env_id: EnvId,
-    /// Seed of resets, actions and goals
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
-}
-
-/// Parses an environment id, or `auto`: FetchReachDense-v4, as in the chapter.
-pub fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
-    if text == "auto" { "FetchReachDense-v4" } else { text }.parse()
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]

@@ -1,8 +1,7 @@
 //! Progress bars.
 
+use commands::tell;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-use crate::output::tell;
 
 /// Returns a bar over `total` parts on standard error; hidden where that is no terminal.
 pub fn bar(total: usize, what: &'static str) -> ProgressBar {

@@ -86,7 +86,7 @@ fn tell(rank: usize, error: &str) {
     if rank > 0 {
         std::thread::sleep(std::time::Duration::from_secs(1));
     }
-    crate::output::tell(format_args!("error: rank {rank}: {error}"));
+    commands::tell(format_args!("error: rank {rank}: {error}"));
 }
 
 #[cfg(not(feature = "mpi"))]

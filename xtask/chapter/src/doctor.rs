@@ -2,32 +2,33 @@
 
 use std::path::PathBuf;
 
+use commands::Command;
 use fetch_env::{
     BatchObservation, Env, EnvError, EnvId, FetchObservation, GoalEnvExt, GoalObservation,
     MujocoEnv, Space, make,
 };
 use fetch_sim::{MujocoVersion, Task, library_path};
 use goal_reward::RewardKind;
+use lexopt::{Arg::Long, Parser, ValueExt};
 use serde_json::json;
 
 use crate::{
+    check::mark,
+    choice::DENSE_REACH,
+    json::{Metric, write_results},
     random_episodes::evaluate_random,
-    shared::{
-        check::mark,
-        json::{Metric, write_results},
-    },
     verify::check_by_name,
 };
 
-#[derive(clap::Args)]
-pub struct Args {
-    /// Seed of resets and actions
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Also write the findings as JSON
-    #[arg(long)]
-    json: Option<PathBuf>,
-}
+pub(crate) const COMMAND: Command = Command {
+    name: "doctor",
+    about: "Look for the usual problems, and say how to fix them",
+    usage: "[--seed <N>] [--json <FILE>]
+
+  --seed <N>     Seed of resets and actions [default: 0]
+  --json <FILE>  Also write the findings as JSON",
+    run,
+};
 
 /// Whether all is well, and the observation in words.
 type Finding = (bool, String);
@@ -39,7 +40,6 @@ struct Symptom {
     fix: &'static str,
 }
 
-const DENSE_REACH: EnvId = EnvId { task: Task::Reach, reward: RewardKind::Dense };
 const PUSH: EnvId = EnvId { task: Task::Push, reward: RewardKind::Sparse };
 
 const SYMPTOMS: [Symptom; 12] = [
@@ -105,12 +105,20 @@ const SYMPTOMS: [Symptom; 12] = [
     },
 ];
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut seed, mut json) = (0, None);
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("seed") => seed = arguments.value()?.parse()?,
+            Long("json") => json = Some(PathBuf::from(arguments.value()?)),
+            other => return Err(other.unexpected().into()),
+        }
+    }
     let mut healthy = true;
     let mut results = Vec::new();
     for symptom in &SYMPTOMS {
         let (well, seen) =
-            (symptom.look)(args.seed).unwrap_or_else(|error| (false, format!("{error:#}")));
+            (symptom.look)(seed).unwrap_or_else(|error| (false, format!("{error:#}")));
         say!("{}  {}\n      {seen}", mark(well), symptom.name)?;
         if !well {
             say!("      fix: {}", symptom.fix)?;
@@ -119,7 +127,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         let faults = Metric::count(usize::from(!well));
         results.push((format!("doctor/{}", symptom.name.replace(' ', "-")), faults));
     }
-    write_results(args.json.as_ref(), json!({"seed": args.seed}), results)?;
+    write_results(json.as_ref(), json!({"seed": seed}), results)?;
     Ok(healthy)
 }
 

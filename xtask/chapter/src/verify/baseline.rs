@@ -5,7 +5,7 @@ use fetch_env::{EnvId, MujocoEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use crate::shared::{check::Check, json::Metric};
+use crate::{check::Check, json::Metric};
 
 const EPISODES: usize = 100;
 
@@ -13,7 +13,7 @@ const EPISODES: usize = 100;
 /// run in 400 fails by chance.
 const LEAST_P_VALUE: f64 = 1e-4;
 
-pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let evaluation = evaluate(env, &mut RandomPolicy::new(seed), EPISODES, seed, |_| ())?;
     let summary = evaluation.summary()?;
     let lengths = summary.ep_len_mean;

@@ -1,8 +1,8 @@
-//! The names of all commands and their one-line descriptions.
+//! The names of the commands that xtask hands on, and their one-line descriptions. The tests of each
+//! package compare its list with its commands.
 
-/// The commands that step environments: those of the package `lab`, whose tests compare this list
-/// with their own.
-pub const OF_LAB: [(&str, &str); 17] = [
+/// The commands of the package `chapter`, which builds without the learner, plots and archives.
+pub const OF_CHAPTER: [(&str, &str); 8] = [
     ("verify", "Verify every claim of the chapter by stepping the environments"),
     ("bridge", "Compare hand-computed rewards with the environment's, step by step"),
     ("describe", "Write the observation and action spaces as JSON"),
@@ -10,6 +10,11 @@ pub const OF_LAB: [(&str, &str); 17] = [
     ("random-episodes", "Run a random policy and write its results as JSON"),
     ("all", "Run describe, reward-check and random-episodes"),
     ("exercise", "Answer one of the chapter's exercises, 1 to 4"),
+    ("doctor", "Look for the usual problems, and say how to fix them"),
+];
+
+/// The commands of the package `lab`.
+pub const OF_LAB: [(&str, &str); 9] = [
     ("parity", "Replay recordings of the real environment and compare"),
     ("bench", "Measure speed and memory"),
     ("figures", "Draw the chapter's pictures, and Slide's"),
@@ -22,5 +27,4 @@ pub const OF_LAB: [(&str, &str); 17] = [
         "soak",
         "Step, save and draw environments for a long time, and look for what they leave behind",
     ),
-    ("doctor", "Look for the usual problems, and say how to fix them"),
 ];

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use fetch_env::{EnvId, make_with_config};
+use commands::Command;
+use fetch_env::make_with_config;
+use lexopt::{Arg::Long, Parser, ValueExt};
 use serde_json::json;
 
-use crate::shared::{
-    choice::parse_env_id,
+use crate::{
+    choice::{DENSE_REACH, parse_env_id},
     json::{Metric, write_results},
     rewards::Comparison,
 };
@@ -15,22 +17,27 @@ const STEPS: usize = 100;
 const GOALS_PER_STEP: usize = 5;
 const TOLERANCE: f64 = 1e-10;
 
-#[derive(clap::Args)]
-pub struct Args {
-    /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, default_value = "auto", value_parser = parse_env_id)]
-    env_id: EnvId,
-    /// Seed of resets, actions and goals
-    #[arg(long, default_value_t = 42)]
-    seed: u64,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    json: Option<PathBuf>,
-}
+pub(crate) const COMMAND: Command = Command {
+    name: "bridge",
+    about: "Compare hand-computed rewards with the environment's, step by step",
+    usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let id = args.env_id;
-    let seed = args.seed;
+  --env-id <ID>  Environment, or auto for FetchReachDense-v4 [default: auto]
+  --seed <N>     Seed of resets, actions and goals [default: 42]
+  --json <FILE>  Also write the figures as JSON",
+    run,
+};
+
+fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut id, mut seed, mut json) = (DENSE_REACH, 42, None);
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("env-id") => id = arguments.value()?.parse_with(parse_env_id)?,
+            Long("seed") => seed = arguments.value()?.parse()?,
+            Long("json") => json = Some(PathBuf::from(arguments.value()?)),
+            other => return Err(other.unexpected().into()),
+        }
+    }
     say!("Environment Anatomy -- Bridging Proof")?;
     say!("=====================================")?;
     say!("Env: {id}, seed={seed}, steps={STEPS}")?;
@@ -48,7 +55,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         count("relabel-checks", relabeled),
         count("relabel-mismatches", mismatches.goals),
     ];
-    write_results(args.json.as_ref(), json!({"env_id": id, "seed": seed}), results)?;
+    write_results(json.as_ref(), json!({"env_id": id, "seed": seed}), results)?;
     say!("Step reward checks:    {STEPS} steps, mismatches={}", mismatches.steps)?;
     say!("Relabel reward checks: {relabeled} checks, mismatches={}\n", mismatches.goals)?;
     if mismatches.steps + mismatches.goals > 0 {

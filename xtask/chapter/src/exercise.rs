@@ -2,30 +2,51 @@
 
 use anyhow::Context;
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, EnvId, GoalObservation, ObservationField, make, observation_fields};
+use commands::Command;
+use fetch_env::{Env, GoalObservation, ObservationField, make, observation_fields};
 use fetch_sim::Task;
-use goal_reward::RewardKind;
+use lexopt::{
+    Arg::{Long, Value},
+    Parser, ValueExt,
+};
 use nalgebra::Vector3;
 
-use crate::random_episodes::evaluate_random;
+use crate::{choice::DENSE_REACH, random_episodes::evaluate_random};
 
-#[derive(clap::Args)]
-pub struct Args {
-    /// Number of the exercise
-    #[arg(value_parser = clap::value_parser!(u8).range(1..=4))]
-    number: u8,
-    /// Seed of the first reset, and of the random policy
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+pub(crate) const COMMAND: Command = Command {
+    name: "exercise",
+    about: "Answer one of the chapter's exercises, 1 to 4",
+    usage: "[--seed <N>] <NUMBER>
+
+  <NUMBER>    Number of the exercise, 1 to 4
+  --seed <N>  Seed of the first reset, and of the random policy [default: 0]",
+    run,
+};
+
+/// An exercise: prints its answer, and returns whether it is as expected.
+type Exercise = fn(u64) -> anyhow::Result<bool>;
+
+fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut exercise, mut seed) = (None, 0);
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("seed") => seed = arguments.value()?.parse()?,
+            Value(number) if exercise.is_none() => exercise = Some(number.parse_with(numbered)?),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let exercise = exercise.ok_or_else(|| lexopt::Error::from("name an exercise, 1 to 4"))?;
+    exercise(seed)
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
-    match args.number {
-        1 => observations(args.seed),
-        2 => rewards(args.seed),
-        3 => push(args.seed),
-        _ => thresholds(args.seed),
-    }
+fn numbered(number: &str) -> Result<Exercise, &'static str> {
+    Ok(match number {
+        "1" => observations,
+        "2" => rewards,
+        "3" => push,
+        "4" => thresholds,
+        _ => return Err("the exercises are 1 to 4"),
+    })
 }
 
 /// Exercise 1: the observation's structure over five seeds, and the range of the goals.
@@ -55,23 +76,31 @@ fn observations(seed: u64) -> anyhow::Result<bool> {
 }
 
 /// One episode of Reach with both rewards.
+#[derive(Clone, Debug)]
 pub struct Trajectory {
+    /// The rewards of its steps.
     pub steps: Vec<StepRewards>,
     /// Whether both environments gave the same observations, and the dense reward is the negative
     /// distance.
     pub same: bool,
 }
 
+/// Both rewards of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepRewards {
     /// Distance to the goal, in meters.
     pub distance: f64,
+    /// The dense reward.
     pub dense: f64,
+    /// The sparse reward.
     pub sparse: f64,
 }
 
 impl Trajectory {
     /// Steps FetchReachDense-v4 and FetchReach-v4 with the same actions.
+    ///
+    /// # Errors
+    /// An environment cannot be made or stepped.
     pub fn of(policy: &mut impl Policy, seed: u64) -> anyhow::Result<Self> {
         let mut dense = make("FetchReachDense-v4")?;
         let mut sparse = make("FetchReach-v4")?;
@@ -150,7 +179,7 @@ fn push(seed: u64) -> anyhow::Result<bool> {
 fn thresholds(seed: u64) -> anyhow::Result<bool> {
     const EPISODES: usize = 100;
     const THRESHOLDS: [f64; 5] = [0.01, 0.02, 0.05, 0.10, 0.20];
-    let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
+    let id = DENSE_REACH;
     say!("Exercise 4: {id}, {EPISODES} random episodes from seed {seed}")?;
     say!("  threshold  success at the last step (95 % interval)")?;
     let rates = evaluate_random(id, seed, EPISODES)?.success_at(&THRESHOLDS)?;

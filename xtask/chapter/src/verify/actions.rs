@@ -2,9 +2,9 @@
 
 use fetch_env::{Env, EnvId, FetchObservation, MujocoEnv};
 
-use crate::shared::{check::Check, json::Metric};
+use crate::{check::Check, json::Metric};
 
-pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let mut checks = vec![space(env)];
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         checks.push(displacement(env, seed, axis, name)?);

@@ -2,16 +2,18 @@
 
 use std::fmt::Display;
 
-use super::json::Metric;
+use crate::json::Metric;
 
 /// A claim that was checked.
 #[derive(Clone, Debug)]
 pub struct Check {
     /// Slash path, such as `FetchReach-v4/reward/sparse`.
     pub name: String,
+    /// Whether it holds.
     pub passed: bool,
     /// The observation, in words.
     pub seen: String,
+    /// What was measured.
     pub figure: Metric,
 }
 
@@ -21,6 +23,7 @@ impl Check {
         Self::new(name, faults == 0, seen, Metric::count(faults))
     }
 
+    /// Returns a check.
     pub fn new(name: impl Display, passed: bool, seen: impl Display, figure: Metric) -> Self {
         Self { name: name.to_string(), passed, seen: seen.to_string(), figure }
     }
@@ -36,6 +39,10 @@ pub const fn mark(passed: bool) -> &'static str {
     if passed { "ok  " } else { "FAIL" }
 }
 
+/// Prints checks below a heading, a line each.
+///
+/// # Errors
+/// Standard output is closed or full.
 pub fn print(heading: &str, checks: &[Check]) -> anyhow::Result<()> {
     say!("{heading}")?;
     for Check { name, passed, seen, .. } in checks {

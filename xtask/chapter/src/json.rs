@@ -20,9 +20,12 @@ struct Output<S> {
     results: Vec<Named>,
 }
 
+/// The versions that a result depends on.
 #[derive(Clone, Debug, Serialize)]
 pub struct Versions {
+    /// This project's.
     pub project: &'static str,
+    /// That of MuJoCo's headers.
     pub mujoco: String,
 }
 
@@ -33,8 +36,10 @@ struct Machine {
     cores: usize,
 }
 
+/// A number with a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Metric {
+    /// The number.
     pub value: f64,
     unit: &'static str,
 }
@@ -52,6 +57,7 @@ impl Metric {
         Self { value, unit }
     }
 
+    /// Returns a number of things.
     pub const fn count(value: usize) -> Self {
         Self::new(value as f64, "1")
     }
@@ -66,6 +72,7 @@ impl fmt::Display for Metric {
 }
 
 impl Versions {
+    /// Returns the versions of this build.
     pub fn current() -> Self {
         let mujoco =
             MujocoVersion::of_headers().map_or("none".into(), |version| version.to_string());
@@ -74,6 +81,9 @@ impl Versions {
 }
 
 /// Writes the results of this process, if a path is given.
+///
+/// # Errors
+/// The file cannot be written.
 pub fn write_results(
     path: Option<&PathBuf>,
     settings: impl Serialize,
@@ -90,17 +100,26 @@ pub fn write_results(
 }
 
 /// Writes a value as JSON, making the folders on the way.
+///
+/// # Errors
+/// The file cannot be written.
 pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
     write_text(path, &(serde_json::to_string_pretty(value)? + "\n"))
 }
 
 /// Writes a file, making the folders on the way.
+///
+/// # Errors
+/// The file cannot be written.
 pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     write_file(path, text.as_bytes())
 }
 
 /// Writes a file, making the folders on the way. A regular file appears whole or not at all; a device or
 /// a pipe takes what is written.
+///
+/// # Errors
+/// The file cannot be written.
 pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;

@@ -8,34 +8,32 @@ mod rewards;
 use std::path::PathBuf;
 
 use anyhow::Context;
+use commands::{Command, tell};
 use fetch_env::{
     Env, EnvId, GoalEnv, GoalObservation, MujocoEnv, Task,
     check::{CheckOptions, check_goal_env, check_snapshots},
     make_with_config,
 };
 use goal_reward::RewardKind;
-use indicatif::ProgressBar;
+use lexopt::{Arg::Long, Parser, ValueExt};
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::shared::{
+use crate::{
     check::{self, Check},
     json::{Metric, write_results},
-    progress,
 };
 
-#[derive(clap::Args)]
-pub struct Args {
-    /// Check this environment only
-    #[arg(long)]
-    env_id: Option<EnvId>,
-    /// Seed of resets, actions and goals
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Also write the figures as JSON
-    #[arg(long)]
-    json: Option<PathBuf>,
-}
+pub(crate) const COMMAND: Command = Command {
+    name: "verify",
+    about: "Verify every claim of the chapter by stepping the environments",
+    usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
+
+  --env-id <ID>  Check this environment only
+  --seed <N>     Seed of resets, actions and goals [default: 0]
+  --json <FILE>  Also write the figures as JSON",
+    run,
+};
 
 /// A part of the lab: the checks of one environment that belong to a section of the chapter or two.
 type Part = fn(EnvId, &mut MujocoEnv, u64) -> anyhow::Result<Vec<Check>>;
@@ -44,28 +42,40 @@ const PARTS: [Part; 5] =
     [observations::check, actions::check, rewards::check, conformance, baseline::check];
 
 /// Checks of one environment, or of what all have in common.
+#[derive(Clone, Debug)]
 pub struct Group {
+    /// The environment's id, or what they are about.
     pub heading: String,
+    /// The checks.
     pub checks: Vec<Check>,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let ids = all_ids(args.env_id);
-    let groups = check_environments(&ids, args.seed)?;
+fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut only, mut seed, mut json) = (None, 0, None);
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("env-id") => only = Some(arguments.value()?.parse()?),
+            Long("seed") => seed = arguments.value()?.parse()?,
+            Long("json") => json = Some(PathBuf::from(arguments.value()?)),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let ids = all_ids(only);
+    let groups = check_environments(&ids, seed)?;
     for Group { heading, checks } in &groups {
         check::print(heading, checks)?;
     }
     let count = groups.iter().map(|group| group.checks.len()).sum::<usize>();
     let failed = failed(&groups);
     say!("\n{count} checks, {failed} failed")?;
-    let settings = json!({"env_ids": ids, "seed": args.seed});
+    let settings = json!({"env_ids": ids, "seed": seed});
     let results = groups.into_iter().flat_map(|Group { heading, checks }| {
         let figure = move |check: Check| {
             (format!("verify/{}/{}", heading.replace(' ', "-"), check.name), check.figure)
         };
         checks.into_iter().map(figure)
     });
-    write_results(args.json.as_ref(), settings, results)?;
+    write_results(json.as_ref(), settings, results)?;
     Ok(failed == 0)
 }
 
@@ -80,36 +90,36 @@ pub fn failed(groups: &[Group]) -> usize {
 }
 
 /// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are all
-/// environments, those of what the tasks have in common.
+/// environments, those of what the tasks have in common. Tells of each environment on standard error.
+///
+/// # Errors
+/// An environment cannot be made or stepped.
 pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>> {
-    let bar = progress::bar(ids.len() * PARTS.len(), "verify");
     let mut groups = ids
         .par_iter()
-        .map(|&id| Ok(Group { heading: id.to_string(), checks: check_one(id, seed, &bar)? }))
+        .map(|&id| Ok(Group { heading: id.to_string(), checks: check_one(id, seed)? }))
         .collect::<anyhow::Result<Vec<_>>>()?;
     if ids.len() == EnvId::ALL.len() {
         groups.push(Group { heading: "All tasks".into(), checks: interface(seed)? });
     }
-    bar.finish_and_clear();
     Ok(groups)
 }
 
 /// Makes the checks of an observation or of rewards, and returns the one of a name.
-pub fn check_by_name(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Check> {
+pub(crate) fn check_by_name(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Check> {
     let mut env = make_with_config(id.config())?;
     let part = if name.starts_with("reward/") { rewards::check } else { observations::check };
     let found = part(id, &mut env, seed)?.into_iter().find(|check| check.name == name);
     found.with_context(|| format!("there is no check {name}"))
 }
 
-fn check_one(id: EnvId, seed: u64, bar: &ProgressBar) -> anyhow::Result<Vec<Check>> {
+fn check_one(id: EnvId, seed: u64) -> anyhow::Result<Vec<Check>> {
     let mut env = make_with_config(id.config())?;
     let mut checks = Vec::new();
     for part in PARTS {
         checks.extend(part(id, &mut env, seed)?);
-        bar.inc(1);
     }
-    progress::note(bar, format_args!("verified {id}"));
+    tell(format_args!("verified {id}"));
     Ok(checks)
 }
 

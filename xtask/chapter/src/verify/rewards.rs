@@ -5,7 +5,7 @@ use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
 use goal_reward::RewardKind;
 use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
-use crate::shared::{
+use crate::{
     check::Check,
     json::Metric,
     rewards::{Comparison, GoalSampler, formula_agrees},
@@ -17,7 +17,7 @@ const GOALS: usize = 10;
 const EPISODES: usize = 3;
 const BATCH: usize = 1000;
 
-pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let comparison = Comparison { steps: STEPS, goals_per_step: 0, tolerance: TOLERANCE };
     let found = comparison.run(env, seed)?;
     let threshold = env.goal_reward().threshold().get();

@@ -1,16 +1,15 @@
 //! Section 2.3: observations, and the range of goals.
 
 use anyhow::Context;
-use baselines::page::extent;
 use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv, ObservationField};
 use fetch_sim::{Simulator, Task};
 use nalgebra::Vector3;
 
-use crate::shared::{check::Check, json::Metric};
+use crate::{check::Check, json::Metric};
 
 const RESETS: usize = 100;
 
-pub fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
+pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let first = env.reset(Some(seed))?.observation;
     let resets: Vec<FetchObservation> = (seed..)
         .take(RESETS)
@@ -82,9 +81,10 @@ fn goals_within_range(id: EnvId, env: &MujocoEnv, resets: &[FetchObservation]) -
             aside || height
         })
         .count();
-    let along = |axis: usize| resets.iter().map(move |o| o.desired_goal()[axis]);
-    let ranges = [0, 1, 2].map(|axis| extent(along(axis)));
-    let (low, high) = (ranges.map(|range| range.0), ranges.map(|range| range.1));
+    let goals = || resets.iter().map(|o| o.desired_goal());
+    let along = |axis: usize| goals().map(move |goal| goal[axis]);
+    let low = [0, 1, 2].map(|axis| along(axis).fold(f64::INFINITY, f64::min));
+    let high = [0, 1, 2].map(|axis| along(axis).fold(f64::NEG_INFINITY, f64::max));
     let seen = format!("{low:.2?} to {high:.2?} m, {faults} outside the task's range");
     let in_chapters_box = |o: &&FetchObservation| {
         let goal = o.desired_goal();

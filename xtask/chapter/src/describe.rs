@@ -1,29 +1,46 @@
 //! `describe`: writes the spaces of an environment as JSON.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use commands::Command;
 use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_with_config, observation_fields};
+use lexopt::{Arg::Long, Parser, ValueExt};
 use serde_json::{Value, json};
 
-use crate::shared::{
-    choice::EnvArgs,
+use crate::{
+    choice::{DENSE_REACH, parse_env_id},
     json::{Versions, write_json},
 };
 
-#[derive(clap::Args)]
-pub struct Args {
-    #[command(flatten)]
-    env: EnvArgs,
-    /// Where to write the description
-    #[arg(long, default_value = "results/ch01_env_describe.json")]
-    describe_out: PathBuf,
+pub(crate) const COMMAND: Command = Command {
+    name: "describe",
+    about: "Write the observation and action spaces as JSON",
+    usage: "[--env-id <ID>] [--seed <N>] [--describe-out <FILE>]
+
+  --env-id <ID>          Environment, or auto for FetchReachDense-v4 [default: auto]
+  --seed <N>             Seed of resets, actions and goals [default: 0]
+  --describe-out <FILE>  Where to write the description
+                         [default: results/ch01_env_describe.json]",
+    run,
+};
+
+/// Where the description goes unless a flag says otherwise.
+pub(crate) const OUT: &str = "results/ch01_env_describe.json";
+
+fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut id, mut seed, mut out) = (DENSE_REACH, 0, PathBuf::from(OUT));
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("env-id") => id = arguments.value()?.parse_with(parse_env_id)?,
+            Long("seed") => seed = arguments.value()?.parse()?,
+            Long("describe-out") => out = arguments.value()?.into(),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    describe(id, seed, &out)
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
-    describe(args.env.env_id, args.env.seed, &args.describe_out)
-}
-
-pub fn describe(id: EnvId, seed: u64, out: &std::path::Path) -> anyhow::Result<bool> {
+pub(crate) fn describe(id: EnvId, seed: u64, out: &Path) -> anyhow::Result<bool> {
     let mut env = make_with_config(id.config())?;
     let first = env.reset(Some(seed))?.observation;
     let part = |values: &[f64]| {

@@ -8,25 +8,25 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Draws goals uniformly from the chapter's workspace and a margin around it.
-pub struct GoalSampler {
+pub(crate) struct GoalSampler {
     generator: ChaCha8Rng,
 }
 
 impl GoalSampler {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         // The random policy has the stream of the plain seed.
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(1);
         Self { generator }
     }
 
-    pub fn sample(&mut self) -> [f64; 3] {
+    pub(crate) fn sample(&mut self) -> [f64; 3] {
         [(1.0, 1.6), (0.4, 1.1), (0.3, 0.9)]
             .map(|(low, high)| self.generator.random_range(low..high))
     }
 
     /// Draws a goal within `radius` meters of a point along each axis.
-    pub fn sample_near(&mut self, point: &[f64], radius: f64) -> [f64; 3] {
+    pub(crate) fn sample_near(&mut self, point: &[f64], radius: f64) -> [f64; 3] {
         std::array::from_fn(|axis| point[axis] + self.generator.random_range(-radius..radius))
     }
 }
@@ -45,7 +45,7 @@ fn expected_reward(reward: &DistanceReward, achieved: &[f64], desired: &[f64]) -
 
 /// Whether the formula gives `compute_reward`'s reward, within a tolerance, and that of a step if
 /// the goal was the step's.
-pub fn formula_agrees(
+pub(crate) fn formula_agrees(
     env: &MujocoEnv,
     achieved: &[f64],
     desired: &[f64],
@@ -59,29 +59,29 @@ pub fn formula_agrees(
 
 /// How the rewards of random steps are compared.
 #[derive(Clone, Copy, Debug)]
-pub struct Comparison {
-    pub steps: usize,
+pub(crate) struct Comparison {
+    pub(crate) steps: usize,
     /// Arbitrary goals at each step.
-    pub goals_per_step: usize,
-    pub tolerance: f64,
+    pub(crate) goals_per_step: usize,
+    pub(crate) tolerance: f64,
 }
 
 /// Numbers of rewards that are wrong.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Mismatches {
+pub(crate) struct Mismatches {
     /// Steps at which step, `compute_reward` and formula do not agree.
-    pub steps: usize,
+    pub(crate) steps: usize,
     /// Arbitrary goals for which `compute_reward` and formula do not agree.
-    pub goals: usize,
+    pub(crate) goals: usize,
     /// Steps whose reward differs from `compute_reward`'s in any bit.
-    pub bits: usize,
+    pub(crate) bits: usize,
     /// Steps whose reward is not one of its kind: positive, or neither 0 nor -1 if it is sparse.
-    pub range: usize,
+    pub(crate) range: usize,
 }
 
 impl Comparison {
     /// Takes random steps and compares their rewards.
-    pub fn run(self, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Mismatches> {
+    pub(crate) fn run(self, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Mismatches> {
         let Self { steps, goals_per_step, tolerance } = self;
         let (mut policy, mut action) = (RandomPolicy::new(seed), [0.0; 4]);
         let mut goals = GoalSampler::new(seed);

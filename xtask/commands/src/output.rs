@@ -1,7 +1,5 @@
 //! What a command prints: standard output, which may be a closed pipe or a full disk, and the last
 //! word on standard error.
-//!
-//! xtask and the lab share this file: it needs nothing but anyhow.
 
 use std::{
     fmt,
@@ -12,8 +10,9 @@ use std::{
 use anyhow::Context;
 
 /// Prints a line to standard output, as `println!` does, and returns an error where that panics.
+#[macro_export]
 macro_rules! say {
-    ($($line:tt)*) => { $crate::output::write_line(format_args!($($line)*)) };
+    ($($line:tt)*) => { $crate::write_line(format_args!($($line)*)) };
 }
 
 /// What an error of [`say!`] is known by.
@@ -26,6 +25,10 @@ impl fmt::Display for Unwritable {
     }
 }
 
+/// Prints a line to standard output: what [`say!`] calls.
+///
+/// # Errors
+/// Standard output is closed or full.
 pub fn write_line(line: fmt::Arguments<'_>) -> anyhow::Result<()> {
     writeln!(io::stdout(), "{line}").context(Unwritable)
 }
@@ -35,13 +38,13 @@ pub fn tell(line: impl fmt::Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Tells why a command ended, and returns its exit code. A reader that has closed its pipe has seen
-/// enough, which is no failure.
+/// Tells why a command ended, and returns its exit code: 2 for wrong arguments, otherwise 1. A reader
+/// that has closed its pipe has seen enough, which is no failure.
 pub fn end_with(error: &anyhow::Error) -> ExitCode {
     let kind = error.root_cause().downcast_ref().map(io::Error::kind);
     if error.is::<Unwritable>() && kind == Some(io::ErrorKind::BrokenPipe) {
         return ExitCode::SUCCESS;
     }
     tell(format_args!("error: {error:#}"));
-    ExitCode::FAILURE
+    if error.is::<lexopt::Error>() { ExitCode::from(2) } else { ExitCode::FAILURE }
 }
