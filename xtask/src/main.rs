@@ -39,7 +39,7 @@ use commands::{OF_CHAPTER, OF_LAB};
 use self::find_mujoco::find_mujoco;
 
 /// The commands that xtask runs itself.
-const OWN: [commands::Command; 8] = [
+const OWN: [commands::Command; 9] = [
     commands::Command {
         name: "assets",
         about: "Fetch the reference's model into the cache",
@@ -104,12 +104,8 @@ const OWN: [commands::Command; 8] = [
   --only <PROJECT>  Test only this folder of fetch-env/projects, or only quickstart",
         run: projects::run,
     },
-    commands::Command {
-        name: "ci",
-        about: "Run what continuous integration runs, cheapest checks first",
-        usage: "",
-        run: ci::run,
-    },
+    ci::TEST,
+    ci::CI,
 ];
 
 fn main() -> ExitCode {

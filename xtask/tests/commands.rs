@@ -47,6 +47,84 @@ fn help_lists_every_command() -> Result {
     Ok(())
 }
 
+/// The names of all commands, from the overview.
+fn names() -> Result<Vec<String>> {
+    let text = stdout(&xtask("--help").output()?);
+    let (_, list) = text.split_once("Commands:\n").ok_or("no list")?;
+    let lines = list.lines().take_while(|line| line.starts_with("  "));
+    Ok(lines.filter_map(|line| Some(line.split_whitespace().next()?.to_owned())).collect())
+}
+
+#[test]
+fn the_readme_lists_every_command() -> Result {
+    let readme = include_str!("../../README.md");
+    let (_, section) = readme.split_once("\n## Commands\n").ok_or("no section")?;
+    let rows = section.lines().take_while(|line| !line.starts_with("## "));
+    let commands: Vec<_> = rows.filter_map(|row| row.split(" | ").next()).collect();
+    let names = names()?;
+    assert!(names.len() > 20, "{names:?}");
+    for name in names {
+        let is_listed = |row: &&str| {
+            let words = row.split_once(&format!("cargo xtask {name}"));
+            words.is_some_and(|(_, rest)| rest.starts_with(['`', ' ']))
+                || row.contains(&format!("`{name}`"))
+        };
+        assert!(commands.iter().any(is_listed), "{name}");
+    }
+    Ok(())
+}
+
+#[test]
+fn what_is_missing_is_listed_at_once_before_the_first_step() -> Result {
+    let folder = tempfile::tempdir()?;
+    let missing = |command: &str| {
+        let mut command = xtask(command);
+        command.env("PATH", folder.path()).env("MUJOCO_DIR", "none").output()
+    };
+    for (command, packages) in [
+        ("test", "libmujoco-dev"),
+        ("ci", "libmujoco-dev git g++ valgrind libc6-dbg python3-pip python3-venv libopenmpi-dev"),
+    ] {
+        let output = missing(command)?;
+        let errors = stderr(&output);
+        assert_eq!((output.status.code(), stdout(&output).as_str()), (Some(2), ""), "{errors}");
+        let lines: Vec<_> = errors.lines().filter(|line| line.contains("apt-get")).collect();
+        let install = "apt-get update && apt-get install -y --no-install-recommends";
+        assert_eq!(lines.len(), 1, "{errors}");
+        assert!(lines[0].contains(&format!("{install} {packages}")), "{errors}");
+    }
+    Ok(())
+}
+
+/// A signal that ends `cargo xtask train` ends the training, because both are one process.
+#[cfg(unix)]
+#[test]
+fn a_command_that_is_handed_on_is_the_same_process() -> Result {
+    use std::os::unix::{fs::PermissionsExt, process::ExitStatusExt};
+
+    // Cargo asks for the compiler's version first. This one writes who asks, and never answers.
+    let folder = tempfile::tempdir()?;
+    let (compiler, asking) = (folder.path().join("rustc"), folder.path().join("asking"));
+    let script = format!(
+        "#!/bin/sh\necho $PPID $$ > {0}.new\nmv {0}.new {0}\nexec sleep 60\n",
+        asking.display()
+    );
+    fs::write(&compiler, script)?;
+    fs::set_permissions(&compiler, fs::Permissions::from_mode(0o755))?;
+    let mut train = xtask("train").env("RUSTC", &compiler).spawn()?;
+    while !asking.exists() {
+        assert!(train.try_wait()?.is_none(), "it ended before it asked");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let processes = fs::read_to_string(&asking)?;
+    let (asks, _) = processes.split_once(' ').ok_or("two processes")?;
+    let is_the_same = asks == train.id().to_string();
+    assert!(Command::new("sh").arg("-c").arg(format!("kill {processes}")).status()?.success());
+    assert!(is_the_same, "{processes}: {}", train.id());
+    assert_eq!(train.wait()?.signal(), Some(15));
+    Ok(())
+}
+
 #[test]
 fn a_closed_pipe_ends_a_command_quietly_and_a_full_disk_with_an_error() -> Result {
     for arguments in ["--help", "mujoco --help"] {
@@ -71,6 +149,8 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "nothing",
         "help nothing",
         "ci now",
+        "ci --available --install",
+        "test now",
         "assets here",
         "mujoco",
         "mujoco 3.6",

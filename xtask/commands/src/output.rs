@@ -45,6 +45,11 @@ pub fn end_with(error: &anyhow::Error) -> ExitCode {
     if error.is::<Unwritable>() && kind == Some(io::ErrorKind::BrokenPipe) {
         return ExitCode::SUCCESS;
     }
+    if error.is::<lexopt::Error>() {
+        // Its source says the same.
+        tell(format_args!("error: {error}"));
+        return ExitCode::from(2);
+    }
     tell(format_args!("error: {error:#}"));
-    if error.is::<lexopt::Error>() { ExitCode::from(2) } else { ExitCode::FAILURE }
+    ExitCode::FAILURE
 }

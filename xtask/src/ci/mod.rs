@@ -1,0 +1,189 @@
+//! `test` and `ci`: what a newcomer runs, and what continuous integration runs after it.
+
+mod needs;
+mod steps;
+
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use anyhow::{Error, ensure};
+use lexopt::{Arg::Long, Parser};
+
+use self::{
+    needs::{Need, commands_for},
+    steps::{STAGES, Stage, Step, TESTS},
+};
+use crate::{c_compiler, fetch, find_mujoco::find_mujoco, tools::succeeds};
+
+pub const TEST: commands::Command = commands::Command {
+    name: "test",
+    about: "Run all tests that need nothing but Rust and MuJoCo, and tell what that leaves out",
+    usage: "",
+    run: test,
+};
+
+pub const CI: commands::Command = commands::Command {
+    name: "ci",
+    about: "Run what continuous integration runs: `test`, and then what needs more",
+    usage: "[--available | --install]
+
+  --available  Leave out the steps that need what is missing, and tell which
+  --install    Install what is missing, with apt-get and rustup",
+    run: ci,
+};
+
+fn test(mut arguments: Parser) -> anyhow::Result<bool> {
+    if let Some(argument) = arguments.next()? {
+        return Err(argument.unexpected().into());
+    }
+    let missing = find_missing()?;
+    let (needed, others): (Vec<_>, Vec<_>) =
+        missing.into_iter().partition(|need| TESTS.needs.contains(need));
+    ensure!(needed.is_empty(), refusal("test", &needed));
+    if !run_stage(&TESTS, &[])? {
+        return Ok(false);
+    }
+    say!("== all passed. Left out, and run by `cargo xtask ci`:")?;
+    say_steps(steps_of(&STAGES), &others)?;
+    Ok(true)
+}
+
+fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
+    let (mut available, mut install) = (false, false);
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("available") if !install => available = true,
+            Long("install") if !available => install = true,
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let mut missing = find_missing()?;
+    if install {
+        for command in commands_for(&missing) {
+            say!("== {command}")?;
+            let status = Command::new("sh").args(["-c", &command]).status()?;
+            ensure!(status.success(), "`{command}` failed");
+        }
+        missing = find_missing()?;
+    }
+    ensure!(available || missing.is_empty(), refusal("ci", &missing));
+    let stages: Vec<Stage> = [TESTS].into_iter().chain(STAGES).collect();
+    for stage in &stages {
+        if !run_stage(stage, &missing)? {
+            return Ok(false);
+        }
+    }
+    if missing.is_empty() {
+        say!("== all passed")?;
+        return Ok(true);
+    }
+    say!("== all passed that could run. Left out:")?;
+    say_steps(steps_of(&stages).filter(|step| step.lacks(&missing)), &missing)?;
+    Ok(true)
+}
+
+/// Returns what is missing of all that steps need.
+fn find_missing() -> anyhow::Result<Vec<Need>> {
+    find_mujoco(c_compiler).map_err(Error::msg)?; // a wrong MUJOCO_DIR: nothing that is installed helps
+    Ok(Need::ALL.into_iter().filter(|need| !need.is_there()).collect())
+}
+
+/// Says that a command needs what is missing: the machine is not ready for it, which ends it as wrong
+/// usage does.
+fn refusal(command: &str, missing: &[Need]) -> lexopt::Error {
+    let mut lines = vec![format!("`{command}` needs what is missing here:")];
+    lines.extend(missing.iter().map(|need| format!("  {}", need.name())));
+    lines.push("To install it:".into());
+    lines.extend(commands_for(missing).iter().map(|command| format!("  {command}")));
+    if command == "ci" {
+        lines.push("`cargo xtask ci --available` runs what needs none of it.".into());
+    }
+    lines.join("\n").into()
+}
+
+/// A step of a stage.
+#[derive(Clone, Copy)]
+struct Placed<'a> {
+    stage: &'a Stage,
+    step: &'a Step,
+}
+
+fn steps_of(stages: &[Stage]) -> impl Iterator<Item = Placed<'_>> {
+    stages.iter().flat_map(|stage| stage.steps.iter().map(move |step| Placed { stage, step }))
+}
+
+impl Placed<'_> {
+    fn needs(&self) -> impl Iterator<Item = Need> {
+        self.stage.needs.iter().chain(self.step.needs).copied()
+    }
+
+    fn lacks(&self, missing: &[Need]) -> bool {
+        self.needs().any(|need| missing.contains(&need))
+    }
+
+    fn title(&self) -> String {
+        match self.stage.mujoco {
+            Some(mujoco) => format!("{} (MuJoCo {mujoco})", self.step.purpose),
+            None => self.step.purpose.to_owned(),
+        }
+    }
+
+    fn run(&self, mujoco_dir: Option<&Path>) -> anyhow::Result<bool> {
+        let (title, command) = (self.title(), self.step.command);
+        say!("== {title}: cargo {command}")?;
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
+        // What tests of pictures and of pages go by: with these set they fail where they skip otherwise.
+        if self.needs().any(|need| matches!(need, Need::OpenGl | Need::Chromium)) {
+            cargo.env("CI", "1").env("MUJOCO_GL", "egl");
+        } else {
+            cargo.env_remove("CI").env_remove("MUJOCO_GL");
+        }
+        if let Some(dir) = mujoco_dir {
+            cargo.env("MUJOCO_DIR", dir);
+        }
+        let passed = succeeds(&mut cargo)?;
+        if !passed {
+            say!("== {title}: failed")?;
+        }
+        Ok(passed)
+    }
+}
+
+/// Runs the steps of a stage that need nothing that is missing, until one fails.
+fn run_stage(stage: &Stage, missing: &[Need]) -> anyhow::Result<bool> {
+    let steps = stage.steps.iter().map(|step| Placed { stage, step });
+    let steps: Vec<_> = steps.filter(|step| !step.lacks(missing)).collect();
+    let mujoco_dir: Option<PathBuf> = match stage.mujoco {
+        Some("none") => Some("none".into()),
+        Some(version) if !steps.is_empty() => Some(fetch::mujoco(version)?),
+        _ => None,
+    };
+    for step in steps {
+        if !step.run(mujoco_dir.as_deref())? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Prints steps, those with the same needs together, and how to get what they lack.
+fn say_steps<'a>(steps: impl Iterator<Item = Placed<'a>>, missing: &[Need]) -> anyhow::Result<()> {
+    let mut groups: Vec<(Vec<Need>, Vec<String>)> = Vec::new();
+    for step in steps {
+        let lacking: Vec<_> = step.needs().filter(|need| missing.contains(need)).collect();
+        match groups.iter_mut().find(|(known, _)| *known == lacking) {
+            Some((_, titles)) => titles.push(step.title()),
+            None => groups.push((lacking, vec![step.title()])),
+        }
+    }
+    for (lacking, titles) in groups {
+        say!("  {}", titles.join(", "))?;
+        for command in commands_for(&lacking) {
+            say!("      {command}")?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,270 @@
+//! The steps of `test` and `ci`.
+
+use super::needs::Need::{
+    self, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt, Valgrind,
+};
+
+/// A part of the work that passes or fails.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    pub purpose: &'static str,
+    /// A command of cargo.
+    pub command: &'static str,
+    /// What it needs beyond Rust and the MuJoCo that it runs on.
+    pub needs: &'static [Need],
+}
+
+const fn step(purpose: &'static str, command: &'static str, needs: &'static [Need]) -> Step {
+    Step { purpose, command, needs }
+}
+
+/// Steps that run on a MuJoCo.
+#[derive(Clone, Copy, Debug)]
+pub struct Stage {
+    /// The value of `MUJOCO_DIR`, where a version stands for its folder in the cache; `None` leaves it
+    /// as it is.
+    pub mujoco: Option<&'static str>,
+    /// What all of the steps need.
+    pub needs: &'static [Need],
+    pub steps: &'static [Step],
+}
+
+/// All tests that need no more than the README's first command: what `test` runs, and `ci` first.
+pub const TESTS: Stage = Stage {
+    mujoco: None,
+    needs: &[Mujoco],
+    steps: &[
+        step("tests", "test --workspace", &[]),
+        step(
+            "tests without MuJoCo",
+            "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features",
+            &[],
+        ),
+    ],
+};
+
+/// Everything else that runs on the system's MuJoCo, cheapest first.
+const ON_SYSTEM: Stage = Stage {
+    mujoco: None,
+    needs: &[Mujoco],
+    steps: &[
+        step("formatting", "fmt --all --check", &[Rustfmt]),
+        step("lints", "clippy --workspace --all-targets -- -D warnings", &[Clippy]),
+        step(
+            "lints without MuJoCo",
+            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints with fetching",
+            "clippy -p fetch-sim --features fetch --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints with fetching alone",
+            "clippy -p fetch-sim --no-default-features --features fetch --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints with numpy archives",
+            "clippy -p her-relabel --features npz --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints without rendering",
+            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --features mujoco --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints of learning without MuJoCo",
+            "clippy -p fetch-baselines --no-default-features --features learn --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints with MPI",
+            "clippy -p fetch-baselines -p lab --features lab/mpi --all-targets -- -D warnings",
+            &[Clippy, Mpi],
+        ),
+        step("documentation", "doc --workspace --no-deps", &[]),
+        step(
+            "documentation without MuJoCo",
+            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --no-default-features",
+            &[],
+        ),
+        step(
+            "documentation with numpy archives",
+            "doc -p her-relabel --no-deps --features npz",
+            &[],
+        ),
+        step(
+            "documentation with MPI",
+            "doc -p fetch-baselines --no-deps --features learn,mpi",
+            &[Mpi],
+        ),
+        step(
+            "tests of pictures",
+            "test --workspace --test render --test render_many --test render_memory --test record_video --test callers_context",
+            &[OpenGl],
+        ),
+        step("pictures of the commands", "test --workspace --test commands pictures", &[OpenGl]),
+        step("tests of pages", "test --workspace --test page", &[Chromium]),
+        step(
+            "ranks that share a run, and their faults",
+            "test -p lab --features mpi --test mpi -- --test-threads 1",
+            &[Mpi, Hosts],
+        ),
+        step("fuzzing", "xtask fuzz --seconds 15", &[CPlusPlus]),
+        step("sanitizers, Valgrind and Miri", "xtask sanitize", &[Valgrind]),
+        step("mutants of the last commits", "xtask mutants --commits 10 --at-most 4", &[Git]),
+        step("many steps", "xtask soak --steps 100000", &[OpenGl]),
+        VERIFY,
+        LEARN,
+        LEARN_IN_PART,
+        step("figures", "xtask figures --out target/figures", &[OpenGl]),
+        step("projects outside the workspace", "xtask projects", &[Rustfmt]),
+        step("packages", "xtask packages", &[]),
+        step("the reference's model", "xtask assets", &[Python]),
+        step(
+            "bit for bit the reference",
+            "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-2.2.2 --model reference",
+            &[Python],
+        ),
+    ],
+};
+
+/// Without MuJoCo, as on a machine that has no headers.
+const WITHOUT_HEADERS: Stage = Stage {
+    mujoco: Some("none"),
+    needs: &[],
+    steps: &[
+        step(
+            "lints without MuJoCo's headers",
+            "clippy --workspace --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "documentation without MuJoCo's headers",
+            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --features fetch-sim/fetch",
+            &[],
+        ),
+        step("tests without MuJoCo's headers", "test -p fetch-sim --features fetch", &[]),
+    ],
+};
+
+const VERIFY: Step = step("verify", "xtask verify", &[]);
+/// Fails if the policy does not succeed in 100 of 100 episodes.
+const LEARN: Step = step(
+    "learning to reach",
+    "xtask train --env-id FetchReach-v4 --out target/learn/reach --overwrite",
+    &[],
+);
+/// A run without a target, which ends before it has learned the task.
+const LEARN_IN_PART: Step = step(
+    "learning to push, in part",
+    "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 --out target/learn/push --overwrite",
+    &[],
+);
+/// The tests of everything that uses MuJoCo.
+const TESTS_ON_MUJOCO: Step = step(
+    "tests",
+    "test --workspace --exclude goal-reward --exclude her-relabel --exclude xtask",
+    &[OpenGl, Chromium],
+);
+const LIVE: Step = step("bit for bit the reference in Python", "xtask parity --live", &[]);
+
+const fn on(version: &'static str, steps: &'static [Step]) -> Stage {
+    // Python's pip fetches it.
+    Stage { mujoco: Some(version), needs: &[Python], steps }
+}
+
+/// What `ci` runs after [`TESTS`].
+pub const STAGES: [Stage; 6] = [
+    ON_SYSTEM,
+    WITHOUT_HEADERS,
+    on(
+        "3.6.0",
+        &[
+            TESTS_ON_MUJOCO,
+            step(
+                "bit for bit the reference",
+                "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-3.6.0 --model reference",
+                &[],
+            ),
+            VERIFY,
+            LEARN,
+            LEARN_IN_PART,
+        ],
+    ),
+    // The newest release.
+    on("4.0.1", &[TESTS_ON_MUJOCO, VERIFY]),
+    // The newest that gymnasium-robotics can start on unaided, and the newest that it can start on.
+    on("3.11.0", &[LIVE]),
+    on("4.0.0", &[LIVE]),
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    fn all() -> impl Iterator<Item = (Stage, Step)> {
+        let stages = [TESTS].into_iter().chain(STAGES);
+        stages.flat_map(|stage| stage.steps.iter().map(move |step| (stage, *step)))
+    }
+
+    #[test]
+    fn every_step_names_what_its_command_needs() {
+        let of_words = [
+            ("fmt", Rustfmt),
+            ("clippy", Clippy),
+            ("lab/mpi", Mpi),
+            ("learn,mpi", Mpi),
+            ("mpi", Mpi),
+            ("render", OpenGl),
+            ("figures", OpenGl),
+            ("soak", OpenGl),
+            ("page", Chromium),
+            ("fuzz", CPlusPlus),
+            ("sanitize", Valgrind),
+            ("mutants", Git),
+            ("projects", Rustfmt),
+            ("assets", Python),
+            ("reference", Python),
+            ("--live", Python),
+        ];
+        for (stage, step) in all() {
+            let has = |need| stage.needs.contains(&need) || step.needs.contains(&need);
+            for word in step.command.split_whitespace() {
+                for (_, need) in of_words.iter().filter(|(known, _)| *known == word) {
+                    assert!(has(*need), "{}: {word} needs {}", step.purpose, need.name());
+                }
+            }
+            assert!(stage.mujoco.is_some() || has(Mujoco), "{}", step.purpose);
+        }
+    }
+
+    #[test]
+    fn everything_that_is_looked_for_is_needed() {
+        for need in Need::ALL {
+            let is_named = |(stage, step): (Stage, Step)| {
+                stage.needs.contains(&need) || step.needs.contains(&need)
+            };
+            assert!(all().any(is_named), "{}", need.name());
+        }
+    }
+
+    #[test]
+    fn the_tests_of_a_newcomer_need_mujoco_alone() {
+        assert_eq!(TESTS.needs, [Mujoco]);
+        assert!(TESTS.steps.iter().all(|step| step.needs.is_empty()));
+    }
+
+    #[test]
+    fn no_step_runs_twice() {
+        let mut known = BTreeSet::new();
+        for (stage, step) in all() {
+            assert!(known.insert((stage.mujoco, step.command)), "{}", step.command);
+        }
+    }
+}
