@@ -1,7 +1,5 @@
 // Models: compiling, looking up, the few changes made before a model is shared, and what it shows.
 
-#include <pthread.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "internal.h"
@@ -52,38 +50,21 @@ static fs_status load(const char* name, const mjVFS* vfs, mjModel** model) {
   });
 }
 
-// MuJoCo hands C's `stderr` to Qhull, which writes forty lines to it about a mesh that is flat. The
-// GNU C library lets it be another stream until the model is compiled. What other C code prints to it
-// meanwhile is lost; Rust does not print through it. One model is compiled at a time, so that the stream
-// that was there comes back.
-static fs_status compile(const char* name, const mjVFS* vfs, mjModel** model) {
-#ifdef __GLIBC__
-  static pthread_mutex_t compiling = PTHREAD_MUTEX_INITIALIZER;
-  static FILE* nowhere;
-  pthread_mutex_lock(&compiling);
-  if (!nowhere) nowhere = fopen("/dev/null", "we");
-  FILE* const outer = stderr;
-  if (nowhere) stderr = nowhere;
-  const fs_status status = load(name, vfs, model);
-  stderr = outer;
-  pthread_mutex_unlock(&compiling);
-  return status;
-#else
-  return load(name, vfs, model);
-#endif
-}
-
-fs_status fs_load_path(const char* path, mjModel** model) { return compile(path, NULL, model); }
+fs_status fs_load_path(const char* path, mjModel** model) { return load(path, NULL, model); }
 
 fs_status fs_load_files(const char* const* names, const char* const* bytes, const int* sizes,
                         int count, mjModel** model) {
   *model = NULL;
+#ifdef mjMAXVFS
+  const int most = mjMAXVFS - 1;  // the table is full one short of its size
+  if (count > most) return fs_fail("it has %d files, and this version of MuJoCo takes at most %d", count, most);
+#endif
   mjVFS* vfs;
   fs_status status = make_vfs(&vfs);
   for (int i = 0; i < count && !(status & FS_FAILED); i++) {
     status = add_file(vfs, names[i], bytes[i], sizes[i]);
   }
-  if (!(status & FS_FAILED)) status = compile(names[0], vfs, model);
+  if (!(status & FS_FAILED)) status = load(names[0], vfs, model);
   if (vfs) delete_vfs(vfs);
   return status;
 }

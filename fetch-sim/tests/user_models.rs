@@ -106,32 +106,73 @@ fn files_without_a_name_or_contents_are_errors() {
     }
 }
 
-/// Also if several threads compile it at once.
+/// MuJoCo until 3.1 keeps a model's files in a table.
 #[test]
-fn a_flat_mesh_is_an_error_that_says_so_and_nothing_is_written() -> Result {
-    const CHILD: &str = "FETCH_SIM_TEST_FLAT_MESH";
-    const FLAT: &str = r#"
-        <mujoco>
-          <asset><mesh name="m" vertex="0 0 0  1 0 0  0 1 0  1 1 0"/></asset>
-          <worldbody><geom type="mesh" mesh="m"/></worldbody>
-        </mujoco>"#;
+fn more_files_than_mujoco_takes_are_an_error_that_says_so() -> Result {
+    let names: Vec<_> = (0..3000).map(|i| format!("{i}.xml")).collect();
+    let files: Vec<_> = names.iter().map(|name| (name.as_str(), SCENE)).collect();
+    let Err(refusal) = Model::from_files(&files) else { return Ok(()) };
+    let message = refusal.to_string();
+    let words = "it has 3000 files, and this version of MuJoCo takes at most ";
+    let (_, rest) = message.split_once(words).ok_or(message.clone())?;
+    let most: usize = rest.chars().take_while(char::is_ascii_digit).collect::<String>().parse()?;
+    Model::from_files(&files[..most])?;
+    let one_more = Model::from_files(&files[..=most]).map(drop).expect_err("one too many");
+    assert!(one_more.to_string().contains("takes at most"), "{one_more}");
+    Ok(())
+}
+
+const FLAT: &str = r#"
+    <mujoco>
+      <asset><mesh name="m" vertex="0 0 0  1 0 0  0 1 0  1 1 0"/></asset>
+      <worldbody><geom type="mesh" mesh="m"/></worldbody>
+    </mujoco>"#;
+
+#[test]
+fn a_flat_mesh_is_an_error_that_says_so() {
+    let refusal = Model::from_files(&[("flat.xml", FLAT)]).map(drop).expect_err("a flat mesh");
+    assert!(refusal.to_string().contains("coplanar"), "{refusal}");
+}
+
+/// C's `stderr` is the host's: what it writes there while models are compiled arrives.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[test]
+fn c_code_keeps_its_standard_error_while_models_are_compiled() -> Result {
+    use std::{
+        ffi::{c_char, c_int, c_void},
+        sync::atomic::{AtomicBool, Ordering},
+    };
+
+    const CHILD: &str = "FETCH_SIM_TEST_STDERR";
+    const LINES: usize = 20_000;
+    unsafe extern "C" {
+        static stderr: *mut c_void;
+        fn fputs(text: *const c_char, stream: *mut c_void) -> c_int;
+    }
     if env::var_os(CHILD).is_some() {
+        let is_over = AtomicBool::new(false);
         thread::scope(|scope| {
-            for _ in 0..4 {
+            for _ in 0..2 {
                 scope.spawn(|| {
-                    let refusal = Model::from_files(&[("flat.xml", FLAT)]).map(drop);
-                    let message = refusal.expect_err("a flat mesh").to_string();
-                    assert!(message.contains("coplanar"), "{message}");
+                    while !is_over.load(Ordering::Relaxed) {
+                        Model::from_files(&[("flat.xml", FLAT)]).map(drop).expect_err("flat");
+                    }
                 });
             }
+            for _ in 0..LINES {
+                // SAFETY: the text is a C string, and C's stream is open.
+                unsafe { fputs(c"[the host's]\n".as_ptr(), stderr) };
+            }
+            is_over.store(true, Ordering::Relaxed);
         });
         return Ok(());
     }
-    let name = "a_flat_mesh_is_an_error_that_says_so_and_nothing_is_written";
+    let name = "c_code_keeps_its_standard_error_while_models_are_compiled";
     let mut child = Command::new(env::current_exe()?);
     let output = child.args(["--exact", name, "--nocapture"]).env(CHILD, "1").output()?;
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
-    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    let arrived = String::from_utf8_lossy(&output.stderr).matches("[the host's]\n").count();
+    assert_eq!(arrived, LINES);
     Ok(())
 }
 

@@ -56,6 +56,9 @@ impl Model {
     /// loaded for the first model that needs them, into the copy of MuJoCo that this crate uses: a
     /// process with another copy of the same version must let this crate use that one (`MUJOCO_DIR`).
     ///
+    /// A mesh without a thickness is an error, about which Qhull, a part of MuJoCo, also writes to
+    /// standard error.
+    ///
     /// # Errors
     /// [`SimError::Model`] with MuJoCo's message if the file cannot be read or compiled;
     /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo
@@ -72,7 +75,8 @@ impl Model {
     /// The first file is the model; it may include the others by name.
     ///
     /// # Errors
-    /// As [`from_path`](Self::from_path).
+    /// As [`from_path`](Self::from_path), also if there are more files than MuJoCo takes: 1,999 until
+    /// MuJoCo 3.1.
     pub fn from_files(files: &[(&str, &str)]) -> Result<Self, SimError> {
         let &[(main, _), ..] = files else {
             return Err(model_error("", "no file given"));
