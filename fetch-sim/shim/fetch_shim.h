@@ -7,7 +7,7 @@
 //
 // Rules that the Rust side relies on:
 // - fs_load must succeed before any function but fs_contract, fs_header_version,
-//   fs_global_library_path and the two texts is called.
+//   fs_global_library_path, fs_others_library_path and the two texts is called.
 // - A function that returns fs_status may fail, and may run MuJoCo code that fails or warns. Its
 //   result is a set of FS_FAILED and FS_WARNED. fs_error_text and fs_warning_text return the texts
 //   on the same thread until its next such call.
@@ -112,8 +112,8 @@ int fs_contract(int index, const char** name, long long* value, size_t* size);
 // Returns the version of the headers, numbered as mj_version numbers the library's.
 int fs_header_version(void);
 
-// Loads MuJoCo from a path, or from the system if it is a bare file name. After a failure nothing of
-// it stays loaded, and another path may be tried; after a success, none. *version is the library's, or
+// Loads MuJoCo from a path. After a failure nothing of it stays loaded, and another path may be tried;
+// after a success, none. *version is the library's, or
 // 0 if the library cannot be opened at all.
 fs_status fs_load(const char* path, int* version);
 // Returns the path from which MuJoCo was loaded, or NULL if the system does not know it. Valid as long
@@ -122,6 +122,9 @@ const char* fs_library_path(void);
 // Returns the path of the MuJoCo that somebody else loaded for the whole process, or NULL if nobody did.
 // Valid as long as that library is loaded.
 const char* fs_global_library_path(void);
+// Returns the path of the MuJoCo of this name that somebody else loaded for a part of the process alone,
+// or NULL if nobody did. Valid as long as that library is loaded.
+const char* fs_others_library_path(const char* name);
 // Opens a plugin of the loaded library, whose name in the system is `library_name`. It fails, and the
 // library stays as it was, if the plugin cannot be opened or registered.
 fs_status fs_load_plugin(const char* path, const char* library_name);

@@ -63,12 +63,16 @@ static const char* path_of(const void* address) {
 
 const char* fs_global_library_path(void) { return path_of(dlsym(RTLD_DEFAULT, "mj_version")); }
 
+const char* fs_others_library_path(const char* name) {
+  void* there = dlopen(name, RTLD_NOW | RTLD_NOLOAD);
+  if (!there) return NULL;
+  const char* path = path_of(dlsym(there, "mj_version"));
+  dlclose(there);
+  return path;
+}
+
 fs_status fs_load(const char* path, int* version) {
   *version = 0;
-  void* there = dlopen(path, RTLD_NOW | RTLD_NOLOAD);
-  if (there) dlclose(there);
-  const char* global = fs_global_library_path();
-  if (global && !there) return fs_fail("it would call the functions of %s, which is loaded for the whole process", global);
   void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
   if (!library) return fs_fail("%s", dlerror());
   fs_functions found = {0};

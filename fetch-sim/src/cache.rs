@@ -1,23 +1,18 @@
-//! The folders into which xtask downloads models and MuJoCo.
-//!
-//! xtask includes this file by its path, because it must build where fetch-sim cannot: this needs
-//! nothing but the standard library.
+//! The folders in the user's cache, as this program may use them.
 
-use std::{env, path::PathBuf};
+mod folders;
 
-/// Returns the folder of the reference's model; `None` if the user has no home.
+use std::path::PathBuf;
+
+use crate::privileges::are_raised;
+
+/// Returns the folder of the reference's model; `None` if the user has no home, or is not trusted.
 pub(crate) fn reference_folder() -> Option<PathBuf> {
-    non_empty("FETCH_ASSETS_DIR").or_else(|| Some(cache_folder()?.join("gymnasium-robotics-1.4.2")))
+    if are_raised() { None } else { folders::reference_folder() }
 }
 
-/// Returns the folder `fetch-env` in the user's cache; `None` if the user has no home.
+/// Returns the folder `fetch-env` in the user's cache; `None` if the user has no home, or is not
+/// trusted.
 pub(crate) fn cache_folder() -> Option<PathBuf> {
-    let cache = non_empty("XDG_CACHE_HOME")
-        .filter(|path| path.is_absolute())
-        .or_else(|| Some(env::home_dir()?.join(".cache")))?;
-    Some(cache.join("fetch-env"))
-}
-
-fn non_empty(variable: &str) -> Option<PathBuf> {
-    env::var_os(variable).filter(|value| !value.is_empty()).map(PathBuf::from)
+    if are_raised() { None } else { folders::cache_folder() }
 }

@@ -54,6 +54,21 @@ pub enum SimError {
         /// The places in the order of the search, and why each was refused.
         tried: Vec<TriedLibrary>,
     },
+    /// `MUJOCO_DIR` names something else than a library that fits the headers with which the crate was
+    /// built. Nothing else is tried then, because the variable says which library the user wants.
+    #[error(
+        "MUJOCO_DIR is {}, from which MuJoCo {version}, with whose headers this program was built, could not be loaded ({}): unset it, set it to an installation of that version (`fetch_sim::fetch::mujoco(\"{version}\")`, of the feature `fetch`, and `cargo xtask mujoco {version}` download one), or build again with it",
+        value.display(),
+        list(tried)
+    )]
+    MujocoDir {
+        /// The value of the variable.
+        value: PathBuf,
+        /// Version of the headers.
+        version: String,
+        /// The libraries in it, and why each was refused.
+        tried: Vec<TriedLibrary>,
+    },
     /// The crate's C and Rust sides were compiled from different sources.
     #[error("{item} is {shim} in the C shim and {rust} in Rust: clean and rebuild")]
     ShimMismatch {

@@ -42,7 +42,7 @@ pub(crate) fn libraries_in(folder: &Path) -> Vec<PathBuf> {
 
 /// Returns the numbers of the version in a library's file name, which the plain name lacks; `None`
 /// for other files.
-fn version_in_name(name: &str) -> Option<Vec<u32>> {
+pub(crate) fn version_in_name(name: &str) -> Option<Vec<u32>> {
     let version = match name.strip_prefix("libmujoco.")? {
         "so" | "dylib" => return Some(Vec::new()),
         rest => rest.strip_prefix("so.").or_else(|| rest.strip_suffix(".dylib"))?,

@@ -40,15 +40,29 @@
 //! [`SimError::BuiltWithoutMujoco`]; `MUJOCO_DIR=none` asks for that.
 //!
 //! The library is loaded on first use. Its version must be that of the headers, whose layouts the
-//! program has. The first that fits is taken from
-//! 1. the installation, or the file, that `MUJOCO_DIR` names at run time;
-//! 2. the folder of the executable, and the folder `lib` beside that one;
-//! 3. the path that the build found, which has the very library that the program was tested with;
-//! 4. the cache in which `cargo xtask mujoco` and the feature `fetch` put that version;
-//! 5. the system, by the names `libmujoco.so.VERSION` and `libmujoco.so`.
+//! program has. `MUJOCO_DIR` at run time names the installation, or the file, to take it from: if nothing
+//! there fits, the first use is [`SimError::MujocoDir`]. Where the variable is unset, empty or `none`, the
+//! first library that fits is taken from
+//! 1. the folder of the executable, and the folder `lib` beside that one, unless others may write to the
+//!    folder that has both, as they may to `/tmp`;
+//! 2. the path that the build found, which has the very library that the program was tested with;
+//! 3. the cache in which `cargo xtask mujoco` and the feature `fetch` put that version;
+//! 4. this process, in which somebody else may have loaded that version;
+//! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and `/usr`.
 //!
-//! A program that has loaded a MuJoCo for the whole process, such as one that links it, keeps that one:
-//! libraries in other places are refused, because they would call its functions.
+//! A program that has loaded a MuJoCo for the whole process, such as one that links it, keeps that one,
+//! wherever others are: they would call its functions.
+//!
+//! Loading a library runs its code, so each file is looked at before:
+//! - It and all folders above it belong to the process's user or to root, and nobody else may write to
+//!   them. Sticky folders such as `/tmp` may be shared, and a group with the number of the owner is taken
+//!   for the owner's own.
+//! - The version in its name, and in the name that it gives itself, is that of the headers. (Of a library
+//!   without one, the version is known after it was loaded.)
+//! - It is as long as its tables say: to load a file that is cut would end the process.
+//!
+//! A program that has more rights than the user who started it (set-user-ID, set-group-ID, capabilities)
+//! ignores the variables above, and that user's cache.
 //!
 //! If none fits, [`SimError::Library`] lists what was tried and why each was refused; a library that
 //! was refused does not stay loaded. `library_path` returns the one that is used.
@@ -67,6 +81,7 @@ mod installation;
 mod kinematic;
 #[cfg(feature = "mujoco")]
 mod mujoco;
+mod privileges;
 mod settings;
 mod simulator;
 mod task;

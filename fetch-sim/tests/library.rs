@@ -5,13 +5,16 @@ use std::{
     env,
     error::Error,
     ffi::{CString, OsStr, c_char, c_int, c_void},
-    fs,
+    fs::{self, Permissions},
     io::{self, Write},
+    os::unix::{fs::PermissionsExt, process::CommandExt},
     path::{Path, PathBuf},
     process::Command,
 };
 
-use fetch_sim::{Model, MujocoSimulator, SimConfig, Task, library_path};
+use fetch_sim::{
+    Model, MujocoSimulator, SimConfig, Task, cache_folder, library_path, reference_folder,
+};
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
@@ -40,6 +43,7 @@ fn simulate_in_this_process() -> Result {
     env::var_os("FETCH_SIM_TEST_BEFORE").map_or(Ok(()), |libraries| open_locally(&libraries))?;
     MujocoSimulator::new(&SimConfig::new(Task::Reach))?;
     writeln!(io::stdout(), "\nloaded {}", library_path()?.display())?;
+    writeln!(io::stdout(), "folders {:?} {:?}", reference_folder(), cache_folder())?;
     env::var_os("FETCH_SIM_TEST_AFTER").map_or(Ok(()), |libraries| open_locally(&libraries))?;
     let model = env::current_exe()?.with_file_name("mesh.xml");
     let made = model.exists().then(|| Model::from_path(&model).map(|model| model.ngeom()));
@@ -61,16 +65,22 @@ impl Printed {
 /// No other libraries.
 const ALONE: (&str, &[PathBuf]) = ("FETCH_SIM_TEST_BEFORE", &[]);
 
+/// Returns the command that runs a copy of this program.
+fn command(program: &Path, mujoco_dir: &Path) -> Result<Command> {
+    let mut command = Command::new(program);
+    command
+        .args(["--exact", "simulate_in_this_process", "--nocapture"])
+        .current_dir(program.parent().ok_or("a folder")?)
+        .env("FETCH_SIM_TEST_MOVED", "1")
+        .env("MUJOCO_DIR", mujoco_dir);
+    Ok(command)
+}
+
 /// Runs a copy of this program, which opens other libraries as a variable says.
 fn run(program: &Path, mujoco_dir: &Path, others: (&str, &[PathBuf])) -> Result<Printed> {
     let folder = program.parent().ok_or("a folder")?;
-    let output = Command::new(program)
-        .args(["--exact", "simulate_in_this_process", "--nocapture"])
-        .current_dir(folder)
-        .env("FETCH_SIM_TEST_MOVED", "1")
-        .env("MUJOCO_DIR", mujoco_dir)
-        .env(others.0, env::join_paths(others.1)?)
-        .output()?;
+    let output =
+        command(program, mujoco_dir)?.env(others.0, env::join_paths(others.1)?).output()?;
     let [stdout, stderr] = [output.stdout, output.stderr].map(String::from_utf8);
     let log = fs::read_to_string(folder.join("MUJOCO_LOG.TXT"));
     assert!(log.is_err(), "{log:?}");
@@ -93,17 +103,53 @@ fn a_moved_program_finds_a_library() -> Result {
     let program = bin.join("moved");
     fs::copy(env::current_exe()?, &program)?;
     let of_build = library_path()?;
-    // An empty variable is unset, and one that names nothing useful is passed over.
-    for useless in ["", "none", "/nonexistent"] {
-        assert_eq!(loaded_by(&program, Path::new(useless))?, of_build, "{useless}");
+    // An empty variable is unset, and `none` concerns builds alone.
+    for unset in ["", "none"] {
+        assert_eq!(loaded_by(&program, Path::new(unset))?, of_build, "{unset}");
     }
-    for place in [&lib, &bin, &dir] {
+    for (place, mujoco_dir) in [(&lib, ""), (&bin, ""), (&dir, "../dir")] {
         let put = place.join("libmujoco.so");
         fs::copy(&of_build, &put)?;
-        assert_eq!(loaded_by(&program, &dir)?, put);
+        assert_eq!(loaded_by(&program, Path::new(mujoco_dir))?, put);
     }
     let file = lib.join("libmujoco.so");
     assert_eq!(loaded_by(&program, &file)?, file, "a path to the library itself");
+    Ok(())
+}
+
+#[test]
+fn a_mujoco_dir_that_names_nothing_is_an_error() -> Result {
+    let folder = tempfile::tempdir()?;
+    let program = folder.path().join("program");
+    fs::copy(env::current_exe()?, &program)?;
+    for value in ["/nonexistent", "libmujoco.so", "."] {
+        let printed = run(&program, Path::new(value), ALONE)?;
+        assert!(printed.0.contains(&format!("MujocoDir {{ value: {value:?}")), "{}", printed.0);
+    }
+    Ok(())
+}
+
+/// A program with the rights of its file's owner obeys nobody who merely starts it. Only root can make
+/// one for another user.
+#[test]
+fn a_set_user_id_program_ignores_the_environment() -> Result {
+    const STRANGER: u32 = 12345;
+    let folder = tempfile::tempdir()?;
+    fs::set_permissions(folder.path(), Permissions::from_mode(0o755))?;
+    let (program, dir) = (folder.path().join("program"), folder.path().join("dir"));
+    fs::create_dir(&dir)?;
+    let put = dir.join("libmujoco.so");
+    fs::copy(library_path()?, &put)?;
+    fs::copy(env::current_exe()?, &program)?;
+    assert_eq!(loaded_by(&program, &dir)?, put.canonicalize()?);
+    fs::set_permissions(&program, Permissions::from_mode(0o4755))?;
+    let mut command = command(&program, &dir)?;
+    command.env("FETCH_ASSETS_DIR", &dir).env("XDG_CACHE_HOME", &dir);
+    let Ok(output) = command.uid(STRANGER).gid(STRANGER).output() else { return Ok(()) };
+    let printed = Printed(String::from_utf8(output.stdout)?);
+    assert_eq!(Path::new(printed.after("loaded")?), library_path()?);
+    assert!(printed.after("folders")?.starts_with("Err(NoAssets"), "{}", printed.0);
+    assert_eq!(printed.after("folders")?.matches("NoAssets").count(), 2, "{}", printed.0);
     Ok(())
 }
 
@@ -159,14 +205,18 @@ fn broken_plugins_end_no_process() -> Result {
     let folder = tempfile::tempdir()?;
     let (program, dir) = (program_with_mesh(folder.path())?, folder.path().join("dir"));
     let (_, plugins) = copy_mujoco(&dir)?;
-    for plugin in &plugins {
-        fs::write(plugin, "broken")?;
-    }
-    let printed = run(&program, &dir, ALONE)?;
-    assert!(Path::new(printed.after("loaded")?).starts_with(dir.canonicalize()?));
-    if plugins.iter().any(|plugin| plugin.ends_with("libstl_decoder.so")) {
-        let mesh = printed.after("mesh")?;
-        assert!(mesh.contains("libstl_decoder.so: "), "{mesh}");
+    for length in [6, 20_000] {
+        for plugin in &plugins {
+            let whole = fs::read(plugin)?;
+            fs::write(plugin, &whole[..length])?;
+        }
+        let printed = run(&program, &dir, ALONE)?;
+        assert!(Path::new(printed.after("loaded")?).starts_with(dir.canonicalize()?));
+        if plugins.iter().any(|plugin| plugin.ends_with("libstl_decoder.so")) {
+            let (mesh, reason) = (printed.after("mesh")?, format!("damaged ({length} bytes)"));
+            assert!(mesh.contains("libstl_decoder.so: ") && mesh.contains(&reason), "{mesh}");
+        }
+        copy_mujoco(&dir)?;
     }
     Ok(())
 }

@@ -11,7 +11,7 @@
 #[macro_use(say)]
 extern crate commands;
 
-#[path = "../../fetch-sim/src/cache.rs"]
+#[path = "../../fetch-sim/src/cache/folders.rs"]
 mod cache;
 mod ci;
 mod downloads;

@@ -11,6 +11,7 @@ use std::{
 use super::{
     ffi,
     library::{MujocoVersion, c_path, check_as, library_path},
+    library_file::LibraryFile,
 };
 
 /// What came of loading the decoders.
@@ -61,8 +62,9 @@ fn files() -> Vec<PathBuf> {
 }
 
 fn load_plugin(file: &Path) -> Result<(), String> {
-    let library = format!("libmujoco.so.{}", MujocoVersion::of_shim());
-    let (file, library) = (c_path(file)?, c_path(library.as_ref())?);
+    let plugin = LibraryFile::look_at(file)?;
+    let library = MujocoVersion::of_shim().library_name();
+    let (file, library) = (c_path(&plugin.path)?, c_path(library.as_ref())?);
     // SAFETY: the library is loaded, and both are C strings.
     let status = unsafe { ffi::fs_load_plugin(file.as_ptr(), library.as_ptr()) };
     check_as(status, |reason| reason)

@@ -217,6 +217,7 @@ functions! {
         ) -> c_int;
         fn fs_load(path: *const c_char, version: *mut c_int) -> c_int;
         fn fs_library_path() -> *const c_char;
+        fn fs_others_library_path(name: *const c_char) -> *const c_char;
         fn fs_load_plugin(path: *const c_char, library_name: *const c_char) -> c_int;
 
         fn fs_load_path(path: *const c_char, m: *mut *mut RawModel) -> c_int;

@@ -1,8 +1,9 @@
 //! MuJoCo's library: loading it, its version, and the results of calls into it.
 
 use std::{
-    ffi::{CStr, CString, c_char, c_int},
+    ffi::{CStr, CString, OsStr, c_char, c_int},
     fmt,
+    os::unix::ffi::OsStrExt,
     path::{Path, PathBuf},
     ptr::{self, NonNull},
     sync::OnceLock,
@@ -10,9 +11,13 @@ use std::{
 
 use super::{
     ffi::{self, Item, Opaque, RawFilter, RawModel, RawShapes},
-    search::Search,
+    library_file::LibraryFile,
+    search::{Place, Search},
 };
-use crate::error::{SimError, TriedLibrary};
+use crate::{
+    error::{SimError, TriedLibrary},
+    installation::version_in_name,
+};
 
 /// A version of MuJoCo, such as 2.2.2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,7 +37,8 @@ impl MujocoVersion {
     /// Loads the library and returns its version, which equals that of the headers.
     ///
     /// # Errors
-    /// [`SimError::BuiltWithoutMujoco`], [`SimError::Library`] or [`SimError::ShimMismatch`].
+    /// [`SimError::BuiltWithoutMujoco`], [`SimError::Library`], [`SimError::MujocoDir`] or
+    /// [`SimError::ShimMismatch`].
     pub fn of_library() -> Result<Self, SimError> {
         load_once().map(|()| Self::of_shim())
     }
@@ -41,16 +47,31 @@ impl MujocoVersion {
     pub(super) fn of_shim() -> Self {
         Self(ffi::fs_header_version())
     }
+
+    /// Returns the name that MuJoCo gives its library.
+    pub(super) fn library_name(self) -> String {
+        if cfg!(target_vendor = "apple") {
+            format!("libmujoco.{self}.dylib")
+        } else {
+            format!("libmujoco.so.{self}")
+        }
+    }
+
+    /// Returns major, minor and patch.
+    fn numbers(self) -> [u32; 3] {
+        let version = self.0.unsigned_abs();
+        // 2.2.2 counts as 222, 3.6.0 as 3006000.
+        if version < 1_000_000 {
+            [version / 100, version / 10 % 10, version % 10]
+        } else {
+            [version / 1_000_000, version / 1000 % 1000, version % 1000]
+        }
+    }
 }
 
 impl fmt::Display for MujocoVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // 2.2.2 counts as 222, 3.6.0 as 3006000.
-        let (major, minor, patch) = if self.0 < 1_000_000 {
-            (self.0 / 100, self.0 / 10 % 10, self.0 % 10)
-        } else {
-            (self.0 / 1_000_000, self.0 / 1000 % 1000, self.0 % 1000)
-        };
+        let [major, minor, patch] = self.numbers();
         write!(f, "{major}.{minor}.{patch}")
     }
 }
@@ -75,7 +96,9 @@ fn loaded() -> Result<&'static PathBuf, SimError> {
             return Err(SimError::BuiltWithoutMujoco);
         }
         compare(&items_of_shim(), ffi::ITEMS)?;
-        load(&Search::of_process(MujocoVersion::of_shim(), path_of_global()))
+        let version = MujocoVersion::of_shim();
+        let others = path_of_others(&version.library_name());
+        load(&Search::of_process(version, path_of_global(), others))
     };
     LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
 }
@@ -88,20 +111,40 @@ fn load(search: &Search) -> Result<PathBuf, SimError> {
         if place.files.is_empty() {
             tried.push(TriedLibrary { place: place.name, path: None, reason: place.if_empty });
         }
-        for file in place.files {
-            match load_file(&file) {
+        let Place { name, files, is_loaded, .. } = place;
+        for file in files {
+            let attempt = if is_loaded { open(&file) } else { load_file(&file, search.version) };
+            match attempt {
                 Ok(()) => return Ok(path_of_loaded(&file)),
-                Err(reason) => {
-                    tried.push(TriedLibrary { place: place.name, path: Some(file), reason });
-                }
+                Err(reason) => tried.push(TriedLibrary { place: name, path: Some(file), reason }),
             }
         }
     }
-    Err(SimError::Library { version: MujocoVersion::of_shim().to_string(), tried })
+    let version = search.version.to_string();
+    Err(match &search.mujoco_dir {
+        Some(value) if search.global.is_none() => {
+            SimError::MujocoDir { value: value.clone(), version, tried }
+        }
+        _ => SimError::Library { version, tried },
+    })
 }
 
-/// Loads a library by its path, or by its name if it is the system's; returns why it is refused.
-fn load_file(file: &Path) -> Result<(), String> {
+/// Loads a library, or returns why it is refused. Most reasons are found before any of its code runs.
+fn load_file(file: &Path, version: MujocoVersion) -> Result<(), String> {
+    let library = LibraryFile::look_at(file)?;
+    let file_name = library.path.file_name().and_then(OsStr::to_str);
+    for name in [library.own_name.as_deref(), file_name].into_iter().flatten() {
+        let numbers = version_in_name(name).unwrap_or_default();
+        if !version.numbers().starts_with(&numbers) {
+            let numbers: Vec<_> = numbers.iter().map(u32::to_string).collect();
+            return Err(format!("it is MuJoCo {}", numbers.join(".")));
+        }
+    }
+    open(&library.path)
+}
+
+/// Opens a library by its path, or returns why it does not fit.
+fn open(file: &Path) -> Result<(), String> {
     let path = c_path(file)?;
     let mut version: c_int = 0;
     // SAFETY: `path` is a C string, and `version` is valid for writes. `OnceLock` makes one search,
@@ -125,10 +168,17 @@ fn path_of_global() -> Option<PathBuf> {
     rust_path(ffi::fs_global_library_path())
 }
 
+/// Returns the path of the library of this name that somebody else loaded for itself.
+fn path_of_others(name: &str) -> Option<PathBuf> {
+    let name = c_path(name.as_ref()).ok()?;
+    // SAFETY: the name is a C string.
+    rust_path(unsafe { ffi::fs_others_library_path(name.as_ptr()) })
+}
+
 fn rust_path(path: *const c_char) -> Option<PathBuf> {
     // SAFETY: the loader's name of a library is a C string and lives as long as the library.
     let path = (!path.is_null()).then(|| unsafe { CStr::from_ptr(path) })?;
-    path.to_str().ok().map(PathBuf::from)
+    Some(OsStr::from_bytes(path.to_bytes()).into())
 }
 
 /// Returns a path as C functions take it, in the system's encoding.

@@ -7,6 +7,7 @@ mod fetch_model;
 mod ffi;
 mod ids;
 mod library;
+mod library_file;
 mod model;
 mod poses;
 #[cfg(feature = "render")]
@@ -14,6 +15,7 @@ mod render;
 mod scene;
 mod search;
 mod simulator;
+mod trust;
 mod visual_geoms;
 
 pub use contact_filter::ContactFilter;
