@@ -23,7 +23,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["mujoco", version] => println!("export MUJOCO_DIR={}", fetch::mujoco(version)?.display()),
+        ["mujoco", version] => println!("{}", fetch::export_line(&fetch::mujoco(version)?)),
         ["reference-model"] => {
             println!("the reference model is in {}", fetch::reference_model()?.display());
             println!("its meshes are under CC BY-NC-SA 4.0: not for commercial use");

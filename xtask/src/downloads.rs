@@ -9,7 +9,7 @@ use lexopt::{
 };
 
 use crate::fetch::{
-    FetchError, mujoco, mujoco_from_wheel, reference_model, reference_model_from_wheel,
+    FetchError, export_line, mujoco, mujoco_from_wheel, reference_model, reference_model_from_wheel,
 };
 
 pub fn assets(mut arguments: Parser) -> anyhow::Result<bool> {
@@ -48,6 +48,6 @@ pub fn other_mujoco(mut arguments: Parser) -> anyhow::Result<bool> {
         error => anyhow::Error::from(error),
     })?)?;
     say!("MuJoCo {version} is ready. To build with it:")?;
-    say!("export MUJOCO_DIR={}", folder.display())?;
+    say!("{}", export_line(&folder))?;
     Ok(true)
 }

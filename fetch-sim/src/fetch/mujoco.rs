@@ -1,28 +1,38 @@
 //! A version of MuJoCo, from its wheel.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 
 use super::{
+    checksums::{self, hexadecimal},
     error::FetchError,
-    wheel::{Wheel, check_sha256, hexadecimal, replace_folder, write},
+    unpacking::Unpacking,
+    wheel::Wheel,
 };
-use crate::{cache, installation::libraries_in};
+use crate::{cache, installation::version_in_name};
 
-/// Fetches a version of MuJoCo, such as `3.6.0`, into the user's cache unless it is there, and returns
-/// its folder.
+/// The list of the files that were unpacked, which is written last.
+const LIST: &str = "SHA256SUMS";
+
+/// Fetches a version of MuJoCo, such as `3.6.0`, into the user's cache unless it is there, whole and as
+/// published, and returns its folder.
 ///
-/// To build with it, set `MUJOCO_DIR` to the folder. A program that was built with the headers of this
-/// version finds the library by itself.
+/// To build with it, set `MUJOCO_DIR` to the folder, as [`export_line`] does. A program that was built
+/// with the headers of this version finds the library by itself.
 ///
 /// # Errors
 /// Any [`FetchError`].
 pub fn mujoco(version: &str) -> Result<PathBuf, FetchError> {
     let folder = folder(version)?;
-    if !(has_headers(&folder) && has_library(&folder, version)) {
-        unpack(None, version, &folder)?;
-    }
+    let put = |unpacking: &Unpacking<'_>| {
+        let requirement = format!("{}=={version}", package(version));
+        put(&mut Wheel::fetch(&requirement, &unpacking.downloads()?)?, version, unpacking)
+    };
+    Unpacking::complete(&folder, || is_complete(&folder, version), put)?;
     Ok(folder)
 }
 
@@ -33,8 +43,14 @@ pub fn mujoco(version: &str) -> Result<PathBuf, FetchError> {
 /// As [`mujoco`].
 pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, FetchError> {
     let folder = folder(version)?;
-    unpack(Some(wheel), version, &folder)?;
+    put(&mut Wheel::open(wheel)?, version, &Unpacking::begin(&folder)?)?;
     Ok(folder)
+}
+
+/// Returns the command by which a shell sets `MUJOCO_DIR` to a folder, whatever is in its name.
+#[must_use]
+pub fn export_line(folder: &Path) -> String {
+    format!("export MUJOCO_DIR='{}'", folder.display().to_string().replace('\'', r"'\''"))
 }
 
 fn folder(version: &str) -> Result<PathBuf, FetchError> {
@@ -46,38 +62,40 @@ fn folder(version: &str) -> Result<PathBuf, FetchError> {
     Ok(cache.join(format!("mujoco-{version}")))
 }
 
-fn unpack(wheel: Option<&Path>, version: &str, folder: &Path) -> Result<(), FetchError> {
-    let package = package(version);
-    let mut wheel = Wheel::open_or_fetch(wheel, &format!("{package}=={version}"))?;
-    let record = record(&mut wheel, package, version)?;
-    replace_folder(folder, |new| {
-        for (name, digest) in &record {
-            let Some(inner) = name.strip_prefix("mujoco/").filter(|name| is_wanted(name)) else {
-                continue;
-            };
-            let bytes = wheel.read(name)?;
-            check_sha256(name, &bytes, digest)?;
-            write(new, inner, &bytes)?;
-        }
-        if !has_headers(new) {
-            return Err(wheel.error("it has no headers".into()));
-        }
-        if !has_library(new, version) {
-            return Err(wheel.error(format!("it has no library of MuJoCo {version}")));
-        }
-        Ok(())
+fn put(wheel: &mut Wheel, version: &str, unpacking: &Unpacking<'_>) -> Result<(), FetchError> {
+    let (mut files, mut list) = (Vec::new(), String::new());
+    for (name, sha256) in record(wheel, package(version), version)? {
+        let Some(inner) = name.strip_prefix("mujoco/").filter(|name| is_wanted(name)) else {
+            continue;
+        };
+        files.push((inner.to_owned(), wheel.read_checked(&name, &sha256)?));
+        list += &format!("{sha256}  {inner}\n");
+    }
+    if let Some(missing) = missing(files.iter().map(|(name, _)| name.as_str()), version) {
+        return Err(wheel.error(format!("it has no {missing}")));
+    }
+    files.push((LIST.into(), list.into_bytes()));
+    files.iter().try_for_each(|(name, bytes)| unpacking.put(name, bytes))
+}
+
+fn is_complete(folder: &Path, version: &str) -> bool {
+    let list = fs::read_to_string(folder.join(LIST)).unwrap_or_default();
+    checksums::parse(&list).is_some_and(|files| {
+        let names = files.iter().map(|(name, _)| *name);
+        missing(names, version).is_none() && checksums::are_there(folder, &files)
     })
 }
 
-fn has_headers(folder: &Path) -> bool {
-    folder.join("include/mujoco/mujoco.h").is_file()
-}
-
-fn has_library(folder: &Path, version: &str) -> bool {
-    let is_of_version = |path: &PathBuf| {
-        path.file_name().is_some_and(|name| name.to_string_lossy().contains(version))
-    };
-    libraries_in(folder).iter().any(is_of_version)
+/// Returns what an installation with files of these names lacks.
+fn missing<'a>(names: impl Iterator<Item = &'a str> + Clone, version: &str) -> Option<String> {
+    let is_library = |name: &str| version_in_name(name).is_some() && name.contains(version);
+    if !names.clone().any(|name| name == "include/mujoco/mujoco.h") {
+        return Some("headers".into());
+    }
+    if !names.clone().any(is_library) {
+        return Some(format!("library of MuJoCo {version}"));
+    }
+    None
 }
 
 /// Whether a file of the wheel's folder `mujoco` is needed: headers, the library and the mesh decoders.
@@ -126,7 +144,11 @@ fn sha256_of(digest: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{FetchError, check_sha256, folder, is_wanted, package, parse_record};
+    use std::path::Path;
+
+    use super::{
+        FetchError, checksums::check, export_line, folder, is_wanted, package, parse_record,
+    };
 
     #[test]
     fn a_version_has_three_numbers() {
@@ -138,6 +160,18 @@ mod tests {
     #[test]
     fn the_headers_moved_to_another_package() {
         assert_eq!(["2.2.2", "3.17.0", "4.0.0"].map(package), ["mujoco", "mujoco", "mujoco-core"]);
+    }
+
+    #[test]
+    fn a_shell_takes_the_folder_as_it_is() -> std::io::Result<()> {
+        for folder in ["/plain", "/with space", "/$(exit 3)`exit 4`", "/it's \"it\"\\", "/a\nb;c&"]
+        {
+            let line = export_line(Path::new(folder));
+            let script = format!("{line}\nprintf %s \"$MUJOCO_DIR\"");
+            let output = std::process::Command::new("sh").args(["-c", &script]).output()?;
+            assert_eq!(String::from_utf8_lossy(&output.stdout), folder, "{line}");
+        }
+        Ok(())
     }
 
     #[test]
@@ -161,8 +195,8 @@ mod tests {
         let (name, digest) = parse_record(line).flatten().unwrap_or_default();
         assert_eq!(name, "a,b.h");
         assert_eq!(digest, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-        check_sha256("nothing", b"", &digest)?;
-        let wrong = check_sha256("something", b"1", &digest);
+        check("nothing", b"", &digest)?;
+        let wrong = check("something", b"1", &digest);
         assert!(matches!(wrong, Err(FetchError::Checksum { .. })));
         assert_eq!(parse_record("RECORD,,"), Some(None));
         assert_eq!(parse_record("a,sha256=47DE+,1"), None);

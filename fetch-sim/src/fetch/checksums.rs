@@ -1,0 +1,35 @@
+//! SHA-256 checksums of files, and lists of them as `sha256sum` writes them.
+
+use std::{fs, path::Path};
+
+use hmac_sha256::Hash;
+
+use super::error::FetchError;
+
+/// The name of a file and its SHA-256, in hexadecimal.
+pub(super) type Listed<'a> = (&'a str, &'a str);
+
+/// Returns the files of a list; `None` if it is damaged.
+pub(super) fn parse(list: &str) -> Option<Vec<Listed<'_>>> {
+    list.lines().map(|line| line.split_once("  ").map(|(sha256, name)| (name, sha256))).collect()
+}
+
+/// Whether all files of a list are in a folder, as they should be.
+pub(super) fn are_there(folder: &Path, files: &[Listed<'_>]) -> bool {
+    files.iter().all(|(name, sha256)| {
+        fs::read(folder.join(name)).is_ok_and(|bytes| check(name, &bytes, sha256).is_ok())
+    })
+}
+
+/// Fails unless the bytes have this SHA-256, in hexadecimal.
+pub(super) fn check(name: &str, bytes: &[u8], expected: &str) -> Result<(), FetchError> {
+    let found = hexadecimal(&Hash::hash(bytes));
+    if found == expected {
+        return Ok(());
+    }
+    Err(FetchError::Checksum { name: name.into(), found, expected: expected.into() })
+}
+
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,123 @@
+//! Putting files into a folder of the user's: one process at a time, each file whole or not at all, and
+//! with nothing left over, even by a process that was killed, once another one has come.
+
+use std::{
+    fs::{self, File},
+    io::{self, ErrorKind},
+    os::unix::fs::MetadataExt,
+    path::{Path, PathBuf},
+};
+
+use super::error::FetchError;
+
+/// Name of the folder, in the one to be filled, with all that is unfinished: the file that is being
+/// written, and what pip downloads. It has a file that is locked as long as it is in use, so what is in
+/// it without that was left by a process that was killed.
+const STAGING: &str = ".fetch-sim-unpacking";
+const LOCK: &str = "lock";
+const UNFINISHED: &str = "unfinished";
+const DOWNLOADS: &str = "downloads";
+
+/// The right to put files into a folder, which one process has at a time.
+pub(super) struct Unpacking<'a> {
+    folder: &'a Path,
+    /// Whether there was no such folder.
+    is_new: bool,
+    staging: PathBuf,
+    _lock: File,
+}
+
+impl<'a> Unpacking<'a> {
+    /// Puts files into a folder unless it is complete, and removes what a process that was killed has
+    /// left there.
+    pub(super) fn complete(
+        folder: &'a Path,
+        is_complete: impl Fn() -> bool,
+        put: impl FnOnce(&Self) -> Result<(), FetchError>,
+    ) -> Result<(), FetchError> {
+        if is_complete() && !folder.join(STAGING).exists() {
+            return Ok(());
+        }
+        let unpacking = Self::begin(folder)?;
+        // Another process may have done it meanwhile.
+        if is_complete() { Ok(()) } else { put(&unpacking) }
+    }
+
+    /// Makes a folder if there is none, waits until no other process puts files into it, and removes what
+    /// one that was killed has left.
+    pub(super) fn begin(folder: &'a Path) -> Result<Self, FetchError> {
+        let is_new = !folder.exists();
+        let staging = folder.join(STAGING);
+        let lock = lock(&staging).map_err(|source| cannot_write(&staging, source))?;
+        let unpacking = Self { folder, is_new, staging, _lock: lock };
+        unpacking.remove_unfinished();
+        Ok(unpacking)
+    }
+
+    /// Makes a folder for what is needed only for now.
+    pub(super) fn downloads(&self) -> Result<PathBuf, FetchError> {
+        let downloads = self.staging.join(DOWNLOADS);
+        fs::create_dir(&downloads).map_err(|source| cannot_write(&downloads, source))?;
+        Ok(downloads)
+    }
+
+    /// Puts a file below the folder, in place of one with other contents.
+    pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<(), FetchError> {
+        let path = self.folder.join(name);
+        if fs::read(&path).is_ok_and(|there| there == bytes) {
+            return Ok(());
+        }
+        let unfinished = self.staging.join(UNFINISHED);
+        let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+        made.and_then(|()| fs::write(&unfinished, bytes))
+            .and_then(|()| fs::rename(&unfinished, &path))
+            .map_err(|source| cannot_write(&path, source))
+    }
+
+    /// Nothing more can be done where this fails: the next process tries again.
+    fn remove_unfinished(&self) {
+        let _ = fs::remove_file(self.staging.join(UNFINISHED));
+        let _ = fs::remove_dir_all(self.staging.join(DOWNLOADS));
+    }
+}
+
+impl Drop for Unpacking<'_> {
+    fn drop(&mut self) {
+        self.remove_unfinished();
+        let _ = fs::remove_file(self.staging.join(LOCK));
+        // Folders with anything in them stay.
+        let _ = fs::remove_dir(&self.staging);
+        if self.is_new {
+            let _ = fs::remove_dir(self.folder);
+        }
+    }
+}
+
+/// Makes the folder of unfinished files, unless it is there, and waits for its lock.
+fn lock(staging: &Path) -> io::Result<File> {
+    let path = staging.join(LOCK);
+    loop {
+        fs::create_dir_all(staging)?;
+        if !fs::symlink_metadata(staging)?.is_dir() {
+            return Err(ErrorKind::NotADirectory.into());
+        }
+        let lock = File::options().write(true).create(true).truncate(false).open(&path);
+        match lock.and_then(|lock| lock.lock().map(|()| lock)) {
+            Ok(lock) if is_at(&lock, &path) => return Ok(lock),
+            // The process that had it has removed it when it was ready.
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Whether a path leads to an open file.
+fn is_at(file: &File, path: &Path) -> bool {
+    let (Ok(open), Ok(there)) = (file.metadata(), fs::metadata(path)) else { return false };
+    (open.dev(), open.ino()) == (there.dev(), there.ino())
+}
+
+fn cannot_write(path: &Path, source: io::Error) -> FetchError {
+    FetchError::Write { path: path.into(), source }
+}
