@@ -119,6 +119,17 @@ fn doctor_finds_nothing_wrong() -> Result {
     Ok(())
 }
 
+/// Also where the program was built with another one.
+#[test]
+fn doctor_notices_a_mujoco_dir_that_names_nothing() -> Result {
+    let output = chapter("doctor").env("MUJOCO_DIR", "/nonexistent").output()?;
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stdout)?;
+    assert!(text.starts_with("FAIL  MuJoCo is missing, or not the one of the build\n"), "{text}");
+    assert!(text.contains("MUJOCO_DIR is /nonexistent, "), "{text}");
+    Ok(())
+}
+
 /// As in other well-known tools: a reader may have seen enough, and a disk may be full.
 #[test]
 fn a_closed_pipe_ends_a_command_quietly_and_a_full_disk_with_an_error() -> Result {
