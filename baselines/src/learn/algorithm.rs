@@ -24,11 +24,8 @@ pub trait Algorithm: Debug + Send + sealed::Sealed {
     /// Returns the actor that explores.
     fn actor(&self) -> Actor;
 
-    /// Returns the actor that is evaluated, without noise.
-    fn greedy_actor(&self) -> Actor;
-
-    /// Returns the layers of the [actor that is evaluated](Self::greedy_actor). Their outputs, through
-    /// a hyperbolic tangent, are the greedy actions.
+    /// Returns the layers of the actor that is evaluated, which is greedy: their outputs, through a
+    /// hyperbolic tangent, are its actions.
     fn greedy_layers(&self) -> Vec<LayerWeights>;
 
     /// Returns everything that the following updates depend on, to be saved or replaced.

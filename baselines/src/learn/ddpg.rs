@@ -294,10 +294,6 @@ impl Algorithm for Ddpg {
         Actor::new(self.networks.actor.network.clone(), noise)
     }
 
-    fn greedy_actor(&self) -> Actor {
-        Actor::new(self.networks.averaged_actor.clone(), ActionNoise::Added(0.0))
-    }
-
     fn greedy_layers(&self) -> Vec<LayerWeights> {
         self.networks.averaged_actor.layer_weights()
     }

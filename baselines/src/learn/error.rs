@@ -7,6 +7,7 @@ use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::{ConfigError, NormalizerError, SampleError};
 
 use crate::error::{CollectorError, EvaluationError};
+use crate::trained::TrainedPolicyError;
 use crate::workers::{Disagreement, UnreadableMessage};
 
 /// Error returned by a [`Trainer`](super::Trainer).
@@ -83,6 +84,9 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
     },
+    /// The greedy policy is none, because the training has diverged.
+    #[error(transparent)]
+    Policy(#[from] TrainedPolicyError),
     /// An evaluation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluationError),

@@ -149,7 +149,7 @@ impl Explorer {
         if let Some(actor) = &mut self.actor
             && is_random.contains(&false)
         {
-            actor.act(is_random.len(), &self.rows, Some(&noise), actions);
+            actor.act(is_random.len(), &self.rows, &noise, actions);
         }
         for (row, is_random) in actions.chunks_exact_mut(len).zip(is_random) {
             let chance: f64 = rng.random();

@@ -290,10 +290,6 @@ impl Algorithm for Sac {
         Actor::new(self.networks.actor.network.clone(), ActionNoise::Learned)
     }
 
-    fn greedy_actor(&self) -> Actor {
-        self.actor()
-    }
-
     fn greedy_layers(&self) -> Vec<LayerWeights> {
         let mut layers = self.networks.actor.network.layer_weights();
         if let Some(LayerWeights { weights, biases, .. }) = layers.last_mut() {

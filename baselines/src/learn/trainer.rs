@@ -6,16 +6,16 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
-use fetch_env::{BoxSpace, EnvError, VecEnv};
-use her_relabel::{Dims, HerBuffer, Sampler};
+use fetch_env::vec_env::{AutoresetMode, Batch, BatchOf, VecConfig};
+use fetch_env::{BoxSpace, EnvError, GoalObservation, VecEnv};
+use her_relabel::{Dims, HerBuffer, Sampler, Scalar};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::algorithm::Algorithm;
 use super::curve::{Counters, CurveRow, Recent, Target, UpdateSeconds};
 use super::error::TrainError;
 use super::explorer::Explorer;
-use super::inputs::{Inputs, Seen};
+use super::inputs::Inputs;
 use super::replay::{sampler, still_episodes};
 use super::seeds::{Purpose, seed_for, seed_of_rank};
 use super::settings::TrainSettings;
@@ -23,6 +23,7 @@ use super::train_batch::TrainBatch;
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
 use crate::evaluate::evaluate_range;
+use crate::policy::Policy;
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
 use crate::workers::{OneProcess, UnreadableMessage, Workers, agree, gather_episodes, share, sum};
 
@@ -253,23 +254,20 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(added)
     }
 
-    /// Evaluates the greedy policy on episodes that no other evaluation has.
+    /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no other
+    /// evaluation has.
     ///
     /// # Errors
-    /// [`TrainError::Evaluate`] and [`TrainError::EvaluationNotFinite`].
+    /// [`TrainError::Policy`], [`TrainError::Evaluate`] and [`TrainError::EvaluationNotFinite`].
     pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
-        let mut actor = self.algorithm.greedy_actor();
-        let (mut rows, mut first_bad) = (Vec::new(), None);
+        // What is evaluated has no name in a file.
+        let mut policy = self.policy("")?;
+        let mut first_bad = None;
         let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {
-            let seen = Seen {
-                observations: batch.observation(),
-                achieved_goals: batch.achieved_goal(),
-                desired_goals: batch.desired_goal(),
-            };
-            first_bad = first_bad.or(self.inputs.write(seen, &mut rows));
-            actor.act(batch.len(), &rows, None, actions);
+            first_bad = first_bad.or_else(|| first_not_finite(batch));
+            policy.act(batch, actions);
         };
         let own = share(&*self.workers, count);
         let envs = &mut self.evaluation_envs;
@@ -345,4 +343,17 @@ impl<E: LearnEnv> Trainer<E> {
         }
         Ok(())
     }
+}
+
+/// Returns the first environment that observes a number that is not finite.
+fn first_not_finite<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Option<usize> {
+    let row = |index: usize, len: usize| index * batch.len() / len;
+    let observations = batch.observation();
+    let observation = observations.iter().position(|number| !number.to_f64().is_finite());
+    let observation = observation.map(|index| row(index, observations.len()));
+    let goals = [batch.achieved_goal(), batch.desired_goal()].into_iter().filter_map(|goals| {
+        let index = goals.iter().position(|number| !number.is_finite());
+        index.map(|index| row(index, goals.len()))
+    });
+    observation.into_iter().chain(goals).min()
 }
