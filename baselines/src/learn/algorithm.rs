@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::actor::Actor;
 use super::adam::Adam;
+use super::error::TrainError;
 use super::network::Network;
+use super::range::check_range;
 use crate::trained::LayerWeights;
 use crate::workers::Workers;
 
@@ -88,6 +90,12 @@ impl Transitions<'_> {
     pub(crate) const fn share(&self) -> f32 {
         1.0 / self.len as f32
     }
+}
+
+/// Checks the lengths of the networks' inputs and of actions.
+pub(crate) fn check_lengths(num_inputs: usize, num_actions: usize) -> Result<(), TrainError> {
+    check_range!(num_inputs, "num_inputs", 1..=16_384)?;
+    check_range!(num_actions, "num_actions", 1..=1_024)
 }
 
 /// A network with its optimizer.

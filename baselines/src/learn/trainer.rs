@@ -139,7 +139,7 @@ impl<E: LearnEnv> Trainer<E> {
         let sampler = sampler(&own.replay, settings.algorithm.gamma())?;
         let inputs = Inputs::new(&settings.inputs, dims)?;
         let algorithm_seed = seed_for(seed, Purpose::Algorithm, 0);
-        let algorithm = settings.algorithm.build(inputs.dim(), dims.action, algorithm_seed);
+        let algorithm = settings.algorithm.build(inputs.dim(), dims.action, algorithm_seed)?;
         let vec_config = VecConfig::default().with_num_threads(num_threads);
         let envs = |count: usize, config| -> Result<VecEnv<E>, TrainError> {
             let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
@@ -327,7 +327,7 @@ impl<E: LearnEnv> Trainer<E> {
         target: Option<Target>,
         mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
     ) -> Result<(), TrainError> {
-        let interval = self.settings.schedule.evaluation_interval.max(1);
+        let interval = self.settings.schedule.evaluation_interval;
         let is_reached = |rows: &[CurveRow]| target.is_some_and(|target| target.is_reached(rows));
         while self.counters.steps < num_steps && !is_reached(&self.rows) {
             let evaluations = self.counters.steps / interval;
