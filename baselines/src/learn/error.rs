@@ -105,6 +105,11 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
     },
+    /// The trainer was made before a fork: its threads are in the parent process alone.
+    #[error(
+        "this process was forked, and the trainer's threads are not in it: make the trainer here"
+    )]
+    Forked,
     /// The threads could not be started.
     #[error("the threads could not be started")]
     Threads(#[source] rayon::ThreadPoolBuildError),

@@ -23,6 +23,13 @@ pub(crate) struct ExplorerState {
     is_random: Vec<bool>,
 }
 
+impl ExplorerState {
+    /// The counts, each with its name.
+    pub(crate) const fn counts(&self) -> [(&'static str, u64); 2] {
+        [("decisions", self.decisions), ("episodes", self.episodes)]
+    }
+}
+
 /// The environments' last batch, as the next decision sees it: a row for each environment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LastBatch {

@@ -55,6 +55,8 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) explorer: Explorer,
     pub(super) algorithm: Box<dyn Algorithm>,
     pub(super) threads: Arc<ThreadPool>,
+    /// The process that has the threads.
+    process: u32,
     pub(super) workers: Box<dyn Workers>,
     pub(super) counters: Counters,
     pub(super) recent: Recent,
@@ -165,6 +167,7 @@ impl<E: LearnEnv> Trainer<E> {
             inputs,
             algorithm,
             threads: Arc::new(threads.map_err(TrainError::Threads)?),
+            process: std::process::id(),
             workers,
             counters: Counters::default(),
             recent: Recent::default(),
@@ -258,8 +261,10 @@ impl<E: LearnEnv> Trainer<E> {
     /// evaluation has.
     ///
     /// # Errors
-    /// [`TrainError::Policy`], [`TrainError::Evaluate`] and [`TrainError::EvaluationNotFinite`].
+    /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::EvaluationNotFinite`] and
+    /// [`TrainError::Forked`].
     pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
+        self.check_process()?;
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
         // What is evaluated has no name in a file.
@@ -299,6 +304,11 @@ impl<E: LearnEnv> Trainer<E> {
         };
         self.rows.push(row);
         Ok(row)
+    }
+
+    /// Checks that the threads are in this process: in one that was forked, nothing would answer.
+    pub(super) fn check_process(&self) -> Result<(), TrainError> {
+        if self.process == std::process::id() { Ok(()) } else { Err(TrainError::Forked) }
     }
 
     /// Checks that all processes have the same weights.
@@ -356,4 +366,26 @@ fn first_not_finite<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>)
         index.map(|index| row(index, goals.len()))
     });
     observation.into_iter().chain(goals).min()
+}
+
+#[cfg(test)]
+mod tests {
+    use fetch_env::{Task, make_kinematic};
+
+    use super::{TrainError, TrainSettings, Trainer};
+
+    /// As in a child of the process that made the trainer, whose number is another one.
+    #[test]
+    fn a_trainer_of_another_process_says_so() -> Result<(), TrainError> {
+        let mut settings = TrainSettings::fast(Task::Reach);
+        settings.schedule.evaluation_episodes = 1;
+        let make = || make_kinematic("FetchReach-v4");
+        let mut trainer = Trainer::new(make, settings, 0, 1)?;
+        trainer.process = trainer.process.wrapping_add(1);
+        assert!(matches!(trainer.cycle(), Err(TrainError::Forked)));
+        assert!(matches!(trainer.evaluate(), Err(TrainError::Forked)));
+        trainer.process = std::process::id();
+        trainer.cycle()?;
+        trainer.evaluate().map(drop)
+    }
 }

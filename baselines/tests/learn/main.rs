@@ -1,6 +1,7 @@
 //! Learning: the laws that every run keeps.
 
 mod bad_input;
+mod damaged_checkpoints;
 mod evaluating;
 mod ranks;
 mod resuming;
