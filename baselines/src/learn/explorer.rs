@@ -40,7 +40,7 @@ pub(crate) struct LastBatch {
 }
 
 impl LastBatch {
-    pub(crate) fn of<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Self {
+    fn of<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Self {
         // The row of an environment that has failed, whose next action does not matter, is not finite,
         // which JSON cannot express.
         let finite = |number: f64| if number.is_finite() { number } else { 0.0 };
@@ -99,6 +99,14 @@ impl Explorer {
     /// Returns what the next decisions depend on.
     pub(crate) const fn state(&self) -> &ExplorerState {
         &self.state
+    }
+
+    /// Returns what the next decision sees, given the environments' last batch.
+    pub(crate) fn last_batch<O: GoalObservation<Element: Scalar>, I>(
+        &self,
+        batch: &Batch<O, I>,
+    ) -> LastBatch {
+        self.resumed.clone().unwrap_or_else(|| LastBatch::of(batch))
     }
 
     /// Restores a state, and what the next decision sees, if they are of as many environments and

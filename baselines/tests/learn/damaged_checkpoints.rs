@@ -13,15 +13,11 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 use crate::runs::{Kinematic, Result, ddpg, make, sac, settings};
 use crate::tree::{Number, numbers, with_number_replaced};
 
-type Entry = (String, Vec<u8>);
+pub(crate) type Entry = (String, Vec<u8>);
 
-/// The folder of a run with a checkpoint, and its entries.
-fn run(trainer: &mut Trainer<Kinematic>) -> Result<(TempDir, PathBuf, Vec<Entry>)> {
-    let folder = tempdir()?;
-    trainer.cycle()?;
-    trainer.cycle()?;
-    let path = trainer.save(folder.path())?;
-    let mut archive = ZipArchive::new(File::open(&path)?)?;
+/// Returns the entries of a checkpoint.
+pub(crate) fn entries(path: &Path) -> Result<Vec<Entry>> {
+    let mut archive = ZipArchive::new(File::open(path)?)?;
     let mut entries = Vec::new();
     for index in 0..archive.len() {
         let mut entry = archive.by_index(index)?;
@@ -29,6 +25,16 @@ fn run(trainer: &mut Trainer<Kinematic>) -> Result<(TempDir, PathBuf, Vec<Entry>
         entry.read_to_end(&mut bytes)?;
         entries.push((entry.name()?.into_owned(), bytes));
     }
+    Ok(entries)
+}
+
+/// The folder of a run, its checkpoint and that one's entries.
+fn run(trainer: &mut Trainer<Kinematic>) -> Result<(TempDir, PathBuf, Vec<Entry>)> {
+    let folder = tempdir()?;
+    trainer.cycle()?;
+    trainer.cycle()?;
+    let path = trainer.save(folder.path())?;
+    let entries = entries(&path)?;
     Ok((folder, path, entries))
 }
 
