@@ -7,7 +7,11 @@ use fetch_env::{
 use her_relabel::{HerBuffer, Scalar};
 use serde::{Deserialize, Serialize};
 
-use crate::{error::CollectorError, evaluate::Episode, policy::Policy};
+use crate::{
+    error::CollectorError,
+    evaluate::{Episode, MAX_COUNT},
+    policy::Policy,
+};
 
 /// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
 /// buffer can store: its observations and actions are `f32` or `f64`.
@@ -159,6 +163,12 @@ impl<E: CollectEnv> Collector<E> {
         let (actual, num_envs) = (snapshot.episodes.len(), self.envs.num_envs());
         if actual != num_envs {
             return Err(VecEnvError::Count { what: "snapshot", actual, num_envs });
+        }
+        let lengths = snapshot.episodes.iter().map(|episode| episode.map_or(0, |e| e.length));
+        if let Some((env_id, length)) = lengths.enumerate().find(|(_, len)| *len as u64 > MAX_COUNT)
+        {
+            let reason = format!("its episode has {length} steps");
+            return Err(VecEnvError::ForeignSnapshot { env_id, reason });
         }
         self.envs.restore(&snapshot.envs)?;
         let episodes = snapshot.episodes.iter();

@@ -52,6 +52,10 @@ pub struct Summary {
 /// The number of steps after which an episode is taken for endless.
 pub(crate) const MAX_STEPS: usize = 100_000;
 
+/// The largest count that a snapshot or a checkpoint may have: more than any run reaches, and so
+/// little that no sum overflows.
+pub(crate) const MAX_COUNT: u64 = 1 << 40;
+
 /// Returns consecutive seeds, behind the greatest of which 0 follows.
 pub(crate) fn seeds(first_seed: u64) -> impl Iterator<Item = u64> {
     std::iter::successors(Some(first_seed), |seed| Some(seed.wrapping_add(1)))

@@ -3,13 +3,14 @@
 use std::error::Error;
 use std::fs;
 
+use allocation_counter::measure;
 use baselines::{
     InputPart, LayerWeights, Policy, PolicyHeader, TrainedPolicy, TrainedPolicyError, evaluate,
     evaluate_vec,
 };
-use fetch_env::{Env, GoalObservation, Reset, VecEnv, make_kinematic, vec_env::VecConfig};
+use fetch_env::{Env, GoalObservation, Reset, Task, VecEnv, make_kinematic, vec_env::VecConfig};
 #[cfg(feature = "mujoco")]
-use fetch_env::{EnvId, Task, make_vec_with_config};
+use fetch_env::{EnvId, make_vec_with_config};
 #[cfg(feature = "mujoco")]
 use fetch_sim::MujocoVersion;
 #[cfg(feature = "mujoco")]
@@ -104,6 +105,20 @@ fn a_policy_acts_the_same_alone_among_many_and_loaded() -> Result {
     let mut envs =
         VecEnv::new(envs.collect::<std::result::Result<Vec<_>, _>>()?, VecConfig::default())?;
     assert!(evaluate_vec(&mut envs, &mut loaded, 20, 7, |_| ())? == alone);
+    Ok(())
+}
+
+#[test]
+fn an_action_takes_no_memory_after_the_first() -> Result {
+    for task in Task::ALL {
+        let mut policy = TrainedPolicy::shipped(task)?;
+        let name = policy.header().env_id.clone();
+        let Reset { observation, .. } = make_kinematic(&name)?.reset(Some(0))?;
+        let mut action = [0.0_f32; 4];
+        policy.act(&observation, &mut action);
+        let taken = measure(|| policy.act(&observation, &mut action));
+        assert_eq!(taken.count_total, 0, "{name}");
+    }
     Ok(())
 }
 

@@ -13,12 +13,14 @@ struct Target {
     of: &'static str,
 }
 
-const TARGETS: [Target; 5] = [
+const TARGETS: [Target; 7] = [
     Target { name: "load", of: "her-relabel" },
     Target { name: "npz", of: "her-relabel" },
     Target { name: "operations", of: "her-relabel" },
     Target { name: "values", of: "fetch-env" },
     Target { name: "calls", of: "fetch-env" },
+    Target { name: "settings", of: "baselines" },
+    Target { name: "checkpoints", of: "baselines" },
 ];
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {

@@ -64,7 +64,7 @@ const OWN: [commands::Command; 9] = [
 
   --seconds <N>      Run each target this long [default: 15]
   --target <TARGET>  Run only this target: load, npz or operations of the buffer, values or
-                     calls of environments",
+                     calls of environments, settings or checkpoints of training",
         run: fuzz::run,
     },
     commands::Command {

@@ -34,18 +34,12 @@ impl Actor {
         Self { network, noise, pass: Pass::default() }
     }
 
-    /// Writes the actions of normalized inputs, a row for each. They are greedy without `noise`,
-    /// which has a number of the standard normal distribution for each element of the actions.
+    /// Writes the actions of normalized inputs, a row for each. `noise` has a number of the standard
+    /// normal distribution for each element of the actions.
     ///
     /// # Panics
     /// If the lengths are not those of `num_rows` rows, at least 1, of this actor's environment.
-    pub fn act(
-        &mut self,
-        num_rows: usize,
-        inputs: &[f32],
-        noise: Option<&[f32]>,
-        actions: &mut [f32],
-    ) {
+    pub fn act(&mut self, num_rows: usize, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
         self.pass.input_mut(num_rows, inputs.len() / num_rows).copy_from_slice(inputs);
         let outputs = self.pass.forward(&self.network);
         let len = actions.len() / num_rows;
@@ -53,7 +47,7 @@ impl Actor {
             outputs.chunks_exact(outputs.len() / num_rows).zip(actions.chunks_exact_mut(len));
         for (row, (outputs, actions)) in rows.enumerate() {
             for (index, action) in actions.iter_mut().enumerate() {
-                let noise = noise.map_or(0.0, |noise| noise[row * len + index]);
+                let noise = noise[row * len + index];
                 *action = match self.noise {
                     ActionNoise::Added(std) => {
                         noise.mul_add(std, outputs[index].tanh()).clamp(-1.0, 1.0)

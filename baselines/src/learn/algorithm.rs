@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::actor::Actor;
 use super::adam::Adam;
+use super::error::TrainError;
 use super::network::Network;
+use super::range::check_range;
 use crate::trained::LayerWeights;
 use crate::workers::Workers;
 
@@ -24,11 +26,8 @@ pub trait Algorithm: Debug + Send + sealed::Sealed {
     /// Returns the actor that explores.
     fn actor(&self) -> Actor;
 
-    /// Returns the actor that is evaluated, without noise.
-    fn greedy_actor(&self) -> Actor;
-
-    /// Returns the layers of the [actor that is evaluated](Self::greedy_actor). Their outputs, through
-    /// a hyperbolic tangent, are the greedy actions.
+    /// Returns the layers of the actor that is evaluated, which is greedy: their outputs, through a
+    /// hyperbolic tangent, are its actions.
     fn greedy_layers(&self) -> Vec<LayerWeights>;
 
     /// Returns everything that the following updates depend on, to be saved or replaced.
@@ -91,6 +90,12 @@ impl Transitions<'_> {
     pub(crate) const fn share(&self) -> f32 {
         1.0 / self.len as f32
     }
+}
+
+/// Checks the lengths of the networks' inputs and of actions.
+pub(crate) fn check_lengths(num_inputs: usize, num_actions: usize) -> Result<(), TrainError> {
+    check_range!(num_inputs, "num_inputs", 1..=16_384)?;
+    check_range!(num_actions, "num_actions", 1..=1_024)
 }
 
 /// A network with its optimizer.

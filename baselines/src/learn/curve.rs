@@ -25,6 +25,23 @@ pub struct Counters {
     pub seconds: f64,
 }
 
+impl Counters {
+    /// The counts, each with its name.
+    pub(super) const fn counts(&self) -> [(&'static str, u64); 6] {
+        let Self {
+            steps, episodes, demonstrations, discarded_episodes, updates, evaluations, ..
+        } = *self;
+        [
+            ("steps", steps),
+            ("episodes", episodes),
+            ("demonstrations", demonstrations),
+            ("discarded episodes", discarded_episodes),
+            ("updates", updates),
+            ("evaluations", evaluations),
+        ]
+    }
+}
+
 /// A row of the learning curve: the state of the run at an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -86,6 +103,12 @@ impl Recent {
     pub(super) const fn add_episodes(&mut self, episodes: u64, successes: u64) {
         self.episodes += episodes;
         self.successes += successes;
+    }
+
+    /// The counts, each with its name.
+    pub(super) const fn counts(&self) -> [(&'static str, u64); 3] {
+        let Self { episodes, successes, updates, .. } = *self;
+        [("episodes", episodes), ("successes", successes), ("updates", updates)]
     }
 
     /// The success rate of the episodes.

@@ -34,6 +34,7 @@ impl<E: LearnEnv> Trainer<E> {
     /// # Errors
     /// [`TrainError`].
     pub fn cycle(&mut self) -> Result<(), TrainError> {
+        self.check_process()?;
         let start = Instant::now();
         let can_draw = self.collect()?;
         let random_episodes = self.settings.random_episodes_of_all(self.workers.size());

@@ -4,56 +4,61 @@ use std::fmt;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use super::actor::{ActionNoise, Actor};
-use super::algorithm::{Algorithm, Losses, StateMut, Trained, Transitions};
+use super::algorithm::{Algorithm, Losses, StateMut, Trained, Transitions, check_lengths};
+use super::error::TrainError;
 use super::network::{Network, Shape};
 use super::pass::{Pass, evaluate, run};
+use super::range::settings;
 use crate::trained::LayerWeights;
 use crate::workers::Workers;
 
-/// Settings of [`Ddpg`].
-///
-/// The sources are the authors of Fetch (Plappert et al., *Multi-goal reinforcement learning*, 2018,
-/// and `her/experiment/config.py` of openai/baselines) and this project's own measurements. The
-/// defaults are those of the preset `fast`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DdpgSettings {
-    /// The lengths of the hidden layers of actor and critic: 256, 256. The authors: 256, 256, 256.
-    pub hidden: Vec<usize>,
-    /// Whether the critic's hidden layers are normalized: false, the authors'; measured, Push learns
-    /// later with it, and updates take a quarter longer. MRL (Pitis et al., 2020): true.
-    pub layer_norm: bool,
-    /// The factor of the actor's last weights at the start: 0.1, measured, because an actor that
-    /// starts saturated never starts. The authors: 1.
-    pub last_layer_scale: f32,
-    /// The learning rate of the actor: 0.002, measured. The authors, and for Reach and Slide: 0.001.
-    pub actor_learning_rate: f32,
-    /// The learning rate of the critic: 0.002, measured. The authors, and for Reach and Slide: 0.001.
-    pub critic_learning_rate: f32,
-    /// The discount of a step: 0.95, measured. The authors, and for Slide: 0.98, which is 1 - 1 / 50
-    /// steps.
-    pub gamma: f64,
-    /// The fraction of the way that target networks move towards the learning ones: 0.05, the
-    /// authors'.
-    pub target_fraction: f32,
-    /// The number of updates between two such moves: 1, measured. The authors: 40.
-    pub target_interval: u64,
-    /// The fraction of the way that the actor that is evaluated moves towards the learning one after
-    /// every update: 0.005, measured, because single updates make single states better and others
-    /// worse; 1 for Reach, and 0.0003 for Slide, where success rates vary by 0.1 with 0.005. The
-    /// authors: 1, which is the learning actor.
-    pub average_fraction: f32,
-    /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, 0.5 for Reach,
-    /// and 0.01 for Slide, as in MRL (Pitis et al., 2020). The authors: 1.
-    pub action_l2: f32,
-    /// Whether targets are clipped to `[-1 / (1 - gamma), 0]`, the values that rewards of -1 and 0
-    /// can have: true, the authors'. Other rewards need false.
-    pub clip_targets: bool,
-    /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as in MRL.
-    pub noise: f32,
+settings! {
+    /// Settings of [`Ddpg`].
+    ///
+    /// The sources are the authors of Fetch (Plappert et al., *Multi-goal reinforcement learning*,
+    /// 2018, and `her/experiment/config.py` of openai/baselines) and this project's own
+    /// measurements. The defaults are those of the preset `fast`.
+    pub struct DdpgSettings {
+        /// The lengths of the hidden layers of actor and critic: 256, 256. The authors: 256, 256,
+        /// 256.
+        pub hidden: Vec<usize> => 1..=1_024 in at most 4 layers,
+        /// Whether the critic's hidden layers are normalized: false, the authors'; measured, Push
+        /// learns later with it, and updates take a quarter longer. MRL (Pitis et al., 2020): true.
+        pub layer_norm: bool,
+        /// The factor of the actor's last weights at the start: 0.1, measured, because an actor
+        /// that starts saturated never starts. The authors: 1.
+        pub last_layer_scale: f32 => 0.0..=10.0,
+        /// The learning rate of the actor: 0.002, measured. The authors, and for Reach and Slide:
+        /// 0.001.
+        pub actor_learning_rate: f32 => 1e-9..=1.0,
+        /// The learning rate of the critic: 0.002, measured. The authors, and for Reach and Slide:
+        /// 0.001.
+        pub critic_learning_rate: f32 => 1e-9..=1.0,
+        /// The discount of a step: 0.95, measured. The authors, and for Slide: 0.98, which is 1 - 1
+        /// / 50 steps.
+        pub gamma: f64 => 0.0..=1.0,
+        /// The fraction of the way that target networks move towards the learning ones: 0.05, the
+        /// authors'.
+        pub target_fraction: f32 => 1e-6..=1.0,
+        /// The number of updates between two such moves: 1, measured. The authors: 40.
+        pub target_interval: u64 => 1..=1_000_000,
+        /// The fraction of the way that the actor that is evaluated moves towards the learning one
+        /// after every update: 0.005, measured, because single updates make single states better
+        /// and others worse; 1 for Reach, and 0.0003 for Slide, where success rates vary by 0.1
+        /// with 0.005. The authors: 1, which is the learning actor.
+        pub average_fraction: f32 => 1e-6..=1.0,
+        /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, 0.5
+        /// for Reach, and 0.01 for Slide, as in MRL (Pitis et al., 2020). The authors: 1.
+        pub action_l2: f32 => 0.0..=1_000.0,
+        /// Whether targets are clipped to `[-1 / (1 - gamma), 0]`, the values that rewards of -1
+        /// and 0 can have: true, the authors'. Other rewards need false.
+        pub clip_targets: bool,
+        /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as
+        /// in MRL.
+        pub noise: f32 => 0.0..=10.0,
+    }
 }
 
 impl Default for DdpgSettings {
@@ -155,8 +160,18 @@ impl fmt::Debug for Ddpg {
 impl Ddpg {
     /// Makes networks for inputs of `num_inputs` numbers (observation and goal) and actions of
     /// `num_actions`. `seed` decides their first weights.
-    #[must_use]
-    pub fn new(settings: DdpgSettings, num_inputs: usize, num_actions: usize, seed: u64) -> Self {
+    ///
+    /// # Errors
+    /// [`TrainError::Setting`] if a setting is out of its range, `num_inputs` is not from 1 to 16,384,
+    /// or `num_actions` is not from 1 to 1,024.
+    pub fn new(
+        settings: DdpgSettings,
+        num_inputs: usize,
+        num_actions: usize,
+        seed: u64,
+    ) -> Result<Self, TrainError> {
+        settings.check()?;
+        check_lengths(num_inputs, num_actions)?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let DdpgSettings { hidden, layer_norm, last_layer_scale, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, num_actions, false);
@@ -172,14 +187,14 @@ impl Ddpg {
         };
         let len =
             networks.critic.network.parameters.len() + networks.actor.network.parameters.len();
-        Self {
+        Ok(Self {
             settings,
             networks,
             critic_work: CriticWork::default(),
             actor_work: ActorWork::default(),
             gradients: vec![0.0; len + NUM_LOSSES],
             num_updates: 0,
-        }
+        })
     }
 }
 
@@ -292,10 +307,6 @@ impl Algorithm for Ddpg {
     fn actor(&self) -> Actor {
         let noise = ActionNoise::Added(self.settings.noise);
         Actor::new(self.networks.actor.network.clone(), noise)
-    }
-
-    fn greedy_actor(&self) -> Actor {
-        Actor::new(self.networks.averaged_actor.clone(), ActionNoise::Added(0.0))
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {

@@ -7,6 +7,7 @@ use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::{ConfigError, NormalizerError, SampleError};
 
 use crate::error::{CollectorError, EvaluationError};
+use crate::trained::TrainedPolicyError;
 use crate::workers::{Disagreement, UnreadableMessage};
 
 /// Error returned by a [`Trainer`](super::Trainer).
@@ -83,6 +84,9 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
     },
+    /// The greedy policy is none, because the training has diverged.
+    #[error(transparent)]
+    Policy(#[from] TrainedPolicyError),
     /// An evaluation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluationError),
@@ -101,6 +105,11 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
     },
+    /// The trainer was made before a fork: its threads are in the parent process alone.
+    #[error(
+        "this process was forked, and the trainer's threads are not in it: make the trainer here"
+    )]
+    Forked,
     /// The threads could not be started.
     #[error("the threads could not be started")]
     Threads(#[source] rayon::ThreadPoolBuildError),

@@ -23,6 +23,13 @@ pub(crate) struct ExplorerState {
     is_random: Vec<bool>,
 }
 
+impl ExplorerState {
+    /// The counts, each with its name.
+    pub(crate) const fn counts(&self) -> [(&'static str, u64); 2] {
+        [("decisions", self.decisions), ("episodes", self.episodes)]
+    }
+}
+
 /// The environments' last batch, as the next decision sees it: a row for each environment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LastBatch {
@@ -33,7 +40,7 @@ pub(crate) struct LastBatch {
 }
 
 impl LastBatch {
-    pub(crate) fn of<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Self {
+    fn of<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Self {
         // The row of an environment that has failed, whose next action does not matter, is not finite,
         // which JSON cannot express.
         let finite = |number: f64| if number.is_finite() { number } else { 0.0 };
@@ -94,6 +101,14 @@ impl Explorer {
         &self.state
     }
 
+    /// Returns what the next decision sees, given the environments' last batch.
+    pub(crate) fn last_batch<O: GoalObservation<Element: Scalar>, I>(
+        &self,
+        batch: &Batch<O, I>,
+    ) -> LastBatch {
+        self.resumed.clone().unwrap_or_else(|| LastBatch::of(batch))
+    }
+
     /// Restores a state, and what the next decision sees, if they are of as many environments and
     /// of goals and observations of the same lengths.
     pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch) -> bool {
@@ -149,7 +164,7 @@ impl Explorer {
         if let Some(actor) = &mut self.actor
             && is_random.contains(&false)
         {
-            actor.act(is_random.len(), &self.rows, Some(&noise), actions);
+            actor.act(is_random.len(), &self.rows, &noise, actions);
         }
         for (row, is_random) in actions.chunks_exact_mut(len).zip(is_random) {
             let chance: f64 = rng.random();

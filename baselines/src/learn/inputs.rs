@@ -72,6 +72,11 @@ impl Inputs {
         self.observation.dim() + self.goal.dim()
     }
 
+    /// Whether they are those of the settings.
+    pub(crate) const fn have(&self, settings: &InputSettings) -> bool {
+        self.relative_goal == settings.relative_goal
+    }
+
     /// The parts of an input.
     pub(crate) fn parts(&self) -> Vec<InputPart> {
         let goal =

@@ -47,6 +47,7 @@ mod explorer;
 mod inputs;
 mod network;
 mod pass;
+mod range;
 mod replay;
 mod sac;
 mod sampled;

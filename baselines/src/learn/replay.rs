@@ -8,27 +8,14 @@ use super::settings::ReplaySettings;
 /// Returns the sampler of the settings.
 pub(super) fn sampler(settings: &ReplaySettings, gamma: f64) -> Result<Sampler, TrainError> {
     let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
-    let invalid = |name, value: f64, expected| TrainError::Setting {
-        name,
-        value: value.to_string(),
-        expected,
-    };
-    if batch_size == 0 {
-        return Err(TrainError::Setting {
-            name: "batch_size",
-            value: batch_size.to_string(),
-            expected: "choose at least 1",
-        });
-    }
-    if !(future_k >= 0.0 && future_k.is_finite()) {
-        return Err(invalid("future_k", future_k, "choose a number of at least 0"));
-    }
     let goals = GoalMixture::new(&[
         GoalPart::new(GoalStrategy::Future, 1.0),
         GoalPart::new(GoalStrategy::PastDesired, past_desired),
     ]);
-    let goals = goals.map_err(|_| {
-        invalid("past_desired", past_desired, "choose a finite number of at least 0")
+    let goals = goals.map_err(|_| TrainError::Setting {
+        name: "past_desired",
+        value: past_desired.to_string(),
+        expected: "choose a finite number of at least 0",
     })?;
     let ratio = share("future_k", future_k / (future_k + 1.0))?;
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)

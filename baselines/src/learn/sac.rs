@@ -4,42 +4,46 @@ use std::fmt;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use super::actor::{ActionNoise, Actor};
 use super::adam::Adam;
-use super::algorithm::{Algorithm, Losses, StateMut, Trained, Transitions};
+use super::algorithm::{Algorithm, Losses, StateMut, Trained, Transitions, check_lengths};
+use super::error::TrainError;
 use super::network::{Network, Shape};
 use super::pass::{Pass, evaluate, run};
+use super::range::settings;
 use super::sampled::Sampled;
 use crate::trained::LayerWeights;
 use crate::workers::Workers;
 
-/// Settings of [`Sac`].
-///
-/// The sources are Haarnoja et al., *Soft actor-critic algorithms and applications*, 2018 (the
-/// authors below), the Fetch settings of RL Baselines3 Zoo, and this project's own measurements.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SacSettings {
-    /// The lengths of the hidden layers of actor and critics: 256, 256, the authors'.
-    pub hidden: Vec<usize>,
-    /// Whether the critics' hidden layers are normalized: true, as in MRL (Pitis et al., 2020).
-    pub layer_norm: bool,
-    /// The factor of the actor's last weights at the start: 0.1, as in
-    /// [`DdpgSettings`](super::DdpgSettings).
-    pub last_layer_scale: f32,
-    /// The learning rate of actor, critics and temperature: 0.001, the zoo's. The authors: 0.0003.
-    pub learning_rate: f32,
-    /// The discount of a step: 0.95, the zoo's. The authors: 0.99.
-    pub gamma: f64,
-    /// The fraction of the way that target networks move towards the learning ones after every
-    /// update: 0.05, the zoo's. The authors: 0.005.
-    pub target_fraction: f32,
-    /// The temperature at the start, the weight of the entropy: 0.1. Stable-Baselines3: 1.
-    pub initial_temperature: f32,
-    /// The entropy that the temperature aims at, for each element of an action: -1, the authors'.
-    pub target_entropy: f32,
+settings! {
+    /// Settings of [`Sac`].
+    ///
+    /// The sources are Haarnoja et al., *Soft actor-critic algorithms and applications*, 2018 (the
+    /// authors below), the Fetch settings of RL Baselines3 Zoo, and this project's own
+    /// measurements.
+    pub struct SacSettings {
+        /// The lengths of the hidden layers of actor and critics: 256, 256, the authors'.
+        pub hidden: Vec<usize> => 1..=1_024 in at most 4 layers,
+        /// Whether the critics' hidden layers are normalized: true, as in MRL (Pitis et al., 2020).
+        pub layer_norm: bool,
+        /// The factor of the actor's last weights at the start: 0.1, as in
+        /// [`DdpgSettings`](super::DdpgSettings).
+        pub last_layer_scale: f32 => 0.0..=10.0,
+        /// The learning rate of actor, critics and temperature: 0.001, the zoo's. The authors:
+        /// 0.0003.
+        pub learning_rate: f32 => 1e-9..=1.0,
+        /// The discount of a step: 0.95, the zoo's. The authors: 0.99.
+        pub gamma: f64 => 0.0..=1.0,
+        /// The fraction of the way that target networks move towards the learning ones after every
+        /// update: 0.05, the zoo's. The authors: 0.005.
+        pub target_fraction: f32 => 1e-6..=1.0,
+        /// The temperature at the start, the weight of the entropy: 0.1. Stable-Baselines3: 1.
+        pub initial_temperature: f32 => 1e-6..=1_000.0,
+        /// The entropy that the temperature aims at, for each element of an action: -1, the
+        /// authors'.
+        pub target_entropy: f32 => -100.0..=0.69,
+    }
 }
 
 impl Default for SacSettings {
@@ -122,8 +126,18 @@ impl fmt::Debug for Sac {
 impl Sac {
     /// Makes networks for inputs of `num_inputs` numbers (observation and goal) and actions of
     /// `num_actions`. `seed` decides their first weights and all noise.
-    #[must_use]
-    pub fn new(settings: SacSettings, num_inputs: usize, num_actions: usize, seed: u64) -> Self {
+    ///
+    /// # Errors
+    /// [`TrainError::Setting`] if a setting is out of its range, `num_inputs` is not from 1 to 16,384,
+    /// or `num_actions` is not from 1 to 1,024.
+    pub fn new(
+        settings: SacSettings,
+        num_inputs: usize,
+        num_actions: usize,
+        seed: u64,
+    ) -> Result<Self, TrainError> {
+        settings.check()?;
+        check_lengths(num_inputs, num_actions)?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let SacSettings { hidden, layer_norm, last_layer_scale, learning_rate, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, 2 * num_actions, false);
@@ -138,7 +152,7 @@ impl Sac {
         let [first, second] = &networks.critics;
         let parts = [first, second, &networks.actor];
         let len: usize = parts.iter().map(|part| part.network.parameters.len()).sum();
-        Self {
+        Ok(Self {
             networks,
             gradients: vec![0.0; len + NUM_LOSSES],
             log_temperature: vec![settings.initial_temperature.ln()],
@@ -148,7 +162,7 @@ impl Sac {
             settings,
             num_updates: 0,
             seed,
-        }
+        })
     }
 }
 
@@ -288,10 +302,6 @@ impl Algorithm for Sac {
 
     fn actor(&self) -> Actor {
         Actor::new(self.networks.actor.network.clone(), ActionNoise::Learned)
-    }
-
-    fn greedy_actor(&self) -> Actor {
-        self.actor()
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {

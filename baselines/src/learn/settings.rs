@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::algorithm::Algorithm;
 use super::ddpg::{Ddpg, DdpgSettings};
 use super::error::TrainError;
+use super::range::settings;
 use super::sac::{Sac, SacSettings};
 
 /// The settings of a training run.
@@ -21,7 +22,7 @@ pub struct TrainSettings {
     pub inputs: InputSettings,
     /// How actions are chosen while collecting.
     pub exploration: ExplorationSettings,
-    /// What follows what.
+    /// How many steps, updates and evaluations follow each other.
     pub schedule: ScheduleSettings,
 }
 
@@ -174,46 +175,20 @@ impl TrainSettings {
         all
     }
 
-    /// Checks what would make a run endless or senseless; the parts of a run check the rest.
-    pub(super) fn check(&self) -> Result<(), TrainError> {
-        let (hidden, rates, fraction) = match &self.algorithm {
-            AlgorithmSettings::Ddpg(settings) => {
-                let rates = [settings.actor_learning_rate, settings.critic_learning_rate];
-                (&settings.hidden, rates, settings.target_fraction)
-            }
-            AlgorithmSettings::Sac(settings) => {
-                (&settings.hidden, [settings.learning_rate; 2], settings.target_fraction)
-            }
-        };
-        let ScheduleSettings { num_envs, steps_per_cycle, evaluation_episodes, .. } = self.schedule;
-        let at_least_1 = "choose at least 1";
-        let checks = [
-            ("hidden", format!("{hidden:?}"), !hidden.contains(&0), "choose at least 1 for each"),
-            (
-                "learning_rate",
-                format!("{rates:?}"),
-                rates.iter().all(|rate| *rate > 0.0 && rate.is_finite()),
-                "choose a finite number above 0",
-            ),
-            (
-                "target_fraction",
-                fraction.to_string(),
-                fraction > 0.0 && fraction <= 1.0,
-                "choose a number above 0, up to 1",
-            ),
-            ("num_envs", num_envs.to_string(), num_envs > 0, at_least_1),
-            ("steps_per_cycle", steps_per_cycle.to_string(), steps_per_cycle > 0, at_least_1),
-            (
-                "evaluation_episodes",
-                evaluation_episodes.to_string(),
-                evaluation_episodes > 0,
-                at_least_1,
-            ),
-        ];
-        match checks.into_iter().find(|(_, _, is_fine, _)| !is_fine) {
-            Some((name, value, _, expected)) => Err(TrainError::Setting { name, value, expected }),
-            None => Ok(()),
-        }
+    /// Checks that each setting is in the range that its documentation says.
+    ///
+    /// # Errors
+    /// [`TrainError::Setting`] with the first that is not.
+    pub fn check(&self) -> Result<(), TrainError> {
+        let Self { algorithm, replay, inputs, exploration, schedule } = self;
+        match algorithm {
+            AlgorithmSettings::Ddpg(settings) => settings.check(),
+            AlgorithmSettings::Sac(settings) => settings.check(),
+        }?;
+        replay.check()?;
+        inputs.check()?;
+        exploration.check()?;
+        schedule.check()
     }
 }
 
@@ -248,86 +223,93 @@ impl AlgorithmSettings {
     }
 
     /// Makes the algorithm.
-    #[must_use]
-    pub fn build(&self, num_inputs: usize, num_actions: usize, seed: u64) -> Box<dyn Algorithm> {
-        match self.clone() {
-            Self::Ddpg(settings) => Box::new(Ddpg::new(settings, num_inputs, num_actions, seed)),
-            Self::Sac(settings) => Box::new(Sac::new(settings, num_inputs, num_actions, seed)),
-        }
+    ///
+    /// # Errors
+    /// Those of [`Ddpg::new`] and [`Sac::new`].
+    pub fn build(
+        &self,
+        num_inputs: usize,
+        num_actions: usize,
+        seed: u64,
+    ) -> Result<Box<dyn Algorithm>, TrainError> {
+        Ok(match self.clone() {
+            Self::Ddpg(settings) => Box::new(Ddpg::new(settings, num_inputs, num_actions, seed)?),
+            Self::Sac(settings) => Box::new(Sac::new(settings, num_inputs, num_actions, seed)?),
+        })
     }
 }
 
-/// What is stored, and how it is drawn.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ReplaySettings {
-    /// The number of transitions that the buffer holds: 1,000,000, the authors'.
-    pub capacity: usize,
-    /// The number of transitions of a batch: 128, measured, because an update of 128 teaches as much
-    /// as one of 256; 256 for Reach, as the authors, and 512 for Slide, whose success rate falls again
-    /// with 128.
-    pub batch_size: usize,
-    /// How many transitions get a goal achieved later in their episode, for each that keeps its own:
-    /// 4, the authors'.
-    pub future_k: f64,
-    /// The weight of goals pursued in other episodes, beside future goals of weight 1: 0, and 1 for
-    /// Slide, as in MRL.
-    pub past_desired: f64,
-    /// The share kept of transitions whose goal was achieved before the step: 0.2, measured, because
-    /// they teach nothing. The authors: 1.
-    pub already_achieved: f64,
-    /// The farthest that an achieved goal moves in an episode that counts as still, in the unit of
-    /// the goals: 0.01 m.
-    pub still_distance: f64,
-    /// The share kept of still episodes: 0.1, measured. The authors: 1.
-    pub still_kept: f64,
+settings! {
+    /// What is stored, and how it is drawn.
+    pub struct ReplaySettings {
+        /// The number of transitions that the buffer holds: 1,000,000, the authors'.
+        pub capacity: usize => 1..=100_000_000,
+        /// The number of transitions of a batch: 128, measured, because an update of 128 teaches as
+        /// much as one of 256; 256 for Reach, as the authors, and 512 for Slide, whose success rate
+        /// falls again with 128.
+        pub batch_size: usize => 1..=8_192,
+        /// How many transitions get a goal achieved later in their episode, for each that keeps its
+        /// own: 4, the authors'.
+        pub future_k: f64 => 0.0..=1_000.0,
+        /// The weight of goals pursued in other episodes, beside future goals of weight 1: 0, and 1
+        /// for Slide, as in MRL.
+        pub past_desired: f64 => 0.0..=1_000.0,
+        /// The share kept of transitions whose goal was achieved before the step: 0.2, measured,
+        /// because they teach nothing. The authors: 1.
+        pub already_achieved: f64 => 0.0..=1.0,
+        /// The farthest that an achieved goal moves in an episode that counts as still, in the unit
+        /// of the goals: 0.01 m.
+        pub still_distance: f64 => 0.0..=1_000.0,
+        /// The share kept of still episodes: 0.1, measured. The authors: 1.
+        pub still_kept: f64 => 0.0..=1.0,
+    }
 }
 
-/// What the networks see.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct InputSettings {
-    /// Whether the networks see the way from the achieved to the desired goal, their difference,
-    /// instead of the desired goal: true, measured. The authors: false, with `relative_goals` as a
-    /// setting.
-    pub relative_goal: bool,
-    /// The smallest standard deviation by which inputs are divided: 0.01, the authors'.
-    pub min_std: f64,
-    /// The bound to which normalized inputs are clipped: 5, the authors'.
-    pub clip: f64,
+settings! {
+    /// What the networks see.
+    pub struct InputSettings {
+        /// Whether the networks see the way from the achieved to the desired goal, their
+        /// difference, instead of the desired goal: true, measured. The authors: false, with
+        /// `relative_goals` as a setting.
+        pub relative_goal: bool,
+        /// The smallest standard deviation by which inputs are divided: 0.01, the authors'.
+        pub min_std: f64 => 1e-6..=1_000.0,
+        /// The bound to which normalized inputs are clipped: 5, the authors'.
+        pub clip: f64 => 0.01..=1_000.0,
+    }
 }
 
-/// How actions are chosen while collecting.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExplorationSettings {
-    /// The number of wholly random episodes before the first update: 300, measured, and 4 for Reach.
-    /// The authors: 0.
-    pub random_episodes: u64,
-    /// The share of later episodes that are wholly random: 0.05, measured, and 0.25 for Reach. The
-    /// authors: 0.
-    pub random_episode_share: f64,
-    /// The probability of a random action in the other episodes: 0.3, the authors'; 0.2 for Slide, as
-    /// in MRL.
-    pub random_action: f64,
+settings! {
+    /// How actions are chosen while collecting.
+    pub struct ExplorationSettings {
+        /// The number of wholly random episodes before the first update: 300, measured, and 4 for
+        /// Reach. The authors: 0.
+        pub random_episodes: u64 => 0..=1_000_000,
+        /// The share of later episodes that are wholly random: 0.05, measured, and 0.25 for Reach.
+        /// The authors: 0.
+        pub random_episode_share: f64 => 0.0..=1.0,
+        /// The probability of a random action in the other episodes: 0.3, the authors'; 0.2 for
+        /// Slide, as in MRL.
+        pub random_action: f64 => 0.0..=1.0,
+    }
 }
 
-/// What follows what.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ScheduleSettings {
-    /// The number of environments that are stepped together.
-    pub num_envs: usize,
-    /// The number of steps of each environment between updates: 50, an episode.
-    pub steps_per_cycle: usize,
-    /// The number of updates that follow.
-    pub updates_per_cycle: usize,
-    /// The number of steps of all environments between two evaluations.
-    pub evaluation_interval: u64,
-    /// The number of greedy episodes of an evaluation: 100.
-    pub evaluation_episodes: usize,
-    /// Whether each process has as many environments, transitions of a batch and of a buffer, and
-    /// random episodes as these settings say, instead of its share of them: false, so that a run
-    /// learns the same from as many steps on any number of processes. The authors: true.
-    pub per_rank: bool,
+settings! {
+    /// How many steps, updates and evaluations follow each other.
+    pub struct ScheduleSettings {
+        /// The number of environments that are stepped together.
+        pub num_envs: usize => 1..=1_024,
+        /// The number of steps of each environment between updates: 50, an episode.
+        pub steps_per_cycle: usize => 1..=1_000,
+        /// The number of updates that follow.
+        pub updates_per_cycle: usize => 1..=10_000,
+        /// The number of steps of all environments between two evaluations.
+        pub evaluation_interval: u64 => 1..=1_000_000_000,
+        /// The number of greedy episodes of an evaluation: 100.
+        pub evaluation_episodes: usize => 1..=10_000,
+        /// Whether each process has as many environments, transitions of a batch and of a buffer,
+        /// and random episodes as these settings say, instead of its share of them: false, so that
+        /// a run learns the same from as many steps on any number of processes. The authors: true.
+        pub per_rank: bool,
+    }
 }

@@ -6,16 +6,16 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
-use fetch_env::{BoxSpace, EnvError, VecEnv};
-use her_relabel::{Dims, HerBuffer, Sampler};
+use fetch_env::vec_env::{AutoresetMode, Batch, BatchOf, VecConfig};
+use fetch_env::{BoxSpace, EnvError, GoalObservation, VecEnv};
+use her_relabel::{Dims, HerBuffer, Sampler, Scalar};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::algorithm::Algorithm;
 use super::curve::{Counters, CurveRow, Recent, Target, UpdateSeconds};
 use super::error::TrainError;
 use super::explorer::Explorer;
-use super::inputs::{Inputs, Seen};
+use super::inputs::Inputs;
 use super::replay::{sampler, still_episodes};
 use super::seeds::{Purpose, seed_for, seed_of_rank};
 use super::settings::TrainSettings;
@@ -23,6 +23,7 @@ use super::train_batch::TrainBatch;
 use crate::collect::buffer_config;
 use crate::collector::{CollectEnv, Collector};
 use crate::evaluate::evaluate_range;
+use crate::policy::Policy;
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
 use crate::workers::{OneProcess, UnreadableMessage, Workers, agree, gather_episodes, share, sum};
 
@@ -54,6 +55,8 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) explorer: Explorer,
     pub(super) algorithm: Box<dyn Algorithm>,
     pub(super) threads: Arc<ThreadPool>,
+    /// The process that has the threads.
+    process: u32,
     pub(super) workers: Box<dyn Workers>,
     pub(super) counters: Counters,
     pub(super) recent: Recent,
@@ -138,7 +141,7 @@ impl<E: LearnEnv> Trainer<E> {
         let sampler = sampler(&own.replay, settings.algorithm.gamma())?;
         let inputs = Inputs::new(&settings.inputs, dims)?;
         let algorithm_seed = seed_for(seed, Purpose::Algorithm, 0);
-        let algorithm = settings.algorithm.build(inputs.dim(), dims.action, algorithm_seed);
+        let algorithm = settings.algorithm.build(inputs.dim(), dims.action, algorithm_seed)?;
         let vec_config = VecConfig::default().with_num_threads(num_threads);
         let envs = |count: usize, config| -> Result<VecEnv<E>, TrainError> {
             let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
@@ -164,6 +167,7 @@ impl<E: LearnEnv> Trainer<E> {
             inputs,
             algorithm,
             threads: Arc::new(threads.map_err(TrainError::Threads)?),
+            process: std::process::id(),
             workers,
             counters: Counters::default(),
             recent: Recent::default(),
@@ -253,23 +257,22 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(added)
     }
 
-    /// Evaluates the greedy policy on episodes that no other evaluation has.
+    /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no other
+    /// evaluation has.
     ///
     /// # Errors
-    /// [`TrainError::Evaluate`] and [`TrainError::EvaluationNotFinite`].
+    /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::EvaluationNotFinite`] and
+    /// [`TrainError::Forked`].
     pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
+        self.check_process()?;
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
-        let mut actor = self.algorithm.greedy_actor();
-        let (mut rows, mut first_bad) = (Vec::new(), None);
+        // What is evaluated has no name in a file.
+        let mut policy = self.policy("")?;
+        let mut first_bad = None;
         let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {
-            let seen = Seen {
-                observations: batch.observation(),
-                achieved_goals: batch.achieved_goal(),
-                desired_goals: batch.desired_goal(),
-            };
-            first_bad = first_bad.or(self.inputs.write(seen, &mut rows));
-            actor.act(batch.len(), &rows, None, actions);
+            first_bad = first_bad.or_else(|| first_not_finite(batch));
+            policy.act(batch, actions);
         };
         let own = share(&*self.workers, count);
         let envs = &mut self.evaluation_envs;
@@ -303,6 +306,11 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(row)
     }
 
+    /// Checks that the threads are in this process: in one that was forked, nothing would answer.
+    pub(super) fn check_process(&self) -> Result<(), TrainError> {
+        if self.process == std::process::id() { Ok(()) } else { Err(TrainError::Forked) }
+    }
+
     /// Checks that all processes have the same weights.
     fn check_weights(&mut self) -> Result<(), TrainError> {
         if self.workers.size() == 1 {
@@ -329,7 +337,7 @@ impl<E: LearnEnv> Trainer<E> {
         target: Option<Target>,
         mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
     ) -> Result<(), TrainError> {
-        let interval = self.settings.schedule.evaluation_interval.max(1);
+        let interval = self.settings.schedule.evaluation_interval;
         let is_reached = |rows: &[CurveRow]| target.is_some_and(|target| target.is_reached(rows));
         while self.counters.steps < num_steps && !is_reached(&self.rows) {
             let evaluations = self.counters.steps / interval;
@@ -344,5 +352,40 @@ impl<E: LearnEnv> Trainer<E> {
             }
         }
         Ok(())
+    }
+}
+
+/// Returns the first environment that observes a number that is not finite.
+fn first_not_finite<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Option<usize> {
+    let row = |index: usize, len: usize| index * batch.len() / len;
+    let observations = batch.observation();
+    let observation = observations.iter().position(|number| !number.to_f64().is_finite());
+    let observation = observation.map(|index| row(index, observations.len()));
+    let goals = [batch.achieved_goal(), batch.desired_goal()].into_iter().filter_map(|goals| {
+        let index = goals.iter().position(|number| !number.is_finite());
+        index.map(|index| row(index, goals.len()))
+    });
+    observation.into_iter().chain(goals).min()
+}
+
+#[cfg(test)]
+mod tests {
+    use fetch_env::{Task, make_kinematic};
+
+    use super::{TrainError, TrainSettings, Trainer};
+
+    /// As in a child of the process that made the trainer, whose number is another one.
+    #[test]
+    fn a_trainer_of_another_process_says_so() -> Result<(), TrainError> {
+        let mut settings = TrainSettings::fast(Task::Reach);
+        settings.schedule.evaluation_episodes = 1;
+        let make = || make_kinematic("FetchReach-v4");
+        let mut trainer = Trainer::new(make, settings, 0, 1)?;
+        trainer.process = trainer.process.wrapping_add(1);
+        assert!(matches!(trainer.cycle(), Err(TrainError::Forked)));
+        assert!(matches!(trainer.evaluate(), Err(TrainError::Forked)));
+        trainer.process = std::process::id();
+        trainer.cycle()?;
+        trainer.evaluate().map(drop)
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
-use super::{Layer, LayerWeights, PolicyHeader, TrainedPolicy, TrainedPolicyError as Error};
+use super::{LayerWeights, PolicyHeader, TrainedPolicy, TrainedPolicyError as Error};
 
 /// The largest file that is read: some hundred times a policy's size.
 const LIMIT: u64 = 64 << 20;
@@ -59,11 +59,11 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
     let header =
         serde_json::to_string(&policy.header).map_err(|error| failed(error.to_string()))?;
     let mut tensors = Vec::new();
-    for (number, Layer { weights, biases }) in policy.layers.iter().enumerate() {
-        let (num_outputs, num_inputs) = weights.shape();
-        let weight = to_bytes(weights.as_slice());
-        tensors.push((name(number, "weight"), vec![num_inputs, num_outputs], weight));
-        tensors.push((name(number, "bias"), vec![num_outputs], to_bytes(biases.as_slice())));
+    for (number, layer) in policy.layers.iter().enumerate() {
+        let LayerWeights { num_inputs, weights, biases } = layer;
+        let shape = vec![*num_inputs, biases.len()];
+        tensors.push((name(number, "weight"), shape, to_bytes(weights)));
+        tensors.push((name(number, "bias"), vec![biases.len()], to_bytes(biases)));
     }
     let views = tensors.iter().map(|(name, shape, bytes)| {
         TensorView::new(Dtype::F32, shape.clone(), bytes).map(|view| (name.as_str(), view))

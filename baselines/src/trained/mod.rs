@@ -5,11 +5,11 @@ pub(crate) mod file;
 mod header;
 mod shipped;
 
+use std::mem;
 use std::path::Path;
 
 use fetch_env::{FetchObservation, GoalObservation, vec_env::Batch};
 use her_relabel::{Normalizer, Scalar};
-use nalgebra::{DMatrix, DVector};
 
 pub use error::TrainedPolicyError;
 pub use header::{InputPart, PolicyHeader, SuccessRate};
@@ -22,12 +22,25 @@ use crate::policy::Policy;
 /// The file is a [safetensors](https://docs.rs/safetensors) file of the tensors `layers.0.weight`,
 /// `layers.0.bias`, and so on, where a weight has a row for each input; its metadata has the
 /// [header](PolicyHeader) as JSON under the key `policy`.
-#[derive(Clone, Debug, PartialEq)]
+///
+/// An output of a layer is its bias, to which the products of inputs and weights are added one after
+/// the other, in the order of the inputs and in `f32`. Whoever computes it so gets the same bits.
+#[derive(Clone, Debug)]
 pub struct TrainedPolicy {
     header: PolicyHeader,
-    layers: Vec<Layer>,
-    /// The input of the network, to be used again.
-    input: Vec<f32>,
+    layers: Vec<LayerWeights>,
+    work: Work,
+}
+
+/// What an action is computed from, kept for its memory.
+#[derive(Clone, Debug, Default)]
+struct Work {
+    /// The way to the goal.
+    way: Vec<f64>,
+    /// The inputs of a layer.
+    inputs: Vec<f32>,
+    /// Its outputs.
+    outputs: Vec<f32>,
 }
 
 /// A layer of a network: `outputs = inputs * weights + biases`.
@@ -41,12 +54,10 @@ pub struct LayerWeights {
     pub biases: Vec<f32>,
 }
 
-/// A layer, ready to be computed.
-#[derive(Clone, Debug, PartialEq)]
-struct Layer {
-    /// A row for each output.
-    weights: DMatrix<f32>,
-    biases: DVector<f32>,
+impl PartialEq for TrainedPolicy {
+    fn eq(&self, other: &Self) -> bool {
+        self.header == other.header && self.layers == other.layers
+    }
 }
 
 impl TrainedPolicy {
@@ -69,12 +80,7 @@ impl TrainedPolicy {
                 expected: format!("{}, the length of an action", header.action_len),
             });
         }
-        // Rows for inputs are, column by column, rows for outputs.
-        let layers = layers.iter().map(|LayerWeights { num_inputs, weights, biases }| Layer {
-            weights: DMatrix::from_column_slice(biases.len(), *num_inputs, weights),
-            biases: DVector::from_column_slice(biases),
-        });
-        Ok(Self { header, layers: layers.collect(), input: Vec::new() })
+        Ok(Self { header, layers: layers.to_vec(), work: Work::default() })
     }
 
     /// Loads a policy from a file.
@@ -142,36 +148,34 @@ impl TrainedPolicy {
         desired_goal: &[f64],
         action: &mut [f32],
     ) {
-        let Self { header, input, .. } = self;
-        input.clear();
+        let Self { header, layers, work: Work { way, inputs, outputs } } = self;
+        inputs.clear();
         let goal_scale = (header.goal_normalizer.as_ref(), header.goal_len);
         for part in &header.inputs {
             match part {
                 InputPart::Observation => {
                     let scale = header.observation_normalizer.as_ref();
-                    push_normalized((scale, header.observation_len), observation, input);
+                    push_normalized((scale, header.observation_len), observation, inputs);
                 }
-                InputPart::AchievedGoal => push_normalized(goal_scale, achieved_goal, input),
-                InputPart::DesiredGoal => push_normalized(goal_scale, desired_goal, input),
+                InputPart::AchievedGoal => push_normalized(goal_scale, achieved_goal, inputs),
+                InputPart::DesiredGoal => push_normalized(goal_scale, desired_goal, inputs),
                 InputPart::RelativeGoal => {
                     let pairs = desired_goal.iter().zip(achieved_goal);
-                    let way: Vec<f64> =
-                        pairs.map(|(desired, achieved)| desired - achieved).collect();
-                    push_normalized(goal_scale, &way, input);
+                    way.clear();
+                    way.extend(pairs.map(|(desired, achieved)| desired - achieved));
+                    push_normalized(goal_scale, way, inputs);
                 }
             }
         }
-        let mut values = DVector::from_column_slice(&self.input);
-        let last = self.layers.len() - 1;
-        for (number, Layer { weights, biases }) in self.layers.iter().enumerate() {
-            let mut outputs = biases.clone();
-            outputs.gemv(1.0, weights, &values, 1.0);
+        let last = layers.len() - 1;
+        for (number, layer) in layers.iter().enumerate() {
+            layer.write_outputs(inputs, outputs);
             if number < last {
                 outputs.iter_mut().for_each(|value| *value = value.max(0.0));
             }
-            values = outputs;
+            mem::swap(inputs, outputs);
         }
-        for (action, value) in action.iter_mut().zip(&values) {
+        for (action, value) in action.iter_mut().zip(inputs) {
             *action = value.tanh();
         }
     }
@@ -198,6 +202,17 @@ impl LayerWeights {
             }
         }
         Ok(())
+    }
+
+    /// Writes what the layer says of inputs.
+    fn write_outputs(&self, inputs: &[f32], outputs: &mut Vec<f32>) {
+        outputs.clear();
+        outputs.extend_from_slice(&self.biases);
+        for (input, weights) in inputs.iter().zip(self.weights.chunks_exact(self.biases.len())) {
+            for (output, weight) in outputs.iter_mut().zip(weights) {
+                *output += weight * input;
+            }
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use baselines::learn::{CheckpointError, Trainer};
 use fetch_env::make_kinematic;
 use tempfile::tempdir;
 
+use crate::damaged_checkpoints::entries;
 use crate::runs::{Kinematic, Result, ddpg, make, outcome, sac, settings};
 
 const STEPS: u64 = 1_000;
@@ -43,6 +44,23 @@ fn a_resumed_run_ends_with_the_same_bits() -> Result {
         let mut resumed = Trainer::resume(make, folder.path(), 2)?;
         run(&mut resumed, folder.path())?;
         assert!(outcome(&resumed)? == outcome(&whole)?);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_run_that_is_saved_again_before_it_goes_on_has_the_same_checkpoint() -> Result {
+    for algorithm in [ddpg(), sac()] {
+        let folder = tempdir()?;
+        let mut trainer = Trainer::new(make, settings(algorithm), 5, 1)?;
+        trainer.cycle()?;
+        trainer.cycle()?;
+        let before = entries(&trainer.save(folder.path())?)?;
+        let after = entries(&Trainer::resume(make, folder.path(), 1)?.save(folder.path())?)?;
+        for (before, after) in before.iter().zip(&after) {
+            assert!(before == after, "{}", before.0);
+        }
+        assert_eq!(before.len(), after.len());
     }
     Ok(())
 }

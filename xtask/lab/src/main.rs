@@ -70,6 +70,12 @@ fn main() -> ExitCode {
     match outcome {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
-        Err(error) => commands::end_with(&error),
+        Err(error) => match error.downcast_ref::<clap::Error>() {
+            Some(usage) => {
+                commands::tell(usage.to_string().trim_end());
+                ExitCode::from(2)
+            }
+            None => commands::end_with(&error),
+        },
     }
 }

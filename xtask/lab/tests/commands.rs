@@ -253,6 +253,7 @@ fn demonstrations_are_scripted_archived_or_saved() -> Result {
     let missing =
         lab("train --demos missing.buffer --out").arg(folder.path().join("4")).output()?;
     assert!(errors_of(&missing).contains("--demos missing.buffer"), "{}", errors_of(&missing));
+    assert_eq!(missing.status.code(), Some(1));
     Ok(())
 }
 
@@ -278,18 +279,25 @@ fn learning_curves_gather_runs() -> Result {
 }
 
 #[test]
-fn a_wrong_setting_is_named_with_the_nearest() -> Result {
+fn a_wrong_setting_is_wrong_usage_and_named_with_the_nearest() -> Result {
     for (flags, answer) in [
         ("train --set gama=0.9", "there is no setting gama; did you mean gamma?"),
+        ("train --set gamma", "write KEY=VALUE"),
         ("train --set gamma=much", "much is not a number, a list or true"),
         ("train --set hidden=0.5", "0.5 is not a value of hidden"),
-        ("train --set batch_size=0", "batch_size is 0: choose at least 1"),
+        ("train --set batch_size=0", "batch_size is 0: choose from 1 to 8_192"),
+        ("train --set noise=1e39", "noise is inf: choose from 0.0 to 10.0"),
+        ("train --set hidden=[1000000000000]", "choose from 1 to 1_024 in at most 4 layers"),
+        ("train --envs 1000000", "num_envs is 1000000: choose from 1 to 1_024"),
+        ("train --demos 100000000000", "choose a whole number from 0 to 10000, or a file"),
+        ("train --demos=-1", "choose a whole number from 0 to 10000, or a file"),
         ("train --env-id FetchPsh-v4", "FetchPush-v4"),
     ] {
         let folder = tempfile::tempdir()?;
         let output = lab(flags).arg("--out").arg(folder.path().join("run")).output()?;
         let errors = errors_of(&output);
-        assert!(!output.status.success() && errors.contains(answer), "{flags}: {errors}");
+        assert_eq!(output.status.code(), Some(2), "{flags}: {errors}");
+        assert!(errors.contains(answer), "{flags}: {errors}");
         assert!(fs::read_dir(folder.path())?.next().is_none(), "{flags} leaves no folder");
     }
     Ok(())

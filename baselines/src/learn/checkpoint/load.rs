@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use zip::ZipArchive;
+use zip::{CompressionMethod, ZipArchive};
 
 use super::{NETWORKS, STATE, Saved, buffer_name, checkpoint_path, checkpoints, own_name, parse};
 use crate::learn::error::CheckpointError as Error;
@@ -26,7 +26,12 @@ impl Loaded {
     /// Reads the last checkpoint of a folder in the first process, and sends each what it needs.
     pub(super) fn read(folder: &Path, workers: &mut dyn Workers) -> Result<Self, Error> {
         let (rank, size) = (workers.rank(), workers.size());
-        let mut file = if rank == 0 { Some(CheckpointFile::open(folder)?) } else { None };
+        let mut file = if rank == 0 { Some(CheckpointFile::open(folder, size)?) } else { None };
+        // Only the first process knows the file.
+        let (opened, before) = match &file {
+            Some(file) => (file.path.clone(), file.before.clone()),
+            None => (folder.to_owned(), None),
+        };
         let mut send = |workers: &mut dyn Workers, name: &dyn Fn(usize) -> Option<String>| {
             let mut messages = vec![Vec::new(); size];
             if let Some(file) = &mut file {
@@ -41,9 +46,9 @@ impl Loaded {
         let state = send(workers, &|_| Some(STATE.to_owned()))?;
         let networks = send(workers, &|_| Some(NETWORKS.to_owned()))?;
         let saved = parse(&state).map_err(|reason| Error::Damaged {
-            path: folder.to_owned(),
+            path: opened,
             reason,
-            before: None,
+            before: before.clone(),
         })?;
         let num_ranks = saved.num_ranks;
         let own = send(workers, &|rank| (num_ranks == size).then(|| own_name(rank)))?;
@@ -58,7 +63,6 @@ impl Loaded {
             buffers.extend(number(rank).map(|_| buffer));
         }
         let path = checkpoint_path(folder, saved.counters.steps);
-        let before = file.and_then(|file| file.before);
         Ok(Self { path, before, saved, networks, own, buffers })
     }
 }
@@ -68,29 +72,42 @@ struct CheckpointFile {
     path: PathBuf,
     before: Option<PathBuf>,
     archive: ZipArchive<BufReader<File>>,
+    /// The number of bytes that entries may still have.
+    left: u64,
 }
 
 impl CheckpointFile {
-    fn open(folder: &Path) -> Result<Self, Error> {
+    /// Opens the last checkpoint, to be read by `num_ranks` processes.
+    fn open(folder: &Path, num_ranks: usize) -> Result<Self, Error> {
         let mut all = checkpoints(folder)
             .map_err(|source| Error::Read { path: folder.to_owned(), source })?;
         let path = all.pop().ok_or_else(|| Error::None { folder: folder.to_owned() })?;
         let before = all.pop();
-        let file =
-            File::open(&path).map_err(|source| Error::Read { path: path.clone(), source })?;
+        let read = |source| Error::Read { path: path.clone(), source };
+        let file = File::open(&path).map_err(read)?;
+        // Each process reads each entry at most once.
+        let left = file.metadata().map_err(read)?.len().saturating_mul(num_ranks as u64);
         match ZipArchive::new(BufReader::new(file)) {
-            Ok(archive) => Ok(Self { path, before, archive }),
+            Ok(archive) => Ok(Self { path, before, archive, left }),
             Err(error) => Err(Error::Damaged { path, reason: error.to_string(), before }),
         }
     }
 
     fn entry(&mut self, name: &str) -> Result<Vec<u8>, Error> {
-        let mut bytes = Vec::new();
-        let read = self.archive.by_name(name).map_err(io::Error::from);
-        match read.and_then(|mut entry| entry.read_to_end(&mut bytes)) {
-            Ok(_) => Ok(bytes),
-            Err(error) => Err(self.damaged(error.to_string())),
+        self.read(name).map_err(|error| self.damaged(error.to_string()))
+    }
+
+    /// Reads an entry that takes as much of the file as of the memory.
+    fn read(&mut self, name: &str) -> io::Result<Vec<u8>> {
+        let mut entry = self.archive.by_name(name)?;
+        if entry.compression() != CompressionMethod::Stored {
+            return Err(io::Error::other(format!("{name} is compressed")));
         }
+        let left = self.left.checked_sub(entry.compressed_size());
+        self.left = left.ok_or_else(|| io::Error::other("its entries are longer than the file"))?;
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes)?;
+        Ok(bytes)
     }
 
     fn damaged(&self, reason: String) -> Error {

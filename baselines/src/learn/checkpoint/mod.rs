@@ -5,6 +5,7 @@
 //! it, under a temporary name, and then renames it, so that a run that is killed while it writes
 //! leaves the last checkpoint as it was.
 
+mod contents;
 mod load;
 mod resume;
 mod save;
@@ -94,5 +95,6 @@ fn parse(state: &[u8]) -> Result<Saved, String> {
         }
     }
     let saved: Saved = serde_json::from_slice(state).map_err(read)?;
-    if saved.num_ranks == 0 { Err("it is of no process".to_owned()) } else { Ok(saved) }
+    saved.check()?;
+    Ok(saved)
 }

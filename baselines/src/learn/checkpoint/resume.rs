@@ -8,6 +8,7 @@ use her_relabel::HerBuffer;
 use safetensors::{Dtype, SafeTensors};
 
 use super::Own;
+use super::contents::check_numbers;
 use super::load::Loaded;
 use crate::learn::curve::Counters;
 use crate::learn::error::CheckpointError as Error;
@@ -88,6 +89,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let resumed = if saved.num_ranks == size {
             let own: Own<E::Snapshot> =
                 serde_json::from_slice(&own).map_err(|error| damaged(error.to_string()))?;
+            own.check().map_err(damaged)?;
             let buffer = buffers.pop().ok_or_else(|| damaged("it has no buffer".to_owned()))?;
             if buffer.config() != trainer.buffer.config() {
                 return Err(foreign("the buffer"));
@@ -133,6 +135,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             };
             vector.clear();
             vector.extend(from_bytes(view.data()));
+            check_numbers(&name, vector)?;
         }
         *state.num_updates = num_updates;
         Ok(true)

@@ -12,7 +12,6 @@ use super::{
     NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path, checkpoints, own_name,
 };
 use crate::learn::error::{CheckpointError as Error, TrainError};
-use crate::learn::explorer::LastBatch;
 use crate::learn::trainer::{LearnEnv, Trainer};
 use crate::trained::file::to_bytes;
 use crate::workers::sum;
@@ -36,7 +35,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let own = Own {
             explorer: self.explorer.state().clone(),
             last_batch: (self.counters.steps > 0)
-                .then(|| LastBatch::of(self.collector.envs().batch())),
+                .then(|| self.explorer.last_batch(self.collector.envs().batch())),
             collector: self.collector.snapshot().map_err(Error::Envs)?,
         };
         let own = serde_json::to_vec(&own).map_err(|error| failed(error.into()))?;

@@ -64,9 +64,9 @@ pub struct Args {
     /// Success rate at which the run ends, if two evaluations in a row reach it; 2 for never
     #[arg(long)]
     target: Option<f64>,
-    /// Number of scripted episodes in the buffer before the run, or a file of episodes: an archive
-    /// of numpy arrays (.npz), or a saved buffer
-    #[arg(long)]
+    /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of episodes:
+    /// an archive of numpy arrays (.npz), or a saved buffer
+    #[arg(long, value_parser = options::demos)]
     demos: Option<String>,
     /// Change a setting, such as gamma=0.98; can be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -98,16 +98,18 @@ const FINAL_SEED: u64 = 1 << 50;
 const FINAL_EPISODES: usize = 100;
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    share_run(&args.ranks, &options::facts(args), |workers| run_shared(args, workers))
+    // Wrong usage is told before ranks meet.
+    let settings = options::settings(args)?;
+    share_run(&args.ranks, &options::facts(args), |workers| run_shared(args, &settings, workers))
 }
 
-fn run_shared(args: &Args, workers: MakeWorkers) -> anyhow::Result<bool> {
+fn run_shared(args: &Args, settings: &TrainSettings, workers: MakeWorkers) -> anyhow::Result<bool> {
     let mut results = Vec::new();
     if let Some(folder) = &args.resume {
         results.push(resume(args, folder, workers())?);
     } else {
         for run in 0..args.seeds.get() {
-            results.push(start(args, args.seed.wrapping_add(run), workers())?);
+            results.push(start(args, settings, args.seed.wrapping_add(run), workers())?);
         }
     }
     if workers().rank() == 0 {
@@ -142,8 +144,12 @@ fn make(env_id: EnvId, model: ModelChoice) -> Result<MujocoEnv, EnvError> {
     make_with_config(env_id.config().with_model(model.source()))
 }
 
-fn start(args: &Args, seed: u64, workers: Box<dyn Workers>) -> anyhow::Result<Outcome> {
-    let settings = options::settings(args)?;
+fn start(
+    args: &Args,
+    settings: &TrainSettings,
+    seed: u64,
+    workers: Box<dyn Workers>,
+) -> anyhow::Result<Outcome> {
     let name = format!("{}-seed-{seed}", args.env_id);
     let folder = match &args.out {
         Some(folder) if args.seeds.get() == 1 => folder.clone(),
@@ -151,7 +157,8 @@ fn start(args: &Args, seed: u64, workers: Box<dyn Workers>) -> anyhow::Result<Ou
         None => PathBuf::from("results/train").join(name),
     };
     let make = || make(args.env_id, args.model);
-    let mut trainer = Trainer::with_workers(make, settings, seed, args.threads.get(), workers)?;
+    let threads = args.threads.get();
+    let mut trainer = Trainer::with_workers(make, settings.clone(), seed, threads, workers)?;
     let is_first = trainer.workers().rank() == 0;
     let files = if is_first {
         RunFiles::create(&folder, args, seed)?

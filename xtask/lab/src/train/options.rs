@@ -2,12 +2,13 @@
 
 use std::{fs, io::Cursor};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use baselines::{
     Policy, ScriptedPolicy,
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
     workers::share,
 };
+use clap::error::ErrorKind;
 use fetch_env::{FetchObservation, MujocoEnv};
 use her_relabel::{HerBuffer, LoadError};
 use rand::{RngExt, SeedableRng};
@@ -68,20 +69,27 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
     }
     let mut value = serde_json::to_value(&settings)?;
     for assignment in &args.set {
-        let (key, text) = assignment
-            .split_once('=')
-            .with_context(|| format!("--set {assignment}: write KEY=VALUE, such as gamma=0.98"))?;
-        let new = serde_json::from_str(text).with_context(|| {
-            format!("--set {assignment}: {text} is not a number, a list or true")
-        })?;
+        let wrong = |reason: String| usage(&format!("--set {assignment}: {reason}"));
+        let Some((key, text)) = assignment.split_once('=') else {
+            return Err(wrong("write KEY=VALUE, such as gamma=0.98".to_owned()));
+        };
+        let new = serde_json::from_str(text)
+            .map_err(|_| wrong(format!("{text} is not a number, a list or true")))?;
         let Some(place) = find(&mut value, key) else {
-            bail!("--set {assignment}: {}", unknown(&serde_json::to_value(&settings)?, key));
+            return Err(wrong(unknown(&serde_json::to_value(&settings)?, key)));
         };
         *place = new;
         settings = serde_json::from_value(value.clone())
-            .with_context(|| format!("--set {assignment}: {text} is not a value of {key}"))?;
+            .map_err(|error| wrong(format!("{text} is not a value of {key}: {error}")))?;
+        settings.check().map_err(|error| wrong(error.to_string()))?;
     }
+    settings.check().map_err(|error| usage(&error.to_string()))?;
     Ok(settings)
+}
+
+/// Returns the error of a wrong flag, with which a command ends as with those that clap finds.
+fn usage(message: &str) -> anyhow::Error {
+    clap::Error::raw(ErrorKind::ValueValidation, format!("{message}\n")).into()
 }
 
 /// Returns the place of a setting in the tree of all.
@@ -129,6 +137,19 @@ fn archive_of(saved: &str) -> anyhow::Result<Vec<u8>> {
         Err(error) => return Err(error.into()),
     }
     Ok(archive.into_inner())
+}
+
+/// The largest number of scripted demonstrations, which take some 30 s.
+const MOST_DEMOS: usize = 10_000;
+
+/// Checks what `--demos` says, if it is a number and not a file.
+pub fn demos(text: &str) -> Result<String, String> {
+    let is_count = text.parse::<usize>().is_ok_and(|count| count <= MOST_DEMOS);
+    if is_count || text.parse::<f64>().is_err() {
+        Ok(text.to_owned())
+    } else {
+        Err(format!("choose a whole number from 0 to {MOST_DEMOS}, or a file"))
+    }
 }
 
 /// Adds demonstrations to the buffer of a trainer: this rank's share of scripted episodes, or all

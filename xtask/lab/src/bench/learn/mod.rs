@@ -166,7 +166,7 @@ fn learner(
     let pool = ThreadPoolBuilder::new().num_threads(num_threads).build()?;
     let settings = DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() };
     let Dims { observation, goal, action } = replay.dims;
-    let mut ddpg = Ddpg::new(settings, observation + goal, action, 0);
+    let mut ddpg = Ddpg::new(settings, observation + goal, action, 0)?;
     let (replay, mut batch, mut seed) = (Arc::clone(replay), TrainBatch::default(), 0);
     Ok(move || {
         pool.install(|| {

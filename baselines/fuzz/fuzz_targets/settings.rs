@@ -1,0 +1,50 @@
+//! Settings of training are refused, or train.
+#![no_main]
+
+#[path = "../../../fetch-env/fuzz/fuzz_targets/edit.rs"]
+mod edit;
+mod small;
+#[allow(dead_code, reason = "the tests use more of it")]
+#[path = "../../../fetch-env/tests/laws/tree.rs"]
+mod tree;
+
+use baselines::learn::{AlgorithmSettings, TrainError, TrainSettings, Trainer};
+use edit::Input;
+use libfuzzer_sys::fuzz_target;
+use small::{Algorithm, make, settings, train};
+
+/// The most work of a run, in steps and in products of an update.
+const MOST_STEPS: usize = 1_000;
+const MOST_PRODUCTS: usize = 5_000_000;
+
+/// Whether the settings are those of a run that takes milliseconds.
+fn is_short(settings: &TrainSettings) -> bool {
+    let hidden = match &settings.algorithm {
+        AlgorithmSettings::Ddpg(ddpg) => &ddpg.hidden,
+        AlgorithmSettings::Sac(sac) => &sac.hidden,
+        _ => return false,
+    };
+    let widths = [&[17], hidden.as_slice(), &[8]].concat();
+    let products: usize = widths.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let schedule = &settings.schedule;
+    schedule.num_envs * schedule.steps_per_cycle <= MOST_STEPS
+        && schedule.evaluation_episodes <= 2
+        && schedule.updates_per_cycle * settings.replay.batch_size * products <= MOST_PRODUCTS
+}
+
+fuzz_target!(|input: (Algorithm, Input)| {
+    let (algorithm, input) = input;
+    let Some(settings) = input.apply(&settings(algorithm)) else { return };
+    match settings.check() {
+        Ok(()) if is_short(&settings) => {
+            let mut trainer = Trainer::new(make, settings, 0, 1).expect("settings in range");
+            let _ = train(&mut trainer);
+        }
+        Ok(()) => {}
+        Err(error @ TrainError::Setting { .. }) => {
+            let refused = Trainer::new(make, settings, 0, 1).expect_err("a setting out of range");
+            assert_eq!(refused.to_string(), error.to_string());
+        }
+        Err(error) => panic!("{error}"),
+    }
+});

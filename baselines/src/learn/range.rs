@@ -1,0 +1,85 @@
+//! Ranges of settings.
+
+/// Checks that a number, or each of a list, is in its range.
+macro_rules! check_range {
+    (
+        $number:expr,
+        $name:expr,
+        $least:literal..=$most:literal $(in at most $layers:literal layers)?
+    ) => {
+        if $crate::learn::range::Bounded::is_within(&$number, $least..=$most)
+            $(&& $number.len() <= $layers)?
+        {
+            Ok(())
+        } else {
+            Err($crate::learn::TrainError::Setting {
+                name: $name,
+                value: format!("{:?}", $number),
+                expected: concat!(
+                    "choose from ", stringify!($least), " to ", stringify!($most)
+                    $(, " in at most ", stringify!($layers), " layers")?
+                ),
+            })
+        }
+    };
+}
+
+/// Defines settings. What follows the type of a number is its range, which is documented, checked
+/// and named by errors.
+macro_rules! settings {
+    (
+        $(#[$of_all:meta])*
+        pub struct $settings:ident {$(
+            $(#[$of_field:meta])*
+            pub $field:ident: $type:ty
+                $(=> $least:literal..=$most:literal $(in at most $layers:literal layers)?)?,
+        )*}
+    ) => {
+        $(#[$of_all])*
+        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $settings {$(
+            $(#[$of_field])*
+            $(
+                ///
+                #[doc = concat!(
+                    "Range: ", stringify!($least), " to ", stringify!($most)
+                    $(, ", in at most ", stringify!($layers), " layers")?, "."
+                )]
+            )?
+            pub $field: $type,
+        )*}
+
+        impl $settings {
+            /// Checks that each setting is in its range.
+            pub(super) fn check(&self) -> Result<(), $crate::learn::TrainError> {
+                $($($crate::learn::range::check_range!(
+                    self.$field,
+                    stringify!($field),
+                    $least..=$most $(in at most $layers layers)?
+                )?;)?)*
+                Ok(())
+            }
+        }
+    };
+}
+
+pub(super) use {check_range, settings};
+
+/// Numbers that can be compared with a range.
+pub(super) trait Bounded<N> {
+    /// Whether all are in the range. NaN is in none.
+    fn is_within(&self, range: std::ops::RangeInclusive<N>) -> bool;
+}
+
+impl<N: PartialOrd> Bounded<N> for N {
+    fn is_within(&self, range: std::ops::RangeInclusive<N>) -> bool {
+        range.contains(self)
+    }
+}
+
+impl<N: PartialOrd> Bounded<N> for Vec<N> {
+    fn is_within(&self, range: std::ops::RangeInclusive<N>) -> bool {
+        self.iter().all(|number| range.contains(number))
+    }
+}

@@ -1,0 +1,188 @@
+//! Settings: each has a range, and every number in it trains.
+
+use allocation_counter::measure;
+use baselines::learn::{
+    AlgorithmSettings, Ddpg, DdpgSettings, Sac, SacSettings, TrainError, TrainSettings, Trainer,
+};
+use fetch_env::Task;
+use serde_json::Value;
+
+use crate::runs::{Result, ddpg, make, sac, settings};
+use crate::tree::{Number, numbers, with_number_replaced};
+
+/// What is tried in the place of every fraction.
+const FRACTIONS: [f64; 10] =
+    [-1.0, 0.0, 0.5, 2.0, 9.0, 1e-40, 1e39, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+/// What is tried in the place of every whole number.
+const INTEGERS: [u64; 7] = [0, 1, 2, 1_000_000, 1_000_000_000_000, u64::MAX / 2, u64::MAX];
+
+/// More memory than any of the tried settings takes at the start.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Settings of a small run of either algorithm.
+fn small() -> [TrainSettings; 2] {
+    [ddpg(), sac()].map(|algorithm| {
+        let mut settings = settings(algorithm);
+        settings.replay.batch_size = 16;
+        settings.exploration.random_episodes = 1;
+        settings.schedule.num_envs = 1;
+        settings.schedule.updates_per_cycle = 2;
+        settings.schedule.evaluation_episodes = 1;
+        settings
+    })
+}
+
+/// Returns the settings with one number replaced, if they can be deserialized.
+fn replaced(value: &Value, number: &Value, by: Number) -> Option<TrainSettings> {
+    with_number_replaced(value, number, by).ok()
+}
+
+/// Makes a trainer, lets it train, and returns the name of the setting that it refuses.
+fn refused(settings: TrainSettings) -> Option<&'static str> {
+    let checked = match settings.check() {
+        Ok(()) => None,
+        Err(TrainError::Setting { name, .. }) => Some(name),
+        Err(error) => panic!("{error}"),
+    };
+    let text = format!("{settings:?}");
+    let mut outcome = None;
+    let memory = measure(|| outcome = Some(train(settings)));
+    assert!(memory.bytes_max < MOST_BYTES, "{} bytes: {text}", memory.bytes_max);
+    match outcome.expect("it ran") {
+        Err(TrainError::Setting { name, .. }) => assert_eq!(Some(name), checked),
+        // Numbers in their ranges may still be too much to learn with.
+        Ok(()) | Err(TrainError::Diverged { .. }) => assert_eq!(checked, None, "{text}"),
+        Err(error) => panic!("{error}: {text}"),
+    }
+    checked
+}
+
+fn train(settings: TrainSettings) -> std::result::Result<(), TrainError> {
+    let mut trainer = Trainer::new(make, settings, 0, 1)?;
+    trainer.cycle()?;
+    trainer.evaluate().map(drop)
+}
+
+#[test]
+fn every_number_is_refused_or_trains() -> Result {
+    for settings in small() {
+        let value = serde_json::to_value(&settings)?;
+        for number in numbers(&value) {
+            let all = if number.is_f64() {
+                FRACTIONS.map(Number::Float).to_vec()
+            } else {
+                INTEGERS.map(Number::Integer).to_vec()
+            };
+            let tried: Vec<_> =
+                all.into_iter().filter_map(|by| replaced(&value, number, by)).collect();
+            let refused = tried.iter().cloned().filter_map(refused).count();
+            // Nothing may be negative, infinite or enormous.
+            assert!(refused >= 2, "{tried:?}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn both_ends_of_every_range_are_in_it() -> Result {
+    for settings in small() {
+        let value = serde_json::to_value(&settings)?;
+        for number in numbers(&value) {
+            let too_much =
+                if number.is_f64() { Number::Float(f64::MAX) } else { Number::Integer(u64::MAX) };
+            let settings = replaced(&value, number, too_much).ok_or("a setting is no number")?;
+            let Err(TrainError::Setting { name, expected, .. }) = settings.check() else {
+                panic!("{settings:?}");
+            };
+            let ends = expected.strip_prefix("choose from ").and_then(|text| {
+                let (least, rest) = text.split_once(" to ")?;
+                let most = rest.split_once(' ').map_or(rest, |(most, _)| most);
+                Some([least, most].map(|end| end.replace('_', "")))
+            });
+            for end in ends.ok_or(expected)? {
+                let end = match end.parse() {
+                    Ok(integer) if !number.is_f64() => Number::Integer(integer),
+                    _ => Number::Float(end.parse()?),
+                };
+                let settings = replaced(&value, number, end).ok_or("a setting is no number")?;
+                if ["updates_per_cycle", "evaluation_episodes"].contains(&name) {
+                    // Their most takes minutes.
+                    settings.check()?;
+                } else {
+                    assert_eq!(refused(settings), None, "{name}: {end:?}");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn presets_are_in_range() -> Result {
+    for settings in Task::ALL.map(TrainSettings::fast) {
+        settings.check()?;
+        let algorithm = AlgorithmSettings::Sac(SacSettings::default());
+        TrainSettings { algorithm, ..settings }.check()?;
+    }
+    Ok(TrainSettings::authors().check()?)
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    type Change = fn(&mut TrainSettings, &mut DdpgSettings);
+    let wrong: [(&str, Change); 24] = [
+        ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
+        ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
+        ("num_envs", |all, _| all.schedule.num_envs = 0),
+        ("num_envs", |all, _| all.schedule.num_envs = 1_000_000),
+        ("evaluation_episodes", |all, _| all.schedule.evaluation_episodes = usize::MAX),
+        ("evaluation_interval", |all, _| all.schedule.evaluation_interval = 0),
+        ("batch_size", |all, _| all.replay.batch_size = 0),
+        ("batch_size", |all, _| all.replay.batch_size = usize::MAX),
+        ("already_achieved", |all, _| all.replay.already_achieved = 1.5),
+        ("future_k", |all, _| all.replay.future_k = f64::NAN),
+        ("past_desired", |all, _| all.replay.past_desired = -1.0),
+        ("min_std", |all, _| all.inputs.min_std = 0.0),
+        ("random_action", |all, _| all.exploration.random_action = f64::NAN),
+        ("random_episode_share", |all, _| all.exploration.random_episode_share = 9.0),
+        ("hidden", |_, ddpg| ddpg.hidden = vec![32, 0]),
+        ("hidden", |_, ddpg| ddpg.hidden = vec![100_000; 2]),
+        ("hidden", |_, ddpg| ddpg.hidden = vec![32; 5]),
+        ("last_layer_scale", |_, ddpg| ddpg.last_layer_scale = -1.0),
+        ("noise", |_, ddpg| ddpg.noise = f32::NAN),
+        ("average_fraction", |_, ddpg| ddpg.average_fraction = 0.0),
+        ("average_fraction", |_, ddpg| ddpg.average_fraction = 2.0),
+        ("action_l2", |_, ddpg| ddpg.action_l2 = -1.0),
+        ("target_interval", |_, ddpg| ddpg.target_interval = 0),
+        ("actor_learning_rate", |_, ddpg| ddpg.actor_learning_rate = f32::INFINITY),
+    ];
+    for (setting, change) in wrong {
+        let mut all = settings(ddpg());
+        let mut ddpg = DdpgSettings::default();
+        change(&mut all, &mut ddpg);
+        all.algorithm = AlgorithmSettings::Ddpg(ddpg);
+        assert_eq!(refused(all), Some(setting));
+    }
+}
+
+#[test]
+fn algorithms_refuse_settings_and_lengths_by_themselves() {
+    let wrong = SacSettings { initial_temperature: -1.0, ..SacSettings::default() };
+    let refused = [
+        (
+            "hidden",
+            Ddpg::new(DdpgSettings { hidden: vec![0], ..Default::default() }, 13, 4, 0).map(drop),
+        ),
+        ("num_inputs", Ddpg::new(DdpgSettings::default(), 0, 4, 0).map(drop)),
+        ("num_inputs", Ddpg::new(DdpgSettings::default(), 1_000_000_000_000, 4, 0).map(drop)),
+        ("initial_temperature", Sac::new(wrong, 13, 4, 0).map(drop)),
+        ("num_actions", Sac::new(SacSettings::default(), 13, usize::MAX, 0).map(drop)),
+        ("num_actions", sac().build(13, 0, 0).map(drop)),
+    ];
+    for (setting, result) in refused {
+        match result {
+            Err(TrainError::Setting { name, .. }) => assert_eq!(name, setting),
+            other => panic!("{setting}: {other:?}"),
+        }
+    }
+}
