@@ -16,7 +16,7 @@ use crate::error::{EnvError, wrapper::VideoError};
 use crate::render::{RenderEnv, pool::RendererPool};
 use crate::wrappers::{
     macros::keep,
-    wrapped::{KeepsGoals, SnapshotWrapper, Wrapped, Wrapper},
+    wrapped::{KeepsGoals, Resetting, SnapshotWrapper, Wrapped, Wrapper},
 };
 
 /// An environment that records some of its episodes as moving pictures.
@@ -146,7 +146,7 @@ impl<E: RenderEnv> Wrapper<E> for Video {
 
     fn reset(
         &mut self,
-        env: &mut E,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
@@ -157,7 +157,7 @@ impl<E: RenderEnv> Wrapper<E> for Video {
         self.num_episodes += 1;
         if self.options.records(episode) {
             self.clip = Some(self.start()?);
-            self.record(env)?;
+            self.record(&**env)?;
         }
         Ok(reset)
     }
