@@ -211,7 +211,9 @@ impl Sampler {
     /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is the same,
     /// whatever their number, and the reward function is called on the calling thread.
     ///
-    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread.
+    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread. So
+    /// are all in a process that was forked after such a draw, because it has none of the pool's threads. If
+    /// something else started the threads before the fork, leave this off in the child.
     pub const fn with_parallel(mut self, parallel: bool) -> Self {
         self.parallel = parallel;
         self
