@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 
 use baselines::{RandomPolicy, buffer_config, collect};
-use fetch_env::{GoalEnv, make};
+use fetch_env::{GoalEnv, NpRandom, make};
 use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -15,8 +15,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::<f64>::new();
+    let mut random = NpRandom::new(2);
     for (name, ratio) in [("as it was", UnitInterval::ZERO), ("in hindsight", sampler.ratio())] {
-        sampler.with_ratio(ratio).sample(&buffer, env.goal_reward(), 2, &mut batch)?;
+        sampler.with_ratio(ratio).sample(&buffer, env.goal_reward(), &mut random, &mut batch)?;
         let reached = batch.reward().iter().filter(|reward| **reward == 0.0).count();
         println!("{name}: {reached} of {} rows reach their goal", batch.len());
     }

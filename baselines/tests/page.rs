@@ -4,7 +4,10 @@ use std::error::Error;
 
 use baselines::{
     Policy, RandomPolicy, ScriptedPolicy,
-    page::{Axis, Document, Ink, PageError, Playback, Plot, episode_page, number},
+    page::{
+        Area, Axis, Backend, Document, Drawing, Ink, PageError, Picture, Playback, Plot,
+        episode_page, number,
+    },
 };
 use fetch_env::{
     Env, EnvId, FetchConfig, FetchObservation, GoalObservation, ModelSource, Task, make,
@@ -119,6 +122,19 @@ fn bad_input_is_an_error() -> Result {
         Plot::new("empty", Axis::around("x", []), Axis::new("y", 0.0, 1.0)).svg(),
         Err(PageError::Plot { .. })
     ));
+    for (low, high) in [(-1.7e308, 1.7e308), (-f64::MAX, f64::MAX), (1.0, 0.0)] {
+        for [x, y] in [[(low, high), (0.0, 1.0)], [(0.0, 1.0), (low, high)]] {
+            let plot = Plot::new("plot", Axis::new("x", x.0, x.1), Axis::new("y", y.0, y.1));
+            assert!(matches!(plot.svg(), Err(PageError::Plot { .. })), "{low}, {high}");
+        }
+    }
+    let thin = Plot::new("plot", Axis::new("x", 0.0, 1e-9), Axis::new("y", 0.0, 1.0));
+    assert!(thin.svg().is_ok());
+    assert!(matches!(thin.with_equal_scale().svg(), Err(PageError::Plot { .. })));
+    for size in [(0, 9), (u32::MAX, u32::MAX), (1 << 14, 1 << 13)] {
+        assert!(matches!(Picture::new(&Blank(size)), Err(PageError::Drawing(_))), "{size:?}");
+    }
+    assert_eq!(number(1.0, usize::MAX).len(), "1.".len() + 1074);
     // A single value still makes an axis, and points that are no numbers stay within it.
     let mut plot = Plot::new("one value", Axis::around("x", [1.0]), Axis::new("y", 2.0, 2.0));
     plot.line(Ink::Blue, [(f64::NAN, f64::INFINITY), (1.0, 2.0)]);
@@ -132,6 +148,36 @@ fn bad_input_is_an_error() -> Result {
         assert!(matches!(error, Some(PageError::ForeignModel)), "{error:?}");
     }
     Ok(())
+}
+
+/// The longest axes that floating point has, and the shortest: their ticks are found.
+#[test]
+fn axes_of_any_length_are_drawn() -> Result {
+    for value in [0.0_f64, 5e-324, 1e-300, 1e-17, 1.0, 1e16, 1e300, 1.7e308, -1e300] {
+        let next = value.next_up();
+        for (low, high) in [(value, next), (value.min(0.0), value.max(0.0)), (value, value)] {
+            let axes = (Axis::new("x", low, high), Axis::new("y", 0.0, 1.0));
+            let svg = Plot::new("plot", axes.0, axes.1).svg()?;
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{low:e}, {high:e}: {svg}");
+        }
+    }
+    Ok(())
+}
+
+/// A drawing of this size with nothing in it.
+struct Blank((u32, u32));
+
+impl Drawing for Blank {
+    fn size(&self) -> (u32, u32) {
+        self.0
+    }
+
+    fn draw<B: Backend>(
+        &self,
+        _area: &Area<B>,
+    ) -> std::result::Result<(), Box<dyn Error + Send + Sync>> {
+        Ok(())
+    }
 }
 
 /// Gives actions that the environment rejects.

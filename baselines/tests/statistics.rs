@@ -92,6 +92,39 @@ fn the_interval_of_an_interquartile_mean_is_a_bootstraps() -> Result<(), Statist
 }
 
 #[test]
+fn numbers_of_any_size_have_the_estimates_of_ordinary_ones() -> Result<(), StatisticsError> {
+    let sample = [1.0, 2.5, -0.75, 1.875];
+    let tiny = 2_f64.powi(-1000);
+    for unit in [2_f64.powi(1020), tiny, 2_f64.powi(-700)] {
+        let scaled = sample.map(|value| unit * value);
+        let of = |estimate: Estimate| {
+            [estimate.value, estimate.low, estimate.high].map(|number| unit * number)
+        };
+        let found = Estimate::mean(&scaled)?;
+        assert_eq!([found.value, found.low, found.high], of(Estimate::mean(&sample)?));
+        let found = Estimate::interquartile_mean(&scaled, 3)?;
+        let expected = of(Estimate::interquartile_mean(&sample, 3)?);
+        assert_eq!([found.value, found.low, found.high], expected);
+    }
+    for value in [1e308, f64::MAX, -f64::MAX, f64::MIN_POSITIVE, 5e-324, 0.0, 0.1] {
+        for count in 2..8 {
+            let alike = Estimate { value, low: value, high: value };
+            assert_eq!(Estimate::mean(&vec![value; count])?, alike);
+            assert_eq!(Estimate::interquartile_mean(&vec![value; count], 0)?, alike);
+        }
+        assert_eq!(Estimate::mean(&[value])?.value, value);
+    }
+    // Of these, the interval has no finite ends.
+    let far = [f64::MAX, -f64::MAX];
+    assert_eq!(Estimate::mean(&far), Err(StatisticsError::TooFarApart));
+    assert_eq!(Estimate::interquartile_mean(&far, 0)?.low, -f64::MAX);
+
+    let (a, b) = ([1e308, -1.2e308, 3.0], [-1e308, 1.7e308, 4.0]);
+    assert_eq!(wilcoxon(&a, &b)?, wilcoxon(&[2.0, -2.9, 3.0], &[0.0, 0.0, 3.5])?);
+    Ok(())
+}
+
+#[test]
 fn the_interquartile_mean_leaves_the_tails_out() -> Result<(), StatisticsError> {
     // scipy.stats.trim_mean of the ten numbers, 0.25 of each end, leaves 3 to 8.
     let sample = [1.0, 8.0, 3.0, 900.0, 5.0, 6.0, 7.0, 2.0, 9.0, 4.0];

@@ -6,7 +6,7 @@ use baselines::{
     Collector, CollectorError, Episode, Evaluation, EvaluationError, Policy, RandomPolicy,
     ZeroPolicy, buffer_config, evaluate, evaluate_vec,
 };
-use fetch_env::wrappers::{KeepsGoals, Stateless, Wrapped, Wrapper};
+use fetch_env::wrappers::{KeepsGoals, Resetting, Stateless, Wrapped, Wrapper};
 use fetch_env::{
     ActionElement, Env, EnvError, FetchObservation, GoalObservation, KinematicEnv, Reset, Space,
     Step, VecEnv, make_kinematic,
@@ -149,7 +149,7 @@ impl Wrapper<KinematicEnv> for Failing {
 
     fn reset(
         &mut self,
-        env: &mut KinematicEnv,
+        env: &mut Resetting<'_, KinematicEnv>,
         seed: Option<u64>,
         options: &<KinematicEnv as Env>::ResetOptions,
     ) -> std::result::Result<Reset<FetchObservation, Self::Info>, EnvError> {

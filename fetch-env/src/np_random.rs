@@ -40,7 +40,8 @@ impl NpRandom {
         Self { seed, draws: 0, pcg: Pcg64::new(join(s0, s1), join(i0, i1)) }
     }
 
-    /// Creates a generator with a seed from the operating system; [`seed`](Self::seed) returns it.
+    /// Creates a generator with a seed from the operating system, which is its
+    /// [`initial_seed`](Self::initial_seed).
     ///
     /// # Errors
     /// [`EnvError::Entropy`] if the operating system provides none.
@@ -51,9 +52,10 @@ impl NpRandom {
         Ok(Self::new(seed))
     }
 
-    /// The seed of the generator.
+    /// The seed with which the generator was made: always the same number, however many were drawn.
+    /// To draw a seed, pass on the generator itself, or its next `u64`.
     #[must_use]
-    pub const fn seed(&self) -> u64 {
+    pub const fn initial_seed(&self) -> u64 {
         self.seed
     }
 
@@ -258,8 +260,15 @@ mod tests {
     }
 
     #[test]
+    fn the_initial_seed_stays() {
+        let mut random = NpRandom::new(7);
+        random.random();
+        assert_eq!(random.initial_seed(), 7);
+    }
+
+    #[test]
     fn the_operating_system_gives_different_seeds() {
-        let seeds = [0; 2].map(|_| NpRandom::from_entropy().expect("entropy").seed());
+        let seeds = [0; 2].map(|_| NpRandom::from_entropy().expect("entropy").initial_seed());
         assert_ne!(seeds[0], seeds[1]);
     }
 }

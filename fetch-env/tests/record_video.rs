@@ -190,6 +190,28 @@ fn many_environments_record_and_show_pictures_at_the_same_time() -> Result {
     Ok(())
 }
 
+#[cfg(unix)]
+#[test]
+fn files_beside_a_video_and_links_stay() -> Result {
+    let folder = tempfile::tempdir()?;
+    let of = |name: &str| folder.path().join(name);
+    fs::write(of("thesis.txt"), "three years")?;
+    std::os::unix::fs::symlink("thesis.txt", of("rl-video-episode-0.png.partial"))?;
+    std::os::unix::fs::symlink("thesis.txt", of("rl-video-episode-1.png"))?;
+    let Some(mut env) = recorded(options(folder.path()))? else { return Ok(()) };
+    episode(&mut env)?;
+    assert_eq!(num_frames(&of("rl-video-episode-0.png"))?, 51);
+    let error = episode(&mut env).unwrap_err();
+    assert!(matches!(error.downcast_ref(), Some(EnvError::Video(VideoError::Write { .. }))));
+    assert_eq!(fs::read_to_string(of("thesis.txt"))?, "three years");
+    let links = ["rl-video-episode-0.png.partial", "rl-video-episode-1.png"];
+    for link in links {
+        assert!(fs::symlink_metadata(of(link))?.is_symlink(), "{link}");
+    }
+    assert_eq!(files(folder.path())?.len(), links.len() + 2);
+    Ok(())
+}
+
 #[test]
 fn what_cannot_be_written_is_an_error() -> Result {
     let folder = tempfile::tempdir()?;

@@ -26,6 +26,7 @@
 //! use goal_reward::DistanceReward;
 //! use her_relabel::{Batch, BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
 //! use her_relabel::{GoalStrategy, Sampler, UnitInterval};
+//! use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 //!
 //! // A point walks along a line for five steps; its goal is far away.
 //! let dims = Dims { observation: 1, goal: 1, action: 1 };
@@ -51,9 +52,13 @@
 //! // Four relabeled transitions for each original one.
 //! let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
 //! let mut batch = Batch::<f32>::new();
-//! sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
-//! // Seen in hindsight, some steps reached their goal.
-//! assert!(batch.reward().contains(&0.0));
+//! let mut random = ChaCha8Rng::seed_from_u64(7);
+//! for _ in 0..3 {
+//!     // The generator draws other rows each time; a seed in its place would draw the same.
+//!     sampler.sample(&buffer, &DistanceReward::sparse(), &mut random, &mut batch)?;
+//!     // Seen in hindsight, some steps reached their goal.
+//!     assert!(batch.reward().contains(&0.0));
+//! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]

@@ -99,6 +99,9 @@ pub fn escape(text: &str) -> String {
 /// Returns a number with a typographic minus sign, and with none before zero.
 #[must_use]
 pub fn number(value: f64, decimals: usize) -> String {
+    /// No number has more, and the formatting refuses many more.
+    const MOST_DECIMALS: usize = 1074;
+    let decimals = decimals.min(MOST_DECIMALS);
     let text = format!("{:.decimals$}", value.abs());
     let is_zero = text.chars().all(|c| c == '0' || c == '.');
     if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }

@@ -28,7 +28,7 @@ pub enum PageError {
     /// The episode cannot be written as JSON.
     #[error("the episode cannot be written as JSON")]
     Json(#[from] serde_json::Error),
-    /// The plot cannot be drawn: an axis is not finite, or the plotting library failed.
+    /// The plot cannot be drawn: an axis cannot be shown, or the plotting library failed.
     #[error("the plot {plot:?} cannot be drawn: {reason}")]
     Plot {
         /// The title of the plot.

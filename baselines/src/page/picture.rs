@@ -45,7 +45,7 @@ pub const FONT: &str = "sans-serif";
 /// # Ok::<(), baselines::page::PageError>(())
 /// ```
 pub trait Drawing {
-    /// Width and height, in pixels.
+    /// Width and height, in pixels: at most 2^26 of them.
     fn size(&self) -> (u32, u32);
 
     /// Draws everything onto a white area of this size.
@@ -85,7 +85,8 @@ impl Picture {
     /// Makes both formats of a drawing.
     ///
     /// # Errors
-    /// [`PageError::Drawing`] if drawing fails, or the frame does not fit into the drawing.
+    /// [`PageError::Drawing`] if drawing fails, if the drawing has no pixels or too many, or if the frame
+    /// does not fit into it.
     pub fn new(drawing: &impl Drawing) -> Result<Self, PageError> {
         make(drawing).map_err(PageError::Drawing)
     }
@@ -94,6 +95,10 @@ impl Picture {
 fn make(drawing: &impl Drawing) -> Result<Picture, Box<dyn Error + Send + Sync>> {
     register_font()?;
     let (width, height) = drawing.size();
+    if !(1..=MOST_PIXELS).contains(&(u64::from(width) * u64::from(height))) {
+        let size = format!("{width} x {height} pixels");
+        return Err(format!("a drawing cannot have {size}: choose from 1 to {MOST_PIXELS}").into());
+    }
     let mut svg = String::new();
     paint(drawing, SVGBackend::with_string(&mut svg, (width, height)))?;
     let mut rgb = vec![255; 3 * width as usize * height as usize];
@@ -106,6 +111,9 @@ fn make(drawing: &impl Drawing) -> Result<Picture, Box<dyn Error + Send + Sync>>
     write_png(&rgb, width, height, &mut png)?;
     Ok(Picture { svg, png })
 }
+
+/// The number of pixels of a drawing, at most.
+const MOST_PIXELS: u64 = 1 << 26;
 
 /// Registers the font of PNG, which also measures the texts of SVG.
 fn register_font() -> Result<(), &'static str> {

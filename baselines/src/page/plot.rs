@@ -33,6 +33,9 @@ const INNER_HEIGHT: i32 = 170 * SCALE;
 const SOLID: &str = "\"#0102";
 const DOTTED: &str = "\"#0103";
 
+/// The height of the drawing's inner part, at most: far more than any screen shows.
+const MOST_INNER_HEIGHT: i32 = 100 * WIDTH;
+
 /// Most ticks of an axis.
 const TICKS: usize = 6;
 
@@ -228,13 +231,23 @@ impl Plot {
     /// Returns the plot as an SVG element for a [`Document`](super::Document).
     ///
     /// # Errors
-    /// [`PageError::Plot`] if an axis is not finite, or the plotting library fails.
+    /// [`PageError::Plot`] if an axis or its length is not finite, if it ends before it starts, if an
+    /// [equal scale](Self::with_equal_scale) makes the plot more than a hundred times as high as wide, or
+    /// if the plotting library fails.
     pub fn svg(&self) -> Result<String, PageError> {
         let failed = |reason| PageError::Plot { plot: self.title.clone(), reason };
-        for Axis { label, range } in [&self.x, &self.y] {
-            if !(range.start.is_finite() && range.end.is_finite()) {
-                return Err(failed(format!("the axis {label:?} is not finite")));
+        for axis in [&self.x, &self.y] {
+            let Axis { label, range } = axis;
+            // The plotting library would look for the ticks of an infinite length forever.
+            if !(axis.length().is_finite() && axis.length() >= 0.0) {
+                return Err(failed(format!(
+                    "the axis {label:?} is {range:?}: make its length finite"
+                )));
             }
+        }
+        if self.inner_height > MOST_INNER_HEIGHT {
+            let reason = "it is too high: leave its axes at different scales";
+            return Err(failed(reason.into()));
         }
         let height = TOP + self.inner_height + BELOW;
         let mut svg = String::new();

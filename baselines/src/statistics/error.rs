@@ -13,6 +13,12 @@ pub enum StatisticsError {
         /// The value, counted from 0.
         index: usize,
     },
+    /// The ends of an interval are beyond the largest number.
+    #[error(
+        "the values are so far apart that no number is as large as the ends of their interval: \
+         divide them by a constant"
+    )]
+    TooFarApart,
     /// There are more successes than trials.
     #[error("{successes} of {trials} trials succeeded: pass the successes first, then the trials")]
     MoreSuccesses {

@@ -48,17 +48,26 @@ impl Estimate {
     /// Returns the mean of a sample with Student's interval, which is unbounded for a single value.
     ///
     /// # Errors
-    /// [`StatisticsError::Empty`](Error::Empty) and [`StatisticsError::NotFinite`](Error::NotFinite).
+    /// [`StatisticsError::Empty`](Error::Empty), [`StatisticsError::NotFinite`](Error::NotFinite), and
+    /// [`StatisticsError::TooFarApart`](Error::TooFarApart) if no number is as large as an end of the
+    /// interval.
     pub fn mean(sample: &[f64]) -> Result<Self, Error> {
         check_finite(sample)?;
+        let (sample, unit) = scaled(sample);
         let count = sample.len() as f64;
-        let value = sample.iter().sum::<f64>() / count;
+        let value = mean(&sample);
         let variance = sample.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (count - 1.0);
         let half_width = match StudentsT::new(0.0, 1.0, count - 1.0) {
             Ok(student) => student.inverse_cdf(0.5 + 0.5 * CONFIDENCE) * (variance / count).sqrt(),
             Err(_) => f64::INFINITY, // one value, no degree of freedom
         };
-        Ok(Self { value, low: value - half_width, high: value + half_width })
+        let [low, high] = [value - half_width, value + half_width];
+        let is_bounded = half_width.is_finite();
+        let [value, low, high] = [value, low, high].map(|number| number * unit);
+        if is_bounded && !(low.is_finite() && high.is_finite()) {
+            return Err(Error::TooFarApart);
+        }
+        Ok(Self { value, low, high })
     }
 
     /// Returns the interquartile mean of a sample, its mean without the lowest and the highest quarter,
@@ -71,6 +80,7 @@ impl Estimate {
     /// [`StatisticsError::Empty`](Error::Empty) and [`StatisticsError::NotFinite`](Error::NotFinite).
     pub fn interquartile_mean(sample: &[f64], seed: u64) -> Result<Self, Error> {
         check_finite(sample)?;
+        let (sample, unit) = scaled(sample);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut resample = sample.to_vec();
         let mut means: Vec<f64> = (0..RESAMPLES)
@@ -82,9 +92,9 @@ impl Estimate {
         means.sort_by(f64::total_cmp);
         let quantile = |share: f64| means[(share * (RESAMPLES - 1) as f64).round() as usize];
         Ok(Self {
-            value: interquartile_mean(&mut sample.to_vec()),
-            low: quantile(0.5 - 0.5 * CONFIDENCE),
-            high: quantile(0.5 + 0.5 * CONFIDENCE),
+            value: unit * interquartile_mean(&mut sample.to_vec()),
+            low: unit * quantile(0.5 - 0.5 * CONFIDENCE),
+            high: unit * quantile(0.5 + 0.5 * CONFIDENCE),
         })
     }
 
@@ -111,6 +121,16 @@ impl Estimate {
     }
 }
 
+/// Returns a sample divided by a unit near its largest value, and the unit. It is a power of two, so that
+/// no digit changes. The sums of such numbers and of their squares do not overflow.
+fn scaled(sample: &[f64]) -> (Vec<f64>, f64) {
+    /// The largest exponent for which two to its power, and one over that, have all digits.
+    const MOST: i32 = 1022;
+    let largest = sample.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let exponent = (largest.log2().floor() as i32).clamp(-MOST, MOST);
+    (sample.iter().map(|value| value * 2_f64.powi(-exponent)).collect(), 2_f64.powi(exponent))
+}
+
 /// The number of resamples of a bootstrap.
 const RESAMPLES: usize = 2_000;
 
@@ -119,6 +139,14 @@ const RESAMPLES: usize = 2_000;
 fn interquartile_mean(numbers: &mut [f64]) -> f64 {
     numbers.sort_by(f64::total_cmp);
     let cut = numbers.len() / 4;
-    let middle = &numbers[cut..numbers.len() - cut];
-    middle.iter().sum::<f64>() / (middle.len() as f64).max(1.0)
+    mean(&numbers[cut..numbers.len() - cut])
+}
+
+/// Returns the mean of numbers, which rounding does not put beyond the least or the greatest of them; 0 if
+/// there are none.
+fn mean(numbers: &[f64]) -> f64 {
+    let mean = numbers.iter().sum::<f64>() / (numbers.len() as f64).max(1.0);
+    let least = numbers.iter().copied().reduce(f64::min).unwrap_or_default();
+    let greatest = numbers.iter().copied().reduce(f64::max).unwrap_or_default();
+    mean.max(least).min(greatest)
 }

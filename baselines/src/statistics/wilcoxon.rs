@@ -17,7 +17,10 @@ pub fn wilcoxon(a: &[f64], b: &[f64]) -> Result<(f64, f64), StatisticsError> {
     check_lengths(a.len(), b.len())?;
     check_finite(a)?;
     check_finite(b)?;
-    let mut differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    // The differences of halves do not overflow, and have the same ranks.
+    let is_large = a.iter().chain(b).any(|value| value.abs() > 0.5 * f64::MAX);
+    let unit = if is_large { 0.5 } else { 1.0 };
+    let mut differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| unit * a - unit * b).collect();
     differences.retain(|difference| *difference != 0.0);
     differences.sort_by(|x, y| x.abs().total_cmp(&y.abs()));
     let ranks = doubled_ranks(&differences);

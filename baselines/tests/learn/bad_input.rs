@@ -4,7 +4,8 @@ use baselines::learn::{TrainError, Trainer};
 use baselines::workers::evaluate_spread;
 use baselines::{CollectorError, EvaluationError, RandomPolicy};
 use fetch_env::wrappers::{
-    KeepsGoals, SharedArray, Stateless, TransformReward, VectorObservation, Wrapped, Wrapper,
+    KeepsGoals, Resetting, SharedArray, Stateless, TransformReward, VectorObservation, Wrapped,
+    Wrapper,
 };
 use fetch_env::{ActionElement, Env, EnvError, Reset, Space, Step, VecEnv, vec_env::VecConfig};
 
@@ -46,7 +47,7 @@ impl Wrapper<Kinematic> for Faulty {
 
     fn reset(
         &mut self,
-        env: &mut Kinematic,
+        env: &mut Resetting<'_, Kinematic>,
         seed: Option<u64>,
         options: &<Kinematic as Env>::ResetOptions,
     ) -> std::result::Result<Reset<Observation, Self::Info>, EnvError> {

@@ -1,6 +1,13 @@
 //! Recording episodes of an environment as files.
 
-use std::{fs, sync::Arc};
+use std::{
+    fs,
+    io::{self, Write},
+    path::Path,
+    sync::Arc,
+};
+
+use atomic_write_file::AtomicWriteFile;
 
 use super::video_options::{VideoFormat, VideoOptions};
 use super::{Clip, encode::ClipError};
@@ -9,7 +16,7 @@ use crate::error::{EnvError, wrapper::VideoError};
 use crate::render::{RenderEnv, pool::RendererPool};
 use crate::wrappers::{
     macros::keep,
-    wrapped::{KeepsGoals, SnapshotWrapper, Wrapped, Wrapper},
+    wrapped::{KeepsGoals, Resetting, SnapshotWrapper, Wrapped, Wrapper},
 };
 
 /// An environment that records some of its episodes as moving pictures.
@@ -17,8 +24,9 @@ use crate::wrappers::{
 /// It is Gymnasium's wrapper of this name. Steps and resets return what they do without it, bit for
 /// bit. A video shows an episode from its reset to its last step. It is written in that step if the
 /// wrapped environment ends the episode, so a [`TimeLimit`](crate::TimeLimit) belongs inside, and
-/// otherwise by the next reset or by [`finish`](Self::finish). A file of the same name is replaced.
-/// Nothing is written outside the [folder](VideoOptions::folder).
+/// otherwise by the next reset or by [`finish`](Self::finish). A file of the same name is replaced,
+/// but nothing else of that name: a link or a folder is an error. No other file is changed, and
+/// nothing is written outside the [folder](VideoOptions::folder).
 ///
 /// Restoring a snapshot drops the frames of a recording that has not ended, and the rest of that
 /// episode is not recorded: a video never shows a jump. Dropping the environment drops them too.
@@ -100,14 +108,7 @@ impl Video {
             VideoFormat::Apng => clip.write_apng(&mut bytes),
         }
         .map_err(|error| VideoError::write(&path, &error))?;
-        // Under another name first, so that a viewer never finds half a video.
-        let mut partial = path.clone().into_os_string();
-        partial.push(".partial");
-        let written = fs::write(&partial, bytes).and_then(|()| fs::rename(&partial, &path));
-        written.map_err(|error| {
-            let _ = fs::remove_file(&partial);
-            VideoError::write(&path, &error).into()
-        })
+        write(&path, &bytes).map_err(|error| VideoError::write(&path, &error).into())
     }
 
     /// Adds the current state to the video.
@@ -130,12 +131,22 @@ impl Video {
     }
 }
 
+/// Writes a file that appears as a whole, so that a viewer never finds half a video.
+fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    if fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it is no regular file"));
+    }
+    let mut file = AtomicWriteFile::open(path)?;
+    file.write_all(bytes)?;
+    file.commit()
+}
+
 impl<E: RenderEnv> Wrapper<E> for Video {
     keep!(Observation, Info, ActionSpace);
 
     fn reset(
         &mut self,
-        env: &mut E,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
@@ -146,7 +157,7 @@ impl<E: RenderEnv> Wrapper<E> for Video {
         self.num_episodes += 1;
         if self.options.records(episode) {
             self.clip = Some(self.start()?);
-            self.record(env)?;
+            self.record(&**env)?;
         }
         Ok(reset)
     }

@@ -123,6 +123,13 @@ pub enum VecEnvError {
     /// This system cannot pin threads.
     #[error("the threads cannot be pinned to cores on this system: leave pin_threads off")]
     Pinning,
+    /// The environments were made before a `fork`, and this process is the child, which has none of
+    /// their threads. Every call that needs these returns this error.
+    #[error(
+        "the environments were made in another process, from which this one was forked without \
+         their threads: make new environments in this process"
+    )]
+    Forked,
     /// A worker thread died, and an environment with it.
     #[error("a worker thread died: make new environments")]
     WorkerLost,

@@ -108,7 +108,7 @@ impl<S: Simulator> FetchEnv<S> {
     /// `None` before the first reset.
     #[must_use]
     pub fn np_random_seed(&self) -> Option<u64> {
-        self.random.as_ref().map(NpRandom::seed)
+        self.random.as_ref().map(NpRandom::initial_seed)
     }
 
     /// Returns the current observation, which the last reset or step returned, or which the

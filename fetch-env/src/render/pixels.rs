@@ -8,7 +8,7 @@ use crate::error::{EnvError, space::SpaceError};
 use crate::spaces::{DictSpace, ImageSpace, Space};
 use crate::wrappers::{
     macros::keep,
-    wrapped::{KeepsGoals, Wrapped, Wrapper},
+    wrapped::{KeepsGoals, Resetting, Wrapped, Wrapper},
 };
 
 /// An environment that adds pictures of itself to its observations.
@@ -94,12 +94,12 @@ impl<E: RenderEnv> Wrapper<E> for AddRender {
 
     fn reset(
         &mut self,
-        env: &mut E,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<Self::Observation, E::Info>, EnvError> {
         let reset = env.reset_with(seed, options)?;
-        let pixels = self.pictures.first(env)?;
+        let pixels = self.pictures.first(&**env)?;
         reset.try_map_observation(|state| Ok(PixelObservation { pixels, state }))
     }
 

@@ -7,7 +7,7 @@ use crate::error::EnvError;
 use crate::spaces::{ImageSpace, Space};
 use crate::wrappers::{
     macros::keep,
-    wrapped::{Wrapped, Wrapper},
+    wrapped::{Resetting, Wrapped, Wrapper},
 };
 
 /// An environment whose observations are pictures of itself and nothing else.
@@ -59,11 +59,11 @@ impl<E: RenderEnv> Wrapper<E> for OnlyPixels {
 
     fn reset(
         &mut self,
-        env: &mut E,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<Pixels, E::Info>, EnvError> {
-        env.reset_with(seed, options)?.try_map_observation(|_| self.pictures.first(env))
+        env.reset_with(seed, options)?.try_map_observation(|_| self.pictures.first(&**env))
     }
 
     fn step(

@@ -43,6 +43,8 @@ impl RendererPool {
         env: &E,
         options: RenderOptions,
     ) -> Result<Arc<Self>, EnvError> {
+        // Before a lock, because threads that a forked process does not have may hold it.
+        Renderer::check_process()?;
         let config = env.sim_config();
         let mut pools = lock(&POOLS);
         pools.retain(|pool| pool.strong_count() > 0);
@@ -65,6 +67,7 @@ impl RendererPool {
         env: &E,
         look: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, EnvError> {
+        Renderer::check_process()?;
         let idle = lock(&self.idle).pop();
         let mut renderer = match idle {
             Some(renderer) => renderer,

@@ -40,6 +40,12 @@
 //! assert_eq!(last.len(), 16);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # After a `fork`
+//! A child that a process forks has none of its threads. There each call of a vector that the parent
+//! has made returns [`VecEnvError::Forked`], and dropping it waits for nothing, so make the vector in
+//! the child. A single environment goes on in both processes. Fork while no other thread is making an
+//! environment: a lock that it holds would stay locked in the child.
 
 pub(crate) mod batch;
 pub(crate) mod config;

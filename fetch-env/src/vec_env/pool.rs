@@ -20,8 +20,13 @@
 //! - *A panic.* [`Job::run`] must not unwind. If it does, the job is lost with its thread; `Alarm`
 //!   sets `lost` and wakes the caller, whose calls return [`VecEnvError::WorkerLost`] from then on.
 //! - *The end.* A drop sets `stop` and joins the threads. The queues then drop the jobs in them.
+//! - *A fork.* The child has the queues as they were in some moment, perhaps with half a push, and none
+//!   of the threads. It leaves them alone: calls are refused by the process id, and a drop joins no
+//!   thread. The threads' own references to the queues are never dropped there, so neither are the
+//!   queues.
 
 use std::{
+    mem, process,
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst},
@@ -54,6 +59,8 @@ pub(super) struct Pool<J> {
     parker: Parker,
     workers: Vec<Thread>,
     handles: Vec<JoinHandle<()>>,
+    /// The process that has the threads.
+    process: u32,
 }
 
 struct Shared<J> {
@@ -114,15 +121,23 @@ impl<J: Job + 'static> Pool<J> {
             stop: AtomicBool::new(false),
             lost: AtomicBool::new(false),
         });
-        Self { shared, parker, workers: Vec::new(), handles: Vec::new() }
+        let (workers, handles, process) = (Vec::new(), Vec::new(), process::id());
+        Self { shared, parker, workers, handles, process }
     }
 
     pub(super) fn threads(&self) -> usize {
         self.workers.len()
     }
 
-    /// Checks that no thread has died.
+    /// Checks that this process has the threads, and that none has died.
     pub(super) fn check(&self) -> Result<(), VecEnvError> {
+        if self.process != process::id() {
+            return Err(VecEnvError::Forked);
+        }
+        self.check_threads()
+    }
+
+    fn check_threads(&self) -> Result<(), VecEnvError> {
         if self.shared.lost.load(SeqCst) { Err(VecEnvError::WorkerLost) } else { Ok(()) }
     }
 
@@ -137,13 +152,14 @@ impl<J: Job + 'static> Pool<J> {
         self.workers.iter().for_each(Thread::unpark);
     }
 
-    /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps.
+    /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps. After a
+    /// [check](Self::check), because a forked process would wait forever.
     pub(super) fn wait(&self, count: usize) -> Result<(), VecEnvError> {
         let shared = &*self.shared;
         shared.wanted.store(count, SeqCst);
         let backoff = Backoff::new();
         while shared.done.len() < count {
-            self.check()?;
+            self.check_threads()?;
             // A job that finishes after this check wakes the caller or keeps it awake.
             if backoff.is_completed() { self.parker.park() } else { backoff.snooze() }
         }
@@ -206,6 +222,9 @@ impl<J> Drop for Alarm<'_, J> {
 
 impl<J> Drop for Pool<J> {
     fn drop(&mut self) {
+        if self.process != process::id() {
+            return mem::take(&mut self.handles).into_iter().for_each(mem::forget);
+        }
         self.shared.stop.store(true, SeqCst);
         self.workers.iter().for_each(Thread::unpark);
         for handle in self.handles.drain(..) {

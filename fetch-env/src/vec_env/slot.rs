@@ -11,7 +11,7 @@ use super::batch::BatchOf;
 use super::config::{AutoresetMode, EpisodeId, EpisodeStart};
 use super::pool::Job;
 use crate::env::observation::BatchObservation;
-use crate::env::{ActionElement, Env, Step};
+use crate::env::{ActionElement, Env, Reset, Step};
 use crate::error::EnvError;
 
 /// Chooses seed and options of the episodes that autoresets begin.
@@ -28,6 +28,7 @@ pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
     pub(super) action: Box<[ActionElement<E>]>,
     /// A batch of one row.
     pub(super) row: BatchOf<E>,
+    /// Whether the next step begins an episode, or is refused without an autoreset.
     pub(super) reset_is_due: bool,
     /// The number of episodes that have begun.
     pub(super) num_episodes: u64,
@@ -60,8 +61,10 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
                 // If a requested reset fails, repeating it is up to the caller.
                 self.reset_is_due = false;
                 let reset = env.reset_with(*seed, options)?;
-                self.num_episodes += 1;
-                self.row.set_start(&reset.observation, reset.info)
+                self.begin_episode(reset)
+            }
+            Command::Step if self.reset_is_due && self.mode == AutoresetMode::Disabled => {
+                Err(EnvError::ResetNeeded)
             }
             Command::Step if self.reset_is_due => self.autoreset(),
             Command::Step => match env.step(&self.action) {
@@ -80,7 +83,10 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
     fn finish(&mut self, step: Step<E::Observation, E::Info>) -> Result<(), EnvError> {
         let is_last = step.is_last();
         self.row.set_action(&self.action);
-        self.row.set_step(&step.observation, step.info)?;
+        // What the row cannot show has still happened to the environment.
+        self.row
+            .set_step(&step.observation, step.info)
+            .inspect_err(|_| self.reset_is_due = true)?;
         self.row.set_outcome(step.reward, step.terminated, step.truncated);
         if is_last { self.end_episode() } else { Ok(()) }
     }
@@ -100,9 +106,14 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
                 env.reset_with(seed, &options)?
             }
         };
-        self.reset_is_due = false;
+        self.begin_episode(reset)
+    }
+
+    fn begin_episode(&mut self, reset: Reset<E::Observation, E::Info>) -> Result<(), EnvError> {
         self.num_episodes += 1;
-        self.row.set_start(&reset.observation, reset.info)
+        let shown = self.row.set_start(&reset.observation, reset.info);
+        self.reset_is_due = shown.is_err();
+        shown
     }
 }
 

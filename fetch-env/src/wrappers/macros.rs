@@ -23,7 +23,7 @@ macro_rules! keep {
     (@reset) => {
         fn reset(
             &mut self,
-            env: &mut E,
+            env: &mut crate::wrappers::wrapped::Resetting<'_, E>,
             seed: Option<u64>,
             options: &E::ResetOptions,
         ) -> Result<crate::env::Reset<E::Observation, E::Info>, crate::error::EnvError> {
@@ -39,7 +39,7 @@ macro_rules! observe {
     () => {
         fn reset(
             &mut self,
-            env: &mut E,
+            env: &mut crate::wrappers::wrapped::Resetting<'_, E>,
             seed: Option<u64>,
             options: &E::ResetOptions,
         ) -> Result<crate::env::Reset<Self::Observation, E::Info>, crate::error::EnvError> {

@@ -66,7 +66,8 @@ pub use self::{
     transform::{ObservationTransform, TransformObservation, TransformReward, TransformedReward},
     vector::{GoalVector, VectorElement, VectorObservation},
     wrapped::{
-        GoalWrapper, KeepsGoals, SnapshotWrapper, Stateless, Wrapped, WrappedSnapshot, Wrapper,
+        GoalWrapper, KeepsGoals, Resetting, SnapshotWrapper, Stateless, Wrapped, WrappedSnapshot,
+        Wrapper,
     },
 };
 pub use crate::error::wrapper::WrapperError;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::macros::keep;
-use super::wrapped::{KeepsGoals, SnapshotWrapper, Wrapped, Wrapper};
+use super::wrapped::{KeepsGoals, Resetting, SnapshotWrapper, Wrapped, Wrapper};
 use crate::env::{ActionElement, Env, Reset, Step, goal::GoalInfo};
 use crate::error::EnvError;
 
@@ -83,7 +83,7 @@ impl<E: Env> Wrapper<E> for EpisodeRecorder {
 
     fn reset(
         &mut self,
-        env: &mut E,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<E::Observation, Self::Info>, EnvError> {

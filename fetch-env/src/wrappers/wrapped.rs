@@ -1,6 +1,9 @@
 //! A wrapped environment, and what a wrapper says about its part in it.
 
-use std::fmt::Debug;
+use std::{
+    fmt::Debug,
+    ops::{Deref, DerefMut},
+};
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -23,7 +26,7 @@ use crate::spaces::{Space, action_space::ActionSpace};
 /// | nothing further | a `RenderEnv`, and part of a [`VecEnv`](crate::VecEnv) |
 ///
 /// ```
-/// use fetch_env::wrappers::{KeepsGoals, Stateless, Wrapped, Wrapper};
+/// use fetch_env::wrappers::{KeepsGoals, Resetting, Stateless, Wrapped, Wrapper};
 /// use fetch_env::{BoxSpace, Env, EnvError, GoalEnvExt, Reset, Space, Step, make_kinematic};
 ///
 /// /// Holds the fingers closed, whatever the action says.
@@ -36,7 +39,7 @@ use crate::spaces::{Space, action_space::ActionSpace};
 ///
 ///     fn reset(
 ///         &mut self,
-///         env: &mut E,
+///         env: &mut Resetting<'_, E>,
 ///         seed: Option<u64>,
 ///         options: &E::ResetOptions,
 ///     ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
@@ -81,13 +84,14 @@ pub trait Wrapper<E: Env> {
     /// The space of the actions of the wrapped environment.
     type ActionSpace: ActionSpace;
 
-    /// Resets `env`, and changes the wrapper's own state only if that succeeds.
+    /// Resets `env`, and changes the wrapper's own state only if that succeeds. After an error that
+    /// comes later than that, whichever it is, [`Wrapped`] refuses steps until the next reset.
     ///
     /// # Errors
     /// As [`Env::reset_with`].
     fn reset(
         &mut self,
-        env: &mut E,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<Self::Observation, Self::Info>, EnvError>;
@@ -108,6 +112,48 @@ pub trait Wrapper<E: Env> {
 
     /// The space of all observations.
     fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space;
+}
+
+/// The environment that a [`Wrapper`] resets.
+///
+/// It notes whether the environment has begun an episode, or whether anything else may have changed
+/// it: then the wrapper has to begin the episode, too, before [`Wrapped`] takes a step.
+#[derive(Debug)]
+pub struct Resetting<'a, E> {
+    env: &'a mut E,
+    has_changed: &'a mut bool,
+}
+
+impl<E: Env> Resetting<'_, E> {
+    /// Resets the environment.
+    ///
+    /// # Errors
+    /// As [`Env::reset_with`].
+    pub fn reset_with(
+        &mut self,
+        seed: Option<u64>,
+        options: &E::ResetOptions,
+    ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
+        // After a failure the environment itself knows whether it must be reset.
+        let reset = self.env.reset_with(seed, options)?;
+        *self.has_changed = true;
+        Ok(reset)
+    }
+}
+
+impl<E> Deref for Resetting<'_, E> {
+    type Target = E;
+
+    fn deref(&self) -> &E {
+        self.env
+    }
+}
+
+impl<E> DerefMut for Resetting<'_, E> {
+    fn deref_mut(&mut self) -> &mut E {
+        *self.has_changed = true;
+        self.env
+    }
 }
 
 /// A [`Wrapper`] whose environment keeps the law of [`GoalEnv`], with a reward of its own.
@@ -175,7 +221,7 @@ impl<W: Stateless> SnapshotWrapper for W {
 pub struct Wrapped<E, W> {
     env: E,
     pub(super) wrapper: W,
-    /// Whether a step has failed in the wrapper or below.
+    /// Whether a step has failed in the wrapper or below, or a reset in the wrapper alone.
     reset_needed: bool,
 }
 
@@ -222,18 +268,10 @@ impl<E: Env, W: Wrapper<E>> Env for Wrapped<E, W> {
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<W::Observation, W::Info>, EnvError> {
-        let reset = self.wrapper.reset(&mut self.env, seed, options);
-        match &reset {
-            Ok(_) => self.reset_needed = false,
-            // The environment has begun an episode that the wrapper has not.
-            Err(EnvError::ObservationLength { .. }) => self.reset_needed = true,
-            #[cfg(feature = "render")]
-            Err(EnvError::Render(_)) => self.reset_needed = true,
-            #[cfg(all(feature = "clip", feature = "render"))]
-            Err(EnvError::Video(_)) => self.reset_needed = true,
-            Err(_) => {}
-        }
-        reset
+        let mut env = Resetting { env: &mut self.env, has_changed: &mut self.reset_needed };
+        let reset = self.wrapper.reset(&mut env, seed, options)?;
+        self.reset_needed = false;
+        Ok(reset)
     }
 
     fn step(

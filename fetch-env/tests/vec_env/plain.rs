@@ -2,10 +2,10 @@
 
 use fetch_env::{
     BoxSpace, Env, EnvError, Reset, Space, Step,
-    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset},
+    vec_env::{AutoresetMode, Batch, VecConfig, VecEnv, VecEnvError, VecReset},
 };
 
-use crate::common::Result;
+use crate::common::{MODES, Result};
 
 /// The action that breaks a [`Counter`].
 const BROKEN: f64 = -1.0;
@@ -102,6 +102,34 @@ fn an_observation_that_does_not_fit_its_space_is_an_error() -> Result {
     let error = VecEnv::new([other], VecConfig::default()).err();
     let expected = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
     assert_eq!(error, Some(expected));
+    Ok(())
+}
+
+#[test]
+fn an_episode_that_no_row_has_shown_is_not_stepped() -> Result {
+    for mode in MODES {
+        let config = VecConfig::default().with_autoreset(mode);
+        let mut envs = VecEnv::new([Counter::new(2)], config)?;
+        let observe = |envs: &mut VecEnv<Counter>, count| {
+            envs.env_mut(0).expect("an idle environment").observed = count;
+        };
+        let failed = |batch: &Batch<Vec<f32>, String, f64>| {
+            matches!(batch.error(0), Some(EnvError::ObservationLength { .. }))
+        };
+        envs.reset(None)?;
+        envs.step(&[0.0])?;
+        for fails_in_reset in [true, false] {
+            observe(&mut envs, 3);
+            assert!(failed(if fails_in_reset { envs.reset(None)? } else { envs.step(&[0.0])? }));
+            observe(&mut envs, 2);
+            let batch = envs.step(&[0.0])?;
+            let needs_reset = batch.error(0) == Some(&EnvError::ResetNeeded);
+            assert_eq!(needs_reset, mode == AutoresetMode::Disabled);
+            assert_eq!(batch.started(), [mode != AutoresetMode::Disabled]);
+            envs.reset(None)?;
+            assert_eq!(envs.step(&[0.0])?.array(), [1.0; 2]);
+        }
+    }
     Ok(())
 }
 

@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use fetch_env::{
-    BoxSpace, Env, EnvError, Reset, SnapshotEnv, Space, Step, make_kinematic,
+    ActionElement, BoxSpace, Env, EnvError, FetchResetOptions, Reset, SnapshotEnv, Space, Step,
+    TimeLimit, make_kinematic,
     vec_env::VecEnvError,
     wrappers::{
         FilterObservation, FlattenObservation, FrameStack, NormalizeObservation,
-        RecordEpisodeStatistics, RescaleAction, RunningStatistics, TimeAwareObservation,
-        WrapperError,
+        RecordEpisodeStatistics, RescaleAction, Resetting, RunningStatistics, TimeAwareObservation,
+        Wrapped, Wrapper, WrapperError,
     },
 };
 
@@ -175,6 +176,97 @@ fn after_an_observation_of_the_wrong_length_a_reset_is_needed() -> Result {
     let mut env = FrameStack::new(Liar { first: 3, ..Liar::new() }, FRAMES)?;
     assert_eq!(env.reset(None), Err(length(3)));
     assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
+    Ok(())
+}
+
+/// A wrapper that lets the first reset pass, and then returns its error before or after it resets the
+/// environment.
+struct Failing {
+    passes: u32,
+    error: EnvError,
+    resets_first: bool,
+}
+
+impl<E: Env> Wrapper<E> for Failing {
+    type Observation = E::Observation;
+    type Info = E::Info;
+    type ActionSpace = E::ActionSpace;
+
+    fn reset(
+        &mut self,
+        env: &mut Resetting<'_, E>,
+        seed: Option<u64>,
+        options: &E::ResetOptions,
+    ) -> std::result::Result<Reset<E::Observation, E::Info>, EnvError> {
+        let fails = self.passes == 0;
+        self.passes = self.passes.saturating_sub(1);
+        if fails && !self.resets_first {
+            return Err(self.error.clone());
+        }
+        let reset = env.reset_with(seed, options)?;
+        if fails { Err(self.error.clone()) } else { Ok(reset) }
+    }
+
+    fn step(
+        &mut self,
+        env: &mut E,
+        action: &[ActionElement<E>],
+    ) -> std::result::Result<Step<E::Observation, E::Info>, EnvError> {
+        env.step(action)
+    }
+
+    fn action_space<'a>(&'a self, env: &'a E) -> &'a E::ActionSpace {
+        env.action_space()
+    }
+
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+        env.observation_space()
+    }
+}
+
+fn any_errors() -> [EnvError; 5] {
+    [
+        EnvError::other("the camera is off"),
+        EnvError::OptionOutside { option: "goal", index: 0, value: 2.0, most: 1.0 },
+        EnvError::Entropy { reason: "none".into() },
+        EnvError::EpisodeOver,
+        EnvError::ActionLength { expected: 4, actual: 3 },
+    ]
+}
+
+#[test]
+fn a_wrapper_that_fails_after_the_reset_must_be_reset_again() -> Result {
+    for error in any_errors() {
+        let failing = Failing { passes: 1, error: error.clone(), resets_first: true };
+        let failing = Wrapped::from_parts(push()?, failing);
+        // Wrappers and a time limit around it find out as well.
+        let outer = FlattenObservation::new(RecordEpisodeStatistics::new(failing))?;
+        let mut env = TimeLimit::new(outer, 60.try_into()?);
+        env.reset(Some(0))?;
+        env.step(&[0.3; 4])?;
+        assert_eq!(env.reset(Some(1)), Err(error));
+        assert_eq!(env.step(&[0.3; 4]), Err(EnvError::ResetNeeded));
+    }
+    Ok(())
+}
+
+#[test]
+fn a_reset_that_fails_before_it_begins_leaves_the_episode() -> Result {
+    let mut plain = push()?;
+    let expected = plain.reset(Some(0)).and_then(|_| plain.step(&[0.3; 4]))?;
+    for error in any_errors() {
+        let failing = Failing { passes: 1, error: error.clone(), resets_first: false };
+        let mut env = Wrapped::from_parts(push()?, failing);
+        env.reset(Some(0))?;
+        assert_eq!(env.reset(Some(1)), Err(error));
+        assert_eq!(env.step(&[0.3; 4])?, expected);
+    }
+    let mut env = TimeLimit::new(RecordEpisodeStatistics::new(push()?), 60.try_into()?);
+    env.reset(Some(0))?;
+    let options = FetchResetOptions::default().with_desired_goal([f64::NAN; 3]);
+    let refusal = env.reset_with(None, &options);
+    assert!(matches!(refusal, Err(EnvError::OptionOutside { .. })), "{refusal:?}");
+    assert_eq!(env.step(&[0.3; 4])?.observation, expected.observation);
     Ok(())
 }
 

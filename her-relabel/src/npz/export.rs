@@ -11,6 +11,7 @@ use crate::npz::array::{
     ACHIEVED_GOALS, ACTIONS, DESIRED_GOALS, EPISODE_LENGTHS, OBSERVATIONS, REWARDS, TERMINATED,
     TRUNCATED, field_array,
 };
+use crate::npz::quiet::Quiet;
 use crate::save::replace::replace;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -19,7 +20,7 @@ use crate::store::storage::Storage;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Writes all finished episodes, or what is left of them, as an archive of numpy arrays. As with
-    /// [`save`](Self::save), the file appears whole or not at all.
+    /// [`save`](Self::save), the file appears whole or not at all, and no other is changed.
     ///
     /// The arrays for `E` episodes of `N` transitions in total, with each state stored once:
     ///
@@ -57,7 +58,7 @@ impl<T: Scalar> HerBuffer<T> {
         let (num_episodes, num_steps) = (self.num_episodes() as u64, self.len() as u64);
         let states = |episode: &Episode| episode.row(episode.start)..=episode.last_row();
         let steps = |episode: &Episode| episode.row(episode.start)..episode.last_row();
-        let mut archive = Archive { zip: ZipWriter::new(writer), buffer: self };
+        let mut archive = Archive { zip: ZipWriter::new(Quiet::new(writer)?), buffer: self };
 
         archive.array(EPISODE_LENGTHS, "<i8", &[num_episodes], |out, episode| {
             out.write_all(&(episode.end - episode.start).to_le_bytes())
@@ -94,17 +95,19 @@ impl<T: Scalar> HerBuffer<T> {
                     .try_for_each(|row| put(out, &tape.row(row)[layout.fields()][place.clone()]))
             })?;
         }
-        archive.zip.finish()?.flush()
+        let mut written = archive.zip.finish()?;
+        written.flush()?;
+        written.check()
     }
 }
 
 /// The writer of an archive.
 struct Archive<'a, T, W: Write + Seek> {
-    zip: ZipWriter<W>,
+    zip: ZipWriter<Quiet<W>>,
     buffer: &'a HerBuffer<T>,
 }
 
-type Out<'a, W> = BufWriter<&'a mut ZipWriter<W>>;
+type Out<'a, W> = BufWriter<&'a mut ZipWriter<Quiet<W>>>;
 
 impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
     /// Writes an array of the buffer's elements, of which `write` writes those of one episode.
@@ -140,7 +143,9 @@ impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
         for number in episodes.numbers() {
             write(&mut out, &episodes.get(number))?;
         }
-        out.flush()
+        out.flush()?;
+        drop(out);
+        self.zip.get_ref().map_or(Ok(()), Quiet::check)
     }
 }
 

@@ -3,3 +3,4 @@
 pub(crate) mod array;
 pub(crate) mod export;
 pub(crate) mod import;
+mod quiet;

@@ -12,6 +12,7 @@ use crate::sample::gather::{PART, gather_parts};
 use crate::sample::outcome;
 use crate::sample::redraw::Redraws;
 use crate::sample::sampler::{SampleError, Sampler};
+use crate::sample::threads::have_threads;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
@@ -165,7 +166,7 @@ impl Sampler {
         form: impl Form<S, T>,
         (rows, judged, redraws): (&mut Rows<'_, T>, &mut Judged, &mut Redraws),
     ) -> Result<(), SampleError> {
-        let part = if self.parallel() { PART } else { usize::MAX };
+        let part = if self.parallel() && have_threads() { PART } else { usize::MAX };
         let episodes = &storage.episodes;
         let table = storage.priorities.as_ref().filter(|_| self.priorities().is_some());
         let keeps_all = self.already_achieved() == UnitInterval::ONE;

@@ -14,3 +14,4 @@ pub(crate) mod outcome;
 pub(crate) mod redraw;
 pub(crate) mod sampler;
 pub(crate) mod termination;
+mod threads;

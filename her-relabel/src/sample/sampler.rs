@@ -26,6 +26,7 @@ use crate::unit_interval::UnitInterval;
 /// use goal_reward::DistanceReward;
 /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
 /// use her_relabel::{Priorities, PriorityUnit, Sampler, UnitInterval};
+/// use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 ///
 /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 })
 ///     .with_priorities(Priorities::new(PriorityUnit::Transition));
@@ -42,12 +43,13 @@ use crate::unit_interval::UnitInterval;
 /// })?;
 /// let sampler = Sampler::new(32, GoalStrategy::Final, UnitInterval::ONE);
 /// let mut batch = Batch::<f32>::new();
-/// sampler.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
+/// let mut random = ChaCha8Rng::seed_from_u64(1);
+/// sampler.sample(&buffer, &DistanceReward::sparse(), &mut random, &mut batch)?;
 /// assert!(batch.desired_goal().iter().all(|goal| *goal == 2.0));
 ///
 /// // Prioritized replay.
 /// let prioritized = sampler.with_priorities(UnitInterval::new(0.4)?);
-/// prioritized.sample(&buffer, &DistanceReward::sparse(), 1, &mut batch)?;
+/// prioritized.sample(&buffer, &DistanceReward::sparse(), &mut random, &mut batch)?;
 /// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
 /// let errors = [0.5_f32; 32];
 /// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
@@ -209,7 +211,9 @@ impl Sampler {
     /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is the same,
     /// whatever their number, and the reward function is called on the calling thread.
     ///
-    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread.
+    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread. So
+    /// are all in a process that was forked after such a draw, because it has none of the pool's threads. If
+    /// something else started the threads before the fork, leave this off in the child.
     pub const fn with_parallel(mut self, parallel: bool) -> Self {
         self.parallel = parallel;
         self

@@ -49,8 +49,13 @@ impl<T: Scalar> HerBuffer<T> {
     /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives the same
     /// batches as this one, seed by seed.
     ///
-    /// The file appears whole or not at all, so that a crash or a full disk leaves a previous file as it was,
-    /// and nothing else behind. A previous file's permissions stay, and a symbolic link is followed.
+    /// The file appears whole or not at all, so that a crash or a full disk leaves a previous file as it was.
+    /// A previous file's permissions stay, and a symbolic link is followed. No other file is changed or
+    /// removed.
+    ///
+    /// Only a process that is killed can leave something behind: a file `.NAME.xxxxxx` with six letters or
+    /// digits, which you may remove. On a file system with unnamed files (`O_TMPFILE`: ext4, XFS, Btrfs and
+    /// tmpfs have them) that takes a kill in the one moment between naming the new file and renaming it.
     ///
     /// # Errors
     /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] for a path that is no regular file, such

@@ -3,21 +3,20 @@
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use atomic_write_file::AtomicWriteFile;
 
 /// The number of symbolic links that lead to a file, at most, as on Linux.
 const MAX_LINKS: usize = 40;
 
-/// How old a temporary file is that its process has left over: longer than it takes to rename one.
-const LEFT_OVER: Duration = Duration::from_secs(60);
-
 /// Writes a file without a name in the same directory, and then gives it the name of the file that it
 /// replaces, with its permissions. If anything fails, a previous file is unchanged, and nothing else is
-/// left over. A process that is killed between the last two steps, naming the file and giving it its
-/// own name, leaves one over, which a save a minute later removes. A symbolic link stays one: the
-/// file that it leads to is replaced.
+/// left over. A symbolic link stays one: the file that it leads to is replaced.
+///
+/// The last step is two: the file gets a name `.NAME.xxxxxx`, and is then renamed. A process that is
+/// killed between them leaves that file, and so does one that is killed at any time while it writes to a
+/// file system without unnamed files (`O_TMPFILE`). Nothing proves later whose such a file is, so it is
+/// the user's to remove.
 pub(crate) fn replace<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
@@ -30,33 +29,31 @@ pub(crate) fn replace<E: From<io::Error>>(
     }
     let mut file = AtomicWriteFile::open(&path)?;
     write(file.as_file_mut())?;
-    file.commit()?;
-    remove_left_over(&path);
+    let written = file.as_file().try_clone()?;
+    file.commit().inspect_err(|_| remove_other_names(&written, &path))?;
     Ok(())
 }
 
-/// Removes old temporary files of a file, as far as that is possible.
-fn remove_left_over(path: &Path) {
+/// Removes the names other than `path` that a file has in its directory, as far as that is possible: a
+/// failed renaming leaves the temporary one. While the file is open, no other has its number.
+#[cfg(unix)]
+fn remove_other_names(file: &File, path: &Path) {
+    use std::os::unix::fs::MetadataExt;
+
+    let number = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
+    let Ok(own) = file.metadata().map(number) else { return };
     let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let entries = fs::read_dir(directory.unwrap_or(Path::new("."))).into_iter().flatten();
-    let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return };
     for entry in entries.flatten() {
-        let entry_name = entry.file_name();
-        // `.name.` and six characters.
-        let suffix = entry_name
-            .to_str()
-            .and_then(|entry| entry.strip_prefix('.')?.strip_prefix(name)?.strip_prefix('.'));
-        let is_temporary = suffix.is_some_and(|suffix| {
-            suffix.len() == 6 && suffix.bytes().all(|byte| byte.is_ascii_alphanumeric())
-        });
-        let age = entry.metadata().and_then(|metadata| metadata.modified());
-        let is_old = age.is_ok_and(|time| time.elapsed().is_ok_and(|age| age > LEFT_OVER));
-        if is_temporary && is_old {
-            // Another process may have removed it.
+        let is_other = Some(&*entry.file_name()) != path.file_name();
+        if is_other && entry.metadata().is_ok_and(|metadata| number(metadata) == own) {
             let _ = fs::remove_file(entry.path());
         }
     }
 }
+
+#[cfg(not(unix))]
+fn remove_other_names(_file: &File, _path: &Path) {}
 
 /// Returns the path that symbolic links lead to, where there may be no file yet.
 fn target_of(path: &Path) -> io::Result<PathBuf> {
@@ -75,7 +72,6 @@ fn target_of(path: &Path) -> io::Result<PathBuf> {
 mod tests {
     use std::io::Write;
     use std::panic::catch_unwind;
-    use std::time::SystemTime;
 
     use super::*;
 
@@ -105,17 +101,12 @@ mod tests {
 
     #[test]
     #[cfg_attr(miri, ignore = "Miri has no such calls of the file system")]
-    fn old_temporary_files_of_the_same_file_are_removed() -> io::Result<()> {
+    fn a_failure_of_the_last_step_leaves_nothing() -> io::Result<()> {
         let directory = tempfile::tempdir()?;
-        let of = |name: &str| directory.path().join(name);
-        let old = SystemTime::now() - 2 * LEFT_OVER;
-        for name in [".file.a1B2c3", ".file.a1b2c3d", ".other.a1B2c3", "file.a1B2c3"] {
-            File::create(of(name))?.set_modified(old)?;
-        }
-        File::create(of(".file.younge"))?;
-        written(&of("file"), "text")?;
-        assert!(!of(".file.a1B2c3").exists());
-        assert_eq!(fs::read_dir(directory.path())?.count(), 5);
+        let path = directory.path().join("file");
+        let error = replace(&path, |_| fs::create_dir(&path)).expect_err("a directory stays");
+        assert_eq!(error.kind(), io::ErrorKind::IsADirectory);
+        assert_eq!(fs::read_dir(directory.path())?.count(), 1);
         Ok(())
     }
 

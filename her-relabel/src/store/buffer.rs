@@ -26,6 +26,7 @@ use crate::store::transition_id::TransitionId;
 /// use goal_reward::DistanceReward;
 /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
 /// use her_relabel::{Sampler, UnitInterval};
+/// use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 ///
 /// let episode = EpisodeData {
 ///     observations: &[0.0, 1.0],
@@ -47,8 +48,9 @@ use crate::store::transition_id::TransitionId;
 ///         scope.spawn(move || {
 ///             let sampler = Sampler::new(64, GoalStrategy::Future, UnitInterval::from_k(4));
 ///             let mut batch = Batch::<f32>::new();
+///             let mut random = ChaCha8Rng::seed_from_u64(reader);
 ///             let buffer = shared.read().expect("no writer panicked");
-///             sampler.sample(&buffer, &DistanceReward::sparse(), reader, &mut batch)
+///             sampler.sample(&buffer, &DistanceReward::sparse(), &mut random, &mut batch)
 ///         });
 ///     }
 ///     // Each reader owns its batch: only sampling needs the lock, learning does not.

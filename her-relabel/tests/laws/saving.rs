@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::num::NonZeroUsize;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use crate::common::{DIMS, Result, Telling, add, begin, buffer, draw, relabel_all, rows, step};
 use her_relabel::{
@@ -216,6 +216,24 @@ fn saving_replaces_the_file_whole_or_not_at_all() -> Result {
     assert_eq!(fs::read_dir(directory.path())?.count(), 2);
     let missing = HerBuffer::<f64>::load(directory.path().join("none")).unwrap_err();
     assert!(matches!(missing, LoadError::Io(_)));
+    Ok(())
+}
+
+#[test]
+fn saving_touches_no_other_file() -> Result {
+    let directory = tempfile::tempdir()?;
+    let long_ago = SystemTime::now() - Duration::from_secs(1_000_000);
+    let neighbors = [".replay.backup", ".replay.config", ".replay.2024Q1", ".replay.a1B2c3"];
+    for name in neighbors {
+        let mut file = fs::File::create(directory.path().join(name))?;
+        file.write_all(name.as_bytes())?;
+        file.set_modified(long_ago)?;
+    }
+    small().save(directory.path().join("replay"))?;
+    for name in neighbors {
+        assert_eq!(fs::read_to_string(directory.path().join(name))?, name);
+    }
+    assert_eq!(fs::read_dir(directory.path())?.count(), neighbors.len() + 1);
     Ok(())
 }
 

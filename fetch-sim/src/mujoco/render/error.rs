@@ -53,6 +53,12 @@ pub enum RenderError {
         /// Task and model of the renderer.
         renderer: String,
     },
+    /// OpenGL was in use before a `fork`, and this process is the child.
+    #[error(
+        "OpenGL was in use when this process was forked, and its threads are those of the parent: \
+         fork before the first renderer is made, or start a new program"
+    )]
+    Forked,
     /// MuJoCo's renderer or OpenGL failed.
     #[error("rendering failed ({message}): make a new renderer")]
     Failed {

@@ -2,8 +2,13 @@
 
 use std::{
     ffi::{CStr, c_int},
-    fmt, mem, ptr,
-    sync::{Arc, Mutex, PoisonError},
+    fmt,
+    mem::{self, ManuallyDrop},
+    process, ptr,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU32, Ordering::SeqCst},
+    },
 };
 
 use nalgebra::Vector3;
@@ -62,6 +67,10 @@ impl From<RawSegment> for Segment {
 /// and afterwards the context that was current on the thread before, if any, is current again. The
 /// renderers of a process draw one after another, because drivers crash otherwise (Mesa 22.3 does).
 ///
+/// OpenGL does not outlive a `fork`: drivers draw with threads of their own, which the child does not
+/// have. There every picture is [`RenderError::Forked`], and so is a new renderer, unless the parent
+/// had none before. Dropping one is always safe.
+///
 /// ```
 /// # #[cfg(not(fetch_sim_no_shim))] {
 /// use fetch_sim::{MujocoSimulator, RenderOptions, Renderer, SimConfig, Task};
@@ -78,7 +87,7 @@ impl From<RawSegment> for Segment {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Renderer {
-    raw: Owned<RawRenderer>,
+    raw: ManuallyDrop<Owned<RawRenderer>>,
     /// The state that is drawn.
     data: Data,
     config: SimConfig,
@@ -102,15 +111,35 @@ const SMALL_SIDE: u32 = 128;
 /// Locked while a renderer is made, because MuJoCo looks up OpenGL's functions for the first one.
 static MAKING: Mutex<()> = Mutex::new(());
 
+/// The id of the process that uses OpenGL, or [`NONE`].
+static PROCESS: AtomicU32 = AtomicU32::new(NONE);
+
+/// The id of no process.
+const NONE: u32 = 0;
+
 impl Renderer {
+    /// Checks that this process was not forked from one that had renderers. It takes no lock, which a
+    /// thread of the parent could have held.
+    ///
+    /// # Errors
+    /// [`RenderError::Forked`].
+    pub fn check_process() -> Result<(), RenderError> {
+        match PROCESS.load(SeqCst) {
+            NONE => Ok(()),
+            id if id == process::id() => Ok(()),
+            _ => Err(RenderError::Forked),
+        }
+    }
+
     /// Creates a renderer for the simulations of `config`'s task and model.
     ///
     /// # Errors
     /// [`RenderError::NoOpenGl`] if there is none, [`RenderError::Size`],
-    /// [`RenderError::UnknownCamera`], [`RenderError::FreeCamera`], or as
+    /// [`RenderError::UnknownCamera`], [`RenderError::FreeCamera`], [`RenderError::Forked`], or as
     /// [`FetchModel::load`](super::super::FetchModel::load).
     pub fn new(config: &SimConfig, options: RenderOptions) -> Result<Self, RenderError> {
         options.check()?;
+        Self::check_process()?;
         let (width, height) = (options.width(), options.height());
         let is_small = width.max(height) <= SMALL_SIDE;
         let settings = if is_small { scene::SMALL_PICTURE } else { scene::PICTURE };
@@ -124,7 +153,7 @@ impl Renderer {
         let data = Data::new(Arc::new(model))?;
         let camera = options.camera().clone();
         let mut renderer = Self {
-            raw: make(data.model())?,
+            raw: ManuallyDrop::new(make(data.model())?),
             data,
             config: config.clone(),
             options,
@@ -140,9 +169,10 @@ impl Renderer {
     }
 
     /// Returns the library that provides OpenGL in this process: `EGL` or `OSMesa`; `None` before the
-    /// first renderer, or if there is no OpenGL.
+    /// first renderer, if there is no OpenGL, or after a `fork`.
     #[must_use]
     pub fn backend() -> Option<&'static str> {
+        Self::check_process().ok()?;
         let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
         let name = ffi::fs_gl_backend();
         // SAFETY: null, or a C string that lives as long as the program.
@@ -237,7 +267,7 @@ impl Renderer {
     /// Draws and returns the colors: height x width x 3 (red, green, blue).
     ///
     /// # Errors
-    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message.
+    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
     pub fn rgb(&mut self) -> Result<&[u8], RenderError> {
         self.draw(Picture::Rgb)?;
         flip(&mut self.rgb, self.options.height());
@@ -248,7 +278,7 @@ impl Renderer {
     /// which the camera looks. The sky is at the farthest distance that the camera sees.
     ///
     /// # Errors
-    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message.
+    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
     pub fn depth(&mut self) -> Result<&[f32], RenderError> {
         self.depth.resize(self.rgb.len() / 3, 0.0);
         self.draw(Picture::Depth)?;
@@ -271,7 +301,7 @@ impl Renderer {
     /// samples.
     ///
     /// # Errors
-    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message.
+    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
     pub fn segmentation(&mut self) -> Result<&[Segment], RenderError> {
         self.draw(Picture::Segments)?;
         flip(&mut self.rgb, self.options.height());
@@ -296,6 +326,7 @@ impl Renderer {
     }
 
     fn draw(&mut self, picture: Picture) -> Result<(), RenderError> {
+        Self::check_process()?;
         let (rgb, depth) = match picture {
             Picture::Rgb | Picture::Segments => (self.rgb.as_mut_ptr(), ptr::null_mut()),
             Picture::Depth => (ptr::null_mut(), self.depth.as_mut_ptr()),
@@ -306,6 +337,16 @@ impl Renderer {
         // mutably; a buffer that is not null has room for the picture.
         let status = unsafe { ffi::fs_draw(self.raw.as_ptr(), model, data, segments, rgb, depth) };
         check_as(status, failed)
+    }
+}
+
+impl Drop for Renderer {
+    fn drop(&mut self) {
+        // In a forked process OpenGL would wait for the parent's threads.
+        if Self::check_process().is_ok() {
+            // SAFETY: nothing uses the renderer after its drop, and its model is still alive.
+            unsafe { ManuallyDrop::drop(&mut self.raw) };
+        }
     }
 }
 
@@ -325,6 +366,7 @@ enum Picture {
 
 fn make(model: &Model) -> Result<Owned<RawRenderer>, RenderError> {
     let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
+    PROCESS.store(process::id(), SeqCst);
     let (mut raw, mut has_gl) = (ptr::null_mut(), 0);
     // SAFETY: the library is loaded because a model is; the model is alive and prepared, and both
     // results are valid for writes.
