@@ -61,8 +61,8 @@ impl Model {
     ///
     /// # Errors
     /// [`SimError::Model`] with MuJoCo's message if the file cannot be read or compiled;
-    /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo
-    /// cannot be used.
+    /// [`SimError::Library`], [`SimError::MujocoDir`], [`SimError::BuiltWithoutMujoco`] or
+    /// [`SimError::ShimMismatch`] if MuJoCo cannot be used.
     pub fn from_path(path: &Path) -> Result<Self, SimError> {
         let name = path.display().to_string();
         let c_path = c_path(path).map_err(|reason| model_error(&name, reason))?;
