@@ -229,7 +229,7 @@ fn missing_and_foreign_models_are_errors_that_say_what_to_do() -> Result {
     };
     let error = load().expect_err("nothing there");
     assert!(error.to_string().contains("cargo xtask assets"), "{error}");
-    std::fs::write(folder.path().join("reach.xml"), "<mujoco/>")?;
+    fs::write(folder.path().join("reach.xml"), "<mujoco/>")?;
     let error = load().expect_err("no robot in it");
     assert!(matches!(error, SimError::MissingName { .. }), "{error}");
     Ok(())
