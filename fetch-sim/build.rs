@@ -26,13 +26,13 @@ const WAYS_OUT: &str = "install Debian's library (apt-get update && apt-get inst
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(fetch_sim_no_shim)");
-    println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
     for file in ["build.rs", "find_mujoco.rs", "src/installation.rs", "shim"] {
         println!("cargo::rerun-if-changed={file}");
     }
     if env::var_os("CARGO_FEATURE_MUJOCO").is_none() {
         return;
     }
+    println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
     let compiler = || cc::Build::new().get_compiler().to_command();
     match find_mujoco(compiler) {
         Ok(Some(found)) => compile(&found),
