@@ -1,42 +1,13 @@
 //! What a child meets that a process with environments forks.
 #![cfg(unix)]
 
-use std::{
-    os::unix::process::{CommandExt, ExitStatusExt},
-    panic::{AssertUnwindSafe, catch_unwind},
-    process::{Command, ExitStatus, abort},
-    thread,
-    time::Duration,
-};
+mod in_child;
 
 use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError, VecReset};
 use fetch_env::{Env, KinematicEnv, make_kinematic};
-use fork::{Fork, fork, waitpid};
+use in_child::in_child;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
-
-/// Longer than any call here takes: a child that waits forever is ended then.
-const FOREVER: Duration = Duration::from_secs(60);
-
-/// Runs a part of a test in a forked child, and fails if that fails or hangs.
-fn in_child(part: impl FnOnce() -> Result) -> Result {
-    match fork()? {
-        Fork::Parent(child) => {
-            let status = ExitStatus::from_raw(waitpid(child)?);
-            if status.success() { Ok(()) } else { Err(format!("the child: {status}").into()) }
-        }
-        Fork::Child => {
-            thread::spawn(|| {
-                thread::sleep(FOREVER);
-                abort();
-            });
-            let result = catch_unwind(AssertUnwindSafe(|| part().expect("no error in the child")));
-            // Another program takes over, so that no handler of a library waits for its threads.
-            let _failure = Command::new(if result.is_ok() { "true" } else { "false" }).exec();
-            abort();
-        }
-    }
-}
 
 fn envs(count: usize) -> Result<VecEnv<KinematicEnv>> {
     let envs = (0..count).map(|_| make_kinematic("FetchPush-v4"));

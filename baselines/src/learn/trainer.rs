@@ -367,25 +367,3 @@ fn first_not_finite<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>)
     });
     observation.into_iter().chain(goals).min()
 }
-
-#[cfg(test)]
-mod tests {
-    use fetch_env::{Task, make_kinematic};
-
-    use super::{TrainError, TrainSettings, Trainer};
-
-    /// As in a child of the process that made the trainer, whose number is another one.
-    #[test]
-    fn a_trainer_of_another_process_says_so() -> Result<(), TrainError> {
-        let mut settings = TrainSettings::fast(Task::Reach);
-        settings.schedule.evaluation_episodes = 1;
-        let make = || make_kinematic("FetchReach-v4");
-        let mut trainer = Trainer::new(make, settings, 0, 1)?;
-        trainer.process = trainer.process.wrapping_add(1);
-        assert!(matches!(trainer.cycle(), Err(TrainError::Forked)));
-        assert!(matches!(trainer.evaluate(), Err(TrainError::Forked)));
-        trainer.process = std::process::id();
-        trainer.cycle()?;
-        trainer.evaluate().map(drop)
-    }
-}

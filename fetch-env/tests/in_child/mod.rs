@@ -1,0 +1,37 @@
+//! A part of a test in a process that was forked.
+
+use std::{
+    error::Error,
+    os::unix::process::{CommandExt, ExitStatusExt},
+    panic::{AssertUnwindSafe, catch_unwind},
+    process::{Command, ExitStatus, abort},
+    thread,
+    time::Duration,
+};
+
+use fork::{Fork, fork, waitpid};
+
+/// Longer than any call here takes: a child that waits forever is ended then.
+const FOREVER: Duration = Duration::from_secs(60);
+
+/// Runs a part of a test in a forked child, and fails if that fails or hangs.
+pub(crate) fn in_child(
+    part: impl FnOnce() -> Result<(), Box<dyn Error>>,
+) -> Result<(), Box<dyn Error>> {
+    match fork()? {
+        Fork::Parent(child) => {
+            let status = ExitStatus::from_raw(waitpid(child)?);
+            if status.success() { Ok(()) } else { Err(format!("the child: {status}").into()) }
+        }
+        Fork::Child => {
+            thread::spawn(|| {
+                thread::sleep(FOREVER);
+                abort();
+            });
+            let result = catch_unwind(AssertUnwindSafe(|| part().expect("no error in the child")));
+            // Another program takes over, so that no handler of a library waits for its threads.
+            let _failure = Command::new(if result.is_ok() { "true" } else { "false" }).exec();
+            abort();
+        }
+    }
+}
