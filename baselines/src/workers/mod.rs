@@ -18,7 +18,7 @@ use std::ops::Range;
 
 pub use self::agreement::{Disagreement, agree};
 #[cfg(feature = "mpi")]
-pub use self::mpi::{Late, MpiError, MpiWorkers};
+pub use self::mpi::{Awaited, Late, MpiError, MpiWorkers};
 pub use self::spread::{evaluate_spread, gather_episodes};
 pub use self::values::{UnreadableMessage, gather_values, sum};
 

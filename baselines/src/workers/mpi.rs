@@ -8,14 +8,14 @@ use std::time::{Duration, Instant};
 
 use ::mpi::Threading;
 use ::mpi::environment::Universe;
-use ::mpi::request::scope;
+use ::mpi::request::{Request, Scope, scope};
 use ::mpi::topology::{Process, SimpleCommunicator};
 use ::mpi::traits::{Communicator, Destination, Source};
 
 use super::watch::Watch;
 use super::{Workers, share, share_of};
 
-/// What a launcher sets: those of Open MPI, of Slurm and PMIx, and of MPICH.
+/// Where a launcher says the rank: Open MPI, Slurm and PMIx, and MPICH.
 const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
 
 /// The greatest length of a message of MPI, whose lengths have 31 bits.
@@ -47,18 +47,37 @@ pub enum MpiError {
 
 /// A process has not answered in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "rank {rank} has not answered for {} s: it is slow, stopped or unreachable",
-    limit.as_secs_f64()
-)]
+#[error("{awaited} for {} s: it is slow, stopped or unreachable", limit.as_secs_f64())]
 #[non_exhaustive]
 pub struct Late {
-    /// The process that has not answered.
-    pub rank: usize,
+    /// What has not come.
+    pub awaited: Awaited,
     /// The process that has waited for it.
     pub by: usize,
     /// How long it has waited.
     pub limit: Duration,
+}
+
+/// What a process waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Awaited {
+    /// An answer of this process.
+    Rank(usize),
+    /// All processes, when MPI starts. It does not say which one is late.
+    Start,
+    /// All processes, when MPI ends. It does not say which one is late.
+    End,
+}
+
+impl fmt::Display for Awaited {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rank(rank) => write!(f, "rank {rank} has not answered"),
+            Self::Start => f.write_str("another rank has not started MPI"),
+            Self::End => f.write_str("another rank has not ended MPI"),
+        }
+    }
 }
 
 /// The processes that `mpirun`, `mpiexec` or `srun` has started.
@@ -90,6 +109,7 @@ impl fmt::Debug for MpiWorkers {
 
 impl Drop for Session {
     fn drop(&mut self) {
+        self.watch.waits_for(Awaited::End);
         if !self.is_finished.load(Ordering::Acquire) {
             SimpleCommunicator::world().abort(1);
         }
@@ -104,7 +124,8 @@ impl MpiWorkers {
     ///
     /// When another process has not answered for `limit`, because it is slow, stopped or unreachable,
     /// `on_late` is called, on a thread of its own. The call that waits cannot be interrupted:
-    /// `on_late` reports the process and ends this one, upon which the launcher ends the others.
+    /// `on_late` reports the process and ends this one, upon which the launcher ends the others. The
+    /// limit also holds while MPI starts, which is now, and while it ends.
     ///
     /// # Errors
     /// [`MpiError`].
@@ -112,17 +133,18 @@ impl MpiWorkers {
         limit: Duration,
         on_late: impl Fn(Late) + Send + 'static,
     ) -> Result<Self, MpiError> {
-        if LAUNCHERS.iter().all(|name| env::var_os(name).is_none()) {
-            return Err(MpiError::NoLauncher);
-        }
-        let (universe, threading) =
-            ::mpi::initialize_with_threading(Threading::Serialized).ok_or(MpiError::Started)?;
+        let by = launched_rank().ok_or(MpiError::NoLauncher)?;
+        let watch = Watch::start(limit, move |awaited| on_late(Late { awaited, by, limit }))?;
+        let started = watch.over(|| {
+            watch.waits_for(Awaited::Start);
+            ::mpi::initialize_with_threading(Threading::Serialized)
+        });
+        let (universe, threading) = started.ok_or(MpiError::Started)?;
         if threading < Threading::Serialized {
             return Err(MpiError::Threads);
         }
         let world = SimpleCommunicator::world();
         let [rank, size] = [world.rank(), world.size()].map(|number| number as usize);
-        let watch = Watch::start(limit, move |late| on_late(Late { rank: late, by: rank, limit }))?;
         let session = Session {
             universe: Mutex::new(Some(universe)),
             is_finished: AtomicBool::new(false),
@@ -173,9 +195,10 @@ impl Workers for MpiWorkers {
                 let (mut sends, mut bytes) = (Vec::new(), Vec::new());
                 for other in workers.others() {
                     let len = &lens[other..=other];
-                    sends.push(process(world, other).immediate_send(scope, len));
+                    let process = workers.wait_for(world, other);
+                    sends.push((other, process.immediate_send(scope, len)));
                     for piece in messages[other].chunks(MAX_LEN) {
-                        bytes.push(process(world, other).immediate_send(scope, piece));
+                        bytes.push((other, process.immediate_send(scope, piece)));
                     }
                 }
                 let mut received = vec![Vec::new(); workers.size];
@@ -186,8 +209,8 @@ impl Workers for MpiWorkers {
                         process.receive_into(piece);
                     }
                 }
-                sends.into_iter().for_each(|send| send.wait_without_status());
-                bytes.into_iter().for_each(|send| send.wait_without_status());
+                workers.complete(sends);
+                workers.complete(bytes);
                 received
             });
             received[workers.rank] = std::mem::take(&mut messages[workers.rank]);
@@ -221,13 +244,13 @@ impl MpiWorkers {
             for other in self.others() {
                 let part = &numbers[share_of(other, self.size, numbers.len())];
                 if !part.is_empty() {
-                    sends.push(process(world, other).immediate_send(scope, part));
+                    sends.push((other, self.wait_for(world, other).immediate_send(scope, part)));
                 }
             }
             for (other, part) in self.others().zip(parts.chunks_exact_mut(own_len)) {
                 self.wait_for(world, other).receive_into(part);
             }
-            sends.into_iter().for_each(|send| send.wait_without_status());
+            self.complete(sends);
         });
         let own = &mut numbers[own];
         let (before, after) = parts.split_at_mut(self.rank * own.len());
@@ -253,21 +276,29 @@ impl MpiWorkers {
         }
         let own = &*std::mem::take(&mut parts[self.rank]);
         scope(|scope| {
-            let send = |other| process(world, other).immediate_send(scope, own);
+            let send = |other| (other, self.wait_for(world, other).immediate_send(scope, own));
             let sends: Vec<_> = self.others().filter(|_| !own.is_empty()).map(send).collect();
             // The own part has been taken, and is as empty as those that nobody sends.
             for (other, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty())
             {
                 self.wait_for(world, other).receive_into(part);
             }
-            sends.into_iter().for_each(|send| send.wait_without_status());
+            self.complete(sends);
         });
     }
 
     /// Returns a process that the call waits for from now on.
     fn wait_for<'a>(&self, world: &'a SimpleCommunicator, rank: usize) -> Process<'a> {
-        self.session.watch.waits_for(rank);
-        process(world, rank)
+        self.session.watch.waits_for(Awaited::Rank(rank));
+        world.process_at_rank(rank as i32)
+    }
+
+    /// Waits until other processes have taken what was sent to them.
+    fn complete<'a, D: ?Sized, S: Scope<'a>>(&self, sends: Vec<(usize, Request<'a, D, S>)>) {
+        for (rank, send) in sends {
+            self.session.watch.waits_for(Awaited::Rank(rank));
+            send.wait_without_status();
+        }
     }
 }
 
@@ -275,7 +306,7 @@ fn add(sum: &mut [f32], numbers: &[f32]) {
     sum.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
 }
 
-/// Returns the process of a rank.
-fn process(world: &SimpleCommunicator, rank: usize) -> Process<'_> {
-    world.process_at_rank(rank as i32)
+/// Returns the rank of this process, if a launcher has started it.
+fn launched_rank() -> Option<usize> {
+    LAUNCHERS.iter().find_map(|name| env::var(name).ok()?.parse().ok())
 }

@@ -1,7 +1,10 @@
 //! Ranks that share a run, started by `mpirun`: the same bits, and clear ends when something fails.
 //!
 //! The faults are those that a cluster has: ranks that are killed in each phase or stopped, a full
-//! disk, missing and damaged files, other flags, settings and seeds, losses that diverge.
+//! disk, missing and damaged files, other flags, settings and seeds, losses that diverge. Those of a
+//! network between two hosts are in `hosts`.
+
+mod hosts;
 
 use std::{
     error::Error,
@@ -108,22 +111,31 @@ fn run(command: &mut Command) -> Result<Ended> {
     Ended::of(start(command)?)
 }
 
-/// Sends a signal to a rank of a run.
-fn signal(run: &Child, rank: usize, signal: &str) -> Result {
+/// Returns the processes that a process has started.
+fn children(of: u32) -> Result<Vec<u32>> {
+    let mut children = Vec::new();
     for process in fs::read_dir("/proc")? {
-        let process = process?.path();
-        let status = fs::read_to_string(process.join("status")).unwrap_or_default();
-        let environment = fs::read(process.join("environ")).unwrap_or_default();
-        let is_rank = environment
-            .split(|byte| *byte == 0)
-            .any(|entry| entry == format!("OMPI_COMM_WORLD_RANK={rank}").as_bytes());
-        if status.contains(&format!("PPid:\t{}\n", run.id())) && is_rank {
-            let pid = process.file_name().ok_or("no name")?;
-            assert!(Command::new("kill").arg(signal).arg(pid).status()?.success());
-            return Ok(());
+        let process = process?;
+        let status = fs::read_to_string(process.path().join("status")).unwrap_or_default();
+        if status.contains(&format!("PPid:\t{of}\n")) {
+            children.push(process.file_name().to_string_lossy().parse()?);
         }
     }
-    Err(format!("there is no rank {rank}").into())
+    Ok(children)
+}
+
+/// Sends a signal to a rank of a run.
+fn signal(run: &Child, rank: usize, signal: &str) -> Result {
+    let is_rank = |process: &&u32| {
+        let environment = fs::read(format!("/proc/{process}/environ")).unwrap_or_default();
+        environment
+            .split(|byte| *byte == 0)
+            .any(|entry| entry == format!("OMPI_COMM_WORLD_RANK={rank}").as_bytes())
+    };
+    let processes = children(run.id())?;
+    let process = processes.iter().find(is_rank).ok_or(format!("there is no rank {rank}"))?;
+    assert!(Command::new("kill").args([signal, &process.to_string()]).status()?.success());
+    Ok(())
 }
 
 /// Waits until something is there.
@@ -147,7 +159,10 @@ fn start_in(folder: &TempDir, flags: &str) -> Result<Child> {
 }
 
 /// The curve without its column of seconds, and the policy.
-fn results(folder: &Path) -> Result<(String, Vec<u8>)> {
+type Results = (String, Vec<u8>);
+
+/// Returns the results of a run in a folder.
+fn results(folder: &Path) -> Result<Results> {
     let curve = fs::read_to_string(folder.join("curve.csv"))?;
     let without_seconds = |line: &str| {
         let cells = line.split(',').enumerate().filter(|(column, _)| *column != 4);
@@ -247,6 +262,27 @@ fn a_rank_that_is_stopped_is_named() -> Result {
     thread::sleep(Duration::from_millis(500));
     signal(&child, 0, "-STOP")?;
     Ended::of(child)?.failed_with("rank 1: rank 0 has not answered for 2 s");
+    Ok(())
+}
+
+#[test]
+fn a_rank_that_never_starts_mpi_is_missed() -> Result {
+    let mut command = ranks(1);
+    command.arg(LAB).args(words("bench ranks --mpi --wait-seconds 2"));
+    command.args([":", "-n", "1", "sleep", "1000"]);
+    run(&mut command)?.failed_with("rank 0: another rank has not started MPI for 2 s");
+    Ok(())
+}
+
+#[test]
+fn a_rank_that_never_ends_mpi_is_missed() -> Result {
+    let folder = tempdir()?;
+    // The first rank waits for a reader of the pipe, and the other one has nothing to do any more.
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status()?.success());
+    let flags = "bench ranks --mpi --seconds 0 --wait-seconds 2 --json";
+    run(two_ranks().args(words(flags)).arg(&pipe))?
+        .failed_with("rank 1: another rank has not ended MPI for 2 s");
     Ok(())
 }
 
