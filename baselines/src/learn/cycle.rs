@@ -87,7 +87,7 @@ impl<E: LearnEnv> Trainer<E> {
             .map_err(|source| TrainError::Collect {
                 steps: self.counters.steps,
                 checkpoint: self.last_checkpoint.clone(),
-                source,
+                source: Box::new(source),
             })?;
         if let (0, Some((env_id, source))) = (collected.recorded_steps, collected.first_failure) {
             return Err(TrainError::AllFailed {
@@ -116,7 +116,7 @@ impl<E: LearnEnv> Trainer<E> {
             TrainError::Collect {
                 steps: self.counters.steps,
                 checkpoint: self.last_checkpoint.clone(),
-                source,
+                source: Box::new(source),
             }
         })
     }

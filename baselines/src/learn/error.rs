@@ -50,7 +50,7 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
         /// What happened, and in which environment.
-        source: CollectorError,
+        source: Box<CollectorError>,
     },
     /// All environments failed in a whole cycle.
     #[error(

@@ -100,7 +100,8 @@ fn a_reward_that_is_not_finite_stops_the_run() -> Result {
         1,
     )?;
     match trainer.cycle() {
-        Err(TrainError::Collect { steps: 0, source: CollectorError::NotFinite { .. }, .. }) => {
+        Err(TrainError::Collect { steps: 0, source, .. }) => {
+            assert!(matches!(*source, CollectorError::NotFinite { .. }), "{source:?}");
             Ok(())
         }
         other => panic!("{other:?}"),
@@ -113,7 +114,7 @@ fn an_observation_that_is_not_finite_stops_the_run() -> Result {
     trainer.cycle()?;
     match trainer.cycle() {
         Err(TrainError::Collect { steps: 100, source, .. }) => {
-            assert!(matches!(source, CollectorError::NotFinite { env_id: 0, .. }), "{source:?}");
+            assert!(matches!(*source, CollectorError::NotFinite { env_id: 0, .. }), "{source:?}");
             Ok(())
         }
         other => panic!("{other:?}"),
