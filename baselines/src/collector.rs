@@ -86,6 +86,8 @@ pub struct Collected {
     pub discarded_episodes: usize,
     /// The first environment that failed, and its error.
     pub first_failure: Option<(usize, EnvError)>,
+    /// The first environment that took no step because it could not be reset, and its last error.
+    pub first_stuck: Option<(usize, EnvError)>,
 }
 
 impl<E: CollectEnv> Collector<E> {
@@ -202,6 +204,8 @@ impl<E: CollectEnv> Collector<E> {
             self.reset(None, buffer)?;
         }
         let mut collected = Collected::default();
+        // Those that have taken no step and begun no episode.
+        let mut still = vec![num_steps > 0; self.envs.num_envs()];
         for _ in 0..num_steps {
             policy.act(self.envs.batch(), &mut self.actions);
             let batch = self.envs.step(&self.actions)?;
@@ -221,6 +225,7 @@ impl<E: CollectEnv> Collector<E> {
             }
             for (env_id, episode) in self.episodes.iter_mut().enumerate() {
                 let is_last = batch.terminated()[env_id] || batch.truncated()[env_id];
+                still[env_id] &= !(batch.stepped()[env_id] || batch.started()[env_id]);
                 if let (true, Some(info)) = (batch.stepped()[env_id], batch.step_info(env_id)) {
                     episode.add(batch.reward()[env_id], info);
                     if is_last {
@@ -235,6 +240,8 @@ impl<E: CollectEnv> Collector<E> {
                 self.reset_ended(buffer)?;
             }
         }
+        let mut errors = self.envs.batch().errors().filter(|(env_id, _)| still[*env_id]);
+        collected.first_stuck = errors.next().map(|(env_id, error)| (env_id, error.clone()));
         Ok(collected)
     }
 

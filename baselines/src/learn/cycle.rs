@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use fetch_env::EnvError;
 use her_relabel::Batch;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +27,14 @@ struct CollectedShare {
     seen: Option<Inputs>,
     /// Whether the process has transitions to draw.
     can_draw: bool,
+}
+
+/// Environments of this process with which a run cannot go on: the first of them, and its error.
+enum Failure {
+    /// All have failed.
+    OfAll(usize, Box<EnvError>),
+    /// At least one could not be reset.
+    ToReset(usize, Box<EnvError>),
 }
 
 impl<E: LearnEnv> Trainer<E> {
@@ -55,7 +64,7 @@ impl<E: LearnEnv> Trainer<E> {
 
     /// Collects steps, and tells all processes. Returns whether all have transitions to draw.
     fn collect(&mut self) -> Result<bool, TrainError> {
-        let own = self.collect_own()?;
+        let (own, failure) = self.collect_own()?;
         let mut can_draw = true;
         for share in gather_values(&mut *self.workers, &own)? {
             self.counters.steps += share.steps;
@@ -67,11 +76,20 @@ impl<E: LearnEnv> Trainer<E> {
             }
             can_draw &= share.can_draw;
         }
-        Ok(can_draw)
+        let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
+        match failure {
+            None => Ok(can_draw),
+            Some(Failure::OfAll(env_id, source)) => {
+                Err(TrainError::AllFailed { steps, checkpoint, env_id, source })
+            }
+            Some(Failure::ToReset(env_id, source)) => {
+                Err(TrainError::Stuck { steps, checkpoint, env_id, source })
+            }
+        }
     }
 
-    /// Collects this process's share of steps.
-    fn collect_own(&mut self) -> Result<CollectedShare, TrainError> {
+    /// Collects this process's share of steps, and returns what ends the run.
+    fn collect_own(&mut self) -> Result<(CollectedShare, Option<Failure>), TrainError> {
         if self.counters.steps == 0 {
             self.begin_episodes()?;
         }
@@ -89,15 +107,13 @@ impl<E: LearnEnv> Trainer<E> {
                 checkpoint: self.last_checkpoint.clone(),
                 source: Box::new(source),
             })?;
-        if let (0, Some((env_id, source))) = (collected.recorded_steps, collected.first_failure) {
-            return Err(TrainError::AllFailed {
-                steps: self.counters.steps,
-                checkpoint: self.last_checkpoint.clone(),
-                env_id,
-                source: Box::new(source),
-            });
-        }
-        Ok(CollectedShare {
+        let failure = match (collected.recorded_steps, collected.first_failure) {
+            (0, Some((env_id, error))) => Some(Failure::OfAll(env_id, Box::new(error))),
+            _ => collected
+                .first_stuck
+                .map(|(env_id, error)| Failure::ToReset(env_id, Box::new(error))),
+        };
+        let share = CollectedShare {
             steps: collected.recorded_steps as u64,
             episodes: collected.finished_episodes as u64,
             discarded_episodes: collected.discarded_episodes as u64,
@@ -105,7 +121,8 @@ impl<E: LearnEnv> Trainer<E> {
             successes,
             seen: self.seen(collected.recorded_steps)?,
             can_draw: !self.buffer.is_empty(),
-        })
+        };
+        Ok((share, failure))
     }
 
     /// Begins an episode in each environment.

@@ -68,6 +68,22 @@ pub enum TrainError {
         /// Its error.
         source: Box<EnvError>,
     },
+    /// An environment took no step in a whole cycle, because it could not be reset.
+    #[error(
+        "environment {env_id} could not be reset in a whole cycle, after {steps} steps of all: \
+         check it with fetch_env::check{}",
+        resume_hint(.checkpoint.as_ref())
+    )]
+    Stuck {
+        /// The number of steps recorded so far.
+        steps: u64,
+        /// The last checkpoint, from which the run can be resumed.
+        checkpoint: Option<PathBuf>,
+        /// The environment.
+        env_id: usize,
+        /// Its last error.
+        source: Box<EnvError>,
+    },
     /// An environment returned a number that is not finite in an evaluation.
     #[error(
         "environment {env_id} returned {what} that is not finite in the evaluation after {steps} \
@@ -162,13 +178,22 @@ pub enum CheckpointError {
         /// The checkpoint before it.
         before: Option<PathBuf>,
     },
-    /// The checkpoint is of another run.
-    #[error("the checkpoint {} is of another environment: {what} does not fit", path.display())]
+    /// The checkpoint is of another environment.
+    #[error("the checkpoint {} is of another environment: {reason}", path.display())]
     Foreign {
         /// The checkpoint.
         path: PathBuf,
-        /// What does not fit.
-        what: &'static str,
+        /// What differs.
+        reason: String,
+    },
+    /// The folder has a file in the place of a checkpoint that is not this run's.
+    #[error(
+        "{} is not a checkpoint of this run, so nothing is written: choose another folder",
+        path.display()
+    )]
+    OtherRun {
+        /// The file.
+        path: PathBuf,
     },
     /// The state of the environments cannot be taken or restored.
     #[error("the environments do not fit the checkpoint")]

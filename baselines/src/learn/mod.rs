@@ -59,7 +59,7 @@ mod vectors;
 
 pub use actor::Actor;
 pub use algorithm::{Algorithm, Losses, StateMut, Transitions};
-pub use checkpoint::Resumed;
+pub use checkpoint::{Resumed, checkpoints};
 pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
 pub use ddpg::{Ddpg, DdpgSettings};
 pub use error::{CheckpointError, TrainError};

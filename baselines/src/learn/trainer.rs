@@ -40,6 +40,8 @@ const MAX_THREADS: usize = 2;
 
 /// Trains an actor on goal-conditioned environments with hindsight.
 pub struct Trainer<E: LearnEnv> {
+    /// Tells the run from others, also from those of the same settings and seed.
+    pub(super) run_id: u64,
     pub(super) settings: TrainSettings,
     pub(super) seed: u64,
     /// The seed of what this process does by itself.
@@ -150,6 +152,7 @@ impl<E: LearnEnv> Trainer<E> {
         let threads = ThreadPoolBuilder::new().num_threads(num_threads.min(MAX_THREADS)).build();
         let episodes = share(&*workers, settings.schedule.evaluation_episodes).len();
         Ok(Self {
+            run_id: rand::random(),
             collector: Collector::new(envs(
                 num_envs,
                 vec_config.with_autoreset(AutoresetMode::SameStep),

@@ -1,5 +1,8 @@
 //! Environments that fail, or return numbers that are not finite.
 
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use baselines::learn::{TrainError, Trainer};
 use baselines::workers::evaluate_spread;
 use baselines::{CollectorError, EvaluationError, RandomPolicy};
@@ -19,13 +22,17 @@ struct Faults {
     observation: u64,
     /// The step from which steps fail.
     failure: u64,
+    /// The number of resets after which they fail.
+    resets: u64,
 }
 
 const NEVER: u64 = u64::MAX;
+const NONE: Faults = Faults { observation: NEVER, failure: NEVER, resets: NEVER };
 
 struct Faulty {
     faults: Faults,
     steps: u64,
+    resets: u64,
 }
 
 type Observation = <<Kinematic as Env>::Observation as VectorObservation>::Replaced<f64>;
@@ -51,6 +58,10 @@ impl Wrapper<Kinematic> for Faulty {
         seed: Option<u64>,
         options: &<Kinematic as Env>::ResetOptions,
     ) -> std::result::Result<Reset<Observation, Self::Info>, EnvError> {
+        self.resets += 1;
+        if self.resets > self.faults.resets {
+            return Err(EnvError::other(std::io::Error::other("the table is gone")));
+        }
         let Reset { observation, info } = env.reset_with(seed, options)?;
         Ok(Reset { observation: self.observe(observation), info })
     }
@@ -84,7 +95,7 @@ impl Stateless for Faulty {}
 type FaultyEnv = Wrapped<Kinematic, Faulty>;
 
 fn make_faulty(faults: Faults) -> std::result::Result<FaultyEnv, EnvError> {
-    Ok(Wrapped::from_parts(make()?, Faulty { faults, steps: 0 }))
+    Ok(Wrapped::from_parts(make()?, Faulty { faults, steps: 0, resets: 0 }))
 }
 
 fn trainer(faults: Faults) -> Result<Trainer<FaultyEnv>> {
@@ -110,7 +121,7 @@ fn a_reward_that_is_not_finite_stops_the_run() -> Result {
 
 #[test]
 fn an_observation_that_is_not_finite_stops_the_run() -> Result {
-    let mut trainer = trainer(Faults { observation: 70, failure: NEVER })?;
+    let mut trainer = trainer(Faults { observation: 70, ..NONE })?;
     trainer.cycle()?;
     match trainer.cycle() {
         Err(TrainError::Collect { steps: 100, source, .. }) => {
@@ -123,7 +134,7 @@ fn an_observation_that_is_not_finite_stops_the_run() -> Result {
 
 #[test]
 fn an_observation_that_is_not_finite_stops_an_evaluation() -> Result {
-    let mut trainer = trainer(Faults { observation: 20, failure: NEVER })?;
+    let mut trainer = trainer(Faults { observation: 20, ..NONE })?;
     match trainer.evaluate() {
         Err(TrainError::EvaluationNotFinite { env_id: 0, what: "an observation", .. }) => Ok(()),
         other => panic!("{other:?}"),
@@ -132,7 +143,7 @@ fn an_observation_that_is_not_finite_stops_an_evaluation() -> Result {
 
 #[test]
 fn a_run_stops_when_every_environment_fails() -> Result {
-    let mut trainer = trainer(Faults { observation: NEVER, failure: 70 })?;
+    let mut trainer = trainer(Faults { failure: 70, ..NONE })?;
     let error = (0..10).find_map(|_| trainer.cycle().err());
     match error {
         Some(TrainError::AllFailed { steps, env_id: 0, source, .. }) => {
@@ -146,8 +157,48 @@ fn a_run_stops_when_every_environment_fails() -> Result {
 }
 
 #[test]
+fn a_run_stops_when_environments_cannot_be_reset() -> Result {
+    let faults = Faults { resets: 1, ..NONE };
+    let mut all = trainer(faults)?;
+    all.cycle()?;
+    match all.cycle() {
+        Err(TrainError::AllFailed { steps: 100, env_id: 0, source, .. }) => {
+            assert!(source.to_string().contains("the table is gone"), "{source}");
+        }
+        other => panic!("{other:?}"),
+    }
+    // The first one that is made has the rewards; the other one steps on.
+    let made = AtomicU64::new(0);
+    let make = || {
+        let is_second = made.fetch_add(1, Ordering::Relaxed) == 2;
+        make_faulty(if is_second { faults } else { NONE })
+    };
+    let mut one = Trainer::new(make, settings(ddpg()), 0, 1)?;
+    match one.run(10_000, None, |_, _| ControlFlow::Continue(())) {
+        Err(TrainError::Stuck { steps: 150, env_id: 1, source, .. }) => {
+            assert!(source.to_string().contains("the table is gone"), "{source}");
+        }
+        other => panic!("{other:?}"),
+    }
+    assert_eq!(one.counters().steps, 150);
+    Ok(())
+}
+
+#[test]
+fn environments_that_fail_but_can_be_reset_lose_their_episodes_alone() -> Result {
+    let mut trainer = trainer(Faults { failure: 130, ..NONE })?;
+    trainer.cycle()?;
+    trainer.cycle()?;
+    assert_eq!((trainer.counters().steps, trainer.counters().discarded_episodes), (200, 0));
+    trainer.cycle()?;
+    // Both lose the third episode after 29 steps, and the rest of it one by one.
+    assert_eq!((trainer.counters().steps, trainer.counters().discarded_episodes), (258, 42));
+    Ok(())
+}
+
+#[test]
 fn a_failed_episode_has_its_number_among_those_of_all_ranks() {
-    let faults = Faults { observation: NEVER, failure: 1 };
+    let faults = Faults { failure: 1, ..NONE };
     let numbers = |error| match error {
         EvaluationError::Environment { episode, seed, .. } => (episode, seed),
         other => panic!("{other:?}"),

@@ -3,6 +3,7 @@
 mod bad_input;
 mod damaged_checkpoints;
 mod evaluating;
+mod folders;
 mod ranks;
 mod resuming;
 mod runs;

@@ -104,7 +104,15 @@ pub fn write_results(
 /// # Errors
 /// The file cannot be written.
 pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
-    write_text(path, &(serde_json::to_string_pretty(value)? + "\n"))
+    write_text(path, &json_text(value)?)
+}
+
+/// Returns a value as lines of JSON.
+///
+/// # Errors
+/// The value cannot be JSON.
+pub fn json_text(value: &impl Serialize) -> anyhow::Result<String> {
+    Ok(serde_json::to_string_pretty(value)? + "\n")
 }
 
 /// Writes a file, making the folders on the way.
@@ -125,15 +133,23 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
     let is_special = fs::metadata(path).is_ok_and(|metadata| !metadata.is_file());
-    let write = || -> io::Result<()> {
-        if is_special {
-            return fs::write(path, bytes);
-        }
-        // The file that a symbolic link leads to.
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let mut file = AtomicWriteFile::open(target)?;
+    if is_special {
+        return fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()));
+    }
+    // The file that a symbolic link leads to.
+    replace_file(&fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()), bytes)
+}
+
+/// Writes a file, which appears whole or not at all, in the place of the one that is there; in that of a
+/// symbolic link, too.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn replace_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let replace = || -> io::Result<()> {
+        let mut file = AtomicWriteFile::open(path)?;
         file.write_all(bytes)?;
         file.commit()
     };
-    write().with_context(|| format!("cannot write {}", path.display()))
+    replace().with_context(|| format!("cannot write {}", path.display()))
 }

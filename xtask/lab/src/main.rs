@@ -1,6 +1,7 @@
 //! The commands that step environments and are not the chapter's: `cargo xtask <command>` hands them on to this program.
 //!
-//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
+//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage, 130 and
+//! 143 for a run of training that SIGINT or SIGTERM has stopped.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 
@@ -21,6 +22,8 @@ mod train;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+use self::shared::signals::Stopped;
 
 #[derive(Parser)]
 #[command(
@@ -70,12 +73,15 @@ fn main() -> ExitCode {
     match outcome {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
-        Err(error) => match error.downcast_ref::<clap::Error>() {
-            Some(usage) => {
-                commands::tell(usage.to_string().trim_end());
-                ExitCode::from(2)
+        Err(error) => {
+            if let Some(stopped) = error.downcast_ref::<Stopped>() {
+                return ExitCode::from(stopped.exit_code());
             }
-            None => commands::end_with(&error),
-        },
+            let Some(usage) = error.downcast_ref::<clap::Error>() else {
+                return commands::end_with(&error);
+            };
+            commands::tell(usage.to_string().trim_end());
+            ExitCode::from(2)
+        }
     }
 }

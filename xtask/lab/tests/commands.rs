@@ -1,41 +1,15 @@
 //! The commands as a user runs them: exit codes, output and files.
 
-use std::{
-    error::Error,
-    fs,
-    path::Path,
-    process::{Command, Output},
-};
+mod program;
+
+use std::{fs, path::Path};
 
 use baselines::{ScriptedPolicy, buffer_config, collect};
 use fetch_env::{Task, make_kinematic};
 use her_relabel::HerBuffer;
 use serde_json::Value;
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
-
-fn lab(arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lab"));
-    command.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR"));
-    command
-}
-
-/// Standard output of a command that must succeed.
-fn output_of(command: &mut Command) -> Result<String> {
-    let output = command.output()?;
-    let text = String::from_utf8(output.stdout)?;
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{command:?}\n{text}\n{errors}");
-    Ok(text)
-}
-
-fn errors_of(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn read_json(path: &Path) -> Result<Value> {
-    Ok(serde_json::from_str(&fs::read_to_string(path)?)?)
-}
+use program::{Result, errors_of, lab, output_of, read_json};
 
 #[test]
 fn figures_are_written_with_opengl_and_without() -> Result {
@@ -202,35 +176,6 @@ fn the_names_that_xtask_knows_are_the_commands() -> Result {
     let commands = commands.iter().map(|(name, about)| (*name, about.trim()));
     let ours: Vec<_> = commands.filter(|(name, _)| *name != "help").collect();
     assert_eq!(ours, commands::OF_LAB);
-    Ok(())
-}
-
-#[test]
-fn a_killed_run_resumes_to_the_same_bits() -> Result {
-    let folder = tempfile::tempdir()?;
-    let train = |name: &str, steps: u32| {
-        let flags = "train --seed 2 --target 2 --checkpoint-seconds 0 --threads 1 --set hidden=[32,32] \
-                     --set evaluation_episodes=5 --set evaluation_interval=100 --steps";
-        let flags = flags.split_whitespace().collect::<Vec<_>>().join(" ");
-        let mut command = lab(&flags);
-        command.arg(steps.to_string()).arg("--out").arg(folder.path().join(name));
-        command
-    };
-    output_of(&mut train("whole", 1_500))?;
-    // Killed while it runs, at a moment that nobody chose.
-    let mut killed = train("killed", 1_500).spawn()?;
-    let checkpoints = || {
-        let entries = fs::read_dir(folder.path().join("killed")).into_iter().flatten().flatten();
-        entries.filter(|entry| entry.path().extension().is_some_and(|end| end == "zip")).count()
-    };
-    while checkpoints() < 2 && killed.try_wait()?.is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    killed.kill()?;
-    killed.wait()?;
-    output_of(lab("train --resume").arg(folder.path().join("killed")).args(["--threads", "2"]))?;
-    let policy = |name: &str| fs::read(folder.path().join(name).join("policy.safetensors"));
-    assert!(policy("whole")? == policy("killed")?, "the policies differ");
     Ok(())
 }
 

@@ -10,7 +10,7 @@ use std::{
     error::Error,
     fs,
     io::Read,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread,
     time::{Duration, Instant},
@@ -23,7 +23,7 @@ type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 const LAB: &str = env!("CARGO_BIN_EXE_lab");
 
 /// How long a run may take until it has ended, whatever happens.
-const DEADLINE: Duration = Duration::from_secs(60);
+const DEADLINE: Duration = Duration::from_secs(180);
 
 /// Small networks, and an evaluation after every 100 steps.
 const TRAIN: &str = "train --target 2 --threads 1 --checkpoint-seconds 0 --set hidden=[32,32] \
@@ -59,6 +59,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 
 struct Ended {
     succeeded: bool,
+    code: Option<i32>,
     text: String,
 }
 
@@ -85,19 +86,19 @@ impl Ended {
         let mut text = String::new();
         output.read_to_string(&mut text)?;
         text += &read.join().map_err(|_| "the reader panicked")??;
-        Ok(Self { succeeded: status.success(), text })
+        Ok(Self { succeeded: status.success(), code: status.code(), text })
     }
 
     /// Checks that the run has failed, with one error of its own, which has these words.
     fn failed_with(&self, words: &str) {
-        let Self { succeeded, text } = self;
+        let Self { succeeded, text, .. } = self;
         let errors: Vec<_> = text.lines().filter(|line| line.starts_with("error:")).collect();
         assert!(!succeeded && errors.len() == 1 && errors[0].contains(words), "{words}\n{text}");
     }
 
     /// Checks that the launcher has said which rank was killed.
     fn was_killed(&self, rank: usize) {
-        let Self { succeeded, text } = self;
+        let Self { succeeded, text, .. } = self;
         let is_told = text.contains(&format!("process rank {rank}")) && text.contains("signal 9");
         assert!(!succeeded && is_told && !text.contains("error:"), "{text}");
     }
@@ -124,17 +125,22 @@ fn children(of: u32) -> Result<Vec<u32>> {
     Ok(children)
 }
 
-/// Sends a signal to a rank of a run.
-fn signal(run: &Child, rank: usize, signal: &str) -> Result {
-    let is_rank = |process: &&u32| {
+/// Returns the process of a rank of a run.
+fn process_of(run: &Child, rank: usize) -> Result<u32> {
+    let is_rank = |process: &u32| {
         let environment = fs::read(format!("/proc/{process}/environ")).unwrap_or_default();
         environment
             .split(|byte| *byte == 0)
             .any(|entry| entry == format!("OMPI_COMM_WORLD_RANK={rank}").as_bytes())
     };
-    let processes = children(run.id())?;
-    let process = processes.iter().find(is_rank).ok_or(format!("there is no rank {rank}"))?;
-    assert!(Command::new("kill").args([signal, &process.to_string()]).status()?.success());
+    let process = children(run.id())?.into_iter().find(is_rank);
+    process.ok_or_else(|| format!("there is no rank {rank}").into())
+}
+
+/// Sends a signal to a rank of a run.
+fn signal(run: &Child, rank: usize, signal: &str) -> Result {
+    let process = process_of(run, rank)?.to_string();
+    assert!(Command::new("kill").args([signal, &process]).status()?.success());
     Ok(())
 }
 
@@ -241,13 +247,45 @@ fn a_first_rank_that_is_killed_while_it_writes_leaves_a_checkpoint_to_resume() -
     let out = folder.path().join("run");
     let child = start_in(&folder, "--steps 1500")?;
     wait_for(|| out.join("checkpoint-000000000400.zip").exists())?;
-    wait_for(|| out.join("unfinished.zip").exists())?;
+    let open = format!("/proc/{}/fd", process_of(&child, 0)?);
+    let is_writing = || {
+        let files = fs::read_dir(&open).into_iter().flatten().flatten();
+        let mut paths = files.filter_map(|file| fs::read_link(file.path()).ok());
+        paths.any(|path| path.starts_with(&out) && !path.ends_with("run.lock"))
+    };
+    wait_for(is_writing)?;
     signal(&child, 0, "-KILL")?;
     Ended::of(child)?.was_killed(0);
     let resumed =
         run(two_ranks().args(["train", "--mpi", "--threads", "1", "--resume"]).arg(&out))?;
     assert!(resumed.succeeded, "{}", resumed.text);
     assert!(results(&out)? == results(&whole)?);
+    Ok(())
+}
+
+/// A signal to any rank stops all of them together.
+#[test]
+fn a_signal_to_a_rank_stops_a_run_that_resumes_to_the_same_bits() -> Result {
+    let folder = tempdir()?;
+    let whole = folder.path().join("whole");
+    assert!(run(&mut train("--steps 500", &whole))?.succeeded);
+    for rank in [0, 1] {
+        let folder = tempdir()?;
+        let out = folder.path().join("run");
+        let child = start_in(&folder, "--steps 500")?;
+        wait_for(|| out.join("checkpoint-000000000200.zip").exists())?;
+        signal(&child, rank, "-TERM")?;
+        let stopped = Ended::of(child)?;
+        let lines: Vec<_> = stopped.text.lines().filter(|line| line.contains("stopped")).collect();
+        assert_eq!(lines.len(), 1, "{}", stopped.text);
+        let is_told = lines[0].starts_with("train: stopped by SIGTERM after ")
+            && lines[0].ends_with(&format!("continue it with --resume {}", out.display()));
+        assert!(is_told && stopped.code == Some(143), "{}", stopped.text);
+        let resumed =
+            run(two_ranks().args(["train", "--mpi", "--threads", "1", "--resume"]).arg(&out))?;
+        assert!(resumed.succeeded, "{}", resumed.text);
+        assert!(results(&out)? == results(&whole)?);
+    }
     Ok(())
 }
 
@@ -258,7 +296,8 @@ fn a_rank_that_is_stopped_is_named() -> Result {
     thread::sleep(Duration::from_millis(500));
     signal(&child, 1, "-STOP")?;
     Ended::of(child)?.failed_with("rank 0: rank 1 has not answered for 2 s");
-    let child = start_in(&tempdir()?, "--steps 100000000 --wait-seconds 2")?;
+    let folder = tempdir()?;
+    let child = start_in(&folder, "--steps 100000000 --wait-seconds 2")?;
     thread::sleep(Duration::from_millis(500));
     signal(&child, 0, "-STOP")?;
     Ended::of(child)?.failed_with("rank 1: rank 0 has not answered for 2 s");
@@ -325,12 +364,13 @@ fn a_checkpoint_that_cannot_be_written_ends_the_run_and_leaves_the_last_one() ->
     let folder = tempdir()?;
     let out = folder.path().join("run");
     let child = start_in(&folder, "--steps 100000000")?;
-    wait_for(|| out.join("checkpoint-000000000400.zip").exists())?;
-    // Nothing can be written there any more.
-    wait_for(|| fs::create_dir(out.join("unfinished.zip")).is_ok())?;
-    Ended::of(child)?.failed_with("cannot be written; earlier ones are whole");
-    fs::remove_dir(out.join("unfinished.zip"))?;
-    let flags = ["train", "--mpi", "--steps", "1000", "--resume"];
+    wait_for(|| out.join("checkpoint-000000000200.zip").exists())?;
+    // The place of a later one is taken.
+    let taken = out.join("checkpoint-000000000600.zip");
+    fs::create_dir(&taken)?;
+    Ended::of(child)?.failed_with("600.zip is not a checkpoint of this run");
+    fs::remove_dir(taken)?;
+    let flags = ["train", "--mpi", "--steps", "700", "--resume"];
     let resumed = run(two_ranks().args(flags).arg(&out))?;
     let is_resumed = resumed.text.contains("train: resuming");
     assert!(resumed.succeeded && is_resumed, "{}", resumed.text);

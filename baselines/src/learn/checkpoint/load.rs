@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 
 use zip::{CompressionMethod, ZipArchive};
 
-use super::{NETWORKS, STATE, Saved, buffer_name, checkpoint_path, checkpoints, own_name, parse};
+use super::{
+    ENVIRONMENT, Header, NETWORKS, STATE, Saved, buffer_name, checkpoint_path, checkpoints,
+    own_name, parse,
+};
 use crate::learn::error::CheckpointError as Error;
 use crate::workers::Workers;
 
@@ -17,6 +20,7 @@ pub(super) struct Loaded {
     pub(super) before: Option<PathBuf>,
     pub(super) saved: Saved,
     pub(super) networks: Vec<u8>,
+    pub(super) environment: Vec<u8>,
     /// What the process had for itself; empty on another number of processes.
     pub(super) own: Vec<u8>,
     pub(super) buffers: Vec<Vec<u8>>,
@@ -45,6 +49,7 @@ impl Loaded {
         };
         let state = send(workers, &|_| Some(STATE.to_owned()))?;
         let networks = send(workers, &|_| Some(NETWORKS.to_owned()))?;
+        let environment = send(workers, &|_| Some(ENVIRONMENT.to_owned()))?;
         let saved = parse(&state).map_err(|reason| Error::Damaged {
             path: opened,
             reason,
@@ -63,8 +68,14 @@ impl Loaded {
             buffers.extend(number(rank).map(|_| buffer));
         }
         let path = checkpoint_path(folder, saved.counters.steps);
-        Ok(Self { path, before, saved, networks, own, buffers })
+        Ok(Self { path, before, saved, networks, environment, own, buffers })
     }
+}
+
+/// Reads what a checkpoint says first.
+pub(super) fn header(path: &Path) -> io::Result<Header> {
+    let mut archive = ZipArchive::new(BufReader::new(File::open(path)?))?;
+    Ok(serde_json::from_reader(BufReader::new(archive.by_name(STATE)?))?)
 }
 
 /// The last checkpoint of a folder.

@@ -1,15 +1,18 @@
 //! Checkpoints: everything that a run needs to continue exactly where it was.
 //!
-//! A checkpoint is a zip archive of `state.json` and `networks.safetensors`, and of `rank-0.json` and
-//! `rank-0.buffer` for each process, each with a checksum, none compressed. The first process writes
-//! it, under a temporary name, and then renames it, so that a run that is killed while it writes
-//! leaves the last checkpoint as it was.
+//! A checkpoint is a zip archive of `state.json`, `networks.safetensors` and `environment.json`, and of
+//! `rank-0.json` and `rank-0.buffer` for each process, each with a checksum, none compressed. The first
+//! process writes it, without a name, and then gives it one, so that a run that is killed while it
+//! writes leaves the last checkpoint as it was.
 
+mod archive;
 mod contents;
+mod environment;
 mod load;
 mod resume;
 mod save;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -24,16 +27,19 @@ use crate::collector::CollectorSnapshot;
 pub use resume::Resumed;
 
 /// The version of the format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 const STATE: &str = "state.json";
 const NETWORKS: &str = "networks.safetensors";
+const ENVIRONMENT: &str = "environment.json";
 
 /// What all processes have in common, beside the networks.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Saved {
     version: u32,
+    /// The run that the checkpoint is of.
+    run_id: u64,
     settings: TrainSettings,
     seed: u64,
     /// The number of processes.
@@ -67,30 +73,44 @@ fn checkpoint_path(folder: &Path, steps: u64) -> PathBuf {
     folder.join(format!("checkpoint-{steps:012}.zip"))
 }
 
-/// Returns the checkpoints of a folder, oldest first.
-fn checkpoints(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut paths = Vec::new();
+/// Returns the checkpoints of a folder, oldest first: the files that have the names that
+/// [`Trainer::save`](super::Trainer::save) gives, whatever their contents.
+///
+/// # Errors
+/// Those of reading the folder.
+pub fn checkpoints(folder: impl AsRef<Path>) -> io::Result<Vec<PathBuf>> {
+    Ok(checkpoints_by_steps(folder.as_ref())?.into_values().collect())
+}
+
+/// Returns the checkpoints of a folder by their numbers of steps.
+fn checkpoints_by_steps(folder: &Path) -> io::Result<BTreeMap<u64, PathBuf>> {
+    let mut paths = BTreeMap::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        if name.starts_with("checkpoint-") && name.ends_with(".zip") {
-            paths.push(path);
+        let digits = name.strip_prefix("checkpoint-").and_then(|name| name.strip_suffix(".zip"));
+        if let Some(steps) = digits.and_then(|digits| digits.parse().ok())
+            && checkpoint_path(folder, steps) == path
+        {
+            paths.insert(steps, path);
         }
     }
-    paths.sort();
     Ok(paths)
 }
 
+/// What a checkpoint says first.
 #[derive(Deserialize)]
-struct Version {
+struct Header {
     version: u32,
+    /// `None` in other versions of the format.
+    run_id: Option<u64>,
 }
 
 fn parse(state: &[u8]) -> Result<Saved, String> {
     let read = |error: serde_json::Error| error.to_string();
     match serde_json::from_slice(state).map_err(read)? {
-        Version { version: VERSION } => {}
-        Version { version } => {
+        Header { version: VERSION, .. } => {}
+        Header { version, .. } => {
             return Err(format!("it has version {version}, and this crate reads {VERSION}"));
         }
     }

@@ -9,6 +9,7 @@ use safetensors::{Dtype, SafeTensors};
 
 use super::Own;
 use super::contents::check_numbers;
+use super::environment::EnvMark;
 use super::load::Loaded;
 use crate::learn::curve::Counters;
 use crate::learn::error::CheckpointError as Error;
@@ -37,8 +38,9 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// those of the run were made. It ends with the same bits as a run that was never stopped.
     ///
     /// # Errors
-    /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged, of several
-    /// processes, or does not fit the environments.
+    /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged or of another
+    /// environment: one with other spaces, with other rewards for the same goals, or that does not
+    /// take the checkpoint's snapshots.
     pub fn resume(
         make: impl Fn() -> Result<E, EnvError>,
         folder: impl AsRef<Path>,
@@ -60,27 +62,32 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         num_threads: usize,
         mut workers: Box<dyn Workers>,
     ) -> Result<(Self, Resumed), Error> {
-        let Loaded { path, before, saved, networks, own, buffers } =
+        let Loaded { path, before, saved, networks, environment, own, buffers } =
             Loaded::read(folder.as_ref(), &mut *workers)?;
         let damaged = |reason: String| {
             let (path, before) = (path.clone(), before.clone());
             Error::Damaged { path, reason, before }
         };
-        let foreign = |what| Error::Foreign { path: path.clone(), what };
+        let foreign =
+            |reason: &str| Error::Foreign { path: path.clone(), reason: reason.to_owned() };
         let size = workers.size();
         let mut trainer =
             Self::with_workers(make, saved.settings, saved.seed, num_threads, workers)?;
+        let dims = trainer.buffer.config().dims();
+        EnvMark::read(&environment)
+            .and_then(|mark| mark.check(&mut trainer.template, dims.goal))
+            .map_err(|reason| foreign(&reason))?;
         let read = |bytes: &Vec<u8>| HerBuffer::read_from(bytes.as_slice());
         let mut buffers = buffers.iter().map(read).collect::<Result<Vec<_>, _>>();
         let buffers = buffers.as_mut().map_err(|error| damaged(error.to_string()))?;
         if !trainer.decode_networks(saved.num_updates, &networks).map_err(damaged)? {
-            return Err(foreign("a network"));
+            return Err(foreign("a network does not fit"));
         }
         let Inputs { observation, goal, .. } = &saved.inputs;
-        let dims = trainer.buffer.config().dims();
         if (observation.dim(), goal.dim()) != (dims.observation, dims.goal) {
-            return Err(foreign("a normalizer"));
+            return Err(foreign("a normalizer does not fit"));
         }
+        trainer.run_id = saved.run_id;
         trainer.inputs = saved.inputs;
         trainer.counters = saved.counters;
         trainer.recent = saved.recent;
@@ -92,19 +99,19 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             own.check().map_err(damaged)?;
             let buffer = buffers.pop().ok_or_else(|| damaged("it has no buffer".to_owned()))?;
             if buffer.config() != trainer.buffer.config() {
-                return Err(foreign("the buffer"));
+                return Err(foreign("the buffer does not fit"));
             }
             trainer.buffer = buffer;
             trainer.collector.restore(&own.collector).map_err(Error::Envs)?;
             if let Some(last_batch) = own.last_batch
                 && !trainer.explorer.restore(own.explorer, last_batch)
             {
-                return Err(foreign("the last batch"));
+                return Err(foreign("the last batch does not fit"));
             }
             Resumed::Exactly
         } else {
             for buffer in buffers {
-                trainer.buffer.append(buffer).map_err(|_| foreign("the buffer"))?;
+                trainer.buffer.append(buffer).map_err(|_| foreign("the buffer does not fit"))?;
             }
             let Counters { steps, episodes, .. } = trainer.counters;
             trainer.explorer.skip(steps, episodes);

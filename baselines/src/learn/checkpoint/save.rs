@@ -1,15 +1,19 @@
 //! Saving checkpoints.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write as _};
+use std::fs;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use atomic_write_file::AtomicWriteFile;
 use fetch_env::SnapshotEnv;
 use safetensors::{Dtype, tensor::TensorView};
-use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
+use super::archive::Archive;
+use super::environment::EnvMark;
+use super::load::header;
 use super::{
-    NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path, checkpoints, own_name,
+    ENVIRONMENT, Header, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
+    checkpoints_by_steps, own_name,
 };
 use crate::learn::error::{CheckpointError as Error, TrainError};
 use crate::learn::trainer::{LearnEnv, Trainer};
@@ -19,14 +23,18 @@ use crate::workers::sum;
 /// The number of checkpoints that stay in a folder.
 const KEPT: usize = 2;
 
-/// The name of a checkpoint that is being written.
-const TEMPORARY: &str = "unfinished.zip";
-
 impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
-    /// Saves a checkpoint in a folder, makes the folder if there is none, and removes all but the
-    /// last two checkpoints. Returns its path. The first process writes, and all wait for it.
+    /// Saves a checkpoint in a folder, makes the folder if there is none, and removes those of this
+    /// run that are older, but for the last of them. Returns its path. The first process writes, and
+    /// all wait for it.
+    ///
+    /// A run is what [`new`](Self::new) has begun, with what was [resumed](Self::resume) from it.
+    /// Two runs are not the same if only their settings and seeds are. One trainer at a time saves
+    /// checkpoints in a folder.
     ///
     /// # Errors
+    /// [`CheckpointError::OtherRun`](Error::OtherRun) if the folder has checkpoints of another run,
+    /// or something that cannot be read in the place of this one; otherwise
     /// [`CheckpointError`](Error). The earlier checkpoints are whole then.
     pub fn save(&mut self, folder: impl AsRef<Path>) -> Result<PathBuf, Error> {
         let folder = folder.as_ref();
@@ -43,7 +51,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let others = self.gather_parts(&own).map_err(failed)?;
         let written = if is_first { self.write(folder, &path, &own, &others) } else { Ok(()) };
         let num_failed = sum(&mut *self.workers, u64::from(written.is_err()));
-        written.map_err(failed)?;
+        written?;
         if num_failed.map_err(TrainError::from)? > 0 {
             return Err(failed(io::Error::other("the first process could not write it")));
         }
@@ -64,9 +72,50 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         Ok(states.into_iter().zip(buffers).skip(1).map(|(state, buffer)| [state, buffer]).collect())
     }
 
+    /// Writes a checkpoint, and removes those that it makes stale.
     fn write(
         &mut self,
         folder: &Path,
+        path: &Path,
+        own: &[u8],
+        others: &[[Vec<u8>; 2]],
+    ) -> Result<(), Error> {
+        let failed = |source| Error::Write { path: path.to_owned(), source };
+        fs::create_dir_all(folder).map_err(failed)?;
+        let older = self.older_checkpoints(folder, path)?;
+        self.write_archive(path, own, others).map_err(failed)?;
+        let stale = older.len().saturating_sub(KEPT - 1);
+        for path in &older[..stale] {
+            match fs::remove_file(path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the checkpoints of this run in a folder that are older than the one at `path`, oldest
+    /// first. One that cannot be read is nobody's, and stays as it is.
+    fn older_checkpoints(&self, folder: &Path, path: &Path) -> Result<Vec<PathBuf>, Error> {
+        let mut older = Vec::new();
+        let all = checkpoints_by_steps(folder)
+            .map_err(|source| Error::Read { path: folder.to_owned(), source })?;
+        for (steps, other) in all {
+            match header(&other) {
+                Ok(Header { version: VERSION, run_id: Some(run_id) }) if run_id == self.run_id => {
+                    if steps < self.counters.steps {
+                        older.push(other);
+                    }
+                }
+                Err(_) if other != path => {}
+                _ => return Err(Error::OtherRun { path: other }),
+            }
+        }
+        Ok(older)
+    }
+
+    fn write_archive(
+        &mut self,
         path: &Path,
         own: &[u8],
         others: &[[Vec<u8>; 2]],
@@ -74,6 +123,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let (num_updates, networks) = self.encode_networks()?;
         let saved = Saved {
             version: VERSION,
+            run_id: self.run_id,
             settings: self.settings.clone(),
             seed: self.seed,
             num_ranks: self.workers.size(),
@@ -83,38 +133,20 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             inputs: self.inputs.clone(),
             num_updates,
         };
-        let temporary = folder.join(TEMPORARY);
-        let write = || -> io::Result<()> {
-            fs::create_dir_all(folder)?;
-            let mut archive = ZipWriter::new(BufWriter::new(File::create(&temporary)?));
-            let options = SimpleFileOptions::default()
-                .compression_method(CompressionMethod::Stored)
-                .large_file(true);
-            archive.start_file(STATE, options)?;
-            archive.write_all(&serde_json::to_vec(&saved)?)?;
-            archive.start_file(NETWORKS, options)?;
-            archive.write_all(&networks)?;
-            archive.start_file(own_name(0), options)?;
-            archive.write_all(own)?;
-            archive.start_file(buffer_name(0), options)?;
-            self.buffer.write_to(&mut archive)?;
-            for (rank, [state, buffer]) in (1..).zip(others) {
-                archive.start_file(own_name(rank), options)?;
-                archive.write_all(state)?;
-                archive.start_file(buffer_name(rank), options)?;
-                archive.write_all(buffer)?;
-            }
-            let file = archive.finish()?.into_inner()?;
-            file.sync_all()?;
-            fs::rename(&temporary, path)?;
-            let all = checkpoints(folder)?;
-            let stale = all.len().saturating_sub(KEPT);
-            all[..stale].iter().try_for_each(fs::remove_file)
-        };
-        write().inspect_err(|_| {
-            // A full disk has space again.
-            let _ = fs::remove_file(&temporary);
-        })
+        let environment = EnvMark::of(&self.template, self.buffer.config().dims().goal);
+        let mut file = AtomicWriteFile::open(path)?;
+        let mut archive = Archive::new(file.as_file_mut());
+        archive.part(STATE)?.write_all(&serde_json::to_vec(&saved)?)?;
+        archive.part(NETWORKS)?.write_all(&networks)?;
+        archive.part(ENVIRONMENT)?.write_all(&serde_json::to_vec(&environment)?)?;
+        archive.part(&own_name(0))?.write_all(own)?;
+        self.buffer.write_to(archive.part(&buffer_name(0))?)?;
+        for (rank, [state, buffer]) in (1..).zip(others) {
+            archive.part(&own_name(rank))?.write_all(state)?;
+            archive.part(&buffer_name(rank))?.write_all(buffer)?;
+        }
+        archive.finish()?;
+        file.commit()
     }
 
     /// Returns the number of updates, and the vectors of the algorithm's state as a file.

@@ -6,9 +6,12 @@ use baselines::Estimate;
 use fetch_env::EnvId;
 use serde::{Deserialize, Serialize};
 
-use crate::train::{
-    curve_line::{CurveLine, read_csv, write_csv},
-    limits,
+use crate::{
+    shared::json::write_text,
+    train::{
+        curve_line::{CurveLine, csv_text, read_csv},
+        limits,
+    },
 };
 
 /// The runs of an environment and a preset.
@@ -66,7 +69,7 @@ impl Group {
     }
 
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        write_csv(path, self.runs.values().flatten())
+        write_text(path, &csv_text(self.runs.values().flatten())?)
     }
 
     pub fn num_runs(&self) -> usize {

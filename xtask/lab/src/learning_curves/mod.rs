@@ -12,7 +12,10 @@ use std::{
 use anyhow::{Context, ensure};
 
 use self::{drawing::Curves, group::Group};
-use crate::{figures::save, train::files::RunFiles};
+use crate::{
+    figures::save,
+    train::files::{Run, RunFiles},
+};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -24,7 +27,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let mut groups = BTreeMap::new();
+    let (mut groups, mut runs) = (BTreeMap::new(), BTreeMap::<String, Run>::new());
     if args.folder.is_dir() {
         for path in entries(&args.folder)? {
             if let Some(name) =
@@ -39,6 +42,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         ensure!(!found.is_empty(), "{} has no run: give a folder of `train`", folder.display());
         for files in found {
             let (name, lines) = (files.run.group(), files.read_curve()?);
+            if let Some(other) = runs.insert(name.clone(), files.run.clone()) {
+                ensure!(
+                    other.differs_in_seed_alone(&files.run),
+                    "{} is another run than those before it, but its curve has the same name, \
+                     {name}: gather it in another folder with --folder",
+                    files.folder.display()
+                );
+            }
             let group = match groups.remove(&name) {
                 Some(group) => group,
                 None => Group::new(&name)?,

@@ -7,3 +7,4 @@ pub mod process;
 pub mod progress;
 pub mod python;
 pub mod ranks;
+pub mod signals;

@@ -23,7 +23,7 @@ pub type MakeWorkers<'a> = &'a dyn Fn() -> Box<dyn Workers>;
 /// Runs a command, shared by all ranks if the flags say so. `facts` must be the same in all of them.
 ///
 /// A rank that fails says so and ends all: the first rank at once, the others a second later, so that
-/// an error that all have is told once.
+/// an error that all have is told once. All ranks end together where a signal has stopped them, which is no failure.
 pub fn share_run(
     args: &RankArgs,
     facts: &[(&str, String)],
@@ -59,6 +59,8 @@ fn with_mpi(
 ) -> anyhow::Result<bool> {
     use baselines::workers::MpiWorkers;
 
+    use super::signals::Stopped;
+
     let limit = std::time::Duration::try_from_secs_f64(wait_seconds)
         .with_context(|| format!("--wait-seconds {wait_seconds}"))?;
     let workers = MpiWorkers::start(limit, |late| {
@@ -67,15 +69,15 @@ fn with_mpi(
     })?;
     let rank = workers.rank();
     match run(&|| Box::new(workers.clone())) {
-        Ok(passed) => {
-            workers.finish();
-            Ok(passed || rank > 0)
-        }
-        Err(error) => {
+        Err(error) if !error.is::<Stopped>() => {
             tell(rank, &format!("{error:#}"));
             // This ends all ranks.
             drop(workers);
             Ok(false)
+        }
+        ended => {
+            workers.finish();
+            if rank > 0 { Ok(true) } else { ended }
         }
     }
 }

@@ -6,8 +6,6 @@ use anyhow::Context;
 use baselines::learn::{Counters, CurveRow, Losses};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::shared::json::write_text;
-
 /// A line: the state of a run at an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveLine {
@@ -50,14 +48,11 @@ impl From<&CurveRow> for CurveLine {
     }
 }
 
-/// Writes lines with their header.
-pub fn write_csv(
-    path: &Path,
-    lines: impl IntoIterator<Item = impl Serialize>,
-) -> anyhow::Result<()> {
+/// Returns lines with their header.
+pub fn csv_text(lines: impl IntoIterator<Item = impl Serialize>) -> anyhow::Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     lines.into_iter().try_for_each(|line| writer.serialize(line))?;
-    write_text(path, &String::from_utf8(writer.into_inner()?)?)
+    Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
 /// Reads lines.

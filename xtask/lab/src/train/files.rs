@@ -5,32 +5,35 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use baselines::{
     SuccessRate, TrainedPolicy,
-    learn::{Counters, CurveRow},
+    learn::{Counters, CurveRow, checkpoints},
 };
 use fetch_env::EnvId;
 use serde::{Deserialize, Serialize};
 
 use super::{
     Args,
-    curve_line::{CurveLine, read_csv, write_csv},
+    curve_line::{CurveLine, csv_text, read_csv},
+    lock::{LOCK, RunLock},
     options::Preset,
 };
 use crate::shared::{
     choice::{ModelChoice, flag_name},
-    json::{write_file, write_json},
+    json::{json_text, replace_file},
 };
 
 /// The folder of a run.
 pub struct RunFiles {
     pub folder: PathBuf,
     pub run: Run,
+    /// Where files are written: in the first rank.
+    _lock: Option<RunLock>,
 }
 
 /// What a resumed run needs to know beside its checkpoint: `run.json`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
     env_id: String,
@@ -74,14 +77,35 @@ impl Run {
         Ok(self.env_id.parse()?)
     }
 
-    /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`.
+    /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`: the beginning of
+    /// the names of files.
     pub fn group(&self) -> String {
-        // A number of episodes, or the name of their file.
-        let demos = self.demos.as_ref().and_then(|demos| Path::new(demos).file_stem());
-        let demos = demos.map(|demos| format!("demos={}", demos.display()));
-        let parts = [self.env_id.clone(), flag_name(self.preset)].into_iter().chain(demos);
-        parts.chain(self.changes.iter().cloned()).collect::<Vec<_>>().join("-")
+        // A number of episodes, or the name of their file, in which the parts' own dash means nothing.
+        let demos = self.demos.as_ref().map(|demos| {
+            let stem = Path::new(demos).file_stem().unwrap_or(demos.as_ref());
+            format!("demos={}", file_name(&stem.to_string_lossy()).replace('-', "%2D"))
+        });
+        let changes = self.changes.iter().map(|change| file_name(change));
+        let parts = [file_name(&self.env_id), flag_name(self.preset)];
+        parts.into_iter().chain(demos).chain(changes).collect::<Vec<_>>().join("-")
     }
+
+    /// Whether two runs may have the same name.
+    pub fn differs_in_seed_alone(&self, other: &Self) -> bool {
+        let same = |run: &Self| Self { seed: 0, steps: 0, target: 0.0, ..run.clone() };
+        same(self) == same(other)
+    }
+}
+
+/// Returns a text as a part of a name of a file: what may mean something there is `%` and its code, as
+/// in addresses.
+fn file_name(text: &str) -> String {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"=.,_-[]".contains(&byte);
+    let escaped = |byte: u8| match is_plain(byte) {
+        true => char::from(byte).to_string(),
+        false => format!("%{byte:02X}"),
+    };
+    text.bytes().map(escaped).collect()
 }
 
 /// Returns the flags of a run that change what the preset says.
@@ -94,29 +118,97 @@ fn changes(args: &Args) -> Vec<String> {
 
 const RUN: &str = "run.json";
 const CURVE: &str = "curve.csv";
+const POLICY: &str = "policy.safetensors";
+const PAGE: &str = "page.html";
+
+/// Returns the files that a run has written in a folder, beside its description and its lock: those
+/// that a resumed run writes again, and then the checkpoints, oldest first.
+fn written(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let others = [PAGE, POLICY, CURVE].map(|name| folder.join(name));
+    let mut paths: Vec<_> = others.into_iter().filter(|path| exists(path)).collect();
+    let checkpoints = checkpoints(folder);
+    paths.extend(checkpoints.with_context(|| format!("cannot read {}", folder.display()))?);
+    Ok(paths)
+}
+
+/// Whether there is something, be it a link to nothing.
+fn exists(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
 
 impl RunFiles {
-    /// Makes the folder of a new run.
-    pub fn create(folder: &Path, args: &Args, seed: u64) -> anyhow::Result<Self> {
-        let path = folder.join(RUN);
-        if args.overwrite && path.exists() {
-            fs::remove_dir_all(folder)
-                .with_context(|| format!("cannot remove {}", folder.display()))?;
+    /// Checks that a new run may begin in a folder, and changes nothing there.
+    pub fn check_free(folder: &Path, overwrite: bool) -> anyhow::Result<()> {
+        let (written, shown) = (written(folder)?, folder.display());
+        if exists(&folder.join(RUN)) {
+            // That of something else stays.
+            Run::read(folder)?;
+            // A description alone is what is left of a start that was killed.
+            if overwrite || written.is_empty() {
+                return Ok(());
+            }
+            let has_checkpoint = !checkpoints(folder)?.is_empty();
+            let resume = if has_checkpoint { "continue it with --resume, " } else { "" };
+            bail!(
+                "{shown} has a run: {resume}replace it with --overwrite, or choose another folder \
+                 with --out"
+            );
         }
+        if let Some(path) = written.first() {
+            bail!(
+                "{} is there, but no {RUN} says whose it is: choose another folder with --out",
+                path.display()
+            );
+        }
+        let others = || fs::read_dir(folder).into_iter().flatten().flatten();
         ensure!(
-            !path.exists(),
-            "{} has a run: continue it with --resume, replace it with --overwrite, or choose \
-             another folder with --out",
-            folder.display()
+            !overwrite || others().all(|entry| entry.file_name() == LOCK),
+            "{shown} is not the folder of a run, and --overwrite replaces nothing else: leave it \
+             out, or choose another folder with --out"
         );
-        let run = Run::new(args, seed);
-        write_json(&path, &run)?;
-        Ok(Self { folder: folder.to_owned(), run })
+        Ok(())
     }
 
-    /// Opens the folder of a run.
+    /// Begins a run in a folder, which it makes if there is none, and removes what the run before it
+    /// has written. Until the last checkpoint is removed, that one can be resumed; then a new run can
+    /// be started, whenever this process is killed.
+    pub fn create(folder: &Path, args: &Args, seed: u64) -> anyhow::Result<Self> {
+        let lock = RunLock::take(folder)?;
+        Self::check_free(folder, args.overwrite)?;
+        for path in written(folder)? {
+            fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
+        }
+        let run = Run::new(args, seed);
+        let files = Self { folder: folder.to_owned(), run, _lock: Some(lock) };
+        files.write(RUN, json_text(&files.run)?.as_bytes())?;
+        Ok(files)
+    }
+
+    /// Opens the folder of a run to continue it.
+    pub fn resume(folder: &Path) -> anyhow::Result<Self> {
+        // No lock is left in a folder that has no run.
+        Run::read(folder)?;
+        let lock = RunLock::take(folder)?;
+        let files = Self { _lock: Some(lock), ..Self::open(folder)? };
+        ensure!(
+            !checkpoints(folder)?.is_empty(),
+            "{} has no checkpoint: start the run again, without --resume",
+            folder.display()
+        );
+        Ok(files)
+    }
+
+    /// Opens the folder of a run to read it.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        Ok(Self { folder: folder.to_owned(), run: Run::read(folder)? })
+        Ok(Self::of_rank(folder, Run::read(folder)?))
+    }
+
+    /// The folder of a run whose files another rank writes.
+    pub fn of_rank(folder: &Path, run: Run) -> Self {
+        Self { folder: folder.to_owned(), run, _lock: None }
     }
 
     /// Whether a folder is that of a run.
@@ -124,9 +216,13 @@ impl RunFiles {
         folder.join(RUN).is_file()
     }
 
+    fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        replace_file(&self.folder.join(name), bytes)
+    }
+
     /// Writes the curve so far.
     pub fn write_curve(&self, rows: &[CurveRow]) -> anyhow::Result<()> {
-        write_csv(&self.folder.join(CURVE), rows.iter().map(CurveLine::from))
+        self.write(CURVE, csv_text(rows.iter().map(CurveLine::from))?.as_bytes())
     }
 
     /// Reads the curve of a run.
@@ -135,7 +231,11 @@ impl RunFiles {
     }
 
     pub fn write_policy(&self, policy: &TrainedPolicy) -> anyhow::Result<()> {
-        write_file(&self.folder.join("policy.safetensors"), &policy.to_bytes()?)
+        self.write(POLICY, &policy.to_bytes()?)
+    }
+
+    pub fn write_page(&self, html: &str) -> anyhow::Result<()> {
+        self.write(PAGE, html.as_bytes())
     }
 }
 

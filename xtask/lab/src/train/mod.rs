@@ -1,38 +1,38 @@
 //! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does not
-//! reach the target.
+//! reach the target. Ctrl-C and SIGTERM end it with a last checkpoint, a second signal at once.
 
 pub mod curve_line;
+mod cycles;
 pub mod files;
+mod lock;
 mod options;
 mod page;
 
 use std::{
     num::{NonZeroU64, NonZeroUsize},
-    ops::ControlFlow,
     path::{Path, PathBuf},
-    time::Instant,
 };
 
-use anyhow::Context;
 use baselines::{
-    Estimate, SuccessRate, TrainedPolicy,
-    learn::{CurveRow, Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
-    workers::{Workers, evaluate_spread, sum},
+    SuccessRate, TrainedPolicy,
+    learn::{Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
+    workers::{Workers, evaluate_spread},
 };
+use commands::tell;
 use fetch_env::{
     EnvError, EnvId, MujocoEnv, Task, make_vec_with_config, make_with_config, vec_env::VecConfig,
 };
-use indicatif::ProgressBar;
 
 use self::{
+    cycles::{first_signal, train},
     files::{Outcome, Run, RunFiles},
     options::{AlgorithmChoice, Preset},
 };
 use crate::shared::{
     choice::ModelChoice,
     json::{Metric, write_results},
-    progress,
     ranks::{MakeWorkers, RankArgs, of_first, share_run},
+    signals::{Signals, Stopped},
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -77,7 +77,7 @@ pub struct Args {
     /// Folder of the run; by default it has the names of environment and seed below results/train
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Replace the run that the folder has
+    /// Replace the run that the folder has: the files that it wrote, and no others
     #[arg(long)]
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
@@ -100,16 +100,27 @@ const FINAL_EPISODES: usize = 100;
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     // Wrong usage is told before ranks meet.
     let settings = options::settings(args)?;
-    share_run(&args.ranks, &options::facts(args), |workers| run_shared(args, &settings, workers))
+    let signals = Signals::listen()?;
+    share_run(&args.ranks, &options::facts(args), |workers| {
+        run_shared(args, &settings, &signals, workers)
+    })
 }
 
-fn run_shared(args: &Args, settings: &TrainSettings, workers: MakeWorkers) -> anyhow::Result<bool> {
+fn run_shared(
+    args: &Args,
+    settings: &TrainSettings,
+    signals: &Signals,
+    workers: MakeWorkers,
+) -> anyhow::Result<bool> {
     let mut results = Vec::new();
     if let Some(folder) = &args.resume {
-        results.push(resume(args, folder, workers())?);
+        let (trainer, files) = resume(args, folder, workers())?;
+        results.push(finish(args, trainer, &files, signals)?);
     } else {
         for run in 0..args.seeds.get() {
-            results.push(start(args, settings, args.seed.wrapping_add(run), workers())?);
+            let seed = args.seed.wrapping_add(run);
+            let (trainer, files) = start(args, settings, seed, workers())?;
+            results.push(finish(args, trainer, &files, signals)?);
         }
     }
     if workers().rank() == 0 {
@@ -118,10 +129,15 @@ fn run_shared(args: &Args, settings: &TrainSettings, workers: MakeWorkers) -> an
     Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
 }
 
-fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::Result<Outcome> {
+/// A run that is ready to go on.
+type Ready = (Trainer<MujocoEnv>, RunFiles);
+
+fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::Result<Ready> {
     let (rank, size) = (workers.rank(), workers.size());
-    let run: Run = of_first(&mut *workers, || Run::read(folder))?;
-    let files = RunFiles { folder: folder.to_owned(), run };
+    let mut own = None;
+    let run: Run =
+        of_first(&mut *workers, || Ok(own.insert(RunFiles::resume(folder)?).run.clone()))?;
+    let files = own.unwrap_or_else(|| RunFiles::of_rank(folder, run));
     let (env_id, model) = (files.run.env_id()?, files.run.model);
     let make = || make(env_id, model);
     let (trainer, resumed) =
@@ -136,7 +152,7 @@ fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::
             )?;
         }
     }
-    finish(args, trainer, &files)
+    Ok((trainer, files))
 }
 
 /// Makes an environment of a run.
@@ -144,12 +160,13 @@ fn make(env_id: EnvId, model: ModelChoice) -> Result<MujocoEnv, EnvError> {
     make_with_config(env_id.config().with_model(model.source()))
 }
 
+/// Begins a run, once everything else is ready.
 fn start(
     args: &Args,
     settings: &TrainSettings,
     seed: u64,
     workers: Box<dyn Workers>,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<Ready> {
     let name = format!("{}-seed-{seed}", args.env_id);
     let folder = match &args.out {
         Some(folder) if args.seeds.get() == 1 => folder.clone(),
@@ -157,62 +174,53 @@ fn start(
         None => PathBuf::from("results/train").join(name),
     };
     let make = || make(args.env_id, args.model);
-    let threads = args.threads.get();
+    let (is_first, threads) = (workers.rank() == 0, args.threads.get());
     let mut trainer = Trainer::with_workers(make, settings.clone(), seed, threads, workers)?;
-    let is_first = trainer.workers().rank() == 0;
-    let files = if is_first {
-        RunFiles::create(&folder, args, seed)?
-    } else {
-        RunFiles { folder: folder.clone(), run: Run::new(args, seed) }
-    };
+    if is_first {
+        RunFiles::check_free(&folder, args.overwrite)?;
+    }
     if let Some(demos) = &args.demos {
         options::add_demos(&mut trainer, args, demos, seed)?;
         if is_first {
             say!("train: {} episodes of demonstrations", trainer.counters().demonstrations)?;
         }
     }
+    let files = if is_first {
+        RunFiles::create(&folder, args, seed)?
+    } else {
+        RunFiles::of_rank(&folder, Run::new(args, seed))
+    };
     trainer.save(&folder)?;
-    finish(args, trainer, &files)
+    Ok((trainer, files))
 }
 
-/// Runs a trainer to its end, and writes its files.
+/// Runs a trainer to its end, and writes its files. A signal ends it after a last checkpoint.
 fn finish(
     args: &Args,
     mut trainer: Trainer<MujocoEnv>,
     files: &RunFiles,
+    signals: &Signals,
 ) -> anyhow::Result<Outcome> {
     let run = &files.run;
     let env_id = run.env_id()?;
     let num_steps = args.steps.unwrap_or(run.steps);
     let target = Target { success_rate: args.target.unwrap_or(run.target), evaluations: 2 };
     let is_first = trainer.workers().rank() == 0;
-    let bar = progress::bar(usize::try_from(num_steps)?, "training");
-    if is_first {
-        bar.set_position(trainer.counters().steps);
-        files.write_curve(trainer.rows())?;
-    }
-    let mut saved = Instant::now();
-    let mut outcome = Ok(());
-    trainer.run(num_steps, Some(target), |trainer, row| {
+    signals.put_off();
+    let trained = train(args, &mut trainer, files, signals, num_steps, target);
+    let saved = trained.and_then(|()| Ok(trainer.save(&files.folder)?));
+    signals.end_at_once();
+    saved?;
+    if let Some(stopped) = Stopped::by(first_signal(signals, trainer.workers())?) {
         if is_first {
-            show(&bar, row);
-            outcome = files.write_curve(trainer.rows());
+            tell(format_args!(
+                "train: {stopped} after {} steps: continue it with --resume {}",
+                trainer.counters().steps,
+                quoted(&files.folder)
+            ));
         }
-        let is_due = saved.elapsed().as_secs_f64() >= args.checkpoint_seconds;
-        let saves = is_first && is_due && outcome.is_ok();
-        match sum(trainer.workers(), u64::from(saves)) {
-            Ok(0) => {}
-            Ok(_) => {
-                outcome = trainer.save(&files.folder).map(|_| ()).context("the run stops here");
-                saved = Instant::now();
-            }
-            Err(error) => outcome = Err(error.into()),
-        }
-        if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-    })?;
-    outcome?;
-    bar.finish_and_clear();
-    trainer.save(&files.folder)?;
+        return Err(stopped.into());
+    }
     let policy = trainer.policy(&env_id.to_string())?;
     let policy = measured(trainer.workers(), policy, env_id, run.model, args.threads.get())?;
     let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
@@ -226,7 +234,8 @@ fn finish(
     };
     if is_first {
         files.write_policy(&policy)?;
-        page::write(&files.folder, env_id, run.model, trainer.rows(), trainer.settings(), policy)?;
+        let settings = trainer.settings();
+        files.write_page(&page::html(env_id, run.model, trainer.rows(), settings, policy)?)?;
         say!("train: {outcome}; wrote {}", files.folder.display())?;
         let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();
         if exchanging > 0.0 {
@@ -234,6 +243,13 @@ fn finish(
         }
     }
     Ok(outcome)
+}
+
+/// Returns a path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-=+,".contains(c);
+    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }
 
 /// Measures the success rate of a policy on seeds that no training has seen.
@@ -252,19 +268,6 @@ fn measured(
     let rate = evaluation.summary()?.success_rate;
     let success = SuccessRate { rate, episodes: FINAL_EPISODES, first_seed: FINAL_SEED };
     Ok(policy.with_success(success))
-}
-
-fn show(bar: &ProgressBar, row: &CurveRow) {
-    let CurveRow { counters, success_rate: Estimate { value, .. }, .. } = row;
-    bar.set_position(counters.steps);
-    bar.set_message(format!("success {value:.2}"));
-    progress::note(
-        bar,
-        format_args!(
-            "{:>9} steps {:>7} updates {:>8.2} s  success {value:.2}",
-            counters.steps, counters.updates, counters.seconds
-        ),
-    );
 }
 
 fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {

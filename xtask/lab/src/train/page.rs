@@ -1,7 +1,5 @@
 //! The page of a run: its curve, its settings, and episodes of the policy.
 
-use std::path::Path;
-
 use baselines::{
     TrainedPolicy,
     learn::{CurveRow, TrainSettings},
@@ -10,19 +8,19 @@ use baselines::{
 use fetch_env::EnvId;
 
 use super::make;
-use crate::shared::{choice::ModelChoice, json::write_text};
+use crate::shared::choice::ModelChoice;
 
 /// The seeds of the episodes that are played back.
 const PLAYED: [u64; 3] = [1 << 50, (1 << 50) + 1, (1 << 50) + 2];
 
-pub fn write(
-    folder: &Path,
+/// Returns the page.
+pub fn html(
     env_id: EnvId,
     model: ModelChoice,
     rows: &[CurveRow],
     settings: &TrainSettings,
     mut policy: TrainedPolicy,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<String> {
     let title = format!("{env_id}, learned in {} steps", policy.header().steps);
     let mut page = Document::new(&title);
     page.section("curve", "Learning curve", &curves(rows)?);
@@ -36,7 +34,7 @@ pub fn write(
     page.section("episodes", "Episodes on new seeds", &episodes);
     let settings = format!("<pre>{}</pre>", escape(&serde_json::to_string_pretty(settings)?));
     page.section("settings", "Settings", &settings);
-    write_text(&folder.join("page.html"), &page.html())
+    Ok(page.html())
 }
 
 /// Draws the success rate over steps and over seconds of training.

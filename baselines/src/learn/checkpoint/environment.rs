@@ -1,0 +1,100 @@
+//! What the environment of a run is known by.
+
+use fetch_env::{BoxSpace, SnapshotEnv, Space};
+use goal_reward::GoalReward;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use crate::learn::trainer::LearnEnv;
+
+/// What tells an environment from others, without a name: environments of a user's own have none.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EnvMark<S> {
+    action_space: BoxSpace<f32>,
+    observation_space: Space,
+    outcomes: Vec<Outcome>,
+    /// Of an environment that has not been reset.
+    snapshot: S,
+}
+
+/// What its reward says about a pair of goals.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Outcome {
+    /// `None` if it is not finite.
+    reward: Option<f64>,
+    is_success: bool,
+    terminated: bool,
+    truncated: bool,
+}
+
+impl<S: DeserializeOwned> EnvMark<S> {
+    /// Reads a mark, or says in which way the environment is another one.
+    pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
+        serde_json::from_slice(bytes)
+            .map_err(|error| format!("its state has another form: {error}"))
+    }
+
+    /// Marks an environment whose goals have `goal_len` numbers.
+    pub(super) fn of<E>(env: &E, goal_len: usize) -> Self
+    where
+        E: LearnEnv + SnapshotEnv<Snapshot = S>,
+    {
+        Self {
+            action_space: env.action_space().clone(),
+            observation_space: env.observation_space().clone(),
+            outcomes: outcomes(env.goal_reward(), goal_len),
+            snapshot: env.snapshot(),
+        }
+    }
+
+    /// Says in which way an environment is another one. One that is the same is then as it was
+    /// before its first reset.
+    pub(super) fn check<E>(&self, env: &mut E, goal_len: usize) -> Result<(), String>
+    where
+        E: LearnEnv + SnapshotEnv<Snapshot = S>,
+    {
+        if self.action_space != *env.action_space() {
+            return Err("its actions have another space".to_owned());
+        }
+        if self.observation_space != *env.observation_space() {
+            return Err("its observations have another space".to_owned());
+        }
+        let same = outcomes(env.goal_reward(), goal_len);
+        if !self.outcomes.iter().zip(&same).all(|(theirs, ours)| theirs.is_nearly(ours)) {
+            return Err("it has other rewards for the same goals".to_owned());
+        }
+        env.restore(&self.snapshot).map_err(|error| error.to_string())
+    }
+}
+
+impl Outcome {
+    /// Whether two outcomes are the same, but for rounding, which another processor may do in
+    /// another way.
+    fn is_nearly(&self, other: &Self) -> bool {
+        let rewards = match (self.reward, other.reward) {
+            (Some(one), Some(other)) => (one - other).abs() <= 1e-6 * (1.0 + one.abs()),
+            (one, other) => one == other,
+        };
+        let flags = |outcome: &Self| [outcome.is_success, outcome.terminated, outcome.truncated];
+        rewards && flags(self) == flags(other)
+    }
+}
+
+/// Returns what a reward says about goals that are from 1 mm to 50 m apart, each along one axis.
+fn outcomes(reward: &impl GoalReward, goal_len: usize) -> Vec<Outcome> {
+    let achieved = vec![0.0; goal_len];
+    let outcome = |k: i32| {
+        let mut desired = achieved.clone();
+        if let Some(coordinate) = desired.get_mut(k as usize % goal_len.max(1)) {
+            *coordinate = 0.001 * 1.25_f64.powi(k);
+        }
+        Outcome {
+            reward: Some(reward.reward(&achieved, &desired)).filter(|reward| reward.is_finite()),
+            is_success: reward.is_success(&achieved, &desired),
+            terminated: reward.terminated(&achieved, &desired),
+            truncated: reward.truncated(&achieved, &desired),
+        }
+    };
+    (0..49).map(outcome).collect()
+}

@@ -1,0 +1,77 @@
+//! Signals: Ctrl-C in a terminal (SIGINT) and SIGTERM, which end a command at once or after a last step.
+
+use std::{
+    fmt, io,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+    },
+};
+
+use signal_hook::{
+    consts::{SIGINT, SIGTERM},
+    flag,
+    low_level::signal_name,
+};
+
+/// Signals to this process. The first one can be put off; the next one ends the process at once.
+pub struct Signals {
+    end_at_once: Arc<AtomicBool>,
+    /// The last signal; 0 for none.
+    received: Arc<AtomicUsize>,
+}
+
+impl Signals {
+    /// Listens to signals, which still end the process at once.
+    pub fn listen() -> io::Result<Self> {
+        let end_at_once = Arc::new(AtomicBool::new(true));
+        let received = Arc::new(AtomicUsize::new(0));
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: the first one does not end the process itself.
+            flag::register_conditional_default(signal, Arc::clone(&end_at_once))?;
+            flag::register(signal, Arc::clone(&end_at_once))?;
+            flag::register_usize(signal, Arc::clone(&received), signal as usize)?;
+        }
+        Ok(Self { end_at_once, received })
+    }
+
+    /// Puts off the next signal.
+    pub fn put_off(&self) {
+        self.end_at_once.store(false, Ordering::SeqCst);
+    }
+
+    /// Lets the next signal end the process at once.
+    pub fn end_at_once(&self) {
+        self.end_at_once.store(true, Ordering::SeqCst);
+    }
+
+    /// The signal that was put off; 0 for none.
+    pub fn received(&self) -> usize {
+        self.received.load(Ordering::SeqCst)
+    }
+}
+
+/// Why a command ended that had received a signal.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopped(usize);
+
+impl Stopped {
+    /// Returns why a command ends, if it has received this signal.
+    pub fn by(signal: usize) -> Option<Self> {
+        (signal != 0).then_some(Self(signal))
+    }
+
+    /// The exit code, as a shell gives it to a process that a signal has ended.
+    pub fn exit_code(self) -> u8 {
+        u8::try_from(128 + self.0).unwrap_or(u8::MAX)
+    }
+}
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = i32::try_from(self.0).ok().and_then(signal_name).unwrap_or("a signal");
+        write!(f, "stopped by {name}")
+    }
+}
+
+impl std::error::Error for Stopped {}
