@@ -12,7 +12,7 @@ use anyhow::{Context, bail, ensure};
 use commands::tell;
 use rustix::{fs::OFlags, system::uname};
 
-/// The name of the lock's file. The file stays when the lock is free: whoever removes it may remove the
+/// The name of the lock's file. The file stays when the lock is free: removing it could remove the
 /// lock of a process that has just taken it.
 pub const LOCK: &str = "run.lock";
 
