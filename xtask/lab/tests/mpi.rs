@@ -211,7 +211,8 @@ fn collected_episodes_are_the_same_on_any_number_of_ranks() -> Result {
 #[test]
 fn a_rank_that_is_killed_while_it_collects_ends_the_run() -> Result {
     let folder = tempdir()?;
-    let child = start_in(&folder, "--steps 100000000 --set steps_per_cycle=10000000")?;
+    let child =
+        start_in(&folder, "--steps 100000000 --set steps_per_cycle=1000 --set num_envs=400")?;
     thread::sleep(Duration::from_millis(500));
     signal(&child, 1, "-KILL")?;
     Ended::of(child)?.was_killed(1);
@@ -221,7 +222,7 @@ fn a_rank_that_is_killed_while_it_collects_ends_the_run() -> Result {
 #[test]
 fn a_rank_that_is_killed_while_it_updates_ends_the_run() -> Result {
     let folder = tempdir()?;
-    let child = start_in(&folder, "--steps 10000 --set updates_per_cycle=100000000")?;
+    let child = start_in(&folder, "--steps 10000 --set updates_per_cycle=10000")?;
     thread::sleep(Duration::from_millis(1_500));
     signal(&child, 1, "-KILL")?;
     Ended::of(child)?.was_killed(1);
@@ -231,7 +232,7 @@ fn a_rank_that_is_killed_while_it_updates_ends_the_run() -> Result {
 #[test]
 fn a_rank_that_is_killed_while_it_evaluates_ends_the_run() -> Result {
     let folder = tempdir()?;
-    let child = start_in(&folder, "--steps 10000 --set evaluation_episodes=1000000")?;
+    let child = start_in(&folder, "--steps 10000 --set evaluation_episodes=10000")?;
     thread::sleep(Duration::from_millis(2_500));
     signal(&child, 1, "-KILL")?;
     Ended::of(child)?.was_killed(1);

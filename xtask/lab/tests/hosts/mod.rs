@@ -22,7 +22,7 @@ use crate::{Ended, LAB, Result, Results, TRAIN, results, run, start, train, wait
 const PAGE: &str = include_str!("../../../../baselines/MANY_MACHINES.md");
 
 /// Cycles that are long in collecting, and such that are long in updating.
-const COLLECTING: &str = "--steps 9000 --set batch_size=16 --set steps_per_cycle=3000 \
+const COLLECTING: &str = "--steps 9000 --set batch_size=16 --set steps_per_cycle=1000 \
                           --set updates_per_cycle=2";
 const UPDATING: &str = "--steps 500 --set batch_size=16 --set updates_per_cycle=100";
 
