@@ -1,4 +1,7 @@
 //! The steps of `test` and `ci`.
+//!
+//! Most name the whole workspace, so that they share what is built: the features of a crate are those
+//! that all chosen packages ask for.
 
 use super::needs::Need::{
     self, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt, Valgrind,
@@ -82,7 +85,7 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "lints with MPI",
-            "clippy -p fetch-baselines -p lab --features lab/mpi --all-targets -- -D warnings",
+            "clippy --workspace --features lab/mpi --all-targets -- -D warnings",
             &[Clippy, Mpi],
         ),
         step("documentation", "doc --workspace --no-deps", &[]),
@@ -110,7 +113,7 @@ const ON_SYSTEM: Stage = Stage {
         step("tests of pages", "test --workspace --test page", &[Chromium]),
         step(
             "ranks that share a run, and their faults",
-            "test -p lab --features mpi --test mpi -- --test-threads 1",
+            "test --workspace --features lab/mpi --test mpi -- --test-threads 1",
             &[Mpi, Hosts],
         ),
         step("fuzzing", "xtask fuzz --seconds 15", &[CPlusPlus]),
@@ -164,10 +167,10 @@ const LEARN_IN_PART: Step = step(
     "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 --out target/learn/push --overwrite",
     &[],
 );
-/// The tests of everything that uses MuJoCo.
+/// The tests of what uses MuJoCo.
 const TESTS_ON_MUJOCO: Step = step(
     "tests",
-    "test --workspace --exclude goal-reward --exclude her-relabel --exclude xtask",
+    "test --workspace --exclude goal-reward --exclude her-relabel",
     &[OpenGl, Chromium],
 );
 const LIVE: Step = step("bit for bit the reference in Python", "xtask parity --live", &[]);
@@ -220,7 +223,6 @@ mod tests {
             ("clippy", Clippy),
             ("lab/mpi", Mpi),
             ("learn,mpi", Mpi),
-            ("mpi", Mpi),
             ("render", OpenGl),
             ("figures", OpenGl),
             ("soak", OpenGl),
