@@ -178,7 +178,8 @@ fn killed_downloads_leave_nothing_for_good() -> Result {
         child.wait()?;
         fs::remove_file(&ready)?;
         let pid = fs::read_to_string(format!("{}.pid", place.wheel().display()))?;
-        assert!(Command::new("kill").arg(pid.trim()).status()?.success());
+        let kill = format!("kill {}", pid.trim());
+        assert!(Command::new("sh").args(["-c", &kill]).status()?.success());
         assert!(place.names()?.iter().any(|name| name.ends_with("/part")), "it was killed within");
     }
     place.put_python(DELIVER)?;

@@ -139,8 +139,8 @@ fn process_of(run: &Child, rank: usize) -> Result<u32> {
 
 /// Sends a signal to a rank of a run.
 fn signal(run: &Child, rank: usize, signal: &str) -> Result {
-    let process = process_of(run, rank)?.to_string();
-    assert!(Command::new("kill").args([signal, &process]).status()?.success());
+    let kill = format!("kill {signal} {}", process_of(run, rank)?);
+    assert!(Command::new("sh").args(["-c", &kill]).status()?.success());
     Ok(())
 }
 

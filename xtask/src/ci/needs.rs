@@ -74,9 +74,7 @@ impl Need {
             // It reads the C library's debugging symbols.
             Self::Valgrind => Source::Packages(&["valgrind", "libc6-dbg"]),
             Self::Python => Source::Packages(&["python3-pip", "python3-venv"]),
-            Self::Mpi => {
-                Source::Packages(&["libopenmpi-dev", "openmpi-bin", "libclang-dev", "procps"])
-            }
+            Self::Mpi => Source::Packages(&["libopenmpi-dev", "openmpi-bin", "libclang-dev"]),
             Self::Hosts => Source::Packages(&["iproute2", "openssh-server", "openssh-client"]),
             Self::OpenGl => Source::Packages(&["libegl1", "libgl1-mesa-dri", "libosmesa6"]),
             Self::Chromium => Source::Packages(&["chromium"]),
@@ -99,7 +97,6 @@ impl Need {
                 runs("mpirun", &["--version"])
                     && runs("mpicc", &["-show"])
                     && has_library("libclang")
-                    && runs("kill", &["-l"])
             }
             Self::Hosts => {
                 runs("ip", &["-V"]) && runs("ssh", &["-V"]) && Path::new("/usr/sbin/sshd").exists()
