@@ -124,8 +124,14 @@ fn a_second_signal_ends_a_run_at_once_and_one_alone_other_commands() -> Result {
     let signal = run.wait()?.signal();
     assert!(signal.is_some_and(|signal| [2, 15].contains(&signal)), "{signal:?}");
     for (signal, number) in [("-INT", 2), ("-TERM", 15)] {
-        let mut collect = lab("collect --policy random --episodes 1000000 --out");
-        let mut run = collect.arg(folder.path().join("episodes.npz")).spawn()?;
+        let collect = lab("collect --policy random --episodes 1000000 --out");
+        // Shells start what runs in the background with SIGINT ignored, and so these tests.
+        let mut run = Command::new("env")
+            .arg("--default-signal=INT")
+            .arg(collect.get_program())
+            .args(collect.get_args())
+            .arg(folder.path().join("episodes.npz"))
+            .spawn()?;
         send(signal, &run)?;
         assert_eq!(run.wait()?.signal(), Some(number));
     }
