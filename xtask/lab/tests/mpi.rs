@@ -23,7 +23,7 @@ type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 const LAB: &str = env!("CARGO_BIN_EXE_lab");
 
 /// How long a run may take until it has ended, whatever happens.
-const DEADLINE: Duration = Duration::from_secs(60);
+const DEADLINE: Duration = Duration::from_secs(120);
 
 /// Small networks, and an evaluation after every 100 steps.
 const TRAIN: &str = "train --target 2 --threads 1 --checkpoint-seconds 0 --set hidden=[32,32] \
