@@ -74,7 +74,7 @@ fn start_on(hosts: &TwoHosts, command: &mut Command) -> Result<Child> {
 
 /// Checks that a run has failed, and that ranks have said which one they missed.
 fn ranks_are_missed(ended: &Ended) {
-    let Ended { succeeded, text } = ended;
+    let Ended { succeeded, text, .. } = ended;
     let errors: Vec<_> = text.lines().filter(|line| line.starts_with("error:")).collect();
     let is_named = |error: &&str| {
         let of = |ranks: &str| format!("error: {ranks} has not answered for 2 s:");
