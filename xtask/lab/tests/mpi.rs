@@ -1,8 +1,8 @@
 //! Ranks that share a run, started by `mpirun`: the same bits, and clear ends when something fails.
 //!
 //! The faults are those that a cluster has: ranks that are killed in each phase or stopped, a full
-//! disk, missing and damaged files, other flags, settings and seeds, losses that diverge. Those of a
-//! network between two hosts are in `hosts`.
+//! disk, missing and damaged files, other flags, settings and seeds. Those of a network between two
+//! hosts are in `hosts`.
 
 mod hosts;
 
