@@ -24,7 +24,7 @@ use crate::policy::Policy;
 /// [header](PolicyHeader) as JSON under the key `policy`.
 ///
 /// An output of a layer is its bias, to which the products of inputs and weights are added one after
-/// the other, in the order of the inputs and in `f32`. Whoever computes it so gets the same bits.
+/// the other, in the order of the inputs and in `f32`. Any code that adds in this order gets the same bits.
 #[derive(Clone, Debug)]
 pub struct TrainedPolicy {
     header: PolicyHeader,

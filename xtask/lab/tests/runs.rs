@@ -74,7 +74,7 @@ fn a_killed_run_resumes_to_the_same_bits() -> Result {
     let folder = tempdir()?;
     let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
     output_of(&mut train("--seed 2 --steps 800", &whole))?;
-    // Killed while it runs, at a moment that nobody chose.
+    // Kill it while it runs, at an arbitrary moment.
     let mut run = start("--seed 2 --steps 800", &killed)?;
     run.kill()?;
     run.wait()?;
@@ -211,7 +211,7 @@ fn a_folder_of_something_else_is_not_overwritten() -> Result {
         assert!(output.status.code() == Some(1) && errors.contains(words), "{file}: {errors}");
         assert!(contents(out.path())? == before, "{file}");
     }
-    // Beside files of a user's, a run may begin.
+    // A run may begin beside the user's files.
     let out = tempdir()?;
     fs::write(out.path().join("thesis.txt"), "a thesis")?;
     output_of(&mut train("--steps 100", out.path()))?;

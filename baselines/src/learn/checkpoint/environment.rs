@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::learn::trainer::LearnEnv;
 
-/// What tells an environment from others, without a name: environments of a user's own have none.
+/// What tells an environment from others, without a name: a user's own environment has none.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EnvMark<S> {
