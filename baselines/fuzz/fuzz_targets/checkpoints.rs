@@ -169,7 +169,7 @@ fuzz_target!(|input: (Algorithm, Vec<Change>)| {
     // What was accepted once is accepted again.
     trainer.save(folder.path()).expect("a checkpoint");
     let mut again = Trainer::resume(make, folder.path(), 1).expect("its own checkpoint");
-    // A run that ends in an error may have had numbers that nobody can learn with.
+    // A run may end in an error because its numbers, though in range, cannot be learned from.
     if train(&mut trainer).is_ok() {
         train(&mut again).expect("the same run");
         assert_eq!(

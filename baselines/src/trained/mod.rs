@@ -23,8 +23,9 @@ use crate::policy::Policy;
 /// `layers.0.bias`, and so on, where a weight has a row for each input; its metadata has the
 /// [header](PolicyHeader) as JSON under the key `policy`.
 ///
-/// An output of a layer is its bias, to which the products of inputs and weights are added one after
-/// the other, in the order of the inputs and in `f32`. Any code that adds in this order gets the same bits.
+/// An output of a layer is its bias, to which the products of inputs and weights are added one
+/// after the other, in the order of the inputs and in `f32`. Any code that adds in this order gets
+/// the same bits.
 #[derive(Clone, Debug)]
 pub struct TrainedPolicy {
     header: PolicyHeader,
