@@ -33,18 +33,8 @@ pub struct Stage {
 }
 
 /// All tests that need no more than the README's first command: what `test` runs, and `ci` first.
-pub const TESTS: Stage = Stage {
-    mujoco: None,
-    needs: &[Mujoco],
-    steps: &[
-        step("tests", "test --workspace", &[]),
-        step(
-            "tests without MuJoCo",
-            "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features",
-            &[],
-        ),
-    ],
-};
+pub const TESTS: Stage =
+    Stage { mujoco: None, needs: &[Mujoco], steps: &[step("tests", "test --workspace", &[])] };
 
 /// Everything else that runs on the system's MuJoCo, cheapest first.
 const ON_SYSTEM: Stage = Stage {
@@ -87,6 +77,11 @@ const ON_SYSTEM: Stage = Stage {
             "lints with MPI",
             "clippy --workspace --features lab/mpi --all-targets -- -D warnings",
             &[Clippy, Mpi],
+        ),
+        step(
+            "tests without MuJoCo",
+            "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features",
+            &[],
         ),
         step("documentation", "doc --workspace --no-deps", &[]),
         step(
