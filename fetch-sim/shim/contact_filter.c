@@ -22,7 +22,9 @@
 //    if D exceeds sqrt(3) times that. (They are tested along 15 axes, the face normals of their
 //    Minkowski difference. The direction of D is a sum, with nonnegative weights, of at most three
 //    of them, which lie in one octant and so make no obtuse angles; hence the weights add up to at
-//    most sqrt(3), and along one of the axes the gap is at least D / sqrt(3).)
+//    most sqrt(3), and along one of the axes the gap is at least D / sqrt(3).) A negative margin
+//    counts as 0: not every routine subtracts it from the depth of shapes that overlap.
+//    Below a cylinder, D is the distance of a thicker shape (see gap_above), which moves like it.
 // 4. Computed values are off by rounding, some 1e-15 meters; by FS_SUPPORT_ERROR for each mesh; and
 //    MuJoCo's routines for general convex shapes have a tolerance of 1e-6. SLACK is greater than
 //    all of these together. `travel` is rounded up, and is set back to 0 before it grows so large
@@ -152,13 +154,22 @@ static void direction_between(const fs_placed* first, const fs_placed* second, d
   for (int i = 0; i < 3; i++) direction[i] /= sqrt(length);
 }
 
+// Returns the gap between a plane and another shape. MuJoCo may find a cylinder's rim as low as its
+// radius below a disk that is level up to rounding, so the cylinder is assumed to be that thick
+// around its axis.
+static double gap_above(const fs_placed* plane, const fs_placed* other) {
+  const double below[3] = {-plane->rotation[2], -plane->rotation[5], -plane->rotation[8]};
+  if (other->shape->type != mjGEOM_CYLINDER) return fs_gap(plane, other, below);
+  fs_shape axis = {.type = mjGEOM_CAPSULE, .round = other->shape->size[0]};
+  axis.size[1] = other->shape->size[1];
+  const fs_placed thick = {.shape = &axis, .position = other->position, .rotation = other->rotation};
+  return fs_gap(plane, &thick, below);
+}
+
 // Searches for a gap greater than `least`, and keeps the direction of the greatest it finds.
 static double find_gap(pair_state* pair, const fs_placed* first, const fs_placed* second,
                        double least) {
-  if (first->shape->type == mjGEOM_PLANE) {
-    const double below[3] = {-first->rotation[2], -first->rotation[5], -first->rotation[8]};
-    return fs_gap(first, second, below);
-  }
+  if (first->shape->type == mjGEOM_PLANE) return gap_above(first, second);
   if (pair->best_gap > 0) {
     // The old direction gets worse as the shapes move: replace it in time.
     const double gap = fs_gap(first, second, pair->direction);
@@ -236,7 +247,8 @@ static int collide(const mjModel* m, collision_data* d, collision_contact* conta
   filter->counts.pairs++;
   if (number < 0) return original(m, d, contacts, geom1, geom2, margin);
   pair_state* pair = filter->pairs + number;
-  if (apart(filter, pair, geom1, geom2, factor(m, geom1, geom2) * margin + SLACK)) {
+  const double least = factor(m, geom1, geom2) * (margin < 0 ? 0 : margin) + SLACK;
+  if (apart(filter, pair, geom1, geom2, least)) {
     filter->counts.rejected++;
     if (filter->check) check(filter, original, m, d, pair, geom1, geom2);
     return 0;

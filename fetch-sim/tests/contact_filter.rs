@@ -102,6 +102,52 @@ proptest! {
     }
 }
 
+/// MuJoCo leaves quaternions as they are whose length is 1 up to rounding. Under an upright cylinder
+/// of such a quaternion it normalizes a vector of rounding errors, and finds the rim as low as the
+/// radius below the lower disk.
+#[test]
+fn contacts_below_an_upright_cylinder_are_found_as_without_a_filter() -> Result {
+    const CYLINDER: &str = r#"<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+        <body><freejoint/><geom type="cylinder" size="0.1 0.15"/></body>
+    </worldbody></mujoco>"#;
+    let model = Arc::new(Model::from_files(&[("cylinder.xml", CYLINDER)])?);
+    let mut plain = Data::new(Arc::clone(&model))?;
+    let mut filtered = Data::new(model)?;
+    filtered.set_contact_filter(true)?;
+    for ulps in -10..=10 {
+        let length = 1.0 + 1e-16 * f64::from(ulps);
+        for data in [&mut plain, &mut filtered] {
+            data.reset()?;
+            data.qpos_mut().copy_from_slice(&[0.0, 0.0, 0.17, length, 0.0, 0.0, 0.0]);
+            data.step(1)?;
+        }
+        assert_eq!(outcome(&filtered), outcome(&plain), "a quaternion of length {length}");
+    }
+    Ok(())
+}
+
+/// Some versions of MuJoCo find contacts of meshes that overlap less than a negative margin asks for.
+#[test]
+fn contacts_of_negative_margins_are_found_as_without_a_filter() -> Result {
+    const MESHES: &str = r#"<mujoco>
+        <asset><mesh name="m" vertex="0 0 0.1  0.3 0 0.3  -0.2 0.3 -0.1  0 -0.3 -0.1"/></asset>
+        <worldbody>
+            <body><geom type="mesh" mesh="m" margin="-1"/></body>
+            <body pos="0 0 0.02"><joint type="hinge"/><geom type="mesh" mesh="m"/></body>
+        </worldbody>
+    </mujoco>"#;
+    let model = Arc::new(Model::from_files(&[("meshes.xml", MESHES)])?);
+    let mut plain = Data::new(Arc::clone(&model))?;
+    let mut filtered = Data::new(model)?;
+    filtered.set_contact_filter(true)?;
+    for _ in 0..3 {
+        plain.step(1)?;
+        filtered.step(1)?;
+        assert_eq!(outcome(&filtered), outcome(&plain));
+    }
+    Ok(())
+}
+
 #[test]
 fn a_filter_changes_no_bit_of_the_built_in_model() -> Result {
     for task in Task::ALL {
