@@ -162,7 +162,7 @@ opaque! {
     RawRenderer = "fs_renderer", fs_delete_renderer;
 }
 
-/// Whether this build has no shim, for want of MuJoCo's headers.
+/// Whether this build has no shim, because it found no headers of MuJoCo.
 pub(super) const IS_MISSING: bool = cfg!(fetch_sim_no_shim);
 
 /// Declares the functions of the shim. A build without it has functions with the same signatures that

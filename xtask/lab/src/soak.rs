@@ -131,7 +131,7 @@ fn one_round(task: Task, seed: u64, file: &Path, draws: bool) -> anyhow::Result<
 /// Prints what the table says. It passes if nothing is left behind.
 fn report(args: &Args, rows: &[Row], draws: bool) -> anyhow::Result<bool> {
     if !draws {
-        say!("nothing was drawn, for want of OpenGL")?;
+        say!("nothing was drawn: there is no OpenGL")?;
     }
     let settled = &rows[rows.len() / 2..];
     let first = settled.first().context("a row")?.held;

@@ -1,9 +1,10 @@
 //! Reading checkpoints.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use zip::read::ZipFile;
 use zip::{CompressionMethod, ZipArchive};
 
 use super::{
@@ -75,7 +76,19 @@ impl Loaded {
 /// Reads what a checkpoint says first.
 pub(super) fn header(path: &Path) -> io::Result<Header> {
     let mut archive = ZipArchive::new(BufReader::new(File::open(path)?))?;
-    Ok(serde_json::from_reader(BufReader::new(archive.by_name(STATE)?))?)
+    Ok(serde_json::from_reader(BufReader::new(entry(&mut archive, STATE)?))?)
+}
+
+/// Finds an entry that takes as much of the file as of the memory.
+fn entry<'a, R: Read + Seek>(
+    archive: &'a mut ZipArchive<R>,
+    name: &str,
+) -> io::Result<ZipFile<'a, R>> {
+    let entry = archive.by_name(name)?;
+    match entry.compression() {
+        CompressionMethod::Stored => Ok(entry),
+        _ => Err(io::Error::other(format!("{name} is compressed"))),
+    }
 }
 
 /// The last checkpoint of a folder.
@@ -108,12 +121,8 @@ impl CheckpointFile {
         self.read(name).map_err(|error| self.damaged(error.to_string()))
     }
 
-    /// Reads an entry that takes as much of the file as of the memory.
     fn read(&mut self, name: &str) -> io::Result<Vec<u8>> {
-        let mut entry = self.archive.by_name(name)?;
-        if entry.compression() != CompressionMethod::Stored {
-            return Err(io::Error::other(format!("{name} is compressed")));
-        }
+        let mut entry = entry(&mut self.archive, name)?;
         let left = self.left.checked_sub(entry.compressed_size());
         self.left = left.ok_or_else(|| io::Error::other("its entries are longer than the file"))?;
         let mut bytes = Vec::new();
