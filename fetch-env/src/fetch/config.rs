@@ -6,8 +6,9 @@ use fetch_sim::{ModelSource, SimConfig, Substeps, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-use crate::settings::{getters, setters};
-use crate::{env_id::EnvId, error::config::ConfigError};
+use crate::fetch::env_id::EnvId;
+use crate::fetch::error::ConfigError;
+use crate::gym::settings::{getters, setters};
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;

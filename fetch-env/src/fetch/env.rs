@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::config::{FetchConfig, Parts};
 use super::observation::FetchObservation;
 use super::reset::{FetchResetOptions, Start};
-use crate::env::goal::{GoalEnv, GoalEnvExt, Info};
-use crate::env::observation::GoalObservation;
-use crate::env::{Env, Reset, SnapshotEnv, Step};
-use crate::spaces::{DictSpace, Space, action_space::ActionSpace, box_space::BoxSpace};
-use crate::{error::EnvError, np_random::NpRandom, wrappers::time_limit::TimeLimit};
+use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
+use crate::gym::env::observation::GoalObservation;
+use crate::gym::env::{Env, Reset, SnapshotEnv, Step};
+use crate::gym::spaces::{DictSpace, Space, action_space::ActionSpace, box_space::BoxSpace};
+use crate::gym::{error::EnvError, np_random::NpRandom, wrappers::time_limit::TimeLimit};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
@@ -261,7 +261,7 @@ pub struct FetchSnapshot<S> {
 }
 
 #[cfg(feature = "render")]
-impl crate::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
+impl crate::pictures::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
     fn sim_config(&self) -> &SimConfig {
         &self.parts.sim
     }

@@ -3,7 +3,8 @@
 use fetch_sim::KinematicSimulator;
 
 use super::env::FetchEnv;
-use crate::{env_id::EnvId, error::EnvError, wrappers::time_limit::TimeLimit};
+use crate::fetch::env_id::EnvId;
+use crate::gym::{error::EnvError, registry::Registry, wrappers::time_limit::TimeLimit};
 
 /// The environments that [`make_kinematic`] makes.
 pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
@@ -19,6 +20,14 @@ pub fn make_kinematic(id: &str) -> Result<KinematicEnv, EnvError> {
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
+impl Registry<KinematicEnv> {
+    /// Creates a registry of the eight Fetch environments, made by [`make_kinematic`].
+    #[must_use]
+    pub fn kinematic() -> Self {
+        Self::of(EnvId::ALL, |id| make_kinematic(&id.to_string()))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use allocation_counter::measure;
@@ -27,7 +36,7 @@ mod tests {
 
     use super::*;
     use crate::fetch::config::FetchConfig;
-    use crate::vec_env::{AutoresetMode, VecConfig, VecEnv};
+    use crate::gym::vec_env::{AutoresetMode, VecConfig, VecEnv};
 
     type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 

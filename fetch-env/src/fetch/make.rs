@@ -9,13 +9,15 @@ use std::{
 use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError};
 
 use super::{config::FetchConfig, env::FetchEnv};
-use crate::error::{EnvError, vec_env::VecEnvError};
-use crate::vec_env::{
+use crate::fetch::env_id::EnvId;
+use crate::gym::registry::Registry;
+use crate::gym::vec_env::{
     config::{VecConfig, check_num_envs},
     env::VecEnv,
     pool::STACK_SIZE,
 };
-use crate::{env_id::EnvId, wrappers::time_limit::TimeLimit};
+use crate::gym::wrappers::time_limit::TimeLimit;
+use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 
 /// The environments that [`make`] makes.
 pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;
@@ -114,6 +116,14 @@ pub fn make_vec_with_config(
         Ok::<_, EnvError>(envs)
     })?;
     Ok(VecEnv::new(envs, vec_config)?)
+}
+
+impl Registry<MujocoEnv> {
+    /// Creates a registry of the eight Fetch environments, made by [`make`].
+    #[must_use]
+    pub fn fetch() -> Self {
+        Self::of(EnvId::ALL, |id| make_with_config(id.config()))
+    }
 }
 
 /// The models of the living environments of this process.
