@@ -78,13 +78,13 @@ pub use ::goal_reward::{
     DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind,
 };
 #[cfg(feature = "mujoco")]
-pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_with_config, make_with_config};
+pub use fetch::make::{MujocoEnv, make, make_vec};
 pub use fetch::{
     config::FetchConfig,
     env::{FetchEnv, FetchSnapshot},
     env_id::{EnvId, UnknownEnvId},
-    error::ConfigError,
-    kinematic::{KinematicEnv, make_kinematic},
+    error::{ConfigError, MakeError},
+    kinematic::{KinematicEnv, make_kinematic, make_kinematic_vec},
     layout::{ObservationField, observation_fields},
     observation::FetchObservation,
     reset::FetchResetOptions,

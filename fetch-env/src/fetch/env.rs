@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, Parts};
+use super::error::MakeError;
 use super::observation::FetchObservation;
 use super::reset::{FetchResetOptions, Start};
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
@@ -44,12 +45,12 @@ impl<S: Simulator> FetchEnv<S> {
     /// [`config.sim()`](FetchConfig::sim).
     ///
     /// # Errors
-    /// [`EnvError::Config`] for invalid settings, [`EnvError::SimulatorMismatch`] if the simulator
+    /// [`MakeError::Config`] for invalid settings, [`MakeError::SimulatorMismatch`] if the simulator
     /// is made from others.
-    pub fn new(config: FetchConfig, simulator: S) -> Result<Self, EnvError> {
+    pub fn new(config: FetchConfig, simulator: S) -> Result<Self, MakeError> {
         let parts = config.parts()?;
         let settled = simulator.settled();
-        let mismatch = |reason| Err(EnvError::SimulatorMismatch { reason });
+        let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
         let (task, theirs) = (config.task(), simulator.task());
         if theirs != task {
             return mismatch(format!("it simulates {theirs}, the task is {task}"));

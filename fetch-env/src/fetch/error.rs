@@ -1,7 +1,78 @@
-//! The errors of the settings of Fetch environments.
+//! The errors of making and running Fetch environments.
 
-use fetch_sim::Task;
+use std::convert::Infallible;
+
+use fetch_sim::{SimError, Task};
 use goal_reward::ThresholdError;
+
+use super::env_id::UnknownEnvId;
+use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::VecEnvError};
+
+/// Error returned when a Fetch environment cannot be made.
+///
+/// `?` turns it into an [`EnvError`], where [`EnvError::downcast_ref`] finds it again.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MakeError {
+    /// No environment has this name.
+    #[error(transparent)]
+    UnknownId(#[from] UnknownEnvId),
+    /// The settings are invalid.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A simulator made from other settings than the configuration's.
+    #[error(
+        "the simulator does not fit the configuration ({reason}): make it from the configuration's sim()"
+    )]
+    SimulatorMismatch {
+        /// The difference between the two.
+        reason: String,
+    },
+    /// MuJoCo cannot be used, or refuses the model.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// The spaces cannot be made.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
+    /// The environments cannot be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+}
+
+/// Settings that are passed as they are need no conversion that could fail.
+impl From<Infallible> for MakeError {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl From<MakeError> for EnvError {
+    fn from(error: MakeError) -> Self {
+        Self::other(error)
+    }
+}
+
+impl From<ConfigError> for EnvError {
+    fn from(error: ConfigError) -> Self {
+        MakeError::from(error).into()
+    }
+}
+
+impl From<UnknownEnvId> for EnvError {
+    fn from(error: UnknownEnvId) -> Self {
+        MakeError::from(error).into()
+    }
+}
+
+impl From<SimError> for EnvError {
+    fn from(error: SimError) -> Self {
+        match error {
+            // One variant to match on, whichever layer finds the difference.
+            SimError::ForeignSnapshot { reason } => Self::ForeignSnapshot { reason },
+            error => Self::other(error),
+        }
+    }
+}
 
 /// Error returned for invalid settings of a Fetch environment.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -2,15 +2,11 @@
 
 use std::{error::Error, sync::Arc};
 
-use fetch_sim::SimError;
-
 use super::{
-    registry::RegistryError, spaces::error::SpaceError, vec_env::error::VecEnvError,
-    wrappers::error::WrapperError,
+    spaces::error::SpaceError, vec_env::error::VecEnvError, wrappers::error::WrapperError,
 };
-use crate::fetch::{env_id::UnknownEnvId, error::ConfigError};
 
-/// Error returned when an environment cannot be made, reset, stepped or restored.
+/// Error returned when an environment cannot be reset, stepped, restored or wrapped.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvError {
@@ -20,7 +16,7 @@ pub enum EnvError {
     /// A step after the end of the episode.
     #[error("the episode is over (terminated or truncated): call reset() before the next step()")]
     EpisodeOver,
-    /// An episode that whoever runs it has given up.
+    /// The caller gave up on an episode that never ended.
     #[error("the episode has not ended after {steps} steps: wrap the environment with TimeLimit")]
     Endless {
         /// The number of steps.
@@ -91,61 +87,34 @@ pub enum EnvError {
         /// The difference between the two.
         reason: String,
     },
-    /// A simulator made from other settings than the configuration's.
-    #[error(
-        "the simulator does not fit the configuration ({reason}): make it from the configuration's sim()"
-    )]
-    SimulatorMismatch {
-        /// The difference between the two.
-        reason: String,
-    },
     /// The operating system gave no random seed.
     #[error("the operating system gave no random seed ({reason}): pass one to reset()")]
     Entropy {
         /// The operating system's message.
         reason: String,
     },
-    /// The simulator failed.
-    #[error(transparent)]
-    Sim(SimError),
     /// The environment panicked while a [`VecEnv`](crate::VecEnv) stepped it.
     #[error("the environment panicked ({message}) and is out of use: make new environments")]
     Panicked {
         /// The message of the panic.
         message: String,
     },
-    /// The environment could not be rendered.
-    #[cfg(feature = "render")]
-    #[error(transparent)]
-    Render(#[from] fetch_sim::RenderError),
-    /// A video could not be recorded.
-    #[cfg(all(feature = "clip", feature = "render"))]
-    #[error(transparent)]
-    Video(#[from] crate::pictures::clip::video_options::VideoError),
-    /// The settings are invalid.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
     /// The observations cannot be extended, because their space has the new key already.
     #[error(transparent)]
     Space(#[from] SpaceError),
     /// The environment cannot be wrapped like this.
     #[error(transparent)]
     Wrapper(#[from] WrapperError),
-    /// No environment has this name.
-    #[error(transparent)]
-    UnknownId(#[from] UnknownEnvId),
-    /// A registry has no environment of this name.
-    #[error(transparent)]
-    Registry(#[from] RegistryError),
     /// The environments cannot be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),
-    /// An environment of another crate failed; see [`other`](Self::other).
+    /// What this environment runs on failed, such as its simulator; see
+    /// [`downcast_ref`](Self::downcast_ref).
     #[error(transparent)]
     Other(OtherError),
 }
 
-/// The error of an environment that is not one of this crate.
+/// An error that only some environments have.
 ///
 /// Two of them are equal if they have the same message.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -159,8 +128,8 @@ impl PartialEq for OtherError {
 }
 
 impl EnvError {
-    /// Wraps the error of an environment that is not one of this crate: an error or a message. The
-    /// environment must be reset afterwards.
+    /// Wraps an error that only some environments have: an error or a message. The environment must
+    /// be reset afterwards.
     ///
     /// ```
     /// use fetch_env::EnvError;
@@ -170,6 +139,25 @@ impl EnvError {
     /// ```
     pub fn other(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Other(OtherError(Arc::from(error.into())))
+    }
+
+    /// Returns the error that [`other`](Self::other) wrapped, if it is a `T`.
+    ///
+    /// A Fetch environment wraps [`SimError`](crate::SimError) if its simulator fails,
+    /// [`MakeError`](crate::MakeError), and with pictures `RenderError` and `VideoError`.
+    ///
+    /// ```
+    /// use fetch_env::{EnvError, SimError};
+    ///
+    /// let error = EnvError::from(SimError::BuiltWithoutMujoco);
+    /// assert_eq!(error.downcast_ref(), Some(&SimError::BuiltWithoutMujoco));
+    /// assert_eq!(EnvError::ResetNeeded.downcast_ref::<SimError>(), None);
+    /// ```
+    pub fn downcast_ref<T: Error + 'static>(&self) -> Option<&T> {
+        match self {
+            Self::Other(OtherError(error)) => error.downcast_ref(),
+            _ => None,
+        }
     }
 
     /// Whether a step refused with this error has changed nothing; see
@@ -183,15 +171,5 @@ impl EnvError {
                 | Self::ResetNeeded
                 | Self::EpisodeOver
         )
-    }
-}
-
-impl From<SimError> for EnvError {
-    fn from(error: SimError) -> Self {
-        match error {
-            // One variant to match on, whichever layer finds the difference.
-            SimError::ForeignSnapshot { reason } => Self::ForeignSnapshot { reason },
-            error => Self::Sim(error),
-        }
     }
 }

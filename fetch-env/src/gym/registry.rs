@@ -62,12 +62,12 @@ impl<E: 'static> Registry<E> {
     /// Makes the environment of this name; a name without a version means the newest one.
     ///
     /// # Errors
-    /// [`EnvError::Registry`], which lists the nearest names, if there is none; the errors of its
-    /// constructor.
-    pub fn make(&self, id: &str) -> Result<E, EnvError> {
+    /// [`RegistryError::Unknown`], which lists the nearest names, if there is none;
+    /// [`RegistryError::Make`] if its constructor fails.
+    pub fn make(&self, id: &str) -> Result<E, RegistryError> {
         let exact = self.constructors.get(id);
         let constructor = exact.or_else(|| self.newest(id)).ok_or_else(|| self.unknown(id))?;
-        constructor()
+        Ok(constructor()?)
     }
 
     /// Iterates over the names, in alphabetical order.
@@ -144,8 +144,8 @@ impl<E> fmt::Debug for Registry<E> {
     }
 }
 
-/// Error returned when a [`Registry`](crate::Registry) cannot add or find an environment.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+/// Error returned when a [`Registry`] cannot add or make an environment.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RegistryError {
     /// The name does not follow the rules.
@@ -168,6 +168,18 @@ pub enum RegistryError {
         /// Up to three environments with the most similar names, the nearest first.
         nearest: Vec<String>,
     },
+    /// The constructor failed.
+    #[error(transparent)]
+    Make(#[from] EnvError),
+}
+
+impl From<RegistryError> for EnvError {
+    fn from(error: RegistryError) -> Self {
+        match error {
+            RegistryError::Make(error) => error,
+            error => Self::other(error),
+        }
+    }
 }
 
 fn advice(nearest: &[String]) -> String {

@@ -63,7 +63,7 @@ impl<E: RenderEnv> AddRenderObservation<E> {
     /// # Errors
     /// [`EnvError::Space`] if the observations of `env` already have the key `pixels`, or if the
     /// pictures have more than 2^28 bytes;
-    /// [`EnvError::Render`] without OpenGL and for invalid options.
+    /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
     pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
         let observation_space = with_pixels(env.observation_space(), options.image_space()?)?;
         let pictures = Pictures::new(&env, options)?;

@@ -38,7 +38,7 @@ impl<E: RenderEnv> PixelsOnly<E> {
     /// Replaces the observations of `env` by pictures.
     ///
     /// # Errors
-    /// [`EnvError::Render`] without OpenGL and for invalid options; [`EnvError::Space`] if the
+    /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options; [`EnvError::Space`] if the
     /// pictures have more than 2^28 bytes.
     pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
         let pictures = Pictures::new(&env, options)?;

@@ -79,7 +79,8 @@ impl RendererPool {
             }
         };
         let seen = env.render(&mut renderer).map(look);
-        if !matches!(seen, Err(EnvError::Render(RenderError::Failed { .. }))) {
+        let failure = seen.as_ref().err().and_then(EnvError::downcast_ref);
+        if !matches!(failure, Some(RenderError::Failed { .. })) {
             lock(&self.idle).push(renderer);
         }
         seen

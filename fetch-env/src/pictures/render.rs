@@ -1,6 +1,6 @@
 //! Environments that can be shown to a renderer.
 
-use fetch_sim::{RenderOptions, Renderer, Segment, SimConfig};
+use fetch_sim::{RenderError, RenderOptions, Renderer, Segment, SimConfig};
 
 use crate::gym::wrappers::wrapped::{Wrapped, Wrapper};
 use crate::gym::{env::Env, error::EnvError, wrappers::time_limit::TimeLimit};
@@ -28,7 +28,7 @@ pub trait RenderEnv: Env {
     /// Creates a renderer for environments with this task and model.
     ///
     /// # Errors
-    /// [`EnvError::Render`] without OpenGL and for invalid options.
+    /// [`RenderError`] without OpenGL and for invalid options.
     fn renderer(&self, options: RenderOptions) -> Result<Renderer, EnvError> {
         Ok(Renderer::new(self.sim_config(), options)?)
     }
@@ -36,7 +36,7 @@ pub trait RenderEnv: Env {
     /// Shows the current state to a renderer.
     ///
     /// # Errors
-    /// [`EnvError::ResetNeeded`] before a reset and after a failure; [`EnvError::Render`] if the
+    /// [`EnvError::ResetNeeded`] before a reset and after a failure; [`RenderError`] if the
     /// renderer is for another task or model.
     fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError>;
 
@@ -44,7 +44,7 @@ pub trait RenderEnv: Env {
     /// first.
     ///
     /// # Errors
-    /// As [`update_scene`](Self::update_scene); [`EnvError::Render`] if rendering fails.
+    /// As [`update_scene`](Self::update_scene); [`RenderError`] if rendering fails.
     fn render<'a>(&self, renderer: &'a mut Renderer) -> Result<&'a [u8], EnvError> {
         self.update_scene(renderer)?;
         Ok(renderer.rgb()?)
@@ -105,5 +105,11 @@ impl<E: RenderEnv, W: Wrapper<E>> RenderEnv for Wrapped<E, W> {
 
     fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError> {
         self.inner().update_scene(renderer)
+    }
+}
+
+impl From<RenderError> for EnvError {
+    fn from(error: RenderError) -> Self {
+        Self::other(error)
     }
 }

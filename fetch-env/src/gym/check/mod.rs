@@ -49,7 +49,7 @@ fn laws<E: Checked>() -> [(&'static str, Law<E>); 10] {
 /// ```
 /// use fetch_env::{check::{CheckOptions, check_env, check_snapshots}, make_kinematic};
 ///
-/// let (make, options) = (|| make_kinematic("FetchReach-v4"), CheckOptions::default());
+/// let (make, options) = (|| Ok(make_kinematic("FetchReach-v4")?), CheckOptions::default());
 /// let report = check_env(make, &options).and(check_snapshots(make, &options));
 /// assert!(report.passed(), "{report}");
 /// ```

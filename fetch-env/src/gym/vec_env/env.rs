@@ -93,11 +93,10 @@ impl<E: BatchEnv> VecEnv<E> {
     /// [`VecEnvError::InFlight`].
     ///
     /// ```
-    /// use fetch_env::{FetchResetOptions, make_kinematic};
-    /// use fetch_env::vec_env::{EpisodeStart, VecConfig, VecEnv};
+    /// use fetch_env::{FetchResetOptions, make_kinematic_vec};
+    /// use fetch_env::vec_env::{EpisodeStart, VecConfig};
     ///
-    /// let envs = (0..4).map(|_| make_kinematic("FetchReach-v4")).collect::<Result<Vec<_>, _>>()?;
-    /// let mut envs = VecEnv::new(envs, VecConfig::default())?;
+    /// let mut envs = make_kinematic_vec("FetchReach-v4", 4, VecConfig::default())?;
     /// envs.set_autoreset_start(|id| EpisodeStart {
     ///     seed: Some(4 * id.episode + id.env_id as u64),
     ///     options: FetchResetOptions::default(),

@@ -12,11 +12,10 @@ use crate::gym::env::observation::GoalObservation;
 /// [`recv`](super::VecEnv::recv).
 ///
 /// ```
-/// use fetch_env::{make_kinematic, vec_env::{VecConfig, VecEnv}};
+/// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};
 /// use her_relabel::{BufferConfig, Dims, HerBuffer};
 ///
-/// let envs = (0..4).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
-/// let mut envs = VecEnv::new(envs, VecConfig::default())?;
+/// let mut envs = make_kinematic_vec("FetchPush-v4", 4, VecConfig::default())?;
 /// let dims = Dims { observation: 25, goal: 3, action: 4 };
 /// let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10_000, dims).with_num_envs(4))?;
 /// buffer.record(&envs.reset(Some(42))?.into())?;

@@ -5,11 +5,11 @@
 //! results are those of `N` single environments, bit for bit, on any number of threads.
 //!
 //! ```
-//! use fetch_env::{make_kinematic, vec_env::{VecConfig, VecEnv}};
+//! use fetch_env::{make_kinematic_vec, vec_env::VecConfig};
 //!
-//! // On MuJoCo, `make_vec("FetchPush-v4", 16, config)` does this with one shared model.
-//! let envs = (0..16).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
-//! let mut envs = VecEnv::new(envs, VecConfig::default().with_num_threads(2))?;
+//! // `make_vec` does the same on MuJoCo.
+//! let config = VecConfig::default().with_num_threads(2);
+//! let mut envs = make_kinematic_vec("FetchPush-v4", 16, config)?;
 //! envs.reset(Some(42))?; // environment i has the seed 42 + i
 //! let actions = vec![0.5; 16 * 4];
 //! for _ in 0..50 {
@@ -28,9 +28,9 @@
 //! decides which environments finish first, but not what each of them returns.
 //!
 //! ```
-//! # use fetch_env::{make_kinematic, vec_env::{VecConfig, VecEnv, VecReset}};
-//! # let envs = (0..16).map(|_| make_kinematic("FetchReach-v4")).collect::<Result<Vec<_>, _>>()?;
-//! # let mut envs = VecEnv::new(envs, VecConfig::default().with_num_threads(2))?;
+//! # use fetch_env::{make_kinematic_vec, vec_env::{VecConfig, VecReset}};
+//! # let config = VecConfig::default().with_num_threads(2);
+//! # let mut envs = make_kinematic_vec("FetchReach-v4", 16, config)?;
 //! envs.send_reset(&VecReset::seeded(42))?;
 //! for _ in 0..100 {
 //!     let ids = envs.recv(4)?.env_ids().to_vec();

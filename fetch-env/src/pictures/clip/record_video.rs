@@ -44,7 +44,7 @@ use crate::pictures::{pool::RendererPool, render::RenderEnv};
 /// ```
 ///
 /// # Errors of recording
-/// A reset or step returns [`EnvError::Render`] or [`EnvError::Video`] if a frame cannot be rendered
+/// A reset or step returns [`RenderError`](fetch_sim::RenderError) or [`VideoError`] if a frame cannot be rendered
 /// or a file cannot be written. The video is dropped then, and the environment must be reset.
 pub type RecordVideo<E> = Wrapped<E, Video>;
 
@@ -63,8 +63,8 @@ impl<E: RenderEnv> RecordVideo<E> {
     /// Records episodes of `env`. Makes the folder, if there is none.
     ///
     /// # Errors
-    /// [`EnvError::Video`] for an invalid name prefix or if the folder cannot be made;
-    /// [`EnvError::Render`] without OpenGL and for invalid options.
+    /// [`VideoError`] for an invalid name prefix or if the folder cannot be made;
+    /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
     pub fn new(env: E, options: VideoOptions) -> Result<Self, EnvError> {
         options.check()?;
         let renderers = RendererPool::shared(&env, options.render().clone())?;
@@ -93,7 +93,7 @@ impl<E: RenderEnv> RecordVideo<E> {
     /// Writes the video of an episode that has not ended, and stops recording it.
     ///
     /// # Errors
-    /// [`EnvError::Video`] if the file cannot be written.
+    /// [`VideoError`] if the file cannot be written.
     pub fn finish(&mut self) -> Result<(), EnvError> {
         self.wrapper_mut().finish()
     }

@@ -10,6 +10,7 @@ use std::{
 use fetch_sim::RenderOptions;
 use serde::{Deserialize, Serialize};
 
+use crate::gym::error::EnvError;
 use crate::gym::settings::{getters, setters};
 
 /// File format of a video.
@@ -180,5 +181,11 @@ pub enum VideoError {
 impl VideoError {
     pub(super) fn write(path: &Path, reason: &dyn fmt::Display) -> Self {
         Self::Write { path: path.into(), reason: reason.to_string() }
+    }
+}
+
+impl From<VideoError> for EnvError {
+    fn from(error: VideoError) -> Self {
+        Self::other(error)
     }
 }
