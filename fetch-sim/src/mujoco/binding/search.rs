@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{library::MujocoVersion, trust};
+use super::{trust, version::MujocoVersion};
 use crate::{
     cache,
     installation::{NONE, libraries_in, libraries_of, mujoco_dir},
@@ -14,38 +14,38 @@ use crate::{
 };
 
 /// A search for the library of one version.
-pub(super) struct Search {
-    pub(super) version: MujocoVersion,
+pub(crate) struct Search {
+    pub(crate) version: MujocoVersion,
     /// The library that somebody else loaded for the whole process, whose functions any other would
     /// call.
-    pub(super) global: Option<PathBuf>,
+    pub(crate) global: Option<PathBuf>,
     /// Value of `MUJOCO_DIR`.
-    pub(super) mujoco_dir: Option<PathBuf>,
-    pub(super) executable: Option<PathBuf>,
+    pub(crate) mujoco_dir: Option<PathBuf>,
+    pub(crate) executable: Option<PathBuf>,
     /// Path of the library that the build found.
-    pub(super) of_build: Option<PathBuf>,
+    pub(crate) of_build: Option<PathBuf>,
     /// The folder `fetch-env` in the user's cache.
-    pub(super) cache: Option<PathBuf>,
+    pub(crate) cache: Option<PathBuf>,
     /// The library of this version that somebody else loaded, for a part of the process alone.
-    pub(super) of_others: Option<PathBuf>,
+    pub(crate) of_others: Option<PathBuf>,
     /// The folders of the system's libraries.
-    pub(super) system: Vec<PathBuf>,
+    pub(crate) system: Vec<PathBuf>,
 }
 
 /// A place in which libraries may be.
-pub(super) struct Place {
-    pub(super) name: &'static str,
+pub(crate) struct Place {
+    pub(crate) name: &'static str,
     /// The libraries in it.
-    pub(super) files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
     /// Whether they are loaded already.
-    pub(super) is_loaded: bool,
+    pub(crate) is_loaded: bool,
     /// The reason to give if there are none.
-    pub(super) if_empty: String,
+    pub(crate) if_empty: String,
 }
 
 impl Search {
     /// Returns the search of this process, in which somebody else may have loaded libraries.
-    pub(super) fn of_process(
+    pub(crate) fn of_process(
         version: MujocoVersion,
         global: Option<PathBuf>,
         of_others: Option<PathBuf>,
@@ -69,7 +69,7 @@ impl Search {
     /// A library that the whole process has is the only one. So is the user's wish: another one in its
     /// stead would hide a mistake. Else what lies beside the program comes before the library of the
     /// build, which comes before those that merely have the same version.
-    pub(super) fn places(&self) -> Vec<Place> {
+    pub(crate) fn places(&self) -> Vec<Place> {
         if let Some(global) = &self.global {
             return vec![loaded(Some(global))];
         }

@@ -14,7 +14,7 @@ use std::{
 ///
 /// # Errors
 /// The reason for distrust.
-pub(super) fn check(file: &Path) -> Result<(), String> {
+pub(crate) fn check(file: &Path) -> Result<(), String> {
     // SAFETY: declared as in C; it only reads.
     unsafe extern "C" {
         safe fn geteuid() -> u32;
@@ -40,7 +40,7 @@ pub(super) fn check(file: &Path) -> Result<(), String> {
 }
 
 /// Whether others may put files into a folder. What cannot be looked at counts as shared.
-pub(super) fn is_shared(folder: &Path) -> bool {
+pub(crate) fn is_shared(folder: &Path) -> bool {
     look_at(folder).map_or(true, |seen| is_writable_by_others(&seen))
 }
 

@@ -80,7 +80,7 @@ impl Data {
         &self.model
     }
 
-    pub(super) const fn as_ptr(&self) -> *mut RawData {
+    pub(crate) const fn as_ptr(&self) -> *mut RawData {
         self.raw.as_ptr()
     }
 
@@ -172,7 +172,7 @@ impl Data {
         Ok(())
     }
 
-    pub(super) fn array(&self, array: DataArray) -> &[f64] {
+    pub(crate) fn array(&self, array: DataArray) -> &[f64] {
         let RawArray { first, len } = self.arrays[array as usize];
         if len == 0 {
             return &[]; // an empty array may have no address in C; a slice must have one
@@ -182,7 +182,7 @@ impl Data {
         unsafe { slice::from_raw_parts(first, len) }
     }
 
-    pub(super) fn array_mut(&mut self, array: DataArray) -> &mut [f64] {
+    pub(crate) fn array_mut(&mut self, array: DataArray) -> &mut [f64] {
         let RawArray { first, len } = self.arrays[array as usize];
         if len == 0 {
             return &mut [];
@@ -214,7 +214,7 @@ arrays! {
     pub qpos, qpos_mut: Qpos, "joint positions (`nq` numbers)";
     pub qvel, qvel_mut: Qvel, "joint velocities (`nv` numbers)";
     pub ctrl, ctrl_mut: Ctrl, "actuator controls (`nu` numbers)";
-    pub(super) qacc_warmstart, qacc_warmstart_mut: QaccWarmstart,
+    pub(crate) qacc_warmstart, qacc_warmstart_mut: QaccWarmstart,
         "accelerations from which the constraint solver starts (`nv` numbers)";
 }
 

@@ -18,7 +18,7 @@ macro_rules! ids {
         $(
             $(#[$doc])*
             #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-            pub struct $id(pub(super) usize);
+            pub struct $id(pub(crate) usize);
         )*
 
         impl Model {$(
@@ -53,7 +53,7 @@ ids! {
 impl Model {
     /// Returns the index of a camera.
     #[cfg(feature = "render")]
-    pub(super) fn camera(&self, name: &str) -> Option<usize> {
+    pub(crate) fn camera(&self, name: &str) -> Option<usize> {
         self.find(ObjectKind::Camera, name).ok()
     }
 
@@ -71,7 +71,7 @@ impl Model {
 
     /// Returns the names of the cameras in the model's order; empty for one without a name.
     #[cfg(feature = "render")]
-    pub(super) fn camera_names(&self) -> Vec<&str> {
+    pub(crate) fn camera_names(&self) -> Vec<&str> {
         (0..self.sizes.ncam as usize)
             .map(|id| self.name(ObjectKind::Camera, id).ok().flatten().unwrap_or_default())
             .collect()
@@ -154,7 +154,7 @@ impl Model {
     }
 
     /// Returns the joint that each actuator drives; `None` for one that drives something else.
-    pub(super) fn actuator_joints(&self) -> impl Iterator<Item = Option<JointId>> + '_ {
+    pub(crate) fn actuator_joints(&self) -> impl Iterator<Item = Option<JointId>> + '_ {
         (0..self.nu()).map(|actuator| {
             // SAFETY: the model is alive, and the actuator is one of its own.
             let joint = unsafe { ffi::fs_actuator_joint(self.as_ptr(), actuator as c_int) };

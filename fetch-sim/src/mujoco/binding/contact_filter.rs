@@ -23,7 +23,7 @@ impl ContactFilter {
     /// this one they take up to 4 MB for each model and 30 MB for each simulation.
     pub const MAX_GEOMS: usize = 1024;
 
-    pub(super) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {
+    pub(crate) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {
         // SAFETY: the shapes and the data are alive.
         let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };
         // SAFETY: the filter was just made. The shapes outlive it because it holds the model that owns
@@ -32,7 +32,7 @@ impl ContactFilter {
         Ok(Self { raw, _model: Arc::clone(model) })
     }
 
-    pub(super) const fn as_ptr(&self) -> *mut RawFilter {
+    pub(crate) const fn as_ptr(&self) -> *mut RawFilter {
         self.raw.as_ptr()
     }
 

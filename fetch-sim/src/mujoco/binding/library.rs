@@ -1,8 +1,7 @@
-//! MuJoCo's library: loading it, its version, and the results of calls into it.
+//! MuJoCo's library: loading it, and the results of calls into it.
 
 use std::{
     ffi::{CStr, CString, OsStr, c_char, c_int},
-    fmt,
     os::unix::ffi::OsStrExt,
     path::{Path, PathBuf},
     ptr::{self, NonNull},
@@ -13,27 +12,14 @@ use super::{
     ffi::{self, Item, Opaque, RawFilter, RawModel, RawShapes},
     library_file::LibraryFile,
     search::{Place, Search},
+    version::MujocoVersion,
 };
 use crate::{
     error::{SimError, TriedLibrary},
     installation::version_in_name,
 };
 
-/// A version of MuJoCo, such as 2.2.2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct MujocoVersion(c_int);
-
 impl MujocoVersion {
-    /// The first version that finds four contacts where the base's mesh stands on the floor.
-    pub(super) const FOUR_SUPPORTS: Self = Self(3_013_000);
-
-    /// Returns the version of the headers against which this crate was built; `None` if it was built
-    /// without MuJoCo.
-    #[must_use]
-    pub fn of_headers() -> Option<Self> {
-        (!ffi::IS_MISSING).then(Self::of_shim)
-    }
-
     /// Loads the library and returns its version, which equals that of the headers.
     ///
     /// # Errors
@@ -41,38 +27,6 @@ impl MujocoVersion {
     /// [`SimError::ShimMismatch`].
     pub fn of_library() -> Result<Self, SimError> {
         load_once().map(|()| Self::of_shim())
-    }
-
-    /// Returns the version of a library that is loaded.
-    pub(super) fn of_shim() -> Self {
-        Self(ffi::fs_header_version())
-    }
-
-    /// Returns the name that MuJoCo gives its library.
-    pub(super) fn library_name(self) -> String {
-        if cfg!(target_vendor = "apple") {
-            format!("libmujoco.{self}.dylib")
-        } else {
-            format!("libmujoco.so.{self}")
-        }
-    }
-
-    /// Returns major, minor and patch.
-    fn numbers(self) -> [u32; 3] {
-        let version = self.0.unsigned_abs();
-        // 2.2.2 counts as 222, 3.6.0 as 3006000.
-        if version < 1_000_000 {
-            [version / 100, version / 10 % 10, version % 10]
-        } else {
-            [version / 1_000_000, version / 1000 % 1000, version % 1000]
-        }
-    }
-}
-
-impl fmt::Display for MujocoVersion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [major, minor, patch] = self.numbers();
-        write!(f, "{major}.{minor}.{patch}")
     }
 }
 
@@ -85,7 +39,7 @@ pub fn library_path() -> Result<PathBuf, SimError> {
 }
 
 /// Loads MuJoCo on the first call; later calls return the same result.
-pub(super) fn load_once() -> Result<(), SimError> {
+pub(crate) fn load_once() -> Result<(), SimError> {
     loaded().map(|_| ())
 }
 
@@ -182,7 +136,7 @@ fn rust_path(path: *const c_char) -> Option<PathBuf> {
 }
 
 /// Returns a path as C functions take it, in the system's encoding.
-pub(super) fn c_path(path: &Path) -> Result<CString, String> {
+pub(crate) fn c_path(path: &Path) -> Result<CString, String> {
     CString::new(path.as_os_str().as_encoded_bytes()).map_err(|error| error.to_string())
 }
 
@@ -220,12 +174,12 @@ fn compare(shim: &[Item], rust: &[Item]) -> Result<(), SimError> {
 }
 
 /// Turns the status of a shim call into a result, and passes warnings on to `tracing`.
-pub(super) fn check(status: c_int) -> Result<(), SimError> {
+pub(crate) fn check(status: c_int) -> Result<(), SimError> {
     check_as(status, |message| SimError::Mujoco { message })
 }
 
 /// As [`check`], with the error that `error` makes from MuJoCo's message.
-pub(super) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Result<(), E> {
+pub(crate) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Result<(), E> {
     if status & ffi::FS_WARNED != 0 {
         // SAFETY: the shim's buffer holds a terminated string, and only this thread writes to it.
         let text = unsafe { CStr::from_ptr(ffi::fs_warning_text()) };
@@ -241,7 +195,7 @@ pub(super) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Res
 
 /// An object that the shim made. It is deleted together with this value.
 #[derive(Debug)]
-pub(super) struct Owned<T: Opaque>(NonNull<T>);
+pub(crate) struct Owned<T: Opaque>(NonNull<T>);
 
 /// Objects that are plain memory and belong to no thread. Methods that take a shared reference to
 /// their owner only read them: MuJoCo does not write to a model that is passed as const.
@@ -263,13 +217,13 @@ impl<T: Opaque> Owned<T> {
     ///
     /// # Safety
     /// Nothing else deletes the object, and all that it uses outlives this value.
-    pub(super) unsafe fn new(raw: *mut T, what: &str) -> Result<Self, SimError> {
+    pub(crate) unsafe fn new(raw: *mut T, what: &str) -> Result<Self, SimError> {
         NonNull::new(raw)
             .map(Self)
             .ok_or_else(|| SimError::Mujoco { message: format!("there is no memory for {what}") })
     }
 
-    pub(super) const fn as_ptr(&self) -> *mut T {
+    pub(crate) const fn as_ptr(&self) -> *mut T {
         self.0.as_ptr()
     }
 }

@@ -10,29 +10,30 @@ use std::{
 
 use super::{
     ffi,
-    library::{MujocoVersion, c_path, check_as, library_path},
+    library::{c_path, check_as, library_path},
     library_file::LibraryFile,
+    version::MujocoVersion,
 };
 
 /// What came of loading the decoders.
 #[derive(Debug, Default)]
-pub(super) struct Decoders {
+pub(crate) struct Decoders {
     /// Whether some were loaded.
-    pub(super) loaded: bool,
+    pub(crate) loaded: bool,
     /// Why others were not.
-    pub(super) failures: Vec<String>,
+    pub(crate) failures: Vec<String>,
 }
 
 static DECODERS: OnceLock<Decoders> = OnceLock::new();
 
 impl Decoders {
     /// Whether they have been loaded, or could not be.
-    pub(super) fn are_settled() -> bool {
+    pub(crate) fn are_settled() -> bool {
         DECODERS.get().is_some()
     }
 
     /// Loads the decoders of the library that is loaded; later calls return the same result.
-    pub(super) fn load() -> &'static Self {
+    pub(crate) fn load() -> &'static Self {
         DECODERS.get_or_init(|| {
             let mut decoders = Self::default();
             for file in files() {

@@ -12,11 +12,11 @@ use elf::{ElfStream, ParseError, abi::DT_SONAME, endian::AnyEndian};
 use super::trust;
 
 /// A library that may be loaded.
-pub(super) struct LibraryFile {
+pub(crate) struct LibraryFile {
     /// Its path, without links.
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     /// The name that it gives itself, such as `libmujoco.so.2.2.2`.
-    pub(super) own_name: Option<String>,
+    pub(crate) own_name: Option<String>,
 }
 
 impl LibraryFile {
@@ -25,7 +25,7 @@ impl LibraryFile {
     /// # Errors
     /// The reason not to load it: it is missing, others than this process's user and root may have
     /// written it, or it is not whole.
-    pub(super) fn look_at(file: &Path) -> Result<Self, String> {
+    pub(crate) fn look_at(file: &Path) -> Result<Self, String> {
         let path = file.canonicalize().map_err(|error| error.to_string())?;
         trust::check(&path)?;
         let own_name = if cfg!(target_vendor = "apple") { None } else { own_name(&path)? };

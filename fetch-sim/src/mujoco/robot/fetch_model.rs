@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use nalgebra::{Quaternion, Vector3};
 
-use super::{
+use super::scene;
+use crate::mujoco::binding::{
     data::Data,
     ids::{BodyId, JointId, SiteId},
     model::Model,
-    scene,
 };
 use crate::{config::SimConfig, error::SimError, simulator::Settled, task::Task};
 
 /// Orientation of the gripper, pointing down: deliberately not of unit length, as in the reference.
-pub(super) const GRIPPER_DOWN: Quaternion<f64> = Quaternion::new(1.0, 0.0, 1.0, 0.0);
+pub(crate) const GRIPPER_DOWN: Quaternion<f64> = Quaternion::new(1.0, 0.0, 1.0, 0.0);
 
 /// First displacement of the gripper from where the joints put it (meters).
 const GRIPPER_OFFSET: Vector3<f64> = Vector3::new(-0.498, 0.005, -0.431);
@@ -35,39 +35,39 @@ const MAX_STACK: u32 = 1 << 18;
 /// Share it through an `Arc` to make many simulators cheaply.
 #[derive(Debug)]
 pub struct FetchModel {
-    pub(super) config: SimConfig,
-    pub(super) model: Arc<Model>,
-    pub(super) ids: Ids,
-    pub(super) settled: Settled,
+    pub(crate) config: SimConfig,
+    pub(crate) model: Arc<Model>,
+    pub(crate) ids: Ids,
+    pub(crate) settled: Settled,
     /// The time after a reset, in seconds.
-    pub(super) start_time: f64,
-    pub(super) start_qpos: Vec<f64>,
-    pub(super) start_qvel: Vec<f64>,
+    pub(crate) start_time: f64,
+    pub(crate) start_qpos: Vec<f64>,
+    pub(crate) start_qvel: Vec<f64>,
 }
 
 /// Ids that the Fetch operations use.
 #[derive(Debug)]
-pub(super) struct Ids {
-    pub(super) grip: SiteId,
-    pub(super) gripper_link: BodyId,
-    pub(super) mocap: usize,
+pub(crate) struct Ids {
+    pub(crate) grip: SiteId,
+    pub(crate) gripper_link: BodyId,
+    pub(crate) mocap: usize,
     /// Position and velocity addresses of the right and the left finger.
-    pub(super) fingers: [JointAddress; 2],
-    pub(super) object: Option<ObjectIds>,
+    pub(crate) fingers: [JointAddress; 2],
+    pub(crate) object: Option<ObjectIds>,
     /// For each actuator, the index in `qpos` of its joint's position.
-    pub(super) actuated_qpos: Vec<usize>,
+    pub(crate) actuated_qpos: Vec<usize>,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct JointAddress {
-    pub(super) qpos: usize,
-    pub(super) dof: usize,
+pub(crate) struct JointAddress {
+    pub(crate) qpos: usize,
+    pub(crate) dof: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ObjectIds {
-    pub(super) site: SiteId,
-    pub(super) qpos: usize,
+pub(crate) struct ObjectIds {
+    pub(crate) site: SiteId,
+    pub(crate) qpos: usize,
 }
 
 impl FetchModel {

@@ -3,7 +3,7 @@
 use std::{ffi::c_int, ptr};
 
 /// The value that a function of a missing shim returns.
-pub(super) trait Nothing {
+pub(crate) trait Nothing {
     const NOTHING: Self;
 }
 

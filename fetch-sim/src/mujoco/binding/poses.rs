@@ -50,7 +50,7 @@ impl Data {
     }
 
     /// Overwrites a derived body pose with the one of a snapshot.
-    pub(super) fn set_body_pose(&mut self, body: BodyId, pose: Pose) -> Result<(), SimError> {
+    pub(crate) fn set_body_pose(&mut self, body: BodyId, pose: Pose) -> Result<(), SimError> {
         self.set_pose(DataArray::Xpos, DataArray::Xquat, "body", body.0, pose)
     }
 
@@ -64,7 +64,7 @@ impl Data {
 
     /// Overwrites the derived position of a site, for a picture.
     #[cfg(feature = "render")]
-    pub(super) fn set_site_position(
+    pub(crate) fn set_site_position(
         &mut self,
         site: SiteId,
         position: Vector3<f64>,

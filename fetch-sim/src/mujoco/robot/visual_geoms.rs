@@ -4,11 +4,11 @@ use std::ffi::c_int;
 
 use nalgebra::{Quaternion, Vector3};
 
-use super::{
+use super::scene;
+use crate::mujoco::binding::{
     ffi::{self, RawVisualGeom},
     ids::BodyId,
     model::Model,
-    scene,
 };
 use crate::{config::SimConfig, error::SimError, task::Task};
 

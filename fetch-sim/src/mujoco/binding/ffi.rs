@@ -11,7 +11,7 @@ use self::nothing::Nothing;
 
 /// An item of the contract: the name of a number (with its value and size), of a struct (with 0 and
 /// its size) or of a field of one (with its offset and size).
-pub(super) type Item = (&'static str, i64, usize);
+pub(crate) type Item = (&'static str, i64, usize);
 
 /// Declares what Rust shares with the shim, and lists it in [`ITEMS`].
 macro_rules! contract {
@@ -29,8 +29,8 @@ macro_rules! contract {
             )*
         }
     ) => {
-        $(pub(super) const $number: c_int = $value;)*
-        $($(#[$enum_doc])* #[derive(Clone, Copy)] pub(super) enum $enum { $($variant),* })*
+        $(pub(crate) const $number: c_int = $value;)*
+        $($(#[$enum_doc])* #[derive(Clone, Copy)] pub(crate) enum $enum { $($variant),* })*
         $(
             $(#[$attribute])*
             #[repr(C)]
@@ -39,7 +39,7 @@ macro_rules! contract {
         )*
 
         /// Everything that Rust shares with the shim.
-        pub(super) const ITEMS: &[Item] = &[
+        pub(crate) const ITEMS: &[Item] = &[
             $((stringify!($number), $number as i64, size_of::<c_int>()),)*
             $($((stringify!($c_number), $enum::$variant as i64, size_of::<c_int>()),)*)*
             $(
@@ -93,13 +93,13 @@ contract! {
     }
     structs {
         /// Sizes of a model.
-        pub(super) Sizes = fs_sizes {
+        pub(crate) Sizes = fs_sizes {
             nq: c_int, nv: c_int, nu: c_int, nbody: c_int, njnt: c_int, ngeom: c_int, nsite: c_int,
             ncam: c_int, nmocap: c_int, timestep: f64,
         }
 
         /// A geom as a viewer shows it.
-        pub(super) RawVisualGeom = fs_visual_geom {
+        pub(crate) RawVisualGeom = fs_visual_geom {
             shape: c_int, group: c_int, body: c_int, ntriangle: c_int, rgba: [f32; 4],
             size: [f64; 3], position: [f64; 3], orientation: [f64; 4],
         }
@@ -119,18 +119,18 @@ contract! {
         }
 
         /// An array of a simulation's data.
-        pub(super) RawArray = fs_array { first: *mut f64, len: usize, }
+        pub(crate) RawArray = fs_array { first: *mut f64, len: usize, }
 
         /// What a pixel shows.
-        pub(super) RawSegment = fs_segment { kind: c_int, id: c_int, }
+        pub(crate) RawSegment = fs_segment { kind: c_int, id: c_int, }
     }
 }
 
 /// All arrays of a simulation's data, by [`DataArray`].
-pub(super) type DataArrays = [RawArray; FS_NUM_DATA_ARRAYS as usize];
+pub(crate) type DataArrays = [RawArray; FS_NUM_DATA_ARRAYS as usize];
 
 /// A type of C that Rust knows only by pointer.
-pub(super) trait Opaque {
+pub(crate) trait Opaque {
     /// The shim's function that deletes an object of this type.
     const DELETE: unsafe extern "C" fn(*mut Self);
 }
@@ -142,7 +142,7 @@ macro_rules! opaque {
         $(#[$attribute])*
         #[derive(Debug)]
         #[repr(C)]
-        pub(super) struct $name {
+        pub(crate) struct $name {
             _opaque: [u8; 0],
         }
 
@@ -163,7 +163,7 @@ opaque! {
 }
 
 /// Whether this build has no shim, because it found no headers of MuJoCo.
-pub(super) const IS_MISSING: bool = cfg!(fetch_sim_no_shim);
+pub(crate) const IS_MISSING: bool = cfg!(fetch_sim_no_shim);
 
 /// Declares the functions of the shim. A build without it has functions with the same signatures that
 /// do nothing; loading MuJoCo fails before any of them is called, and none of them makes an object.
@@ -179,20 +179,20 @@ macro_rules! functions {
     ) => {
         #[cfg(not(fetch_sim_no_shim))]
         unsafe extern "C" {
-            $($(#[$safe_attribute])* pub(super) safe fn $safe() -> $safe_result;)*
-            $($(#[$attribute])* pub(super) fn $name($($argument: $type),*) $(-> $result)?;)*
+            $($(#[$safe_attribute])* pub(crate) safe fn $safe() -> $safe_result;)*
+            $($(#[$attribute])* pub(crate) fn $name($($argument: $type),*) $(-> $result)?;)*
         }
         $(
             #[cfg(fetch_sim_no_shim)]
             $(#[$safe_attribute])*
-            pub(super) extern "C" fn $safe() -> $safe_result {
+            pub(crate) extern "C" fn $safe() -> $safe_result {
                 Nothing::NOTHING
             }
         )*
         $(
             #[cfg(fetch_sim_no_shim)]
             $(#[$attribute])*
-            pub(super) unsafe extern "C" fn $name($(_: $type),*) $(-> $result)? {
+            pub(crate) unsafe extern "C" fn $name($(_: $type),*) $(-> $result)? {
                 Nothing::NOTHING
             }
         )*

@@ -23,7 +23,7 @@ pub struct Model {
     /// The geoms' shapes, prepared for contact filters; dropped before the model that they use.
     shapes: OnceLock<Result<Owned<RawShapes>, SimError>>,
     raw: Owned<RawModel>,
-    pub(super) sizes: Sizes,
+    pub(crate) sizes: Sizes,
 }
 
 /// Declares the methods that return a model's counts.
@@ -134,11 +134,11 @@ impl Model {
     }
 
     #[cfg(feature = "render")]
-    pub(super) const fn as_mut_ptr(&mut self) -> *mut RawModel {
+    pub(crate) const fn as_mut_ptr(&mut self) -> *mut RawModel {
         self.raw.as_ptr()
     }
 
-    pub(super) const fn as_ptr(&self) -> *const RawModel {
+    pub(crate) const fn as_ptr(&self) -> *const RawModel {
         self.raw.as_ptr()
     }
 
@@ -149,7 +149,7 @@ impl Model {
     }
 
     /// Returns the shapes of the geoms, computed on the first call.
-    pub(super) fn shapes(&self) -> Result<&Owned<RawShapes>, SimError> {
+    pub(crate) fn shapes(&self) -> Result<&Owned<RawShapes>, SimError> {
         let make = || {
             // SAFETY: the model is alive.
             let shapes = unsafe { ffi::fs_make_shapes(self.as_ptr()) };
@@ -161,7 +161,7 @@ impl Model {
 
     /// Lowers the number of constraints, and of numbers on the stack, for which each
     /// [`Data`](super::Data) reserves memory up to MuJoCo 2.x. Exceeding them is an error.
-    pub(super) fn limit_sizes(&mut self, constraints: u16, stack: u32) {
+    pub(crate) fn limit_sizes(&mut self, constraints: u16, stack: u32) {
         // SAFETY: the model is alive and not shared (`&mut`), and no data was made from it yet.
         unsafe {
             ffi::fs_limit_sizes(self.raw.as_ptr(), c_int::from(constraints), stack as c_int);
@@ -171,13 +171,13 @@ impl Model {
     /// Makes the collision search test every pair of geoms of two bodies near each other. That is
     /// faster than searching trees where tests are cheap and geoms are few, and finds the same
     /// contacts; those of two bodies come in the order of MuJoCo 2.
-    pub(super) fn disable_midphase(&mut self) {
+    pub(crate) fn disable_midphase(&mut self) {
         // SAFETY: the model is alive and not shared (`&mut`).
         unsafe { ffi::fs_disable_midphase(self.raw.as_ptr()) };
     }
 
     /// Overwrites the leading numbers of every weld's data (`eq_data`).
-    pub(super) fn set_weld_data(&mut self, values: &[f64; 7]) {
+    pub(crate) fn set_weld_data(&mut self, values: &[f64; 7]) {
         // SAFETY: the model is alive and not shared (`&mut`); `eq_data` has at least 7 numbers for
         // each constraint in every version (7 until 2.2.0, and 11 since).
         unsafe { ffi::fs_set_weld_data(self.raw.as_ptr(), values.as_ptr(), 7) };

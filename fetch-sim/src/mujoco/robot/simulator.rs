@@ -5,13 +5,8 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    data::Data,
-    fetch_model::{FetchModel, GRIPPER_DOWN, ObjectIds},
-    ids::SiteId,
-    library::MujocoVersion,
-    poses::Pose,
-};
+use super::fetch_model::{FetchModel, GRIPPER_DOWN, ObjectIds};
+use crate::mujoco::binding::{data::Data, ids::SiteId, poses::Pose, version::MujocoVersion};
 use crate::{
     bounds::{check_object_position, first_outside},
     config::SimConfig,
