@@ -9,7 +9,7 @@ use baselines::{Policy, ScriptedPolicy};
 use fetch_env::{
     Env, EnvId, RenderEnv, RenderOptions,
     clip::{Caption, Clip},
-    make_with_config,
+    make,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let id: EnvId = id.parse()?;
     let seed = rest.first().map_or(Ok(0), |seed| seed.parse())?;
 
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let side = rest.get(1).map_or(Ok(480), |side| side.parse())?;
     let options = RenderOptions::default().with_width(side).with_height(side);
     let mut clip = Clip::new(options.width(), options.height())?;

@@ -7,7 +7,7 @@ use baselines::{
     ScriptedPolicy,
     page::{Axis, Document, Ink, Playback, Plot},
 };
-use fetch_env::{EnvId, make_with_config};
+use fetch_env::{EnvId, make};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let watch = |step: usize, _: &_, outcome: &fetch_env::Step<_, fetch_env::Info>| {
         distances.push((step as f64, outcome.info.distance));
     };
-    let playback = Playback::record(&mut make_with_config(id.config())?, &mut policy, seed, watch)?;
+    let playback = Playback::record(&mut make(id)?, &mut policy, seed, watch)?;
 
     let x = Axis::new("step", 0.0, playback.num_steps() as f64);
     let y = Axis::around("distance (m)", distances.iter().map(|point| point.1).chain([0.0]));

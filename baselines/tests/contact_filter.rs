@@ -7,7 +7,7 @@
 use std::{env, error::Error};
 
 use baselines::{Action, Policy, RandomPolicy, ScriptedPolicy};
-use fetch_env::{Env, FetchConfig, FetchObservation, ModelSource, Task, make_with_config};
+use fetch_env::{Env, FetchConfig, FetchObservation, ModelSource, Task, make};
 use goal_reward::RewardKind;
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
@@ -69,7 +69,7 @@ fn episodes() -> Result<u64> {
 fn steps_are_the_same_with_and_without_it() -> Result {
     for task in Task::ALL {
         let config = FetchConfig::new(task, RewardKind::Sparse).with_model(model());
-        let make = |filter| make_with_config(config.clone().with_contact_filter(filter));
+        let make = |filter| make(config.clone().with_contact_filter(filter));
         let (mut filtered, mut plain) = (make(true)?, make(false)?);
         for (kind, mut policy) in policies(task) {
             for episode in 0..episodes()? {

@@ -19,7 +19,7 @@ fn a_trainer_from_before_the_fork_says_so_and_a_resumed_one_goes_on() -> Result<
     settings.schedule.evaluation_episodes = 2;
     settings.schedule.updates_per_cycle = 2;
     settings.replay.batch_size = 16;
-    let make = || make_kinematic("FetchReach-v4");
+    let make = || Ok(make_kinematic("FetchReach-v4")?);
     let folder = tempdir()?;
     let mut trainer = Trainer::new(make, settings, 0, 2)?;
     while trainer.counters().updates == 0 {

@@ -11,7 +11,6 @@ use baselines::{
 };
 use fetch_env::{
     Env, EnvId, FetchConfig, FetchObservation, GoalObservation, ModelSource, Task, make,
-    make_with_config,
 };
 use goal_reward::RewardKind;
 use serde_json::Value;
@@ -40,13 +39,12 @@ fn episode_in(html: &str) -> Result<Value> {
 #[test]
 fn a_page_holds_the_episode() -> Result {
     let id = EnvId { task: Task::Push, ..EnvId::ALL[0] };
-    let html =
-        episode_page(&mut make_with_config(id.config())?, &mut ScriptedPolicy::new(id.task), 3)?;
+    let html = episode_page(&mut make(id)?, &mut ScriptedPolicy::new(id.task), 3)?;
     assert_well_formed(&html);
     assert!(html.starts_with("<!doctype html>") && html.contains("<h1>FetchPush-v4, seed 3</h1>"));
 
     // The same episode, stepped here.
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let start = env.reset(Some(3))?.observation;
     let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start);
     let (mut rewards, mut action) = (Vec::new(), [0.0; 4]);
@@ -143,7 +141,7 @@ fn bad_input_is_an_error() -> Result {
 
     let foreign =
         FetchConfig::new(Task::Reach, RewardKind::Sparse).with_model(ModelSource::Reference);
-    if let Ok(mut env) = make_with_config(foreign) {
+    if let Ok(mut env) = make(foreign) {
         let error = Playback::record(&mut env, &mut RandomPolicy::new(0), 0, |_, _, _| ()).err();
         assert!(matches!(error, Some(PageError::ForeignModel)), "{error:?}");
     }

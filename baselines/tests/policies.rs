@@ -4,7 +4,7 @@
 use std::error::Error;
 
 use baselines::{Policy, RandomPolicy, RandomReference, ScriptedPolicy, ZeroPolicy, evaluate};
-use fetch_env::{EnvId, Task, make_with_config};
+use fetch_env::{EnvId, Task, make};
 use goal_reward::RewardKind;
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
@@ -13,7 +13,7 @@ const EPISODES: usize = 40;
 
 fn success_rate(task: Task, policy: &mut dyn Policy) -> Result<f64> {
     let id = EnvId { task, reward: RewardKind::Sparse };
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let mut count = 0;
     let evaluation = evaluate(&mut env, policy, EPISODES, 1000, |_| count += 1)?;
     assert_eq!(count, EPISODES);
@@ -46,7 +46,7 @@ fn doing_nothing_solves_nothing_that_is_not_solved_already() -> Result {
 fn equal_seeds_give_equal_episodes_and_others_do_not() -> Result {
     let run = |seed| -> Result<_> {
         let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
-        let mut env = make_with_config(id.config())?;
+        let mut env = make(id)?;
         Ok(evaluate(&mut env, &mut RandomPolicy::new(seed), 3, 7, |_| ())?)
     };
     assert_eq!(run(1)?, run(1)?);
@@ -57,7 +57,7 @@ fn equal_seeds_give_equal_episodes_and_others_do_not() -> Result {
 #[test]
 fn the_comparison_with_the_reference_tells_policies_apart() -> Result {
     let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let reference = RandomReference::new(id.task, id.reward);
     let random = evaluate(&mut env, &mut RandomPolicy::new(0), EPISODES, 0, |_| ())?;
     let compared = reference.compare(&random)?;

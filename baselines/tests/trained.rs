@@ -10,7 +10,7 @@ use baselines::{
 };
 use fetch_env::{Env, GoalObservation, Reset, Task, VecEnv, make_kinematic, vec_env::VecConfig};
 #[cfg(feature = "mujoco")]
-use fetch_env::{EnvId, make_vec_with_config};
+use fetch_env::{EnvId, make_vec};
 #[cfg(feature = "mujoco")]
 use fetch_sim::MujocoVersion;
 #[cfg(feature = "mujoco")]
@@ -80,7 +80,7 @@ fn the_policies_of_this_crate_are_of_their_tasks_and_succeed() -> Result {
         assert!(policy.to_bytes()?.len() < 400_000);
         let success = policy.header().success.ok_or("its success has not been measured")?;
         assert!(success.rate.value >= least, "{env_id}: {success:?}");
-        let mut envs = make_vec_with_config(&env_id.config(), 10, VecConfig::default())?;
+        let mut envs = make_vec(env_id, 10, VecConfig::default())?;
         let measured = evaluate_vec(&mut envs, &mut policy, 40, 1 << 52, |_| ())?.summary()?;
         // How far a puck slides depends on MuJoCo's version, and the policy has learned on 3.6.0.
         let is_elsewhere = MujocoVersion::of_library()?.to_string() != "3.6.0";

@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use fetch_env::vec_env::{AutoresetMode, VecConfig};
-use fetch_env::{Env, EnvId, make_kinematic, make_vec_with_config, make_with_config};
+use fetch_env::{Env, EnvId, make, make_kinematic, make_vec};
 use fetch_sim::{Control, MujocoSimulator, Simulator};
 use nalgebra::Vector3;
 
@@ -17,7 +17,7 @@ const ACTION: [f32; 4] = [0.3, -0.2, 0.1, 0.5];
 fn layers(criterion: &mut Criterion) {
     for id in EnvId::ALL.into_iter().step_by(2) {
         let mut group = criterion.benchmark_group(id.to_string());
-        let mut env = make_with_config(id.config()).expect("MuJoCo");
+        let mut env = make(id).expect("MuJoCo");
         env.reset(Some(0)).expect("a reset");
         group.bench_function("observation", |bencher| {
             bencher.iter(|| black_box(&env).inner().observe().expect("an observation"));
@@ -72,7 +72,7 @@ fn together(criterion: &mut Criterion) {
     for threads in [1, 2] {
         let config =
             VecConfig::default().with_num_threads(threads).with_autoreset(AutoresetMode::SameStep);
-        let mut envs = make_vec_with_config(&id.config(), 16, config).expect("MuJoCo");
+        let mut envs = make_vec(id, 16, config).expect("MuJoCo");
         envs.reset(Some(0)).expect("a reset");
         let actions = ACTION.repeat(16);
         criterion.bench_function(&format!("vec/16-envs/threads-{threads}"), |bencher| {

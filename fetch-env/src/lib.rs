@@ -52,21 +52,10 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
-pub mod check;
-#[cfg(feature = "clip")]
-pub mod clip;
-mod env;
-mod env_id;
-mod error;
 mod fetch;
-mod np_random;
-mod registry;
-#[cfg(feature = "render")]
-mod render;
-mod settings;
-pub mod spaces;
-pub mod vec_env;
-pub mod wrappers;
+mod gym;
+#[cfg(any(feature = "clip", feature = "render"))]
+mod pictures;
 
 #[doc = include_str!("../DIFFERENCES.md")]
 pub mod differences {}
@@ -88,45 +77,53 @@ pub use ::fetch_sim::{KinematicSimulator, ModelSource, SimConfig, SimError, Simu
 pub use ::goal_reward::{
     DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind,
 };
-#[cfg(all(feature = "clip", feature = "render"))]
-pub use clip::{
-    record_video::{RecordVideo, Video},
-    video_options::{VideoFormat, VideoOptions},
-};
-pub use env::{
-    ActionElement, Env, Reset, SnapshotEnv, Step,
-    goal::{GoalEnv, GoalEnvExt, GoalInfo, Info},
-    observation::{BatchObservation, GoalObservation},
-};
-pub use env_id::{EnvId, RegistryError, UnknownEnvId};
-#[cfg(all(feature = "clip", feature = "render"))]
-pub use error::wrapper::VideoError;
-pub use error::{EnvError, OtherError, config::ConfigError};
 #[cfg(feature = "mujoco")]
-pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_with_config, make_with_config};
+pub use fetch::make::{MujocoEnv, make, make_vec};
 pub use fetch::{
     config::FetchConfig,
     env::{FetchEnv, FetchSnapshot},
-    kinematic::{KinematicEnv, make_kinematic},
+    env_id::{EnvId, UnknownEnvId},
+    error::{ConfigError, MakeError},
+    kinematic::{KinematicEnv, make_kinematic, make_kinematic_vec},
     layout::{ObservationField, observation_fields},
     observation::FetchObservation,
     reset::FetchResetOptions,
 };
-pub use np_random::NpRandom;
-pub use registry::Registry;
+pub use gym::{
+    check,
+    env::{
+        ActionElement, Env, Reset, SnapshotEnv, Step,
+        goal::{GoalEnv, GoalEnvExt, GoalInfo, Info},
+        observation::{BatchObservation, GoalObservation},
+    },
+    error::{EnvError, OtherError},
+    np_random::NpRandom,
+    registry::{Registry, RegistryError},
+    spaces::{
+        self, ActionSpace, BoxSpace, DictSpace, DiscreteSpace, MultiBinarySpace,
+        MultiDiscreteSpace, Space,
+    },
+    vec_env::{self, VecEnv},
+    wrappers::{
+        self,
+        time_limit::{TimeLimit, TimeLimitSnapshot},
+    },
+};
+#[cfg(feature = "clip")]
+pub use pictures::clip;
+#[cfg(all(feature = "clip", feature = "render"))]
+pub use pictures::clip::{
+    record_video::{RecordVideo, Video},
+    video_options::{VideoError, VideoFormat, VideoOptions},
+};
 #[cfg(feature = "render")]
-pub use render::{
-    RenderEnv,
-    pictures::{ChannelOrder, PixelOptions, Pixels},
+pub use pictures::{
+    frames::{ChannelOrder, PixelOptions, Pixels},
     pixel_rows::PixelRows,
     pixels::{AddRender, AddRenderObservation, PixelObservation},
     pixels_only::{OnlyPixels, PixelsOnly},
+    render::RenderEnv,
 };
-pub use spaces::{
-    ActionSpace, BoxSpace, DictSpace, DiscreteSpace, MultiBinarySpace, MultiDiscreteSpace, Space,
-};
-pub use vec_env::VecEnv;
-pub use wrappers::time_limit::{TimeLimit, TimeLimitSnapshot};
 
 /// The README's example, run as a test.
 #[cfg(doctest)]

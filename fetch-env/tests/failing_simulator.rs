@@ -23,7 +23,7 @@ fn a_failed_step_is_an_error_and_asks_for_a_reset() -> Result {
         for recover in 0..2 {
             env.step(&[0.0; 4])?;
             let failure = env.step(&[0.0, 0.0, -1.0, 0.0]);
-            assert_eq!(failure, Err(EnvError::Sim(unstable())), "{id}");
+            assert_eq!(failure, Err(EnvError::from(unstable())), "{id}");
             for _ in 0..2 {
                 assert_eq!(env.step(&[0.0; 4]), Err(EnvError::ResetNeeded), "{id}");
             }

@@ -22,7 +22,7 @@ type DynGoalEnv = dyn GoalEnv<
 
 #[test]
 fn a_boxed_environment_keeps_every_law() {
-    let make = || make_kinematic("FetchPush-v4").map(Box::new);
+    let make = || Ok(Box::new(make_kinematic("FetchPush-v4")?));
     let options = CheckOptions::default();
     let report = check_goal_env(make, &options).and(check_snapshots(make, &options));
     assert!(report.passed(), "{report}");

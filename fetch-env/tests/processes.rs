@@ -3,9 +3,7 @@
 
 use std::{env, fs, path::Path, process::Command};
 
-use fetch_env::{
-    Env, EnvId, FetchObservation, GoalObservation, MujocoEnv, SnapshotEnv, make_with_config,
-};
+use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv, SnapshotEnv, make};
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -13,7 +11,7 @@ const SNAPSHOTS: &str = "FETCH_ENV_TEST_SNAPSHOTS";
 const STEPS: u32 = 40;
 
 fn environment(id: EnvId) -> Result<MujocoEnv> {
-    Ok(make_with_config(id.config().with_max_episode_steps(1000))?)
+    Ok(make(id.config().with_max_episode_steps(1000))?)
 }
 
 /// Drives at the object, which causes many contacts, or around if there is none.

@@ -1,6 +1,6 @@
 //! The eight names and their settings.
 
-use fetch_env::{ConfigError, EnvError, EnvId, FetchConfig, FetchEnv, make_kinematic};
+use fetch_env::{ConfigError, EnvId, FetchConfig, FetchEnv, MakeError, make_kinematic};
 use fetch_sim::{KinematicSimulator, ModelSource, SimConfig, Task};
 use goal_reward::RewardKind;
 use proptest::prelude::*;
@@ -43,7 +43,7 @@ fn the_error_for_an_unknown_name_lists_the_nearest() {
         ("Reach", "FetchReach-v4"),
     ] {
         let error = make_kinematic(unknown).expect_err("no such environment");
-        let EnvError::UnknownId(error) = error else { panic!("{error}") };
+        let MakeError::UnknownId(error) = error else { panic!("{error}") };
         assert_eq!(error.id, unknown);
         assert_eq!(error.nearest[0].to_string(), nearest, "for {unknown}");
         let message = error.to_string();
@@ -159,7 +159,7 @@ fn each_invalid_setting_is_named() -> Result {
         assert_eq!(config.sim(), Err(error));
         let valid = FetchConfig::new(config.task(), RewardKind::Sparse).sim()?;
         let refusal = FetchEnv::new(config, KinematicSimulator::new(&valid)).err();
-        assert_eq!(refusal, Some(EnvError::Config(error)));
+        assert_eq!(refusal, Some(MakeError::Config(error)));
     }
     let threshold = push().with_distance_threshold(-1.0).check();
     assert!(matches!(threshold, Err(ConfigError::Threshold(_))), "{threshold:?}");
@@ -172,7 +172,7 @@ fn a_simulator_of_another_configuration_is_refused() -> Result {
     let coarse = config.clone().with_n_substeps(10);
     for sim in [SimConfig::new(Task::Slide), coarse.sim()?] {
         let refusal = FetchEnv::new(config.clone(), KinematicSimulator::new(&sim));
-        assert!(matches!(refusal, Err(EnvError::SimulatorMismatch { .. })), "{refusal:?}");
+        assert!(matches!(refusal, Err(MakeError::SimulatorMismatch { .. })), "{refusal:?}");
     }
     Ok(())
 }

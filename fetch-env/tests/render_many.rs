@@ -16,8 +16,9 @@ type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
 /// demands it.
 fn can_see() -> Result<bool> {
     match make("FetchReach-v4")?.renderer(options(1).render().clone()) {
-        Err(EnvError::Render(RenderError::NoOpenGl { .. }))
-            if std::env::var_os("MUJOCO_GL").is_none() =>
+        Err(error)
+            if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))
+                && std::env::var_os("MUJOCO_GL").is_none() =>
         {
             Ok(false)
         }
@@ -197,7 +198,7 @@ fn a_camera_that_the_model_lacks_is_an_error_at_once() -> Result {
     }
     let camera = fetch_env::Camera::Named("none".into());
     let options = options(1).with_render(RenderOptions::default().with_camera(camera));
-    let error = PixelsOnly::<MujocoEnv>::new(make("FetchReach-v4")?, options).err();
-    assert!(matches!(error, Some(EnvError::Render(RenderError::UnknownCamera { .. }))));
+    let error = PixelsOnly::<MujocoEnv>::new(make("FetchReach-v4")?, options).unwrap_err();
+    assert!(matches!(error.downcast_ref(), Some(RenderError::UnknownCamera { .. })), "{error}");
     Ok(())
 }

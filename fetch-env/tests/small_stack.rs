@@ -24,7 +24,7 @@ fn an_environment_on_mujoco_needs_no_more_than_documented() -> Result {
 
     let run = || -> std::result::Result<(), EnvError> {
         for id in EnvId::ALL {
-            let mut env = make(&id.to_string())?;
+            let mut env = make(id)?;
             env.reset(Some(0))?;
             for _ in 0..50 {
                 env.step(&[0.3, -0.5, -1.0, -1.0])?;

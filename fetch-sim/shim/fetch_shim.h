@@ -1,5 +1,5 @@
 // The contract between the shim and Rust: every number, struct and function that
-// src/mujoco/ffi.rs mirrors.
+// src/mujoco/binding/ffi.rs mirrors.
 //
 // Only the shim knows MuJoCo's structs. It is compiled against the installed headers and hands
 // plain pointers and numbers to Rust. Numbers and structs are generated from the lists below, and

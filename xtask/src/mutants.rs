@@ -31,8 +31,8 @@ const CRATES: [(&str, &str); 4] = [
     // Without what needs MuJoCo or OpenGL.
     (
         "fetch-env",
-        "-p fetch-env --no-default-features --features her-relabel -e fetch-env/src/render/** \
-         -e fetch-env/src/clip/** -e fetch-env/src/fetch/make.rs -e fetch-env/src/error/wrapper.rs \
+        "-p fetch-env --no-default-features --features her-relabel -e fetch-env/src/pictures/** \
+         -e fetch-env/src/fetch/make.rs \
          --exclude-re MujocoEnv|RenderEnv|wrapper_mut",
     ),
 ];

@@ -15,7 +15,7 @@ pub enum Algorithm {
 }
 
 pub fn make() -> Result<TestEnv, EnvError> {
-    make_kinematic("FetchReach-v4")
+    Ok(make_kinematic("FetchReach-v4")?)
 }
 
 pub fn settings(algorithm: Algorithm) -> TrainSettings {

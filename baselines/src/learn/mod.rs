@@ -19,7 +19,7 @@
 //! let mut settings = TrainSettings::fast(Task::Reach);
 //! settings.schedule.evaluation_episodes = 10;
 //! # settings.replay.batch_size = 32;
-//! let make = || make_kinematic("FetchReach-v4");
+//! let make = || Ok(make_kinematic("FetchReach-v4")?);
 //! let mut trainer = Trainer::new(make, settings, 0, 2)?;
 //! let target = Target { success_rate: 1.0, evaluations: 2 };
 //! # let target = Target { success_rate: 0.0, evaluations: 1 };

@@ -110,7 +110,7 @@ fn a_checkpoint_of_another_environment_is_refused() -> Result {
     let mut trainer = Trainer::new(make, settings(ddpg()), 1, 1)?;
     trainer.cycle()?;
     trainer.save(folder.path())?;
-    let other = Trainer::resume(|| make_kinematic("FetchPush-v4"), folder.path(), 1);
+    let other = Trainer::resume(|| Ok(make_kinematic("FetchPush-v4")?), folder.path(), 1);
     assert!(matches!(other, Err(CheckpointError::Foreign { .. })), "{other:?}");
     Ok(())
 }

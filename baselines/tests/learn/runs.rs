@@ -13,7 +13,7 @@ pub(crate) type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 pub(crate) type Kinematic = TimeLimit<FetchEnv<KinematicSimulator>>;
 
 pub(crate) fn make() -> std::result::Result<Kinematic, EnvError> {
-    make_kinematic("FetchReach-v4")
+    Ok(make_kinematic("FetchReach-v4")?)
 }
 
 /// Small networks and short evaluations.

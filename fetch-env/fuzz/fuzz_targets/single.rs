@@ -44,7 +44,7 @@ pub fn run(mut env: TestEnv, calls: &[Call]) {
                     check(&reset.observation);
                     state = State::Running { steps: 0 };
                 }
-                Err(EnvError::OptionOutside { .. } | EnvError::Sim(_)) => {
+                Err(EnvError::OptionOutside { .. } | EnvError::Other(_)) => {
                     assert_eq!(env.snapshot(), before);
                 }
                 Err(error) => panic!("{error}"),
@@ -79,7 +79,7 @@ fn step(env: &mut TestEnv, action: &[f32], state: State, limit: u32) -> State {
             if step.is_last() { State::Over } else { State::Running { steps: steps + 1 } }
         }
         // The failure of the simulation.
-        Err(EnvError::Sim(_)) => {
+        Err(EnvError::Other(_)) => {
             assert!(matches!(state, State::Running { .. }) && action[2] < 0.0);
             State::ResetNeeded
         }

@@ -69,7 +69,7 @@ trait Steps: Env<ActionSpace = BoxSpace<f32>> {
             Err(EnvError::ResetNeeded | EnvError::EpisodeOver) => {
                 Some(self.reset(None).expect("a reset").observation)
             }
-            Err(EnvError::Sim(_)) => None,
+            Err(EnvError::Other(_)) => None,
             Err(error) => panic!("{error}"),
         }
     }

@@ -6,8 +6,9 @@ use fetch_sim::{ModelSource, SimConfig, Substeps, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-use crate::settings::{getters, setters};
-use crate::{env_id::EnvId, error::config::ConfigError};
+use super::env_id::{EnvId, UnknownEnvId};
+use super::error::ConfigError;
+use crate::gym::settings::{getters, setters};
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -253,5 +254,29 @@ impl EnvId {
     /// Returns the reference's settings for the environment.
     pub fn config(self) -> FetchConfig {
         FetchConfig::new(self.task, self.reward)
+    }
+}
+
+impl From<EnvId> for FetchConfig {
+    /// As [`EnvId::config`].
+    fn from(id: EnvId) -> Self {
+        id.config()
+    }
+}
+
+impl TryFrom<&str> for FetchConfig {
+    type Error = UnknownEnvId;
+
+    /// Returns the reference's settings for the environment of this name.
+    fn try_from(id: &str) -> Result<Self, UnknownEnvId> {
+        Ok(id.parse::<EnvId>()?.config())
+    }
+}
+
+impl TryFrom<&String> for FetchConfig {
+    type Error = UnknownEnvId;
+
+    fn try_from(id: &String) -> Result<Self, UnknownEnvId> {
+        id.as_str().try_into()
     }
 }

@@ -6,13 +6,14 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, Parts};
+use super::error::MakeError;
 use super::observation::FetchObservation;
 use super::reset::{FetchResetOptions, Start};
-use crate::env::goal::{GoalEnv, GoalEnvExt, Info};
-use crate::env::observation::GoalObservation;
-use crate::env::{Env, Reset, SnapshotEnv, Step};
-use crate::spaces::{DictSpace, Space, action_space::ActionSpace, box_space::BoxSpace};
-use crate::{error::EnvError, np_random::NpRandom, wrappers::time_limit::TimeLimit};
+use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
+use crate::gym::env::observation::GoalObservation;
+use crate::gym::env::{Env, Reset, SnapshotEnv, Step};
+use crate::gym::spaces::{DictSpace, Space, action_space::ActionSpace, box_space::BoxSpace};
+use crate::gym::{error::EnvError, np_random::NpRandom, wrappers::time_limit::TimeLimit};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
@@ -44,12 +45,12 @@ impl<S: Simulator> FetchEnv<S> {
     /// [`config.sim()`](FetchConfig::sim).
     ///
     /// # Errors
-    /// [`EnvError::Config`] for invalid settings, [`EnvError::SimulatorMismatch`] if the simulator
+    /// [`MakeError::Config`] for invalid settings, [`MakeError::SimulatorMismatch`] if the simulator
     /// is made from others.
-    pub fn new(config: FetchConfig, simulator: S) -> Result<Self, EnvError> {
+    pub fn new(config: FetchConfig, simulator: S) -> Result<Self, MakeError> {
         let parts = config.parts()?;
         let settled = simulator.settled();
-        let mismatch = |reason| Err(EnvError::SimulatorMismatch { reason });
+        let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
         let (task, theirs) = (config.task(), simulator.task());
         if theirs != task {
             return mismatch(format!("it simulates {theirs}, the task is {task}"));
@@ -261,7 +262,7 @@ pub struct FetchSnapshot<S> {
 }
 
 #[cfg(feature = "render")]
-impl crate::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
+impl crate::pictures::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
     fn sim_config(&self) -> &SimConfig {
         &self.parts.sim
     }

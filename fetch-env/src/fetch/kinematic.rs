@@ -1,22 +1,60 @@
-//! Environments on the stand-in for the physics, made by name.
+//! Environments on the stand-in for the physics, alone or many at once.
 
 use fetch_sim::KinematicSimulator;
 
-use super::env::FetchEnv;
-use crate::{env_id::EnvId, error::EnvError, wrappers::time_limit::TimeLimit};
+use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
+use crate::gym::vec_env::config::{VecConfig, check_num_envs};
+use crate::gym::{registry::Registry, vec_env::env::VecEnv, wrappers::time_limit::TimeLimit};
 
 /// The environments that [`make_kinematic`] makes.
 pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
 
-/// Makes the environment of this name on the [stand-in](KinematicSimulator) for the physics, to
-/// test code that uses environments on machines without MuJoCo.
+/// Makes an environment as [`make`](crate::make) does, on the [stand-in](KinematicSimulator) for
+/// the physics, to test code that uses environments on machines without MuJoCo.
 ///
 /// # Errors
-/// [`EnvError::UnknownId`], which lists the nearest names, if no environment has this name.
-pub fn make_kinematic(id: &str) -> Result<KinematicEnv, EnvError> {
-    let config = id.parse::<EnvId>()?.config();
+/// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name;
+/// [`MakeError::Config`] for invalid settings.
+pub fn make_kinematic(
+    config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
+) -> Result<KinematicEnv, MakeError> {
+    let config = config.try_into().map_err(Into::into)?;
     let simulator = KinematicSimulator::new(&config.sim()?);
     Ok(FetchEnv::new(config, simulator)?.time_limited())
+}
+
+/// Makes `num_envs` environments as [`make_vec`](crate::make_vec) does, on the stand-in.
+///
+/// ```
+/// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};
+///
+/// let mut envs = make_kinematic_vec("FetchReach-v4", 4, VecConfig::default())?;
+/// envs.reset(Some(42))?;
+/// let batch = envs.step(&[0.0; 4 * 4])?;
+/// assert_eq!(batch.reward(), [-1.0; 4]);
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+///
+/// # Errors
+/// As [`make_kinematic`], and [`MakeError::Vec`] if `num_envs` is 0 or exceeds 65,536, or if a
+/// thread cannot be started.
+pub fn make_kinematic_vec(
+    config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
+    num_envs: usize,
+    vec_config: VecConfig,
+) -> Result<VecEnv<KinematicEnv>, MakeError> {
+    check_num_envs(num_envs)?;
+    let config = config.try_into().map_err(Into::into)?;
+    let envs: Result<Vec<_>, _> = (0..num_envs).map(|_| make_kinematic(config.clone())).collect();
+    Ok(VecEnv::new(envs?, vec_config)?)
+}
+
+impl Registry<KinematicEnv> {
+    /// Creates a registry of the eight Fetch environments, made by [`make_kinematic`].
+    #[must_use]
+    pub fn kinematic() -> Self {
+        Self::of(EnvId::ALL, |id| Ok(make_kinematic(id)?))
+    }
 }
 
 #[cfg(test)]
@@ -26,8 +64,7 @@ mod tests {
     use goal_reward::RewardKind;
 
     use super::*;
-    use crate::fetch::config::FetchConfig;
-    use crate::vec_env::{AutoresetMode, VecConfig, VecEnv};
+    use crate::gym::vec_env::AutoresetMode;
 
     type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 

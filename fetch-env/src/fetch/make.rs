@@ -1,4 +1,4 @@
-//! Environments on MuJoCo, made by name or from settings, alone or many at once.
+//! Environments on MuJoCo, alone or many at once.
 
 use std::{
     panic,
@@ -8,56 +8,54 @@ use std::{
 
 use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError};
 
-use super::{config::FetchConfig, env::FetchEnv};
-use crate::error::{EnvError, vec_env::VecEnvError};
-use crate::vec_env::{
+use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
+use crate::gym::registry::Registry;
+use crate::gym::vec_env::error::VecEnvError;
+use crate::gym::vec_env::{
     config::{VecConfig, check_num_envs},
     env::VecEnv,
     pool::STACK_SIZE,
 };
-use crate::{env_id::EnvId, wrappers::time_limit::TimeLimit};
+use crate::gym::wrappers::time_limit::TimeLimit;
 
 /// The environments that [`make`] makes.
 pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;
 
-/// Makes the environment of this name, as Gymnasium's `make` does: on MuJoCo, with the built-in
-/// model and 50 steps per episode.
+/// Makes an environment on MuJoCo, as Gymnasium's `make` does.
+///
+/// `config` is a name, for the reference's settings and the built-in model, an [`EnvId`], or a
+/// [`FetchConfig`].
 ///
 /// ```
-/// use fetch_env::{Env, make};
+/// use fetch_env::{Env, FetchConfig, RewardKind, Task, make};
 ///
 /// let mut env = make("FetchPush-v4")?;
 /// let start = env.reset(Some(0))?;
 /// let step = env.step(&[1.0, 0.0, 0.0, 0.0])?;
 /// assert!(step.info.distance > 0.0);
+/// let far = make(FetchConfig::new(Task::Push, RewardKind::Sparse).with_target_range(0.3))?;
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
+///
+/// Living environments of this process with equal [`FetchConfig::sim`] share one model, which the
+/// first of them compiles and lets settle.
 ///
 /// The thread needs a stack of 256 KiB: MuJoCo compiles the model on it, and a smaller stack may end
 /// the process. (Measured: 96 KiB are enough, with the built-in model and with the reference's.)
 /// Rust gives a thread 2 MiB.
 ///
 /// # Errors
-/// [`EnvError::UnknownId`], which lists the nearest names, if no environment has this name;
-/// [`EnvError::Sim`] if MuJoCo cannot be used.
-pub fn make(id: &str) -> Result<MujocoEnv, EnvError> {
-    make_with_config(id.parse::<EnvId>()?.config())
-}
-
-/// Makes an environment on MuJoCo with the given settings.
-///
-/// Living environments of this process with equal [`FetchConfig::sim`] share one model, which the
-/// first of them compiles and lets settle. The thread needs the stack that [`make`] needs.
-///
-/// # Errors
-/// [`EnvError::Config`] for invalid settings; [`EnvError::Sim`] if MuJoCo cannot be used.
-pub fn make_with_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
+/// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name;
+/// [`MakeError::Config`] for invalid settings; [`MakeError::Sim`] if MuJoCo cannot be used.
+pub fn make(
+    config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
+) -> Result<MujocoEnv, MakeError> {
+    let config = config.try_into().map_err(Into::into)?;
     let model = shared_model(&config.sim()?)?;
     Ok(FetchEnv::new(config, MujocoSimulator::from_model(model)?)?.time_limited())
 }
 
-/// Makes `num_envs` environments of this name that are stepped together; see
-/// [`vec_env`](crate::vec_env).
+/// Makes `num_envs` environments that are stepped together; see [`vec_env`](crate::vec_env).
 ///
 /// ```
 /// use fetch_env::{make_vec, vec_env::VecConfig};
@@ -70,27 +68,15 @@ pub fn make_with_config(config: FetchConfig) -> Result<MujocoEnv, EnvError> {
 /// ```
 ///
 /// # Errors
-/// As [`make`], and [`EnvError::Vec`] if `num_envs` is 0 or exceeds 65,536, or if a thread cannot
+/// As [`make`], and [`MakeError::Vec`] if `num_envs` is 0 or exceeds 65,536, or if a thread cannot
 /// be started.
 pub fn make_vec(
-    id: &str,
+    config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
     num_envs: usize,
     vec_config: VecConfig,
-) -> Result<VecEnv<MujocoEnv>, EnvError> {
-    make_vec_with_config(&id.parse::<EnvId>()?.config(), num_envs, vec_config)
-}
-
-/// Makes `num_envs` environments with the given settings that are stepped together.
-///
-/// # Errors
-/// As [`make_with_config`], and [`EnvError::Vec`] if `num_envs` is 0 or exceeds 65,536, or if a
-/// thread cannot be started.
-pub fn make_vec_with_config(
-    config: &FetchConfig,
-    num_envs: usize,
-    vec_config: VecConfig,
-) -> Result<VecEnv<MujocoEnv>, EnvError> {
+) -> Result<VecEnv<MujocoEnv>, MakeError> {
     check_num_envs(num_envs)?;
+    let config = &config.try_into().map_err(Into::into)?;
     let threads = vec_config.threads_for(num_envs);
     // Stays alive until every environment shares it.
     let _model = shared_model(&config.sim()?)?;
@@ -98,22 +84,30 @@ pub fn make_vec_with_config(
     let envs = thread::scope(|scope| {
         let part = |index: usize| {
             let count = (index + 1) * num_envs / threads - index * num_envs / threads;
-            let make = move || (0..count).map(|_| make_with_config(config.clone())).collect();
+            let make_part = move || (0..count).map(|_| make(config.clone())).collect();
             thread::Builder::new()
                 .stack_size(STACK_SIZE)
-                .spawn_scoped(scope, make)
+                .spawn_scoped(scope, make_part)
                 .map_err(|error| VecEnvError::Thread { reason: error.to_string() })
         };
         let parts: Vec<_> = (0..threads).map(part).collect();
         let mut envs = Vec::with_capacity(num_envs);
         for part in parts {
-            let made: Result<Vec<_>, EnvError> =
+            let made: Result<Vec<_>, MakeError> =
                 part?.join().unwrap_or_else(|payload| panic::resume_unwind(payload));
             envs.extend(made?);
         }
-        Ok::<_, EnvError>(envs)
+        Ok::<_, MakeError>(envs)
     })?;
     Ok(VecEnv::new(envs, vec_config)?)
+}
+
+impl Registry<MujocoEnv> {
+    /// Creates a registry of the eight Fetch environments, made by [`make`].
+    #[must_use]
+    pub fn fetch() -> Self {
+        Self::of(EnvId::ALL, |id| Ok(make(id)?))
+    }
 }
 
 /// The models of the living environments of this process.

@@ -2,6 +2,8 @@
 
 pub(crate) mod config;
 pub(crate) mod env;
+pub(crate) mod env_id;
+pub(crate) mod error;
 pub(crate) mod kinematic;
 pub(crate) mod layout;
 #[cfg(feature = "mujoco")]

@@ -5,8 +5,8 @@ use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use super::layout::{OBJECT, REACH, start};
-use crate::env::observation::GoalObservation;
-use crate::env::observation::{BatchObservation, GoalRows};
+use crate::gym::env::observation::GoalObservation;
+use crate::gym::env::observation::{BatchObservation, GoalRows};
 
 /// Number of elements of an observation without an object.
 const REACH_LEN: usize = REACH[REACH.len() - 1].range.end;

@@ -4,7 +4,7 @@ use fetch_sim::{Settled, SimError, Task};
 use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, MAX_METERS, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE, first_too_far};
-use crate::{error::EnvError, np_random::NpRandom, settings::getters};
+use crate::gym::{error::EnvError, np_random::NpRandom, settings::getters};
 
 /// Options of the reset of a Fetch environment.
 ///

@@ -41,7 +41,7 @@ ok   snapshot/before-reset        a reset is needed again
 
 #[test]
 fn a_report_says_what_was_checked() {
-    let (make, options) = (|| make_kinematic("FetchPushDense-v4"), CheckOptions::default());
+    let (make, options) = (|| Ok(make_kinematic("FetchPushDense-v4")?), CheckOptions::default());
     let report = check_goal_env(make, &options).and(check_snapshots(make, &options));
     assert_eq!(report.to_string(), [EVERY_ENV, EVERY_GOAL_ENV, EVERY_SNAPSHOT].concat());
     let others = "\

@@ -67,7 +67,7 @@ pub(crate) fn impossible_options_are_refused_and_change_nothing<B: Backend>() ->
             let expected = EnvError::OptionOutside { option, index: 0, value, most: 1000.0 };
             assert_eq!(refusal, expected, "{id}");
         } else {
-            assert_eq!(refusal, EnvError::Sim(SimError::NoObject { task: id.task }), "{id}");
+            assert_eq!(refusal, EnvError::from(SimError::NoObject { task: id.task }), "{id}");
         }
         assert_eq!(
             trajectory_bits(&random_steps::<B>(&mut env, 6, 60)?),

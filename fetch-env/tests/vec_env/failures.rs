@@ -92,7 +92,7 @@ fn a_simulation_that_diverges_ends_its_episode_alone() -> Result {
         let mut envs = faulty_vec(4, || Err(diverged()), mode)?;
         let goal = envs.batch().desired_goal()[6..9].to_vec();
         let batch = envs.step(&DOWN)?;
-        assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &EnvError::Sim(diverged()))]);
+        assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &EnvError::from(diverged()))]);
         assert_eq!(batch.truncated(), [false, false, true, false]);
         assert_eq!(batch.final_info()[2], None);
         let is_reset = batch.desired_goal()[6..9] != goal;

@@ -106,7 +106,7 @@ fn too_many_environments_are_refused_even_if_they_never_end() -> Result {
     for num_envs in [65_537, 1_000_000_000_000, usize::MAX] {
         let refusal = fetch_env::make_vec("FetchReach-v4", num_envs, VecConfig::default()).err();
         let expected = VecEnvError::TooManyEnvs { most: 65_536 };
-        assert_eq!(refusal, Some(fetch_env::EnvError::Vec(expected)));
+        assert_eq!(refusal, Some(fetch_env::MakeError::Vec(expected)));
     }
     Ok(())
 }

@@ -16,7 +16,7 @@ type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 /// The inner environment of most tests.
 fn push() -> Result<KinematicEnv, EnvError> {
-    make_kinematic("FetchPush-v4")
+    Ok(make_kinematic("FetchPush-v4")?)
 }
 
 const STEPS: NonZeroU32 = NonZeroU32::new(50).expect("not zero");

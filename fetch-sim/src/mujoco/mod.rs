@@ -1,32 +1,24 @@
 //! The MuJoCo implementation of [`Simulator`](crate::Simulator), and the safe binding below it.
 
-mod contact_filter;
-mod data;
-mod decoders;
-mod fetch_model;
-mod ffi;
-mod ids;
-mod library;
-mod library_file;
-mod model;
-mod poses;
+mod binding;
 #[cfg(feature = "render")]
 mod render;
-mod scene;
-mod search;
-mod simulator;
-mod trust;
-mod visual_geoms;
+mod robot;
 
-pub use contact_filter::ContactFilter;
-pub use data::Data;
-pub use fetch_model::FetchModel;
-pub use ffi::ContactFilterCounts;
-pub use ids::{BodyId, GeomId, JointId, SiteId};
-pub use library::{MujocoVersion, library_path};
-pub use model::Model;
-pub use poses::Pose;
+pub use binding::{
+    contact_filter::ContactFilter,
+    data::Data,
+    ffi::ContactFilterCounts,
+    ids::{BodyId, GeomId, JointId, SiteId},
+    library::library_path,
+    model::Model,
+    poses::Pose,
+    version::MujocoVersion,
+};
 #[cfg(feature = "render")]
 pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
-pub use simulator::{MujocoSimulator, MujocoSnapshot};
-pub use visual_geoms::{Shape, VisualGeom};
+pub use robot::{
+    fetch_model::FetchModel,
+    simulator::{MujocoSimulator, MujocoSnapshot},
+    visual_geoms::{Shape, VisualGeom},
+};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use commands::Command;
-use fetch_env::make_with_config;
+use fetch_env::make;
 use lexopt::{Arg::Long, Parser, ValueExt};
 use serde_json::json;
 
@@ -46,7 +46,7 @@ fn run(mut arguments: Parser) -> anyhow::Result<bool> {
 
     let comparison =
         Comparison { steps: STEPS, goals_per_step: GOALS_PER_STEP, tolerance: TOLERANCE };
-    let mismatches = comparison.run(&mut make_with_config(id.config())?, seed)?;
+    let mismatches = comparison.run(&mut make(id)?, seed)?;
     let relabeled = STEPS * GOALS_PER_STEP;
     let count = |name: &str, value| (format!("bridge/{name}"), Metric::count(value));
     let results = [

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use commands::Command;
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make_with_config, observation_fields};
+use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make, observation_fields};
 use lexopt::{Arg::Long, Parser, ValueExt};
 use serde_json::{Value, json};
 
@@ -41,7 +41,7 @@ fn run(mut arguments: Parser) -> anyhow::Result<bool> {
 }
 
 pub(crate) fn describe(id: EnvId, seed: u64, out: &Path) -> anyhow::Result<bool> {
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let first = env.reset(Some(seed))?.observation;
     let part = |values: &[f64]| {
         json!({

@@ -7,7 +7,7 @@ use std::{
 
 use baselines::{Evaluation, RandomPolicy, Summary, evaluate};
 use commands::Command;
-use fetch_env::{EnvId, make_with_config};
+use fetch_env::{EnvId, make};
 use lexopt::{Arg::Long, Parser, ValueExt};
 use serde::Serialize;
 
@@ -98,5 +98,5 @@ pub(crate) fn random_episodes(
 
 pub(crate) fn evaluate_random(id: EnvId, seed: u64, count: usize) -> anyhow::Result<Evaluation> {
     let mut policy = RandomPolicy::new(seed);
-    Ok(evaluate(&mut make_with_config(id.config())?, &mut policy, count, seed, |_| ())?)
+    Ok(evaluate(&mut make(id)?, &mut policy, count, seed, |_| ())?)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use commands::Command;
-use fetch_env::{EnvId, make_with_config};
+use fetch_env::{EnvId, make};
 use lexopt::{Arg::Long, Parser, ValueExt};
 use serde_json::json;
 
@@ -50,7 +50,7 @@ fn run(mut arguments: Parser) -> anyhow::Result<bool> {
 pub(crate) fn reward_check(id: EnvId, seed: u64) -> anyhow::Result<usize> {
     let comparison =
         Comparison { steps: STEPS, goals_per_step: RANDOM_GOALS, tolerance: TOLERANCE };
-    let found = comparison.run(&mut make_with_config(id.config())?, seed)?;
+    let found = comparison.run(&mut make(id)?, seed)?;
     let mismatches = found.steps + found.goals;
     let settings = format!("atol={TOLERANCE:e}, n_steps={STEPS}, n_random_goals={RANDOM_GOALS}");
     if mismatches > 0 {

@@ -6,7 +6,7 @@ use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
     workers::{Workers, gather_episodes, share},
 };
-use fetch_env::{EnvId, make_with_config};
+use fetch_env::{EnvId, make};
 use her_relabel::HerBuffer;
 use serde_json::json;
 
@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 /// Collects this rank's share of the episodes, and saves those of all ranks in the first.
 fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool> {
     let config = args.env_id.config().with_model(args.model.source());
-    let mut env = make_with_config(config)?;
+    let mut env = make(config)?;
     let own = share(workers, args.episodes.get());
     let steps = env.max_episode_steps().get() as usize;
     let config = buffer_config(args.episodes.get().saturating_mul(steps), &env)?;

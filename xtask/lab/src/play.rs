@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use baselines::page::{Document, Playback};
 use chapter::parse_env_id;
 use clap::ValueEnum;
-use fetch_env::{EnvId, GoalObservation, make_with_config};
+use fetch_env::{EnvId, GoalObservation, make};
 
 use crate::shared::{
     choice::{PolicyChoice, policy_of},
@@ -33,7 +33,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env_id, args.seed);
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let mut policy = policy_of(&args.policy, &env, id.task, seed)?;
     if args.verbose {
         say!("  step   reward  distance  achieved goal            action")?;

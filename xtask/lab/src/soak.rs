@@ -11,7 +11,7 @@ use std::{
 use anyhow::{Context, ensure};
 use baselines::{Collector, CollectorSnapshot, RandomPolicy, buffer_config};
 use fetch_env::{
-    EnvId, MujocoEnv, RenderEnv, RenderOptions, Renderer, SnapshotEnv, VecEnv, make_with_config,
+    EnvId, MujocoEnv, RenderEnv, RenderOptions, Renderer, SnapshotEnv, VecEnv, make,
     vec_env::VecConfig,
 };
 use fetch_sim::{SimConfig, Task};
@@ -103,7 +103,7 @@ fn one_round(task: Task, seed: u64, file: &Path, draws: bool) -> anyhow::Result<
     type Snapshot = CollectorSnapshot<<MujocoEnv as SnapshotEnv>::Snapshot>;
 
     let config = EnvId { task, reward: RewardKind::Sparse }.config();
-    let make = |_| make_with_config(config.clone());
+    let make = |_| make(config.clone());
     let envs = (0..ENVS).map(make).collect::<Result<Vec<_>, _>>()?;
     let config = buffer_config(ENVS * STEPS, &envs[0])?.with_num_envs(ENVS);
     let mut buffer = HerBuffer::<f32>::new(config)?;

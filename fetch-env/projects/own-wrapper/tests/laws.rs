@@ -15,7 +15,7 @@ use own_wrapper::Closest;
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 fn make() -> Result<Closest<KinematicEnv>, EnvError> {
-    make_kinematic("FetchReach-v4").map(Closest::new)
+    Ok(Closest::new(make_kinematic("FetchReach-v4")?))
 }
 
 #[test]

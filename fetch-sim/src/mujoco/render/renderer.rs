@@ -15,13 +15,14 @@ use nalgebra::Vector3;
 
 use super::{
     super::{
-        data::Data,
-        ffi::{self, RawRenderer, RawSegment},
-        ids::{GeomId, SiteId},
-        library::{Owned, check_as},
-        model::Model,
-        scene,
-        simulator::MujocoSimulator,
+        binding::{
+            data::Data,
+            ffi::{self, RawRenderer, RawSegment},
+            ids::{GeomId, SiteId},
+            library::{Owned, check_as},
+            model::Model,
+        },
+        robot::{scene, simulator::MujocoSimulator},
     },
     error::RenderError,
     options::{Camera, RenderOptions},

@@ -12,7 +12,7 @@ use commands::{Command, tell};
 use fetch_env::{
     Env, EnvId, GoalEnv, GoalObservation, MujocoEnv, Task,
     check::{CheckOptions, check_goal_env, check_snapshots},
-    make_with_config,
+    make,
 };
 use goal_reward::RewardKind;
 use lexopt::{Arg::Long, Parser, ValueExt};
@@ -107,14 +107,14 @@ pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>
 
 /// Makes the checks of an observation or of rewards, and returns the one of a name.
 pub(crate) fn check_by_name(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Check> {
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let part = if name.starts_with("reward/") { rewards::check } else { observations::check };
     let found = part(id, &mut env, seed)?.into_iter().find(|check| check.name == name);
     found.with_context(|| format!("there is no check {name}"))
 }
 
 fn check_one(id: EnvId, seed: u64) -> anyhow::Result<Vec<Check>> {
-    let mut env = make_with_config(id.config())?;
+    let mut env = make(id)?;
     let mut checks = Vec::new();
     for part in PARTS {
         checks.extend(part(id, &mut env, seed)?);
@@ -126,7 +126,7 @@ fn check_one(id: EnvId, seed: u64) -> anyhow::Result<Vec<Check>> {
 /// The checks of fetch-env's environment checker.
 fn conformance(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let options = CheckOptions::default().with_seed(seed);
-    let make = || make_with_config(id.config());
+    let make = || Ok(make(id)?);
     let report = check_goal_env(make, &options).and(check_snapshots(make, &options));
     Ok(report
         .checks
@@ -146,7 +146,7 @@ fn interface(seed: u64) -> anyhow::Result<Vec<Check>> {
     let mut thresholds = Vec::new();
     for task in Task::ALL {
         let id = EnvId { task, reward: RewardKind::Sparse };
-        let mut env = make_with_config(id.config())?;
+        let mut env = make(id)?;
         let observation = env.reset(Some(seed))?.observation;
         let obs_dim = observation.observation().len();
         let ag_matches_grip = observation.achieved_goal() == observation.grip_position();

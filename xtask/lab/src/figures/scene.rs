@@ -3,8 +3,7 @@
 use baselines::page::{Area, Backend, Drawing, Frame};
 use fetch_env::clip::write_png;
 use fetch_env::{
-    Env, EnvError, EnvId, FetchObservation, GoalObservation, RenderEnv, RenderError, RenderOptions,
-    make_with_config,
+    Env, EnvId, FetchObservation, GoalObservation, RenderEnv, RenderError, RenderOptions, make,
 };
 use fetch_sim::Task;
 use goal_reward::{RewardKind, goal_distance};
@@ -30,13 +29,15 @@ const BOTTOM: u32 = 116;
 impl Scene {
     pub fn after_reset(task: Task, seed: u64) -> anyhow::Result<Self> {
         let id = EnvId { task, reward: RewardKind::Sparse };
-        let mut env = make_with_config(id.config())?;
+        let mut env = make(id)?;
         let observation = env.reset(Some(seed))?.observation;
         let options = RenderOptions::default().with_width(SIDE).with_height(SIDE);
         let rgb = match env.renderer(options) {
             Ok(mut renderer) => Ok(env.render(&mut renderer)?.to_vec()),
-            Err(EnvError::Render(missing @ RenderError::NoOpenGl { .. })) => Err(missing),
-            Err(error) => return Err(error.into()),
+            Err(error) => match error.downcast_ref() {
+                Some(missing @ RenderError::NoOpenGl { .. }) => Err(missing.clone()),
+                _ => return Err(error.into()),
+            },
         };
         Ok(Self { id, seed, observation, rgb })
     }

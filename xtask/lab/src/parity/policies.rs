@@ -7,9 +7,7 @@ use std::{
 
 use anyhow::Context;
 use baselines::{Episode, Policy, TrainedPolicy, evaluate, evaluate_vec};
-use fetch_env::{
-    EnvId, FetchObservation, Task, make_vec_with_config, make_with_config, vec_env::VecConfig,
-};
+use fetch_env::{EnvId, FetchObservation, Task, make, make_vec, vec_env::VecConfig};
 use fetch_sim::ModelSource;
 
 use super::npz::Npz;
@@ -96,7 +94,7 @@ fn same_episodes(
     first_seed: u64,
 ) -> anyhow::Result<Check> {
     let env_id: EnvId = policy.header().env_id.parse()?;
-    let mut env = make_with_config(env_id.config().with_model(ModelSource::Reference))?;
+    let mut env = make(env_id.config().with_model(ModelSource::Reference))?;
     let mut actions = Vec::new();
     let mut recorded = |observation: &FetchObservation, action: &mut [f32]| {
         policy.act(observation, action);
@@ -135,7 +133,7 @@ fn same_on_both_models(
     let env_id: EnvId = policy.header().env_id.parse()?;
     let rate = |model: ModelSource| -> anyhow::Result<f64> {
         let config = env_id.config().with_model(model);
-        let mut envs = make_vec_with_config(&config, 20, VecConfig::default())?;
+        let mut envs = make_vec(config, 20, VecConfig::default())?;
         let mut policy = policy.clone();
         let evaluation = evaluate_vec(&mut envs, &mut policy, MODEL_EPISODES, first_seed, |_| ())?;
         Ok(evaluation.summary()?.success_rate.value)

@@ -4,7 +4,7 @@ use baselines::{
     Episode, Estimate, Evaluation, Policy, RandomReference, evaluate,
     page::{Axis, Column, Ink, Plot, extent, number, table},
 };
-use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make_with_config};
+use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make};
 use goal_reward::RewardKind;
 use rayon::prelude::*;
 
@@ -23,8 +23,7 @@ pub struct Outcome {
 impl Outcome {
     fn of(id: EnvId, policy: PolicyChoice, episodes: usize, seed: u64) -> anyhow::Result<Self> {
         let mut watched = Watched { policy: policy.policy(id.task, seed)?, ranges: Ranges::new() };
-        let evaluation =
-            evaluate(&mut make_with_config(id.config())?, &mut watched, episodes, seed, |_| ())?;
+        let evaluation = evaluate(&mut make(id)?, &mut watched, episodes, seed, |_| ())?;
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
     }
 

@@ -10,7 +10,7 @@ use std::{num::NonZeroUsize, path::PathBuf};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use baselines::page::{Column, Document, Playback, escape, table};
 use chapter::verify::{Group, all_ids, check_environments, failed};
-use fetch_env::{EnvId, Task, make_with_config};
+use fetch_env::{EnvId, Task, make};
 use goal_reward::RewardKind;
 
 use self::baseline::evaluate_all;
@@ -117,12 +117,7 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
         let id = EnvId { task, reward: RewardKind::Sparse };
         for choice in [PolicyChoice::Scripted, PolicyChoice::Trained] {
             let mut policy = choice.policy(task, seed)?;
-            let playback = Playback::record(
-                &mut make_with_config(id.config())?,
-                &mut *policy,
-                seed,
-                |_, _, _| (),
-            )?;
+            let playback = Playback::record(&mut make(id)?, &mut *policy, seed, |_, _, _| ())?;
             let title = format!("{id}, {} policy, seed {seed}", flag_name(choice));
             html += &playback.with_title(&title).html()?;
         }

@@ -1,7 +1,7 @@
 //! The sampled goals and objects over the table.
 
 use baselines::page::{Axis, Ink, Plot};
-use fetch_env::{Env, EnvId, GoalObservation, Task, make_with_config};
+use fetch_env::{Env, EnvId, GoalObservation, Task, make};
 use fetch_sim::{Shape, VisualGeom};
 use goal_reward::RewardKind;
 
@@ -33,7 +33,7 @@ struct Workspace {
 
 impl Workspace {
     fn sample(task: Task, seed: u64) -> anyhow::Result<Self> {
-        let mut env = make_with_config(EnvId { task, reward: RewardKind::Sparse }.config())?;
+        let mut env = make(EnvId { task, reward: RewardKind::Sparse }.config())?;
         let mut goals = Vec::with_capacity(RESETS);
         let mut objects = Vec::new();
         let mut gripper = [0.0; 3];

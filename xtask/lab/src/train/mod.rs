@@ -19,9 +19,7 @@ use baselines::{
     workers::{Workers, evaluate_spread},
 };
 use commands::tell;
-use fetch_env::{
-    EnvError, EnvId, MujocoEnv, Task, make_vec_with_config, make_with_config, vec_env::VecConfig,
-};
+use fetch_env::{EnvError, EnvId, MujocoEnv, Task, make_vec, vec_env::VecConfig};
 
 use self::{
     cycles::{first_signal, train},
@@ -157,7 +155,7 @@ fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::
 
 /// Makes an environment of a run.
 fn make(env_id: EnvId, model: ModelChoice) -> Result<MujocoEnv, EnvError> {
-    make_with_config(env_id.config().with_model(model.source()))
+    Ok(fetch_env::make(env_id.config().with_model(model.source()))?)
 }
 
 /// Begins a run, once everything else is ready.
@@ -262,7 +260,7 @@ fn measured(
 ) -> anyhow::Result<TrainedPolicy> {
     let config = env_id.config().with_model(model.source());
     let vec_config = VecConfig::default().with_num_threads(threads);
-    let mut envs = make_vec_with_config(&config, 20, vec_config)?;
+    let mut envs = make_vec(config, 20, vec_config)?;
     let count = FINAL_EPISODES;
     let evaluation = evaluate_spread(workers, &mut envs, &mut policy, count, FINAL_SEED, |_| ())?;
     let rate = evaluation.summary()?.success_rate;

@@ -11,7 +11,7 @@ use std::{
 };
 
 use anyhow::Context;
-use fetch_env::{EnvId, FetchConfig, make_vec_with_config, vec_env::VecConfig};
+use fetch_env::{EnvId, FetchConfig, make_vec, vec_env::VecConfig};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
@@ -138,7 +138,7 @@ fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     const STEPS: usize = 10;
     let actions = random_actions(envs).into_flattened();
     let start = Instant::now();
-    let mut first = make_vec_with_config(config, 1, VecConfig::default())?;
+    let mut first = make_vec(config.clone(), 1, VecConfig::default())?;
     first.reset(Some(SEED))?;
     let first_made = start.elapsed();
     for _ in 0..STEPS {
@@ -146,7 +146,7 @@ fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     }
     let one = Held::now()?.memory as f64;
     let start = Instant::now();
-    let mut others = make_vec_with_config(config, envs - 1, VecConfig::default())?;
+    let mut others = make_vec(config.clone(), envs - 1, VecConfig::default())?;
     others.reset(Some(SEED))?;
     let construction = first_made + start.elapsed();
     for _ in 0..STEPS {

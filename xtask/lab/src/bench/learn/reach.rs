@@ -20,7 +20,7 @@ const MOST_STEPS: u64 = 10_000;
 
 pub fn measure(peers: bool) -> anyhow::Result<Vec<(String, Metric)>> {
     let settings = TrainSettings::fast(Task::Reach);
-    let mut trainer = Trainer::new(|| make("FetchReach-v4"), settings, SEED, THREADS)?;
+    let mut trainer = Trainer::new(|| Ok(make("FetchReach-v4")?), settings, SEED, THREADS)?;
     let target = Target { success_rate: 1.0, evaluations: 2 };
     trainer.run(MOST_STEPS, Some(target), |_, _| ControlFlow::Continue(()))?;
     ensure!(target.is_reached(trainer.rows()), "Reach is not learned after {MOST_STEPS} steps");

@@ -1,0 +1,124 @@
+//! The errors of making and running Fetch environments.
+
+use std::convert::Infallible;
+
+use fetch_sim::{SimError, Task};
+use goal_reward::ThresholdError;
+
+use super::env_id::UnknownEnvId;
+use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::VecEnvError};
+
+/// Error returned when a Fetch environment cannot be made.
+///
+/// `?` turns it into an [`EnvError`], where [`EnvError::downcast_ref`] finds it again.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MakeError {
+    /// No environment has this name.
+    #[error(transparent)]
+    UnknownId(#[from] UnknownEnvId),
+    /// The settings are invalid.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A simulator made from other settings than the configuration's.
+    #[error(
+        "the simulator does not fit the configuration ({reason}): make it from the configuration's sim()"
+    )]
+    SimulatorMismatch {
+        /// The difference between the two.
+        reason: String,
+    },
+    /// MuJoCo cannot be used, or refuses the model.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// The spaces cannot be made.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
+    /// The environments cannot be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+}
+
+/// Settings that are passed as they are need no conversion that could fail.
+impl From<Infallible> for MakeError {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl From<MakeError> for EnvError {
+    fn from(error: MakeError) -> Self {
+        Self::other(error)
+    }
+}
+
+impl From<ConfigError> for EnvError {
+    fn from(error: ConfigError) -> Self {
+        MakeError::from(error).into()
+    }
+}
+
+impl From<UnknownEnvId> for EnvError {
+    fn from(error: UnknownEnvId) -> Self {
+        MakeError::from(error).into()
+    }
+}
+
+impl From<SimError> for EnvError {
+    fn from(error: SimError) -> Self {
+        match error {
+            // One variant to match on, whichever layer finds the difference.
+            SimError::ForeignSnapshot { reason } => Self::ForeignSnapshot { reason },
+            error => Self::other(error),
+        }
+    }
+}
+
+/// Error returned for invalid settings of a Fetch environment.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// A setting of the object in a task without one.
+    #[error("{task} has no object, so {option} cannot be set: leave it out")]
+    NoObject {
+        /// The task.
+        task: Task,
+        /// Name of the setting.
+        option: &'static str,
+    },
+    /// A range from which nothing can be drawn.
+    #[error("{option} is {value}: pass a number of meters from {least} to {most}")]
+    Range {
+        /// Name of the setting.
+        option: &'static str,
+        /// Its value, in meters.
+        value: f64,
+        /// The smallest valid value, in meters.
+        least: f64,
+        /// The largest valid value, in meters.
+        most: f64,
+    },
+    /// An offset that is NaN or too large.
+    #[error("target_offset[{axis}] is {value}: pass a number of meters from -{most} to {most}")]
+    Offset {
+        /// Index of the axis: x, y, z.
+        axis: usize,
+        /// The offset, in meters.
+        value: f64,
+        /// The largest valid offset, in meters.
+        most: f64,
+    },
+    /// A distance threshold that is negative or not finite.
+    #[error(transparent)]
+    Threshold(#[from] ThresholdError),
+    /// A count that is 0 or too large.
+    #[error("{option} is {value}: pass a number from 1 to {most}")]
+    Count {
+        /// Name of the setting.
+        option: &'static str,
+        /// Its value.
+        value: u32,
+        /// The largest valid value.
+        most: u32,
+    },
+}

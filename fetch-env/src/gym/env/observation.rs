@@ -1,0 +1,240 @@
+//! Observations: with goals or plain, of one environment or of many, row after row.
+
+use std::fmt::Debug;
+
+use crate::gym::spaces::{Space, Value, box_space::Element, element::ArrayElement};
+use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
+
+/// An observation that can be a row of a [`Batch`](crate::vec_env::Batch).
+///
+/// Most observations name rows that exist: [`GoalRows`] take any
+/// [`GoalObservation`](crate::GoalObservation), [`ArrayRows`] any array of numbers.
+///
+/// ```
+/// use fetch_env::{GoalObservation, vec_env::{BatchObservation, GoalRows}};
+///
+/// #[derive(Clone, Debug, PartialEq)]
+/// struct Point { at: [f32; 2], achieved: [f64; 2], desired: [f64; 2] }
+///
+/// impl GoalObservation for Point {
+///     type Element = f32;
+///     fn observation(&self) -> &[f32] { &self.at }
+///     fn achieved_goal(&self) -> &[f64] { &self.achieved }
+///     fn desired_goal(&self) -> &[f64] { &self.desired }
+/// }
+///
+/// impl BatchObservation for Point {
+///     type Rows = GoalRows<f32>;
+/// }
+/// ```
+pub trait BatchObservation: Clone + Debug + PartialEq {
+    /// Many of these observations, each part contiguous.
+    type Rows: WriteRow<Self>;
+
+    /// Returns the observation as a value of its space.
+    ///
+    /// # Errors
+    /// [`VecEnvError::ObservationSpace`] or [`EnvError::ObservationLength`] if the observation does
+    /// not have the parts or the shape of that space.
+    fn to_value(&self, space: &Space) -> Result<Value, EnvError> {
+        let mut row = Self::Rows::new(space, 1)?;
+        row.write_row(0, self)?;
+        Ok(row.value(0))
+    }
+}
+
+/// An observation with two goals.
+pub trait GoalObservation:
+    BatchObservation<Rows: AsRef<GoalRows<<Self as GoalObservation>::Element>>>
+{
+    /// Precision of the observation: `f32` or `f64`. Goals are `f64`, as rewards are.
+    type Element: Element;
+
+    /// The part of the state that a policy sees.
+    fn observation(&self) -> &[Self::Element];
+
+    /// The goal that the state achieves.
+    fn achieved_goal(&self) -> &[f64];
+
+    /// The goal to achieve; constant throughout an episode.
+    fn desired_goal(&self) -> &[f64];
+}
+
+/// Observations of many environments.
+pub trait Rows: Clone + Debug + Send {
+    /// Creates `num_rows` rows for observations of a space. Floating-point numbers are NaN.
+    ///
+    /// # Errors
+    /// [`VecEnvError::ObservationSpace`] if the rows cannot hold observations of that space.
+    fn new(space: &Space, num_rows: usize) -> Result<Self, VecEnvError>;
+
+    /// Copies row `from_row` of `from`, which was made for the same space, to `row`.
+    fn copy_row(&mut self, row: usize, from: &Self, from_row: usize);
+
+    /// Returns a row as a value of its space.
+    fn value(&self, row: usize) -> Value;
+}
+
+/// Rows that take observations of the type `O`.
+pub trait WriteRow<O>: Rows {
+    /// Writes an observation to `row`.
+    ///
+    /// # Errors
+    /// [`EnvError::ObservationLength`] if the observation does not have the shape of its space.
+    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError>;
+}
+
+/// Observations, achieved and desired goals, each row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoalRows<T> {
+    observation: Matrix<T>,
+    achieved_goal: Matrix<f64>,
+    desired_goal: Matrix<f64>,
+}
+
+impl<T: Element> GoalRows<T> {
+    /// The observations of the first `num_rows` rows.
+    #[must_use]
+    pub fn observation(&self, num_rows: usize) -> &[T] {
+        self.observation.rows(num_rows)
+    }
+
+    /// The achieved goals of the first `num_rows` rows.
+    #[must_use]
+    pub fn achieved_goal(&self, num_rows: usize) -> &[f64] {
+        self.achieved_goal.rows(num_rows)
+    }
+
+    /// The desired goals of the first `num_rows` rows.
+    #[must_use]
+    pub fn desired_goal(&self, num_rows: usize) -> &[f64] {
+        self.desired_goal.rows(num_rows)
+    }
+}
+
+impl<T: Element> Rows for GoalRows<T> {
+    fn new(space: &Space, num_rows: usize) -> Result<Self, VecEnvError> {
+        let part = |key| space.as_dict().and_then(|dict| dict.get(key));
+        Ok(Self {
+            observation: Matrix::new(part("observation"), "observation", num_rows)?,
+            achieved_goal: Matrix::new(part("achieved_goal"), "achieved_goal", num_rows)?,
+            desired_goal: Matrix::new(part("desired_goal"), "desired_goal", num_rows)?,
+        })
+    }
+
+    fn copy_row(&mut self, row: usize, from: &Self, from_row: usize) {
+        self.observation.copy_row(row, &from.observation, from_row);
+        self.achieved_goal.copy_row(row, &from.achieved_goal, from_row);
+        self.desired_goal.copy_row(row, &from.desired_goal, from_row);
+    }
+
+    fn value(&self, row: usize) -> Value {
+        let parts = [
+            ("achieved_goal", ArrayElement::value(self.achieved_goal.row(row))),
+            ("desired_goal", ArrayElement::value(self.desired_goal.row(row))),
+            ("observation", ArrayElement::value(self.observation.row(row))),
+        ];
+        Value::Dict(parts.map(|(key, part)| (key.into(), part)).into())
+    }
+}
+
+impl<O: GoalObservation> WriteRow<O> for GoalRows<O::Element> {
+    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError> {
+        self.observation.write(row, observation.observation())?;
+        self.achieved_goal.write(row, observation.achieved_goal())?;
+        self.desired_goal.write(row, observation.desired_goal())
+    }
+}
+
+impl<T> AsRef<Self> for GoalRows<T> {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+/// Arrays of numbers, row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArrayRows<T>(Matrix<T>);
+
+impl<T: ArrayElement> ArrayRows<T> {
+    /// The arrays of the first `num_rows` rows.
+    #[must_use]
+    pub fn array(&self, num_rows: usize) -> &[T] {
+        self.0.rows(num_rows)
+    }
+}
+
+impl<T> AsRef<Self> for ArrayRows<T> {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+impl<T: ArrayElement> Rows for ArrayRows<T> {
+    fn new(space: &Space, num_rows: usize) -> Result<Self, VecEnvError> {
+        Ok(Self(Matrix::new(Some(space), "observation", num_rows)?))
+    }
+
+    fn copy_row(&mut self, row: usize, from: &Self, from_row: usize) {
+        self.0.copy_row(row, &from.0, from_row);
+    }
+
+    fn value(&self, row: usize) -> Value {
+        T::value(self.0.row(row))
+    }
+}
+
+impl<T: ArrayElement, O: AsRef<[T]>> WriteRow<O> for ArrayRows<T> {
+    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError> {
+        self.0.write(row, observation.as_ref())
+    }
+}
+
+impl<T: ArrayElement> BatchObservation for Vec<T> {
+    type Rows = ArrayRows<T>;
+}
+
+impl<T: ArrayElement, const N: usize> BatchObservation for [T; N] {
+    type Rows = ArrayRows<T>;
+}
+
+/// Rows of one length.
+#[derive(Clone, Debug, PartialEq)]
+struct Matrix<T> {
+    key: &'static str,
+    len: usize,
+    elements: Vec<T>,
+}
+
+impl<T: ArrayElement> Matrix<T> {
+    /// Creates rows for members of `space`, the part `key` of an observation.
+    fn new(space: Option<&Space>, key: &'static str, num_rows: usize) -> Result<Self, VecEnvError> {
+        let error = VecEnvError::ObservationSpace { key, element: std::any::type_name::<T>() };
+        let len = space.and_then(T::len_in).ok_or(error)?;
+        Ok(Self { key, len, elements: vec![T::EMPTY; num_rows * len] })
+    }
+}
+
+impl<T: Copy> Matrix<T> {
+    fn rows(&self, num_rows: usize) -> &[T] {
+        &self.elements[..num_rows * self.len]
+    }
+
+    fn row(&self, row: usize) -> &[T] {
+        &self.elements[row * self.len..][..self.len]
+    }
+
+    fn write(&mut self, row: usize, values: &[T]) -> Result<(), EnvError> {
+        let (key, expected, actual) = (self.key, self.len, values.len());
+        if actual != expected {
+            return Err(EnvError::ObservationLength { key, expected, actual });
+        }
+        self.elements[row * expected..][..expected].copy_from_slice(values);
+        Ok(())
+    }
+
+    fn copy_row(&mut self, row: usize, from: &Self, from_row: usize) {
+        let values = &from.elements[from_row * self.len..][..self.len];
+        self.elements[row * self.len..][..self.len].copy_from_slice(values);
+    }
+}

@@ -1,0 +1,61 @@
+//! Boxes of environments, and references to them, are environments too.
+
+use super::{ActionElement, Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
+use crate::gym::error::EnvError;
+use crate::gym::spaces::Space;
+
+macro_rules! forward {
+    ($($pointer:ty),*) => {$(
+        impl<E: Env + ?Sized> Env for $pointer {
+            type Observation = E::Observation;
+            type Info = E::Info;
+            type ActionSpace = E::ActionSpace;
+            type ResetOptions = E::ResetOptions;
+
+            fn reset_with(
+                &mut self,
+                seed: Option<u64>,
+                options: &E::ResetOptions,
+            ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
+                (**self).reset_with(seed, options)
+            }
+
+            fn step(
+                &mut self,
+                action: &[ActionElement<E>],
+            ) -> Result<Step<E::Observation, E::Info>, EnvError> {
+                (**self).step(action)
+            }
+
+            fn action_space(&self) -> &E::ActionSpace {
+                (**self).action_space()
+            }
+
+            fn observation_space(&self) -> &Space {
+                (**self).observation_space()
+            }
+        }
+
+        impl<E: GoalEnv + ?Sized> GoalEnv for $pointer {
+            type GoalReward = E::GoalReward;
+
+            fn goal_reward(&self) -> &E::GoalReward {
+                (**self).goal_reward()
+            }
+        }
+
+        impl<E: SnapshotEnv + ?Sized> SnapshotEnv for $pointer {
+            type Snapshot = E::Snapshot;
+
+            fn snapshot(&self) -> E::Snapshot {
+                (**self).snapshot()
+            }
+
+            fn restore(&mut self, snapshot: &E::Snapshot) -> Result<(), EnvError> {
+                (**self).restore(snapshot)
+            }
+        }
+    )*};
+}
+
+forward!(Box<E>, &mut E);

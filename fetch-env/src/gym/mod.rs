@@ -1,0 +1,11 @@
+//! What knows nothing of Fetch: environments, their spaces, wrappers and vectors, and their checker.
+
+pub mod check;
+pub(crate) mod env;
+pub(crate) mod error;
+pub(crate) mod np_random;
+pub(crate) mod registry;
+pub(crate) mod settings;
+pub mod spaces;
+pub mod vec_env;
+pub mod wrappers;

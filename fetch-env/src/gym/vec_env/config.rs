@@ -1,0 +1,196 @@
+//! How environments are stepped together, and how they are reset.
+
+use std::{num::NonZeroUsize, thread};
+
+use serde::{Deserialize, Serialize};
+
+use crate::gym::settings::{getters, setters};
+use crate::gym::vec_env::error::VecEnvError;
+
+/// The largest number of environments of a vector. That many on MuJoCo take 82 GiB, 1.3 MiB each.
+pub(super) const MAX_ENVS: usize = 1 << 16;
+
+/// Checks the number of environments before memory is allocated for them.
+pub(crate) const fn check_num_envs(num_envs: usize) -> Result<(), VecEnvError> {
+    match num_envs {
+        0 => Err(VecEnvError::NoEnvs),
+        1..=MAX_ENVS => Ok(()),
+        _ => Err(VecEnvError::TooManyEnvs { most: MAX_ENVS }),
+    }
+}
+
+/// When the next episode starts after the end of one.
+///
+/// The modes are Gymnasium's. An environment that failed counts as one whose episode is over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AutoresetMode {
+    /// The next step resets the environment instead: it ignores its action, gives reward 0 and ends
+    /// nothing.
+    #[default]
+    NextStep,
+    /// The step that ends the episode also resets the environment: observation and info are the
+    /// next episode's first, [`Batch::next_observation`](super::Batch::next_observation) and
+    /// [`Batch::final_info`](super::Batch::final_info) have the last ones.
+    SameStep,
+    /// Never: the caller resets with a [mask](VecReset::mask). A step before that is
+    /// [`EnvError::EpisodeOver`](crate::EnvError::EpisodeOver).
+    Disabled,
+}
+
+/// Settings of a [`VecEnv`](super::VecEnv).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[must_use]
+pub struct VecConfig {
+    num_threads: usize,
+    autoreset: AutoresetMode,
+    pin_threads: bool,
+}
+
+impl VecConfig {
+    setters! {
+        /// Sets the number of worker threads. The default, 0, starts one per core. There are never
+        /// more threads than environments.
+        with_num_threads(num_threads: usize),
+        /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is
+        /// Gymnasium's.
+        with_autoreset(autoreset: AutoresetMode),
+        /// Sets whether each worker thread keeps to its own core, the first thread to the first
+        /// core. The default is false: pinning helps only if nothing else runs on the machine.
+        with_pin_threads(pin_threads: bool),
+    }
+
+    getters! {
+        /// The number of worker threads; 0 for one per core.
+        num_threads: usize,
+        /// When the next episode starts.
+        autoreset: AutoresetMode,
+        /// Whether each worker thread keeps to its own core.
+        pin_threads: bool,
+    }
+
+    /// Returns the number of worker threads for `num_envs` environments.
+    pub(crate) fn threads_for(&self, num_envs: usize) -> usize {
+        let cores = || thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        NonZeroUsize::new(self.num_threads).map_or_else(cores, NonZeroUsize::get).min(num_envs)
+    }
+}
+
+/// The reset of the environments of a [`VecEnv`](super::VecEnv).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VecReset<'a, O> {
+    /// The seeds of the environments.
+    pub seeds: Seeds<'a>,
+    /// Whether each environment is reset; without a mask all are.
+    pub mask: Option<&'a [bool]>,
+    /// Options of the resets.
+    pub options: VecOptions<'a, O>,
+}
+
+impl<O> Default for VecReset<'_, O> {
+    fn default() -> Self {
+        Self { seeds: Seeds::default(), mask: None, options: VecOptions::default() }
+    }
+}
+
+impl<O> VecReset<'_, O> {
+    /// Creates a reset of all environments, the first with `seed`, the next with `seed + 1`, and so
+    /// on.
+    #[must_use]
+    pub fn seeded(seed: u64) -> Self {
+        Self { seeds: Seeds::From(seed), ..Self::default() }
+    }
+}
+
+/// The seeds of the environments of a [`VecEnv`](super::VecEnv).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seeds<'a> {
+    /// No seeds: the random numbers continue, as in [`Env::reset_with`](crate::Env::reset_with).
+    #[default]
+    Continue,
+    /// Environment `i` gets this seed plus `i`.
+    From(u64),
+    /// One element for each environment; `None` continues its random numbers.
+    Each(&'a [Option<u64>]),
+}
+
+impl From<Option<u64>> for Seeds<'_> {
+    fn from(seed: Option<u64>) -> Self {
+        seed.map_or(Self::Continue, Self::From)
+    }
+}
+
+impl Seeds<'_> {
+    pub(super) fn of(&self, env_id: usize) -> Option<u64> {
+        match self {
+            Self::Continue => None,
+            Self::From(first) => Some(first + env_id as u64),
+            Self::Each(seeds) => seeds[env_id],
+        }
+    }
+}
+
+/// The options with which the environments of a [`VecEnv`](super::VecEnv) are reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VecOptions<'a, O> {
+    /// The default options.
+    #[default]
+    Default,
+    /// The same options for every environment.
+    Same(&'a O),
+    /// One element for each environment.
+    Each(&'a [O]),
+}
+
+impl<O: Clone + Default> VecOptions<'_, O> {
+    pub(super) fn of(&self, env_id: usize) -> O {
+        match self {
+            Self::Default => O::default(),
+            Self::Same(options) => (*options).clone(),
+            Self::Each(options) => options[env_id].clone(),
+        }
+    }
+}
+
+impl<O> VecReset<'_, O> {
+    pub(super) fn check(&self, num_envs: usize) -> Result<(), VecEnvError> {
+        let seeds = if let Seeds::Each(seeds) = self.seeds { Some(seeds.len()) } else { None };
+        let options =
+            if let VecOptions::Each(options) = self.options { Some(options.len()) } else { None };
+        let mask = self.mask.map(<[bool]>::len);
+        for (what, len) in [("seeds", seeds), ("mask", mask), ("options", options)] {
+            if let Some(actual) = len.filter(|&len| len != num_envs) {
+                return Err(VecEnvError::Count { what, actual, num_envs });
+            }
+        }
+        if let Seeds::From(first) = self.seeds
+            && first.checked_add(num_envs as u64 - 1).is_none()
+        {
+            return Err(VecEnvError::SeedTooLarge { first, num_envs });
+        }
+        if self.mask.is_some_and(|mask| !mask.contains(&true)) {
+            return Err(VecEnvError::EmptyMask);
+        }
+        Ok(())
+    }
+}
+
+/// An episode of an environment of a [`VecEnv`](super::VecEnv).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct EpisodeId {
+    /// The environment.
+    pub env_id: usize,
+    /// The number of episodes that the environment has begun before this one, by whatever reset.
+    pub episode: u64,
+}
+
+/// The start of an episode, chosen by the function that
+/// [`VecEnv::set_autoreset_start`](super::VecEnv::set_autoreset_start) takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EpisodeStart<O> {
+    /// The seed of the reset; `None` continues the random numbers.
+    pub seed: Option<u64>,
+    /// The options of the reset.
+    pub options: O,
+}

@@ -1,0 +1,351 @@
+//! The vector environment: what it sends to its threads and receives from them.
+
+use std::{fmt, sync::Arc};
+
+use super::batch::BatchOf;
+use super::config::{
+    AutoresetMode, EpisodeId, EpisodeStart, MAX_ENVS, VecConfig, VecReset, check_num_envs,
+};
+use super::pool::Pool;
+use super::slot::{Command, Slot};
+use crate::gym::env::observation::BatchObservation;
+use crate::gym::env::{ActionElement, Env};
+use crate::gym::spaces::{Space, action_space::ActionSpace};
+use crate::gym::vec_env::error::VecEnvError;
+
+/// An environment that a [`VecEnv`] can step: its observations can be rows of a batch, and it may
+/// go to other threads.
+///
+/// Every such environment implements it.
+pub trait BatchEnv:
+    Env<Observation: BatchObservation, Info: Send, ResetOptions: Clone + Send> + Send + 'static
+{
+}
+
+impl<E> BatchEnv for E where
+    E: Env<Observation: BatchObservation, Info: Send, ResetOptions: Clone + Send> + Send + 'static
+{
+}
+
+/// Environments that are stepped together; see the [module](super).
+pub struct VecEnv<E: Env<Observation: BatchObservation>> {
+    /// By id; `None` while an environment is in flight.
+    pub(super) idle: Vec<Option<Box<Slot<E>>>>,
+    pool: Pool<Slot<E>>,
+    in_flight: usize,
+    batch: BatchOf<E>,
+    autoreset: AutoresetMode,
+    action_space: E::ActionSpace,
+    observation_space: Space,
+    /// The last call that named each id, to detect an id named twice in one call.
+    named_in: Vec<u64>,
+    calls: u64,
+}
+
+impl<E: BatchEnv> VecEnv<E> {
+    /// Creates a vector of environments, with the ids 0, 1, ... in order, and starts its threads.
+    ///
+    /// # Errors
+    /// [`VecEnvError::NoEnvs`], or [`VecEnvError::TooManyEnvs`] beyond 65,536;
+    /// [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`] if the environments cannot
+    /// share a batch; [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if the operating system
+    /// refuses.
+    pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
+        // One too many is enough to refuse them, even if the iterator never ends.
+        let envs: Vec<E> = envs.into_iter().take(MAX_ENVS + 1).collect();
+        check_num_envs(envs.len())?;
+        let first = envs.first().ok_or(VecEnvError::NoEnvs)?;
+        let (action_space, observation_space) =
+            (first.action_space().clone(), first.observation_space().clone());
+        for (env_id, env) in envs.iter().enumerate() {
+            if *env.action_space() != action_space || *env.observation_space() != observation_space
+            {
+                return Err(VecEnvError::SpacesDiffer { env_id });
+            }
+        }
+        let (num_envs, autoreset) = (envs.len(), config.autoreset());
+        let threads = config.threads_for(num_envs);
+        let keeps_last = autoreset == AutoresetMode::SameStep;
+        let action_len = action_space.action_len();
+        let batch = |len| BatchOf::<E>::new(&observation_space, action_len, keeps_last, len);
+        let slot = |(env_id, env)| Ok(Some(Box::new(Slot::new(env_id, env, autoreset, batch(1)?))));
+        Ok(Self {
+            idle: envs.into_iter().enumerate().map(slot).collect::<Result<_, VecEnvError>>()?,
+            pool: Pool::new(threads, num_envs, config.pin_threads())?,
+            in_flight: 0,
+            batch: batch(num_envs)?,
+            autoreset,
+            action_space,
+            observation_space,
+            named_in: vec![0; num_envs],
+            calls: 0,
+        })
+    }
+
+    /// Sets a function that chooses seed and options of every episode that an autoreset begins: for
+    /// curricula, or to begin the same episodes on any number of threads. The default continues the
+    /// environment's random numbers with default options.
+    ///
+    /// The worker threads call it. Its results are reproducible if they depend on nothing but the
+    /// [`EpisodeId`].
+    ///
+    /// # Errors
+    /// [`VecEnvError::InFlight`].
+    ///
+    /// ```
+    /// use fetch_env::{FetchResetOptions, make_kinematic_vec};
+    /// use fetch_env::vec_env::{EpisodeStart, VecConfig};
+    ///
+    /// let mut envs = make_kinematic_vec("FetchReach-v4", 4, VecConfig::default())?;
+    /// envs.set_autoreset_start(|id| EpisodeStart {
+    ///     seed: Some(4 * id.episode + id.env_id as u64),
+    ///     options: FetchResetOptions::default(),
+    /// })?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_autoreset_start(
+        &mut self,
+        choose: impl Fn(EpisodeId) -> EpisodeStart<E::ResetOptions> + Send + Sync + 'static,
+    ) -> Result<(), VecEnvError> {
+        self.check_all_idle()?;
+        let choose = Arc::new(choose);
+        for slot in self.idle.iter_mut().flatten() {
+            slot.choose_start = Some(Arc::clone(&choose) as _);
+        }
+        Ok(())
+    }
+
+    /// The number of environments.
+    #[must_use]
+    pub fn num_envs(&self) -> usize {
+        self.idle.len()
+    }
+
+    /// The number of worker threads.
+    #[must_use]
+    pub fn num_threads(&self) -> usize {
+        self.pool.threads()
+    }
+
+    /// When the next episode of an environment starts.
+    #[must_use]
+    pub const fn autoreset_mode(&self) -> AutoresetMode {
+        self.autoreset
+    }
+
+    /// The action space of each environment.
+    #[must_use]
+    pub const fn single_action_space(&self) -> &E::ActionSpace {
+        &self.action_space
+    }
+
+    /// The observation space of each environment.
+    #[must_use]
+    pub const fn single_observation_space(&self) -> &Space {
+        &self.observation_space
+    }
+
+    /// The number of environments that were sent to and not yet received.
+    #[must_use]
+    pub const fn in_flight(&self) -> usize {
+        self.in_flight
+    }
+
+    /// Returns an environment for inspection; `None` if the id is unknown, or if the environment is
+    /// in flight or has panicked.
+    #[must_use]
+    pub fn env(&self, env_id: usize) -> Option<&E> {
+        self.idle.get(env_id)?.as_ref()?.env.as_ref()
+    }
+
+    /// Returns an environment to change, as [`env`](Self::env) does.
+    ///
+    /// The vector does not learn of resets and steps made here: its next batch has the results of
+    /// the next call, and an autoreset that is due stays due.
+    #[must_use]
+    pub fn env_mut(&mut self, env_id: usize) -> Option<&mut E> {
+        self.idle.get_mut(env_id)?.as_mut()?.env.as_mut()
+    }
+
+    /// The last batch.
+    #[must_use]
+    pub const fn batch(&self) -> &BatchOf<E> {
+        &self.batch
+    }
+
+    /// Resets all environments: the first with `seed`, the next with `seed + 1`, and so on.
+    ///
+    /// # Errors
+    /// As [`reset_with`](Self::reset_with).
+    pub fn reset(&mut self, seed: Option<u64>) -> Result<&BatchOf<E>, VecEnvError> {
+        self.reset_with(&VecReset { seeds: seed.into(), ..VecReset::default() })
+    }
+
+    /// Resets the environments that the mask selects. The rows of the others stay unchanged.
+    ///
+    /// # Errors
+    /// [`VecEnvError::InFlight`], and as [`send_reset`](Self::send_reset).
+    pub fn reset_with(
+        &mut self,
+        reset: &VecReset<'_, E::ResetOptions>,
+    ) -> Result<&BatchOf<E>, VecEnvError> {
+        self.check_all_idle()?;
+        self.send_reset(reset)?;
+        self.receive_all()
+    }
+
+    /// Takes one action in every environment: row `i` of `actions` in environment `i`.
+    ///
+    /// # Errors
+    /// [`VecEnvError::ActionCount`], [`VecEnvError::InFlight`] or [`VecEnvError::WorkerLost`]. The
+    /// error of a single environment is in its row of the batch.
+    pub fn step(&mut self, actions: &[ActionElement<E>]) -> Result<&BatchOf<E>, VecEnvError> {
+        self.check_all_idle()?;
+        self.check_actions(actions, self.num_envs())?;
+        for env_id in 0..self.num_envs() {
+            self.lend_action(env_id, actions, env_id);
+        }
+        self.pool.wake();
+        self.receive_all()
+    }
+
+    /// Starts a step in some environments: row `k` of `actions` in environment `env_ids[k]`.
+    ///
+    /// # Errors
+    /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`], [`VecEnvError::EnvInFlight`] or
+    /// [`VecEnvError::WorkerLost`]; then no step is started.
+    pub fn send(
+        &mut self,
+        actions: &[ActionElement<E>],
+        env_ids: &[usize],
+    ) -> Result<(), VecEnvError> {
+        self.pool.check()?;
+        self.check_actions(actions, env_ids.len())?;
+        self.calls += 1;
+        for &env_id in env_ids {
+            let num_envs = self.num_envs();
+            let slot = self.idle.get(env_id).ok_or(VecEnvError::UnknownEnv { env_id, num_envs })?;
+            if slot.is_none() || self.named_in[env_id] == self.calls {
+                return Err(VecEnvError::EnvInFlight { env_id });
+            }
+            self.named_in[env_id] = self.calls;
+        }
+        for (row, &env_id) in env_ids.iter().enumerate() {
+            self.lend_action(row, actions, env_id);
+        }
+        self.pool.wake();
+        Ok(())
+    }
+
+    /// Starts a reset of the environments that the mask selects.
+    ///
+    /// # Errors
+    /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::SeedTooLarge`],
+    /// [`VecEnvError::EnvInFlight`] or [`VecEnvError::WorkerLost`]; then no reset is started.
+    pub fn send_reset(&mut self, reset: &VecReset<'_, E::ResetOptions>) -> Result<(), VecEnvError> {
+        self.pool.check()?;
+        reset.check(self.num_envs())?;
+        let chosen = |env_id: &usize| reset.mask.is_none_or(|mask| mask[*env_id]);
+        if let Some(env_id) =
+            (0..self.num_envs()).filter(chosen).find(|&env_id| self.idle[env_id].is_none())
+        {
+            return Err(VecEnvError::EnvInFlight { env_id });
+        }
+        for env_id in (0..self.num_envs()).filter(chosen) {
+            let (seed, options) = (reset.seeds.of(env_id), reset.options.of(env_id));
+            self.lend(env_id, |slot| slot.command = Command::Reset { seed, options });
+        }
+        self.pool.wake();
+        Ok(())
+    }
+
+    /// Waits for the first `batch_size` environments that finish.
+    ///
+    /// # Errors
+    /// [`VecEnvError::BatchTooLarge`] if fewer are in flight; [`VecEnvError::WorkerLost`].
+    pub fn recv(&mut self, batch_size: usize) -> Result<&BatchOf<E>, VecEnvError> {
+        self.pool.check()?;
+        if batch_size > self.in_flight {
+            return Err(VecEnvError::BatchTooLarge { batch_size, in_flight: self.in_flight });
+        }
+        self.pool.wait(batch_size)?;
+        self.batch.clear();
+        while self.batch.len() < batch_size
+            && let Some(mut slot) = self.pool.take()
+        {
+            self.batch.push(slot.env_id, &slot.row);
+            slot.row.collected();
+            self.take_back(slot);
+        }
+        Ok(&self.batch)
+    }
+
+    fn receive_all(&mut self) -> Result<&BatchOf<E>, VecEnvError> {
+        self.pool.wait(self.in_flight)?;
+        while let Some(slot) = self.pool.take() {
+            self.take_back(slot);
+        }
+        self.batch.clear();
+        for slot in self.idle.iter_mut().flatten() {
+            self.batch.push(slot.env_id, &slot.row);
+            slot.row.collected();
+        }
+        Ok(&self.batch)
+    }
+
+    fn take_back(&mut self, slot: Box<Slot<E>>) {
+        self.in_flight -= 1;
+        let env_id = slot.env_id;
+        self.idle[env_id] = Some(slot);
+    }
+
+    fn lend_action(&mut self, row: usize, actions: &[ActionElement<E>], env_id: usize) {
+        let len = self.action_space.action_len();
+        self.lend(env_id, |slot| {
+            slot.command = Command::Step;
+            slot.action.copy_from_slice(&actions[row * len..][..len]);
+        });
+    }
+
+    fn lend(&mut self, env_id: usize, command: impl FnOnce(&mut Slot<E>)) {
+        let threads = self.num_threads();
+        // Neighboring environments share a thread, whose queue has room for all of them.
+        let home = env_id * threads / self.num_envs();
+        if let Some(mut slot) = self.idle[env_id].take() {
+            command(&mut slot);
+            self.in_flight += 1;
+            self.pool.lend(home, slot);
+        }
+    }
+
+    pub(super) fn check_all_idle(&self) -> Result<(), VecEnvError> {
+        // A lost environment stays in flight for ever.
+        self.pool.check()?;
+        match self.in_flight {
+            0 => Ok(()),
+            count => Err(VecEnvError::InFlight { count }),
+        }
+    }
+
+    fn check_actions(&self, actions: &[ActionElement<E>], rows: usize) -> Result<(), VecEnvError> {
+        let (action_len, actual) = (self.action_space.action_len(), actions.len());
+        if rows.checked_mul(action_len) == Some(actual) {
+            Ok(())
+        } else {
+            Err(VecEnvError::ActionCount { rows, action_len, actual })
+        }
+    }
+}
+
+impl<E: Env<Observation: BatchObservation>> fmt::Debug for VecEnv<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("VecEnv")
+            .field("num_envs", &self.idle.len())
+            .field("in_flight", &self.in_flight)
+            .field("autoreset", &self.autoreset)
+            .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,162 @@
+//! An environment as it travels between threads, with its commands and results.
+
+use std::{
+    any::Any,
+    mem,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::Arc,
+};
+
+use super::batch::BatchOf;
+use super::config::{AutoresetMode, EpisodeId, EpisodeStart};
+use super::pool::Job;
+use crate::gym::env::observation::BatchObservation;
+use crate::gym::env::{ActionElement, Env, Reset, Step};
+use crate::gym::error::EnvError;
+
+/// Chooses seed and options of the episodes that autoresets begin.
+pub(super) type ChooseStart<O> = dyn Fn(EpisodeId) -> EpisodeStart<O> + Send + Sync;
+
+/// An environment with its next command and its last results.
+pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
+    pub(super) env_id: usize,
+    /// `None` after a panic.
+    pub(super) env: Option<E>,
+    mode: AutoresetMode,
+    pub(super) choose_start: Option<Arc<ChooseStart<E::ResetOptions>>>,
+    pub(super) command: Command<E::ResetOptions>,
+    pub(super) action: Box<[ActionElement<E>]>,
+    /// A batch of one row.
+    pub(super) row: BatchOf<E>,
+    /// Whether the next step begins an episode, or is refused without an autoreset.
+    pub(super) reset_is_due: bool,
+    /// The number of episodes that have begun.
+    pub(super) num_episodes: u64,
+}
+
+pub(super) enum Command<O> {
+    Step,
+    Reset { seed: Option<u64>, options: O },
+}
+
+impl<E: Env<Observation: BatchObservation>> Slot<E> {
+    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, row: BatchOf<E>) -> Self {
+        Self {
+            env_id,
+            env: Some(env),
+            mode,
+            choose_start: None,
+            command: Command::Step,
+            action: row.action().into(),
+            row,
+            reset_is_due: false,
+            num_episodes: 0,
+        }
+    }
+
+    fn obey(&mut self) -> Result<(), EnvError> {
+        let env = self.env.as_mut().ok_or_else(out_of_use)?;
+        match &self.command {
+            Command::Reset { seed, options } => {
+                // If a requested reset fails, repeating it is up to the caller.
+                self.reset_is_due = false;
+                let reset = env.reset_with(*seed, options)?;
+                self.begin_episode(reset)
+            }
+            Command::Step if self.reset_is_due && self.mode == AutoresetMode::Disabled => {
+                Err(EnvError::ResetNeeded)
+            }
+            Command::Step if self.reset_is_due => self.autoreset(),
+            Command::Step => match env.step(&self.action) {
+                Ok(step) => self.finish(step),
+                Err(error) => {
+                    if !error.leaves_unchanged() {
+                        // If the reset fails as well, the next step tries it again.
+                        let _ = self.end_episode();
+                    }
+                    Err(error)
+                }
+            },
+        }
+    }
+
+    fn finish(&mut self, step: Step<E::Observation, E::Info>) -> Result<(), EnvError> {
+        let is_last = step.is_last();
+        self.row.set_action(&self.action);
+        // What the row cannot show has still happened to the environment.
+        self.row
+            .set_step(&step.observation, step.info)
+            .inspect_err(|_| self.reset_is_due = true)?;
+        self.row.set_outcome(step.reward, step.terminated, step.truncated);
+        if is_last { self.end_episode() } else { Ok(()) }
+    }
+
+    fn end_episode(&mut self) -> Result<(), EnvError> {
+        self.reset_is_due = self.mode != AutoresetMode::Disabled;
+        if self.mode == AutoresetMode::SameStep { self.autoreset() } else { Ok(()) }
+    }
+
+    fn autoreset(&mut self) -> Result<(), EnvError> {
+        let env = self.env.as_mut().ok_or_else(out_of_use)?;
+        let reset = match &self.choose_start {
+            None => env.reset(None)?,
+            Some(choose) => {
+                let id = EpisodeId { env_id: self.env_id, episode: self.num_episodes };
+                let EpisodeStart { seed, options } = choose(id);
+                env.reset_with(seed, &options)?
+            }
+        };
+        self.begin_episode(reset)
+    }
+
+    fn begin_episode(&mut self, reset: Reset<E::Observation, E::Info>) -> Result<(), EnvError> {
+        self.num_episodes += 1;
+        let shown = self.row.set_start(&reset.observation, reset.info);
+        self.reset_is_due = shown.is_err();
+        shown
+    }
+}
+
+impl<E> Job for Slot<E>
+where
+    E: Env<Observation: BatchObservation, Info: Send, ResetOptions: Send> + Send,
+{
+    fn run(&mut self) {
+        // Clearing the row drops an info, which is the environment's code as well.
+        let result = contain(|| {
+            self.row.begin();
+            self.obey()
+        });
+        let result = result.unwrap_or_else(|message| {
+            // Its state is unknown, so it is never used again, and even its drop may panic.
+            let env = self.env.take();
+            let _ = contain(|| drop(env));
+            Err(EnvError::Panicked { message })
+        });
+        if let Err(error) = result {
+            let ends_episode = !error.leaves_unchanged();
+            self.row.set_error(error, ends_episode);
+        }
+    }
+}
+
+/// Calls code of an environment. If it panics, returns the message of the panic.
+fn contain<T>(call: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
+        let message = message(&*payload);
+        // Its drop is the environment's code too, and may panic in turn.
+        mem::forget(payload);
+        message
+    })
+}
+
+fn out_of_use() -> EnvError {
+    EnvError::Panicked { message: "in an earlier step".into() }
+}
+
+fn message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("without a message")
+        .to_owned()
+}

@@ -1,0 +1,100 @@
+//! Arrays that observations own, in memory that is used again.
+
+use std::{fmt, ops::Deref, sync::Arc};
+
+use crate::gym::env::observation::{ArrayRows, BatchObservation};
+use crate::gym::spaces::element::ArrayElement;
+
+/// An observation that is an array. Clones share its elements.
+#[derive(Clone, PartialEq)]
+pub struct SharedArray<T>(Arc<[T]>);
+
+impl<T> Deref for SharedArray<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<T> AsRef<[T]> for SharedArray<T> {
+    fn as_ref(&self) -> &[T] {
+        self
+    }
+}
+
+impl<T: Clone> From<&[T]> for SharedArray<T> {
+    fn from(array: &[T]) -> Self {
+        Self(array.into())
+    }
+}
+
+impl<T: fmt::Debug> fmt::Debug for SharedArray<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl<T: ArrayElement> BatchObservation for SharedArray<T> {
+    type Rows = ArrayRows<T>;
+}
+
+/// Makes arrays of one length in the memory of those that have been dropped.
+///
+/// As long as no more than [`REMEMBERED`](Self::REMEMBERED) arrays are alive at once, each of them
+/// is allocated once.
+#[derive(Debug)]
+pub struct ArrayPool<T> {
+    len: usize,
+    /// The last arrays, the oldest first.
+    recent: Vec<SharedArray<T>>,
+}
+
+impl<T> ArrayPool<T> {
+    /// The number of arrays whose memory is remembered.
+    pub const REMEMBERED: usize = 4;
+
+    /// Creates a pool of arrays of `len` elements.
+    #[must_use]
+    pub fn new(len: usize) -> Self {
+        Self { len, recent: Vec::with_capacity(Self::REMEMBERED) }
+    }
+
+    /// The number of elements of an array.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether its arrays have no elements.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+}
+
+impl<T: ArrayElement> ArrayPool<T> {
+    /// Returns an array that `fill` has written. Until then its elements are those of an earlier one.
+    pub fn write(&mut self, fill: impl FnOnce(&mut [T])) -> SharedArray<T> {
+        let is_free = |array: &mut SharedArray<T>| Arc::get_mut(&mut array.0).is_some();
+        let mut array = match self.recent.iter_mut().position(is_free) {
+            Some(index) => self.recent.remove(index),
+            None => SharedArray(vec![T::EMPTY; self.len].into()),
+        };
+        if let Some(elements) = Arc::get_mut(&mut array.0) {
+            fill(elements);
+        }
+        if self.recent.len() == Self::REMEMBERED {
+            self.recent.remove(0);
+        }
+        self.recent.push(array.clone());
+        array
+    }
+}
+
+/// A clone remembers nothing, so that the two never wait for each other's arrays.
+impl<T> Clone for ArrayPool<T> {
+    fn clone(&self) -> Self {
+        Self::new(self.len)
+    }
+}

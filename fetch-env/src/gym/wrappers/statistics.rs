@@ -1,0 +1,128 @@
+//! Return and length of each finished episode.
+
+use serde::{Deserialize, Serialize};
+
+use super::macros::keep;
+use super::wrapped::{KeepsGoals, Resetting, SnapshotWrapper, Wrapped, Wrapper};
+use crate::gym::env::{ActionElement, Env, Reset, Step, goal::GoalInfo};
+use crate::gym::error::EnvError;
+
+/// An environment whose infos contain return and length of each finished episode.
+///
+/// Unlike Gymnasium's, they contain no time on the clock, so that equal episodes have equal infos.
+/// A step allocates nothing.
+///
+/// ```
+/// use fetch_env::{Env, make_kinematic, wrappers::RecordEpisodeStatistics};
+///
+/// let mut env = RecordEpisodeStatistics::new(make_kinematic("FetchReach-v4")?);
+/// env.reset(Some(0))?;
+/// let episode = loop {
+///     if let Some(episode) = env.step(&[0.0; 4])?.info.episode {
+///         break episode;
+///     }
+/// };
+/// assert_eq!((episode.total_reward, episode.length), (-50.0, 50));
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+pub type RecordEpisodeStatistics<E> = Wrapped<E, EpisodeRecorder>;
+
+impl<E: Env> RecordEpisodeStatistics<E> {
+    /// Records the episodes of `env`.
+    #[must_use]
+    pub const fn new(env: E) -> Self {
+        Self::from_parts(env, EpisodeRecorder(EpisodeStatistics { total_reward: 0.0, length: 0 }))
+    }
+
+    /// Return and length of the episode so far.
+    #[must_use]
+    pub const fn so_far(&self) -> EpisodeStatistics {
+        self.wrapper().0
+    }
+}
+
+/// The wrapper of a [`RecordEpisodeStatistics`].
+#[derive(Clone, Debug)]
+pub struct EpisodeRecorder(EpisodeStatistics);
+
+/// Return and length of an episode.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct EpisodeStatistics {
+    /// The return: the sum of all rewards, without discount.
+    #[serde(rename = "return")]
+    pub total_reward: f64,
+    /// The number of steps, which stops at the largest `u32`.
+    pub length: u32,
+}
+
+/// The info of a [`RecordEpisodeStatistics`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct EpisodeInfo<I> {
+    /// The info of the wrapped environment.
+    pub info: I,
+    /// Return and length of the episode, in the info of its last step.
+    pub episode: Option<EpisodeStatistics>,
+}
+
+impl<I: GoalInfo> GoalInfo for EpisodeInfo<I> {
+    fn is_success(&self) -> bool {
+        self.info.is_success()
+    }
+
+    fn distance(&self) -> f64 {
+        self.info.distance()
+    }
+}
+
+impl<E: Env> Wrapper<E> for EpisodeRecorder {
+    type Info = EpisodeInfo<E::Info>;
+    keep!(Observation, ActionSpace);
+
+    fn reset(
+        &mut self,
+        env: &mut Resetting<'_, E>,
+        seed: Option<u64>,
+        options: &E::ResetOptions,
+    ) -> Result<Reset<E::Observation, Self::Info>, EnvError> {
+        let reset = env.reset_with(seed, options)?;
+        self.0 = EpisodeStatistics { total_reward: 0.0, length: 0 };
+        Ok(reset.map_info(|info| EpisodeInfo { info, episode: None }))
+    }
+
+    fn step(
+        &mut self,
+        env: &mut E,
+        action: &[ActionElement<E>],
+    ) -> Result<Step<E::Observation, Self::Info>, EnvError> {
+        let step = env.step(action)?;
+        self.0.total_reward += step.reward;
+        self.0.length = self.0.length.saturating_add(1);
+        let episode = step.is_last().then_some(self.0);
+        Ok(step.map_info(|info| EpisodeInfo { info, episode }))
+    }
+}
+
+impl KeepsGoals for EpisodeRecorder {}
+
+impl SnapshotWrapper for EpisodeRecorder {
+    type State = EpisodeStatistics;
+
+    fn state(&self) -> EpisodeStatistics {
+        self.0
+    }
+
+    fn check_state(&self, state: &EpisodeStatistics) -> Result<(), EnvError> {
+        if state.total_reward.is_finite() {
+            return Ok(());
+        }
+        let reason = format!("its return is {}", state.total_reward);
+        Err(EnvError::ForeignSnapshot { reason })
+    }
+
+    fn set_state(&mut self, state: &EpisodeStatistics) {
+        self.0 = *state;
+    }
+}

@@ -1,0 +1,16 @@
+//! Pictures of environments: rendered, observed and recorded.
+
+#[cfg(feature = "clip")]
+pub mod clip;
+#[cfg(feature = "render")]
+pub(crate) mod frames;
+#[cfg(feature = "render")]
+pub(crate) mod pixel_rows;
+#[cfg(feature = "render")]
+pub(crate) mod pixels;
+#[cfg(feature = "render")]
+pub(crate) mod pixels_only;
+#[cfg(feature = "render")]
+pub(crate) mod pool;
+#[cfg(feature = "render")]
+pub(crate) mod render;

@@ -1,0 +1,127 @@
+//! Renderers that the environments of a process share.
+
+use std::{
+    fmt,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        atomic::{AtomicUsize, Ordering::Relaxed},
+    },
+};
+
+use fetch_sim::{RenderError, RenderOptions, Renderer, SimConfig};
+
+use super::render::RenderEnv;
+use crate::gym::error::EnvError;
+
+/// The renderers of all living environments that are drawn with one model and these options.
+///
+/// An environment borrows one for each picture. There are as many as have ever drawn at the same
+/// time, at most one for each thread, however many environments there are. Which of them draws a
+/// picture changes no byte of it.
+pub(crate) struct RendererPool {
+    config: SimConfig,
+    options: RenderOptions,
+    idle: Mutex<Vec<Renderer>>,
+    /// The number of renderers made so far.
+    made: AtomicUsize,
+}
+
+/// The pools of this process. The environments own them, so that the last one frees the renderers.
+static POOLS: Mutex<Vec<Weak<RendererPool>>> = Mutex::new(Vec::new());
+
+/// Locks a list. A panic while it was locked has left it valid.
+fn lock<T>(list: &Mutex<T>) -> MutexGuard<'_, T> {
+    list.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl RendererPool {
+    /// Returns the pool for pictures of `env`, with at least one renderer.
+    ///
+    /// # Errors
+    /// As [`RenderEnv::renderer`].
+    pub(crate) fn shared<E: RenderEnv>(
+        env: &E,
+        options: RenderOptions,
+    ) -> Result<Arc<Self>, EnvError> {
+        // Before a lock, because threads that a forked process does not have may hold it.
+        Renderer::check_process()?;
+        let config = env.sim_config();
+        let mut pools = lock(&POOLS);
+        pools.retain(|pool| pool.strong_count() > 0);
+        let mut alive = pools.iter().filter_map(Weak::upgrade);
+        if let Some(pool) = alive.find(|pool| pool.config == *config && pool.options == options) {
+            return Ok(pool);
+        }
+        drop(alive);
+        let idle = Mutex::new(vec![env.renderer(options.clone())?]);
+        let made = AtomicUsize::new(1);
+        let pool = Arc::new(Self { config: config.clone(), options, idle, made });
+        pools.push(Arc::downgrade(&pool));
+        Ok(pool)
+    }
+
+    /// Renders the colors of the environment's state, as [`RenderEnv::render`] does, and calls `look`
+    /// with them.
+    pub(crate) fn render<E: RenderEnv, T>(
+        &self,
+        env: &E,
+        look: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T, EnvError> {
+        Renderer::check_process()?;
+        let idle = lock(&self.idle).pop();
+        let mut renderer = match idle {
+            Some(renderer) => renderer,
+            None => {
+                let renderer = env.renderer(self.options.clone())?;
+                // Room for all, so that returning one never allocates.
+                lock(&self.idle).reserve(self.made.fetch_add(1, Relaxed) + 1);
+                renderer
+            }
+        };
+        let seen = env.render(&mut renderer).map(look);
+        let failure = seen.as_ref().err().and_then(EnvError::downcast_ref);
+        if !matches!(failure, Some(RenderError::Failed { .. })) {
+            lock(&self.idle).push(renderer);
+        }
+        seen
+    }
+}
+
+impl fmt::Debug for RendererPool {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RendererPool").field("options", &self.options).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+    use crate::fetch::make::make;
+    use crate::gym::env::Env;
+
+    #[test]
+    fn there_is_a_renderer_for_each_thread_and_none_after_the_last_environment() {
+        let options = || RenderOptions::default().with_width(19).with_height(17).with_samples(0);
+        let envs = ["FetchPush-v4", "FetchReach-v4"].map(|id| make(id).expect("MuJoCo"));
+        let Ok(push) = RendererPool::shared(&envs[0], options()) else { return };
+        let pool = |index: usize| RendererPool::shared(&envs[index], options()).expect("a pool");
+        let num_idle = || lock(&push.idle).len();
+        assert!((0..1000).all(|_| Arc::ptr_eq(&push, &pool(0))));
+        assert!(!Arc::ptr_eq(&push, &pool(1)));
+        assert_eq!(num_idle(), 1);
+        let draw = || {
+            let mut env = make("FetchPush-v4").expect("MuJoCo");
+            assert!(push.render(&env, |_| ()).is_err(), "before a reset");
+            env.reset(Some(0)).expect("a reset");
+            (0..50).for_each(|_| push.render(&env, |_| ()).expect("a picture"));
+        };
+        draw();
+        thread::scope(|scope| (0..3).for_each(|_| drop(scope.spawn(draw))));
+        assert!((1..=3).contains(&num_idle()), "{}", num_idle());
+        let weak = Arc::downgrade(&push);
+        drop(push);
+        assert!(weak.upgrade().is_none());
+    }
+}

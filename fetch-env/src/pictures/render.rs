@@ -1,0 +1,115 @@
+//! Environments that can be shown to a renderer.
+
+use fetch_sim::{RenderError, RenderOptions, Renderer, Segment, SimConfig};
+
+use crate::gym::wrappers::wrapped::{Wrapped, Wrapper};
+use crate::gym::{env::Env, error::EnvError, wrappers::time_limit::TimeLimit};
+
+/// An environment that can be rendered.
+///
+/// Rendering changes nothing: later steps give the same results, to the last bit. Without OpenGL
+/// [`renderer`](Self::renderer) returns an error that says what to install.
+///
+/// ```
+/// use fetch_env::{Env, RenderEnv, RenderOptions, make};
+///
+/// let mut env = make("FetchReach-v4")?;
+/// env.reset(Some(0))?;
+/// if let Ok(mut renderer) = env.renderer(RenderOptions::default()) {
+///     let rgb = env.render(&mut renderer)?; // the top row first
+///     assert_eq!(rgb.len(), 480 * 480 * 3);
+/// }
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+pub trait RenderEnv: Env {
+    /// Task and model of the pictures. Environments that have them in common share renderers.
+    fn sim_config(&self) -> &SimConfig;
+
+    /// Creates a renderer for environments with this task and model.
+    ///
+    /// # Errors
+    /// [`RenderError`] without OpenGL and for invalid options.
+    fn renderer(&self, options: RenderOptions) -> Result<Renderer, EnvError> {
+        Ok(Renderer::new(self.sim_config(), options)?)
+    }
+
+    /// Shows the current state to a renderer.
+    ///
+    /// # Errors
+    /// [`EnvError::ResetNeeded`] before a reset and after a failure; [`RenderError`] if the
+    /// renderer is for another task or model.
+    fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError>;
+
+    /// Renders the colors of the current state: height x width x 3 (red, green, blue), the top row
+    /// first.
+    ///
+    /// # Errors
+    /// As [`update_scene`](Self::update_scene); [`RenderError`] if rendering fails.
+    fn render<'a>(&self, renderer: &'a mut Renderer) -> Result<&'a [u8], EnvError> {
+        self.update_scene(renderer)?;
+        Ok(renderer.rgb()?)
+    }
+
+    /// Renders distances from the camera, height x width, in meters: see [`Renderer::depth`].
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    fn render_depth<'a>(&self, renderer: &'a mut Renderer) -> Result<&'a [f32], EnvError> {
+        self.update_scene(renderer)?;
+        Ok(renderer.depth()?)
+    }
+
+    /// Renders what each pixel shows, height x width: see [`Renderer::segmentation`].
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    fn render_segmentation<'a>(
+        &self,
+        renderer: &'a mut Renderer,
+    ) -> Result<&'a [Segment], EnvError> {
+        self.update_scene(renderer)?;
+        Ok(renderer.segmentation()?)
+    }
+}
+
+/// Implements [`RenderEnv`] for pointers to environments and for wrappers that show them as they are.
+macro_rules! forward_render {
+    ($($type:ty: [$($bound:tt)*] |$outer:ident| $inner:expr;)*) => {$(
+        impl<E: $crate::pictures::render::RenderEnv $($bound)*> $crate::pictures::render::RenderEnv for $type {
+            fn sim_config(&self) -> &fetch_sim::SimConfig {
+                let $outer = self;
+                $inner.sim_config()
+            }
+
+            fn update_scene(
+                &self,
+                renderer: &mut fetch_sim::Renderer,
+            ) -> Result<(), $crate::gym::error::EnvError> {
+                let $outer = self;
+                $inner.update_scene(renderer)
+            }
+        }
+    )*};
+}
+
+forward_render! {
+    Box<E>: [+ ?Sized] |env| (**env);
+    &mut E: [+ ?Sized] |env| (**env);
+    TimeLimit<E>: [] |env| env.inner();
+}
+
+impl<E: RenderEnv, W: Wrapper<E>> RenderEnv for Wrapped<E, W> {
+    fn sim_config(&self) -> &SimConfig {
+        self.inner().sim_config()
+    }
+
+    fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError> {
+        self.inner().update_scene(renderer)
+    }
+}
+
+impl From<RenderError> for EnvError {
+    fn from(error: RenderError) -> Self {
+        Self::other(error)
+    }
+}

@@ -1,0 +1,14 @@
+//! A safe binding of what this crate needs of MuJoCo, for any model.
+
+pub(crate) mod contact_filter;
+pub(crate) mod data;
+mod decoders;
+pub(crate) mod ffi;
+pub(crate) mod ids;
+pub(crate) mod library;
+mod library_file;
+pub(crate) mod model;
+pub(crate) mod poses;
+mod search;
+mod trust;
+pub(crate) mod version;

@@ -1,0 +1,172 @@
+//! The places in which a program looks for MuJoCo's library.
+
+use std::{
+    env::{self, consts::ARCH},
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
+
+use super::{trust, version::MujocoVersion};
+use crate::{
+    cache,
+    installation::{NONE, libraries_in, libraries_of, mujoco_dir},
+    privileges,
+};
+
+/// A search for the library of one version.
+pub(crate) struct Search {
+    pub(crate) version: MujocoVersion,
+    /// The library that somebody else loaded for the whole process, whose functions any other would
+    /// call.
+    pub(crate) global: Option<PathBuf>,
+    /// Value of `MUJOCO_DIR`.
+    pub(crate) mujoco_dir: Option<PathBuf>,
+    pub(crate) executable: Option<PathBuf>,
+    /// Path of the library that the build found.
+    pub(crate) of_build: Option<PathBuf>,
+    /// The folder `fetch-env` in the user's cache.
+    pub(crate) cache: Option<PathBuf>,
+    /// The library of this version that somebody else loaded, for a part of the process alone.
+    pub(crate) of_others: Option<PathBuf>,
+    /// The folders of the system's libraries.
+    pub(crate) system: Vec<PathBuf>,
+}
+
+/// A place in which libraries may be.
+pub(crate) struct Place {
+    pub(crate) name: &'static str,
+    /// The libraries in it.
+    pub(crate) files: Vec<PathBuf>,
+    /// Whether they are loaded already.
+    pub(crate) is_loaded: bool,
+    /// The reason to give if there are none.
+    pub(crate) if_empty: String,
+}
+
+impl Search {
+    /// Returns the search of this process, in which somebody else may have loaded libraries.
+    pub(crate) fn of_process(
+        version: MujocoVersion,
+        global: Option<PathBuf>,
+        of_others: Option<PathBuf>,
+    ) -> Self {
+        let executable = env::current_exe().ok();
+        let wish = mujoco_dir().filter(|dir| dir.as_os_str() != NONE);
+        Self {
+            version,
+            global,
+            mujoco_dir: wish.filter(|_| !privileges::are_raised()),
+            executable: executable.map(|path| path.canonicalize().unwrap_or(path)),
+            of_build: option_env!("FETCH_SIM_LIBMUJOCO").map(PathBuf::from),
+            cache: cache::cache_folder(),
+            of_others,
+            system: system_folders(),
+        }
+    }
+
+    /// Returns the places, in the order in which they are tried.
+    ///
+    /// A library that the whole process has is the only one. So is the user's wish: another one in its
+    /// stead would hide a mistake. Else what lies beside the program comes before the library of the
+    /// build, which comes before those that merely have the same version.
+    pub(crate) fn places(&self) -> Vec<Place> {
+        if let Some(global) = &self.global {
+            return vec![loaded(Some(global))];
+        }
+        let place = |name, files: Vec<PathBuf>, if_empty| Place {
+            name,
+            files: self.fitting_first(files),
+            is_loaded: false,
+            if_empty,
+        };
+        if let Some(dir) = &self.mujoco_dir {
+            let fault = if dir.exists() { "has no libmujoco.so" } else { "does not exist" };
+            let if_empty = format!("{} {fault}", dir.display());
+            return vec![place("MUJOCO_DIR", libraries_of(dir), if_empty)];
+        }
+        let Self { executable, of_build, cache, .. } = self;
+        let none_in = |folder: &Path| format!("{} has no libmujoco.so", folder.display());
+        let beside = executable.as_deref().and_then(Path::parent);
+        let cached = cache.as_ref().map(|cache| cache.join(format!("mujoco-{}", self.version)));
+        vec![
+            place(
+                "beside the executable",
+                beside.map(libraries_beside).unwrap_or_default(),
+                beside.map_or_else(|| "its path is unknown".into(), none_in),
+            ),
+            place(
+                "the path of the build",
+                of_build.iter().filter(|path| path.is_file()).cloned().collect(),
+                of_build.as_deref().map_or_else(
+                    || "it found none".into(),
+                    |path| format!("{} does not exist", path.display()),
+                ),
+            ),
+            place(
+                "the cache",
+                cached.as_deref().map(libraries_in).unwrap_or_default(),
+                cached.as_deref().map_or_else(|| "the user has none".into(), none_in),
+            ),
+            loaded(self.of_others.as_ref()),
+            place(
+                "the system",
+                self.libraries_of_system(),
+                format!("{} have no libmujoco.so", list(&self.system)),
+            ),
+        ]
+    }
+
+    /// Returns libraries with those first that have the version in their names.
+    fn fitting_first(&self, mut files: Vec<PathBuf>) -> Vec<PathBuf> {
+        let version = format!(".{}", self.version);
+        let has_version = |path: &PathBuf| {
+            let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+            name.ends_with(&version) || name.ends_with(&format!("{version}.dylib"))
+        };
+        files.sort_by_key(|path| !has_version(path));
+        files
+    }
+
+    /// Returns the system's libraries by the names that they may have. They are not left to the
+    /// system's loader to find, so that they are looked at before it runs their code.
+    fn libraries_of_system(&self) -> Vec<PathBuf> {
+        let without_version = if cfg!(target_vendor = "apple") { "dylib" } else { "so" };
+        let names = [self.version.library_name(), format!("libmujoco.{without_version}")];
+        let paths = self.system.iter().flat_map(|folder| names.each_ref().map(|n| folder.join(n)));
+        paths.filter(|path| path.is_file()).collect()
+    }
+}
+
+/// The place of a library that somebody else has loaded.
+fn loaded(file: Option<&PathBuf>) -> Place {
+    Place {
+        name: "this process",
+        files: file.into_iter().cloned().collect(),
+        is_loaded: true,
+        if_empty: "nothing else in it has loaded one".into(),
+    }
+}
+
+/// Returns the libraries in the folder of a program, and in the folder `lib` beside that one, unless
+/// others may make a `lib` there: a program in `/tmp/build` looks for nothing in `/tmp/lib`.
+fn libraries_beside(folder: &Path) -> Vec<PathBuf> {
+    let parent = folder.parent().filter(|parent| !trust::is_shared(parent));
+    let lib = parent.map(|parent| libraries_in(&parent.join("lib")));
+    [libraries_in(folder), lib.unwrap_or_default()].concat()
+}
+
+/// Returns the folders in which the system's loader looks for libraries.
+fn system_folders() -> Vec<PathBuf> {
+    let of_user = env::var_os("LD_LIBRARY_PATH").filter(|_| !privileges::are_raised());
+    let of_user = of_user.iter().flat_map(env::split_paths).filter(|path| path.is_absolute());
+    let architecture = format!("{ARCH}-linux-gnu");
+    let of_system = ["/usr/local/lib", "/usr/lib"].into_iter().flat_map(|folder| {
+        let folder = Path::new(folder);
+        [folder.join(&architecture), folder.to_path_buf(), folder.with_file_name("lib64")]
+    });
+    of_user.chain(of_system).collect()
+}
+
+fn list(folders: &[PathBuf]) -> String {
+    folders.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(", ")
+}
