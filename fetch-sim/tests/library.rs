@@ -62,6 +62,13 @@ impl Printed {
     }
 }
 
+/// Copies this program. Another process does so: a child that another test forks meanwhile would have
+/// the copy open for writing, and such a file cannot be run.
+fn copy_program(to: &Path) -> Result {
+    assert!(Command::new("cp").arg(env::current_exe()?).arg(to).status()?.success());
+    Ok(())
+}
+
 /// No other libraries.
 const ALONE: (&str, &[PathBuf]) = ("FETCH_SIM_TEST_BEFORE", &[]);
 
@@ -101,7 +108,7 @@ fn a_moved_program_finds_a_library() -> Result {
         fs::create_dir(folder)?;
     }
     let program = bin.join("moved");
-    fs::copy(env::current_exe()?, &program)?;
+    copy_program(&program)?;
     let of_build = library_path()?;
     // An empty variable is unset, and `none` concerns builds alone.
     for unset in ["", "none"] {
@@ -121,7 +128,7 @@ fn a_moved_program_finds_a_library() -> Result {
 fn a_mujoco_dir_that_names_nothing_is_an_error() -> Result {
     let folder = tempfile::tempdir()?;
     let program = folder.path().join("program");
-    fs::copy(env::current_exe()?, &program)?;
+    copy_program(&program)?;
     for value in ["/nonexistent", "libmujoco.so", "."] {
         let printed = run(&program, Path::new(value), ALONE)?;
         assert!(printed.0.contains(&format!("MujocoDir {{ value: {value:?}")), "{}", printed.0);
@@ -140,7 +147,7 @@ fn a_set_user_id_program_ignores_the_environment() -> Result {
     fs::create_dir(&dir)?;
     let put = dir.join("libmujoco.so");
     fs::copy(library_path()?, &put)?;
-    fs::copy(env::current_exe()?, &program)?;
+    copy_program(&program)?;
     assert_eq!(loaded_by(&program, &dir)?, put.canonicalize()?);
     fs::set_permissions(&program, Permissions::from_mode(0o4755))?;
     let mut command = command(&program, &dir)?;
@@ -187,7 +194,7 @@ fn program_with_mesh(folder: &Path) -> Result<PathBuf> {
     let xml = r#"<mujoco><asset><mesh name="m" file="mesh.stl"/></asset>
         <worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>"#;
     fs::write(folder.join("mesh.xml"), xml)?;
-    fs::copy(env::current_exe()?, &program)?;
+    copy_program(&program)?;
     Ok(program)
 }
 
