@@ -10,7 +10,7 @@ use super::{
 use crate::error::SimError;
 
 /// Skips collision tests of geoms that provably do not touch, without changing a bit of the result.
-/// Belongs to one [`Data`](super::Data).
+/// Belongs to one [`Data`](crate::Data).
 #[derive(Debug)]
 pub struct ContactFilter {
     raw: Owned<RawFilter>,

@@ -104,7 +104,7 @@ contract! {
             size: [f64; 3], position: [f64; 3], orientation: [f64; 4],
         }
 
-        /// The work of a [`ContactFilter`](super::ContactFilter) so far.
+        /// The work of a [`ContactFilter`](crate::ContactFilter) so far.
         #[derive(PartialEq, Eq)]
         #[non_exhaustive]
         pub ContactFilterCounts = fs_filter_counts {

@@ -17,7 +17,7 @@ use crate::error::SimError;
 
 /// A compiled MuJoCo model.
 ///
-/// A model does not change once it is shared: any number of [`Data`](super::Data), on any number of
+/// A model does not change once it is shared: any number of [`Data`](crate::Data), on any number of
 /// threads, simulate the same model through an `Arc`.
 pub struct Model {
     /// The geoms' shapes, prepared for contact filters; dropped before the model that they use.
@@ -160,7 +160,7 @@ impl Model {
     }
 
     /// Lowers the number of constraints, and of numbers on the stack, for which each
-    /// [`Data`](super::Data) reserves memory up to MuJoCo 2.x. Exceeding them is an error.
+    /// [`Data`](crate::Data) reserves memory up to MuJoCo 2.x. Exceeding them is an error.
     pub(crate) fn limit_sizes(&mut self, constraints: u16, stack: u32) {
         // SAFETY: the model is alive and not shared (`&mut`), and no data was made from it yet.
         unsafe {

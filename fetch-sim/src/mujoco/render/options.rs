@@ -89,7 +89,7 @@ pub enum Camera {
     /// `external_camera_0` in all Fetch scenes.
     Named(String),
     /// A camera of the model, by its index in
-    /// [`Renderer::camera_names`](super::Renderer::camera_names).
+    /// [`Renderer::camera_names`](crate::Renderer::camera_names).
     Index(usize),
 }
 

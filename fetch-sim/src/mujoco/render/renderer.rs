@@ -137,7 +137,7 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::NoOpenGl`] if there is none, [`RenderError::Size`],
     /// [`RenderError::UnknownCamera`], [`RenderError::FreeCamera`], [`RenderError::Forked`], or as
-    /// [`FetchModel::load`](super::super::FetchModel::load).
+    /// [`FetchModel::load`](crate::FetchModel::load).
     pub fn new(config: &SimConfig, options: RenderOptions) -> Result<Self, RenderError> {
         options.check()?;
         Self::check_process()?;

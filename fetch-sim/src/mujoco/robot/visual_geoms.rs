@@ -23,7 +23,7 @@ pub struct VisualGeom {
     pub shape: Shape,
     /// Red, green, blue and opacity, each from 0 to 1.
     pub rgba: [f32; 4],
-    /// The body with which it moves; [`Data::body_pose`](super::Data::body_pose) returns its pose.
+    /// The body with which it moves; [`Data::body_pose`](crate::Data::body_pose) returns its pose.
     pub body: BodyId,
     /// Its center in the body's frame, in meters.
     pub position: Vector3<f64>,
@@ -79,7 +79,7 @@ pub enum Shape {
 
 impl VisualGeom {
     /// Returns the visible geoms of a task's built-in scene, including the robot but not the goal.
-    /// Their bodies are those of the model that [`FetchModel::load`](super::FetchModel::load)
+    /// Their bodies are those of the model that [`FetchModel::load`](crate::FetchModel::load)
     /// returns, although that model itself has no purely visual geoms.
     ///
     /// # Errors
