@@ -9,7 +9,7 @@ use crate::gym::{registry::Registry, vec_env::env::VecEnv, wrappers::time_limit:
 /// The environments that [`make_kinematic`] makes.
 pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
 
-/// Makes an environment as [`make`](crate::make) does, on the [stand-in](KinematicSimulator) for
+/// Makes an environment as `make` does on MuJoCo, but on the [stand-in](KinematicSimulator) for
 /// the physics, to test code that uses environments on machines without MuJoCo.
 ///
 /// # Errors
@@ -23,7 +23,7 @@ pub fn make_kinematic(
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
-/// Makes `num_envs` environments as [`make_vec`](crate::make_vec) does, on the stand-in.
+/// Makes `num_envs` environments as `make_vec` does on MuJoCo, but on the stand-in.
 ///
 /// ```
 /// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};

@@ -8,8 +8,8 @@ use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 
 /// The results of a number of environments, row after row, each part contiguous.
 ///
-/// After [`step`](crate::VecEnv::step) and [`reset`](crate::VecEnv::reset) row `i` is environment
-/// `i`. After [`recv`](crate::VecEnv::recv) the rows are in the order in which the environments
+/// After [`step`](super::VecEnv::step) and [`reset`](super::VecEnv::reset) row `i` is environment
+/// `i`. After [`recv`](super::VecEnv::recv) the rows are in the order in which the environments
 /// finished, and [`env_ids`](Self::env_ids) identifies them. A reset gives reward 0 and ends
 /// nothing.
 ///
@@ -79,7 +79,7 @@ impl<O: BatchObservation, I, A> Batch<O, I, A> {
         /// same step.
         info: [Option<I>],
         /// The info of the last step of each episode that ended in its row, if
-        /// [`AutoresetMode::SameStep`](crate::AutoresetMode::SameStep) has already begun the next
+        /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has already begun the next
         /// one.
         final_info: [Option<I>],
     }
@@ -108,7 +108,7 @@ impl<O: BatchObservation, I, A> Batch<O, I, A> {
     /// The observations to which the actions led; the first `len` rows count.
     ///
     /// They are the [observations](Self::observation_rows), except where
-    /// [`AutoresetMode::SameStep`](crate::AutoresetMode::SameStep) has already begun the next
+    /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has already begun the next
     /// episode: there they are the last of the old one.
     #[must_use]
     pub fn next_observation_rows(&self) -> &O::Rows {
@@ -119,7 +119,7 @@ impl<O: BatchObservation, I, A> Batch<O, I, A> {
     /// before the first), unless the environment was reset in the same step.
     ///
     /// An invalid action changes nothing. A failure ends the episode: `truncated` is true, and the
-    /// environment is reset as its [`AutoresetMode`](crate::AutoresetMode) says; one that
+    /// environment is reset as its [`AutoresetMode`](super::AutoresetMode) says; one that
     /// [panicked](EnvError::Panicked) is out of use.
     #[must_use]
     pub fn error(&self, row: usize) -> Option<&EnvError> {

@@ -30,15 +30,15 @@ pub enum AutoresetMode {
     #[default]
     NextStep,
     /// The step that ends the episode also resets the environment: observation and info are the
-    /// next episode's first, [`Batch::next_observation`](crate::Batch::next_observation) and
-    /// [`Batch::final_info`](crate::Batch::final_info) have the last ones.
+    /// next episode's first, [`Batch::next_observation`](super::Batch::next_observation) and
+    /// [`Batch::final_info`](super::Batch::final_info) have the last ones.
     SameStep,
     /// Never: the caller resets with a [mask](VecReset::mask). A step before that is
     /// [`EnvError::EpisodeOver`](crate::EnvError::EpisodeOver).
     Disabled,
 }
 
-/// Settings of a [`VecEnv`](crate::VecEnv).
+/// Settings of a [`VecEnv`](super::VecEnv).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[must_use]
 pub struct VecConfig {
@@ -76,7 +76,7 @@ impl VecConfig {
     }
 }
 
-/// The reset of the environments of a [`VecEnv`](crate::VecEnv).
+/// The reset of the environments of a [`VecEnv`](super::VecEnv).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VecReset<'a, O> {
     /// The seeds of the environments.
@@ -102,7 +102,7 @@ impl<O> VecReset<'_, O> {
     }
 }
 
-/// The seeds of the environments of a [`VecEnv`](crate::VecEnv).
+/// The seeds of the environments of a [`VecEnv`](super::VecEnv).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Seeds<'a> {
     /// No seeds: the random numbers continue, as in [`Env::reset_with`](crate::Env::reset_with).
@@ -130,7 +130,7 @@ impl Seeds<'_> {
     }
 }
 
-/// The options with which the environments of a [`VecEnv`](crate::VecEnv) are reset.
+/// The options with which the environments of a [`VecEnv`](super::VecEnv) are reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VecOptions<'a, O> {
     /// The default options.
@@ -175,7 +175,7 @@ impl<O> VecReset<'_, O> {
     }
 }
 
-/// An episode of an environment of a [`VecEnv`](crate::VecEnv).
+/// An episode of an environment of a [`VecEnv`](super::VecEnv).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct EpisodeId {
@@ -186,7 +186,7 @@ pub struct EpisodeId {
 }
 
 /// The start of an episode, chosen by the function that
-/// [`VecEnv::set_autoreset_start`](crate::VecEnv::set_autoreset_start) takes.
+/// [`VecEnv::set_autoreset_start`](super::VecEnv::set_autoreset_start) takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EpisodeStart<O> {
     /// The seed of the reset; `None` continues the random numbers.

@@ -8,8 +8,8 @@ use crate::gym::env::observation::GoalObservation;
 /// A batch as the rows that [`HerBuffer::record`](her_relabel::HerBuffer::record) takes.
 ///
 /// Recording every batch, that of the first reset included, stores every step, in each
-/// [`AutoresetMode`](crate::AutoresetMode), from [`step`](crate::VecEnv::step) as well as from
-/// [`recv`](crate::VecEnv::recv).
+/// [`AutoresetMode`](super::AutoresetMode), from [`step`](super::VecEnv::step) as well as from
+/// [`recv`](super::VecEnv::recv).
 ///
 /// ```
 /// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};

@@ -153,7 +153,7 @@ impl<T> Stateless for Clip<T> {}
 ///
 /// A step returns the last observation and info, and the sum of the rewards. The sum depends on more
 /// than the last goals, so that it is no [`GoalEnv`](crate::GoalEnv). A
-/// [`TimeLimit`](crate::TimeLimit) outside counts actions, one inside counts repetitions. A step
+/// [`TimeLimit`](super::TimeLimit) outside counts actions, one inside counts repetitions. A step
 /// allocates nothing.
 ///
 /// ```

@@ -15,7 +15,7 @@ use crate::gym::{error::EnvError, spaces::Space};
 ///
 /// The function must be pure: equal observations give equal results. It is no
 /// [`GoalEnv`](crate::GoalEnv), because the function could change the goals; wrappers of the
-/// [vector](crate::VectorObservation) beside the goals keep them. A step allocates what the function
+/// [vector](super::VectorObservation) beside the goals keep them. A step allocates what the function
 /// does.
 ///
 /// ```
