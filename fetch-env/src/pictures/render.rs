@@ -8,7 +8,8 @@ use crate::gym::{env::Env, error::EnvError, wrappers::time_limit::TimeLimit};
 /// An environment that can be rendered.
 ///
 /// Rendering changes nothing: later steps give the same results, to the last bit. Without OpenGL
-/// [`renderer`](Self::renderer) returns an error that says what to install.
+/// [`renderer`](Self::renderer) returns an error that says what to install. All methods return a
+/// [`RenderError`] as [`EnvError::Other`], where [`EnvError::downcast_ref`] finds it.
 ///
 /// ```
 /// use fetch_env::{Env, RenderEnv, RenderOptions, make};

@@ -132,15 +132,11 @@ fn a_second_signal_ends_a_run_at_once_and_one_alone_other_commands() -> Result {
             .args(collect.get_args())
             .arg(folder.path().join("episodes.npz"))
             .spawn()?;
-        // One that comes before env has run is lost.
-        let status = loop {
-            send(signal, &run)?;
-            if let Some(status) = run.try_wait()? {
-                break status;
-            }
-            thread::sleep(Duration::from_millis(10));
-        };
-        assert_eq!(status.signal(), Some(number));
+        // Until env has become the command, SIGINT may be ignored.
+        let program = format!("/proc/{}/exe", run.id());
+        wait_for(&mut run, || fs::read_link(&program).is_ok_and(|path| path.ends_with("lab")))?;
+        send(signal, &run)?;
+        assert_eq!(run.wait()?.signal(), Some(number));
     }
     Ok(())
 }

@@ -32,7 +32,8 @@ pub struct Stage {
     pub steps: &'static [Step],
 }
 
-/// All tests that need no more than the README's first command: what `test` runs, and `ci` first.
+/// All tests that need no more than the README's first command, with the default features: what
+/// `test` runs, and `ci` first.
 pub const TESTS: Stage =
     Stage { mujoco: None, needs: &[Mujoco], steps: &[step("tests", "test --workspace", &[])] };
 
