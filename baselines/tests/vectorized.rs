@@ -8,8 +8,8 @@ use baselines::{
 };
 use fetch_env::wrappers::{KeepsGoals, Resetting, Stateless, Wrapped, Wrapper};
 use fetch_env::{
-    ActionElement, Env, EnvError, FetchObservation, GoalObservation, KinematicEnv, Reset, Space,
-    Step, VecEnv, make_kinematic,
+    ActionElement, Env, EnvError, EnvExt, FetchObservation, GoalObservation, KinematicEnv, Reset,
+    Space, Step, VecEnv, make_kinematic,
     vec_env::{AutoresetMode, Batch, BatchOf, VecConfig},
 };
 use her_relabel::{AddError, HerBuffer};
@@ -188,7 +188,7 @@ impl Failing {
     }
 
     fn make(self) -> Result<Wrapped<KinematicEnv, Self>> {
-        Ok(Wrapped::from_parts(make_kinematic("FetchReach-v4")?, self))
+        Ok(make_kinematic("FetchReach-v4")?.wrap(self)?)
     }
 
     /// Evaluates seven episodes from seed 20, one at a time and three at a time, and returns the episode

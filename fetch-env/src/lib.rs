@@ -104,24 +104,21 @@ pub use gym::{
         MultiDiscreteSpace, Space,
     },
     vec_env::{self, VecEnv},
-    wrappers::{
-        self,
-        time_limit::{TimeLimit, TimeLimitSnapshot},
-    },
+    wrappers::{self, EnvExt, TimeLimit},
 };
 #[cfg(feature = "clip")]
 pub use pictures::clip;
 #[cfg(all(feature = "clip", feature = "render"))]
 pub use pictures::clip::{
-    record_video::{RecordVideo, Video},
+    record_video::RecordVideo,
     video_options::{VideoError, VideoFormat, VideoOptions},
 };
 #[cfg(feature = "render")]
 pub use pictures::{
     frames::{ChannelOrder, PixelOptions, Pixels},
     pixel_rows::PixelRows,
-    pixels::{AddRender, AddRenderObservation, PixelObservation},
-    pixels_only::{OnlyPixels, PixelsOnly},
+    pixels::{AddRenderObservation, PixelObservation},
+    pixels_only::PixelsOnly,
     render::RenderEnv,
 };
 

@@ -4,9 +4,9 @@
 use std::{error::Error, num::NonZeroU32};
 
 use fetch_env::{
-    BoxSpace, DistanceReward, Env, FetchConfig, FetchEnv, GoalEnv, GoalEnvExt, GoalObservation,
-    GoalPairs, GoalReward, KinematicSimulator, NpRandom, RewardKind, SimConfig, Simulator, Task,
-    TimeLimit, rand_core::Rng,
+    BoxSpace, DistanceReward, Env, EnvExt, FetchConfig, FetchEnv, GoalEnv, GoalEnvExt,
+    GoalObservation, GoalPairs, GoalReward, KinematicSimulator, NpRandom, RewardKind, SimConfig,
+    Simulator, Task, TimeLimit, rand_core::Rng,
 };
 
 #[test]
@@ -16,7 +16,7 @@ fn an_environment_is_made_stepped_and_relabeled() -> Result<(), Box<dyn Error>> 
     let simulator = KinematicSimulator::new(&sim);
     assert_eq!(simulator.task(), Task::Push);
     let limit = NonZeroU32::new(10).ok_or("not zero")?;
-    let mut env = TimeLimit::new(FetchEnv::new(config, simulator)?, limit);
+    let mut env = FetchEnv::new(config, simulator)?.wrap(TimeLimit::new(limit))?;
     let mut random = NpRandom::new(3);
     env.reset(Some(random.next_u64()))?;
     let reward: DistanceReward = *env.goal_reward();

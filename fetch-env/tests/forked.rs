@@ -4,7 +4,7 @@
 mod in_child;
 
 use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError, VecReset};
-use fetch_env::{Env, KinematicEnv, make_kinematic};
+use fetch_env::{Env, EnvExt, KinematicEnv, make_kinematic};
 use in_child::in_child;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -83,7 +83,7 @@ fn a_single_environment_goes_on_in_both() -> Result {
 fn pictures_are_an_error_in_the_child_and_no_lock_is_waited_for() -> Result {
     use fetch_env::{AddRenderObservation, EnvError, PixelOptions, RenderError, make};
 
-    let new = || AddRenderObservation::new(make("FetchReach-v4")?, PixelOptions::default());
+    let new = || make("FetchReach-v4")?.wrap(AddRenderObservation::new(PixelOptions::default()));
     let mut env = match new() {
         Err(error) if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. })) => {
             return Ok(());
@@ -105,7 +105,7 @@ fn pictures_are_an_error_in_the_child_and_no_lock_is_waited_for() -> Result {
             assert_eq!(env.reset(Some(0)), Err(forked.clone()));
             let plain = env.into_inner();
             assert_eq!(
-                AddRenderObservation::new(plain, PixelOptions::default()).err(),
+                plain.wrap(AddRenderObservation::new(PixelOptions::default())).err(),
                 Some(forked)
             );
             Ok(())

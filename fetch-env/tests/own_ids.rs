@@ -1,8 +1,9 @@
 //! Registries: environments that users add, and their names.
 
 use fetch_env::{
-    Env, EnvError, EnvId, GoalEnv, KinematicEnv, Registry, RegistryError, make_kinematic,
-    wrappers::RecordEpisodeStatistics,
+    Env, EnvError, EnvExt, EnvId, GoalEnv, KinematicEnv, Registry, RegistryError, TimeLimit,
+    make_kinematic,
+    wrappers::{EpisodeInfo, RecordEpisodeStatistics},
 };
 use proptest::prelude::*;
 
@@ -87,25 +88,25 @@ fn a_changed_registry_takes_environments_of_other_types() -> Result {
     type AnyEnv = Box<
         dyn GoalEnv<
                 Observation = <KinematicEnv as Env>::Observation,
-                Info = <RecordEpisodeStatistics<KinematicEnv> as Env>::Info,
+                Info = EpisodeInfo<<KinematicEnv as Env>::Info>,
                 ActionSpace = <KinematicEnv as Env>::ActionSpace,
                 ResetOptions = <KinematicEnv as Env>::ResetOptions,
                 GoalReward = <KinematicEnv as GoalEnv>::GoalReward,
             >,
     >;
-    let wrapped = Registry::kinematic().map(|env| Ok(RecordEpisodeStatistics::new(env)));
+    let wrapped = Registry::kinematic().map(|env| env.wrap(RecordEpisodeStatistics::new()));
     let before = wrapped.ids().count();
     let mut registry = wrapped.map(|env| Ok(Box::new(env) as AnyEnv));
     registry.register("Short-v0", || {
         let limit = std::num::NonZeroU32::MIN;
-        let env = fetch_env::TimeLimit::new(make_kinematic("FetchPush-v4")?.into_inner(), limit);
-        Ok(Box::new(RecordEpisodeStatistics::new(env)))
+        let env = make_kinematic("FetchPush-v4")?.into_inner().wrap(TimeLimit::new(limit))?;
+        Ok(Box::new(env.wrap(RecordEpisodeStatistics::new())?))
     })?;
     assert_eq!(registry.ids().count(), before + 1);
     let mut env = registry.make("Short")?;
     env.reset(Some(0))?;
     let episode = env.step(&[0.0; 4])?.info.episode.ok_or("it is over")?;
-    assert_eq!((episode.total_reward, episode.length), (-1.0, 1));
+    assert_eq!((episode.episode_return, episode.episode_length), (-1.0, 1));
 
     let failing = Registry::kinematic().map(|_| Err::<KinematicEnv, _>(EnvError::other("broken")));
     assert_eq!(

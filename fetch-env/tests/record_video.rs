@@ -4,8 +4,9 @@
 use std::{fs, io::Cursor, num::NonZeroU32, path::Path};
 
 use fetch_env::vec_env::{VecConfig, VecEnv};
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    Env, EnvError, GoalEnvExt, MujocoEnv, PixelOptions, PixelsOnly, RecordVideo, RenderEnv,
+    Env, EnvError, EnvExt, GoalEnvExt, MujocoEnv, PixelOptions, PixelsOnly, RecordVideo, RenderEnv,
     RenderError, RenderOptions, SnapshotEnv, TimeLimit, VideoError, VideoFormat, VideoOptions,
     check, make,
 };
@@ -23,8 +24,8 @@ fn options(folder: &Path) -> VideoOptions {
 }
 
 /// Returns `None` without OpenGL, unless the environment variable `MUJOCO_GL` demands it.
-fn recorded(options: VideoOptions) -> Result<Option<RecordVideo<MujocoEnv>>> {
-    match RecordVideo::new(make("FetchReach-v4")?, options) {
+fn recorded(options: VideoOptions) -> Result<Option<Wrapped<MujocoEnv, RecordVideo>>> {
+    match make("FetchReach-v4")?.wrap(RecordVideo::new(options)) {
         Err(error)
             if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))
                 && std::env::var_os("MUJOCO_GL").is_none() =>
@@ -124,7 +125,8 @@ fn episodes_that_do_not_end_are_written_at_a_reset_by_request_or_when_full() -> 
     let full = settings().with_name_prefix("full").with_max_frames(NonZeroU32::new(7));
     // The limit is outside, so the recording learns of the end at the next reset only.
     let inner = make("FetchReach-v4")?.into_inner();
-    let mut env = TimeLimit::new(RecordVideo::new(inner, full)?, 9.try_into().expect("not 0"));
+    let mut env =
+        inner.wrap(RecordVideo::new(full))?.wrap(TimeLimit::new(9.try_into().expect("not 0")))?;
     episode(&mut env)?;
     assert_eq!(num_frames(&folder.path().join("full-episode-0.png"))?, 7);
     Ok(())
@@ -164,7 +166,7 @@ fn a_recorded_environment_keeps_the_laws() -> Result {
     if recorded(options())?.is_none() {
         return Ok(());
     }
-    let make = || RecordVideo::new(make("FetchPush-v4")?, options());
+    let make = || make("FetchPush-v4")?.wrap(RecordVideo::new(options()));
     let check = check::CheckOptions::default();
     let report = check::check_goal_env(make, &check).and(check::check_snapshots(make, &check));
     assert!(report.passed(), "{report}");
@@ -180,9 +182,9 @@ fn many_environments_record_and_show_pictures_at_the_same_time() -> Result {
         return Ok(());
     }
     let env = |index: usize| -> Result<_> {
-        let pixels = PixelsOnly::new(make("FetchSlide-v4")?, PixelOptions::default())?;
+        let pixels = make("FetchSlide-v4")?.wrap(PixelsOnly::new(PixelOptions::default()))?;
         let options = options(folder.path()).with_name_prefix(format!("env-{index}"));
-        Ok(RecordVideo::new(pixels, options)?)
+        Ok(pixels.wrap(RecordVideo::new(options))?)
     };
     let envs = (0..3).map(env).collect::<Result<Vec<_>>>()?;
     let mut envs = VecEnv::new(envs, VecConfig::default().with_num_threads(2))?;

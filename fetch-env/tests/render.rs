@@ -8,9 +8,9 @@ use allocation_counter::measure;
 use fetch_env::spaces::SpaceError;
 use fetch_env::{
     AddRenderObservation, BatchObservation, BoxSpace, ChannelOrder, DictSpace, Env, EnvError,
-    EnvId, FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info, MujocoEnv,
-    PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, Reset,
-    SimConfig, SnapshotEnv, Space, Step, check, make,
+    EnvExt, EnvId, FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info,
+    MujocoEnv, PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer,
+    Reset, SimConfig, SnapshotEnv, Space, Step, check, make,
 };
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -101,11 +101,12 @@ fn a_renderer_is_for_one_model() -> Result {
 fn pixels_are_what_render_shows_in_the_order_asked_for() -> Result {
     let mut plain = make("FetchPickAndPlace-v4")?;
     let Some(mut renderer) = renderer(&plain)? else { return Ok(()) };
-    let with = |order| AddRenderObservation::new(make("FetchPickAndPlace-v4")?, options(2, order));
+    let with =
+        |order| make("FetchPickAndPlace-v4")?.wrap(AddRenderObservation::new(options(2, order)));
     let mut last = with(ChannelOrder::Hwc)?;
     let mut first = with(ChannelOrder::Chw)?;
-    assert_eq!(last.image_space().shape(), [30, 40, 6]);
-    assert_eq!(first.image_space().shape(), [6, 30, 40]);
+    assert_eq!(options(2, ChannelOrder::Hwc).image_space()?.shape(), [30, 40, 6]);
+    assert_eq!(options(2, ChannelOrder::Chw).image_space()?.shape(), [6, 30, 40]);
     let start = plain.reset(Some(3))?.observation;
     let mut pictures = [0; 2].map(|_| plain.render(&mut renderer).expect("a picture").to_vec());
     let mut observations: [PixelObservation<_>; 2] =
@@ -144,14 +145,15 @@ fn an_environment_with_pixels_keeps_the_laws() -> Result {
     if renderer(&make("FetchPush-v4")?)?.is_none() {
         return Ok(());
     }
-    let make = || AddRenderObservation::new(make("FetchPush-v4")?, options(1, ChannelOrder::Chw));
+    let make =
+        || make("FetchPush-v4")?.wrap(AddRenderObservation::new(options(1, ChannelOrder::Chw)));
     let report = check::check_goal_env(make, &check::CheckOptions::default());
     assert!(report.passed(), "{report}");
     let mut env = make()?;
     let observation = env.reset(Some(0))?.observation;
     assert!(env.observation_space().contains(&observation.to_value(env.observation_space())?));
     let Space::Dict(space) = env.observation_space() else { panic!("a dictionary") };
-    assert_eq!(space.get("pixels"), Some(&Space::Image(env.image_space())));
+    assert_eq!(space.get("pixels"), Some(&options(1, ChannelOrder::Chw).image_space()?.into()));
     let achieved = observation.achieved_goal();
     assert_eq!(env.compute_reward(achieved, achieved)?, 0.0);
     Ok(())
@@ -207,7 +209,7 @@ impl RenderEnv for Taken {
 fn a_second_key_named_pixels_is_an_error() -> Result {
     let observation_space = DictSpace::new([("pixels", BoxSpace::<f64>::unbounded(1)?.into())])?;
     let env = Taken { env: make("FetchReach-v4")?, observation_space: observation_space.into() };
-    let error = AddRenderObservation::new(env, PixelOptions::default()).err();
+    let error = env.wrap(AddRenderObservation::new(PixelOptions::default())).err();
     let expected = SpaceError::DuplicateKey { key: "pixels".into() };
     assert_eq!(error, Some(EnvError::Space(expected)));
     Ok(())
@@ -215,7 +217,7 @@ fn a_second_key_named_pixels_is_an_error() -> Result {
 
 #[test]
 fn observing_pixels_allocates_nothing_once_observations_are_dropped() -> Result {
-    let made = AddRenderObservation::new(make("FetchPush-v4")?, options(3, ChannelOrder::Chw));
+    let made = make("FetchPush-v4")?.wrap(AddRenderObservation::new(options(3, ChannelOrder::Chw)));
     let Some(mut env) = unless_blind(made)? else { return Ok(()) };
     let mut kept = vec![env.reset(Some(0))?.observation];
     let copy = kept[0].pixels.to_vec();

@@ -4,8 +4,9 @@
 use std::num::NonZeroU8;
 
 use fetch_env::vec_env::{AutoresetMode, VecConfig, VecEnv};
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    AddRenderObservation, ChannelOrder, Env, EnvError, FetchEnv, MujocoEnv, MujocoSimulator,
+    AddRenderObservation, ChannelOrder, Env, EnvError, EnvExt, FetchEnv, MujocoSimulator,
     PixelOptions, PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv, TimeLimit, check,
     make,
 };
@@ -38,15 +39,15 @@ fn options(frame_stack: u8) -> PixelOptions {
 const LIMIT: u32 = 3;
 const NUM_ENVS: usize = 5;
 
-type Short = TimeLimit<FetchEnv<MujocoSimulator>>;
+type Short = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 
 fn short() -> std::result::Result<Short, EnvError> {
     let limit = LIMIT.try_into().expect("not 0");
-    Ok(TimeLimit::new(make("FetchPush-v4")?.into_inner(), limit))
+    make("FetchPush-v4")?.into_inner().wrap(TimeLimit::new(limit))
 }
 
-fn with_pixels(stack: u8) -> std::result::Result<AddRenderObservation<Short>, EnvError> {
-    AddRenderObservation::new(short()?, options(stack))
+fn with_pixels(stack: u8) -> std::result::Result<Wrapped<Short, AddRenderObservation>, EnvError> {
+    short()?.wrap(AddRenderObservation::new(options(stack)))
 }
 
 fn action(env_id: usize, step: usize) -> [f32; 4] {
@@ -71,7 +72,7 @@ fn single(
     let mut rows = vec![[first.clone(), first]];
     let mut is_over = false;
     for step in 0..num_rows {
-        let reset = |env: &mut AddRenderObservation<Short>| -> Result<Vec<u8>> {
+        let reset = |env: &mut Wrapped<Short, AddRenderObservation>| -> Result<Vec<u8>> {
             Ok(env.reset(None)?.observation.pixels.to_vec())
         };
         if is_over && mode != AutoresetMode::SameStep {
@@ -111,7 +112,7 @@ fn many_environments_show_what_single_ones_do() -> Result {
                     (0..NUM_ENVS).map(|_| with_pixels(stack)).collect();
                 let mut envs = VecEnv::new(made?, config)?;
                 let made: std::result::Result<Vec<_>, _> =
-                    (0..NUM_ENVS).map(|_| PixelsOnly::new(short()?, options(stack))).collect();
+                    (0..NUM_ENVS).map(|_| short()?.wrap(PixelsOnly::new(options(stack)))).collect();
                 let mut alone = VecEnv::new(made?, config)?;
                 let mut is_over = false;
                 for step in 0..=NUM_STEPS {
@@ -152,10 +153,10 @@ fn pictures_alone_keep_the_laws_and_so_do_snapshots() -> Result {
     for stack in [1, 3] {
         // Large enough to show that goals differ.
         let large = || options(stack).with_render(PixelOptions::default().render().clone());
-        let alone = || PixelsOnly::new(make("FetchPush-v4")?, large());
+        let alone = || make("FetchPush-v4")?.wrap(PixelsOnly::new(large()));
         let report = check::check_env(alone, &check).and(check::check_snapshots(alone, &check));
         assert!(report.passed(), "{report}");
-        let added = || AddRenderObservation::new(make("FetchReach-v4")?, options(stack));
+        let added = || make("FetchReach-v4")?.wrap(AddRenderObservation::new(options(stack)));
         let report = check::check_snapshots(added, &check);
         assert!(report.passed(), "{report}");
     }
@@ -170,8 +171,8 @@ fn an_environment_with_pixels_moves_between_threads() -> Result {
     if !can_see()? {
         return Ok(());
     }
-    let mut stays = PixelsOnly::new(make("FetchSlide-v4")?, options(1))?;
-    let mut moves = PixelsOnly::new(make("FetchSlide-v4")?, options(1))?;
+    let mut stays = make("FetchSlide-v4")?.wrap(PixelsOnly::new(options(1)))?;
+    let mut moves = make("FetchSlide-v4")?.wrap(PixelsOnly::new(options(1)))?;
     assert_eq!(stays.reset(Some(5))?, moves.reset(Some(5))?);
     for step in 0..4 {
         let taken = stays.step(&action(0, step))?;
@@ -198,7 +199,7 @@ fn a_camera_that_the_model_lacks_is_an_error_at_once() -> Result {
     }
     let camera = fetch_env::Camera::Named("none".into());
     let options = options(1).with_render(RenderOptions::default().with_camera(camera));
-    let error = PixelsOnly::<MujocoEnv>::new(make("FetchReach-v4")?, options).unwrap_err();
+    let error = make("FetchReach-v4")?.wrap(PixelsOnly::new(options)).unwrap_err();
     assert!(matches!(error.downcast_ref(), Some(RenderError::UnknownCamera { .. })), "{error}");
     Ok(())
 }

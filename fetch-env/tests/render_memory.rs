@@ -5,7 +5,7 @@
 use std::{fs, num::NonZeroU8};
 
 use fetch_env::vec_env::{VecConfig, VecEnv};
-use fetch_env::{PixelOptions, PixelsOnly, RenderError, RenderOptions, make};
+use fetch_env::{EnvExt, PixelOptions, PixelsOnly, RenderError, RenderOptions, make};
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -24,8 +24,9 @@ fn many_pictures_leave_no_memory_behind() -> Result {
     let options = PixelOptions::default()
         .with_render(render)
         .with_frame_stack(NonZeroU8::new(2).ok_or("not zero")?);
-    let made: std::result::Result<Vec<_>, _> =
-        (0..NUM_ENVS).map(|_| PixelsOnly::new(make("FetchPush-v4")?, options.clone())).collect();
+    let made: std::result::Result<Vec<_>, _> = (0..NUM_ENVS)
+        .map(|_| make("FetchPush-v4")?.wrap(PixelsOnly::new(options.clone())))
+        .collect();
     let made = match made {
         Err(error)
             if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))

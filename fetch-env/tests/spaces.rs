@@ -1,7 +1,7 @@
 //! Laws of spaces.
 
 use fetch_env::{
-    BoxSpace, DictSpace, MultiBinarySpace, Space, make_kinematic,
+    BoxSpace, DictSpace, EnvExt, MultiBinarySpace, Space, make_kinematic,
     spaces::{ImageSpace, SpaceError, Value},
     wrappers::FrameStack,
 };
@@ -206,7 +206,7 @@ fn a_space_of_too_many_elements_is_refused() -> Result {
     let refusal = BoxSpace::<f32>::unbounded(largest + 1);
     assert!(matches!(refusal, Err(SpaceError::TooLarge { .. })), "{refusal:?}");
     let many = std::num::NonZeroUsize::MAX;
-    assert!(FrameStack::new(make_kinematic("FetchReach-v4")?, many).is_err());
+    assert!(make_kinematic("FetchReach-v4")?.wrap(FrameStack::new(many)).is_err());
     assert_eq!(MultiBinarySpace::new(vec![largest])?.len(), largest);
     assert_eq!(ImageSpace::new([1 << 14, 1 << 14, 1])?.len(), largest);
     assert!(MultiBinarySpace::new(vec![1 << 40, 0])?.is_empty());

@@ -3,9 +3,10 @@
 use std::num::NonZeroU32;
 
 use fetch_env::vec_env::GoalRows;
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    BatchObservation, BoxSpace, Env, EnvError, FetchEnv, GoalEnv, GoalEnvExt, GoalObservation,
-    Info, Reset, SnapshotEnv, Space, Step, TimeLimit,
+    BatchObservation, BoxSpace, Env, EnvError, EnvExt, FetchEnv, GoalEnv, GoalEnvExt,
+    GoalObservation, Info, Reset, SnapshotEnv, Space, Step, TimeLimit,
 };
 use fetch_sim::KinematicSimulator;
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
@@ -133,7 +134,7 @@ proptest! {
         limit in 1..8_u32,
     ) {
         let max_episode_steps = NonZeroU32::new(limit).expect("at least 1");
-        let mut env = TimeLimit::new(Counter::new(end, cut), max_episode_steps);
+        let mut env = Counter::new(end, cut).wrap(TimeLimit::new(max_episode_steps))?;
         prop_assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
         for _ in 0..2 {
             env.reset(None)?;
@@ -152,12 +153,13 @@ proptest! {
 }
 
 #[test]
-fn the_goals_are_those_of_the_inner_environment() {
-    let env = TimeLimit::new(Counter::new(3, 9), NonZeroU32::MIN);
+fn the_goals_are_those_of_the_inner_environment() -> Result<(), EnvError> {
+    let env = Counter::new(3, 9).wrap(TimeLimit::new(NonZeroU32::MIN))?;
     assert!(env.compute_terminated(&[3.0], &[3.0]));
     assert!(!env.compute_terminated(&[2.0], &[3.0]));
     assert!(!env.compute_truncated(&[3.0], &[3.0]));
     assert_eq!(env.compute_reward(&[2.0], &[3.0]), Ok(-1.0));
+    Ok(())
 }
 
 #[test]
@@ -165,7 +167,7 @@ fn an_episode_is_not_restored_at_or_beyond_the_limit() -> Result<(), EnvError> {
     let limited = |steps: u32| -> Result<_, EnvError> {
         let env = fetch_env::make_kinematic("FetchReach-v4")?.into_inner();
         let limit = NonZeroU32::new(steps).expect("not zero");
-        let env = TimeLimit::new(env, limit);
+        let env = env.wrap(TimeLimit::new(limit))?;
         assert_eq!(env.max_episode_steps(), limit);
         Ok(env)
     };
@@ -185,8 +187,8 @@ fn an_episode_is_not_restored_at_or_beyond_the_limit() -> Result<(), EnvError> {
 #[test]
 fn environments_can_be_handed_to_other_threads() {
     fn is_send<T: Send>() {}
-    is_send::<TimeLimit<FetchEnv<KinematicSimulator>>>();
-    is_send::<<TimeLimit<FetchEnv<KinematicSimulator>> as SnapshotEnv>::Snapshot>();
+    is_send::<Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>>();
+    is_send::<<Wrapped<FetchEnv<KinematicSimulator>, TimeLimit> as SnapshotEnv>::Snapshot>();
     is_send::<EnvError>();
     #[cfg(feature = "mujoco")]
     is_send::<fetch_env::MujocoEnv>();

@@ -5,8 +5,9 @@ use baselines::learn::{
     AlgorithmSettings, DdpgSettings, SacSettings, TrainError, TrainSettings, Trainer,
 };
 use fetch_env::{EnvError, FetchEnv, KinematicSimulator, Task, TimeLimit, make_kinematic};
+use fetch_env::wrappers::Wrapped;
 
-pub type TestEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
+pub type TestEnv = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 
 #[derive(Arbitrary, Clone, Copy, Debug)]
 pub enum Algorithm {

@@ -1,5 +1,6 @@
 //! The figure that plays an episode back, and what it is drawn from.
 
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     BoxSpace, EnvError, EnvId, FetchEnv, FetchObservation, GoalEnv, GoalInfo, GoalObservation,
     ModelSource, Step, Task, TimeLimit,
@@ -29,7 +30,7 @@ impl PlaybackEnv for FetchEnv<MujocoSimulator> {
     }
 }
 
-impl<E: PlaybackEnv> PlaybackEnv for TimeLimit<E> {
+impl<E: PlaybackEnv> PlaybackEnv for Wrapped<E, TimeLimit> {
     fn fetch_env(&self) -> &FetchEnv<MujocoSimulator> {
         self.inner().fetch_env()
     }

@@ -10,7 +10,9 @@ use fetch_env::wrappers::{
     KeepsGoals, Resetting, SharedArray, Stateless, TransformReward, VectorObservation, Wrapped,
     Wrapper,
 };
-use fetch_env::{ActionElement, Env, EnvError, Reset, Space, Step, VecEnv, vec_env::VecConfig};
+use fetch_env::{
+    ActionElement, Env, EnvError, EnvExt, GoalEnv, Reset, Space, Step, VecEnv, vec_env::VecConfig,
+};
 
 use crate::ranks::on_ranks;
 use crate::runs::{Kinematic, Result, ddpg, make, settings};
@@ -95,7 +97,7 @@ impl Stateless for Faulty {}
 type FaultyEnv = Wrapped<Kinematic, Faulty>;
 
 fn make_faulty(faults: Faults) -> std::result::Result<FaultyEnv, EnvError> {
-    Ok(Wrapped::from_parts(make()?, Faulty { faults, steps: 0, resets: 0 }))
+    make()?.wrap(Faulty { faults, steps: 0, resets: 0 })
 }
 
 fn trainer(faults: Faults) -> Result<Trainer<FaultyEnv>> {
@@ -105,7 +107,12 @@ fn trainer(faults: Faults) -> Result<Trainer<FaultyEnv>> {
 #[test]
 fn a_reward_that_is_not_finite_stops_the_run() -> Result {
     let mut trainer = Trainer::new(
-        || Ok(TransformReward::with_goals(make()?, |_| f64::NAN)),
+        || {
+            let env = make()?;
+            let transform =
+                TransformReward::with_goal_reward(env.goal_reward().clone(), |_| f64::NAN);
+            env.wrap(transform)
+        },
         settings(ddpg()),
         0,
         1,

@@ -6,11 +6,12 @@ use std::ops::ControlFlow;
 use baselines::learn::{
     AlgorithmSettings, CurveRow, DdpgSettings, SacSettings, Target, TrainSettings, Trainer,
 };
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvError, FetchEnv, Task, TimeLimit, make_kinematic};
 use fetch_sim::KinematicSimulator;
 
 pub(crate) type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
-pub(crate) type Kinematic = TimeLimit<FetchEnv<KinematicSimulator>>;
+pub(crate) type Kinematic = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 
 pub(crate) fn make() -> std::result::Result<Kinematic, EnvError> {
     Ok(make_kinematic("FetchReach-v4")?)

@@ -14,11 +14,12 @@ use std::{
 
 use arbitrary::Arbitrary;
 use faulty::{Fault, Faulty};
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvId, FetchEnv, FetchResetOptions, TimeLimit};
 use fetch_sim::SimError;
 use libfuzzer_sys::fuzz_target;
 
-type TestEnv = TimeLimit<FetchEnv<Faulty>>;
+type TestEnv = Wrapped<FetchEnv<Faulty>, TimeLimit>;
 
 /// The panic of an environment, whose drop panics as well.
 struct Planned;

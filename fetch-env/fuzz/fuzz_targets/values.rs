@@ -11,7 +11,7 @@ use std::{fmt::Debug, num::NonZeroUsize};
 use arbitrary::Arbitrary;
 use edit::Input;
 use fetch_env::{
-    BoxSpace, DictSpace, DiscreteSpace, Env, EnvError, EnvId, FetchConfig, FetchEnv,
+    BoxSpace, DictSpace, DiscreteSpace, Env, EnvError, EnvExt, EnvId, FetchConfig, FetchEnv,
     FetchObservation, FetchResetOptions, GoalObservation, KinematicEnv, KinematicSimulator,
     MultiBinarySpace, MultiDiscreteSpace, NpRandom, SnapshotEnv, Space, make_kinematic,
     spaces::ImageSpace,
@@ -166,9 +166,9 @@ fn check(kind: &Kind, place: &Place, input: &Input) {
         Kind::Snapshot => restores(&mut place.begun(place.env()), input, is_finite),
         Kind::WrappedSnapshot => {
             let two = NonZeroUsize::MIN.saturating_add(1);
-            let stacked = FrameStack::new(place.env(), two).expect("a vector");
-            let normalized = NormalizeObservation::new(stacked).expect("a vector");
-            let env = RecordEpisodeStatistics::new(normalized);
+            let stacked = place.env().wrap(FrameStack::new(two)).expect("a vector");
+            let normalized = stacked.wrap(NormalizeObservation::new()).expect("a vector");
+            let env = normalized.wrap(RecordEpisodeStatistics::new()).expect("any environment");
             restores(&mut place.begun(env), input, |observation| {
                 !observation.observation().iter().any(|number| number.is_nan())
             });
@@ -210,7 +210,7 @@ fn check(kind: &Kind, place: &Place, input: &Input) {
             let env = place.env();
             let len = FetchObservation::len_of(place.id().task);
             let Some(statistics) = input.apply(&RunningStatistics::new(len)) else { return };
-            let Ok(mut env) = NormalizeObservation::frozen(env, statistics) else { return };
+            let Ok(mut env) = env.wrap(NormalizeObservation::frozen(statistics)) else { return };
             env.set_frozen(place.steps % 2 == 0);
             env.reset(Some(0)).expect("a reset");
             runs(&mut env, |observation| {

@@ -13,7 +13,11 @@ use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{Env, Reset, SnapshotEnv, Step};
 use crate::gym::spaces::{DictSpace, Space, action_space::ActionSpace, box_space::BoxSpace};
-use crate::gym::{error::EnvError, np_random::NpRandom, wrappers::time_limit::TimeLimit};
+use crate::gym::{
+    error::EnvError,
+    np_random::NpRandom,
+    wrappers::{TimeLimit, Wrapped},
+};
 
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
@@ -82,9 +86,9 @@ impl<S: Simulator> FetchEnv<S> {
 
     /// Truncates every episode after [`max_episode_steps`](FetchConfig::max_episode_steps).
     #[must_use]
-    pub fn time_limited(self) -> TimeLimit<Self> {
-        let max_episode_steps = self.parts.max_episode_steps;
-        TimeLimit::new(self, max_episode_steps)
+    pub const fn time_limited(self) -> Wrapped<Self, TimeLimit> {
+        let limit = TimeLimit::new(self.parts.max_episode_steps);
+        Wrapped::attached(self, limit)
     }
 
     /// The settings of the environment.

@@ -4,10 +4,14 @@ use fetch_sim::KinematicSimulator;
 
 use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
 use crate::gym::vec_env::config::{VecConfig, check_num_envs};
-use crate::gym::{registry::Registry, vec_env::env::VecEnv, wrappers::time_limit::TimeLimit};
+use crate::gym::{
+    registry::Registry,
+    vec_env::env::VecEnv,
+    wrappers::{TimeLimit, Wrapped},
+};
 
 /// The environments that [`make_kinematic`] makes.
-pub type KinematicEnv = TimeLimit<FetchEnv<KinematicSimulator>>;
+pub type KinematicEnv = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 
 /// Makes an environment as `make` does on MuJoCo, but on the [stand-in](KinematicSimulator) for
 /// the physics, to test code that uses environments on machines without MuJoCo.

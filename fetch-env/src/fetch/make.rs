@@ -16,10 +16,10 @@ use crate::gym::vec_env::{
     env::VecEnv,
     pool::STACK_SIZE,
 };
-use crate::gym::wrappers::time_limit::TimeLimit;
+use crate::gym::wrappers::{TimeLimit, Wrapped};
 
 /// The environments that [`make`] makes.
-pub type MujocoEnv = TimeLimit<FetchEnv<MujocoSimulator>>;
+pub type MujocoEnv = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 
 /// Makes an environment on MuJoCo, as Gymnasium's `make` does.
 ///

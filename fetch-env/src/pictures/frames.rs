@@ -65,8 +65,8 @@ impl PixelOptions {
     /// Returns the space of the pictures.
     ///
     /// # Errors
-    /// [`SpaceError::TooLarge`].
-    pub(super) fn image_space(&self) -> Result<ImageSpace, SpaceError> {
+    /// [`SpaceError::TooLarge`] if they have more than 2^28 bytes.
+    pub fn image_space(&self) -> Result<ImageSpace, SpaceError> {
         let [width, height] = [self.render.width(), self.render.height()].map(|side| side as usize);
         let channels = 3 * usize::from(self.frame_stack.get());
         ImageSpace::new(match self.channel_order {
@@ -118,9 +118,9 @@ impl BatchObservation for Pixels {
 /// Draws an environment and stacks the last frames.
 #[derive(Debug)]
 pub(super) struct Pictures {
-    renderers: Arc<RendererPool>,
-    order: ChannelOrder,
-    image_space: ImageSpace,
+    options: PixelOptions,
+    /// `None` without an environment.
+    renderers: Option<Arc<RendererPool>>,
     /// The last frames, oldest first.
     frames: VecDeque<Box<[u8]>>,
     /// The pictures of the last observations, whose memory is reused once they are dropped.
@@ -128,27 +128,23 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// Prepares pictures of `env`.
-    ///
-    /// # Errors
-    /// As [`RenderEnv::renderer`].
-    pub(super) fn new<E: RenderEnv>(env: &E, options: PixelOptions) -> Result<Self, EnvError> {
-        let image_space = options.image_space()?;
-        let PixelOptions { render, frame_stack, channel_order } = options;
-        let count = usize::from(frame_stack.get());
-        let renderers = RendererPool::shared(env, render)?;
-        let frame = vec![0; image_space.len() / count].into_boxed_slice();
-        Ok(Self {
-            renderers,
-            order: channel_order,
-            image_space,
-            frames: vec![frame; count].into(),
-            recent: VecDeque::with_capacity(REMEMBERED),
-        })
+    pub(super) fn new(options: PixelOptions) -> Self {
+        let recent = VecDeque::with_capacity(REMEMBERED);
+        Self { options, renderers: None, frames: VecDeque::new(), recent }
     }
 
-    pub(super) const fn image_space(&self) -> ImageSpace {
-        self.image_space
+    /// Prepares pictures of `env`, and returns their space.
+    ///
+    /// # Errors
+    /// As [`RenderEnv::renderer`], and [`EnvError::Space`] if they have more than 2^28 bytes.
+    pub(super) fn attach<E: RenderEnv>(&mut self, env: &E) -> Result<ImageSpace, EnvError> {
+        let image_space = self.options.image_space()?;
+        let count = usize::from(self.options.frame_stack.get());
+        self.renderers = Some(RendererPool::shared(env, self.options.render.clone())?);
+        let frame = vec![0; image_space.len() / count].into_boxed_slice();
+        self.frames = vec![frame; count].into();
+        self.recent.clear();
+        Ok(image_space)
     }
 
     /// Draws the state after a reset into all frames, and stacks them.
@@ -158,13 +154,14 @@ impl Pictures {
 
     /// Draws the state after a step into the newest frame, and stacks all frames.
     pub(super) fn next<E: RenderEnv>(&mut self, env: &E) -> Result<Pixels, EnvError> {
-        self.frames.rotate_left(1);
-        self.observe(env, self.frames.len() - 1)
+        self.frames.rotate_left(1.min(self.frames.len()));
+        self.observe(env, self.frames.len().saturating_sub(1))
     }
 
     fn observe<E: RenderEnv>(&mut self, env: &E, first: usize) -> Result<Pixels, EnvError> {
+        let renderers = self.renderers.as_ref().ok_or(EnvError::ResetNeeded)?;
         let frames = &mut self.frames;
-        self.renderers.render(env, |rgb| {
+        renderers.render(env, |rgb| {
             for frame in frames.range_mut(first..) {
                 frame.copy_from_slice(rgb);
             }
@@ -172,10 +169,10 @@ impl Pictures {
         let free = self.recent.iter_mut().position(|pixels| Arc::get_mut(&mut pixels.0).is_some());
         let mut pixels = match free.and_then(|index| self.recent.remove(index)) {
             Some(pixels) => pixels,
-            None => Pixels(vec![0; self.image_space.len()].into()),
+            None => Pixels(vec![0; self.frames.iter().map(|frame| frame.len()).sum()].into()),
         };
         if let Some(bytes) = Arc::get_mut(&mut pixels.0) {
-            stack(&self.frames, self.order, bytes);
+            stack(&self.frames, self.options.channel_order, bytes);
         }
         if self.recent.len() == REMEMBERED {
             self.recent.pop_front();
@@ -186,7 +183,7 @@ impl Pictures {
 
     /// Returns the frames that later observations show again: all but the oldest one.
     pub(super) fn later_frames(&self) -> Vec<Vec<u8>> {
-        self.frames.range(1..).map(|frame| frame.to_vec()).collect()
+        self.frames.iter().skip(1).map(|frame| frame.to_vec()).collect()
     }
 
     /// Checks the [later frames](Self::later_frames) of a snapshot.
@@ -194,7 +191,7 @@ impl Pictures {
     /// # Errors
     /// [`EnvError::ForeignSnapshot`] if their number or size differs.
     pub(super) fn check_later_frames(&self, frames: &[Vec<u8>]) -> Result<(), EnvError> {
-        let ours = || self.frames.range(1..).map(|frame| frame.len());
+        let ours = || self.frames.iter().skip(1).map(|frame| frame.len());
         if frames.iter().map(Vec::len).eq(ours()) {
             return Ok(());
         }
@@ -206,7 +203,7 @@ impl Pictures {
 
     /// Sets the [later frames](Self::later_frames), which were checked.
     pub(super) fn set_later_frames(&mut self, frames: &[Vec<u8>]) {
-        for (ours, theirs) in self.frames.range_mut(1..).zip(frames) {
+        for (ours, theirs) in self.frames.iter_mut().skip(1).zip(frames) {
             ours.copy_from_slice(theirs);
         }
     }
@@ -216,7 +213,7 @@ impl Pictures {
 /// observations show again. Without stacked frames there are none to keep.
 macro_rules! snapshot_pictures {
     ($wrapper:ty) => {
-        impl crate::gym::wrappers::wrapped::SnapshotWrapper for $wrapper {
+        impl crate::gym::wrappers::wrapper::SnapshotWrapper for $wrapper {
             type State = Vec<Vec<u8>>;
 
             fn state(&self) -> Vec<Vec<u8>> {

@@ -7,11 +7,11 @@ use crate::gym::env::{ActionElement, Reset, Step};
 use crate::gym::spaces::{DictSpace, ImageSpace, Space};
 use crate::gym::wrappers::{
     macros::keep,
-    wrapped::{KeepsGoals, Resetting, Wrapped, Wrapper},
+    wrapper::{KeepsGoals, Resetting, Wrapper},
 };
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
-/// An environment that adds pictures of itself to its observations.
+/// Adds pictures of the environment to its observations.
 ///
 /// It is Gymnasium's wrapper of this name, with stacked frames; [`PixelsOnly`](crate::PixelsOnly)
 /// leaves the state out. Each observation owns its pictures, and reuses the memory of dropped
@@ -22,24 +22,23 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// are the same on any number of threads, to the last byte.
 ///
 /// ```
-/// use fetch_env::{AddRenderObservation, Env, PixelOptions, make};
+/// use fetch_env::{AddRenderObservation, Env, EnvExt, PixelOptions, make};
 ///
-/// let env = make("FetchPush-v4")?;
-/// if let Ok(mut env) = AddRenderObservation::new(env, PixelOptions::default()) {
+/// let options = PixelOptions::default();
+/// assert_eq!(options.image_space()?.shape(), [84, 84, 3]);
+/// let pixels = AddRenderObservation::new(options);
+/// if let Ok(mut env) = make("FetchPush-v4")?.wrap(pixels) {
 ///     let first = env.reset(Some(0))?.observation;
-///     assert_eq!(env.image_space().shape(), [84, 84, 3]);
 ///     assert_eq!(first.pixels.len(), 84 * 84 * 3);
 ///     assert!(first.state.object_position().is_some());
 /// }
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type AddRenderObservation<E> = Wrapped<E, AddRender>;
-
-/// The wrapper of an [`AddRenderObservation`].
 #[derive(Debug)]
-pub struct AddRender {
+pub struct AddRenderObservation {
     pictures: Pictures,
-    observation_space: Space,
+    /// `None` without an environment.
+    observation_space: Option<Space>,
 }
 
 /// Key of the pictures in the space.
@@ -57,23 +56,14 @@ pub struct PixelObservation<O> {
     pub state: O,
 }
 
-impl<E: RenderEnv> AddRenderObservation<E> {
-    /// Adds pictures to the observations of `env`.
+impl AddRenderObservation {
+    /// Adds pictures as `options` describe them.
     ///
-    /// # Errors
-    /// [`EnvError::Space`] if the observations of `env` already have the key `pixels`, or if the
-    /// pictures have more than 2^28 bytes;
+    /// [`wrap`](crate::EnvExt::wrap) returns [`EnvError::Space`] if the observations already have
+    /// the key `pixels`, or if the pictures have more than 2^28 bytes, and a
     /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
-    pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
-        let observation_space = with_pixels(env.observation_space(), options.image_space()?)?;
-        let pictures = Pictures::new(&env, options)?;
-        Ok(Self::from_parts(env, AddRender { pictures, observation_space }))
-    }
-
-    /// The space of the pictures.
-    #[must_use]
-    pub const fn image_space(&self) -> ImageSpace {
-        self.wrapper().pictures.image_space()
+    pub fn new(options: PixelOptions) -> Self {
+        Self { pictures: Pictures::new(options), observation_space: None }
     }
 }
 
@@ -88,9 +78,15 @@ fn with_pixels(state: &Space, image: ImageSpace) -> Result<Space, SpaceError> {
     Ok(DictSpace::new(spaces)?.into())
 }
 
-impl<E: RenderEnv> Wrapper<E> for AddRender {
+impl<E: RenderEnv> Wrapper<E> for AddRenderObservation {
     type Observation = PixelObservation<E::Observation>;
     keep!(Info, ActionSpace);
+
+    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
+        let image_space = self.pictures.attach(env)?;
+        self.observation_space = Some(with_pixels(env.observation_space(), image_space)?);
+        Ok(())
+    }
 
     fn reset(
         &mut self,
@@ -113,13 +109,13 @@ impl<E: RenderEnv> Wrapper<E> for AddRender {
         step.try_map_observation(|state| Ok(PixelObservation { pixels, state }))
     }
 
-    fn observation_space<'a>(&'a self, _env: &'a E) -> &'a Space {
-        &self.observation_space
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+        self.observation_space.as_ref().unwrap_or_else(|| env.observation_space())
     }
 }
 
-impl KeepsGoals for AddRender {}
-snapshot_pictures!(AddRender);
+impl KeepsGoals for AddRenderObservation {}
+snapshot_pictures!(AddRenderObservation);
 
 /// The vectors are those of the state; the pixels are a field.
 impl<O: GoalObservation> GoalObservation for PixelObservation<O> {

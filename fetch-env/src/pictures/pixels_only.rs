@@ -4,58 +4,56 @@ use super::frames::{Pictures, PixelOptions, Pixels, snapshot_pictures};
 use super::render::RenderEnv;
 use crate::gym::env::{ActionElement, Reset, Step};
 use crate::gym::error::EnvError;
-use crate::gym::spaces::{ImageSpace, Space};
+use crate::gym::spaces::Space;
 use crate::gym::wrappers::{
     macros::keep,
-    wrapped::{Resetting, Wrapped, Wrapper},
+    wrapper::{Resetting, Wrapper},
 };
 
-/// An environment whose observations are pictures of itself and nothing else.
+/// Observes pictures of the environment and nothing else.
 ///
 /// It is [`AddRenderObservation`](crate::AddRenderObservation) without the state, for policies that
 /// only see: a [`Batch`](crate::vec_env::Batch) of many has one row of bytes for each environment.
 ///
 /// ```
-/// use fetch_env::{PixelOptions, PixelsOnly, make, vec_env::{VecConfig, VecEnv}};
+/// use fetch_env::vec_env::{VecConfig, VecEnv};
+/// use fetch_env::{EnvExt, PixelOptions, PixelsOnly, make};
 ///
-/// let env = || PixelsOnly::new(make("FetchPickAndPlace-v4")?, PixelOptions::default());
+/// let pixels = || PixelsOnly::new(PixelOptions::default());
+/// let env = || make("FetchPickAndPlace-v4")?.wrap(pixels());
 /// if let Ok(envs) = (0..4).map(|_| env()).collect::<Result<Vec<_>, _>>() {
 ///     let mut envs = VecEnv::new(envs, VecConfig::default())?;
 ///     assert_eq!(envs.reset(Some(0))?.pixels().len(), 4 * 84 * 84 * 3);
 /// }
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type PixelsOnly<E> = Wrapped<E, OnlyPixels>;
-
-/// The wrapper of a [`PixelsOnly`] environment.
 #[derive(Debug)]
-pub struct OnlyPixels {
+pub struct PixelsOnly {
     pictures: Pictures,
-    observation_space: Space,
+    /// `None` without an environment.
+    observation_space: Option<Space>,
 }
 
-impl<E: RenderEnv> PixelsOnly<E> {
-    /// Replaces the observations of `env` by pictures.
+impl PixelsOnly {
+    /// Observes pictures as `options` describe them.
     ///
-    /// # Errors
-    /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options; [`EnvError::Space`] if the
-    /// pictures have more than 2^28 bytes.
-    pub fn new(env: E, options: PixelOptions) -> Result<Self, EnvError> {
-        let pictures = Pictures::new(&env, options)?;
-        let observation_space = pictures.image_space().into();
-        Ok(Self::from_parts(env, OnlyPixels { pictures, observation_space }))
-    }
-
-    /// The space of the pictures.
+    /// [`wrap`](crate::EnvExt::wrap) returns a [`RenderError`](fetch_sim::RenderError) without
+    /// OpenGL and for invalid options, and [`EnvError::Space`] if the pictures have more than 2^28
+    /// bytes.
     #[must_use]
-    pub const fn image_space(&self) -> ImageSpace {
-        self.wrapper().pictures.image_space()
+    pub fn new(options: PixelOptions) -> Self {
+        Self { pictures: Pictures::new(options), observation_space: None }
     }
 }
 
-impl<E: RenderEnv> Wrapper<E> for OnlyPixels {
+impl<E: RenderEnv> Wrapper<E> for PixelsOnly {
     type Observation = Pixels;
     keep!(Info, ActionSpace);
+
+    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
+        self.observation_space = Some(self.pictures.attach(env)?.into());
+        Ok(())
+    }
 
     fn reset(
         &mut self,
@@ -74,9 +72,9 @@ impl<E: RenderEnv> Wrapper<E> for OnlyPixels {
         env.step(action)?.try_map_observation(|_| self.pictures.next(env))
     }
 
-    fn observation_space<'a>(&'a self, _env: &'a E) -> &'a Space {
-        &self.observation_space
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+        self.observation_space.as_ref().unwrap_or_else(|| env.observation_space())
     }
 }
 
-snapshot_pictures!(OnlyPixels);
+snapshot_pictures!(PixelsOnly);

@@ -2,8 +2,8 @@
 
 use fetch_sim::{RenderError, RenderOptions, Renderer, Segment, SimConfig};
 
-use crate::gym::wrappers::wrapped::{Wrapped, Wrapper};
-use crate::gym::{env::Env, error::EnvError, wrappers::time_limit::TimeLimit};
+use crate::gym::wrappers::{wrapped::Wrapped, wrapper::Wrapper};
+use crate::gym::{env::Env, error::EnvError};
 
 /// An environment that can be rendered.
 ///
@@ -73,7 +73,7 @@ pub trait RenderEnv: Env {
     }
 }
 
-/// Implements [`RenderEnv`] for pointers to environments and for wrappers that show them as they are.
+/// Implements [`RenderEnv`] for pointers to environments.
 macro_rules! forward_render {
     ($($type:ty: [$($bound:tt)*] |$outer:ident| $inner:expr;)*) => {$(
         impl<E: $crate::pictures::render::RenderEnv $($bound)*> $crate::pictures::render::RenderEnv for $type {
@@ -96,7 +96,6 @@ macro_rules! forward_render {
 forward_render! {
     Box<E>: [+ ?Sized] |env| (**env);
     &mut E: [+ ?Sized] |env| (**env);
-    TimeLimit<E>: [] |env| env.inner();
 }
 
 impl<E: RenderEnv, W: Wrapper<E>> RenderEnv for Wrapped<E, W> {

@@ -1,8 +1,8 @@
 //! An environment whose actions and observations are choices.
 
 use fetch_env::{
-    ActionSpace, DiscreteSpace, Env, EnvError, MultiBinarySpace, NpRandom, Reset, Space, Step,
-    TimeLimit, VecEnv,
+    ActionSpace, DiscreteSpace, Env, EnvError, EnvExt, MultiBinarySpace, NpRandom, Reset, Space,
+    Step, TimeLimit, VecEnv,
     check::{CheckOptions, check_env},
     vec_env::VecConfig,
     wrappers::RecordEpisodeStatistics,
@@ -79,7 +79,9 @@ fn an_environment_of_choices_keeps_every_law_and_fills_rows() -> Result {
 
     let limit = std::num::NonZeroU32::new(9);
     let limited = || {
-        Ok(RecordEpisodeStatistics::new(TimeLimit::new(Switches::new()?, limit.expect("not zero"))))
+        Switches::new()?
+            .wrap(TimeLimit::new(limit.expect("not zero")))?
+            .wrap(RecordEpisodeStatistics::new())
     };
     let report = check_env(limited, &CheckOptions::default().with_max_episode_steps(limit));
     assert!(report.passed(), "{report}");

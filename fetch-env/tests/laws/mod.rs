@@ -8,6 +8,7 @@ pub(crate) mod reward;
 pub(crate) mod snapshot;
 pub(crate) mod tree;
 
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     Env, EnvError, EnvId, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info, Step,
     TimeLimit,
@@ -66,7 +67,7 @@ impl Backend for Mujoco {
 }
 
 pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
-pub(crate) type TestEnv<B> = TimeLimit<FetchEnv<<B as Backend>::Sim>>;
+pub(crate) type TestEnv<B> = Wrapped<FetchEnv<<B as Backend>::Sim>, TimeLimit>;
 pub(crate) type FetchStep = Step<FetchObservation, Info>;
 
 /// Makes an environment with the reference's settings.

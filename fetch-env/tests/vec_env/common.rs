@@ -1,5 +1,6 @@
 //! Single environments that follow Gymnasium's autoreset rules, as the reference for batches.
 
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     BoxSpace, Env, EnvError, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info,
     TimeLimit,
@@ -12,7 +13,7 @@ pub(crate) const MODES: [AutoresetMode; 3] =
     [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled];
 
 pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
-pub(crate) type TestEnv<S> = TimeLimit<FetchEnv<S>>;
+pub(crate) type TestEnv<S> = Wrapped<FetchEnv<S>, TimeLimit>;
 
 /// Environments whose episodes alternate in length, so that their ends do not coincide.
 pub(crate) fn envs<S: Simulator>(

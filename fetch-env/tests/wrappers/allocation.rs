@@ -2,15 +2,15 @@
 
 use allocation_counter::measure;
 use fetch_env::{
-    ActionElement, BoxSpace, Env, EnvError, FetchObservation,
+    ActionElement, BoxSpace, Env, EnvError, EnvExt, FetchObservation,
     wrappers::{
         ActionRepeat, ClipAction, FilterObservation, FlattenObservation, FrameStack,
         NormalizeObservation, RecordEpisodeStatistics, RescaleAction, TimeAwareObservation,
-        TransformObservation, TransformReward,
+        TransformObservation,
     },
 };
 
-use super::{FRAMES, Result, STEPS, TWICE, push};
+use super::{FRAMES, Result, STEPS, TWICE, push, transform};
 
 /// Fails if a step allocates, after the first few, while the last observation is kept.
 fn ensure_free_of_allocation<E>(env: Result<E, EnvError>) -> Result
@@ -37,24 +37,24 @@ where
 fn no_step_allocates() -> Result {
     let space = BoxSpace::<f64>::unbounded(3)?.into();
     let grip = |observation: FetchObservation| observation.grip_position();
-    ensure_free_of_allocation(Ok(RecordEpisodeStatistics::new(push()?)))?;
-    ensure_free_of_allocation(FlattenObservation::new(push()?))?;
-    ensure_free_of_allocation(FilterObservation::new(push()?, 0..3))?;
-    ensure_free_of_allocation(NormalizeObservation::new(push()?))?;
-    ensure_free_of_allocation(TimeAwareObservation::new(push()?, STEPS))?;
-    ensure_free_of_allocation(FrameStack::new(push()?, FRAMES))?;
-    ensure_free_of_allocation(Ok(TransformObservation::new(push()?, space, grip)))?;
-    ensure_free_of_allocation(Ok(TransformReward::with_goals(push()?, |reward| -reward)))?;
-    ensure_free_of_allocation(RescaleAction::new(push()?, -2.0, 2.0))?;
-    ensure_free_of_allocation(Ok(ClipAction::new(push()?)))?;
-    ensure_free_of_allocation(Ok(ActionRepeat::new(push()?, TWICE)))?;
-    let flat = FlattenObservation::new(RecordEpisodeStatistics::new(push()?))?;
-    ensure_free_of_allocation(FrameStack::new(NormalizeObservation::new(flat)?, FRAMES))
+    ensure_free_of_allocation(push()?.wrap(RecordEpisodeStatistics::new()))?;
+    ensure_free_of_allocation(push()?.wrap(FlattenObservation::new()))?;
+    ensure_free_of_allocation(push()?.wrap(FilterObservation::new(0..3)))?;
+    ensure_free_of_allocation(push()?.wrap(NormalizeObservation::new()))?;
+    ensure_free_of_allocation(push()?.wrap(TimeAwareObservation::new(STEPS)))?;
+    ensure_free_of_allocation(push()?.wrap(FrameStack::new(FRAMES)))?;
+    ensure_free_of_allocation(push()?.wrap(TransformObservation::new(space, grip)))?;
+    ensure_free_of_allocation(transform(push()?, |reward| -reward))?;
+    ensure_free_of_allocation(push()?.wrap(RescaleAction::new(-2.0, 2.0)))?;
+    ensure_free_of_allocation(push()?.wrap(ClipAction::new()))?;
+    ensure_free_of_allocation(push()?.wrap(ActionRepeat::new(TWICE)))?;
+    let flat = push()?.wrap(RecordEpisodeStatistics::new())?.wrap(FlattenObservation::new())?;
+    ensure_free_of_allocation(flat.wrap(NormalizeObservation::new())?.wrap(FrameStack::new(FRAMES)))
 }
 
 #[test]
 fn observations_that_are_kept_keep_their_elements() -> Result {
-    let mut env = FlattenObservation::new(push()?)?;
+    let mut env = push()?.wrap(FlattenObservation::new())?;
     let mut kept = vec![env.reset(Some(0))?.observation];
     for _ in 0..20 {
         kept.push(env.step(&[1.0, 0.5, 0.0, 0.0])?.observation);

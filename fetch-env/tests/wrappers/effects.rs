@@ -1,13 +1,13 @@
 //! What each wrapper does.
 
 use fetch_env::{
-    BatchObservation, BoxSpace, Env, EnvError, FetchConfig, FetchEnv, GoalInfo, GoalObservation,
-    KinematicSimulator, Reset, RewardKind, Space, Step, Task, make_kinematic,
+    BatchObservation, BoxSpace, Env, EnvError, EnvExt, FetchConfig, FetchEnv, GoalInfo,
+    GoalObservation, KinematicSimulator, Reset, RewardKind, Space, Step, Task, make_kinematic,
     spaces::Value,
     wrappers::{
-        ActionRepeat, ArrayPool, ClipAction, FilterObservation, FlattenObservation, FrameStack,
-        NormalizeObservation, RecordEpisodeStatistics, RescaleAction, TimeAwareObservation,
-        TransformObservation,
+        ActionRepeat, ClipAction, FilterObservation, FlattenObservation, FrameStack,
+        NormalizeObservation, RecordEpisodeStatistics, RescaleAction, SharedArray,
+        TimeAwareObservation, TransformObservation,
     },
 };
 use proptest::prelude::*;
@@ -23,7 +23,7 @@ fn rounded(part: &[f64]) -> Vec<f32> {
 #[test]
 fn the_goal_follows_a_flat_observation_or_its_parts_have_gymnasiums_order() -> Result {
     let keys = ["achieved_goal", "desired_goal", "observation"];
-    let mut env = FlattenObservation::with_keys(push()?, keys)?;
+    let mut env = push()?.wrap(FlattenObservation::with_keys(keys))?;
     let mut plain = push()?;
     let Space::BoxF32(space) = env.observation_space() else { panic!("not a box") };
     assert_eq!(space.shape(), [31]);
@@ -32,7 +32,7 @@ fn the_goal_follows_a_flat_observation_or_its_parts_have_gymnasiums_order() -> R
     let parts = [state.achieved_goal(), state.desired_goal(), state.observation()].concat();
     assert_eq!(flat[..], rounded(&parts));
 
-    let mut env = FlattenObservation::new(push()?)?;
+    let mut env = push()?.wrap(FlattenObservation::new())?;
     let flat = env.reset(Some(3))?.observation;
     assert_eq!(flat[..], rounded(&[state.observation(), state.desired_goal()].concat()));
     Ok(())
@@ -40,8 +40,8 @@ fn the_goal_follows_a_flat_observation_or_its_parts_have_gymnasiums_order() -> R
 
 #[test]
 fn a_flat_observation_has_parts_of_either_precision() -> Result {
-    let mut normalized = NormalizeObservation::new(push()?)?;
-    let mut env = FlattenObservation::new(NormalizeObservation::new(push()?)?)?;
+    let mut normalized = push()?.wrap(NormalizeObservation::new())?;
+    let mut env = push()?.wrap(NormalizeObservation::new())?.wrap(FlattenObservation::new())?;
     let state = normalized.reset(Some(3))?.observation;
     let flat = env.reset(Some(3))?.observation;
     assert_eq!(flat[..25], *state.observation());
@@ -51,7 +51,7 @@ fn a_flat_observation_has_parts_of_either_precision() -> Result {
 
 #[test]
 fn a_filter_keeps_elements_in_the_given_order_and_the_goals() -> Result {
-    let mut env = FilterObservation::new(push()?, (22..25).chain([0]))?;
+    let mut env = push()?.wrap(FilterObservation::new((22..25).chain([0])))?;
     let state = push()?.reset(Some(3))?.observation;
     let kept = env.reset(Some(3))?.observation;
     let whole = state.observation();
@@ -65,7 +65,7 @@ fn a_filter_keeps_elements_in_the_given_order_and_the_goals() -> Result {
 
 #[test]
 fn an_episode_has_its_return_and_length() -> Result {
-    let mut env = RecordEpisodeStatistics::new(make_kinematic("FetchPushDense-v4")?);
+    let mut env = make_kinematic("FetchPushDense-v4")?.wrap(RecordEpisodeStatistics::new())?;
     for _ in 0..2 {
         assert_eq!(env.reset(Some(1))?.info.episode, None);
         let mut rewards = Vec::new();
@@ -75,17 +75,20 @@ fn an_episode_has_its_return_and_length() -> Result {
             assert_eq!(step.info.is_success(), step.info.info.is_success);
             let Some(episode) = step.info.episode else { continue };
             assert!(step.is_last());
-            assert_eq!(episode.total_reward, rewards.iter().sum::<f64>());
-            assert_eq!(episode.length, 50);
+            assert_eq!(episode.episode_return, rewards.iter().sum::<f64>());
+            assert_eq!(episode.episode_length, 50);
             let json = serde_json::to_value(episode)?;
-            assert_eq!(json, serde_json::json!({ "return": episode.total_reward, "length": 50 }));
+            assert_eq!(
+                json,
+                serde_json::json!({ "episode_return": episode.episode_return, "episode_length": 50 })
+            );
             break;
         }
         assert_eq!(rewards.len(), 50);
     }
     env.reset(None)?;
     env.step(&ACTION)?;
-    assert_eq!(env.so_far().length, 1);
+    assert_eq!(env.so_far().episode_length, 1);
     Ok(())
 }
 
@@ -95,7 +98,7 @@ fn the_info_of_an_episode_is_that_of_its_environment() -> Result {
         let config =
             FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(threshold);
         let simulator = KinematicSimulator::new(&config.sim()?);
-        let mut env = RecordEpisodeStatistics::new(FetchEnv::new(config, simulator)?);
+        let mut env = FetchEnv::new(config, simulator)?.wrap(RecordEpisodeStatistics::new())?;
         let info = env.reset(Some(0))?.info;
         assert_eq!((info.is_success(), info.distance()), (is_success, info.info.distance));
     }
@@ -104,7 +107,7 @@ fn the_info_of_an_episode_is_that_of_its_environment() -> Result {
 
 #[test]
 fn normalized_observations_follow_the_mean_and_variance_so_far() -> Result {
-    let mut env = NormalizeObservation::new(push()?)?;
+    let mut env = push()?.wrap(NormalizeObservation::new())?;
     let mut plain = push()?;
     let mut seen: Vec<Vec<f64>> = Vec::new();
     for seed in 0..3 {
@@ -144,7 +147,7 @@ fn normalized_observations_follow_the_mean_and_variance_so_far() -> Result {
 #[test]
 fn the_first_steps_of_statistics_are_gymnasiums() -> Result {
     // gymnasium.wrappers.utils.RunningMeanStd of one element, after 1.0 and after 1.0, 3.0.
-    let mut env = NormalizeObservation::new(Echo { first: 1.0, ..Echo::new() })?;
+    let mut env = Echo { first: 1.0, ..Echo::new() }.wrap(NormalizeObservation::new())?;
     env.reset(None)?;
     let (none, one, two) = (1e-4, 1e-4 + 1.0, 1e-4 + 1.0 + 1.0);
     let mean = 1.0 / one;
@@ -161,7 +164,7 @@ fn the_first_steps_of_statistics_are_gymnasiums() -> Result {
 
 #[test]
 fn the_time_goes_from_zero_to_one_and_stays_there() -> Result {
-    let mut env = TimeAwareObservation::new(push()?.into_inner(), TWICE)?;
+    let mut env = push()?.into_inner().wrap(TimeAwareObservation::new(TWICE))?;
     for _ in 0..2 {
         assert_eq!(env.reset(Some(0))?.observation.observation()[25], 0.0);
         for time in [0.5, 1.0, 1.0] {
@@ -173,7 +176,7 @@ fn the_time_goes_from_zero_to_one_and_stays_there() -> Result {
 
 #[test]
 fn stacked_frames_begin_with_copies_of_the_first() -> Result {
-    let mut env = FrameStack::new(push()?, FRAMES)?;
+    let mut env = push()?.wrap(FrameStack::new(FRAMES))?;
     let mut plain = push()?;
     let mut frames = vec![plain.reset(Some(4))?.observation.observation().to_vec(); 3];
     assert_eq!(env.reset(Some(4))?.observation.observation(), frames.concat());
@@ -194,7 +197,7 @@ fn stacked_frames_begin_with_copies_of_the_first() -> Result {
 fn a_repeated_action_sums_its_rewards_until_the_end() -> Result {
     let dense = || make_kinematic("FetchPushDense-v4");
     let three = TWICE.saturating_add(1);
-    let mut env = ActionRepeat::new(dense()?, three);
+    let mut env = dense()?.wrap(ActionRepeat::new(three))?;
     let mut plain = dense()?;
     env.reset(Some(2))?;
     plain.reset(Some(2))?;
@@ -214,7 +217,7 @@ proptest! {
     #[test]
     fn rescaled_actions_are_mapped_linearly(low in -10.0..10.0_f32, width in 0.1..10.0_f32) {
         let high = low + width;
-        let mut env = RescaleAction::new(Echo::new(), low, high)?;
+        let mut env = Echo::new().wrap(RescaleAction::new(low, high))?;
         env.reset(None)?;
         let mut act = |action: f32| env.step(&[action]).map(|step| step.observation[0]);
         prop_assert_eq!(act(low)?, -2.0);
@@ -227,7 +230,7 @@ proptest! {
 
     #[test]
     fn clipped_actions_reach_the_environment_within_its_bounds(action in -20.0..20.0_f32) {
-        let mut env = ClipAction::new(Echo::new());
+        let mut env = Echo::new().wrap(ClipAction::new())?;
         env.reset(None)?;
         prop_assert_eq!(env.step(&[action])?.observation, [action.clamp(-2.0, 6.0)]);
     }
@@ -275,7 +278,7 @@ impl Env for Echo {
 fn an_action_within_the_bounds_keeps_its_bits() -> Result {
     for (low, high, zero) in [(0.0, 6.0, -0.0_f32), (-2.0, -0.0, 0.0)] {
         let action_space = BoxSpace::uniform(vec![1], low, high)?;
-        let mut env = ClipAction::new(Echo { action_space, ..Echo::new() });
+        let mut env = Echo { action_space, ..Echo::new() }.wrap(ClipAction::new())?;
         env.reset(None)?;
         let taken = env.step(&[zero])?.observation[0];
         assert_eq!(taken.to_bits(), zero.to_bits(), "from {low} to {high}");
@@ -286,26 +289,22 @@ fn an_action_within_the_bounds_keeps_its_bits() -> Result {
 #[test]
 fn a_transformed_environment_shows_its_wrapper() -> Result {
     let space = Echo::new().observation_space;
-    let env = TransformObservation::new(push()?, space, |observation| observation);
+    let env = push()?.wrap(TransformObservation::new(space, |observation| observation))?;
     let shown = format!("{env:?}");
-    assert!(shown.contains("wrapper: ObservationTransform { .. }"), "{shown}");
+    assert!(shown.contains("wrapper: TransformObservation { .. }"), "{shown}");
     Ok(())
 }
 
 #[test]
-fn arrays_show_their_elements_and_pools_their_length() {
-    let mut pool = ArrayPool::<f32>::new(2);
-    assert_eq!(
-        (pool.len(), pool.is_empty(), ArrayPool::<f32>::new(0).is_empty()),
-        (2, false, true)
-    );
-    let array = pool.write(|array| array.copy_from_slice(&[0.5, -1.0]));
+fn arrays_show_their_elements() {
+    let array = SharedArray::from(&[0.5, -1.0][..]);
     assert_eq!(format!("{array:?}"), "[0.5, -1.0]");
 }
 
 #[test]
 fn wrapped_arrays_are_values_of_their_space() -> Result {
-    let mut env = FrameStack::new(TimeAwareObservation::new(Echo::new(), STEPS)?, FRAMES)?;
+    let mut env =
+        Echo::new().wrap(TimeAwareObservation::new(STEPS))?.wrap(FrameStack::new(FRAMES))?;
     env.reset(None)?;
     let value = env.step(&[4.0])?.observation.to_value(env.observation_space())?;
     assert_eq!(value, Value::F32(vec![0.0, 0.0, 0.0, 0.0, 4.0, 0.02]));

@@ -3,8 +3,8 @@
 use std::fmt::Debug;
 
 use fetch_env::{
-    ActionSpace, BatchObservation, BoxSpace, EnvError, FetchObservation, GoalEnv, GoalObservation,
-    NpRandom, SnapshotEnv, VecEnv,
+    ActionSpace, BatchObservation, BoxSpace, EnvError, EnvExt, FetchObservation, GoalEnv,
+    GoalObservation, NpRandom, SnapshotEnv, VecEnv,
     check::{CheckOptions, CheckReport, check_env, check_goal_env, check_snapshots},
     make_kinematic,
     vec_env::{AutoresetMode, BatchEnv, Rows, VecConfig},
@@ -15,7 +15,7 @@ use fetch_env::{
     },
 };
 
-use super::{FRAMES, Result, STEPS, TWICE, push};
+use super::{FRAMES, Result, STEPS, TWICE, push, transform};
 
 fn options() -> CheckOptions {
     CheckOptions::default()
@@ -101,57 +101,58 @@ macro_rules! laws {
 
 laws! {
     time_limit: check_all_goal(options().with_max_episode_steps(Some(TWICE))),
-        Ok(TimeLimit::new(push()?, TWICE));
-    episode_statistics: check_all_goal(options()), Ok(RecordEpisodeStatistics::new(push()?));
-    flattened_observations: check_all(options()), FlattenObservation::new(push()?);
+        push()?.wrap(TimeLimit::new(TWICE));
+    episode_statistics: check_all_goal(options()), push()?.wrap(RecordEpisodeStatistics::new());
+    flattened_observations: check_all(options()), push()?.wrap(FlattenObservation::new());
     some_flattened_parts: check_all(options()),
-        FlattenObservation::with_keys(push()?, ["observation", "desired_goal"]);
+        push()?.wrap(FlattenObservation::with_keys(["observation", "desired_goal"]));
     filtered_observations: check_all_goal(options()),
-        FilterObservation::new(push()?, (3..6).chain(0..3).chain([24]));
+        push()?.wrap(FilterObservation::new((3..6).chain(0..3).chain([24])));
     frozen_normalization: check_all_goal(options()),
-        NormalizeObservation::frozen(push()?, RunningStatistics::new(25));
-    time_aware_observations: check_all_goal(options()), TimeAwareObservation::new(push()?, STEPS);
-    stacked_observations: check_all_goal(options()), FrameStack::new(push()?, FRAMES);
+        push()?.wrap(NormalizeObservation::frozen(RunningStatistics::new(25)));
+    time_aware_observations: check_all_goal(options()), push()?.wrap(TimeAwareObservation::new(STEPS));
+    stacked_observations: check_all_goal(options()), push()?.wrap(FrameStack::new(FRAMES));
     transformed_observations: check_all(options()), {
         let space = BoxSpace::<f64>::unbounded(3).expect("small").into();
         let way = |observation: FetchObservation| {
             let (from, to) = (observation.achieved_goal(), observation.desired_goal());
             [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
         };
-        Ok(TransformObservation::new(make_kinematic("FetchReach-v4")?, space, way))
+        make_kinematic("FetchReach-v4")?.wrap(TransformObservation::new(space, way))
     };
     transformed_rewards: check_all(options()),
-        Ok(TransformReward::new(push()?, |reward| 10.0 * reward));
+        push()?.wrap(TransformReward::new(|reward| 10.0 * reward));
     transformed_rewards_of_goals: check_all_goal(options()),
-        Ok(TransformReward::with_goals(make_kinematic("FetchPushDense-v4")?, |r| 1.0 + r.exp()));
-    rescaled_actions: check_all_goal(options()), RescaleAction::new(push()?, -0.25, 0.25);
-    clipped_actions: check_all_goal(options()), Ok(ClipAction::new(push()?));
+        transform(make_kinematic("FetchPushDense-v4")?, |r| 1.0 + r.exp());
+    rescaled_actions: check_all_goal(options()), push()?.wrap(RescaleAction::new(-0.25, 0.25));
+    clipped_actions: check_all_goal(options()), push()?.wrap(ClipAction::new());
     repeated_actions: check_all(options().with_max_episode_steps(std::num::NonZeroU32::new(25))),
-        Ok(ActionRepeat::new(push()?, TWICE));
+        push()?.wrap(ActionRepeat::new(TWICE));
 
     goals_through_four_wrappers: check_all_goal(options()), {
-        let env = RecordEpisodeStatistics::new(ClipAction::new(push()?));
-        TimeAwareObservation::new(FrameStack::new(env, FRAMES)?, STEPS)
+        let env = push()?.wrap(ClipAction::new())?.wrap(RecordEpisodeStatistics::new())?;
+        env.wrap(FrameStack::new(FRAMES))?.wrap(TimeAwareObservation::new(STEPS))
     };
     goals_through_four_others: check_all_goal(options()), {
-        let env = RescaleAction::new(push()?, -1.0, 1.0)?;
-        let env = TransformReward::with_goals(env, |reward| reward - 0.5);
-        let env = FilterObservation::new(RecordEpisodeStatistics::new(env), 0..9)?;
-        NormalizeObservation::frozen(env, RunningStatistics::new(9))
+        let env = push()?.wrap(RescaleAction::new(-1.0, 1.0))?;
+        let env = transform(env, |reward| reward - 0.5)?;
+        let env = env.wrap(RecordEpisodeStatistics::new())?.wrap(FilterObservation::new(0..9))?;
+        env.wrap(NormalizeObservation::frozen(RunningStatistics::new(9)))
     };
     a_plain_environment_of_five_wrappers: check_all(options()), {
-        let env = RecordEpisodeStatistics::new(push()?);
-        let env = FlattenObservation::with_keys(env, ["observation", "desired_goal"])?;
-        let env = TransformReward::new(env, |reward| 0.1 * reward);
-        FrameStack::new(TimeAwareObservation::new(env, STEPS)?, FRAMES)
+        let env = push()?.wrap(RecordEpisodeStatistics::new())?;
+        let env = env.wrap(FlattenObservation::with_keys(["observation", "desired_goal"]))?;
+        let env = env.wrap(TransformReward::new(|reward| 0.1 * reward))?;
+        env.wrap(TimeAwareObservation::new(STEPS))?.wrap(FrameStack::new(FRAMES))
     };
     a_limit_outside_of_repeated_actions: check_all(options().with_max_episode_steps(Some(TWICE))),
-        Ok(RecordEpisodeStatistics::new(TimeLimit::new(ActionRepeat::new(push()?, TWICE), TWICE)));
+        push()?.wrap(ActionRepeat::new(TWICE))?.wrap(TimeLimit::new(TWICE))?
+            .wrap(RecordEpisodeStatistics::new());
 }
 
 #[test]
 fn running_statistics_keep_every_law_but_that_a_seed_repeats_an_observation() -> Result {
-    let make = || NormalizeObservation::new(push()?);
+    let make = || push()?.wrap(NormalizeObservation::new());
     let report = check_all_goal(make, &options());
     let failures: Vec<_> = report.failures().map(|check| check.name).collect();
     assert_eq!(failures, ["reset/deterministic", "step/deterministic"], "{report}");
@@ -161,8 +162,10 @@ fn running_statistics_keep_every_law_but_that_a_seed_repeats_an_observation() ->
 #[cfg(feature = "render")]
 #[test]
 fn a_wrapped_environment_can_be_rendered() -> Result {
-    use fetch_env::{Env, RenderEnv, RenderOptions, make};
-    let mut env = RecordEpisodeStatistics::new(FrameStack::new(make("FetchReach-v4")?, FRAMES)?);
+    use fetch_env::{Env, EnvExt, RenderEnv, RenderOptions, make};
+    let mut env = make("FetchReach-v4")?
+        .wrap(FrameStack::new(FRAMES))?
+        .wrap(RecordEpisodeStatistics::new())?;
     env.reset(Some(0))?;
     // Machines without OpenGL skip the pictures.
     if let Ok(mut renderer) = env.renderer(RenderOptions::default()) {
@@ -180,8 +183,10 @@ fn wrapped_observations_and_transformed_rewards_are_recorded_and_relabeled() -> 
     };
     const NUM_ENVS: usize = 3;
     let env = || {
-        let env = TransformReward::with_goals(push()?, |reward| 1.0 + reward);
-        NormalizeObservation::new(RecordEpisodeStatistics::new(FrameStack::new(env, FRAMES)?))
+        transform(push()?, |reward| 1.0 + reward)?
+            .wrap(FrameStack::new(FRAMES))?
+            .wrap(RecordEpisodeStatistics::new())?
+            .wrap(NormalizeObservation::new())
     };
     let envs = (0..NUM_ENVS).map(|_| env()).collect::<Result<Vec<_>, _>>()?;
     let mut envs = VecEnv::new(envs, VecConfig::default())?;

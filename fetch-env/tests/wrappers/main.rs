@@ -10,13 +10,25 @@ mod tree;
 
 use std::num::{NonZeroU32, NonZeroUsize};
 
-use fetch_env::{EnvError, KinematicEnv, make_kinematic};
+use fetch_env::{
+    EnvError, EnvExt, GoalEnv, KinematicEnv, make_kinematic,
+    wrappers::{TransformReward, Wrapped},
+};
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 /// The inner environment of most tests.
 fn push() -> Result<KinematicEnv, EnvError> {
     Ok(make_kinematic("FetchPush-v4")?)
+}
+
+/// Transforms rewards, those of hindsight included.
+fn transform<E: GoalEnv<GoalReward: Clone>, F: Fn(f64) -> f64>(
+    env: E,
+    transform: F,
+) -> Result<Wrapped<E, TransformReward<F, E::GoalReward>>, EnvError> {
+    let reward = env.goal_reward().clone();
+    env.wrap(TransformReward::with_goal_reward(reward, transform))
 }
 
 const STEPS: NonZeroU32 = NonZeroU32::new(50).expect("not zero");

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use fetch_env::{
-    ActionElement, BoxSpace, Env, EnvError, FetchResetOptions, Reset, SnapshotEnv, Space, Step,
-    TimeLimit, make_kinematic,
+    ActionElement, BoxSpace, Env, EnvError, EnvExt, FetchResetOptions, Reset, SnapshotEnv, Space,
+    Step, TimeLimit, make_kinematic,
     vec_env::VecEnvError,
     wrappers::{
         FilterObservation, FlattenObservation, FrameStack, NormalizeObservation,
         RecordEpisodeStatistics, RescaleAction, Resetting, RunningStatistics, TimeAwareObservation,
-        Wrapped, Wrapper, WrapperError,
+        Wrapper, WrapperError,
     },
 };
 
@@ -18,28 +18,28 @@ use super::{FRAMES, Result, STEPS, TWICE, push, tree::with_each_number_replaced}
 #[test]
 fn settings_that_make_no_sense_are_refused() -> Result {
     let keys = |keys: &[&'static str]| {
-        FlattenObservation::with_keys(push()?, keys.iter().copied()).map(drop)
+        push()?.wrap(FlattenObservation::with_keys(keys.iter().copied())).map(drop)
     };
     let key = |key: &str| Err(EnvError::from(WrapperError::Key { key: key.into() }));
     assert_eq!(keys(&["observation", "image"]), key("image"));
     assert_eq!(keys(&["observation", "observation"]), key("observation"));
     assert_eq!(keys(&[]), Err(WrapperError::Nothing.into()));
 
-    let filter = |range: Range<usize>| FilterObservation::new(push()?, range).map(drop);
+    let filter = |range: Range<usize>| push()?.wrap(FilterObservation::new(range)).map(drop);
     assert_eq!(filter(3..26), Err(WrapperError::Element { index: 25, len: 25 }.into()));
     assert_eq!(filter(3..3), Err(WrapperError::Nothing.into()));
 
     let length = WrapperError::StatisticsLength { expected: 25, actual: 10 };
-    let refusal = NormalizeObservation::frozen(push()?, RunningStatistics::new(10)).map(drop);
+    let refusal = push()?.wrap(NormalizeObservation::frozen(RunningStatistics::new(10))).map(drop);
     assert_eq!(refusal, Err(length.into()));
 
     for (low, high) in [(1.0, 1.0), (1.0, -1.0), (f32::NEG_INFINITY, 0.0), (0.0, f32::INFINITY)] {
         let error = WrapperError::Bounds { low: low.into(), high: high.into() };
-        assert_eq!(RescaleAction::new(push()?, low, high).map(drop), Err(error.into()));
+        assert_eq!(push()?.wrap(RescaleAction::new(low, high)).map(drop), Err(error.into()));
     }
-    assert!(RescaleAction::new(push()?, f32::NAN, 1.0).is_err());
+    assert!(push()?.wrap(RescaleAction::new(f32::NAN, 1.0)).is_err());
     let unbounded = Liar { action_space: BoxSpace::unbounded(1).expect("small"), ..Liar::new() };
-    let refusal = RescaleAction::new(unbounded, -1.0, 1.0).map(drop);
+    let refusal = unbounded.wrap(RescaleAction::new(-1.0, 1.0)).map(drop);
     assert_eq!(refusal, Err(WrapperError::Unbounded.into()));
     Ok(())
 }
@@ -50,15 +50,15 @@ fn a_space_without_the_observed_vector_is_refused() {
         observation_space: BoxSpace::<f64>::unbounded(2).expect("small").into(),
         ..Liar::new()
     };
-    let refusal = FrameStack::new(described, FRAMES).map(drop);
+    let refusal = described.wrap(FrameStack::new(FRAMES)).map(drop);
     let error = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
     assert_eq!(refusal, Err(error.into()));
 }
 
 #[test]
 fn snapshots_of_other_wrappers_are_refused_and_change_nothing() -> Result {
-    let mut two = FrameStack::new(push()?, FRAMES.saturating_add(1))?;
-    let mut three = FrameStack::new(push()?, FRAMES)?;
+    let mut two = push()?.wrap(FrameStack::new(FRAMES.saturating_add(1)))?;
+    let mut three = push()?.wrap(FrameStack::new(FRAMES))?;
     two.reset(Some(0))?;
     three.reset(Some(1))?;
     let before = three.snapshot();
@@ -67,8 +67,10 @@ fn snapshots_of_other_wrappers_are_refused_and_change_nothing() -> Result {
     assert_eq!(three.snapshot(), before);
 
     // Of the same environment, with fewer elements.
-    let mut filtered = NormalizeObservation::new(FilterObservation::new(push()?, [0, 1])?)?;
-    let mut more = NormalizeObservation::new(FilterObservation::new(push()?, [0, 1, 2])?)?;
+    let mut filtered =
+        push()?.wrap(FilterObservation::new([0, 1]))?.wrap(NormalizeObservation::new())?;
+    let mut more =
+        push()?.wrap(FilterObservation::new([0, 1, 2]))?.wrap(NormalizeObservation::new())?;
     more.reset(Some(0))?;
     let before = filtered.snapshot();
     let refusal = filtered.restore(&more.snapshot());
@@ -76,8 +78,8 @@ fn snapshots_of_other_wrappers_are_refused_and_change_nothing() -> Result {
     assert!(refusal.is_err_and(|refusal| refusal.to_string().contains(of_elements)));
     assert_eq!(filtered.snapshot(), before);
 
-    let mut reach = NormalizeObservation::new(make_kinematic("FetchReach-v4")?)?;
-    let push = NormalizeObservation::new(push()?)?;
+    let mut reach = make_kinematic("FetchReach-v4")?.wrap(NormalizeObservation::new())?;
+    let push = push()?.wrap(NormalizeObservation::new())?;
     let refusal = reach.restore(&push.snapshot());
     assert!(matches!(refusal, Err(EnvError::ForeignSnapshot { .. })), "{refusal:?}");
     Ok(())
@@ -103,20 +105,20 @@ fn numbers_that_no_wrapper_can_have_are_refused_and_change_nothing() -> Result {
         Ok(())
     }
     const BEYOND: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
-    refuse_each(FrameStack::new(push()?, FRAMES), &[f64::NAN])?;
-    refuse_each(NormalizeObservation::new(push()?), &BEYOND)?;
-    refuse_each(Ok(RecordEpisodeStatistics::new(push()?)), &BEYOND)
+    refuse_each(push()?.wrap(FrameStack::new(FRAMES)), &[f64::NAN])?;
+    refuse_each(push()?.wrap(NormalizeObservation::new()), &BEYOND)?;
+    refuse_each(push()?.wrap(RecordEpisodeStatistics::new()), &BEYOND)
 }
 
 #[test]
 fn the_longest_episode_does_not_overflow_its_length() -> Result {
-    let mut env = RecordEpisodeStatistics::new(push()?);
+    let mut env = push()?.wrap(RecordEpisodeStatistics::new())?;
     env.reset(Some(0))?;
     let mut snapshot = serde_json::to_value(env.snapshot())?;
-    snapshot["wrapper"]["length"] = u32::MAX.into();
+    snapshot["wrapper"]["episode_length"] = u32::MAX.into();
     env.restore(&serde_json::from_value(snapshot)?)?;
     env.step(&[0.0; 4])?;
-    assert_eq!(env.so_far().length, u32::MAX);
+    assert_eq!(env.so_far().episode_length, u32::MAX);
     Ok(())
 }
 
@@ -129,7 +131,7 @@ fn the_largest_statistics_stay_finite() -> Result {
             vec![mean; len],
             vec![variance; len]
         );
-        let mut env = NormalizeObservation::frozen(push()?, serde_json::from_str(&json)?)?;
+        let mut env = push()?.wrap(NormalizeObservation::frozen(serde_json::from_str(&json)?))?;
         env.set_frozen(false);
         env.reset(Some(0))?;
         for _ in 0..5 {
@@ -165,7 +167,7 @@ fn damaged_statistics_are_refused() -> Result {
 #[test]
 fn after_an_observation_of_the_wrong_length_a_reset_is_needed() -> Result {
     let length = |actual| EnvError::ObservationLength { key: "observation", expected: 2, actual };
-    let mut env = TimeAwareObservation::new(Liar::new(), STEPS)?;
+    let mut env = Liar::new().wrap(TimeAwareObservation::new(STEPS))?;
     env.reset(None)?;
     assert_eq!(env.step(&[0.0])?.observation.len(), 3);
     assert_eq!(env.step(&[1.0]), Err(length(1)));
@@ -173,7 +175,7 @@ fn after_an_observation_of_the_wrong_length_a_reset_is_needed() -> Result {
     env.reset(None)?;
     assert_eq!(env.step(&[0.0])?.observation[2], 0.02, "the time starts again");
 
-    let mut env = FrameStack::new(Liar { first: 3, ..Liar::new() }, FRAMES)?;
+    let mut env = Liar { first: 3, ..Liar::new() }.wrap(FrameStack::new(FRAMES))?;
     assert_eq!(env.reset(None), Err(length(3)));
     assert_eq!(env.step(&[0.0]), Err(EnvError::ResetNeeded));
     Ok(())
@@ -238,10 +240,10 @@ fn any_errors() -> [EnvError; 5] {
 fn a_wrapper_that_fails_after_the_reset_must_be_reset_again() -> Result {
     for error in any_errors() {
         let failing = Failing { passes: 1, error: error.clone(), resets_first: true };
-        let failing = Wrapped::from_parts(push()?, failing);
+        let failing = push()?.wrap(failing)?;
         // Wrappers and a time limit around it find out as well.
-        let outer = FlattenObservation::new(RecordEpisodeStatistics::new(failing))?;
-        let mut env = TimeLimit::new(outer, 60.try_into()?);
+        let outer = failing.wrap(RecordEpisodeStatistics::new())?.wrap(FlattenObservation::new())?;
+        let mut env = outer.wrap(TimeLimit::new(60.try_into()?))?;
         env.reset(Some(0))?;
         env.step(&[0.3; 4])?;
         assert_eq!(env.reset(Some(1)), Err(error));
@@ -256,12 +258,13 @@ fn a_reset_that_fails_before_it_begins_leaves_the_episode() -> Result {
     let expected = plain.reset(Some(0)).and_then(|_| plain.step(&[0.3; 4]))?;
     for error in any_errors() {
         let failing = Failing { passes: 1, error: error.clone(), resets_first: false };
-        let mut env = Wrapped::from_parts(push()?, failing);
+        let mut env = push()?.wrap(failing)?;
         env.reset(Some(0))?;
         assert_eq!(env.reset(Some(1)), Err(error));
         assert_eq!(env.step(&[0.3; 4])?, expected);
     }
-    let mut env = TimeLimit::new(RecordEpisodeStatistics::new(push()?), 60.try_into()?);
+    let mut env =
+        push()?.wrap(RecordEpisodeStatistics::new())?.wrap(TimeLimit::new(60.try_into()?))?;
     env.reset(Some(0))?;
     let options = FetchResetOptions::default().with_desired_goal([f64::NAN; 3]);
     let refusal = env.reset_with(None, &options);
@@ -272,7 +275,7 @@ fn a_reset_that_fails_before_it_begins_leaves_the_episode() -> Result {
 
 #[test]
 fn a_refused_action_changes_nothing() -> Result {
-    let mut env = TimeAwareObservation::new(FrameStack::new(push()?, FRAMES)?, TWICE)?;
+    let mut env = push()?.wrap(FrameStack::new(FRAMES))?.wrap(TimeAwareObservation::new(TWICE))?;
     env.reset(Some(0))?;
     let before = env.snapshot();
     for action in [&[0.0; 3][..], &[f32::NAN; 4]] {

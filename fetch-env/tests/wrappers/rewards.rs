@@ -1,16 +1,15 @@
 //! Transformed rewards.
 
 use fetch_env::{
-    GoalEnv, GoalEnvExt, GoalPairs, GoalReward, make_kinematic,
-    wrappers::{TransformReward, TransformedReward},
+    GoalEnv, GoalEnvExt, GoalPairs, GoalReward, make_kinematic, wrappers::TransformReward,
 };
 
-use super::Result;
+use super::{Result, transform};
 
 #[test]
 fn a_transformed_reward_is_transformed_in_hindsight_too() -> Result {
     let plain = make_kinematic("FetchPushDense-v4")?;
-    let env = TransformReward::with_goals(make_kinematic("FetchPushDense-v4")?, f64::exp);
+    let env = transform(make_kinematic("FetchPushDense-v4")?, f64::exp)?;
     let (achieved, desired) = ([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [0.1, 0.0, 0.0, 1.0, 1.0, 1.0]);
     let pairs = GoalPairs::new(&achieved, &desired, 3)?;
     let mut rewards = [0.0; 2];
@@ -51,7 +50,7 @@ impl GoalReward for Line {
 
 #[test]
 fn a_transformed_reward_ends_episodes_as_before() -> Result {
-    let reward = TransformedReward::new(Line, |reward| 2.0 * reward);
+    let reward = TransformReward::with_goal_reward(Line, |reward| 2.0 * reward);
     let (achieved, desired) = ([1.0, 2.0, 3.0], [2.0; 3]);
     let pairs = GoalPairs::new(&achieved, &desired, 1)?;
     let mut rewards = [0.0; 3];
@@ -70,6 +69,6 @@ fn a_transformed_reward_ends_episodes_as_before() -> Result {
         assert_eq!(reward.terminated(achieved, desired), terminated[at]);
         assert_eq!(reward.truncated(achieved, desired), truncated[at]);
     }
-    assert_eq!(format!("{reward:?}"), "TransformedReward { reward: Line, .. }");
+    assert_eq!(format!("{reward:?}"), "TransformReward { reward: Line, .. }");
     Ok(())
 }

@@ -61,7 +61,7 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "compute_reward is not to be had through a wrapper",
         look: wrapped_compute_reward,
-        fix: "implement GoalEnv for the wrapper, passing goal_reward() through, as TimeLimit does",
+        fix: "implement KeepsGoals for the Wrapper if it keeps goals and rewards, else GoalWrapper",
     },
     Symptom {
         name: "step reward and compute_reward disagree",

@@ -5,8 +5,9 @@ use std::num::NonZeroU32;
 use baselines::{Collector, Policy, buffer_config};
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
 use fetch_env::vec_env::{AutoresetMode, BatchOf, VecConfig};
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    DistanceReward, Env, EnvError, GoalEnv, GoalObservation, GoalReward, TimeLimit, VecEnv,
+    DistanceReward, Env, EnvError, EnvExt, GoalEnv, GoalObservation, GoalReward, TimeLimit, VecEnv,
 };
 use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 use own_environment::{PuckEnv, PuckObservation};
@@ -16,11 +17,11 @@ type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 const LIMIT: NonZeroU32 = NonZeroU32::new(50).unwrap();
 const NUM_ENVS: usize = 3;
 
-fn make() -> Result<TimeLimit<PuckEnv>, EnvError> {
-    Ok(TimeLimit::new(PuckEnv::new()?, LIMIT))
+fn make() -> Result<Wrapped<PuckEnv, TimeLimit>, EnvError> {
+    PuckEnv::new()?.wrap(TimeLimit::new(LIMIT))
 }
 
-fn make_vec(autoreset: AutoresetMode) -> Result<VecEnv<TimeLimit<PuckEnv>>> {
+fn make_vec(autoreset: AutoresetMode) -> Result<VecEnv<Wrapped<PuckEnv, TimeLimit>>> {
     let envs = [make()?, make()?, make()?];
     Ok(VecEnv::new(envs, VecConfig::default().with_autoreset(autoreset))?)
 }
@@ -41,8 +42,8 @@ fn toward_goal(observation: &PuckObservation, force: &mut [f32]) {
 /// The same policy for all rows of a batch.
 struct TowardGoals;
 
-impl Policy<BatchOf<TimeLimit<PuckEnv>>> for TowardGoals {
-    fn act(&mut self, batch: &BatchOf<TimeLimit<PuckEnv>>, forces: &mut [f32]) {
+impl Policy<BatchOf<Wrapped<PuckEnv, TimeLimit>>> for TowardGoals {
+    fn act(&mut self, batch: &BatchOf<Wrapped<PuckEnv, TimeLimit>>, forces: &mut [f32]) {
         let states = batch.observation().chunks_exact(4);
         let rows = states.zip(batch.desired_goal().chunks_exact(2));
         for (force, (state, goal)) in forces.chunks_exact_mut(2).zip(rows) {

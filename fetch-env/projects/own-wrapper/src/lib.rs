@@ -1,13 +1,12 @@
 //! A wrapper whose info says more than the environment's: how close the episode has come to its
 //! goal so far. Everything else is the wrapped environment's, above all the rewards.
 
-use fetch_env::{ActionElement, Env, EnvError, GoalEnv, GoalInfo, Reset, SnapshotEnv, Space, Step};
-use serde::{Deserialize, Serialize};
+use fetch_env::wrappers::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
+use fetch_env::{ActionElement, Env, EnvError, GoalInfo, Reset, Space, Step};
 
-/// An environment that reports the smallest distance of the episode.
+/// Reports the smallest distance of the episode.
 #[derive(Clone, Debug)]
-pub struct Closest<E> {
-    env: E,
+pub struct Closest {
     closest: f64,
 }
 
@@ -30,78 +29,74 @@ impl<I: GoalInfo> GoalInfo for ClosestInfo<I> {
     }
 }
 
-impl<E: GoalEnv> Closest<E> {
-    /// Wraps an environment, which must be reset before its next step.
-    pub const fn new(env: E) -> Self {
-        Self { env, closest: f64::INFINITY }
+impl Default for Closest {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Closest {
+    pub const fn new() -> Self {
+        Self { closest: f64::INFINITY }
     }
 
-    fn info(&mut self, own: E::Info) -> ClosestInfo<E::Info> {
+    fn info<I: GoalInfo>(&mut self, own: I) -> ClosestInfo<I> {
         self.closest = self.closest.min(own.distance());
         ClosestInfo { own, closest: self.closest }
     }
 }
 
-impl<E: GoalEnv> Env for Closest<E> {
+impl<E: Env<Info: GoalInfo>> Wrapper<E> for Closest {
     type Observation = E::Observation;
     type Info = ClosestInfo<E::Info>;
     type ActionSpace = E::ActionSpace;
-    type ResetOptions = E::ResetOptions;
 
-    fn reset_with(
+    fn reset(
         &mut self,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<E::Observation, Self::Info>, EnvError> {
-        let Reset { observation, info } = self.env.reset_with(seed, options)?;
+        let Reset { observation, info } = env.reset_with(seed, options)?;
         self.closest = f64::INFINITY;
         Ok(Reset { observation, info: self.info(info) })
     }
 
     fn step(
         &mut self,
+        env: &mut E,
         action: &[ActionElement<E>],
     ) -> Result<Step<E::Observation, Self::Info>, EnvError> {
-        let Step { observation, reward, terminated, truncated, info } = self.env.step(action)?;
+        let Step { observation, reward, terminated, truncated, info } = env.step(action)?;
         Ok(Step { observation, reward, terminated, truncated, info: self.info(info) })
     }
 
-    fn action_space(&self) -> &E::ActionSpace {
-        self.env.action_space()
+    fn action_space<'a>(&'a self, env: &'a E) -> &'a E::ActionSpace {
+        env.action_space()
     }
 
-    fn observation_space(&self) -> &Space {
-        self.env.observation_space()
-    }
-}
-
-/// Rewards, success and termination follow from this one method.
-impl<E: GoalEnv> GoalEnv for Closest<E> {
-    type GoalReward = E::GoalReward;
-
-    fn goal_reward(&self) -> &E::GoalReward {
-        self.env.goal_reward()
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+        env.observation_space()
     }
 }
 
-/// The state of both. `None` stands for the infinity before the first reset, which JSON has not.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ClosestSnapshot<S> {
-    env: S,
-    closest: Option<f64>,
-}
+/// Rewards, success and termination are the environment's.
+impl KeepsGoals for Closest {}
 
-impl<E: GoalEnv + SnapshotEnv> SnapshotEnv for Closest<E> {
-    type Snapshot = ClosestSnapshot<E::Snapshot>;
+/// The state is the smallest distance. `None` stands for the infinity before the first reset, which
+/// JSON cannot write.
+impl SnapshotWrapper for Closest {
+    type State = Option<f64>;
 
-    fn snapshot(&self) -> Self::Snapshot {
-        let closest = self.closest.is_finite().then_some(self.closest);
-        ClosestSnapshot { env: self.env.snapshot(), closest }
+    fn state(&self) -> Option<f64> {
+        self.closest.is_finite().then_some(self.closest)
     }
 
-    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
-        self.env.restore(&snapshot.env)?;
-        self.closest = snapshot.closest.unwrap_or(f64::INFINITY);
+    fn check_state(&self, _state: &Option<f64>) -> Result<(), EnvError> {
         Ok(())
+    }
+
+    fn set_state(&mut self, state: &Option<f64>) {
+        self.closest = state.unwrap_or(f64::INFINITY);
     }
 }

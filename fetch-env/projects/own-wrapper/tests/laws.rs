@@ -6,16 +6,18 @@ use std::num::NonZeroU32;
 use baselines::{Collector, RandomPolicy, buffer_config};
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
 use fetch_env::vec_env::{AutoresetMode, EpisodeStart, VecConfig, VecReset};
+use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    Env, EnvError, FetchResetOptions, GoalInfo, KinematicEnv, TimeLimit, VecEnv, make_kinematic,
+    Env, EnvError, EnvExt, FetchResetOptions, GoalInfo, KinematicEnv, TimeLimit, VecEnv,
+    make_kinematic,
 };
 use her_relabel::HerBuffer;
 use own_wrapper::Closest;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
-fn make() -> Result<Closest<KinematicEnv>, EnvError> {
-    Ok(Closest::new(make_kinematic("FetchReach-v4")?))
+fn make() -> Result<Wrapped<KinematicEnv, Closest>, EnvError> {
+    make_kinematic("FetchReach-v4")?.wrap(Closest::new())
 }
 
 #[test]
@@ -25,7 +27,7 @@ fn the_wrapper_keeps_all_laws() {
     assert!(report.passed(), "{report}");
 
     let limit = NonZeroU32::new(10).expect("not zero");
-    let limited = || Ok(TimeLimit::new(make()?, limit));
+    let limited = || make()?.wrap(TimeLimit::new(limit));
     let options = options.with_max_episode_steps(Some(limit));
     let report = check_goal_env(limited, &options).and(check_snapshots(limited, &options));
     assert!(report.passed(), "{report}");

@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 
 use super::macros::keep;
-use super::wrapped::{KeepsGoals, Stateless, Wrapped, Wrapper};
+use super::wrapper::{KeepsGoals, Stateless, Wrapper};
 use crate::gym::env::{ActionElement, Env, Step};
 use crate::gym::spaces::{
     action_space::ActionSpace,
@@ -11,62 +11,68 @@ use crate::gym::spaces::{
 };
 use crate::gym::{error::EnvError, wrappers::error::WrapperError};
 
-/// An environment whose actions lie between two other bounds than its own.
+/// Takes actions between two other bounds than the environment's.
 ///
 /// An action is clipped to the new bounds, and each element is then mapped linearly to the bounds of
 /// the inner environment's, computed in double precision. A step allocates nothing.
 ///
 /// ```
-/// use fetch_env::{Env, make_kinematic, wrappers::RescaleAction};
+/// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::RescaleAction};
 ///
-/// let mut env = RescaleAction::new(make_kinematic("FetchReach-v4")?, 0.0, 10.0)?;
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(RescaleAction::new(0.0, 10.0))?;
 /// let mut plain = make_kinematic("FetchReach-v4")?;
 /// env.reset(Some(0))?;
 /// plain.reset(Some(0))?;
 /// assert_eq!(env.step(&[0.0, 5.0, 10.0, 7.5])?, plain.step(&[-1.0, 0.0, 1.0, 0.5])?);
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type RescaleAction<E> = Wrapped<E, Rescale<ActionElement<E>>>;
-
-/// The wrapper of a [`RescaleAction`].
 #[derive(Clone, Debug)]
-pub struct Rescale<T> {
-    action_space: BoxSpace<T>,
+pub struct RescaleAction<T = f32> {
+    low: T,
+    high: T,
+    /// `None` without an environment.
+    action_space: Option<BoxSpace<T>>,
     action: Vec<T>,
 }
 
-impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapped<E, Rescale<T>> {
+impl<T: Element> RescaleAction<T> {
     /// Rescales actions from `low` to `high`.
     ///
-    /// # Errors
-    /// [`EnvError::Wrapper`] unless `low < high`, both finite, and the inner environment's actions
-    /// have bounds.
-    pub fn new(env: E, low: T, high: T) -> Result<Self, EnvError> {
+    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] unless `low < high`, both finite,
+    /// and the inner environment's actions have bounds.
+    #[must_use]
+    pub const fn new(low: T, high: T) -> Self {
+        Self { low, high, action_space: None, action: Vec::new() }
+    }
+}
+
+impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapper<E> for RescaleAction<T> {
+    type ActionSpace = BoxSpace<T>;
+    keep!(Observation, Info, reset);
+
+    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
         let inner = env.action_space();
         if !inner.is_bounded() {
             return Err(WrapperError::Unbounded.into());
         }
-        let (shape, len) = (inner.shape().to_vec(), inner.len());
-        let width = high.into() - low.into();
+        let (low, high) = (self.low.into(), self.high.into());
+        let width = high - low;
         if !(width > 0.0 && width.is_finite()) {
-            return Err(WrapperError::Bounds { low: low.into(), high: high.into() }.into());
+            return Err(WrapperError::Bounds { low, high }.into());
         }
-        let action_space = BoxSpace::uniform(shape, low, high)?;
-        Ok(Self::from_parts(env, Rescale { action_space, action: vec![low; len] }))
+        self.action = vec![self.low; inner.len()];
+        self.action_space = Some(BoxSpace::uniform(inner.shape().to_vec(), self.low, self.high)?);
+        Ok(())
     }
-}
-
-impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapper<E> for Rescale<T> {
-    type ActionSpace = BoxSpace<T>;
-    keep!(Observation, Info, reset);
 
     fn step(
         &mut self,
         env: &mut E,
         action: &[T],
     ) -> Result<Step<E::Observation, E::Info>, EnvError> {
-        self.action_space.check_action(action)?;
-        let ours = self.action_space.intervals().zip(env.action_space().intervals());
+        let action_space = self.action_space.as_ref().unwrap_or_else(|| env.action_space());
+        action_space.check_action(action)?;
+        let ours = action_space.intervals().zip(env.action_space().intervals());
         for ((out, &element), ((low, high), (inner_low, inner_high))) in
             self.action.iter_mut().zip(action).zip(ours)
         {
@@ -81,49 +87,50 @@ impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapper<E> for Rescale<T> {
         env.step(&self.action)
     }
 
-    fn action_space<'a>(&'a self, _env: &'a E) -> &'a BoxSpace<T> {
-        &self.action_space
+    fn action_space<'a>(&'a self, env: &'a E) -> &'a BoxSpace<T> {
+        self.action_space.as_ref().unwrap_or_else(|| env.action_space())
     }
 }
 
-impl<T> KeepsGoals for Rescale<T> {}
-impl<T> Stateless for Rescale<T> {}
+impl<T> KeepsGoals for RescaleAction<T> {}
+impl<T> Stateless for RescaleAction<T> {}
 
-/// An environment whose actions are clipped to its action space.
+/// Clips actions to the action space.
 ///
 /// The Fetch environments clip their actions themselves; this is for environments that do not. The
 /// action space stays as it is, where Gymnasium's wrapper removes its bounds: actions beyond them
 /// are accepted anyway, and samples stay useful. A step allocates nothing.
 ///
 /// ```
-/// use fetch_env::{Env, make_kinematic, wrappers::ClipAction};
+/// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::ClipAction};
 ///
-/// let mut env = ClipAction::new(make_kinematic("FetchReach-v4")?);
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(ClipAction::new())?;
 /// env.reset(Some(0))?;
 /// let far = env.step(&[9.0, 0.0, 0.0, 0.0])?;
 /// env.reset(Some(0))?;
 /// assert_eq!(far, env.step(&[1.0, 0.0, 0.0, 0.0])?);
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type ClipAction<E> = Wrapped<E, Clip<ActionElement<E>>>;
-
-/// The wrapper of a [`ClipAction`].
-#[derive(Clone, Debug)]
-pub struct Clip<T> {
+#[derive(Clone, Debug, Default)]
+pub struct ClipAction<T = f32> {
     action: Vec<T>,
 }
 
-impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapped<E, Clip<T>> {
-    /// Clips the actions of `env`.
+impl<T> ClipAction<T> {
+    /// Clips actions to the bounds of whichever environment is wrapped.
     #[must_use]
-    pub fn new(env: E) -> Self {
-        let action = vec![T::EMPTY; env.action_space().len()];
-        Self::from_parts(env, Clip { action })
+    pub const fn new() -> Self {
+        Self { action: Vec::new() }
     }
 }
 
-impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapper<E> for Clip<T> {
+impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapper<E> for ClipAction<T> {
     keep!(Observation, Info, ActionSpace, reset);
+
+    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
+        self.action = vec![T::EMPTY; env.action_space().len()];
+        Ok(())
+    }
 
     fn step(
         &mut self,
@@ -146,44 +153,41 @@ impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapper<E> for Clip<T> {
     }
 }
 
-impl<T> KeepsGoals for Clip<T> {}
-impl<T> Stateless for Clip<T> {}
+impl<T> KeepsGoals for ClipAction<T> {}
+impl<T> Stateless for ClipAction<T> {}
 
-/// An environment that takes each action several times, or until the episode ends.
+/// Takes each action several times, or until the episode ends.
 ///
 /// A step returns the last observation and info, and the sum of the rewards. The sum depends on more
-/// than the last goals, so that it is no [`GoalEnv`](crate::GoalEnv). A
+/// than the last goals, so that the environment is not a [`GoalEnv`](crate::GoalEnv). A
 /// [`TimeLimit`](super::TimeLimit) outside counts actions, one inside counts repetitions. A step
 /// allocates nothing.
 ///
 /// ```
 /// use std::num::NonZeroU32;
-/// use fetch_env::{Env, make_kinematic, wrappers::ActionRepeat};
+/// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::ActionRepeat};
 ///
 /// let twice = NonZeroU32::MIN.saturating_add(1);
-/// let mut env = ActionRepeat::new(make_kinematic("FetchReach-v4")?, twice);
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(ActionRepeat::new(twice))?;
 /// env.reset(Some(0))?;
 /// assert_eq!(env.step(&[0.0; 4])?.reward, -2.0);
 /// assert_eq!(env.inner().elapsed_steps(), 2);
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type ActionRepeat<E> = Wrapped<E, Repeat>;
-
-/// The wrapper of an [`ActionRepeat`].
 #[derive(Clone, Copy, Debug)]
-pub struct Repeat {
+pub struct ActionRepeat {
     count: NonZeroU32,
 }
 
-impl<E: Env> ActionRepeat<E> {
+impl ActionRepeat {
     /// Takes each action `count` times.
     #[must_use]
-    pub const fn new(env: E, count: NonZeroU32) -> Self {
-        Self::from_parts(env, Repeat { count })
+    pub const fn new(count: NonZeroU32) -> Self {
+        Self { count }
     }
 }
 
-impl<E: Env> Wrapper<E> for Repeat {
+impl<E: Env> Wrapper<E> for ActionRepeat {
     keep!(Observation, Info, ActionSpace, reset);
 
     fn step(
@@ -204,4 +208,4 @@ impl<E: Env> Wrapper<E> for Repeat {
     }
 }
 
-impl Stateless for Repeat {}
+impl Stateless for ActionRepeat {}

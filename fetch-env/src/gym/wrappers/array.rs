@@ -44,7 +44,7 @@ impl<T: ArrayElement> BatchObservation for SharedArray<T> {
 /// As long as no more than [`REMEMBERED`](Self::REMEMBERED) arrays are alive at once, each of them
 /// is allocated once.
 #[derive(Debug)]
-pub struct ArrayPool<T> {
+pub(super) struct ArrayPool<T> {
     len: usize,
     /// The last arrays, the oldest first.
     recent: Vec<SharedArray<T>>,
@@ -52,30 +52,22 @@ pub struct ArrayPool<T> {
 
 impl<T> ArrayPool<T> {
     /// The number of arrays whose memory is remembered.
-    pub const REMEMBERED: usize = 4;
+    const REMEMBERED: usize = 4;
 
     /// Creates a pool of arrays of `len` elements.
-    #[must_use]
-    pub fn new(len: usize) -> Self {
+    pub(super) fn new(len: usize) -> Self {
         Self { len, recent: Vec::with_capacity(Self::REMEMBERED) }
     }
 
     /// The number of elements of an array.
-    #[must_use]
-    pub const fn len(&self) -> usize {
+    pub(super) const fn len(&self) -> usize {
         self.len
-    }
-
-    /// Whether its arrays have no elements.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.len == 0
     }
 }
 
 impl<T: ArrayElement> ArrayPool<T> {
     /// Returns an array that `fill` has written. Until then its elements are those of an earlier one.
-    pub fn write(&mut self, fill: impl FnOnce(&mut [T])) -> SharedArray<T> {
+    pub(super) fn write(&mut self, fill: impl FnOnce(&mut [T])) -> SharedArray<T> {
         let is_free = |array: &mut SharedArray<T>| Arc::get_mut(&mut array.0).is_some();
         let mut array = match self.recent.iter_mut().position(is_free) {
             Some(index) => self.recent.remove(index),

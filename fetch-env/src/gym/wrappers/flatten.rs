@@ -2,7 +2,7 @@
 
 use super::array::{ArrayPool, SharedArray};
 use super::macros::{keep, observe};
-use super::wrapped::{Stateless, Wrapped, Wrapper};
+use super::wrapper::{Stateless, Wrapper};
 use crate::gym::env::{Env, observation::GoalObservation};
 use crate::gym::spaces::{
     Space,
@@ -10,36 +10,33 @@ use crate::gym::spaces::{
 };
 use crate::gym::{error::EnvError, wrappers::error::WrapperError};
 
-/// A goal-conditioned environment whose observations are single vectors of `f32`, for learners that
-/// know no goals, such as PPO.
+/// Turns goal-conditioned observations into single vectors of `f32`, for learners that know no
+/// goals, such as PPO.
 ///
-/// `new` appends the desired goal to the observation, which is what most implementations of hindsight
-/// replay feed to a network. [`with_keys`](Wrapped::with_keys) chooses parts and order:
-/// `["achieved_goal", "desired_goal", "observation"]` gives the numbers of Gymnasium's wrapper of
-/// this name (there in double precision).
+/// [`new`](Self::new) appends the desired goal to the observation, which is what most
+/// implementations of hindsight replay feed to a network. [`with_keys`](Self::with_keys) chooses
+/// parts and order: `["achieved_goal", "desired_goal", "observation"]` gives the numbers of
+/// Gymnasium's wrapper of this name (there in double precision).
 ///
-/// It is no [`GoalEnv`](crate::GoalEnv). Observations share memory that is used again; a step
-/// allocates nothing unless many observations are kept.
+/// The environment is then not a [`GoalEnv`](crate::GoalEnv). Observations share memory that is used
+/// again; a step allocates nothing unless many observations are kept.
 ///
 /// ```
-/// use fetch_env::{Env, GoalObservation, make_kinematic, wrappers::FlattenObservation};
+/// use fetch_env::{Env, EnvExt, GoalObservation, make_kinematic, wrappers::FlattenObservation};
 ///
-/// let env = make_kinematic("FetchPush-v4")?;
-/// let mut env = FlattenObservation::new(env)?;
+/// let mut env = make_kinematic("FetchPush-v4")?.wrap(FlattenObservation::new())?;
 /// let observation = env.reset(Some(0))?.observation;
 /// assert_eq!(observation.len(), 25 + 3);
 /// let goal = env.inner().inner().desired_goal().ok_or("no goal")?;
 /// assert_eq!(observation[25..], goal.map(|x| x as f32));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type FlattenObservation<E> = Wrapped<E, Flatten>;
-
-/// The wrapper of a [`FlattenObservation`].
 #[derive(Clone, Debug)]
-pub struct Flatten {
-    /// The parts and their lengths.
+pub struct FlattenObservation {
+    keys: Vec<String>,
+    /// The parts and their lengths; none without an environment.
     parts: Vec<(Part, usize)>,
-    observation_space: Space,
+    observation_space: Option<Space>,
     pool: ArrayPool<f32>,
 }
 
@@ -64,45 +61,30 @@ impl Part {
     }
 }
 
-impl<E: Env<Observation: GoalObservation>> FlattenObservation<E> {
-    /// Flattens the observations of `env`: the observation, then the desired goal.
+impl Default for FlattenObservation {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl FlattenObservation {
+    /// Takes the observation, then the desired goal.
     ///
-    /// # Errors
-    /// [`EnvError::Wrapper`] if the observation space lacks a part.
-    pub fn new(env: E) -> Result<Self, EnvError> {
-        Self::with_keys(env, Part::DEFAULT.map(Part::key))
+    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] if the observation space lacks
+    /// one of them.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::with_keys(Part::DEFAULT.map(Part::key))
     }
 
-    /// Flattens the parts of these keys, in this order.
+    /// Takes the parts of these keys, in this order.
     ///
-    /// # Errors
-    /// [`EnvError::Wrapper`] for an unknown key, a key that occurs twice, or none.
-    pub fn with_keys<'a>(
-        env: E,
-        keys: impl IntoIterator<Item = &'a str>,
-    ) -> Result<Self, EnvError> {
-        let mut parts = Vec::new();
-        let (mut low, mut high) = (Vec::new(), Vec::new());
-        for key in keys {
-            let unknown = || WrapperError::Key { key: key.into() };
-            let part = Part::ALL.into_iter().find(|part| part.key() == key).ok_or_else(unknown)?;
-            let space = env.observation_space().as_dict().and_then(|dict| dict.get(key));
-            let len = match space {
-                Some(Space::BoxF32(space)) => extend(&mut low, &mut high, space),
-                Some(Space::BoxF64(space)) => extend(&mut low, &mut high, space),
-                _ => return Err(unknown().into()),
-            };
-            if parts.iter().any(|&(other, _)| other == part) {
-                return Err(unknown().into());
-            }
-            parts.push((part, len));
-        }
-        if low.is_empty() {
-            return Err(WrapperError::Nothing.into());
-        }
-        let len = low.len();
-        let observation_space = BoxSpace::new(vec![len], low, high)?.into();
-        Ok(Self::from_parts(env, Flatten { parts, observation_space, pool: ArrayPool::new(len) }))
+    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] for an unknown key, a key that
+    /// occurs twice, or none.
+    #[must_use]
+    pub fn with_keys(keys: impl IntoIterator<Item: Into<String>>) -> Self {
+        let keys = keys.into_iter().map(Into::into).collect();
+        Self { keys, parts: Vec::new(), observation_space: None, pool: ArrayPool::new(0) }
     }
 }
 
@@ -115,7 +97,7 @@ fn extend<T: Element>(low: &mut Vec<f32>, high: &mut Vec<f32>, space: &BoxSpace<
     space.len()
 }
 
-impl Flatten {
+impl FlattenObservation {
     fn observe<O: GoalObservation>(
         &mut self,
         observation: O,
@@ -152,14 +134,41 @@ fn round<T: Element>(out: &mut [f32], part: &[T]) {
     }
 }
 
-impl<E: Env<Observation: GoalObservation>> Wrapper<E> for Flatten {
+impl<E: Env<Observation: GoalObservation>> Wrapper<E> for FlattenObservation {
     type Observation = SharedArray<f32>;
     keep!(Info, ActionSpace);
     observe!();
 
-    fn observation_space<'a>(&'a self, _env: &'a E) -> &'a Space {
-        &self.observation_space
+    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
+        let mut parts = Vec::new();
+        let (mut low, mut high) = (Vec::new(), Vec::new());
+        for key in &self.keys {
+            let unknown = || WrapperError::Key { key: key.clone() };
+            let part = Part::ALL.into_iter().find(|part| part.key() == key).ok_or_else(unknown)?;
+            let space = env.observation_space().as_dict().and_then(|dict| dict.get(key));
+            let len = match space {
+                Some(Space::BoxF32(space)) => extend(&mut low, &mut high, space),
+                Some(Space::BoxF64(space)) => extend(&mut low, &mut high, space),
+                _ => return Err(unknown().into()),
+            };
+            if parts.iter().any(|&(other, _)| other == part) {
+                return Err(unknown().into());
+            }
+            parts.push((part, len));
+        }
+        if low.is_empty() {
+            return Err(WrapperError::Nothing.into());
+        }
+        let len = low.len();
+        self.observation_space = Some(BoxSpace::new(vec![len], low, high)?.into());
+        self.pool = ArrayPool::new(len);
+        self.parts = parts;
+        Ok(())
+    }
+
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+        self.observation_space.as_ref().unwrap_or_else(|| env.observation_space())
     }
 }
 
-impl Stateless for Flatten {}
+impl Stateless for FlattenObservation {}

@@ -23,7 +23,7 @@ macro_rules! keep {
     (@reset) => {
         fn reset(
             &mut self,
-            env: &mut crate::gym::wrappers::wrapped::Resetting<'_, E>,
+            env: &mut crate::gym::wrappers::wrapper::Resetting<'_, E>,
             seed: Option<u64>,
             options: &E::ResetOptions,
         ) -> Result<crate::gym::env::Reset<E::Observation, E::Info>, crate::gym::error::EnvError> {
@@ -39,7 +39,7 @@ macro_rules! observe {
     () => {
         fn reset(
             &mut self,
-            env: &mut crate::gym::wrappers::wrapped::Resetting<'_, E>,
+            env: &mut crate::gym::wrappers::wrapper::Resetting<'_, E>,
             seed: Option<u64>,
             options: &E::ResetOptions,
         ) -> Result<crate::gym::env::Reset<Self::Observation, E::Info>, crate::gym::error::EnvError>
@@ -62,10 +62,10 @@ macro_rules! observe {
 pub(super) use observe;
 
 /// Implements `Wrapper` for `$wrapper<T>`, which changes the observed vector alone and keeps its
-/// precision `T`, by its method `observe` and its field `observation_space`.
+/// precision `T`, by its method `observe`, its field `vectors` and their space.
 macro_rules! vector_wrapper {
-    ($wrapper:ident) => {
-        impl<E, O, T> crate::gym::wrappers::wrapped::Wrapper<E> for $wrapper<T>
+    ($wrapper:ident, |$this:ident, $vector:ident| $space:expr) => {
+        impl<E, O, T> crate::gym::wrappers::wrapper::Wrapper<E> for $wrapper<T>
         where
             E: crate::gym::env::Env<Observation = O>,
             O: crate::gym::wrappers::vector::VectorObservation<Element = T>,
@@ -75,12 +75,20 @@ macro_rules! vector_wrapper {
             crate::gym::wrappers::macros::keep!(Info, ActionSpace);
             crate::gym::wrappers::macros::observe!();
 
-            fn observation_space<'a>(&'a self, _env: &'a E) -> &'a crate::gym::spaces::Space {
-                &self.observation_space
+            fn attach(&mut self, env: &E) -> Result<(), crate::gym::error::EnvError> {
+                let mut vectors = crate::gym::wrappers::vectors::Vectors::new();
+                let $this = &mut *self;
+                vectors.attach(env, |$vector| $space)?;
+                self.vectors = vectors;
+                Ok(())
+            }
+
+            fn observation_space<'a>(&'a self, env: &'a E) -> &'a crate::gym::spaces::Space {
+                self.vectors.observation_space(env)
             }
         }
 
-        impl<T> crate::gym::wrappers::wrapped::KeepsGoals for $wrapper<T> {}
+        impl<T> crate::gym::wrappers::wrapper::KeepsGoals for $wrapper<T> {}
     };
 }
 pub(super) use vector_wrapper;

@@ -1,4 +1,6 @@
-//! Wrappers: environments that change what another environment takes or returns.
+//! Wrappers change what an environment takes or returns.
+//!
+//! [`env.wrap(wrapper)`](EnvExt::wrap) puts an environment into a wrapper:
 //!
 //! | wrapper | does | stays a [`GoalEnv`](crate::GoalEnv) |
 //! |---|---|---|
@@ -10,23 +12,28 @@
 //! | [`TimeAwareObservation`] | appends the time to the observed vector | yes |
 //! | [`FrameStack`] | stacks the last observed vectors | yes |
 //! | [`TransformObservation`] | applies a function to observations | no |
-//! | [`TransformReward`] | applies a function to rewards | yes, made by `with_goals` |
+//! | [`TransformReward`] | applies a function to rewards | yes, made by `with_goal_reward` |
 //! | [`RescaleAction`] | takes actions between other bounds | yes |
 //! | [`ClipAction`] | clips actions to the action space | yes |
 //! | [`ActionRepeat`] | takes each action several times | no |
 //!
-//! A wrapped environment is an [`Env`](crate::Env) with the reset options of the inner one. It is a
-//! [`SnapshotEnv`](crate::SnapshotEnv) and a `RenderEnv` if that is, and can be wrapped again. Except
-//! for the time limit all of them are [`Wrapped`] environments; [`Wrapper`] shows how to write one.
+//! With the feature `render` there are `AddRenderObservation` and `PixelsOnly`, and with `clip`
+//! `RecordVideo`, at the root of the crate. [`Wrapper`] shows how to write your own.
+//!
+//! A [`Wrapped`] environment is an [`Env`](crate::Env) with the reset options of the inner one. It
+//! is a [`SnapshotEnv`](crate::SnapshotEnv) and a `RenderEnv` if that is, and can be wrapped again.
+//! After a failure that leaves it between two states it refuses steps until the next reset.
 //!
 //! ```
-//! use fetch_env::{Env, VecEnv, make_kinematic, vec_env::VecConfig};
+//! use fetch_env::{Env, EnvExt, VecEnv, make_kinematic, vec_env::VecConfig};
 //! use fetch_env::wrappers::{FlattenObservation, NormalizeObservation, RecordEpisodeStatistics};
 //!
 //! // Four environments for PPO: vectors of `f32`, normalized, and the returns of their episodes.
 //! let env = || {
-//!     let env = RecordEpisodeStatistics::new(make_kinematic("FetchReachDense-v4")?);
-//!     NormalizeObservation::new(FlattenObservation::new(env)?)
+//!     make_kinematic("FetchReachDense-v4")?
+//!         .wrap(RecordEpisodeStatistics::new())?
+//!         .wrap(FlattenObservation::new())?
+//!         .wrap(NormalizeObservation::new())
 //! };
 //! let envs = (0..4).map(|_| env()).collect::<Result<Vec<_>, _>>()?;
 //! let mut envs = VecEnv::new(envs, VecConfig::default())?;
@@ -34,8 +41,8 @@
 //! for _ in 0..50 {
 //!     assert_eq!(envs.step(&[0.1; 4 * 4])?.array().len(), 4 * 13);
 //! }
-//! let batch = envs.step(&[0.1; 4 * 4])?;
-//! assert!(batch.started().iter().all(|&started| started));
+//! let last = envs.step(&[0.1; 4 * 4])?;
+//! assert!(last.started().iter().all(|&started| started));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -49,26 +56,26 @@ pub(crate) mod macros;
 mod normalize;
 mod statistics;
 mod time_aware;
-pub(crate) mod time_limit;
+mod time_limit;
 mod transform;
 mod vector;
+mod vectors;
 pub(crate) mod wrapped;
+pub(crate) mod wrapper;
 
 pub use self::{
-    action::{ActionRepeat, Clip, ClipAction, Repeat, Rescale, RescaleAction},
-    array::{ArrayPool, SharedArray},
+    action::{ActionRepeat, ClipAction, RescaleAction},
+    array::SharedArray,
     error::WrapperError,
-    filter::{Filter, FilterObservation},
-    flatten::{Flatten, FlattenObservation},
-    frame_stack::{FrameStack, Stack},
-    normalize::{Normalize, NormalizeObservation, NormalizeState, RunningStatistics},
-    statistics::{EpisodeInfo, EpisodeRecorder, EpisodeStatistics, RecordEpisodeStatistics},
-    time_aware::{TimeAware, TimeAwareObservation},
-    time_limit::{TimeLimit, TimeLimitSnapshot},
-    transform::{ObservationTransform, TransformObservation, TransformReward, TransformedReward},
-    vector::{GoalVector, VectorElement, VectorObservation},
-    wrapped::{
-        GoalWrapper, KeepsGoals, Resetting, SnapshotWrapper, Stateless, Wrapped, WrappedSnapshot,
-        Wrapper,
-    },
+    filter::FilterObservation,
+    flatten::FlattenObservation,
+    frame_stack::FrameStack,
+    normalize::{NormalizeObservation, RunningStatistics},
+    statistics::{EpisodeInfo, EpisodeStatistics, RecordEpisodeStatistics},
+    time_aware::TimeAwareObservation,
+    time_limit::TimeLimit,
+    transform::{TransformObservation, TransformReward},
+    vector::{GoalVector, VectorObservation},
+    wrapped::{EnvExt, Wrapped, WrappedSnapshot},
+    wrapper::{GoalWrapper, KeepsGoals, Resetting, SnapshotWrapper, Stateless, Wrapper},
 };

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::array::ArrayPool;
 use super::macros::{keep, observe};
-use super::vector::{VectorObservation, check_len, vector_space};
-use super::wrapped::{KeepsGoals, SnapshotWrapper, Wrapped, Wrapper};
+use super::vector::VectorObservation;
+use super::vectors::Vectors;
+use super::wrapped::Wrapped;
+use super::wrapper::{KeepsGoals, SnapshotWrapper, Wrapper};
 use crate::gym::env::Env;
 use crate::gym::spaces::{
     Space,
@@ -13,8 +14,7 @@ use crate::gym::spaces::{
 };
 use crate::gym::{error::EnvError, wrappers::error::WrapperError};
 
-/// An environment whose observed vectors are normalized, element by element, by their running mean
-/// and variance.
+/// Normalizes the observed vectors, element by element, by their running mean and variance.
 ///
 /// A normalized element is `(x - mean) / sqrt(variance + epsilon)`, computed in double precision and
 /// rounded to `f32`. Every observation, that of a reset included, counts before it is normalized,
@@ -25,39 +25,28 @@ use crate::gym::{error::EnvError, wrappers::error::WrapperError};
 /// The statistics survive resets: until they are [frozen](Wrapped::set_frozen) the same seed gives
 /// other observations later, as it does in Gymnasium. A snapshot contains them. Each of several
 /// environments has its own; to share some, collect them with one and give
-/// [`frozen`](Wrapped::frozen) copies to the others.
+/// [`frozen`](Self::frozen) copies to the others.
 ///
 /// ```
-/// use fetch_env::{Env, make_kinematic, wrappers::NormalizeObservation};
+/// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::NormalizeObservation};
 ///
-/// let mut env = NormalizeObservation::new(make_kinematic("FetchReach-v4")?)?;
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(NormalizeObservation::new())?;
 /// env.reset(Some(0))?;
 /// for _ in 0..49 {
 ///     env.step(&[0.2, -0.1, 0.0, 0.0])?;
 /// }
 /// let statistics = env.statistics().clone();
 /// assert!((statistics.count() - 50.0).abs() < 0.001);
-/// let mut evaluation = NormalizeObservation::frozen(make_kinematic("FetchReach-v4")?, statistics)?;
+/// let frozen = NormalizeObservation::frozen(statistics);
+/// let mut evaluation = make_kinematic("FetchReach-v4")?.wrap(frozen)?;
 /// assert_eq!(evaluation.reset(Some(1)), evaluation.reset(Some(1)));
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type NormalizeObservation<E> = Wrapped<E, Normalize>;
-
-/// The wrapper of a [`NormalizeObservation`].
 #[derive(Clone, Debug)]
-pub struct Normalize {
-    state: NormalizeState,
-    epsilon: f64,
-    observation_space: Space,
-    pool: ArrayPool<f32>,
-}
-
-/// The state of a [`Normalize`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NormalizeState {
+pub struct NormalizeObservation {
     statistics: RunningStatistics,
     is_frozen: bool,
+    vectors: Vectors<f32>,
 }
 
 /// Running mean and variance of vectors, element by element.
@@ -119,110 +108,113 @@ impl RunningStatistics {
     }
 }
 
-impl<E: Env<Observation: VectorObservation>> NormalizeObservation<E> {
+impl Default for NormalizeObservation {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl NormalizeObservation {
     /// Gymnasium's addend to the variance.
     const EPSILON: f64 = 1e-8;
 
-    /// Normalizes the observations of `env` by their own statistics, with `epsilon` 1e-8.
+    /// Normalizes observations by their own statistics, with an epsilon of 1e-8.
     ///
-    /// # Errors
-    /// [`EnvError::Vec`] if the observation space has no vector of the observations' type.
-    pub fn new(env: E) -> Result<Self, EnvError> {
-        let len = vector_space::<E::Observation>(env.observation_space())?.len();
-        Self::with_state(env, RunningStatistics::new(len), false)
+    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Vec`] if the observation space has no
+    /// vector of the observations' type.
+    #[must_use]
+    pub fn new() -> Self {
+        let statistics = RunningStatistics::new(0);
+        Self { statistics, is_frozen: false, vectors: Vectors::new() }
     }
 
-    /// Normalizes the observations of `env` by statistics that stay as they are.
+    /// Normalizes observations by statistics that stay as they are.
     ///
-    /// # Errors
-    /// As [`new`](Self::new), and [`EnvError::Wrapper`] if `statistics` has another length than the
-    /// observations.
-    pub fn frozen(env: E, statistics: RunningStatistics) -> Result<Self, EnvError> {
-        Self::with_state(env, statistics, true)
+    /// [`wrap`](super::EnvExt::wrap) returns what it does for [`new`](Self::new), and
+    /// [`EnvError::Wrapper`] if `statistics` has another length than the observations.
+    #[must_use]
+    pub fn frozen(statistics: RunningStatistics) -> Self {
+        Self { statistics, is_frozen: true, vectors: Vectors::new() }
     }
 
-    fn with_state(
-        env: E,
-        statistics: RunningStatistics,
-        is_frozen: bool,
-    ) -> Result<Self, EnvError> {
-        let space = env.observation_space();
-        let vector = vector_space::<E::Observation>(space)?;
-        let (expected, actual) = (vector.len(), statistics.mean.len());
-        if actual != expected {
+    fn make_space<T: Element>(&mut self, vector: &BoxSpace<T>) -> Result<BoxSpace<f32>, EnvError> {
+        let (expected, actual) = (vector.len(), self.statistics.mean.len());
+        if !self.is_frozen {
+            self.statistics = RunningStatistics::new(expected);
+        } else if actual != expected {
             return Err(WrapperError::StatisticsLength { expected, actual }.into());
         }
         let (low, high) = (vec![f32::NEG_INFINITY; expected], vec![f32::INFINITY; expected]);
-        let normalized = BoxSpace::new(vector.shape().to_vec(), low, high)?;
-        let observation_space = E::Observation::replaced_space(space, normalized);
-        let state = NormalizeState { statistics, is_frozen };
-        let (epsilon, pool) = (Self::EPSILON, ArrayPool::new(expected));
-        Ok(Self::from_parts(env, Normalize { state, epsilon, observation_space, pool }))
-    }
-}
-
-impl<E> NormalizeObservation<E> {
-    /// The statistics of the observations so far.
-    #[must_use]
-    pub const fn statistics(&self) -> &RunningStatistics {
-        &self.wrapper().state.statistics
+        Ok(BoxSpace::new(vector.shape().to_vec(), low, high)?)
     }
 
-    /// Whether the statistics stay as they are.
-    #[must_use]
-    pub const fn is_frozen(&self) -> bool {
-        self.wrapper().state.is_frozen
-    }
-
-    /// Freezes the statistics, for evaluation, or lets them run.
-    pub const fn set_frozen(&mut self, is_frozen: bool) {
-        self.wrapper.state.is_frozen = is_frozen;
-    }
-}
-
-impl Normalize {
     fn observe<O: VectorObservation>(
         &mut self,
         observation: O,
         _is_first: bool,
     ) -> Result<O::Replaced<f32>, EnvError> {
-        let vector = observation.vector();
-        check_len(self.pool.len(), vector)?;
-        let NormalizeState { statistics, is_frozen } = &mut self.state;
-        if !*is_frozen {
-            statistics.add(vector);
+        self.vectors.check(observation.vector())?;
+        if !self.is_frozen {
+            self.statistics.add(observation.vector());
         }
-        let moments = statistics.mean.iter().zip(&statistics.variance);
-        let array = self.pool.write(|array| {
+        let RunningStatistics { mean, variance, .. } = &self.statistics;
+        Ok(self.vectors.replace(observation, |vector, array| {
+            let moments = mean.iter().zip(variance);
             for ((out, &element), (mean, variance)) in array.iter_mut().zip(vector).zip(moments) {
-                *out = ((element.into() - mean) / (variance + self.epsilon).sqrt()) as f32;
+                *out = ((element.into() - mean) / (variance + Self::EPSILON).sqrt()) as f32;
             }
-        });
-        Ok(observation.replace(array))
+        }))
     }
 }
 
-impl<E: Env<Observation: VectorObservation>> Wrapper<E> for Normalize {
+impl<E> Wrapped<E, NormalizeObservation> {
+    /// The statistics of the observations so far.
+    #[must_use]
+    pub const fn statistics(&self) -> &RunningStatistics {
+        &self.wrapper.statistics
+    }
+
+    /// Whether the statistics stay as they are.
+    #[must_use]
+    pub const fn is_frozen(&self) -> bool {
+        self.wrapper.is_frozen
+    }
+
+    /// Freezes the statistics, for evaluation, or lets them run.
+    pub const fn set_frozen(&mut self, is_frozen: bool) {
+        self.wrapper.is_frozen = is_frozen;
+    }
+}
+
+impl<E: Env<Observation: VectorObservation>> Wrapper<E> for NormalizeObservation {
     type Observation = <E::Observation as VectorObservation>::Replaced<f32>;
     keep!(Info, ActionSpace);
     observe!();
 
-    fn observation_space<'a>(&'a self, _env: &'a E) -> &'a Space {
-        &self.observation_space
+    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
+        let mut vectors = Vectors::new();
+        vectors.attach(env, |vector| self.make_space(vector))?;
+        self.vectors = vectors;
+        Ok(())
+    }
+
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+        self.vectors.observation_space(env)
     }
 }
 
-impl KeepsGoals for Normalize {}
+impl KeepsGoals for NormalizeObservation {}
 
-impl SnapshotWrapper for Normalize {
-    type State = NormalizeState;
+/// The state is the statistics, and whether they are frozen.
+impl SnapshotWrapper for NormalizeObservation {
+    type State = (RunningStatistics, bool);
 
-    fn state(&self) -> NormalizeState {
-        self.state.clone()
+    fn state(&self) -> Self::State {
+        (self.statistics.clone(), self.is_frozen)
     }
 
-    fn check_state(&self, state: &NormalizeState) -> Result<(), EnvError> {
-        let (theirs, ours) = (state.statistics.mean.len(), self.pool.len());
+    fn check_state(&self, (statistics, _): &Self::State) -> Result<(), EnvError> {
+        let (theirs, ours) = (statistics.mean.len(), self.vectors.len());
         if theirs == ours {
             return Ok(());
         }
@@ -230,8 +222,9 @@ impl SnapshotWrapper for Normalize {
         Err(EnvError::ForeignSnapshot { reason })
     }
 
-    fn set_state(&mut self, state: &NormalizeState) {
-        self.state.clone_from(state);
+    fn set_state(&mut self, (statistics, is_frozen): &Self::State) {
+        self.statistics.clone_from(statistics);
+        self.is_frozen = *is_frozen;
     }
 }
 

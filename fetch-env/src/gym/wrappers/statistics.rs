@@ -3,58 +3,57 @@
 use serde::{Deserialize, Serialize};
 
 use super::macros::keep;
-use super::wrapped::{KeepsGoals, Resetting, SnapshotWrapper, Wrapped, Wrapper};
+use super::wrapped::Wrapped;
+use super::wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
 use crate::gym::env::{ActionElement, Env, Reset, Step, goal::GoalInfo};
 use crate::gym::error::EnvError;
 
-/// An environment whose infos contain return and length of each finished episode.
+/// Adds the return and the length of each finished episode to the info of its last step.
 ///
 /// Unlike Gymnasium's, they contain no time on the clock, so that equal episodes have equal infos.
 /// A step allocates nothing.
 ///
 /// ```
-/// use fetch_env::{Env, make_kinematic, wrappers::RecordEpisodeStatistics};
+/// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::RecordEpisodeStatistics};
 ///
-/// let mut env = RecordEpisodeStatistics::new(make_kinematic("FetchReach-v4")?);
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(RecordEpisodeStatistics::new())?;
 /// env.reset(Some(0))?;
 /// let episode = loop {
 ///     if let Some(episode) = env.step(&[0.0; 4])?.info.episode {
 ///         break episode;
 ///     }
 /// };
-/// assert_eq!((episode.total_reward, episode.length), (-50.0, 50));
+/// assert_eq!((episode.episode_return, episode.episode_length), (-50.0, 50));
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type RecordEpisodeStatistics<E> = Wrapped<E, EpisodeRecorder>;
+#[derive(Clone, Debug, Default)]
+pub struct RecordEpisodeStatistics(EpisodeStatistics);
 
-impl<E: Env> RecordEpisodeStatistics<E> {
-    /// Records the episodes of `env`.
+impl RecordEpisodeStatistics {
+    /// Creates a record of no steps yet.
     #[must_use]
-    pub const fn new(env: E) -> Self {
-        Self::from_parts(env, EpisodeRecorder(EpisodeStatistics { total_reward: 0.0, length: 0 }))
-    }
-
-    /// Return and length of the episode so far.
-    #[must_use]
-    pub const fn so_far(&self) -> EpisodeStatistics {
-        self.wrapper().0
+    pub fn new() -> Self {
+        Self::default()
     }
 }
 
-/// The wrapper of a [`RecordEpisodeStatistics`].
-#[derive(Clone, Debug)]
-pub struct EpisodeRecorder(EpisodeStatistics);
+impl<E> Wrapped<E, RecordEpisodeStatistics> {
+    /// The return and the length of the episode so far.
+    #[must_use]
+    pub const fn so_far(&self) -> EpisodeStatistics {
+        self.wrapper.0
+    }
+}
 
 /// Return and length of an episode.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct EpisodeStatistics {
     /// The return: the sum of all rewards, without discount.
-    #[serde(rename = "return")]
-    pub total_reward: f64,
+    pub episode_return: f64,
     /// The number of steps, which stops at the largest `u32`.
-    pub length: u32,
+    pub episode_length: u32,
 }
 
 /// The info of a [`RecordEpisodeStatistics`].
@@ -77,9 +76,14 @@ impl<I: GoalInfo> GoalInfo for EpisodeInfo<I> {
     }
 }
 
-impl<E: Env> Wrapper<E> for EpisodeRecorder {
+impl<E: Env> Wrapper<E> for RecordEpisodeStatistics {
     type Info = EpisodeInfo<E::Info>;
     keep!(Observation, ActionSpace);
+
+    fn attach(&mut self, _env: &E) -> Result<(), EnvError> {
+        *self = Self::new();
+        Ok(())
+    }
 
     fn reset(
         &mut self,
@@ -88,7 +92,7 @@ impl<E: Env> Wrapper<E> for EpisodeRecorder {
         options: &E::ResetOptions,
     ) -> Result<Reset<E::Observation, Self::Info>, EnvError> {
         let reset = env.reset_with(seed, options)?;
-        self.0 = EpisodeStatistics { total_reward: 0.0, length: 0 };
+        *self = Self::new();
         Ok(reset.map_info(|info| EpisodeInfo { info, episode: None }))
     }
 
@@ -98,16 +102,16 @@ impl<E: Env> Wrapper<E> for EpisodeRecorder {
         action: &[ActionElement<E>],
     ) -> Result<Step<E::Observation, Self::Info>, EnvError> {
         let step = env.step(action)?;
-        self.0.total_reward += step.reward;
-        self.0.length = self.0.length.saturating_add(1);
+        self.0.episode_return += step.reward;
+        self.0.episode_length = self.0.episode_length.saturating_add(1);
         let episode = step.is_last().then_some(self.0);
         Ok(step.map_info(|info| EpisodeInfo { info, episode }))
     }
 }
 
-impl KeepsGoals for EpisodeRecorder {}
+impl KeepsGoals for RecordEpisodeStatistics {}
 
-impl SnapshotWrapper for EpisodeRecorder {
+impl SnapshotWrapper for RecordEpisodeStatistics {
     type State = EpisodeStatistics;
 
     fn state(&self) -> EpisodeStatistics {
@@ -115,10 +119,10 @@ impl SnapshotWrapper for EpisodeRecorder {
     }
 
     fn check_state(&self, state: &EpisodeStatistics) -> Result<(), EnvError> {
-        if state.total_reward.is_finite() {
+        if state.episode_return.is_finite() {
             return Ok(());
         }
-        let reason = format!("its return is {}", state.total_reward);
+        let reason = format!("its return is {}", state.episode_return);
         Err(EnvError::ForeignSnapshot { reason })
     }
 

@@ -1,152 +1,115 @@
-//! The time limit of an environment's episodes.
+//! The time limit of episodes.
 
 use std::num::NonZeroU32;
 
-use serde::{Deserialize, Serialize};
-
-use crate::gym::env::{ActionElement, Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
+use super::macros::keep;
+use super::wrapped::Wrapped;
+use super::wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
+use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::error::EnvError;
-use crate::gym::spaces::Space;
 
-/// An environment whose episodes are truncated after a number of steps.
+/// Truncates episodes after a number of steps.
 ///
 /// A step after the end, set by the limit or by the environment itself, is an error until the next
 /// reset. If an episode ends in both ways in one step, both `terminated` and `truncated` are true.
-#[derive(Clone, Debug)]
-pub struct TimeLimit<E> {
-    env: E,
+///
+/// [`compute_truncated`](crate::GoalEnvExt::compute_truncated) ignores the limit, which is not a
+/// function of the goals.
+///
+/// ```
+/// use fetch_env::{Env, EnvExt, TimeLimit, make_kinematic};
+///
+/// let env = make_kinematic("FetchReach-v4")?; // which has a limit of 50 steps
+/// let mut env = env.wrap(TimeLimit::new(2.try_into()?))?;
+/// env.reset(Some(0))?;
+/// assert!(!env.step(&[0.0; 4])?.truncated);
+/// assert!(env.step(&[0.0; 4])?.truncated);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct TimeLimit {
     max_episode_steps: NonZeroU32,
-    episode: Episode,
+    elapsed_steps: u32,
+    is_over: bool,
 }
 
-/// Progress of the episode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Episode {
-    NotStarted,
-    Running { elapsed_steps: u32 },
-    Over { elapsed_steps: u32 },
-}
-
-impl<E> TimeLimit<E> {
-    /// Limits the episodes of `env`, which must be reset before its next step.
+impl TimeLimit {
+    /// Creates a limit of `max_episode_steps` steps.
     #[must_use]
-    pub const fn new(env: E, max_episode_steps: NonZeroU32) -> Self {
-        Self { env, max_episode_steps, episode: Episode::NotStarted }
+    pub const fn new(max_episode_steps: NonZeroU32) -> Self {
+        Self { max_episode_steps, elapsed_steps: 0, is_over: false }
     }
+}
 
+impl<E> Wrapped<E, TimeLimit> {
     /// The number of steps after which an episode is truncated.
     #[must_use]
     pub const fn max_episode_steps(&self) -> NonZeroU32 {
-        self.max_episode_steps
+        self.wrapper.max_episode_steps
     }
 
     /// The number of steps taken in this episode; 0 before the first reset.
     #[must_use]
     pub const fn elapsed_steps(&self) -> u32 {
-        match self.episode {
-            Episode::NotStarted => 0,
-            Episode::Running { elapsed_steps } | Episode::Over { elapsed_steps } => elapsed_steps,
-        }
-    }
-
-    /// The wrapped environment. There is no mutable access, because a step there would not be
-    /// counted.
-    #[must_use]
-    pub const fn inner(&self) -> &E {
-        &self.env
-    }
-
-    /// Removes the limit.
-    #[must_use]
-    pub fn into_inner(self) -> E {
-        self.env
+        self.wrapper.elapsed_steps
     }
 }
 
-impl<E: Env> Env for TimeLimit<E> {
-    type Observation = E::Observation;
-    type Info = E::Info;
-    type ActionSpace = E::ActionSpace;
-    type ResetOptions = E::ResetOptions;
+impl<E: Env> Wrapper<E> for TimeLimit {
+    keep!(Observation, Info, ActionSpace);
 
-    fn reset_with(
+    fn attach(&mut self, _env: &E) -> Result<(), EnvError> {
+        *self = Self::new(self.max_episode_steps);
+        Ok(())
+    }
+
+    fn reset(
         &mut self,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
-        let reset = self.env.reset_with(seed, options)?;
-        self.episode = Episode::Running { elapsed_steps: 0 };
+        let reset = env.reset_with(seed, options)?;
+        *self = Self::new(self.max_episode_steps);
         Ok(reset)
     }
 
     fn step(
         &mut self,
+        env: &mut E,
         action: &[ActionElement<E>],
     ) -> Result<Step<E::Observation, E::Info>, EnvError> {
-        let elapsed_steps = match self.episode {
-            Episode::NotStarted => return Err(EnvError::ResetNeeded),
-            Episode::Over { .. } => return Err(EnvError::EpisodeOver),
-            Episode::Running { elapsed_steps } => elapsed_steps + 1,
-        };
-        let mut step = self.env.step(action)?;
-        step.truncated |= elapsed_steps >= self.max_episode_steps.get();
-        self.episode = if step.is_last() {
-            Episode::Over { elapsed_steps }
-        } else {
-            Episode::Running { elapsed_steps }
-        };
+        if self.is_over {
+            return Err(EnvError::EpisodeOver);
+        }
+        let mut step = env.step(action)?;
+        self.elapsed_steps += 1;
+        step.truncated |= self.elapsed_steps >= self.max_episode_steps.get();
+        self.is_over = step.is_last();
         Ok(step)
     }
-
-    fn action_space(&self) -> &E::ActionSpace {
-        self.env.action_space()
-    }
-
-    fn observation_space(&self) -> &Space {
-        self.env.observation_space()
-    }
 }
 
-/// The goals are the wrapped environment's. Its
-/// [`compute_truncated`](crate::GoalEnvExt::compute_truncated) ignores the limit, which is
-/// not a function of the goals.
-impl<E: GoalEnv> GoalEnv for TimeLimit<E> {
-    type GoalReward = E::GoalReward;
+impl KeepsGoals for TimeLimit {}
 
-    fn goal_reward(&self) -> &E::GoalReward {
-        self.env.goal_reward()
-    }
-}
+/// The state is the number of steps taken, and whether the episode is over.
+impl SnapshotWrapper for TimeLimit {
+    type State = (u32, bool);
 
-/// Snapshot of a [`TimeLimit`]: the state of the wrapped environment and the steps taken.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TimeLimitSnapshot<T> {
-    env: T,
-    episode: Episode,
-}
-
-impl<E: SnapshotEnv> SnapshotEnv for TimeLimit<E> {
-    type Snapshot = TimeLimitSnapshot<E::Snapshot>;
-
-    fn snapshot(&self) -> Self::Snapshot {
-        TimeLimitSnapshot { env: self.env.snapshot(), episode: self.episode }
+    fn state(&self) -> (u32, bool) {
+        (self.elapsed_steps, self.is_over)
     }
 
-    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
+    fn check_state(&self, &(elapsed_steps, is_over): &(u32, bool)) -> Result<(), EnvError> {
         let limit = self.max_episode_steps.get();
-        let fits = match snapshot.episode {
-            Episode::NotStarted => true,
-            Episode::Running { elapsed_steps } => elapsed_steps < limit,
-            Episode::Over { elapsed_steps } => elapsed_steps <= limit,
-        };
-        if !fits {
-            let reason = format!("it is {:?}, the limit is {limit} steps", snapshot.episode);
-            return Err(EnvError::ForeignSnapshot { reason });
+        if elapsed_steps < limit || (is_over && elapsed_steps == limit) {
+            return Ok(());
         }
-        self.env.restore(&snapshot.env)?;
-        self.episode = snapshot.episode;
-        Ok(())
+        let reason = format!("{elapsed_steps} steps were taken, the limit is {limit}");
+        Err(EnvError::ForeignSnapshot { reason })
+    }
+
+    fn set_state(&mut self, &(elapsed_steps, is_over): &(u32, bool)) {
+        (self.elapsed_steps, self.is_over) = (elapsed_steps, is_over);
     }
 }

@@ -5,55 +5,49 @@ use std::fmt;
 use goal_reward::{GoalError, GoalPairs, GoalReward};
 
 use super::macros::{keep, observe};
-use super::wrapped::{GoalWrapper, Stateless, Wrapped, Wrapper};
+use super::wrapper::{GoalWrapper, Stateless, Wrapper};
 use crate::gym::env::goal::{GoalEnv, GoalInfo};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Env, Step};
 use crate::gym::{error::EnvError, spaces::Space};
 
-/// An environment whose observations a function transforms.
+/// Transforms observations by a function.
 ///
-/// The function must be pure: equal observations give equal results. It is no
+/// The function must be pure: equal observations give equal results. The environment is then not a
 /// [`GoalEnv`](crate::GoalEnv), because the function could change the goals; wrappers of the
 /// [vector](super::VectorObservation) beside the goals keep them. A step allocates what the function
 /// does.
 ///
 /// ```
-/// use fetch_env::{BoxSpace, Env, GoalObservation, make_kinematic, wrappers::TransformObservation};
+/// use fetch_env::wrappers::TransformObservation;
+/// use fetch_env::{BoxSpace, Env, EnvExt, FetchObservation, GoalObservation, make_kinematic};
 ///
 /// // The way to the goal, as an array without allocation.
 /// let space = BoxSpace::<f32>::unbounded(3)?.into();
-/// let env = make_kinematic("FetchReach-v4")?;
-/// let mut env = TransformObservation::new(env, space, |observation| {
+/// let way = TransformObservation::new(space, |observation: FetchObservation| {
 ///     let (from, to) = (observation.achieved_goal(), observation.desired_goal());
 ///     std::array::from_fn::<f32, 3, _>(|axis| (to[axis] - from[axis]) as f32)
 /// });
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(way)?;
 /// let [x, y, z] = env.reset(Some(0))?.observation;
 /// assert!(x.hypot(y).hypot(z) < 0.3);
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-pub type TransformObservation<E, F> = Wrapped<E, ObservationTransform<F>>;
-
-/// The wrapper of a [`TransformObservation`].
 #[derive(Clone)]
-pub struct ObservationTransform<F> {
+pub struct TransformObservation<F> {
     transform: F,
     observation_space: Space,
 }
 
-impl<E: Env, F, O> TransformObservation<E, F>
-where
-    F: Fn(E::Observation) -> O,
-    O: Clone + fmt::Debug + PartialEq,
-{
-    /// Transforms the observations of `env` to members of `observation_space`.
+impl<F> TransformObservation<F> {
+    /// Transforms observations to members of `observation_space`.
     #[must_use]
-    pub const fn new(env: E, observation_space: Space, transform: F) -> Self {
-        Self::from_parts(env, ObservationTransform { transform, observation_space })
+    pub const fn new(observation_space: Space, transform: F) -> Self {
+        Self { transform, observation_space }
     }
 }
 
-impl<F> ObservationTransform<F> {
+impl<F> TransformObservation<F> {
     fn observe<O, P>(&mut self, observation: O, _is_first: bool) -> Result<P, EnvError>
     where
         F: Fn(O) -> P,
@@ -62,7 +56,7 @@ impl<F> ObservationTransform<F> {
     }
 }
 
-impl<E: Env, F, O> Wrapper<E> for ObservationTransform<F>
+impl<E: Env, F, O> Wrapper<E> for TransformObservation<F>
 where
     F: Fn(E::Observation) -> O,
     O: Clone + fmt::Debug + PartialEq,
@@ -76,20 +70,24 @@ where
     }
 }
 
-impl<F> Stateless for ObservationTransform<F> {}
+impl<F> Stateless for TransformObservation<F> {}
 
-/// An environment whose rewards a function transforms.
+/// Transforms rewards by a function.
 ///
 /// The function must be pure: equal rewards give equal results. Made by
-/// [`with_goals`](Wrapped::with_goals), it is a [`GoalEnv`](crate::GoalEnv) that keeps its law: the
-/// same function transforms its [`goal_reward`](crate::GoalEnv::goal_reward), so that relabeled
-/// rewards are transformed, too. Success and the ends of episodes stay. A step allocates nothing.
+/// [`with_goal_reward`](Self::with_goal_reward) from the environment's reward, it keeps a
+/// [`GoalEnv`](crate::GoalEnv) and its law: the same function transforms the
+/// [`goal_reward`](crate::GoalEnv::goal_reward), so that relabeled rewards are transformed, too.
+/// Success and the ends of episodes stay. A step allocates nothing.
 ///
 /// ```
-/// use fetch_env::{Env, GoalEnvExt, GoalObservation, make_kinematic, wrappers::TransformReward};
+/// use fetch_env::wrappers::TransformReward;
+/// use fetch_env::{Env, EnvExt, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
 ///
 /// // 1 at the goal, 0 elsewhere.
-/// let mut env = TransformReward::with_goals(make_kinematic("FetchReach-v4")?, |r| r + 1.0);
+/// let env = make_kinematic("FetchReach-v4")?;
+/// let transform = TransformReward::with_goal_reward(env.goal_reward().clone(), |r| r + 1.0);
+/// let mut env = env.wrap(transform)?;
 /// env.reset(Some(0))?;
 /// let step = env.step(&[0.0; 4])?;
 /// assert_eq!(step.reward, 0.0);
@@ -97,45 +95,32 @@ impl<F> Stateless for ObservationTransform<F> {}
 /// assert_eq!(env.compute_reward(achieved, achieved)?, 1.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type TransformReward<E, F, R = ()> = Wrapped<E, TransformedReward<R, F>>;
-
-/// A reward transformed by a function: the wrapper of a [`TransformReward`], and as a function of
-/// goals its [`GoalReward`].
 #[derive(Clone, Copy)]
-pub struct TransformedReward<R, F> {
+pub struct TransformReward<F, R = ()> {
     reward: R,
     transform: F,
 }
 
-impl<R, F: Fn(f64) -> f64> TransformedReward<R, F> {
-    /// Transforms the rewards that `reward` gives.
+impl<F: Fn(f64) -> f64> TransformReward<F> {
+    /// Transforms the rewards of any environment, which is then not a [`GoalEnv`](crate::GoalEnv).
     #[must_use]
-    pub const fn new(reward: R, transform: F) -> Self {
+    pub const fn new(transform: F) -> Self {
+        Self { reward: (), transform }
+    }
+}
+
+impl<F: Fn(f64) -> f64, R: GoalReward> TransformReward<F, R> {
+    /// Transforms the rewards of a goal-conditioned environment, whose
+    /// [`goal_reward`](crate::GoalEnv::goal_reward) is `reward`.
+    ///
+    /// The result is a [`GoalReward`] itself, which transforms what `reward` gives.
+    #[must_use]
+    pub const fn with_goal_reward(reward: R, transform: F) -> Self {
         Self { reward, transform }
     }
 }
 
-impl<E: Env, F: Fn(f64) -> f64> TransformReward<E, F> {
-    /// Transforms the rewards of any environment, which is then no [`GoalEnv`](crate::GoalEnv).
-    #[must_use]
-    pub const fn new(env: E, transform: F) -> Self {
-        Self::from_parts(env, TransformedReward::new((), transform))
-    }
-}
-
-impl<E: GoalEnv, F: Fn(f64) -> f64> TransformReward<E, F, E::GoalReward>
-where
-    E::GoalReward: Clone,
-{
-    /// Transforms the rewards of a goal-conditioned environment, computed ones included.
-    #[must_use]
-    pub fn with_goals(env: E, transform: F) -> Self {
-        let reward = env.goal_reward().clone();
-        Self::from_parts(env, TransformedReward::new(reward, transform))
-    }
-}
-
-impl<R, F: Fn(f64) -> f64, E: Env> Wrapper<E> for TransformedReward<R, F> {
+impl<R, F: Fn(f64) -> f64, E: Env> Wrapper<E> for TransformReward<F, R> {
     keep!(Observation, Info, ActionSpace, reset);
 
     fn step(
@@ -149,7 +134,7 @@ impl<R, F: Fn(f64) -> f64, E: Env> Wrapper<E> for TransformedReward<R, F> {
     }
 }
 
-impl<E, R, F> GoalWrapper<E> for TransformedReward<R, F>
+impl<E, R, F> GoalWrapper<E> for TransformReward<F, R>
 where
     E: GoalEnv<GoalReward = R, Observation: GoalObservation, Info: GoalInfo>,
     R: GoalReward,
@@ -162,9 +147,9 @@ where
     }
 }
 
-impl<R, F> Stateless for TransformedReward<R, F> {}
+impl<R, F> Stateless for TransformReward<F, R> {}
 
-impl<R: GoalReward, F: Fn(f64) -> f64> GoalReward for TransformedReward<R, F> {
+impl<R: GoalReward, F: Fn(f64) -> f64> GoalReward for TransformReward<F, R> {
     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
         (self.transform)(self.reward.reward(achieved_goal, desired_goal))
     }
@@ -200,14 +185,14 @@ impl<R: GoalReward, F: Fn(f64) -> f64> GoalReward for TransformedReward<R, F> {
     }
 }
 
-impl<F> fmt::Debug for ObservationTransform<F> {
+impl<F> fmt::Debug for TransformObservation<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ObservationTransform").finish_non_exhaustive()
+        f.debug_struct("TransformObservation").finish_non_exhaustive()
     }
 }
 
-impl<R: fmt::Debug, F> fmt::Debug for TransformedReward<R, F> {
+impl<R: fmt::Debug, F> fmt::Debug for TransformReward<F, R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("TransformedReward").field("reward", &self.reward).finish_non_exhaustive()
+        f.debug_struct("TransformReward").field("reward", &self.reward).finish_non_exhaustive()
     }
 }

@@ -9,7 +9,6 @@ use crate::gym::spaces::{
     DictSpace, Space,
     box_space::{BoxSpace, Element},
 };
-use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 
 /// An observation with a vector of numbers, which wrappers can replace.
 ///
@@ -33,10 +32,6 @@ pub trait VectorObservation: Clone + Debug + PartialEq {
     /// Returns the space of observations from `space` with another vector.
     fn replaced_space<T: Element>(space: &Space, vector: BoxSpace<T>) -> Space;
 }
-
-/// Element of the vector in an environment's observations.
-pub type VectorElement<E> =
-    <<E as crate::gym::env::Env>::Observation as VectorObservation>::Element;
 
 /// Key of the vector in a goal-conditioned observation.
 const OBSERVATION: &str = "observation";
@@ -129,20 +124,4 @@ arrays! {
     SharedArray<T>;
     Vec<T>;
     [T; N], N;
-}
-
-/// Returns the space of the vector in the observations of an environment.
-pub(super) fn vector_space<O: VectorObservation>(
-    space: &Space,
-) -> Result<&BoxSpace<O::Element>, EnvError> {
-    let element = std::any::type_name::<O::Element>();
-    Ok(O::vector_space(space).ok_or(VecEnvError::ObservationSpace { key: OBSERVATION, element })?)
-}
-
-/// Fails unless a vector has the length of its space.
-pub(super) fn check_len<T>(expected: usize, vector: &[T]) -> Result<(), EnvError> {
-    match vector.len() {
-        actual if actual == expected => Ok(()),
-        actual => Err(EnvError::ObservationLength { key: OBSERVATION, expected, actual }),
-    }
 }

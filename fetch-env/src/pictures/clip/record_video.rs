@@ -15,17 +15,18 @@ use crate::gym::env::{ActionElement, Reset, Step};
 use crate::gym::error::EnvError;
 use crate::gym::wrappers::{
     macros::keep,
-    wrapped::{KeepsGoals, Resetting, SnapshotWrapper, Wrapped, Wrapper},
+    wrapped::Wrapped,
+    wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper},
 };
 use crate::pictures::clip::video_options::VideoError;
 use crate::pictures::{pool::RendererPool, render::RenderEnv};
 
-/// An environment that records some of its episodes as moving pictures.
+/// Records some episodes as moving pictures.
 ///
 /// It is Gymnasium's wrapper of this name. Steps and resets return what they do without it, bit for
 /// bit. A video shows an episode from its reset to its last step. It is written in that step if the
 /// wrapped environment ends the episode, so a [`TimeLimit`](crate::TimeLimit) belongs inside, and
-/// otherwise by the next reset or by [`finish`](Self::finish). A file of the same name is replaced,
+/// otherwise by the next reset or by [`finish`](Wrapped::finish). A file of the same name is replaced,
 /// but nothing else of that name: a link or a folder is an error. No other file is changed, and
 /// nothing is written outside the [folder](VideoOptions::folder).
 ///
@@ -33,10 +34,10 @@ use crate::pictures::{pool::RendererPool, render::RenderEnv};
 /// episode is not recorded: a video never shows a jump. Dropping the environment drops them too.
 ///
 /// ```no_run
-/// use fetch_env::{Env, RecordVideo, VideoOptions, make};
+/// use fetch_env::{Env, EnvExt, RecordVideo, VideoOptions, make};
 ///
 /// let options = VideoOptions::new("videos").with_episodes(|episode| episode % 100 == 0);
-/// let mut env = RecordVideo::new(make("FetchReach-v4")?, options)?;
+/// let mut env = make("FetchReach-v4")?.wrap(RecordVideo::new(options))?;
 /// env.reset(Some(0))?;
 /// while !env.step(&[0.2, 0.0, 0.0, 0.0])?.is_last() {}
 /// assert!(std::path::Path::new("videos/rl-video-episode-0.gif").exists());
@@ -46,33 +47,30 @@ use crate::pictures::{pool::RendererPool, render::RenderEnv};
 /// # Errors of recording
 /// A reset or step returns [`RenderError`](fetch_sim::RenderError) or [`VideoError`] if a frame cannot be rendered
 /// or a file cannot be written. The video is dropped then, and the environment must be reset.
-pub type RecordVideo<E> = Wrapped<E, Video>;
-
-/// The wrapper of a [`RecordVideo`].
 #[derive(Debug)]
-pub struct Video {
+pub struct RecordVideo {
     options: VideoOptions,
-    renderers: Arc<RendererPool>,
+    /// `None` without an environment.
+    renderers: Option<Arc<RendererPool>>,
     /// The number of episodes that have begun.
     num_episodes: u64,
     /// The frames of this episode; `None` if it is not recorded, or no longer.
     clip: Option<Clip>,
 }
 
-impl<E: RenderEnv> RecordVideo<E> {
-    /// Records episodes of `env`. Makes the folder, if there is none.
+impl RecordVideo {
+    /// Records episodes as `options` say.
     ///
-    /// # Errors
-    /// [`VideoError`] for an invalid name prefix or if the folder cannot be made;
+    /// [`wrap`](crate::EnvExt::wrap) makes the folder, if there is none. It returns a [`VideoError`]
+    /// for an invalid name prefix or if the folder cannot be made, and a
     /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
-    pub fn new(env: E, options: VideoOptions) -> Result<Self, EnvError> {
-        options.check()?;
-        let renderers = RendererPool::shared(&env, options.render().clone())?;
-        let folder = options.folder();
-        fs::create_dir_all(folder).map_err(|error| VideoError::write(folder, &error))?;
-        Ok(Self::from_parts(env, Video { options, renderers, num_episodes: 0, clip: None }))
+    #[must_use]
+    pub const fn new(options: VideoOptions) -> Self {
+        Self { options, renderers: None, num_episodes: 0, clip: None }
     }
+}
 
+impl<E> Wrapped<E, RecordVideo> {
     /// The settings.
     pub const fn options(&self) -> &VideoOptions {
         &self.wrapper().options
@@ -99,7 +97,7 @@ impl<E: RenderEnv> RecordVideo<E> {
     }
 }
 
-impl Video {
+impl RecordVideo {
     fn finish(&mut self) -> Result<(), EnvError> {
         let Some(clip) = self.clip.take() else { return Ok(()) };
         let path = self.options.path(self.num_episodes.saturating_sub(1));
@@ -115,7 +113,8 @@ impl Video {
     /// Adds the current state to the video.
     fn record(&mut self, env: &impl RenderEnv) -> Result<(), EnvError> {
         let Some(mut clip) = self.clip.take() else { return Ok(()) };
-        self.renderers.render(env, |rgb| clip.push(rgb))?.map_err(|error| self.invalid(&error))?;
+        let renderers = self.renderers.as_ref().ok_or(EnvError::ResetNeeded)?;
+        renderers.render(env, |rgb| clip.push(rgb))?.map_err(|error| self.invalid(&error))?;
         let is_full =
             self.options.max_frames().is_some_and(|max| clip.frames().len() >= max.get() as usize);
         self.clip = Some(clip);
@@ -142,8 +141,17 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.commit()
 }
 
-impl<E: RenderEnv> Wrapper<E> for Video {
+impl<E: RenderEnv> Wrapper<E> for RecordVideo {
     keep!(Observation, Info, ActionSpace);
+
+    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
+        self.options.check()?;
+        let renderers = RendererPool::shared(env, self.options.render().clone())?;
+        let folder = self.options.folder();
+        fs::create_dir_all(folder).map_err(|error| VideoError::write(folder, &error))?;
+        (self.renderers, self.num_episodes, self.clip) = (Some(renderers), 0, None);
+        Ok(())
+    }
 
     fn reset(
         &mut self,
@@ -177,10 +185,10 @@ impl<E: RenderEnv> Wrapper<E> for Video {
     }
 }
 
-impl KeepsGoals for Video {}
+impl KeepsGoals for RecordVideo {}
 
 /// The state is the number of episodes, so that a restored run numbers its videos as before.
-impl SnapshotWrapper for Video {
+impl SnapshotWrapper for RecordVideo {
     type State = u64;
 
     fn state(&self) -> u64 {
