@@ -1,6 +1,6 @@
 //! Steps of many environments, collected into a hindsight replay buffer.
 
-use fetch_env::vec_env::{AutoresetMode, BatchEnv, BatchOf, VecEnvError, VecReset, VecSnapshot};
+use fetch_env::vec_env::{AutoresetMode, BatchEnv, VecEnvError, VecReset, VecSnapshot, VecStepOf};
 use fetch_env::{
     ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, SnapshotEnv, VecEnv,
 };
@@ -128,11 +128,11 @@ impl<E: CollectEnv> Collector<E> {
     ) -> Result<(), CollectorError> {
         let batch = self.envs.reset(seed)?;
         buffer.record(&batch.into())?;
-        if let Some((env_id, error)) = batch.errors().next() {
-            return Err(CollectorError::Environment { env_id, source: error.clone() });
+        if let Some((env_index, error)) = batch.errors().next() {
+            return Err(CollectorError::Environment { env_index, source: error.clone() });
         }
-        for (env_id, episode) in (0..).zip(&mut self.episodes) {
-            *episode = Episode::new(seed.map(|seed| seed.wrapping_add(env_id)));
+        for (env_index, episode) in (0..).zip(&mut self.episodes) {
+            *episode = Episode::new(seed.map(|seed| seed.wrapping_add(env_index)));
         }
         self.has_started = true;
         Ok(())
@@ -167,10 +167,11 @@ impl<E: CollectEnv> Collector<E> {
             return Err(VecEnvError::Count { what: "snapshot", actual, num_envs });
         }
         let lengths = snapshot.episodes.iter().map(|episode| episode.map_or(0, |e| e.length));
-        if let Some((env_id, length)) = lengths.enumerate().find(|(_, len)| *len as u64 > MAX_COUNT)
+        if let Some((env_index, length)) =
+            lengths.enumerate().find(|(_, len)| *len as u64 > MAX_COUNT)
         {
             let reason = format!("its episode has {length} steps");
-            return Err(VecEnvError::ForeignSnapshot { env_id, reason });
+            return Err(VecEnvError::ForeignSnapshot { env_index, reason });
         }
         self.envs.restore(&snapshot.envs)?;
         let episodes = snapshot.episodes.iter();
@@ -198,7 +199,7 @@ impl<E: CollectEnv> Collector<E> {
     ) -> Result<Collected, CollectorError>
     where
         T: Scalar,
-        P: Policy<BatchOf<E>, ActionElement<E>> + ?Sized,
+        P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
     {
         if !self.has_started {
             self.reset(None, buffer)?;
@@ -207,7 +208,7 @@ impl<E: CollectEnv> Collector<E> {
         // Those that have taken no step and begun no episode.
         let mut still = vec![num_steps > 0; self.envs.num_envs()];
         for _ in 0..num_steps {
-            policy.act(self.envs.batch(), &mut self.actions);
+            policy.act(self.envs.last_step(), &mut self.actions);
             let batch = self.envs.step(&self.actions)?;
             let recorded = buffer.record(&batch.into())?;
             collected.recorded_steps += recorded.recorded_steps;
@@ -215,21 +216,23 @@ impl<E: CollectEnv> Collector<E> {
             collected.discarded_episodes += recorded.discarded_episodes;
             if let Some(refused) = recorded.first_refusal {
                 return Err(CollectorError::NotFinite {
-                    env_id: refused.env,
+                    env_index: refused.env,
                     source: refused.error,
                 });
             }
             if collected.first_failure.is_none() {
                 let failure = batch.errors().next();
-                collected.first_failure = failure.map(|(env_id, error)| (env_id, error.clone()));
+                collected.first_failure =
+                    failure.map(|(env_index, error)| (env_index, error.clone()));
             }
-            for (env_id, episode) in self.episodes.iter_mut().enumerate() {
-                let is_last = batch.terminated()[env_id] || batch.truncated()[env_id];
-                still[env_id] &= !(batch.stepped()[env_id] || batch.started()[env_id]);
-                if let (true, Some(info)) = (batch.stepped()[env_id], batch.step_info(env_id)) {
-                    episode.add(batch.reward()[env_id], info);
+            for (env_index, episode) in self.episodes.iter_mut().enumerate() {
+                let is_last = batch.terminated()[env_index] || batch.truncated()[env_index];
+                still[env_index] &= !(batch.stepped()[env_index] || batch.started()[env_index]);
+                if let (true, Some(info)) = (batch.stepped()[env_index], batch.step_info(env_index))
+                {
+                    episode.add(batch.reward()[env_index], info);
                     if is_last {
-                        progress(env_id, episode);
+                        progress(env_index, episode);
                     }
                 }
                 if is_last {
@@ -240,14 +243,14 @@ impl<E: CollectEnv> Collector<E> {
                 self.reset_ended(buffer)?;
             }
         }
-        let mut errors = self.envs.batch().errors().filter(|(env_id, _)| still[*env_id]);
-        collected.first_stuck = errors.next().map(|(env_id, error)| (env_id, error.clone()));
+        let mut errors = self.envs.last_step().errors().filter(|(env_index, _)| still[*env_index]);
+        collected.first_stuck = errors.next().map(|(env_index, error)| (env_index, error.clone()));
         Ok(collected)
     }
 
     /// Resets the environments whose episodes have ended.
     fn reset_ended<T: Scalar>(&mut self, buffer: &mut HerBuffer<T>) -> Result<(), CollectorError> {
-        let batch = self.envs.batch();
+        let batch = self.envs.last_step();
         let ends = batch.terminated().iter().zip(batch.truncated());
         let mask: Vec<bool> =
             ends.map(|(terminated, truncated)| *terminated || *truncated).collect();

@@ -42,10 +42,10 @@ pub enum CollectorError {
     #[error(transparent)]
     Vec(#[from] VecEnvError),
     /// An environment could not be reset.
-    #[error("environment {env_id} could not be reset")]
+    #[error("environment {env_index} could not be reset")]
     Environment {
         /// Id of the environment.
-        env_id: usize,
+        env_index: usize,
         /// The environment's error.
         source: EnvError,
     },
@@ -55,10 +55,10 @@ pub enum CollectorError {
     )]
     Buffer(#[from] AddError),
     /// An environment returned numbers that the buffer cannot store.
-    #[error("environment {env_id} returned a number that the buffer cannot store")]
+    #[error("environment {env_index} returned a number that the buffer cannot store")]
     NotFinite {
         /// Id of the environment.
-        env_id: usize,
+        env_index: usize,
         /// The number, and where it is.
         source: AddError,
     },

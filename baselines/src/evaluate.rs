@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fetch_env::vec_env::{BatchEnv, BatchOf, Seeds, VecReset};
+use fetch_env::vec_env::{BatchEnv, Seeds, VecReset, VecStepOf};
 use fetch_env::{
     ActionElement, ActionSpace, Env, EnvError, GoalEnv, GoalInfo, Reset, Step, VecEnv,
 };
@@ -147,7 +147,7 @@ pub fn evaluate_vec<E, P>(
 ) -> Result<Evaluation, EvaluationError>
 where
     E: BatchEnv + GoalEnv,
-    P: Policy<BatchOf<E>, ActionElement<E>> + ?Sized,
+    P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
 {
     evaluate_range(envs, policy, 0..count, first_seed, progress)
 }
@@ -163,7 +163,7 @@ pub(crate) fn evaluate_range<E, P>(
 ) -> Result<Evaluation, EvaluationError>
 where
     E: BatchEnv + GoalEnv,
-    P: Policy<BatchOf<E>, ActionElement<E>> + ?Sized,
+    P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
 {
     let num_envs = envs.num_envs();
     let len = envs.single_action_space().action_len();
@@ -189,7 +189,7 @@ where
         episodes.extend(seeds[..size].iter().map(|seed| Episode::new(*seed)));
         let mut running = vec![true; size];
         while running.contains(&true) {
-            policy.act(envs.batch(), &mut actions);
+            policy.act(envs.last_step(), &mut actions);
             let batch = envs.step(&actions)?;
             for (row, is_running) in running.iter_mut().enumerate().filter(|(_, running)| **running)
             {

@@ -10,7 +10,7 @@ use fetch_env::wrappers::{KeepsGoals, Resetting, Stateless, Wrapped, Wrapper};
 use fetch_env::{
     ActionElement, Env, EnvError, EnvExt, FetchObservation, GoalObservation, KinematicEnv, Reset,
     Space, Step, VecEnv, make_kinematic,
-    vec_env::{AutoresetMode, Batch, BatchOf, VecConfig},
+    vec_env::{AutoresetMode, VecConfig, VecStep, VecStepOf},
 };
 use her_relabel::{AddError, HerBuffer};
 
@@ -36,7 +36,7 @@ fn approach_one(observation: &FetchObservation, action: &mut [f32]) {
     approach(observation.achieved_goal(), observation.desired_goal(), action);
 }
 
-fn approach_all(batch: &Batch<FetchObservation>, actions: &mut [f32]) {
+fn approach_all(batch: &VecStep<FetchObservation>, actions: &mut [f32]) {
     let achieved = batch.achieved_goal().chunks_exact(3);
     let goals = achieved.zip(batch.desired_goal().chunks_exact(3));
     for ((achieved, desired), action) in goals.zip(actions.chunks_exact_mut(4)) {
@@ -100,7 +100,7 @@ fn one_policy_serves_one_environment_and_many() -> Result {
     envs.reset(Some(0))?;
     let (mut one, mut all) = ([0.0; 8], [0.0; 8]);
     act(&mut RandomPolicy::new(1), &(), &mut one);
-    act(&mut RandomPolicy::new(1), envs.batch(), &mut all);
+    act(&mut RandomPolicy::new(1), envs.last_step(), &mut all);
     assert_eq!(one, all);
     Ok(())
 }
@@ -127,7 +127,7 @@ fn an_episode_without_an_end_is_an_error() -> Result {
     };
     assert_eq!(source, EnvError::Endless { steps: 100_000 });
     let mut envs = VecEnv::new(vec![endless()?], VecConfig::default())?;
-    let mut still = |_: &Batch<FetchObservation>, actions: &mut [f32]| actions.fill(0.0);
+    let mut still = |_: &VecStep<FetchObservation>, actions: &mut [f32]| actions.fill(0.0);
     let error = evaluate_vec(&mut envs, &mut still, usize::MAX, 5, |_| ()).unwrap_err();
     assert!(matches!(error, EvaluationError::Environment { source: EnvError::Endless { .. }, .. }));
     Ok(())
@@ -204,7 +204,7 @@ impl Failing {
         let one = evaluate(&mut self.make()?, &mut ZeroPolicy, 7, 20, |_| ());
         let envs = (0..3).map(|_| self.make()).collect::<Result<Vec<_>>>()?;
         let mut envs = VecEnv::new(envs, VecConfig::default())?;
-        let mut still = |_: &BatchOf<Wrapped<KinematicEnv, Self>>, actions: &mut [f32]| {
+        let mut still = |_: &VecStepOf<Wrapped<KinematicEnv, Self>>, actions: &mut [f32]| {
             actions.fill(0.0);
         };
         let many = evaluate_vec(&mut envs, &mut still, 7, 20, |_| ());

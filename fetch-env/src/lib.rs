@@ -48,7 +48,7 @@
 //! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads
 //!   OpenGL; building does not need it.
 //! - `clip`: GIF, APNG and PNG files of rendered frames; with `render` also `RecordVideo`.
-//! - `her-relabel`: a [batch](vec_env::Batch) is what `her_relabel::HerBuffer::record` takes.
+//! - `her-relabel`: a [`VecStep`](vec_env::VecStep) is what `her_relabel::HerBuffer::record` takes.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

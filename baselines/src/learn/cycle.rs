@@ -79,11 +79,11 @@ impl<E: LearnEnv> Trainer<E> {
         let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
         match failure {
             None => Ok(can_draw),
-            Some(Failure::OfAll(env_id, source)) => {
-                Err(TrainError::AllFailed { steps, checkpoint, env_id, source })
+            Some(Failure::OfAll(env_index, source)) => {
+                Err(TrainError::AllFailed { steps, checkpoint, env_index, source })
             }
-            Some(Failure::ToReset(env_id, source)) => {
-                Err(TrainError::Stuck { steps, checkpoint, env_id, source })
+            Some(Failure::ToReset(env_index, source)) => {
+                Err(TrainError::Stuck { steps, checkpoint, env_index, source })
             }
         }
     }
@@ -108,10 +108,10 @@ impl<E: LearnEnv> Trainer<E> {
                 source: Box::new(source),
             })?;
         let failure = match (collected.recorded_steps, collected.first_failure) {
-            (0, Some((env_id, error))) => Some(Failure::OfAll(env_id, Box::new(error))),
+            (0, Some((env_index, error))) => Some(Failure::OfAll(env_index, Box::new(error))),
             _ => collected
                 .first_stuck
-                .map(|(env_id, error)| Failure::ToReset(env_id, Box::new(error))),
+                .map(|(env_index, error)| Failure::ToReset(env_index, Box::new(error))),
         };
         let share = CollectedShare {
             steps: collected.recorded_steps as u64,

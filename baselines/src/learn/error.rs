@@ -54,7 +54,7 @@ pub enum TrainError {
     },
     /// All environments failed in a whole cycle.
     #[error(
-        "every environment failed after {steps} steps, environment {env_id} first: check it with \
+        "every environment failed after {steps} steps, environment {env_index} first: check it with \
          fetch_env::check{}",
         resume_hint(.checkpoint.as_ref())
     )]
@@ -64,13 +64,13 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
         /// The environment that failed first.
-        env_id: usize,
+        env_index: usize,
         /// Its error.
         source: Box<EnvError>,
     },
     /// An environment took no step in a whole cycle, because it could not be reset.
     #[error(
-        "environment {env_id} could not be reset in a whole cycle, after {steps} steps of all: \
+        "environment {env_index} could not be reset in a whole cycle, after {steps} steps of all: \
          check it with fetch_env::check{}",
         resume_hint(.checkpoint.as_ref())
     )]
@@ -80,19 +80,19 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
         /// The environment.
-        env_id: usize,
+        env_index: usize,
         /// Its last error.
         source: Box<EnvError>,
     },
     /// An environment returned a number that is not finite in an evaluation.
     #[error(
-        "environment {env_id} returned {what} that is not finite in the evaluation after {steps} \
+        "environment {env_index} returned {what} that is not finite in the evaluation after {steps} \
          steps: check it with fetch_env::check{}",
         resume_hint(.checkpoint.as_ref())
     )]
     EvaluationNotFinite {
         /// The environment, counted from 0.
-        env_id: usize,
+        env_index: usize,
         /// What is not finite.
         what: &'static str,
         /// The number of steps recorded before.

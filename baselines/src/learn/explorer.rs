@@ -1,6 +1,6 @@
 //! How actions are chosen while collecting.
 
-use fetch_env::{GoalObservation, vec_env::Batch};
+use fetch_env::{GoalObservation, vec_env::VecStep};
 use her_relabel::Scalar;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,7 +40,7 @@ pub(crate) struct LastBatch {
 }
 
 impl LastBatch {
-    fn of<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Self {
+    fn of<O: GoalObservation<Element: Scalar>, I>(batch: &VecStep<O, I>) -> Self {
         // The row of an environment that has failed, whose next action does not matter, is not finite,
         // which JSON cannot express.
         let finite = |number: f64| if number.is_finite() { number } else { 0.0 };
@@ -104,7 +104,7 @@ impl Explorer {
     /// Returns what the next decision sees, given the environments' last batch.
     pub(crate) fn last_batch<O: GoalObservation<Element: Scalar>, I>(
         &self,
-        batch: &Batch<O, I>,
+        batch: &VecStep<O, I>,
     ) -> LastBatch {
         self.resumed.clone().unwrap_or_else(|| LastBatch::of(batch))
     }
@@ -176,8 +176,8 @@ impl Explorer {
     }
 }
 
-impl<O: GoalObservation<Element: Scalar>, I> Policy<Batch<O, I>> for Explorer {
-    fn act(&mut self, batch: &Batch<O, I>, actions: &mut [f32]) {
+impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for Explorer {
+    fn act(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
         let last = self.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
         self.begin_episodes(&last.started);
         self.inputs.write(last.seen(), &mut self.rows);

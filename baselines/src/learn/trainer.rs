@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fetch_env::vec_env::{AutoresetMode, Batch, BatchOf, VecConfig};
+use fetch_env::vec_env::{AutoresetMode, VecConfig, VecStep, VecStepOf};
 use fetch_env::{BoxSpace, EnvError, GoalObservation, VecEnv};
 use her_relabel::{Dims, HerBuffer, Sampler, Scalar};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -273,7 +273,7 @@ impl<E: LearnEnv> Trainer<E> {
         // What is evaluated has no name in a file.
         let mut policy = self.policy("")?;
         let mut first_bad = None;
-        let mut greedy = |batch: &BatchOf<E>, actions: &mut [f32]| {
+        let mut greedy = |batch: &VecStepOf<E>, actions: &mut [f32]| {
             first_bad = first_bad.or_else(|| first_not_finite(batch));
             policy.act(batch, actions);
         };
@@ -286,9 +286,9 @@ impl<E: LearnEnv> Trainer<E> {
             row.map(|row| (row % self.evaluation_envs.num_envs(), "a reward"))
         };
         let bad = first_bad.map(|row| (row, "an observation")).or_else(bad_reward);
-        if let Some((env_id, what)) = bad {
+        if let Some((env_index, what)) = bad {
             return Err(TrainError::EvaluationNotFinite {
-                env_id,
+                env_index,
                 what,
                 steps: self.counters.steps,
                 checkpoint: self.last_checkpoint.clone(),
@@ -359,7 +359,9 @@ impl<E: LearnEnv> Trainer<E> {
 }
 
 /// Returns the first environment that observes a number that is not finite.
-fn first_not_finite<O: GoalObservation<Element: Scalar>, I>(batch: &Batch<O, I>) -> Option<usize> {
+fn first_not_finite<O: GoalObservation<Element: Scalar>, I>(
+    batch: &VecStep<O, I>,
+) -> Option<usize> {
     let row = |index: usize, len: usize| index * batch.len() / len;
     let observations = batch.observation();
     let observation = observations.iter().position(|number| !number.to_f64().is_finite());

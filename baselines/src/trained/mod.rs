@@ -8,7 +8,7 @@ mod shipped;
 use std::mem;
 use std::path::Path;
 
-use fetch_env::{FetchObservation, GoalObservation, vec_env::Batch};
+use fetch_env::{FetchObservation, GoalObservation, vec_env::VecStep};
 use her_relabel::{Normalizer, Scalar};
 
 pub use error::TrainedPolicyError;
@@ -252,8 +252,8 @@ impl Policy for TrainedPolicy {
 }
 
 /// Chooses the actions of many environments, a row for each: the same as one at a time.
-impl<O: GoalObservation<Element: Scalar>, I> Policy<Batch<O, I>> for TrainedPolicy {
-    fn act(&mut self, batch: &Batch<O, I>, actions: &mut [f32]) {
+impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for TrainedPolicy {
+    fn act(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
         let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
         let observations = batch.observation().chunks_exact(observation_len);
         let achieved = batch.achieved_goal().chunks_exact(goal_len);

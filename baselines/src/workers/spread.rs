@@ -1,6 +1,6 @@
 //! Episodes spread over processes by their seeds.
 
-use fetch_env::vec_env::{BatchEnv, BatchOf};
+use fetch_env::vec_env::{BatchEnv, VecStepOf};
 use fetch_env::{ActionElement, GoalEnv, VecEnv};
 
 use super::{UnreadableMessage, Workers, share};
@@ -25,7 +25,7 @@ pub fn evaluate_spread<E, P>(
 ) -> Result<Evaluation, EvaluationError>
 where
     E: BatchEnv + GoalEnv,
-    P: Policy<BatchOf<E>, ActionElement<E>> + ?Sized,
+    P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
 {
     let own = share(workers, count);
     let evaluation = evaluate_range(envs, policy, own, first_seed, progress)?;

@@ -132,7 +132,10 @@ fn an_observation_that_is_not_finite_stops_the_run() -> Result {
     trainer.cycle()?;
     match trainer.cycle() {
         Err(TrainError::Collect { steps: 100, source, .. }) => {
-            assert!(matches!(*source, CollectorError::NotFinite { env_id: 0, .. }), "{source:?}");
+            assert!(
+                matches!(*source, CollectorError::NotFinite { env_index: 0, .. }),
+                "{source:?}"
+            );
             Ok(())
         }
         other => panic!("{other:?}"),
@@ -143,7 +146,7 @@ fn an_observation_that_is_not_finite_stops_the_run() -> Result {
 fn an_observation_that_is_not_finite_stops_an_evaluation() -> Result {
     let mut trainer = trainer(Faults { observation: 20, ..NONE })?;
     match trainer.evaluate() {
-        Err(TrainError::EvaluationNotFinite { env_id: 0, what: "an observation", .. }) => Ok(()),
+        Err(TrainError::EvaluationNotFinite { env_index: 0, what: "an observation", .. }) => Ok(()),
         other => panic!("{other:?}"),
     }
 }
@@ -153,7 +156,7 @@ fn a_run_stops_when_every_environment_fails() -> Result {
     let mut trainer = trainer(Faults { failure: 70, ..NONE })?;
     let error = (0..10).find_map(|_| trainer.cycle().err());
     match error {
-        Some(TrainError::AllFailed { steps, env_id: 0, source, .. }) => {
+        Some(TrainError::AllFailed { steps, env_index: 0, source, .. }) => {
             assert!(steps >= 100, "{steps}");
             assert!(source.to_string().contains("the robot is on fire"), "{source}");
             assert!(trainer.counters().discarded_episodes > 0);
@@ -169,7 +172,7 @@ fn a_run_stops_when_environments_cannot_be_reset() -> Result {
     let mut all = trainer(faults)?;
     all.cycle()?;
     match all.cycle() {
-        Err(TrainError::AllFailed { steps: 100, env_id: 0, source, .. }) => {
+        Err(TrainError::AllFailed { steps: 100, env_index: 0, source, .. }) => {
             assert!(source.to_string().contains("the table is gone"), "{source}");
         }
         other => panic!("{other:?}"),
@@ -182,7 +185,7 @@ fn a_run_stops_when_environments_cannot_be_reset() -> Result {
     };
     let mut one = Trainer::new(make, settings(ddpg()), 0, 1)?;
     match one.run(10_000, None, |_, _| ControlFlow::Continue(())) {
-        Err(TrainError::Stuck { steps: 150, env_id: 1, source, .. }) => {
+        Err(TrainError::Stuck { steps: 150, env_index: 1, source, .. }) => {
             assert!(source.to_string().contains("the table is gone"), "{source}");
         }
         other => panic!("{other:?}"),

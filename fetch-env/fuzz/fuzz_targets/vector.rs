@@ -4,7 +4,7 @@ use arbitrary::Arbitrary;
 use fetch_env::{
     EnvError, EnvId, FetchObservation,
     vec_env::{
-        AutoresetMode, Batch, EpisodeStart, Seeds, VecConfig, VecEnv, VecEnvError, VecOptions,
+        AutoresetMode, VecStep, EpisodeStart, Seeds, VecConfig, VecEnv, VecEnvError, VecOptions,
         VecReset,
     },
 };
@@ -110,8 +110,8 @@ impl Vector {
                     Ok(()) => ids.iter().for_each(|id| {
                         assert!(!std::mem::replace(&mut self.in_flight[*id], true));
                     }),
-                    Err(VecEnvError::UnknownEnv { env_id, .. }) => assert!(env_id >= num_envs),
-                    Err(VecEnvError::EnvInFlight { env_id }) => {
+                    Err(VecEnvError::UnknownEnv { env_index, .. }) => assert!(env_id >= num_envs),
+                    Err(VecEnvError::EnvInFlight { env_index }) => {
                         let named = ids.iter().filter(|id| **id == env_id).count();
                         assert!(self.in_flight[env_id] || named > 1);
                     }
@@ -149,7 +149,7 @@ impl Vector {
                     Ok(()) => (0..num_envs).filter(|env_id| chosen(*env_id)).for_each(|env_id| {
                         assert!(!std::mem::replace(&mut self.in_flight[env_id], true));
                     }),
-                    Err(VecEnvError::EnvInFlight { env_id }) => assert!(self.in_flight[env_id]),
+                    Err(VecEnvError::EnvInFlight { env_index }) => assert!(self.in_flight[env_id]),
                     Err(VecEnvError::Count { actual, .. }) => assert!(actual != num_envs),
                     Err(VecEnvError::EmptyMask) => {
                         assert!(mask.as_ref().is_some_and(|mask| !mask.contains(&true)));
@@ -170,7 +170,7 @@ impl Vector {
                     assert_eq!(self.envs.snapshot(), Ok(snapshot));
                 }
                 Err(VecEnvError::InFlight { .. }) => assert!(!is_idle),
-                Err(VecEnvError::OutOfUse { env_id }) => assert!(self.out_of_use[env_id]),
+                Err(VecEnvError::OutOfUse { env_index }) => assert!(self.out_of_use[env_id]),
                 Err(error) => panic!("{error}"),
             },
         }
@@ -180,7 +180,7 @@ impl Vector {
         match self.envs.recv(size).cloned() {
             Ok(batch) => {
                 assert_eq!(batch.len(), size);
-                for env_id in batch.env_ids() {
+                for env_id in batch.env_index() {
                     assert!(std::mem::replace(&mut self.in_flight[*env_id], false));
                 }
                 self.look_at(&batch);
@@ -190,8 +190,8 @@ impl Vector {
         }
     }
 
-    fn look_at(&mut self, batch: &Batch<FetchObservation>) {
-        for (row, &env_id) in batch.env_ids().iter().enumerate() {
+    fn look_at(&mut self, batch: &VecStep<FetchObservation>) {
+        for (row, &env_id) in batch.env_index().iter().enumerate() {
             if let Some(EnvError::Panicked { .. }) = batch.error(row) {
                 self.out_of_use[env_id] = true;
             } else {

@@ -34,8 +34,8 @@ pub fn make_kinematic(
 ///
 /// let mut envs = make_kinematic_vec("FetchReach-v4", 4, VecConfig::default())?;
 /// envs.reset(Some(42))?;
-/// let batch = envs.step(&[0.0; 4 * 4])?;
-/// assert_eq!(batch.reward(), [-1.0; 4]);
+/// let step = envs.step(&[0.0; 4 * 4])?;
+/// assert_eq!(step.reward(), [-1.0; 4]);
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 ///
@@ -105,17 +105,17 @@ mod tests {
         };
         let caller = measure(|| {
             for _ in 0..20 * rounds {
-                let batch = envs.step(&actions).expect("a step");
-                assert_eq!(batch.errors().count(), 0);
+                let step = envs.step(&actions).expect("a step");
+                assert_eq!(step.errors().count(), 0);
                 #[cfg(feature = "her-relabel")]
-                buffer.record(&batch.into()).expect("rows that fit");
+                buffer.record(&step.into()).expect("rows that fit");
             }
             envs.send(&actions, &[0, 1, 2, 3, 4, 5]).expect("idle environments");
             for _ in 0..20 * rounds {
-                ids.copy_from_slice(envs.recv(2).expect("a batch").env_ids());
+                ids.copy_from_slice(envs.recv(2).expect("results").env_index());
                 envs.send(&actions[..8], &ids).expect("idle environments");
             }
-            envs.recv(NUM_ENVS).expect("a batch");
+            envs.recv(NUM_ENVS).expect("results");
         });
         drop(envs);
         let workers = counts.into_iter().map(|count| count.join().expect("no panic")).sum();

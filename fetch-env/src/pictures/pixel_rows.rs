@@ -3,7 +3,7 @@
 use super::pixels::{PIXELS, PixelObservation, STATE};
 use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows, WriteRow};
 use crate::gym::spaces::{Space, Value};
-use crate::gym::vec_env::batch::Batch;
+use crate::gym::vec_env::step::VecStep;
 use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 
 /// Observations with pictures, the pictures and the states each row-major.
@@ -36,7 +36,7 @@ impl<R> AsRef<ArrayRows<u8>> for PixelRows<R> {
 }
 
 /// The pictures of observations that have them or are nothing else.
-impl<O: BatchObservation<Rows: AsRef<ArrayRows<u8>>>, I, A> Batch<O, I, A> {
+impl<O: BatchObservation<Rows: AsRef<ArrayRows<u8>>>, I, A> VecStep<O, I, A> {
     /// The pictures: `len` rows.
     #[must_use]
     pub fn pixels(&self) -> &[u8] {

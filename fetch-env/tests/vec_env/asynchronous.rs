@@ -25,32 +25,32 @@ impl Histories {
     fn recv(&mut self, batch_size: usize) -> Vec<usize> {
         let batch = self.envs.recv(batch_size).expect("a batch");
         assert_eq!(batch.len(), batch_size);
-        for (row, &env_id) in batch.env_ids().iter().enumerate() {
+        for (row, &env_index) in batch.env_index().iter().enumerate() {
             assert_eq!(batch.error(row), None);
-            self.rows[env_id].push(row_of(batch, row));
+            self.rows[env_index].push(row_of(batch, row));
         }
-        batch.env_ids().to_vec()
+        batch.env_index().to_vec()
     }
 
     /// Sends each environment its next action, which depends on its own number of steps.
-    fn send(&mut self, env_ids: &[usize]) {
-        let next = |&env_id: &usize| action(env_id, self.rows[env_id].len() - 1);
-        let actions: Vec<f32> = env_ids.iter().flat_map(next).collect();
-        self.envs.send(&actions, env_ids).expect("idle environments");
+    fn send(&mut self, env_index: &[usize]) {
+        let next = |&env_index: &usize| action(env_index, self.rows[env_index].len() - 1);
+        let actions: Vec<f32> = env_index.iter().flat_map(next).collect();
+        self.envs.send(&actions, env_index).expect("idle environments");
     }
 
     fn check(&self, mode: AutoresetMode) {
         let singles = singles(self.rows.len(), mode, kinematic).expect("environments");
-        for (env_id, (mut single, rows)) in singles.into_iter().zip(&self.rows).enumerate() {
+        for (env_index, (mut single, rows)) in singles.into_iter().zip(&self.rows).enumerate() {
             let mut expected = Vec::with_capacity(rows.len());
             for row in 0..rows.len() {
                 let row = match row {
-                    0 => single.reset(Some(5 + env_id as u64)),
-                    _ => single.step(env_id),
+                    0 => single.reset(Some(5 + env_index as u64)),
+                    _ => single.step(env_index),
                 };
                 expected.push(row.expect("a row"));
             }
-            assert_eq!(*rows, expected, "environment {env_id}, {mode:?}");
+            assert_eq!(*rows, expected, "environment {env_index}, {mode:?}");
         }
     }
 }
@@ -112,8 +112,8 @@ fn a_masked_reset_can_be_in_flight_beside_steps() -> Result {
     let again = VecReset { mask: Some(&mask), ..VecReset::seeded(0) };
     envs.send_reset(&again)?;
     let batch = envs.recv(3)?;
-    for (row, &env_id) in batch.env_ids().iter().enumerate() {
-        assert_eq!(row_of(batch, row) == expected[env_id], env_id != 1);
+    for (row, &env_index) in batch.env_index().iter().enumerate() {
+        assert_eq!(row_of(batch, row) == expected[env_index], env_index != 1);
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     BoxSpace, Env, EnvError, FetchConfig, FetchEnv, FetchObservation, GoalObservation, Info,
     TimeLimit,
-    vec_env::{AutoresetMode, Batch, VecConfig, VecEnv},
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecStep},
 };
 use fetch_sim::{KinematicSimulator, SimConfig, Simulator, Task};
 use goal_reward::RewardKind;
@@ -42,13 +42,13 @@ pub(crate) fn vec_env(
 }
 
 /// Returns the action of an environment's `step`-th step.
-pub(crate) fn action(env_id: usize, step: usize) -> [f32; 4] {
-    let angle = (env_id * 37 + step * 11) as f32;
+pub(crate) fn action(env_index: usize, step: usize) -> [f32; 4] {
+    let angle = (env_index * 37 + step * 11) as f32;
     [angle.sin(), (1.7 * angle).sin(), (0.3 * angle).cos() - 0.5, angle.cos()]
 }
 
 pub(crate) fn actions(count: usize, step: usize) -> Vec<f32> {
-    (0..count).flat_map(|env_id| action(env_id, step)).collect()
+    (0..count).flat_map(|env_index| action(env_index, step)).collect()
 }
 
 /// Everything in a row, as bits.
@@ -75,12 +75,12 @@ fn observation_bits(observation: &FetchObservation) -> Vec<u64> {
 }
 
 /// Returns the rows of a batch without errors.
-pub(crate) fn rows(batch: &Batch<FetchObservation>) -> Vec<Row> {
+pub(crate) fn rows(batch: &VecStep<FetchObservation>) -> Vec<Row> {
     assert_eq!(batch.errors().collect::<Vec<_>>(), []);
     (0..batch.len()).map(|row| row_of(batch, row)).collect()
 }
 
-pub(crate) fn row_of(batch: &Batch<FetchObservation>, row: usize) -> Row {
+pub(crate) fn row_of(batch: &VecStep<FetchObservation>, row: usize) -> Row {
     fn part(all: &[f64], len: usize, row: usize) -> &[f64] {
         all.chunks_exact(all.len() / len).nth(row).expect("a row")
     }
@@ -135,8 +135,8 @@ impl<E: Env<Observation = FetchObservation, Info = Info, ActionSpace = BoxSpace<
         self.autoreset && self.mode == AutoresetMode::Disabled
     }
 
-    pub(crate) fn step(&mut self, env_id: usize) -> Result<Row, EnvError> {
-        let action = action(env_id, self.steps);
+    pub(crate) fn step(&mut self, env_index: usize) -> Result<Row, EnvError> {
+        let action = action(env_index, self.steps);
         self.steps += 1;
         if self.autoreset {
             return self.reset(None);

@@ -65,22 +65,24 @@ fn a_wrong_action_changes_nothing_in_its_row_and_nothing_elsewhere() -> Result {
         }
         let mut with_nan = actions(COUNT, 0);
         with_nan[2 * 4 + 1] = f32::NAN;
-        let before = together.batch().observation()[2 * 25..3 * 25].to_vec();
+        let before = together.last_step().observation()[2 * 25..3 * 25].to_vec();
         let batch = together.step(&with_nan)?;
         let (row, error) = batch.errors().next().ok_or("no error")?;
         assert_eq!((row, batch.errors().count()), (2, 1));
         assert!(matches!(error, EnvError::ActionNotFinite { index: 1, .. }));
         assert_eq!(batch.observation()[2 * 25..3 * 25], before);
         assert!(batch.reward()[2].is_nan() && !batch.truncated()[2] && batch.info()[2].is_none());
-        for (env_id, single) in singles.iter_mut().enumerate().filter(|(env_id, _)| *env_id != 2) {
-            assert_eq!(row_of(batch, env_id), single.step(env_id)?);
+        for (env_index, single) in
+            singles.iter_mut().enumerate().filter(|(env_index, _)| *env_index != 2)
+        {
+            assert_eq!(row_of(batch, env_index), single.step(env_index)?);
         }
         // The refused action does not count: the next is the environment's first.
         let mut next = actions(COUNT, 1);
         next[8..12].copy_from_slice(&actions(COUNT, 0)[8..12]);
         let batch = together.step(&next)?;
-        for (env_id, single) in singles.iter_mut().enumerate() {
-            assert_eq!(row_of(batch, env_id), single.step(env_id)?);
+        for (env_index, single) in singles.iter_mut().enumerate() {
+            assert_eq!(row_of(batch, env_index), single.step(env_index)?);
         }
     }
     Ok(())
@@ -90,7 +92,7 @@ fn a_wrong_action_changes_nothing_in_its_row_and_nothing_elsewhere() -> Result {
 fn a_simulation_that_diverges_ends_its_episode_alone() -> Result {
     for mode in MODES {
         let mut envs = faulty_vec(4, || Err(diverged()), mode)?;
-        let goal = envs.batch().desired_goal()[6..9].to_vec();
+        let goal = envs.last_step().desired_goal()[6..9].to_vec();
         let batch = envs.step(&DOWN)?;
         assert_eq!(batch.errors().collect::<Vec<_>>(), [(2, &EnvError::from(diverged()))]);
         assert_eq!(batch.truncated(), [false, false, true, false]);

@@ -32,7 +32,7 @@ fn wrong_sizes_are_errors() -> Result {
         assert_eq!(envs.send_reset(&wrong), Err(error.clone()));
         assert_eq!(envs.reset_with(&wrong).err(), Some(error));
     }
-    assert_eq!(rows(envs.batch()), start);
+    assert_eq!(rows(envs.last_step()), start);
     assert_eq!(envs.in_flight(), 0);
     envs.reset(Some(u64::MAX - 2))?;
     Ok(())
@@ -42,9 +42,9 @@ fn wrong_sizes_are_errors() -> Result {
 fn wrong_ids_are_errors() -> Result {
     let mut envs = vec_env(3, VecConfig::default())?;
     envs.reset(Some(0))?;
-    let unknown = VecEnvError::UnknownEnv { env_id: 3, num_envs: 3 };
+    let unknown = VecEnvError::UnknownEnv { env_index: 3, num_envs: 3 };
     assert_eq!(envs.send(&[0.0; 8], &[0, 3]), Err(unknown));
-    let twice = VecEnvError::EnvInFlight { env_id: 1 };
+    let twice = VecEnvError::EnvInFlight { env_index: 1 };
     assert_eq!(envs.send(&[0.0; 8], &[1, 1]), Err(twice.clone()));
     assert_eq!(envs.in_flight(), 0);
 
@@ -69,7 +69,7 @@ fn environments_that_do_not_make_a_batch_are_refused() -> Result {
     assert_eq!(VecEnv::new(none, VecConfig::default()).err(), Some(VecEnvError::NoEnvs));
     let mixed = ["FetchPush-v4", "FetchSlide-v4", "FetchReach-v4"].map(make_kinematic);
     let mixed = mixed.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;
-    let differ = VecEnvError::SpacesDiffer { env_id: 2 };
+    let differ = VecEnvError::SpacesDiffer { env_index: 2 };
     assert_eq!(VecEnv::new(mixed, VecConfig::default()).err(), Some(differ));
     Ok(())
 }

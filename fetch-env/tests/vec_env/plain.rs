@@ -2,7 +2,7 @@
 
 use fetch_env::{
     BoxSpace, Env, EnvError, Reset, Space, Step,
-    vec_env::{AutoresetMode, Batch, VecConfig, VecEnv, VecEnvError, VecReset},
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset, VecStep},
 };
 
 use crate::common::{MODES, Result};
@@ -113,7 +113,7 @@ fn an_episode_that_no_row_has_shown_is_not_stepped() -> Result {
         let observe = |envs: &mut VecEnv<Counter>, count| {
             envs.env_mut(0).expect("an idle environment").observed = count;
         };
-        let failed = |batch: &Batch<Vec<f32>, String, f64>| {
+        let failed = |batch: &VecStep<Vec<f32>, String, f64>| {
             matches!(batch.error(0), Some(EnvError::ObservationLength { .. }))
         };
         envs.reset(None)?;

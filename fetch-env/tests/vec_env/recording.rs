@@ -36,11 +36,11 @@ impl ByHand {
         Ok(Self { envs: envs(COUNT, kinematic)?, needs_reset: [true; COUNT], buffer: buffer()? })
     }
 
-    fn begin(&mut self, env_id: usize, seed: Option<u64>) -> Result {
-        let start = self.envs[env_id].reset(seed)?.observation;
-        self.needs_reset[env_id] = false;
+    fn begin(&mut self, env_index: usize, seed: Option<u64>) -> Result {
+        let start = self.envs[env_index].reset(seed)?.observation;
+        self.needs_reset[env_index] = false;
         Ok(self.buffer.begin_episode(
-            env_id,
+            env_index,
             &EpisodeStart {
                 observation: start.observation(),
                 achieved_goal: start.achieved_goal(),
@@ -49,11 +49,11 @@ impl ByHand {
         )?)
     }
 
-    fn step(&mut self, env_id: usize, action: &[f32]) -> Result {
-        let step = self.envs[env_id].step(action)?;
-        self.needs_reset[env_id] = step.is_last();
+    fn step(&mut self, env_index: usize, action: &[f32]) -> Result {
+        let step = self.envs[env_index].step(action)?;
+        self.needs_reset[env_index] = step.is_last();
         Ok(self.buffer.add_step(
-            env_id,
+            env_index,
             &Step {
                 action,
                 reward: step.reward,
@@ -67,13 +67,13 @@ impl ByHand {
     }
 
     /// Does what a vectorized environment does with an action.
-    fn act(&mut self, env_id: usize, action: &[f32], mode: AutoresetMode) -> Result {
-        if self.needs_reset[env_id] {
-            return self.begin(env_id, None);
+    fn act(&mut self, env_index: usize, action: &[f32], mode: AutoresetMode) -> Result {
+        if self.needs_reset[env_index] {
+            return self.begin(env_index, None);
         }
-        self.step(env_id, action)?;
-        if self.needs_reset[env_id] && mode != AutoresetMode::NextStep {
-            self.begin(env_id, None)?;
+        self.step(env_index, action)?;
+        if self.needs_reset[env_index] && mode != AutoresetMode::NextStep {
+            self.begin(env_index, None)?;
         }
         Ok(())
     }
@@ -86,11 +86,12 @@ fn a_recorded_vector_stores_what_its_environments_do_alone() -> Result {
         let (mut envs, mut buffer, mut by_hand) =
             (vec_env(COUNT, config)?, buffer()?, ByHand::new()?);
         buffer.record(&envs.reset(Some(4))?.into())?;
-        for (env_id, seed) in (0..COUNT).zip(4..) {
-            by_hand.begin(env_id, Some(seed))?;
+        for (env_index, seed) in (0..COUNT).zip(4..) {
+            by_hand.begin(env_index, Some(seed))?;
         }
         for step in 0..STEPS {
-            let actions: Vec<f32> = (0..COUNT).flat_map(|env_id| action(env_id, step)).collect();
+            let actions: Vec<f32> =
+                (0..COUNT).flat_map(|env_index| action(env_index, step)).collect();
             let batch = envs.step(&actions)?;
             buffer.record(&batch.into())?;
             let over: Vec<bool> = batch.truncated().to_vec();
@@ -98,8 +99,8 @@ fn a_recorded_vector_stores_what_its_environments_do_alone() -> Result {
                 let reset = VecReset { mask: Some(&over), ..VecReset::default() };
                 buffer.record(&envs.reset_with(&reset)?.into())?;
             }
-            for env_id in 0..COUNT {
-                by_hand.act(env_id, &action(env_id, step), mode)?;
+            for env_index in 0..COUNT {
+                by_hand.act(env_index, &action(env_index, step), mode)?;
             }
             assert!(bytes(&buffer)? == bytes(&by_hand.buffer)?, "{mode:?}, step {step}");
         }
@@ -120,19 +121,19 @@ fn rows_are_recorded_in_the_order_in_which_they_arrive() -> Result {
         for _ in 0..100 {
             let batch = envs.recv(2)?;
             buffer.record(&batch.into())?;
-            let env_ids = batch.env_ids().to_vec();
+            let env_index = batch.env_index().to_vec();
             let mut actions = Vec::new();
-            for &env_id in &env_ids {
-                if started[env_id] {
-                    by_hand.act(env_id, &action(env_id, steps[env_id] - 1), mode)?;
+            for &env_index in &env_index {
+                if started[env_index] {
+                    by_hand.act(env_index, &action(env_index, steps[env_index] - 1), mode)?;
                 } else {
-                    by_hand.begin(env_id, Some(4 + env_id as u64))?;
-                    started[env_id] = true;
+                    by_hand.begin(env_index, Some(4 + env_index as u64))?;
+                    started[env_index] = true;
                 }
-                actions.extend(action(env_id, steps[env_id]));
-                steps[env_id] += 1;
+                actions.extend(action(env_index, steps[env_index]));
+                steps[env_index] += 1;
             }
-            envs.send(&actions, &env_ids)?;
+            envs.send(&actions, &env_index)?;
             assert!(bytes(&buffer)? == bytes(&by_hand.buffer)?, "{mode:?}");
         }
         assert!(buffer.num_episodes() > COUNT);
@@ -167,8 +168,8 @@ fn a_failed_environment_loses_its_own_episode_only() -> Result {
         let recorded = buffer.record(&envs.step(&with(DOWN))?.into())?;
         assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (COUNT - 1, 1));
         assert!(recorded.first_refusal.is_none());
-        for env_id in [0, 1, 3, 4] {
-            assert_eq!(buffer.unfinished_steps(env_id)?, Some(4));
+        for env_index in [0, 1, 3, 4] {
+            assert_eq!(buffer.unfinished_steps(env_index)?, Some(4));
         }
         // The next episode of the environment, if it has one, is recorded from its start.
         buffer.record(&envs.step(&with(STAY))?.into())?;
@@ -191,7 +192,7 @@ fn a_step_whose_reset_fails_is_recorded() -> Result {
     for _ in 0..5 {
         buffer.record(&envs.step(&[0.1; 4])?.into())?;
     }
-    let batch = envs.batch();
+    let batch = envs.last_step();
     assert_eq!(batch.error(0), Some(&EnvError::other("no second episode")));
     assert_eq!((batch.stepped(), batch.started()), (&[true][..], &[false][..]));
     assert!(batch.step_info(0).is_some() && batch.distance().all(f64::is_finite));

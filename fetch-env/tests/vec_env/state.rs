@@ -66,7 +66,7 @@ fn a_foreign_snapshot_changes_no_environment() -> Result {
     let mut swapped = serde_json::to_value(longer.snapshot()?)?;
     swapped["envs"].as_array_mut().ok_or("an array")?.swap(2, 3);
     let error = envs.restore(&serde_json::from_value(swapped)?);
-    assert!(matches!(error, Err(VecEnvError::ForeignSnapshot { env_id: 2, .. })), "{error:?}");
+    assert!(matches!(error, Err(VecEnvError::ForeignSnapshot { env_index: 2, .. })), "{error:?}");
     assert_eq!(envs.snapshot()?, before);
 
     envs.send(&actions(COUNT, 0), &[0, 1, 2, 3])?;
@@ -86,7 +86,7 @@ fn counts_that_no_program_reaches_are_not_restored() -> Result {
     {
         late["envs"][3]["num_episodes"] = num_episodes.into();
         let restored = envs.restore(&serde_json::from_value(late.clone())?);
-        let foreign = matches!(restored, Err(VecEnvError::ForeignSnapshot { env_id: 3, .. }));
+        let foreign = matches!(restored, Err(VecEnvError::ForeignSnapshot { env_index: 3, .. }));
         assert_eq!((foreign, restored.is_err()), (is_refused, is_refused), "{restored:?}");
         assert_eq!(envs.snapshot()? == before, is_refused);
     }
@@ -121,7 +121,7 @@ fn more_threads_than_environments_are_not_started() -> Result {
 
 #[test]
 fn a_function_chooses_the_episodes_that_autoresets_begin() -> Result {
-    let seed_of = |env_id: usize, episode: u64| 100 * env_id as u64 + episode;
+    let seed_of = |env_index: usize, episode: u64| 100 * env_index as u64 + episode;
     for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep] {
         let highest = Arc::new(AtomicU64::new(0));
         let mut envs = vec_env(COUNT, config(mode))?;
@@ -130,7 +130,7 @@ fn a_function_chooses_the_episodes_that_autoresets_begin() -> Result {
             seen.fetch_max(id.episode, SeqCst);
             let goal = [1.3, 0.7, 0.42 + 0.01 * id.episode as f64];
             let options = FetchResetOptions::default().with_desired_goal(goal);
-            EpisodeStart { seed: Some(seed_of(id.env_id, id.episode)), options }
+            EpisodeStart { seed: Some(seed_of(id.env_index, id.episode)), options }
         })?;
         envs.reset(Some(0))?;
         let mut episodes = [0; COUNT];
@@ -138,12 +138,12 @@ fn a_function_chooses_the_episodes_that_autoresets_begin() -> Result {
             let batch = envs.step(&actions(COUNT, step))?;
             let started = batch.started().to_vec();
             let goals = batch.desired_goal().to_vec();
-            for env_id in (0..COUNT).filter(|&env_id| started[env_id]) {
-                episodes[env_id] += 1;
-                let height = 0.42 + 0.01 * episodes[env_id] as f64;
-                assert_eq!(goals[3 * env_id..][..3], [1.3, 0.7, height]);
-                let seed = envs.env(env_id).ok_or("idle")?.inner().np_random_seed();
-                assert_eq!(seed, Some(seed_of(env_id, episodes[env_id])));
+            for env_index in (0..COUNT).filter(|&env_index| started[env_index]) {
+                episodes[env_index] += 1;
+                let height = 0.42 + 0.01 * episodes[env_index] as f64;
+                assert_eq!(goals[3 * env_index..][..3], [1.3, 0.7, height]);
+                let seed = envs.env(env_index).ok_or("idle")?.inner().np_random_seed();
+                assert_eq!(seed, Some(seed_of(env_index, episodes[env_index])));
             }
         }
         assert_eq!(episodes.into_iter().max(), Some(highest.load(SeqCst)));
@@ -154,7 +154,7 @@ fn a_function_chooses_the_episodes_that_autoresets_begin() -> Result {
 
 #[test]
 fn each_environment_is_reset_with_its_own_options() -> Result {
-    let goal = |env_id: usize| [1.3, 0.7, 0.5 + 0.01 * env_id as f64];
+    let goal = |env_index: usize| [1.3, 0.7, 0.5 + 0.01 * env_index as f64];
     let options: Vec<_> =
         (0..COUNT).map(|i| FetchResetOptions::default().with_desired_goal(goal(i))).collect();
     let reset = VecReset { options: VecOptions::Each(&options), ..VecReset::seeded(0) };

@@ -65,8 +65,8 @@ fn a_batch_has_the_bits_of_single_environments_on_mujoco() -> Result {
 #[test]
 fn environments_made_by_name_share_a_model() -> Result {
     let envs = fetch_env::make_vec("FetchSlide-v4", 3, VecConfig::default())?;
-    let model = |env_id| {
-        let env = envs.env(env_id).expect("an idle environment");
+    let model = |env_index| {
+        let env = envs.env(env_index).expect("an idle environment");
         env.inner().simulator().fetch_model()
     };
     assert!(std::sync::Arc::ptr_eq(model(0), model(2)));

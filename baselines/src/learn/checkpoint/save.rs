@@ -43,7 +43,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let own = Own {
             explorer: self.explorer.state().clone(),
             last_batch: (self.counters.steps > 0)
-                .then(|| self.explorer.last_batch(self.collector.envs().batch())),
+                .then(|| self.explorer.last_batch(self.collector.envs().last_step())),
             collector: self.collector.snapshot().map_err(Error::Envs)?,
         };
         let own = serde_json::to_vec(&own).map_err(|error| failed(error.into()))?;

@@ -65,7 +65,7 @@ fn rows_of_many_environments_have_the_richer_info() -> Result {
         }
     }
     // The episodes are over, and the infos of their last steps are kept.
-    assert!(envs.batch().final_info().iter().all(Option::is_some));
+    assert!(envs.last_step().final_info().iter().all(Option::is_some));
     Ok(())
 }
 
@@ -96,7 +96,7 @@ fn a_curriculum_moves_the_goal_farther_away_with_each_episode() -> Result {
         for _ in 0..50 {
             envs.step(&[0.0; 4])?;
         }
-        assert_eq!(envs.batch().desired_goal(), goal(episode));
+        assert_eq!(envs.last_step().desired_goal(), goal(episode));
     }
     Ok(())
 }

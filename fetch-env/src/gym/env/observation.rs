@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use crate::gym::spaces::{Space, Value, box_space::Element, element::ArrayElement};
 use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 
-/// An observation that can be a row of a [`Batch`](crate::vec_env::Batch).
+/// An observation that can be a row of a [`VecStep`](crate::vec_env::VecStep).
 ///
 /// Most observations name rows that exist: [`GoalRows`] take any
 /// [`GoalObservation`](crate::GoalObservation), [`ArrayRows`] any array of numbers.

@@ -30,8 +30,8 @@ pub enum AutoresetMode {
     #[default]
     NextStep,
     /// The step that ends the episode also resets the environment: observation and info are the
-    /// next episode's first, [`Batch::next_observation`](super::Batch::next_observation) and
-    /// [`Batch::final_info`](super::Batch::final_info) have the last ones.
+    /// next episode's first, [`VecStep::next_observation`](super::VecStep::next_observation) and
+    /// [`VecStep::final_info`](super::VecStep::final_info) have the last ones.
     SameStep,
     /// Never: the caller resets with a [mask](VecReset::mask). A step before that is
     /// [`EnvError::EpisodeOver`](crate::EnvError::EpisodeOver).
@@ -121,11 +121,11 @@ impl From<Option<u64>> for Seeds<'_> {
 }
 
 impl Seeds<'_> {
-    pub(super) fn of(&self, env_id: usize) -> Option<u64> {
+    pub(super) fn of(&self, env_index: usize) -> Option<u64> {
         match self {
             Self::Continue => None,
-            Self::From(first) => Some(first + env_id as u64),
-            Self::Each(seeds) => seeds[env_id],
+            Self::From(first) => Some(first + env_index as u64),
+            Self::Each(seeds) => seeds[env_index],
         }
     }
 }
@@ -143,11 +143,11 @@ pub enum VecOptions<'a, O> {
 }
 
 impl<O: Clone + Default> VecOptions<'_, O> {
-    pub(super) fn of(&self, env_id: usize) -> O {
+    pub(super) fn of(&self, env_index: usize) -> O {
         match self {
             Self::Default => O::default(),
             Self::Same(options) => (*options).clone(),
-            Self::Each(options) => options[env_id].clone(),
+            Self::Each(options) => options[env_index].clone(),
         }
     }
 }
@@ -180,7 +180,7 @@ impl<O> VecReset<'_, O> {
 #[non_exhaustive]
 pub struct EpisodeId {
     /// The environment.
-    pub env_id: usize,
+    pub env_index: usize,
     /// The number of episodes that the environment has begun before this one, by whatever reset.
     pub episode: u64,
 }

@@ -2,18 +2,18 @@
 
 use std::{fmt, sync::Arc};
 
-use super::batch::BatchOf;
 use super::config::{
     AutoresetMode, EpisodeId, EpisodeStart, MAX_ENVS, VecConfig, VecReset, check_num_envs,
 };
 use super::pool::Pool;
 use super::slot::{Command, Slot};
+use super::step::VecStepOf;
 use crate::gym::env::observation::BatchObservation;
 use crate::gym::env::{ActionElement, Env};
 use crate::gym::spaces::{Space, action_space::ActionSpace};
 use crate::gym::vec_env::error::VecEnvError;
 
-/// An environment that a [`VecEnv`] can step: its observations can be rows of a batch, and it may
+/// An environment that a [`VecEnv`] can step: its observations can be rows of a [`VecStep`](super::VecStep), and it may
 /// go to other threads.
 ///
 /// Every such environment implements it.
@@ -33,7 +33,7 @@ pub struct VecEnv<E: Env<Observation: BatchObservation>> {
     pub(super) idle: Vec<Option<Box<Slot<E>>>>,
     pool: Pool<Slot<E>>,
     in_flight: usize,
-    batch: BatchOf<E>,
+    step: VecStepOf<E>,
     autoreset: AutoresetMode,
     action_space: E::ActionSpace,
     observation_space: Space,
@@ -48,7 +48,7 @@ impl<E: BatchEnv> VecEnv<E> {
     /// # Errors
     /// [`VecEnvError::NoEnvs`], or [`VecEnvError::TooManyEnvs`] beyond 65,536;
     /// [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`] if the environments cannot
-    /// share a batch; [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if the operating system
+    /// share the rows of a [`VecStep`](super::VecStep); [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if the operating system
     /// refuses.
     pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
         // One too many is enough to refuse them, even if the iterator never ends.
@@ -57,23 +57,24 @@ impl<E: BatchEnv> VecEnv<E> {
         let first = envs.first().ok_or(VecEnvError::NoEnvs)?;
         let (action_space, observation_space) =
             (first.action_space().clone(), first.observation_space().clone());
-        for (env_id, env) in envs.iter().enumerate() {
+        for (env_index, env) in envs.iter().enumerate() {
             if *env.action_space() != action_space || *env.observation_space() != observation_space
             {
-                return Err(VecEnvError::SpacesDiffer { env_id });
+                return Err(VecEnvError::SpacesDiffer { env_index });
             }
         }
         let (num_envs, autoreset) = (envs.len(), config.autoreset());
         let threads = config.threads_for(num_envs);
         let keeps_last = autoreset == AutoresetMode::SameStep;
         let action_len = action_space.action_len();
-        let batch = |len| BatchOf::<E>::new(&observation_space, action_len, keeps_last, len);
-        let slot = |(env_id, env)| Ok(Some(Box::new(Slot::new(env_id, env, autoreset, batch(1)?))));
+        let rows = |len| VecStepOf::<E>::new(&observation_space, action_len, keeps_last, len);
+        let slot =
+            |(env_index, env)| Ok(Some(Box::new(Slot::new(env_index, env, autoreset, rows(1)?))));
         Ok(Self {
             idle: envs.into_iter().enumerate().map(slot).collect::<Result<_, VecEnvError>>()?,
             pool: Pool::new(threads, num_envs, config.pin_threads())?,
             in_flight: 0,
-            batch: batch(num_envs)?,
+            step: rows(num_envs)?,
             autoreset,
             action_space,
             observation_space,
@@ -98,7 +99,7 @@ impl<E: BatchEnv> VecEnv<E> {
     ///
     /// let mut envs = make_kinematic_vec("FetchReach-v4", 4, VecConfig::default())?;
     /// envs.set_autoreset_start(|id| EpisodeStart {
-    ///     seed: Some(4 * id.episode + id.env_id as u64),
+    ///     seed: Some(4 * id.episode + id.env_index as u64),
     ///     options: FetchResetOptions::default(),
     /// })?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -154,30 +155,31 @@ impl<E: BatchEnv> VecEnv<E> {
     /// Returns an environment for inspection; `None` if the id is unknown, or if the environment is
     /// in flight or has panicked.
     #[must_use]
-    pub fn env(&self, env_id: usize) -> Option<&E> {
-        self.idle.get(env_id)?.as_ref()?.env.as_ref()
+    pub fn env(&self, env_index: usize) -> Option<&E> {
+        self.idle.get(env_index)?.as_ref()?.env.as_ref()
     }
 
     /// Returns an environment to change, as [`env`](Self::env) does.
     ///
-    /// The vector does not learn of resets and steps made here: its next batch has the results of
+    /// The vector does not learn of resets and steps made here: its next step has the results of
     /// the next call, and an autoreset that is due stays due.
     #[must_use]
-    pub fn env_mut(&mut self, env_id: usize) -> Option<&mut E> {
-        self.idle.get_mut(env_id)?.as_mut()?.env.as_mut()
+    pub fn env_mut(&mut self, env_index: usize) -> Option<&mut E> {
+        self.idle.get_mut(env_index)?.as_mut()?.env.as_mut()
     }
 
-    /// The last batch.
+    /// The results of the last call of [`step`](Self::step), [`reset`](Self::reset) or
+    /// [`recv`](Self::recv).
     #[must_use]
-    pub const fn batch(&self) -> &BatchOf<E> {
-        &self.batch
+    pub const fn last_step(&self) -> &VecStepOf<E> {
+        &self.step
     }
 
     /// Resets all environments: the first with `seed`, the next with `seed + 1`, and so on.
     ///
     /// # Errors
     /// As [`reset_with`](Self::reset_with).
-    pub fn reset(&mut self, seed: Option<u64>) -> Result<&BatchOf<E>, VecEnvError> {
+    pub fn reset(&mut self, seed: Option<u64>) -> Result<&VecStepOf<E>, VecEnvError> {
         self.reset_with(&VecReset { seeds: seed.into(), ..VecReset::default() })
     }
 
@@ -188,7 +190,7 @@ impl<E: BatchEnv> VecEnv<E> {
     pub fn reset_with(
         &mut self,
         reset: &VecReset<'_, E::ResetOptions>,
-    ) -> Result<&BatchOf<E>, VecEnvError> {
+    ) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
         self.send_reset(reset)?;
         self.receive_all()
@@ -198,18 +200,18 @@ impl<E: BatchEnv> VecEnv<E> {
     ///
     /// # Errors
     /// [`VecEnvError::ActionCount`], [`VecEnvError::InFlight`] or [`VecEnvError::WorkerLost`]. The
-    /// error of a single environment is in its row of the batch.
-    pub fn step(&mut self, actions: &[ActionElement<E>]) -> Result<&BatchOf<E>, VecEnvError> {
+    /// error of a single environment is in its row.
+    pub fn step(&mut self, actions: &[ActionElement<E>]) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
         self.check_actions(actions, self.num_envs())?;
-        for env_id in 0..self.num_envs() {
-            self.lend_action(env_id, actions, env_id);
+        for env_index in 0..self.num_envs() {
+            self.lend_action(env_index, actions, env_index);
         }
         self.pool.wake();
         self.receive_all()
     }
 
-    /// Starts a step in some environments: row `k` of `actions` in environment `env_ids[k]`.
+    /// Starts a step in some environments: row `k` of `actions` in environment `env_index[k]`.
     ///
     /// # Errors
     /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`], [`VecEnvError::EnvInFlight`] or
@@ -217,21 +219,22 @@ impl<E: BatchEnv> VecEnv<E> {
     pub fn send(
         &mut self,
         actions: &[ActionElement<E>],
-        env_ids: &[usize],
+        env_index: &[usize],
     ) -> Result<(), VecEnvError> {
         self.pool.check()?;
-        self.check_actions(actions, env_ids.len())?;
+        self.check_actions(actions, env_index.len())?;
         self.calls += 1;
-        for &env_id in env_ids {
+        for &env_index in env_index {
             let num_envs = self.num_envs();
-            let slot = self.idle.get(env_id).ok_or(VecEnvError::UnknownEnv { env_id, num_envs })?;
-            if slot.is_none() || self.named_in[env_id] == self.calls {
-                return Err(VecEnvError::EnvInFlight { env_id });
+            let slot =
+                self.idle.get(env_index).ok_or(VecEnvError::UnknownEnv { env_index, num_envs })?;
+            if slot.is_none() || self.named_in[env_index] == self.calls {
+                return Err(VecEnvError::EnvInFlight { env_index });
             }
-            self.named_in[env_id] = self.calls;
+            self.named_in[env_index] = self.calls;
         }
-        for (row, &env_id) in env_ids.iter().enumerate() {
-            self.lend_action(row, actions, env_id);
+        for (row, &env_index) in env_index.iter().enumerate() {
+            self.lend_action(row, actions, env_index);
         }
         self.pool.wake();
         Ok(())
@@ -245,15 +248,15 @@ impl<E: BatchEnv> VecEnv<E> {
     pub fn send_reset(&mut self, reset: &VecReset<'_, E::ResetOptions>) -> Result<(), VecEnvError> {
         self.pool.check()?;
         reset.check(self.num_envs())?;
-        let chosen = |env_id: &usize| reset.mask.is_none_or(|mask| mask[*env_id]);
-        if let Some(env_id) =
-            (0..self.num_envs()).filter(chosen).find(|&env_id| self.idle[env_id].is_none())
+        let chosen = |env_index: &usize| reset.mask.is_none_or(|mask| mask[*env_index]);
+        if let Some(env_index) =
+            (0..self.num_envs()).filter(chosen).find(|&env_index| self.idle[env_index].is_none())
         {
-            return Err(VecEnvError::EnvInFlight { env_id });
+            return Err(VecEnvError::EnvInFlight { env_index });
         }
-        for env_id in (0..self.num_envs()).filter(chosen) {
-            let (seed, options) = (reset.seeds.of(env_id), reset.options.of(env_id));
-            self.lend(env_id, |slot| slot.command = Command::Reset { seed, options });
+        for env_index in (0..self.num_envs()).filter(chosen) {
+            let (seed, options) = (reset.seeds.of(env_index), reset.options.of(env_index));
+            self.lend(env_index, |slot| slot.command = Command::Reset { seed, options });
         }
         self.pool.wake();
         Ok(())
@@ -263,55 +266,55 @@ impl<E: BatchEnv> VecEnv<E> {
     ///
     /// # Errors
     /// [`VecEnvError::BatchTooLarge`] if fewer are in flight; [`VecEnvError::WorkerLost`].
-    pub fn recv(&mut self, batch_size: usize) -> Result<&BatchOf<E>, VecEnvError> {
+    pub fn recv(&mut self, batch_size: usize) -> Result<&VecStepOf<E>, VecEnvError> {
         self.pool.check()?;
         if batch_size > self.in_flight {
             return Err(VecEnvError::BatchTooLarge { batch_size, in_flight: self.in_flight });
         }
         self.pool.wait(batch_size)?;
-        self.batch.clear();
-        while self.batch.len() < batch_size
+        self.step.clear();
+        while self.step.len() < batch_size
             && let Some(mut slot) = self.pool.take()
         {
-            self.batch.push(slot.env_id, &slot.row);
+            self.step.push(slot.env_index, &slot.row);
             slot.row.collected();
             self.take_back(slot);
         }
-        Ok(&self.batch)
+        Ok(&self.step)
     }
 
-    fn receive_all(&mut self) -> Result<&BatchOf<E>, VecEnvError> {
+    fn receive_all(&mut self) -> Result<&VecStepOf<E>, VecEnvError> {
         self.pool.wait(self.in_flight)?;
         while let Some(slot) = self.pool.take() {
             self.take_back(slot);
         }
-        self.batch.clear();
+        self.step.clear();
         for slot in self.idle.iter_mut().flatten() {
-            self.batch.push(slot.env_id, &slot.row);
+            self.step.push(slot.env_index, &slot.row);
             slot.row.collected();
         }
-        Ok(&self.batch)
+        Ok(&self.step)
     }
 
     fn take_back(&mut self, slot: Box<Slot<E>>) {
         self.in_flight -= 1;
-        let env_id = slot.env_id;
-        self.idle[env_id] = Some(slot);
+        let env_index = slot.env_index;
+        self.idle[env_index] = Some(slot);
     }
 
-    fn lend_action(&mut self, row: usize, actions: &[ActionElement<E>], env_id: usize) {
+    fn lend_action(&mut self, row: usize, actions: &[ActionElement<E>], env_index: usize) {
         let len = self.action_space.action_len();
-        self.lend(env_id, |slot| {
+        self.lend(env_index, |slot| {
             slot.command = Command::Step;
             slot.action.copy_from_slice(&actions[row * len..][..len]);
         });
     }
 
-    fn lend(&mut self, env_id: usize, command: impl FnOnce(&mut Slot<E>)) {
+    fn lend(&mut self, env_index: usize, command: impl FnOnce(&mut Slot<E>)) {
         let threads = self.num_threads();
         // Neighboring environments share a thread, whose queue has room for all of them.
-        let home = env_id * threads / self.num_envs();
-        if let Some(mut slot) = self.idle[env_id].take() {
+        let home = env_index * threads / self.num_envs();
+        if let Some(mut slot) = self.idle[env_index].take() {
             command(&mut slot);
             self.in_flight += 1;
             self.pool.lend(home, slot);

@@ -3,7 +3,7 @@
 /// Error returned when a [`VecEnv`](crate::VecEnv) cannot be made or a call is invalid.
 ///
 /// The call has then changed nothing. A failure of a single environment is not such an error: see
-/// [`Batch::error`](crate::vec_env::Batch::error).
+/// [`VecStep::error`](crate::vec_env::VecStep::error).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VecEnvError {
@@ -17,10 +17,10 @@ pub enum VecEnvError {
         most: usize,
     },
     /// The spaces of an environment differ from the first one's.
-    #[error("environment {env_id} has other spaces than environment 0: make all of them alike")]
+    #[error("environment {env_index} has other spaces than environment 0: make all of them alike")]
     SpacesDiffer {
         /// Id of the environment.
-        env_id: usize,
+        env_index: usize,
     },
     /// The observation space is not that of the observations.
     #[error(
@@ -46,20 +46,20 @@ pub enum VecEnvError {
         actual: usize,
     },
     /// No environment has this id.
-    #[error("there is no environment {env_id}: pass ids from 0 to {}", num_envs - 1)]
+    #[error("there is no environment {env_index}: pass ids from 0 to {}", num_envs - 1)]
     UnknownEnv {
         /// The id.
-        env_id: usize,
+        env_index: usize,
         /// Number of environments.
         num_envs: usize,
     },
     /// The environment is in flight, or named twice in one call.
     #[error(
-        "environment {env_id} is in flight: send to it once, and again after recv() returns it"
+        "environment {env_index} is in flight: send to it once, and again after recv() returns it"
     )]
     EnvInFlight {
         /// Id of the environment.
-        env_id: usize,
+        env_index: usize,
     },
     /// A call for all environments while some are in flight.
     #[error("{count} environments are in flight: recv() them before step() or reset()")]
@@ -88,16 +88,16 @@ pub enum VecEnvError {
         num_envs: usize,
     },
     /// An environment that has panicked has no state.
-    #[error("environment {env_id} has panicked and is out of use: make new environments")]
+    #[error("environment {env_index} has panicked and is out of use: make new environments")]
     OutOfUse {
         /// Id of the environment.
-        env_id: usize,
+        env_index: usize,
     },
     /// A snapshot of other environments.
-    #[error("the snapshot does not fit environment {env_id}: {reason}")]
+    #[error("the snapshot does not fit environment {env_index}: {reason}")]
     ForeignSnapshot {
         /// Id of the environment.
-        env_id: usize,
+        env_index: usize,
         /// Message of the environment's error.
         reason: String,
     },

@@ -1,13 +1,13 @@
-//! Batches as rows of a hindsight replay buffer.
+//! The results of many environments as rows of a hindsight replay buffer.
 
 use her_relabel::StepRows;
 
-use super::batch::Batch;
+use super::step::VecStep;
 use crate::gym::env::observation::GoalObservation;
 
-/// A batch as the rows that [`HerBuffer::record`](her_relabel::HerBuffer::record) takes.
+/// The results as the rows that [`HerBuffer::record`](her_relabel::HerBuffer::record) takes.
 ///
-/// Recording every batch, that of the first reset included, stores every step, in each
+/// Recording every call, that of the first reset included, stores every step, in each
 /// [`AutoresetMode`](super::AutoresetMode), from [`step`](super::VecEnv::step) as well as from
 /// [`recv`](super::VecEnv::recv).
 ///
@@ -25,24 +25,24 @@ use crate::gym::env::observation::GoalObservation;
 /// assert_eq!(buffer.len(), 4 * 50);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-impl<'a, O, I, A> From<&'a Batch<O, I, A>> for StepRows<'a, O::Element, f64, A>
+impl<'a, O, I, A> From<&'a VecStep<O, I, A>> for StepRows<'a, O::Element, f64, A>
 where
     O: GoalObservation,
 {
-    fn from(batch: &'a Batch<O, I, A>) -> Self {
+    fn from(step: &'a VecStep<O, I, A>) -> Self {
         Self {
-            env_ids: batch.env_ids(),
-            stepped: batch.stepped(),
-            started: batch.started(),
-            actions: batch.action(),
-            rewards: batch.reward(),
-            next_observations: batch.next_observation(),
-            next_achieved_goals: batch.next_achieved_goal(),
-            terminated: batch.terminated(),
-            truncated: batch.truncated(),
-            observations: batch.observation(),
-            achieved_goals: batch.achieved_goal(),
-            desired_goals: batch.desired_goal(),
+            env_ids: step.env_index(),
+            stepped: step.stepped(),
+            started: step.started(),
+            actions: step.action(),
+            rewards: step.reward(),
+            next_observations: step.next_observation(),
+            next_achieved_goals: step.next_achieved_goal(),
+            terminated: step.terminated(),
+            truncated: step.truncated(),
+            observations: step.observation(),
+            achieved_goals: step.achieved_goal(),
+            desired_goals: step.desired_goal(),
             fields: &[],
         }
     }

@@ -1,6 +1,6 @@
 //! Many environments at once, on several threads.
 //!
-//! A [`VecEnv`] steps `N` environments on `T` threads and returns their results as one [`Batch`] of
+//! A [`VecEnv`] steps `N` environments on `T` threads and returns their results as one [`VecStep`] of
 //! contiguous rows. Seeds, autoreset and order are those of Gymnasium's vector environments. The
 //! results are those of `N` single environments, bit for bit, on any number of threads.
 //!
@@ -13,9 +13,9 @@
 //! envs.reset(Some(42))?; // environment i has the seed 42 + i
 //! let actions = vec![0.5; 16 * 4];
 //! for _ in 0..50 {
-//!     let batch = envs.step(&actions)?;
-//!     assert_eq!(batch.observation().len(), 16 * 25);
-//!     assert!(batch.errors().next().is_none());
+//!     let step = envs.step(&actions)?;
+//!     assert_eq!(step.observation().len(), 16 * 25);
+//!     assert!(step.errors().next().is_none());
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -33,7 +33,7 @@
 //! # let mut envs = make_kinematic_vec("FetchReach-v4", 16, config)?;
 //! envs.send_reset(&VecReset::seeded(42))?;
 //! for _ in 0..100 {
-//!     let ids = envs.recv(4)?.env_ids().to_vec();
+//!     let ids = envs.recv(4)?.env_index().to_vec();
 //!     envs.send(&vec![0.1; 4 * 4], &ids)?;
 //! }
 //! let last = envs.recv(envs.in_flight())?;
@@ -47,7 +47,6 @@
 //! the child. A single environment goes on in both processes. Fork while no other thread is making an
 //! environment: a lock that it holds would stay locked in the child.
 
-pub(crate) mod batch;
 pub(crate) mod config;
 pub(crate) mod env;
 pub(crate) mod error;
@@ -56,12 +55,13 @@ mod her;
 pub(crate) mod pool;
 mod slot;
 mod snapshot;
+pub(crate) mod step;
 
 pub use self::{
-    batch::{Batch, BatchOf},
     config::{AutoresetMode, EpisodeId, EpisodeStart, Seeds, VecConfig, VecOptions, VecReset},
     env::{BatchEnv, VecEnv},
     error::VecEnvError,
     snapshot::VecSnapshot,
+    step::{VecStep, VecStepOf},
 };
 pub use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows, WriteRow};

@@ -7,9 +7,9 @@ use std::{
     sync::Arc,
 };
 
-use super::batch::BatchOf;
 use super::config::{AutoresetMode, EpisodeId, EpisodeStart};
 use super::pool::Job;
+use super::step::VecStepOf;
 use crate::gym::env::observation::BatchObservation;
 use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::error::EnvError;
@@ -19,15 +19,15 @@ pub(super) type ChooseStart<O> = dyn Fn(EpisodeId) -> EpisodeStart<O> + Send + S
 
 /// An environment with its next command and its last results.
 pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
-    pub(super) env_id: usize,
+    pub(super) env_index: usize,
     /// `None` after a panic.
     pub(super) env: Option<E>,
     mode: AutoresetMode,
     pub(super) choose_start: Option<Arc<ChooseStart<E::ResetOptions>>>,
     pub(super) command: Command<E::ResetOptions>,
     pub(super) action: Box<[ActionElement<E>]>,
-    /// A batch of one row.
-    pub(super) row: BatchOf<E>,
+    /// The results of this environment alone: one row.
+    pub(super) row: VecStepOf<E>,
     /// Whether the next step begins an episode, or is refused without an autoreset.
     pub(super) reset_is_due: bool,
     /// The number of episodes that have begun.
@@ -40,9 +40,9 @@ pub(super) enum Command<O> {
 }
 
 impl<E: Env<Observation: BatchObservation>> Slot<E> {
-    pub(super) fn new(env_id: usize, env: E, mode: AutoresetMode, row: BatchOf<E>) -> Self {
+    pub(super) fn new(env_index: usize, env: E, mode: AutoresetMode, row: VecStepOf<E>) -> Self {
         Self {
-            env_id,
+            env_index,
             env: Some(env),
             mode,
             choose_start: None,
@@ -101,7 +101,7 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
         let reset = match &self.choose_start {
             None => env.reset(None)?,
             Some(choose) => {
-                let id = EpisodeId { env_id: self.env_id, episode: self.num_episodes };
+                let id = EpisodeId { env_index: self.env_index, episode: self.num_episodes };
                 let EpisodeStart { seed, options } = choose(id);
                 env.reset_with(seed, &options)?
             }

@@ -30,7 +30,8 @@ impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
     pub fn snapshot(&self) -> Result<VecSnapshot<E::Snapshot>, VecEnvError> {
         self.check_all_idle()?;
         let states = self.idle.iter().flatten().map(|slot| {
-            let env = slot.env.as_ref().ok_or(VecEnvError::OutOfUse { env_id: slot.env_id })?;
+            let env =
+                slot.env.as_ref().ok_or(VecEnvError::OutOfUse { env_index: slot.env_index })?;
             Ok(EnvState {
                 env: env.snapshot(),
                 reset_is_due: slot.reset_is_due,
@@ -41,7 +42,7 @@ impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
     }
 
     /// Restores a snapshot of these environments or of ones made the same way. Afterwards the same
-    /// actions give the same results, bit for bit. [`batch`](Self::batch) stays as it is until the
+    /// actions give the same results, bit for bit. [`last_step`](Self::last_step) stays as it is until the
     /// next call.
     ///
     /// # Errors
@@ -62,9 +63,9 @@ impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
 
     fn restore_each(&mut self, snapshot: &VecSnapshot<E::Snapshot>) -> Result<(), VecEnvError> {
         for (slot, state) in self.idle.iter_mut().flatten().zip(&snapshot.envs) {
-            let env_id = slot.env_id;
-            let env = slot.env.as_mut().ok_or(VecEnvError::OutOfUse { env_id })?;
-            let foreign = |reason| VecEnvError::ForeignSnapshot { env_id, reason };
+            let env_index = slot.env_index;
+            let env = slot.env.as_mut().ok_or(VecEnvError::OutOfUse { env_index })?;
+            let foreign = |reason| VecEnvError::ForeignSnapshot { env_index, reason };
             if state.num_episodes > MAX_COUNT {
                 return Err(foreign(format!("{} episodes have not begun", state.num_episodes)));
             }

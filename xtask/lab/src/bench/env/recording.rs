@@ -5,7 +5,7 @@ use std::sync::Arc;
 use baselines::buffer_config;
 use fetch_env::{
     FetchObservation,
-    vec_env::{AutoresetMode, Batch, VecConfig, VecEnv},
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecStep},
 };
 use her_relabel::HerBuffer;
 
@@ -14,7 +14,7 @@ use crate::bench::interleaved::Contender;
 
 /// The batches of an episode of one environment, which are recorded again and again.
 pub struct Recording {
-    batches: Vec<Batch<FetchObservation>>,
+    batches: Vec<VecStep<FetchObservation>>,
     buffer: HerBuffer<f32>,
 }
 

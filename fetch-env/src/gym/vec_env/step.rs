@@ -10,14 +10,14 @@ use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 ///
 /// After [`step`](super::VecEnv::step) and [`reset`](super::VecEnv::reset) row `i` is environment
 /// `i`. After [`recv`](super::VecEnv::recv) the rows are in the order in which the environments
-/// finished, and [`env_ids`](Self::env_ids) identifies them. A reset gives reward 0 and ends
+/// finished, and [`env_index`](Self::env_index) identifies them. A reset gives reward 0 and ends
 /// nothing.
 ///
 /// `O` is the observation of an environment, `I` its info and `A` an element of its actions.
 #[derive(Clone, Debug)]
-pub struct Batch<O: BatchObservation, I = Info, A = f32> {
+pub struct VecStep<O: BatchObservation, I = Info, A = f32> {
     len: usize,
-    env_ids: Vec<usize>,
+    env_index: Vec<usize>,
     action_len: usize,
     action: Vec<A>,
     observation: O::Rows,
@@ -34,7 +34,7 @@ pub struct Batch<O: BatchObservation, I = Info, A = f32> {
 }
 
 /// The results of environments of the type `E`.
-pub type BatchOf<E> = Batch<<E as Env>::Observation, <E as Env>::Info, ActionElement<E>>;
+pub type VecStepOf<E> = VecStep<<E as Env>::Observation, <E as Env>::Info, ActionElement<E>>;
 
 /// Defines getters of what each row has one element of.
 macro_rules! columns {
@@ -47,7 +47,7 @@ macro_rules! columns {
     )*};
 }
 
-impl<O: BatchObservation, I, A> Batch<O, I, A> {
+impl<O: BatchObservation, I, A> VecStep<O, I, A> {
     /// The number of rows.
     #[must_use]
     pub const fn len(&self) -> usize {
@@ -62,7 +62,7 @@ impl<O: BatchObservation, I, A> Batch<O, I, A> {
 
     columns! {
         /// The environment of each row.
-        env_ids: [usize],
+        env_index: [usize],
         /// The rewards; NaN where the step failed.
         reward: [f64],
         /// Whether each task has ended.
@@ -133,7 +133,7 @@ impl<O: BatchObservation, I, A> Batch<O, I, A> {
     }
 }
 
-impl<O: BatchObservation, I: GoalInfo, A> Batch<O, I, A> {
+impl<O: BatchObservation, I: GoalInfo, A> VecStep<O, I, A> {
     /// Iterates over the successes of the steps: whether the goal that each row's action achieved
     /// counts as the desired one. Of a row that was reset instead, that of its first observation;
     /// false where the step failed.
@@ -149,7 +149,7 @@ impl<O: BatchObservation, I: GoalInfo, A> Batch<O, I, A> {
 }
 
 /// The parts of goal-conditioned observations.
-impl<O: GoalObservation, I, A> Batch<O, I, A> {
+impl<O: GoalObservation, I, A> VecStep<O, I, A> {
     /// The observations: `len` rows.
     #[must_use]
     pub fn observation(&self) -> &[O::Element] {
@@ -189,7 +189,7 @@ impl<O: GoalObservation, I, A> Batch<O, I, A> {
 }
 
 /// The whole of observations that are arrays.
-impl<T, O, I, A> Batch<O, I, A>
+impl<T, O, I, A> VecStep<O, I, A>
 where
     T: ArrayElement,
     O: AsRef<[T]> + BatchObservation<Rows = ArrayRows<T>>,
@@ -207,8 +207,8 @@ where
     }
 }
 
-/// Making a batch, and collecting the rows of environments in it.
-impl<O: BatchObservation, I: Clone, A: Copy + Default> Batch<O, I, A> {
+/// Collecting the rows of environments.
+impl<O: BatchObservation, I: Clone, A: Copy + Default> VecStep<O, I, A> {
     /// Creates `capacity` rows without results yet.
     pub(super) fn new(
         space: &Space,
@@ -219,7 +219,7 @@ impl<O: BatchObservation, I: Clone, A: Copy + Default> Batch<O, I, A> {
         let rows = || O::Rows::new(space, capacity);
         Ok(Self {
             len: capacity,
-            env_ids: (0..capacity).collect(),
+            env_index: (0..capacity).collect(),
             action_len,
             action: vec![A::default(); capacity * action_len],
             observation: rows()?,
@@ -239,11 +239,11 @@ impl<O: BatchObservation, I: Clone, A: Copy + Default> Batch<O, I, A> {
         self.len = 0;
     }
 
-    /// Appends the row of an environment's own batch.
-    pub(super) fn push(&mut self, env_id: usize, from: &Self) {
+    /// Appends the single row of an environment's results.
+    pub(super) fn push(&mut self, env_index: usize, from: &Self) {
         let row = self.len;
         self.len += 1;
-        self.env_ids[row] = env_id;
+        self.env_index[row] = env_index;
         self.action[row * self.action_len..][..self.action_len].copy_from_slice(&from.action);
         self.observation.copy_row(row, &from.observation, 0);
         if let (Some(next), Some(from)) = (&mut self.next_observation, &from.next_observation) {
@@ -260,8 +260,8 @@ impl<O: BatchObservation, I: Clone, A: Copy + Default> Batch<O, I, A> {
     }
 }
 
-/// Writing the single row of an environment's own batch.
-impl<O: BatchObservation, I, A: Copy> Batch<O, I, A> {
+/// Writing the single row of an environment's results.
+impl<O: BatchObservation, I, A: Copy> VecStep<O, I, A> {
     /// Clears the last step, but not its observation.
     pub(super) fn begin(&mut self) {
         self.set_outcome(0.0, false, false);
