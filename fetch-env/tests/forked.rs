@@ -32,7 +32,7 @@ fn a_vector_from_before_the_fork_says_so_and_a_new_one_works() -> Result {
         assert_eq!(before.recv(0).err(), forked);
         assert_eq!(before.snapshot().err(), forked);
         assert_eq!(before.restore(&snapshot).err(), forked);
-        assert_eq!((before.in_flight(), before.batch().observation()), (0, &observation[..]));
+        assert_eq!((before.in_flight(), before.last_step().observation()), (0, &observation[..]));
         let mut new = envs(4)?;
         new.reset(Some(0))?;
         assert_eq!(new.step(&ACTIONS)?.observation(), observation);
