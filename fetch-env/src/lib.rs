@@ -83,7 +83,7 @@ pub use fetch::{
     config::FetchConfig,
     env::{FetchEnv, FetchSnapshot},
     env_id::{EnvId, UnknownEnvId},
-    error::{ConfigError, MakeError},
+    error::{FetchConfigError, MakeError},
     kinematic::{KinematicEnv, make_kinematic, make_kinematic_vec},
     layout::{ObservationField, observation_fields},
     observation::FetchObservation,

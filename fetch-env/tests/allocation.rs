@@ -11,7 +11,7 @@ fn is_free_of_allocation<S: Simulator>(
 ) -> Result {
     for id in EnvId::ALL {
         let config = id.config();
-        let simulator = simulator(&config.sim()?)?;
+        let simulator = simulator(config.sim())?;
         let mut env = FetchEnv::new(config, simulator)?.time_limited();
         let start = env.reset(Some(0))?.observation;
         let counted = measure(|| {

@@ -12,7 +12,7 @@ use fetch_env::{
 #[test]
 fn an_environment_is_made_stepped_and_relabeled() -> Result<(), Box<dyn Error>> {
     let config = FetchConfig::new(Task::Push, RewardKind::Dense);
-    let sim: SimConfig = config.sim()?;
+    let sim: SimConfig = config.sim().clone();
     let simulator = KinematicSimulator::new(&sim);
     assert_eq!(simulator.task(), Task::Push);
     let limit = NonZeroU32::new(10).ok_or("not zero")?;

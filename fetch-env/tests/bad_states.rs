@@ -65,7 +65,7 @@ mod mujoco {
 
     fn environment(id: EnvId, drive: Drive) -> Result<MujocoEnv> {
         let config = id.config();
-        let mut simulator = MujocoSimulator::new(&config.sim()?)?;
+        let mut simulator = MujocoSimulator::new(config.sim())?;
         drive(&mut simulator);
         Ok(FetchEnv::new(config, simulator)?.time_limited())
     }
@@ -107,7 +107,7 @@ mod mujoco {
 
     #[test]
     fn the_simulator_refuses_what_it_cannot_do_and_stays_as_it_was() -> Result {
-        let mut simulator = MujocoSimulator::new(&PICK_AND_PLACE.config().sim()?)?;
+        let mut simulator = MujocoSimulator::new(PICK_AND_PLACE.config().sim())?;
         simulator.reset(Some([1.3, 0.7]))?;
         let before = simulator.snapshot();
         for xy in [[f64::NAN, 0.7], [1.3, f64::NEG_INFINITY], [f64::MAX, 0.7], [1.3, -1.1e10]] {

@@ -16,7 +16,7 @@ fn unstable() -> SimError {
 fn a_failed_step_is_an_error_and_asks_for_a_reset() -> Result {
     for id in EnvId::ALL {
         let config = id.config();
-        let simulator = Faulty::new(&config.sim()?, || Err(unstable()));
+        let simulator = Faulty::new(config.sim(), || Err(unstable()));
         let mut env = FetchEnv::new(config, simulator)?.time_limited();
         env.reset(Some(0))?;
         let good = env.snapshot();

@@ -11,7 +11,7 @@ const SNAPSHOTS: &str = "FETCH_ENV_TEST_SNAPSHOTS";
 const STEPS: u32 = 40;
 
 fn environment(id: EnvId) -> Result<MujocoEnv> {
-    Ok(make(id.config().with_max_episode_steps(1000))?)
+    Ok(make(id.config().with_max_episode_steps(1000)?)?)
 }
 
 /// Drives at the object, which causes many contacts, or around if there is none.

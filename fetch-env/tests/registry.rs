@@ -1,8 +1,8 @@
 //! The eight names and their settings.
 
-use fetch_env::{ConfigError, EnvId, FetchConfig, FetchEnv, MakeError, make_kinematic};
+use fetch_env::{EnvId, FetchConfig, FetchConfigError, FetchEnv, MakeError, make_kinematic};
 use fetch_sim::{KinematicSimulator, ModelSource, SimConfig, Task};
-use goal_reward::RewardKind;
+use goal_reward::{DistanceThreshold, RewardKind};
 use proptest::prelude::*;
 
 type Result = std::result::Result<(), Box<dyn std::error::Error>>;
@@ -69,22 +69,28 @@ proptest! {
     ) {
         let config = FetchConfig::new(task, RewardKind::Sparse)
             .with_object_range(range)
-            .with_distance_threshold(threshold)
-            .with_max_episode_steps(steps)
-            .with_n_substeps(substeps)
-            .with_target_in_the_air(in_the_air);
+            .and_then(|config| config.with_distance_threshold(threshold))
+            .and_then(|config| config.with_max_episode_steps(steps))
+            .and_then(|config| config.with_n_substeps(substeps))
+            .and_then(|config| config.with_target_in_the_air(in_the_air));
         let valid = task.has_object()
             && (0.075..1e300).contains(&range)
             && (0.0..1e300).contains(&threshold)
             && steps > 0
             && substeps > 0;
-        let checked = config.check();
-        prop_assert_eq!(checked.is_ok(), valid, "{:?}", checked);
+        prop_assert_eq!(config.is_ok(), valid, "{:?}", config);
         // JSON has neither NaN nor infinity.
         if range.is_finite() && threshold.is_finite() {
-            let json = serde_json::to_string(&config)?;
-            let read = serde_json::from_str::<FetchConfig>(&json).ok();
-            prop_assert_eq!(read, valid.then_some(config));
+            let mut json = serde_json::to_value(FetchConfig::new(Task::Push, RewardKind::Sparse))?;
+            json["sim"]["task"] = serde_json::to_value(task)?;
+            json["sim"]["n_substeps"] = substeps.into();
+            json["object_range"] = range.into();
+            json["distance_threshold"] = threshold.into();
+            json["max_episode_steps"] = steps.into();
+            json["target_in_the_air"] = in_the_air.into();
+            json["target_range"] = task.spec().goal.range.into();
+            json["target_offset"] = serde_json::to_value(task.spec().goal.offset)?;
+            prop_assert_eq!(serde_json::from_value::<FetchConfig>(json).ok(), config.ok());
         }
     }
 }
@@ -95,14 +101,13 @@ fn the_defaults_are_the_references() -> Result {
         let config = id.config();
         let slide = id.task == Task::Slide;
         assert_eq!(config.task(), id.task);
-        assert_eq!(config.sim()?, SimConfig::new(id.task));
-        assert_eq!(config.model(), &ModelSource::Builtin);
+        assert_eq!(*config.sim(), SimConfig::new(id.task));
         let folder = ModelSource::Folder("models".into());
-        assert_eq!(config.clone().with_model(folder.clone()).model(), &folder);
+        assert_eq!(config.clone().with_model(folder.clone()).sim().model(), &folder);
         assert_eq!(config.control_period(), 0.04);
         assert_eq!(config.reward(), id.reward);
-        assert_eq!(config.distance_threshold(), 0.05);
-        assert_eq!(config.max_episode_steps(), 50);
+        assert_eq!(config.distance_threshold(), DistanceThreshold::FETCH);
+        assert_eq!(config.max_episode_steps().get(), 50);
         let object_range = if slide { 0.1 } else { 0.15 };
         assert_eq!(config.object_range(), id.task.has_object().then_some(object_range));
         assert_eq!(config.target_range(), if slide { 0.3 } else { 0.15 });
@@ -115,14 +120,14 @@ fn the_defaults_are_the_references() -> Result {
 #[test]
 fn the_serialized_settings_have_these_keys() -> Result {
     let json = concat!(
-        r#"{"task":"push","model":"builtin","contact_filter":true,"n_substeps":20,"#,
+        r#"{"sim":{"task":"push","n_substeps":20,"model":"builtin","contact_filter":true},"#,
         r#""reward":"dense","distance_threshold":0.05,"object_range":0.15,"target_range":0.15,"#,
         r#""target_offset":[0.0,0.0,0.0],"target_in_the_air":false,"max_episode_steps":50}"#,
     );
     let config = FetchConfig::new(Task::Push, RewardKind::Dense);
     assert_eq!(serde_json::to_string(&config)?, json);
     let defaults =
-        [r#""model":"builtin","#, r#""contact_filter":true,"#, r#""object_range":0.15,"#];
+        [r#""model":"builtin","#, r#","contact_filter":true"#, r#""object_range":0.15,"#];
     for default in defaults {
         assert_eq!(serde_json::from_str::<FetchConfig>(&json.replace(default, ""))?, config);
     }
@@ -135,9 +140,10 @@ fn the_serialized_settings_have_these_keys() -> Result {
 fn each_invalid_setting_is_named() -> Result {
     let push = || FetchConfig::new(Task::Push, RewardKind::Sparse);
     let reach = || FetchConfig::new(Task::Reach, RewardKind::Sparse);
-    let no_object = |option| ConfigError::NoObject { task: Task::Reach, option };
-    let range = |option, value, least| ConfigError::Range { option, value, least, most: 1000.0 };
-    let count = |option, value, most| ConfigError::Count { option, value, most };
+    let no_object = |option| FetchConfigError::NoObject { task: Task::Reach, option };
+    let range =
+        |option, value, least| FetchConfigError::Range { option, value, least, most: 1000.0 };
+    let count = |option, value, most| FetchConfigError::Count { option, value, most };
     for (config, error) in [
         (reach().with_object_range(0.1), no_object("object_range")),
         (reach().with_target_in_the_air(true), no_object("target_in_the_air")),
@@ -147,7 +153,7 @@ fn each_invalid_setting_is_named() -> Result {
         (push().with_target_range(f64::MAX), range("target_range", f64::MAX, 0.0)),
         (
             push().with_target_offset([0.0, f64::INFINITY, 0.0]),
-            ConfigError::Offset { axis: 1, value: f64::INFINITY, most: 1000.0 },
+            FetchConfigError::Offset { axis: 1, value: f64::INFINITY, most: 1000.0 },
         ),
         (push().with_target_range(8e307), range("target_range", 8e307, 0.0)),
         (push().with_object_range(1000.1), range("object_range", 1000.1, 0.075)),
@@ -155,22 +161,18 @@ fn each_invalid_setting_is_named() -> Result {
         (push().with_n_substeps(u32::MAX), count("n_substeps", u32::MAX, 1000)),
         (push().with_max_episode_steps(0), count("max_episode_steps", 0, u32::MAX)),
     ] {
-        assert_eq!(config.check(), Err(error));
-        assert_eq!(config.sim(), Err(error));
-        let valid = FetchConfig::new(config.task(), RewardKind::Sparse).sim()?;
-        let refusal = FetchEnv::new(config, KinematicSimulator::new(&valid)).err();
-        assert_eq!(refusal, Some(MakeError::Config(error)));
+        assert_eq!(config, Err(error));
     }
-    let threshold = push().with_distance_threshold(-1.0).check();
-    assert!(matches!(threshold, Err(ConfigError::Threshold(_))), "{threshold:?}");
+    let threshold = push().with_distance_threshold(-1.0);
+    assert!(matches!(threshold, Err(FetchConfigError::Threshold(_))), "{threshold:?}");
     Ok(())
 }
 
 #[test]
 fn a_simulator_of_another_configuration_is_refused() -> Result {
     let config = FetchConfig::new(Task::Push, RewardKind::Sparse);
-    let coarse = config.clone().with_n_substeps(10);
-    for sim in [SimConfig::new(Task::Slide), coarse.sim()?] {
+    let coarse = config.clone().with_n_substeps(10)?;
+    for sim in [SimConfig::new(Task::Slide), coarse.sim().clone()] {
         let refusal = FetchEnv::new(config.clone(), KinematicSimulator::new(&sim));
         assert!(matches!(refusal, Err(MakeError::SimulatorMismatch { .. })), "{refusal:?}");
     }

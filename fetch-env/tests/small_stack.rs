@@ -53,7 +53,7 @@ fn worker_threads_have_room_whatever_the_default_is() -> Result {
 
 fn step_with_half_a_megabyte() -> Result {
     let config = "FetchReach-v4".parse::<EnvId>()?.config();
-    let simulator = Faulty::new(&config.sim()?, || {
+    let simulator = Faulty::new(config.sim(), || {
         black_box([0_u8; 512 << 10]);
         Ok(())
     });

@@ -16,6 +16,7 @@ use crate::{assets::ModelSource, bounds::Substeps, settings::settings, task::Tas
 /// # Ok::<(), fetch_sim::SimError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SimConfig {
     task: Task,
     n_substeps: Substeps,

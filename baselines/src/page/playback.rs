@@ -111,7 +111,7 @@ impl Playback {
     {
         let failed = |source| PageError::Environment { seed, source };
         let config = env.fetch_env().config();
-        if *config.model() != ModelSource::Builtin {
+        if *config.sim().model() != ModelSource::Builtin {
             return Err(PageError::ForeignModel);
         }
         let id = EnvId { task: config.task(), reward: config.reward() };

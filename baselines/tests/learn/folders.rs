@@ -79,8 +79,8 @@ fn what_was_saved_is_there_and_is_resumed() -> Result {
 /// Makes an environment with a distance within which a goal counts as reached.
 fn make_within(meters: f64) -> std::result::Result<Kinematic, EnvError> {
     let id: EnvId = "FetchReach-v4".parse()?;
-    let config = id.config().with_distance_threshold(meters);
-    let simulator = KinematicSimulator::new(&config.sim()?);
+    let config = id.config().with_distance_threshold(meters)?;
+    let simulator = KinematicSimulator::new(config.sim());
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 

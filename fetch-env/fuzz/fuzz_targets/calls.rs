@@ -65,8 +65,8 @@ fn make(id: EnvId, max_episode_steps: u8, kind: Kind) -> TestEnv {
         Kind::Panicking => || panic_any(Planned),
     };
     let limit = u32::from(max_episode_steps) % 20 + 1;
-    let config = id.config().with_max_episode_steps(limit);
-    let simulator = Faulty::new(&config.sim().expect("valid settings"), fault);
+    let config = id.config().with_max_episode_steps(limit).expect("not 0");
+    let simulator = Faulty::new(config.sim(), fault);
     FetchEnv::new(config, simulator).expect("a simulator of these settings").time_limited()
 }
 

@@ -146,7 +146,7 @@ fn check(kind: &Kind, place: &Place, input: &Input) {
     match kind {
         Kind::Config => {
             let Some(config) = input.apply::<FetchConfig>(&place.id().config()) else { return };
-            let simulator = KinematicSimulator::new(&config.sim().expect("checked settings"));
+            let simulator = KinematicSimulator::new(config.sim());
             let mut env = FetchEnv::new(config.clone(), simulator)
                 .expect("a simulator of these settings")
                 .time_limited();
@@ -156,7 +156,7 @@ fn check(kind: &Kind, place: &Place, input: &Input) {
         }
         Kind::Simulator => {
             let config = place.id().config();
-            let simulator = KinematicSimulator::new(&config.sim().expect("valid settings"));
+            let simulator = KinematicSimulator::new(config.sim());
             let Some(simulator) = input.apply(&simulator) else { return };
             let Ok(env) = FetchEnv::new(config, simulator) else { return };
             let mut env = env.time_limited();

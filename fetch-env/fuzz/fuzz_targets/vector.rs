@@ -110,10 +110,10 @@ impl Vector {
                     Ok(()) => ids.iter().for_each(|id| {
                         assert!(!std::mem::replace(&mut self.in_flight[*id], true));
                     }),
-                    Err(VecEnvError::UnknownEnv { env_index, .. }) => assert!(env_id >= num_envs),
+                    Err(VecEnvError::UnknownEnv { env_index, .. }) => assert!(env_index >= num_envs),
                     Err(VecEnvError::EnvInFlight { env_index }) => {
-                        let named = ids.iter().filter(|id| **id == env_id).count();
-                        assert!(self.in_flight[env_id] || named > 1);
+                        let named = ids.iter().filter(|id| **id == env_index).count();
+                        assert!(self.in_flight[env_index] || named > 1);
                     }
                     Err(VecEnvError::ActionCount { .. }) => {}
                     Err(error) => panic!("{error}"),
@@ -142,14 +142,14 @@ impl Vector {
                         each => VecOptions::Each(each),
                     },
                 };
-                let chosen = |env_id: usize| {
-                    mask.as_ref().is_none_or(|mask| mask.get(env_id) == Some(&true))
+                let chosen = |env_index: usize| {
+                    mask.as_ref().is_none_or(|mask| mask.get(env_index) == Some(&true))
                 };
                 match self.envs.send_reset(&reset) {
-                    Ok(()) => (0..num_envs).filter(|env_id| chosen(*env_id)).for_each(|env_id| {
-                        assert!(!std::mem::replace(&mut self.in_flight[env_id], true));
+                    Ok(()) => (0..num_envs).filter(|env_index| chosen(*env_index)).for_each(|env_index| {
+                        assert!(!std::mem::replace(&mut self.in_flight[env_index], true));
                     }),
-                    Err(VecEnvError::EnvInFlight { env_index }) => assert!(self.in_flight[env_id]),
+                    Err(VecEnvError::EnvInFlight { env_index }) => assert!(self.in_flight[env_index]),
                     Err(VecEnvError::Count { actual, .. }) => assert!(actual != num_envs),
                     Err(VecEnvError::EmptyMask) => {
                         assert!(mask.as_ref().is_some_and(|mask| !mask.contains(&true)));
@@ -170,7 +170,7 @@ impl Vector {
                     assert_eq!(self.envs.snapshot(), Ok(snapshot));
                 }
                 Err(VecEnvError::InFlight { .. }) => assert!(!is_idle),
-                Err(VecEnvError::OutOfUse { env_index }) => assert!(self.out_of_use[env_id]),
+                Err(VecEnvError::OutOfUse { env_index }) => assert!(self.out_of_use[env_index]),
                 Err(error) => panic!("{error}"),
             },
         }
@@ -180,8 +180,8 @@ impl Vector {
         match self.envs.recv(size).cloned() {
             Ok(batch) => {
                 assert_eq!(batch.len(), size);
-                for env_id in batch.env_index() {
-                    assert!(std::mem::replace(&mut self.in_flight[*env_id], false));
+                for env_index in batch.env_index() {
+                    assert!(std::mem::replace(&mut self.in_flight[*env_index], false));
                 }
                 self.look_at(&batch);
             }
@@ -191,21 +191,21 @@ impl Vector {
     }
 
     fn look_at(&mut self, batch: &VecStep<FetchObservation>) {
-        for (row, &env_id) in batch.env_index().iter().enumerate() {
+        for (row, &env_index) in batch.env_index().iter().enumerate() {
             if let Some(EnvError::Panicked { .. }) = batch.error(row) {
-                self.out_of_use[env_id] = true;
+                self.out_of_use[env_index] = true;
             } else {
-                assert!(!self.out_of_use[env_id]);
+                assert!(!self.out_of_use[env_index]);
             }
-            self.was_reset[env_id] |= batch.started()[row];
+            self.was_reset[env_index] |= batch.started()[row];
             let observation = &batch.observation()[25 * row..][..25];
             let is_finite = observation.iter().all(|number| number.is_finite());
-            assert_eq!(is_finite, self.was_reset[env_id]);
+            assert_eq!(is_finite, self.was_reset[env_index]);
             assert!(batch.error(row).is_some() || batch.reward()[row].is_finite());
             assert!(!batch.stepped()[row] || batch.info()[row].is_some());
         }
-        for (env_id, is_out_of_use) in self.out_of_use.iter().enumerate() {
-            assert_eq!(self.envs.env(env_id).is_none(), *is_out_of_use || self.in_flight[env_id]);
+        for (env_index, is_out_of_use) in self.out_of_use.iter().enumerate() {
+            assert_eq!(self.envs.env(env_index).is_none(), *is_out_of_use || self.in_flight[env_index]);
         }
     }
 
@@ -213,8 +213,8 @@ impl Vector {
     fn end(&mut self) {
         self.receive(self.num_in_flight());
         let batch = self.envs.reset(Some(0)).expect("idle environments").clone();
-        for (env_id, is_out_of_use) in self.out_of_use.clone().into_iter().enumerate() {
-            assert_eq!(batch.error(env_id).is_some(), is_out_of_use);
+        for (env_index, is_out_of_use) in self.out_of_use.clone().into_iter().enumerate() {
+            assert_eq!(batch.error(env_index).is_some(), is_out_of_use);
         }
     }
 }

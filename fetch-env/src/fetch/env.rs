@@ -5,7 +5,7 @@ use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::config::{FetchConfig, Parts};
+use super::config::FetchConfig;
 use super::error::MakeError;
 use super::observation::FetchObservation;
 use super::reset::{FetchResetOptions, Start};
@@ -33,7 +33,7 @@ const MAX_DISPLACEMENT: f32 = 0.05;
 #[derive(Clone, Debug)]
 pub struct FetchEnv<S> {
     config: FetchConfig,
-    parts: Parts,
+    reward: DistanceReward,
     simulator: S,
     settled: Settled,
     action_space: BoxSpace<f32>,
@@ -49,10 +49,8 @@ impl<S: Simulator> FetchEnv<S> {
     /// [`config.sim()`](FetchConfig::sim).
     ///
     /// # Errors
-    /// [`MakeError::Config`] for invalid settings, [`MakeError::SimulatorMismatch`] if the simulator
-    /// is made from others.
+    /// [`MakeError::SimulatorMismatch`] if the simulator is made from other settings.
     pub fn new(config: FetchConfig, simulator: S) -> Result<Self, MakeError> {
-        let parts = config.parts()?;
         let settled = simulator.settled();
         let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
         let (task, theirs) = (config.task(), simulator.task());
@@ -73,8 +71,8 @@ impl<S: Simulator> FetchEnv<S> {
             ("observation", vector(FetchObservation::len_of(task))?),
         ])?;
         Ok(Self {
+            reward: config.distance_reward(),
             config,
-            parts,
             simulator,
             settled,
             action_space: BoxSpace::uniform(vec![4], -1.0, 1.0)?,
@@ -87,7 +85,7 @@ impl<S: Simulator> FetchEnv<S> {
     /// Truncates every episode after [`max_episode_steps`](FetchConfig::max_episode_steps).
     #[must_use]
     pub const fn time_limited(self) -> Wrapped<Self, TimeLimit> {
-        let limit = TimeLimit::new(self.parts.max_episode_steps);
+        let limit = TimeLimit::new(self.config.max_episode_steps());
         Wrapped::attached(self, limit)
     }
 
@@ -188,7 +186,7 @@ impl<S: Simulator> Env for FetchEnv<S> {
         let observation = self.observe()?;
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         Ok(Step {
-            reward: self.parts.reward.reward(achieved, desired),
+            reward: self.reward.reward(achieved, desired),
             terminated: self.compute_terminated(achieved, desired),
             truncated: self.compute_truncated(achieved, desired),
             info: self.info(&observation),
@@ -209,7 +207,7 @@ impl<S: Simulator> GoalEnv for FetchEnv<S> {
     type GoalReward = DistanceReward;
 
     fn goal_reward(&self) -> &DistanceReward {
-        &self.parts.reward
+        &self.reward
     }
 }
 
@@ -218,7 +216,7 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
 
     fn snapshot(&self) -> Self::Snapshot {
         FetchSnapshot {
-            sim: self.parts.sim.clone(),
+            sim: self.config.sim().clone(),
             simulator: self.simulator.snapshot(),
             random: self.random.clone(),
             goal: self.goal,
@@ -227,7 +225,7 @@ impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
 
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
         let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
-        let (theirs, ours) = (&snapshot.sim, &self.parts.sim);
+        let (theirs, ours) = (&snapshot.sim, self.config.sim());
         if theirs.task() != ours.task() {
             return foreign(format!("it is of {}, this is {}", theirs.task(), ours.task()));
         }
@@ -268,7 +266,7 @@ pub struct FetchSnapshot<S> {
 #[cfg(feature = "render")]
 impl crate::pictures::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
     fn sim_config(&self) -> &SimConfig {
-        &self.parts.sim
+        self.config.sim()
     }
 
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {

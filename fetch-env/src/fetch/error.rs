@@ -19,7 +19,7 @@ pub enum MakeError {
     UnknownId(#[from] UnknownEnvId),
     /// The settings are invalid.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] FetchConfigError),
     /// A simulator made from other settings than the configuration's.
     #[error(
         "the simulator does not fit the configuration ({reason}): make it from the configuration's sim()"
@@ -52,8 +52,8 @@ impl From<MakeError> for EnvError {
     }
 }
 
-impl From<ConfigError> for EnvError {
-    fn from(error: ConfigError) -> Self {
+impl From<FetchConfigError> for EnvError {
+    fn from(error: FetchConfigError) -> Self {
         MakeError::from(error).into()
     }
 }
@@ -77,7 +77,7 @@ impl From<SimError> for EnvError {
 /// Error returned for invalid settings of a Fetch environment.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum ConfigError {
+pub enum FetchConfigError {
     /// A setting of the object in a task without one.
     #[error("{task} has no object, so {option} cannot be set: leave it out")]
     NoObject {

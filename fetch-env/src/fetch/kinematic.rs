@@ -23,7 +23,7 @@ pub fn make_kinematic(
     config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
 ) -> Result<KinematicEnv, MakeError> {
     let config = config.try_into().map_err(Into::into)?;
-    let simulator = KinematicSimulator::new(&config.sim()?);
+    let simulator = KinematicSimulator::new(config.sim());
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
@@ -79,10 +79,12 @@ mod tests {
         rounds: usize,
     ) -> Result<[u64; 2]> {
         const NUM_ENVS: usize = 6;
-        let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_max_episode_steps(5);
+        let config = FetchConfig::new(Task::Push, RewardKind::Sparse)
+            .with_max_episode_steps(5)
+            .expect("not zero");
         let mut single = Vec::new();
         for _ in 0..NUM_ENVS {
-            let simulator = simulator(&config.sim()?)?;
+            let simulator = simulator(config.sim())?;
             single.push(FetchEnv::new(config.clone(), simulator)?.time_limited());
         }
         let vec_config =

@@ -33,7 +33,7 @@ pub type MujocoEnv = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 /// let start = env.reset(Some(0))?;
 /// let step = env.step(&[1.0, 0.0, 0.0, 0.0])?;
 /// assert!(step.info.distance > 0.0);
-/// let far = make(FetchConfig::new(Task::Push, RewardKind::Sparse).with_target_range(0.3))?;
+/// let far = make(FetchConfig::new(Task::Push, RewardKind::Sparse).with_target_range(0.3)?)?;
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 ///
@@ -51,7 +51,7 @@ pub fn make(
     config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
 ) -> Result<MujocoEnv, MakeError> {
     let config = config.try_into().map_err(Into::into)?;
-    let model = shared_model(&config.sim()?)?;
+    let model = shared_model(config.sim())?;
     Ok(FetchEnv::new(config, MujocoSimulator::from_model(model)?)?.time_limited())
 }
 
@@ -79,7 +79,7 @@ pub fn make_vec(
     let config = &config.try_into().map_err(Into::into)?;
     let threads = vec_config.threads_for(num_envs);
     // Stays alive until every environment shares it.
-    let _model = shared_model(&config.sim()?)?;
+    let _model = shared_model(config.sim())?;
     // Most of the time goes into memory, which each thread allocates for its own environments.
     let envs = thread::scope(|scope| {
         let part = |index: usize| {

@@ -163,12 +163,11 @@ mod tests {
         ) {
             const ROUNDING: f64 = 1e-15;
             let mut config = FetchConfig::new(task, RewardKind::Sparse)
-                .with_target_range(target_range)
-                .with_target_offset(target_offset);
+                .with_target_range(target_range)?
+                .with_target_offset(target_offset)?;
             if task.has_object() {
-                config = config.with_object_range(object_range).with_target_in_the_air(true);
+                config = config.with_object_range(object_range)?.with_target_in_the_air(true)?;
             }
-            config.check()?;
             let object_height = task.has_object().then_some(0.4);
             let settled = Settled { gripper_position: gripper.into(), object_height };
             let start = Start::draw(&config, &settled, &mut NpRandom::new(seed));

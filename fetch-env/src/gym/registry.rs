@@ -15,8 +15,8 @@ use super::error::EnvError;
 ///
 /// let mut registry = Registry::kinematic(); // `Registry::fetch()` has them on MuJoCo
 /// registry.register("lab/FetchPushFar-v1", || {
-///     let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_target_range(0.3);
-///     let simulator = KinematicSimulator::new(&config.sim()?);
+///     let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_target_range(0.3)?;
+///     let simulator = KinematicSimulator::new(config.sim());
 ///     Ok(FetchEnv::new(config, simulator)?.time_limited())
 /// })?;
 /// let mut env = registry.make("lab/FetchPushFar-v1")?;

@@ -63,8 +63,9 @@ fn a_report_says_how_episodes_went() {
         assert_eq!(message(&report, "end/limit"), at_once);
     }
     let always_successful = || -> Result<KinematicEnv, _> {
-        let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(10.0);
-        let simulator = KinematicSimulator::new(&config.sim()?);
+        let config =
+            FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(10.0)?;
+        let simulator = KinematicSimulator::new(config.sim());
         Ok(FetchEnv::new(config, simulator)?.time_limited())
     };
     let report = check_goal_env(always_successful, &CheckOptions::default());

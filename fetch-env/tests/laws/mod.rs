@@ -76,7 +76,7 @@ pub(crate) fn make<B: Backend>(id: EnvId) -> Result<TestEnv<B>, EnvError> {
 }
 
 pub(crate) fn make_with_config<B: Backend>(config: FetchConfig) -> Result<TestEnv<B>, EnvError> {
-    let simulator = B::simulator(&config.sim()?)?;
+    let simulator = B::simulator(config.sim())?;
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 

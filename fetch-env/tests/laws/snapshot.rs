@@ -37,11 +37,11 @@ pub(crate) fn foreign_snapshots_are_refused_and_change_nothing<B: Backend>() -> 
         let before = env.snapshot();
 
         let others = Task::ALL.into_iter().filter(|&other| other != task).map(sparse);
-        let longer = sparse(task).with_max_episode_steps(200);
-        for config in others.chain([sparse(task).with_n_substeps(10), longer]) {
+        let longer = sparse(task).with_max_episode_steps(200)?;
+        for config in others.chain([sparse(task).with_n_substeps(10)?, longer]) {
             let mut other = make_with_config::<B>(config.clone())?;
             other.reset(Some(23))?;
-            for _ in 0..60.min(config.max_episode_steps() - 1) {
+            for _ in 0..60.min(config.max_episode_steps().get() - 1) {
                 other.step(&[0.1; 4])?;
             }
             let refusal = env.restore(&other.snapshot());

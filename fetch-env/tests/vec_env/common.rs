@@ -23,8 +23,9 @@ pub(crate) fn envs<S: Simulator>(
     let config = FetchConfig::new(Task::Push, RewardKind::Dense);
     (0..count)
         .map(|i| {
-            let config = config.clone().with_max_episode_steps(if i % 2 == 0 { 5 } else { 7 });
-            let simulator = simulator(&config.sim()?);
+            let steps = if i % 2 == 0 { 5 } else { 7 };
+            let config = config.clone().with_max_episode_steps(steps).expect("not 0");
+            let simulator = simulator(config.sim());
             Ok(FetchEnv::new(config, simulator)?.time_limited())
         })
         .collect()

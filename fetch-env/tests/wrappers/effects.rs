@@ -96,8 +96,8 @@ fn an_episode_has_its_return_and_length() -> Result {
 fn the_info_of_an_episode_is_that_of_its_environment() -> Result {
     for (threshold, is_success) in [(10.0, true), (1e-9, false)] {
         let config =
-            FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(threshold);
-        let simulator = KinematicSimulator::new(&config.sim()?);
+            FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(threshold)?;
+        let simulator = KinematicSimulator::new(config.sim());
         let mut env = FetchEnv::new(config, simulator)?.wrap(RecordEpisodeStatistics::new())?;
         let info = env.reset(Some(0))?.info;
         assert_eq!((info.is_success(), info.distance()), (is_success, info.info.distance));

@@ -193,7 +193,7 @@ fn dense_is_registered(_seed: u64) -> anyhow::Result<Finding> {
 
 fn random_success(seed: u64) -> anyhow::Result<Finding> {
     let rate = evaluate_random(DENSE_REACH, seed, 50)?.summary()?.success_rate.value;
-    let threshold = DENSE_REACH.config().distance_threshold();
+    let threshold = DENSE_REACH.config().distance_threshold().get();
     let seen = format!("{rate} in 50 episodes, threshold {threshold} m");
     finding(rate <= 0.1 && threshold == 0.05, seen)
 }

@@ -174,7 +174,7 @@ fn read(path: &Path, task: Task, episodes: usize) -> anyhow::Result<Sample> {
 
 fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow::Result<Sample> {
     let config = EnvId { task: simulator.task(), reward: RewardKind::Dense }.config();
-    let threshold = config.distance_threshold();
+    let threshold = config.distance_threshold().get();
     let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
     let mut sample = Sample::default();
     for episode in 0..episodes as u64 {

@@ -25,7 +25,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
         |task| FetchConfig::new(task, RewardKind::Sparse).with_model(ModelSource::Reference);
     // Fails early if there is no OpenGL here.
     let renderer = |task| -> anyhow::Result<Renderer> {
-        Ok(Renderer::new(&config(task).sim()?, RenderOptions::default())?)
+        Ok(Renderer::new(config(task).sim(), RenderOptions::default())?)
     };
     drop(renderer(Task::Reach)?);
     let backend = Renderer::backend().context("a renderer was made")?.to_lowercase();

@@ -215,6 +215,6 @@ fn success(task: Task, policies: &[&Outcome]) -> anyhow::Result<Plot> {
         plot.legend(ink, &flag_name(outcome.policy));
     }
     let id = EnvId { task, reward: RewardKind::Sparse };
-    plot.vertical(id.config().distance_threshold());
+    plot.vertical(id.config().distance_threshold().get());
     Ok(plot)
 }

@@ -101,7 +101,7 @@ impl BareLoop {
             let targets = self.fingers.map(|qpos| self.data.qpos()[qpos] + fingers);
             self.data.ctrl_mut().copy_from_slice(&targets);
         }
-        self.data.step(self.episodes.config.n_substeps())?;
+        self.data.step(self.episodes.config.sim().n_substeps().get())?;
         if blocked {
             for qpos in self.fingers {
                 self.data.qpos_mut()[qpos] = 0.0;

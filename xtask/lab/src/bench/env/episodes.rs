@@ -24,7 +24,7 @@ pub struct Episodes {
 
 impl Episodes {
     pub fn new(config: FetchConfig) -> anyhow::Result<Arc<Self>> {
-        let model = FetchModel::load(&config.sim()?)?;
+        let model = FetchModel::load(config.sim())?;
         let actions = random_actions(EPISODES * STEPS);
         let mut episodes = Self { config, model, starts: Vec::new(), actions };
         let mut env = episodes.env()?;
