@@ -22,7 +22,7 @@ const RENDER_SOURCES: [&str; 2] = ["render", "gl_context"];
 const WAYS_OUT: &str = "install Debian's library (apt-get update && apt-get install -y \
     libmujoco-dev), or set MUJOCO_DIR to an installation of MuJoCo 2.2 or later: a directory with \
     include/mujoco/mujoco.h, and libmujoco.so in it or in its lib, such as the one that `cargo run \
-    -p fetch-sim --example fetch --features fetch -- mujoco 3.6.0` makes";
+    -p fetch-sim --example download --features download -- mujoco 3.6.0` makes";
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(fetch_sim_no_shim)");

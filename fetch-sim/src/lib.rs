@@ -46,7 +46,7 @@
 //! 1. the folder of the executable, and the folder `lib` beside that one, unless others may write to the
 //!    folder that has both, as they may to `/tmp`;
 //! 2. the path that the build found, which has the very library that the program was tested with;
-//! 3. the cache in which `cargo xtask mujoco` and the feature `fetch` put that version;
+//! 3. the cache in which `cargo xtask mujoco` and the feature `download` put that version;
 //! 4. this process, in which somebody else may have loaded that version;
 //! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and `/usr`.
 //!
@@ -72,10 +72,10 @@ mod assets;
 mod bounds;
 mod cache;
 mod config;
+#[cfg(feature = "download")]
+pub mod download;
 mod error;
-#[cfg(feature = "fetch")]
-pub mod fetch;
-#[cfg(any(feature = "mujoco", feature = "fetch"))]
+#[cfg(any(feature = "mujoco", feature = "download"))]
 #[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "a build finds it"))]
 mod installation;
 mod kinematic;

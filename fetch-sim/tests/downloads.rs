@@ -1,6 +1,6 @@
 //! Downloads into the user's cache: whole, one at a time, and with nothing left over by a process that
 //! was killed.
-#![cfg(feature = "fetch")]
+#![cfg(feature = "download")]
 
 use std::{
     env,
@@ -15,7 +15,7 @@ use std::{
 };
 
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
-use fetch_sim::fetch;
+use fetch_sim::download;
 use zip::{ZipWriter, write::SimpleFileOptions};
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
@@ -35,9 +35,9 @@ const TASK: &str = "FETCH_SIM_TEST_TASK";
 fn fetch_in_this_process() -> Result {
     let Some(task) = env::var_os(TASK) else { return Ok(()) };
     let folder = match task.to_str().ok_or("UTF-8")? {
-        "mujoco" => fetch::mujoco(VERSION)?,
-        "reference model" => fetch::reference_model()?,
-        wheel => fetch::mujoco_from_wheel(VERSION, Path::new(wheel))?,
+        "mujoco" => download::mujoco(VERSION)?,
+        "reference model" => download::reference_model()?,
+        wheel => download::mujoco_from_wheel(VERSION, Path::new(wheel))?,
     };
     writeln!(io::stdout(), "\nfetched {}", folder.display())?;
     Ok(())

@@ -8,8 +8,9 @@ use lexopt::{
     Parser, ValueExt,
 };
 
-use crate::fetch::{
-    FetchError, export_line, mujoco, mujoco_from_wheel, reference_model, reference_model_from_wheel,
+use crate::download::{
+    DownloadError, export_line, mujoco, mujoco_from_wheel, reference_model,
+    reference_model_from_wheel,
 };
 
 pub fn assets(mut arguments: Parser) -> anyhow::Result<bool> {
@@ -44,7 +45,7 @@ pub fn other_mujoco(mut arguments: Parser) -> anyhow::Result<bool> {
         None => mujoco(&version),
     };
     let folder = fs::canonicalize(folder.map_err(|error| match error {
-        FetchError::Version { .. } => lexopt::Error::from(error.to_string()).into(),
+        DownloadError::Version { .. } => lexopt::Error::from(error.to_string()).into(),
         error => anyhow::Error::from(error),
     })?)?;
     say!("MuJoCo {version} is ready. To build with it:")?;

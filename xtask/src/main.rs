@@ -14,9 +14,9 @@ extern crate commands;
 #[path = "../../fetch-sim/src/cache/folders.rs"]
 mod cache;
 mod ci;
+#[path = "../../fetch-sim/src/download/mod.rs"]
+mod download;
 mod downloads;
-#[path = "../../fetch-sim/src/fetch/mod.rs"]
-mod fetch;
 #[path = "../../fetch-sim/find_mujoco.rs"]
 mod find_mujoco;
 mod fuzz;

@@ -15,7 +15,7 @@ use self::{
     needs::{Need, commands_for},
     steps::{STAGES, Stage, Step, TESTS},
 };
-use crate::{c_compiler, fetch, find_mujoco::find_mujoco, tools::succeeds};
+use crate::{c_compiler, download, find_mujoco::find_mujoco, tools::succeeds};
 
 pub const TEST: commands::Command = commands::Command {
     name: "test",
@@ -158,7 +158,7 @@ fn run_stage(stage: &Stage, missing: &[Need]) -> anyhow::Result<bool> {
     let steps: Vec<_> = steps.filter(|step| !step.lacks(missing)).collect();
     let mujoco_dir: Option<PathBuf> = match stage.mujoco {
         Some("none") => Some("none".into()),
-        Some(version) if !steps.is_empty() => Some(fetch::mujoco(version)?),
+        Some(version) if !steps.is_empty() => Some(download::mujoco(version)?),
         _ => None,
     };
     for step in steps {

@@ -50,13 +50,13 @@ const ON_SYSTEM: Stage = Stage {
             &[Clippy],
         ),
         step(
-            "lints with fetching",
-            "clippy -p fetch-sim --features fetch --all-targets -- -D warnings",
+            "lints with downloading",
+            "clippy -p fetch-sim --features download --all-targets -- -D warnings",
             &[Clippy],
         ),
         step(
-            "lints with fetching alone",
-            "clippy -p fetch-sim --no-default-features --features fetch --all-targets -- -D warnings",
+            "lints with downloading alone",
+            "clippy -p fetch-sim --no-default-features --features download --all-targets -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -143,10 +143,10 @@ const WITHOUT_HEADERS: Stage = Stage {
         ),
         step(
             "documentation without MuJoCo's headers",
-            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --features fetch-sim/fetch",
+            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --features fetch-sim/download",
             &[],
         ),
-        step("tests without MuJoCo's headers", "test -p fetch-sim --features fetch", &[]),
+        step("tests without MuJoCo's headers", "test -p fetch-sim --features download", &[]),
     ],
 };
 

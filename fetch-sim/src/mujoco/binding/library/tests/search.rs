@@ -221,7 +221,7 @@ fn libraries_that_do_not_fit_are_passed_over_and_do_not_stay() -> Result {
         "this process: nothing else in it has loaded one".into(),
         format!("the system: {}/libmujoco.so: it is no library", places.path("system").display()),
         format!("cargo xtask mujoco {}", MujocoVersion::of_shim()),
-        "fetch_sim::fetch::mujoco(".into(),
+        "fetch_sim::download::mujoco(".into(),
     ] {
         assert!(refused.contains(&reason), "{reason}\n{refused}");
     }

@@ -1,14 +1,14 @@
 //! Fetches MuJoCo, or the reference's model, into the user's cache:
 //!
-//!     cargo run -p fetch-sim --example fetch --features fetch -- mujoco 3.6.0
-//!     cargo run -p fetch-sim --example fetch --features fetch -- reference-model
+//!     cargo run -p fetch-sim --example download --features download -- mujoco 3.6.0
+//!     cargo run -p fetch-sim --example download --features download -- reference-model
 //!
 //! It builds without MuJoCo. Set MUJOCO_DIR as it says and build your program with that version.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::{env, error::Error, process::ExitCode};
 
-use fetch_sim::fetch;
+use fetch_sim::download;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -23,9 +23,9 @@ fn main() -> ExitCode {
 
 fn run(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["mujoco", version] => println!("{}", fetch::export_line(&fetch::mujoco(version)?)),
+        ["mujoco", version] => println!("{}", download::export_line(&download::mujoco(version)?)),
         ["reference-model"] => {
-            println!("the reference model is in {}", fetch::reference_model()?.display());
+            println!("the reference model is in {}", download::reference_model()?.display());
             println!("its meshes are under CC BY-NC-SA 4.0: not for commercial use");
         }
         _ => return Err("give `mujoco VERSION`, such as 3.6.0, or `reference-model`".into()),

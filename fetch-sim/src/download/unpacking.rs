@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::error::FetchError;
+use super::error::DownloadError;
 
 /// Name of the folder, in the one to be filled, with all that is unfinished: the file that is being
 /// written, and what pip downloads. It has a file that is locked as long as it is in use, so what is in
@@ -33,8 +33,8 @@ impl<'a> Unpacking<'a> {
     pub(super) fn complete(
         folder: &'a Path,
         is_complete: impl Fn() -> bool,
-        put: impl FnOnce(&Self) -> Result<(), FetchError>,
-    ) -> Result<(), FetchError> {
+        put: impl FnOnce(&Self) -> Result<(), DownloadError>,
+    ) -> Result<(), DownloadError> {
         if is_complete() && !folder.join(STAGING).exists() {
             return Ok(());
         }
@@ -45,7 +45,7 @@ impl<'a> Unpacking<'a> {
 
     /// Makes a folder if there is none, waits until no other process puts files into it, and removes what
     /// one that was killed has left.
-    pub(super) fn begin(folder: &'a Path) -> Result<Self, FetchError> {
+    pub(super) fn begin(folder: &'a Path) -> Result<Self, DownloadError> {
         let is_new = !folder.exists();
         let staging = folder.join(STAGING);
         let lock = lock(&staging).map_err(|source| cannot_write(&staging, source))?;
@@ -55,14 +55,14 @@ impl<'a> Unpacking<'a> {
     }
 
     /// Makes a folder for what is needed only for now.
-    pub(super) fn downloads(&self) -> Result<PathBuf, FetchError> {
+    pub(super) fn downloads(&self) -> Result<PathBuf, DownloadError> {
         let downloads = self.staging.join(DOWNLOADS);
         fs::create_dir(&downloads).map_err(|source| cannot_write(&downloads, source))?;
         Ok(downloads)
     }
 
     /// Puts a file below the folder, in place of one with other contents.
-    pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<(), FetchError> {
+    pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<(), DownloadError> {
         let path = self.folder.join(name);
         if fs::read(&path).is_ok_and(|there| there == bytes) {
             return Ok(());
@@ -118,6 +118,6 @@ fn is_at(file: &File, path: &Path) -> bool {
     (open.dev(), open.ino()) == (there.dev(), there.ino())
 }
 
-fn cannot_write(path: &Path, source: io::Error) -> FetchError {
-    FetchError::Write { path: path.into(), source }
+fn cannot_write(path: &Path, source: io::Error) -> DownloadError {
+    DownloadError::Write { path: path.into(), source }
 }

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use hmac_sha256::Hash;
 
-use super::error::FetchError;
+use super::error::DownloadError;
 
 /// The name of a file and its SHA-256, in hexadecimal.
 pub(super) type Listed<'a> = (&'a str, &'a str);
@@ -22,12 +22,12 @@ pub(super) fn are_there(folder: &Path, files: &[Listed<'_>]) -> bool {
 }
 
 /// Fails unless the bytes have this SHA-256, in hexadecimal.
-pub(super) fn check(name: &str, bytes: &[u8], expected: &str) -> Result<(), FetchError> {
+pub(super) fn check(name: &str, bytes: &[u8], expected: &str) -> Result<(), DownloadError> {
     let found = hexadecimal(&Hash::hash(bytes));
     if found == expected {
         return Ok(());
     }
-    Err(FetchError::Checksum { name: name.into(), found, expected: expected.into() })
+    Err(DownloadError::Checksum { name: name.into(), found, expected: expected.into() })
 }
 
 pub(super) fn hexadecimal(bytes: &[u8]) -> String {

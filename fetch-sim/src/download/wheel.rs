@@ -9,7 +9,7 @@ use std::{
 
 use zip::ZipArchive;
 
-use super::{checksums, error::FetchError};
+use super::{checksums, error::DownloadError};
 
 pub(super) struct Wheel {
     path: PathBuf,
@@ -19,8 +19,8 @@ pub(super) struct Wheel {
 impl Wheel {
     /// Downloads the wheel of a requirement such as `mujoco==3.6.0` into a folder, by pip, which knows
     /// the user's index, mirror, proxy and certificates.
-    pub(super) fn fetch(requirement: &str, into: &Path) -> Result<Self, FetchError> {
-        let error = |reason: String| FetchError::Pip { requirement: requirement.into(), reason };
+    pub(super) fn fetch(requirement: &str, into: &Path) -> Result<Self, DownloadError> {
+        let error = |reason: String| DownloadError::Pip { requirement: requirement.into(), reason };
         let output = Command::new("python3")
             .args(["-m", "pip", "download", "--quiet", "--disable-pip-version-check"])
             .args(["--no-deps", "--only-binary=:all:", "--dest"])
@@ -41,15 +41,15 @@ impl Wheel {
     }
 
     /// Opens the wheel at a path.
-    pub(super) fn open(path: &Path) -> Result<Self, FetchError> {
-        let error = |reason: String| FetchError::Wheel { path: path.into(), reason };
+    pub(super) fn open(path: &Path) -> Result<Self, DownloadError> {
+        let error = |reason: String| DownloadError::Wheel { path: path.into(), reason };
         let file = File::open(path).map_err(|e| error(format!("it cannot be read: {e}")))?;
         let archive = ZipArchive::new(file).map_err(|e| error(e.to_string()))?;
         Ok(Self { path: path.into(), archive })
     }
 
     /// Returns the contents of a file, checked against the archive's own checksum.
-    pub(super) fn read(&mut self, name: &str) -> Result<Vec<u8>, FetchError> {
+    pub(super) fn read(&mut self, name: &str) -> Result<Vec<u8>, DownloadError> {
         let mut bytes = Vec::new();
         let result = match self.archive.by_name(name) {
             Ok(mut file) => {
@@ -61,14 +61,18 @@ impl Wheel {
     }
 
     /// Returns the contents of a file that has this SHA-256.
-    pub(super) fn read_checked(&mut self, name: &str, sha256: &str) -> Result<Vec<u8>, FetchError> {
+    pub(super) fn read_checked(
+        &mut self,
+        name: &str,
+        sha256: &str,
+    ) -> Result<Vec<u8>, DownloadError> {
         let bytes = self.read(name)?;
         checksums::check(name, &bytes, sha256)?;
         Ok(bytes)
     }
 
     /// Returns the error that the wheel is not usable for a reason.
-    pub(super) fn error(&self, reason: String) -> FetchError {
-        FetchError::Wheel { path: self.path.clone(), reason }
+    pub(super) fn error(&self, reason: String) -> DownloadError {
+        DownloadError::Wheel { path: self.path.clone(), reason }
     }
 }

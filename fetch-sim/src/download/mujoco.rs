@@ -9,7 +9,7 @@ use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 
 use super::{
     checksums::{self, hexadecimal},
-    error::FetchError,
+    error::DownloadError,
     unpacking::Unpacking,
     wheel::Wheel,
 };
@@ -25,8 +25,8 @@ const LIST: &str = "SHA256SUMS";
 /// with the headers of this version finds the library by itself.
 ///
 /// # Errors
-/// Any [`FetchError`].
-pub fn mujoco(version: &str) -> Result<PathBuf, FetchError> {
+/// Any [`DownloadError`].
+pub fn mujoco(version: &str) -> Result<PathBuf, DownloadError> {
     let folder = folder(version)?;
     let put = |unpacking: &Unpacking<'_>| {
         let requirement = format!("{}=={version}", package(version));
@@ -41,7 +41,7 @@ pub fn mujoco(version: &str) -> Result<PathBuf, FetchError> {
 ///
 /// # Errors
 /// As [`mujoco`].
-pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, FetchError> {
+pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, DownloadError> {
     let folder = folder(version)?;
     put(&mut Wheel::open(wheel)?, version, &Unpacking::begin(&folder)?)?;
     Ok(folder)
@@ -53,16 +53,16 @@ pub fn export_line(folder: &Path) -> String {
     format!("export MUJOCO_DIR='{}'", folder.display().to_string().replace('\'', r"'\''"))
 }
 
-fn folder(version: &str) -> Result<PathBuf, FetchError> {
+fn folder(version: &str) -> Result<PathBuf, DownloadError> {
     let numbers = version.split('.').map(str::parse::<u16>).filter(Result::is_ok).count();
     if numbers != 3 || version.split('.').count() != 3 || version.contains('+') {
-        return Err(FetchError::Version { version: version.into() });
+        return Err(DownloadError::Version { version: version.into() });
     }
-    let cache = cache::cache_folder().ok_or(FetchError::NoCache)?;
+    let cache = cache::cache_folder().ok_or(DownloadError::NoCache)?;
     Ok(cache.join(format!("mujoco-{version}")))
 }
 
-fn put(wheel: &mut Wheel, version: &str, unpacking: &Unpacking<'_>) -> Result<(), FetchError> {
+fn put(wheel: &mut Wheel, version: &str, unpacking: &Unpacking<'_>) -> Result<(), DownloadError> {
     let (mut files, mut list) = (Vec::new(), String::new());
     for (name, sha256) in record(wheel, package(version), version)? {
         let Some(inner) = name.strip_prefix("mujoco/").filter(|name| is_wanted(name)) else {
@@ -116,7 +116,7 @@ fn record(
     wheel: &mut Wheel,
     package: &str,
     version: &str,
-) -> Result<Vec<(String, String)>, FetchError> {
+) -> Result<Vec<(String, String)>, DownloadError> {
     let folder = format!("{}-{version}.dist-info", package.replace('-', "_"));
     let bytes = wheel.read(&format!("{folder}/RECORD"))?;
     let text = String::from_utf8_lossy(&bytes);
@@ -147,13 +147,13 @@ mod tests {
     use std::path::Path;
 
     use super::{
-        FetchError, checksums::check, export_line, folder, is_wanted, package, parse_record,
+        DownloadError, checksums::check, export_line, folder, is_wanted, package, parse_record,
     };
 
     #[test]
     fn a_version_has_three_numbers() {
         for wrong in ["", "3.6", "3.6.0.1", "3.6.x", "3.6.+0", "../3.6.0", "3.6.0 "] {
-            assert!(matches!(folder(wrong), Err(FetchError::Version { .. })), "{wrong}");
+            assert!(matches!(folder(wrong), Err(DownloadError::Version { .. })), "{wrong}");
         }
     }
 
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn digests_are_read_and_checked() -> Result<(), FetchError> {
+    fn digests_are_read_and_checked() -> Result<(), DownloadError> {
         // SHA-256 of nothing, as RECORD writes it.
         let line = "a,b.h,sha256=47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU,0";
         let (name, digest) = parse_record(line).flatten().unwrap_or_default();
@@ -197,7 +197,7 @@ mod tests {
         assert_eq!(digest, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
         check("nothing", b"", &digest)?;
         let wrong = check("something", b"1", &digest);
-        assert!(matches!(wrong, Err(FetchError::Checksum { .. })));
+        assert!(matches!(wrong, Err(DownloadError::Checksum { .. })));
         assert_eq!(parse_record("RECORD,,"), Some(None));
         assert_eq!(parse_record("a,sha256=47DE+,1"), None);
         assert_eq!(parse_record("damaged"), None);

@@ -7,7 +7,7 @@ use std::{error::Error, fmt, io, path::PathBuf};
 // Implemented by hand: xtask, which includes this file, builds within seconds without thiserror.
 #[derive(Debug)]
 #[non_exhaustive]
-pub enum FetchError {
+pub enum DownloadError {
     /// The user has no home, and so no cache.
     NoCache,
     /// The text is no version of MuJoCo.
@@ -47,7 +47,7 @@ pub enum FetchError {
     },
 }
 
-impl fmt::Display for FetchError {
+impl fmt::Display for DownloadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoCache => {
@@ -76,7 +76,7 @@ impl fmt::Display for FetchError {
     }
 }
 
-impl Error for FetchError {
+impl Error for DownloadError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         match self {
             Self::Write { source, .. } => Some(source),

