@@ -82,7 +82,8 @@ const OWN: [commands::Command; 9] = [
         about: "Change the code in small ways, and look whether a test notices",
         usage: "[--crate <CRATE>] [--shard <K/N>] [--commits <N>] [--at-most <N>]
 
-  --crate <CRATE>  Only this crate: goal-reward, her-relabel, fetch-baselines or fetch-env
+  --crate <CRATE>  Only this crate: goal-reward, her-relabel, fetch-baselines, fetch-env or
+                   statistics
   --shard <K/N>    Only the part K, from 0, of N
   --commits <N>    Only what the last N commits have changed
   --at-most <N>    At most so many mutants of each crate, spread over the code",

@@ -16,6 +16,7 @@ mod doctor;
 mod exercise;
 pub mod json;
 mod random_episodes;
+pub mod reference;
 mod reward_check;
 mod rewards;
 pub mod verify;

@@ -1,11 +1,11 @@
 //! Section 2.9: the random baseline, compared with the real environment's.
 
-use baselines::{RandomPolicy, RandomReference, evaluate};
+use baselines::{RandomPolicy, evaluate};
 use fetch_env::{EnvId, MujocoEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use crate::{check::Check, json::Metric};
+use crate::{check::Check, json::Metric, reference::RandomReference};
 
 const EPISODES: usize = 100;
 

@@ -3,12 +3,12 @@
 use std::{collections::HashMap, path::Path, process::Command};
 
 use anyhow::ensure;
-use baselines::chi_square;
 use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, UnitInterval,
 };
+use statistics::chi_square;
 
 use super::npz::Npz;
 use crate::shared::{

@@ -1,9 +1,10 @@
 //! The baselines: evaluated, compared with the reference, and the distributions of their episodes.
 
 use baselines::{
-    Episode, Estimate, Evaluation, Policy, RandomReference, evaluate,
+    Episode, Estimate, Evaluation, Policy, evaluate,
     page::{Axis, Column, Ink, Plot, extent, number, table},
 };
+use chapter::reference::RandomReference;
 use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make};
 use goal_reward::RewardKind;
 use rayon::prelude::*;
