@@ -130,7 +130,8 @@ fn main() -> ExitCode {
     outcome.unwrap_or_else(|error| commands::end_with(&error))
 }
 
-/// Returns the package that has a command, below this one's folder, if xtask does not run it itself.
+/// Returns the package that has a command, below this one's folder, if xtask does not run it
+/// itself.
 fn package_of(name: &str) -> Option<&'static str> {
     let is_one_of = |commands: &[(&str, &str)]| commands.iter().any(|(known, _)| *known == name);
     [("chapter", &OF_CHAPTER[..]), ("lab", &OF_LAB[..])]
@@ -149,8 +150,8 @@ fn overview() -> String {
     )
 }
 
-/// Replaces this process by a command of a package, so that the command receives its signals; or, where
-/// processes cannot be replaced, runs it and returns its exit code.
+/// Replaces this process by a command of a package, so that the command receives its signals; or,
+/// where processes cannot be replaced, runs it and returns its exit code.
 fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     let missing = match find_mujoco(c_compiler) {
         Ok(Some(_)) => None,

@@ -21,7 +21,8 @@ const CAUGHT: f64 = 0.97;
 /// The crates that are tested so, and what of them.
 const CRATES: [(&str, &str); 5] = [
     ("goal-reward", "-p goal-reward"),
-    // Prefetching changes nothing but the time. `plain::` is built only where there are no huge pages.
+    // Prefetching changes nothing but the time. `plain::` is built only where there are no huge
+    // pages.
     ("her-relabel", "-p her-relabel --features npz --exclude-re prefetch|plain::"),
     (
         "fetch-baselines",

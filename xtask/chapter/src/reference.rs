@@ -81,8 +81,8 @@ impl RandomReference {
         ensure!(count > 0, "there is no episode to compare: run at least one");
         let mean = |name, value: fn(&Episode) -> f64, sample: Sample| {
             let measured = evaluation.episodes.iter().map(value).sum::<f64>() / count as f64;
-            // The reference's spread serves for both: where successes are rare, a small sample's own
-            // spread is a poor estimate.
+            // The reference's spread serves for both: where successes are rare, a small sample's
+            // own spread is a poor estimate.
             let error = sample.sd * (1.0 / count as f64 + 1.0 / self.episodes as f64).sqrt();
             let p_value = normal_test((measured - sample.mean) / error);
             Comparison { name, measured, reference: sample.mean, p_value }

@@ -1,4 +1,5 @@
-//! `reward-check`: checks that step, compute_reward and the formula agree, also for relabeled goals.
+//! `reward-check`: checks that step, compute_reward and the formula agree, also for relabeled
+//! goals.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
-//! The names of the commands that xtask hands on, and their one-line descriptions. The tests of each
-//! package compare its list with its commands.
+//! The names of the commands that xtask hands on, and their one-line descriptions. The tests of
+//! each package compare its list with its commands.
 
 /// The commands of the package `chapter`, which builds without the learner, plots and archives.
 pub const OF_CHAPTER: [(&str, &str); 8] = [

@@ -1,7 +1,8 @@
-//! The commands that step environments and are not the chapter's: `cargo xtask <command>` hands them on to this program.
+//! The commands that step environments and are not the chapter's: `cargo xtask <command>` hands
+//! them on to this program.
 //!
-//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage, 130 and
-//! 143 for a run of training that SIGINT or SIGTERM has stopped.
+//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage,
+//! 130 and 143 for a run of training that SIGINT or SIGTERM has stopped.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 

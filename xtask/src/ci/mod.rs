@@ -90,8 +90,8 @@ fn find_missing() -> anyhow::Result<Vec<Need>> {
     Ok(Need::ALL.into_iter().filter(|need| !need.is_there()).collect())
 }
 
-/// Says that a command needs what is missing: the machine is not ready for it, which ends it as wrong
-/// usage does.
+/// Says that a command needs what is missing: the machine is not ready for it, which ends it as
+/// wrong usage does.
 fn refusal(command: &str, missing: &[Need]) -> lexopt::Error {
     let mut lines = vec![format!("`{command}` needs what is missing here:")];
     lines.extend(missing.iter().map(|need| format!("  {}", need.name())));
@@ -135,7 +135,8 @@ impl Placed<'_> {
         say!("== {title}: cargo {command}")?;
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
-        // With these set, tests of pictures, of pages and of two hosts fail where they skip otherwise.
+        // With these set, tests of pictures, of pages and of two hosts fail where they skip
+        // otherwise.
         if self.step.needs.is_empty() {
             cargo.env_remove("CI").env_remove("MUJOCO_GL");
         } else {

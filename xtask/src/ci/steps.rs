@@ -1,7 +1,7 @@
 //! The steps of `test` and `ci`.
 //!
-//! Most name the whole workspace, so that they share what is built: the features of a crate are those
-//! that all chosen packages ask for.
+//! Most name the whole workspace, so that they share what is built: the features of a crate are
+//! those that all chosen packages ask for.
 
 use super::needs::Need::{
     self, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt, Valgrind,
@@ -24,8 +24,8 @@ const fn step(purpose: &'static str, command: &'static str, needs: &'static [Nee
 /// Steps that run on a MuJoCo.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage {
-    /// The value of `MUJOCO_DIR`, where a version stands for its folder in the cache; `None` leaves it
-    /// as it is.
+    /// The value of `MUJOCO_DIR`, where a version stands for its folder in the cache; `None` leaves
+    /// it as it is.
     pub mujoco: Option<&'static str>,
     /// What all of the steps need.
     pub needs: &'static [Need],

@@ -89,8 +89,9 @@ pub fn failed(groups: &[Group]) -> usize {
     groups.iter().flat_map(|group| &group.checks).filter(|check| !check.passed).count()
 }
 
-/// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are all
-/// environments, those of what the tasks have in common. Tells of each environment on standard error.
+/// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are
+/// all environments, those of what the tasks have in common. Tells of each environment on standard
+/// error.
 ///
 /// # Errors
 /// An environment cannot be made or stepped.

@@ -1,4 +1,5 @@
-//! Compares recorded distributions of the real environment with ours, on the same seeds and actions.
+//! Compares recorded distributions of the real environment with ours, on the same seeds and
+//! actions.
 
 use std::{path::Path, sync::Arc};
 
@@ -13,8 +14,8 @@ use statistics::{fisher_exact, kolmogorov_smirnov, wilcoxon};
 use super::{counting::Counting, npz::Npz};
 use crate::shared::{check::Check, choice::task_name, json::Metric};
 
-/// The seeds of the recordings: episode `e` was reset with the first plus `e`, and numpy's generator
-/// drew its actions with the second plus `e`.
+/// The seeds of the recordings: episode `e` was reset with the first plus `e`, and numpy's
+/// generator drew its actions with the second plus `e`.
 const FIRST_RESET_SEED: u64 = 10_000;
 const FIRST_ACTION_SEED: u64 = 20_000;
 

@@ -1,4 +1,5 @@
-//! Compares the samples of our replay buffer with those of Stable-Baselines3's, from the same episodes.
+//! Compares the samples of our replay buffer with those of Stable-Baselines3's, from the same
+//! episodes.
 
 use std::{collections::HashMap, path::Path, process::Command};
 
@@ -51,8 +52,8 @@ fn lengths() -> Vec<usize> {
     (0..EPISODES).map(|_| random.uniform(1.0, LONGEST as f64 + 1.0) as usize).collect()
 }
 
-/// Returns a full buffer whose observations and achieved goals are the numbers of episode and state,
-/// so that each sampled row shows the whole draw. The desired goals are negative.
+/// Returns a full buffer whose observations and achieved goals are the numbers of episode and
+/// state, so that each sampled row shows the whole draw. The desired goals are negative.
 fn numbered_episodes() -> anyhow::Result<HerBuffer<f64>> {
     let lengths = lengths();
     let mut buffer = HerBuffer::new(BufferConfig::new(lengths.iter().sum(), DIMS))?;
@@ -188,8 +189,8 @@ impl Rows {
         Ok(Check::of_test(format!("{strategy}/{name}"), p, LEAST_P_VALUE, seen))
     }
 
-    /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's, or
-    /// that are terminated.
+    /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's,
+    /// or that are terminated.
     fn faults(&self) -> usize {
         let reward = DistanceReward::sparse();
         let goals = self.desired_goal.chunks_exact(DIMS.goal);
@@ -204,7 +205,8 @@ impl Rows {
     }
 }
 
-/// The draw of a row: its episode and step and, if it is relabeled, the episode and state of its goal.
+/// The draw of a row: its episode and step and, if it is relabeled, the episode and state of its
+/// goal.
 #[derive(Clone, Copy)]
 struct Draw {
     episode: usize,

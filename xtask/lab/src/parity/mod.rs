@@ -47,20 +47,23 @@ pub struct Args {
     /// File of recorded distributions (*.npz)
     #[arg(long)]
     distributions: Option<PathBuf>,
-    /// Episodes for each task's distributions (default 400), or live for each task and kind (default 3), or of each policy (default 100)
+    /// Episodes for each task's distributions (default 400), or live for each task and kind
+    /// (default 3), or of each policy (default 100)
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     episodes: Option<u16>,
     /// Sample the replay buffer and Stable-Baselines3's in Python, and compare the distributions
     #[arg(long, conflicts_with_all = ["fixtures", "distributions", "live", "model"])]
     hindsight: bool,
-    /// Run the trained policies of baselines, or those of files, in Python and here, on the same seeds
+    /// Run the trained policies of baselines, or those of files, in Python and here, on the same
+    /// seeds
     #[arg(long, num_args = 0.., value_name = "FILE", conflicts_with_all = ["fixtures", "distributions", "live", "frames", "hindsight", "model"])]
     policies: Option<Vec<PathBuf>>,
     /// Rows to sample from each buffer by each strategy
     #[arg(long, default_value_t = 100_000, requires = "hindsight")]
     #[arg(value_parser = clap::value_parser!(u32).range(1000..))]
     rows: u32,
-    /// Model on which to replay: the reference's by default with --live and --frames, else the built-in
+    /// Model on which to replay: the reference's by default with --live and --frames, else the
+    /// built-in
     #[arg(long, value_enum)]
     model: Option<ModelChoice>,
     /// Also write the figures as JSON

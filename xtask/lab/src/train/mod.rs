@@ -1,5 +1,5 @@
-//! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does not
-//! reach the target. Ctrl-C and SIGTERM end it with a last checkpoint, a second signal at once.
+//! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does
+//! not reach the target. Ctrl-C and SIGTERM end it with a last checkpoint, a second signal at once.
 
 pub mod curve_line;
 mod cycles;
@@ -62,8 +62,8 @@ pub struct Args {
     /// Success rate at which the run ends, if two evaluations in a row reach it; 2 for never
     #[arg(long)]
     target: Option<f64>,
-    /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of episodes:
-    /// an archive of numpy arrays (.npz), or a saved buffer
+    /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of
+    /// episodes: an archive of numpy arrays (.npz), or a saved buffer
     #[arg(long, value_parser = options::demos)]
     demos: Option<String>,
     /// Change a setting, such as gamma=0.98; can be given several times

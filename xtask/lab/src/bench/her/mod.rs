@@ -1,6 +1,6 @@
 //! `bench her`: measures the replay buffer on one thread. Transitions have FetchPush's shape
-//! (observation 25, goals 3, action 4, episodes of 50 steps); sampling has k = 4, future goals and the
-//! sparse reward, and adds a step after each batch.
+//! (observation 25, goals 3, action 4, episodes of 50 steps); sampling has k = 4, future goals and
+//! the sparse reward, and adds a step after each batch.
 
 mod contenders;
 mod episodes;
@@ -160,8 +160,8 @@ fn measure<T: Scalar>(
     Ok(figures)
 }
 
-/// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share that
-/// caches explain.
+/// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share
+/// that caches explain.
 fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {
