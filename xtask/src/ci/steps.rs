@@ -169,7 +169,7 @@ const TESTS_ON_MUJOCO: Step = step(
     "test --workspace --exclude goal-reward --exclude her-relabel",
     &[OpenGl, Chromium],
 );
-const LIVE: Step = step("bit for bit the reference in Python", "xtask parity --live", &[]);
+const LIVE: Step = step("bit for bit the reference in Python", "xtask parity live", &[]);
 
 const fn on(version: &'static str, steps: &'static [Step]) -> Stage {
     // Python's pip fetches it.
@@ -229,7 +229,7 @@ mod tests {
             ("projects", Rustfmt),
             ("assets", Python),
             ("reference", Python),
-            ("--live", Python),
+            ("live", Python),
         ];
         for (stage, step) in all() {
             let has = |need| stage.needs.contains(&need) || step.needs.contains(&need);

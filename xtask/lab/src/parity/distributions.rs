@@ -1,7 +1,10 @@
 //! Compares recorded distributions of the real environment with ours, on the same seeds and
 //! actions.
 
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use anyhow::{Context, ensure};
 use baselines::{ScriptedPolicy, evaluate};
@@ -9,10 +12,16 @@ use fetch_env::{Env, EnvId, FetchEnv, GoalObservation, NpRandom};
 use fetch_sim::{FetchModel, MujocoSimulator, MujocoVersion, Simulator, Task};
 use goal_reward::RewardKind;
 use indicatif::ProgressBar;
+use serde::Serialize;
 use statistics::{fisher_exact, kolmogorov_smirnov, wilcoxon};
 
-use super::{counting::Counting, npz::Npz};
-use crate::shared::{check::Check, choice::task_name, json::Metric};
+use super::{Found, Models, counting::Counting, npz::Npz};
+use crate::shared::{
+    check::{self, Check},
+    choice::{ModelChoice, task_name},
+    json::Metric,
+    progress,
+};
 
 /// The seeds of the recordings: episode `e` was reset with the first plus `e`, and numpy's
 /// generator drew its actions with the second plus `e`.
@@ -43,8 +52,35 @@ const RETURN_DENSE: usize = 5;
 /// Each of the [`FIGURES`] in every episode; none where there is no object.
 type Sample = [Vec<f64>; FIGURES.len()];
 
+#[derive(clap::Args, Serialize)]
+pub struct Args {
+    /// File of recorded distributions (*.npz)
+    file: PathBuf,
+    /// Episodes of each task
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u16).range(1..))]
+    episodes: u16,
+    /// Model on which to run them
+    #[arg(long, value_enum, default_value = "builtin")]
+    model: ModelChoice,
+}
+
+/// Compares every task.
+pub fn compare(args: &Args) -> anyhow::Result<Found> {
+    let episodes = args.episodes.into();
+    let mut models = Models::new(args.model.source());
+    let bar = progress::bar(Task::ALL.len() * episodes, "distributions");
+    let mut all = Vec::new();
+    for task in Task::ALL {
+        let checks = compare_task(&args.file, task, models.get(task)?, episodes, &bar)?;
+        bar.suspend(|| check::print(&format!("{task}, {episodes} episodes"), &checks))?;
+        all.extend(checks);
+    }
+    bar.finish_and_clear();
+    Ok(Found::of_checks("distributions/", all))
+}
+
 /// Compares a task over the first `episodes` recorded episodes.
-pub fn compare(
+fn compare_task(
     path: &Path,
     task: Task,
     model: Arc<FetchModel>,

@@ -9,9 +9,10 @@ use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, UnitInterval,
 };
+use serde::Serialize;
 use statistics::chi_square;
 
-use super::npz::Npz;
+use super::{Found, npz::Npz};
 use crate::shared::{
     check::{self, Check},
     python,
@@ -23,8 +24,16 @@ const DIMS: Dims = Dims { observation: 2, goal: 2, action: 1 };
 /// The p-value below which two distributions count as different.
 const LEAST_P_VALUE: f64 = 0.001;
 
-/// Samples `rows` rows by each strategy from both buffers and compares them.
-pub fn compare(rows: usize) -> anyhow::Result<Vec<Check>> {
+#[derive(clap::Args, Serialize)]
+pub struct Args {
+    /// Rows to sample from each buffer by each strategy
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1000..))]
+    rows: u32,
+}
+
+/// Samples rows by each strategy from both buffers and compares them.
+pub fn compare(args: &Args) -> anyhow::Result<Found> {
+    let rows = args.rows as usize;
     let folder = tempfile::tempdir()?;
     let (episodes, sampled) = (folder.path().join("episodes.npz"), folder.path().join("rows.npz"));
     let buffer = numbered_episodes()?;
@@ -43,7 +52,7 @@ pub fn compare(rows: usize) -> anyhow::Result<Vec<Check>> {
         check::print(&format!("{name} goals, {rows} rows of each buffer"), &of_strategy)?;
         checks.extend(of_strategy);
     }
-    Ok(checks)
+    Ok(Found::of_checks("hindsight/", checks))
 }
 
 /// Returns the length of every episode, from 1 to [`LONGEST`].
