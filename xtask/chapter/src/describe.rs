@@ -14,7 +14,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "describe",
-    about: "Write the observation and action spaces as JSON",
     usage: "[--env-id <ID>] [--seed <N>] [--describe-out <FILE>]
 
   --env-id <ID>          Environment, or auto for FetchReachDense-v4 [default: auto]

@@ -22,7 +22,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "doctor",
-    about: "Look for the usual problems, and say how to fix them",
     usage: "[--seed <N>] [--json <FILE>]
 
   --seed <N>     Seed of resets and actions [default: 0]

@@ -15,7 +15,6 @@ use crate::{choice::DENSE_REACH, random_episodes::evaluate_random};
 
 pub(crate) const COMMAND: Command = Command {
     name: "exercise",
-    about: "Answer one of the chapter's exercises, 1 to 4",
     usage: "[--seed <N>] <NUMBER>
 
   <NUMBER>    Number of the exercise, 1 to 4

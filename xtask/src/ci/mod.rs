@@ -17,16 +17,10 @@ use self::{
 };
 use crate::{c_compiler, fetch, find_mujoco::find_mujoco, tools::succeeds};
 
-pub const TEST: commands::Command = commands::Command {
-    name: "test",
-    about: "Run all tests that need nothing but Rust and MuJoCo, and tell what that leaves out",
-    usage: "",
-    run: test,
-};
+pub const TEST: commands::Command = commands::Command { name: "test", usage: "", run: test };
 
 pub const CI: commands::Command = commands::Command {
     name: "ci",
-    about: "Run what continuous integration runs: `test`, and then what needs more",
     usage: "[--available | --install]
 
   --available  Leave out the steps that need what is missing, and tell which

@@ -26,7 +26,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "verify",
-    about: "Verify every claim of the chapter by stepping the environments",
     usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
 
   --env-id <ID>  Check this environment only
