@@ -25,7 +25,7 @@ pub struct Listed {
 use Program::{Chapter, Lab, Xtask};
 
 /// All commands of `cargo xtask`, in the order in which its help lists them.
-pub const COMMANDS: [Listed; 26] = [
+pub const COMMANDS: [Listed; 27] = [
     command(Chapter, "verify", "Verify every claim of the chapter by stepping the environments"),
     command(
         Chapter,
@@ -42,6 +42,7 @@ pub const COMMANDS: [Listed; 26] = [
     command(Chapter, "all", "Run describe, reward-check and random-episodes"),
     command(Chapter, "exercise", "Answer one of the chapter's exercises, 1 to 4"),
     command(Chapter, "doctor", "Look for the usual problems, and say how to fix them"),
+    command(Chapter, "task-pages", "Write a page for each task from the tables in the code"),
     command(
         Lab,
         "parity",
