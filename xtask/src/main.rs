@@ -68,8 +68,8 @@ const OWN: [commands::Command; 9] = [
         name: "sanitize",
         usage: "[--only <CHECK>] [--cases <N>]
 
-  --only <CHECK>  Run only this check: shim (AddressSanitizer and UndefinedBehaviorSanitizer on the C
-                  code), memory (Valgrind), threads (ThreadSanitizer) or miri
+  --only <CHECK>  Run only this check: shim (AddressSanitizer and UndefinedBehaviorSanitizer on the
+                  C code), memory (Valgrind), threads (ThreadSanitizer) or miri
   --cases <N>     Random models of the check shim; memory takes a tenth [default: 256]",
         run: sanitize::run,
     },

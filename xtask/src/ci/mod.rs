@@ -80,7 +80,8 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
 
 /// Returns what is missing of all that steps need.
 fn find_missing() -> anyhow::Result<Vec<Need>> {
-    find_mujoco(c_compiler).map_err(Error::msg)?; // a wrong MUJOCO_DIR: nothing that is installed helps
+    // A wrong MUJOCO_DIR: nothing that is installed helps.
+    find_mujoco(c_compiler).map_err(Error::msg)?;
     Ok(Need::ALL.into_iter().filter(|need| !need.is_there()).collect())
 }
 

@@ -46,7 +46,8 @@ const ON_SYSTEM: Stage = Stage {
         step("lints", "clippy --workspace --all-targets -- -D warnings", &[Clippy]),
         step(
             "lints without MuJoCo",
-            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --all-targets -- -D warnings",
+            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
+             --all-targets -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -56,7 +57,8 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "lints with fetching alone",
-            "clippy -p fetch-sim --no-default-features --features fetch --all-targets -- -D warnings",
+            "clippy -p fetch-sim --no-default-features --features fetch --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -66,12 +68,14 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "lints without rendering",
-            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --features mujoco --all-targets -- -D warnings",
+            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
+             --features mujoco --all-targets -- -D warnings",
             &[Clippy],
         ),
         step(
             "lints of learning without MuJoCo",
-            "clippy -p fetch-baselines --no-default-features --features learn --all-targets -- -D warnings",
+            "clippy -p fetch-baselines --no-default-features --features learn --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -102,7 +106,8 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "tests of pictures",
-            "test --workspace --test render --test render_many --test render_memory --test record_video --test callers_context",
+            "test --workspace --test render --test render_many --test render_memory \
+             --test record_video --test callers_context",
             &[OpenGl],
         ),
         step("pictures of the commands", "test --workspace --test commands pictures", &[OpenGl]),
@@ -160,7 +165,8 @@ const LEARN: Step = step(
 /// A run without a target, which ends before it has learned the task.
 const LEARN_IN_PART: Step = step(
     "learning to push, in part",
-    "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 --out target/learn/push --overwrite",
+    "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 \
+     --out target/learn/push --overwrite",
     &[],
 );
 /// The tests of what uses MuJoCo.

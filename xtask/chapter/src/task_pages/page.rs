@@ -132,8 +132,8 @@ fn start(page: &mut String, config: &FetchConfig) -> std::fmt::Result {
         let object = object(task);
         text += &format!(
             " The {object} lies on the table: its x and y are uniform within {range} m of the \
-             gripper's along each axis, and drawn again until they are at least {OBJECT_DISTANCE} m \
-             away."
+             gripper's along each axis, and drawn again until they are at least {OBJECT_DISTANCE} \
+             m away."
         );
     }
     let [offset, ..] = config.target_offset();
@@ -201,7 +201,8 @@ fn versions(page: &mut String, task: Task) -> std::fmt::Result {
     writeln!(page, "## Versions")?;
     paragraph(
         page,
-        "Only v4 is there, as in gymnasium-robotics 1.4.2. `FetchConfig` changes the numbers above.",
+        "Only v4 is there, as in gymnasium-robotics 1.4.2. `FetchConfig` changes the numbers \
+         above.",
     )?;
     writeln!(page, "## Differences from gymnasium-robotics")?;
     for difference in DIFFERENCES.into_iter().chain(own_difference(task)) {

@@ -54,7 +54,8 @@ pub(super) const fn own_difference(task: Task) -> Option<&'static str> {
     match task {
         Task::Reach | Task::Push => None,
         Task::PickAndPlace => Some(
-            "Rendering changes no bit of the simulation; there, it moves later states by up to 8 mm.",
+            "Rendering changes no bit of the simulation; there, it moves later states by up to 8 \
+             mm.",
         ),
         Task::Slide => Some(
             "Actions are `f32`. There, the same actions as `float64` lead elsewhere: up to 0.17 m \

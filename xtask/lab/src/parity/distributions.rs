@@ -198,7 +198,8 @@ fn same_mean_return(task: Task, ours: &[f64], theirs: &[f64]) -> Check {
     let equal = ours.iter().zip(theirs).filter(|(a, b)| a.to_bits() == b.to_bits()).count();
     let close = ours.iter().zip(theirs).filter(|(a, b)| (*a - *b).abs() < 1e-6).count();
     let seen = format!(
-        "{a:.4}, recorded {b:.4}: {:.2} % off; of {} episodes {equal} equal to the last bit, {close} to 1e-6",
+        "{a:.4}, recorded {b:.4}: {:.2} % off; of {} episodes {equal} equal to the last bit, \
+         {close} to 1e-6",
         100.0 * off,
         ours.len()
     );

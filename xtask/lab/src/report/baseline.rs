@@ -136,9 +136,9 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
 /// Histograms of return and final distance, and success against the threshold.
 pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
     let mut html = String::from(
-        "<p>The random, the scripted and the trained policy with the dense reward. The dashed line is the \
-         random policy's mean in gymnasium-robotics 1.4.2, or the benchmark's threshold of 0.05 m. \
-         Success is counted at the last step; the pale areas are 95 % intervals.</p>\n\
+        "<p>The random, the scripted and the trained policy with the dense reward. The dashed line \
+         is the random policy's mean in gymnasium-robotics 1.4.2, or the benchmark's threshold of \
+         0.05 m. Success is counted at the last step; the pale areas are 95 % intervals.</p>\n\
          <div class=\"grid\">\n",
     );
     for task in Task::ALL {

@@ -54,7 +54,8 @@ pub struct Args {
     #[arg(long)]
     envs: Option<NonZeroUsize>,
     /// Number of threads; results do not depend on it
-    #[arg(long, default_value_t = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
+    #[arg(long)]
+    #[arg(default_value_t = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
     threads: NonZeroUsize,
     /// Environment steps after which the run ends, if it has not reached the target
     #[arg(long)]
@@ -79,7 +80,8 @@ pub struct Args {
     #[arg(long)]
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
-    #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs", "demos", "set", "model", "out", "overwrite"])]
+    #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
+    #[arg(conflicts_with_all = ["demos", "set", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
     /// Least number of seconds between two checkpoints
     #[arg(long, default_value_t = 30.0)]

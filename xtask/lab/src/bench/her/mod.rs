@@ -39,7 +39,8 @@ pub struct Args {
     #[arg(long, value_enum)]
     element: Option<Element>,
     /// Number of transitions in the buffer
-    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000_000))]
+    #[arg(long, default_value_t = 1_000_000)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1000..=1_000_000_000))]
     transitions: u32,
     /// Seconds for each element type, and again for `--growth`
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(..3600))]
