@@ -54,7 +54,9 @@
     return result;
   };
   const playbacks = [];
-  for (const figure of document.querySelectorAll("figure.playback")) playbacks.push(await use(figure));
+  for (const figure of document.querySelectorAll("figure.playback")) {
+    playbacks.push(await use(figure));
+  }
   const seen = {
     faults: window.faults,
     playbacks,
