@@ -16,12 +16,7 @@ fn lab(arguments: &[&str], out: &Path) -> Result<String> {
     let output =
         Command::new(env!("CARGO_BIN_EXE_lab")).args(arguments).arg("--out").arg(out).output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{arguments:?}
-{errors}"
-    );
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{errors}");
     Ok(String::from_utf8(output.stdout)?)
 }
 
