@@ -57,7 +57,7 @@ pub const COMMANDS: [Listed; 27] = [
     command(
         Lab,
         "learning-curves",
-        "Gather runs, tell when they reached their targets, and draw their curves",
+        "Gather runs, say when they reached their targets, and draw their curves",
     ),
     command(
         Lab,
@@ -82,7 +82,7 @@ pub const COMMANDS: [Listed; 27] = [
     command(
         Xtask,
         "test",
-        "Run all tests that need nothing but Rust and MuJoCo, and tell what that leaves out",
+        "Run all tests that need nothing but Rust and MuJoCo, and list what that leaves out",
     ),
     command(Xtask, "ci", "Run what continuous integration runs: `test`, and then what needs more"),
 ];

@@ -23,7 +23,7 @@ pub const CI: commands::Command = commands::Command {
     name: "ci",
     usage: "[--available | --install]
 
-  --available  Leave out the steps that need what is missing, and tell which
+  --available  Leave out the steps that need what is missing, and list them
   --install    Install what is missing, with apt-get and rustup",
     run: ci,
 };

@@ -24,7 +24,7 @@ pub type MakeWorkers<'a> = &'a dyn Fn() -> Box<dyn Workers>;
 /// them.
 ///
 /// A rank that fails says so and ends all: the first rank at once, the others a second later, so
-/// that an error that all have is told once. All ranks end together where a signal has stopped
+/// that an error that all have is reported once. All ranks end together where a signal has stopped
 /// them, which is no failure.
 pub fn share_run(
     args: &RankArgs,

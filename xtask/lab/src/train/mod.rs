@@ -98,7 +98,7 @@ const FINAL_SEED: u64 = 1 << 50;
 const FINAL_EPISODES: usize = 100;
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    // Wrong usage is told before ranks meet.
+    // Reports wrong usage before the ranks meet.
     let settings = options::settings(args)?;
     let signals = Signals::listen()?;
     share_run(&args.ranks, &options::facts(args), |workers| {
