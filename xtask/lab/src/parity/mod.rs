@@ -31,7 +31,7 @@ pub struct Args {
     #[command(flatten)]
     recorded: Option<recorded::FixtureArgs>,
     /// Also write the figures as JSON
-    #[arg(long, global = true)]
+    #[arg(long, global = true, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 

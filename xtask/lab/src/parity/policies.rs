@@ -27,7 +27,8 @@ const MODEL_TOLERANCE: f64 = 0.01;
 
 #[derive(clap::Args, Serialize)]
 pub struct Args {
-    /// Files of policies; those that come with baselines unless there are any
+    /// Files of policies; by default those that come with baselines
+    #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     /// First seed of the episodes
     #[arg(long, default_value_t = 0)]

@@ -19,7 +19,7 @@ const SCRIPT: &str = include_str!("../../scripts/record.py");
 #[derive(clap::Args, Serialize)]
 pub struct FixtureArgs {
     /// Folder of recorded trajectories (*.npz)
-    #[arg(long)]
+    #[arg(long, value_name = "DIR")]
     fixtures: PathBuf,
     /// Model on which to replay
     #[arg(long, value_enum, default_value = "builtin")]
