@@ -1,4 +1,5 @@
-//! Adds random episodes of FetchPush to a replay buffer, and draws batches with and without hindsight.
+//! Adds random episodes of FetchPush to a replay buffer, and draws batches with and without
+//! hindsight.
 //!
 //! `cargo run --release -p fetch-baselines --example hindsight`
 #![allow(clippy::print_stdout, reason = "an example prints its result")]

@@ -18,7 +18,6 @@ pub mod learn;
 #[cfg(feature = "page")]
 pub mod page;
 mod policy;
-mod reference;
 mod scripted;
 mod statistics;
 mod trained;
@@ -29,11 +28,8 @@ pub use collector::{CollectEnv, Collected, Collector, CollectorSnapshot};
 pub use error::{CollectError, CollectorError, EvaluationError};
 pub use evaluate::{Episode, Evaluation, Summary, evaluate, evaluate_vec};
 pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
-pub use reference::{Comparison, RandomReference, Sample, ScriptedReference};
 pub use scripted::ScriptedPolicy;
-pub use statistics::{
-    Estimate, StatisticsError, chi_square, fisher_exact, kolmogorov_smirnov, wilcoxon,
-};
+pub use statistics::{Estimate, StatisticsError};
 pub use trained::{
     InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,
 };

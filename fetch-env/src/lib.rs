@@ -57,8 +57,8 @@ mod gym;
 #[cfg(any(feature = "clip", feature = "render"))]
 mod pictures;
 
-#[doc = include_str!("../DIFFERENCES.md")]
-pub mod differences {}
+#[doc = include_str!("../FIDELITY.md")]
+pub mod fidelity {}
 
 #[doc = include_str!("../PROMISES.md")]
 pub mod promises {}

@@ -34,7 +34,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use commands::{OF_CHAPTER, OF_LAB};
+use commands::{COMMANDS, Program};
 
 use self::find_mujoco::find_mujoco;
 
@@ -42,7 +42,6 @@ use self::find_mujoco::find_mujoco;
 const OWN: [commands::Command; 9] = [
     commands::Command {
         name: "assets",
-        about: "Fetch the reference's model into the cache",
         usage: "[--from <WHEEL>]
 
   --from <WHEEL>  Use this wheel of gymnasium-robotics 1.4.2 instead of downloading it",
@@ -50,7 +49,6 @@ const OWN: [commands::Command; 9] = [
     },
     commands::Command {
         name: "mujoco",
-        about: "Fetch another version of MuJoCo into the cache",
         usage: "[--from <WHEEL>] <VERSION>
 
   <VERSION>       The version, such as 3.6.0
@@ -59,7 +57,6 @@ const OWN: [commands::Command; 9] = [
     },
     commands::Command {
         name: "fuzz",
-        about: "Fuzz what is loaded, and sequences of calls of the replay buffer and of environments",
         usage: "[--seconds <N>] [--target <TARGET>]
 
   --seconds <N>      Run each target this long [default: 15]
@@ -69,20 +66,19 @@ const OWN: [commands::Command; 9] = [
     },
     commands::Command {
         name: "sanitize",
-        about: "Run tests under sanitizers, Valgrind and Miri",
         usage: "[--only <CHECK>] [--cases <N>]
 
-  --only <CHECK>  Run only this check: shim (AddressSanitizer and UndefinedBehaviorSanitizer on the C
-                  code), memory (Valgrind), threads (ThreadSanitizer) or miri
+  --only <CHECK>  Run only this check: shim (AddressSanitizer and UndefinedBehaviorSanitizer on the
+                  C code), memory (Valgrind), threads (ThreadSanitizer) or miri
   --cases <N>     Random models of the check shim; memory takes a tenth [default: 256]",
         run: sanitize::run,
     },
     commands::Command {
         name: "mutants",
-        about: "Change the code in small ways, and look whether a test notices",
         usage: "[--crate <CRATE>] [--shard <K/N>] [--commits <N>] [--at-most <N>]
 
-  --crate <CRATE>  Only this crate: goal-reward, her-relabel, fetch-baselines or fetch-env
+  --crate <CRATE>  Only this crate: goal-reward, her-relabel, fetch-baselines, fetch-env or
+                   statistics
   --shard <K/N>    Only the part K, from 0, of N
   --commits <N>    Only what the last N commits have changed
   --at-most <N>    At most so many mutants of each crate, spread over the code",
@@ -90,7 +86,6 @@ const OWN: [commands::Command; 9] = [
     },
     commands::Command {
         name: "packages",
-        about: "Check that the crates are ready to be published",
         usage: "[--bless]
 
   --bless  Write the public interface to each crate's public-api.txt instead of comparing it",
@@ -98,7 +93,6 @@ const OWN: [commands::Command; 9] = [
     },
     commands::Command {
         name: "projects",
-        about: "Test the projects that use the crates from outside, and the README's first program",
         usage: "[--only <PROJECT>]
 
   --only <PROJECT>  Test only this folder of fetch-env/projects, or only quickstart",
@@ -121,35 +115,26 @@ fn main() -> ExitCode {
             commands::tell(overview());
             Ok(ExitCode::from(2))
         }
-        _ => match package_of(name) {
-            Some(package) => hand_on(package, &arguments),
-            None => commands::run(&OWN, &arguments),
+        _ => match commands::find(name).map(|command| command.program) {
+            Some(Program::Chapter) => hand_on("chapter", &arguments),
+            Some(Program::Lab) => hand_on("lab", &arguments),
+            Some(Program::Xtask) | None => commands::run(&OWN, &arguments),
         },
     };
     outcome.unwrap_or_else(|error| commands::end_with(&error))
 }
 
-/// Returns the package that has a command, below this one's folder, if xtask does not run it itself.
-fn package_of(name: &str) -> Option<&'static str> {
-    let is_one_of = |commands: &[(&str, &str)]| commands.iter().any(|(known, _)| *known == name);
-    [("chapter", &OF_CHAPTER[..]), ("lab", &OF_LAB[..])]
-        .into_iter()
-        .find_map(|(package, commands)| is_one_of(commands).then_some(package))
-}
-
 fn overview() -> String {
-    let own = OWN.iter().map(|command| (command.name, command.about));
-    let all = OF_CHAPTER.into_iter().chain(OF_LAB).chain(own);
-    let lines = all.map(|(name, about)| format!("  {name:<16} {about}\n"));
+    let lines = COMMANDS.map(|command| format!("  {:<16} {}\n", command.name, command.about));
     format!(
         "The commands of the Fetch environments\n\nUsage: cargo xtask <COMMAND>\n\nCommands:\n{}\n\
          `cargo xtask help <COMMAND>` lists the arguments of a command.",
-        lines.collect::<String>()
+        lines.concat()
     )
 }
 
-/// Replaces this process by a command of a package, so that the command receives its signals; or, where
-/// processes cannot be replaced, runs it and returns its exit code.
+/// Replaces this process by a command of a package, so that the command receives its signals; or,
+/// where processes cannot be replaced, runs it and returns its exit code.
 fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     let missing = match find_mujoco(c_compiler) {
         Ok(Some(_)) => None,
@@ -197,4 +182,15 @@ fn replace_by(command: &mut Command) -> anyhow::Result<ExitCode> {
 
 fn c_compiler() -> Command {
     Command::new(std::env::var_os("CC").unwrap_or_else(|| "cc".into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_list_has_the_commands_that_xtask_runs() {
+        let listed = commands::of(Program::Xtask).map(|command| command.name);
+        assert!(listed.eq(OWN.map(|command| command.name)));
+    }
 }

@@ -19,9 +19,10 @@ const MUTANTS: (&str, &str) = ("cargo-mutants", "27.1.0");
 const CAUGHT: f64 = 0.97;
 
 /// The crates that are tested so, and what of them.
-const CRATES: [(&str, &str); 4] = [
+const CRATES: [(&str, &str); 5] = [
     ("goal-reward", "-p goal-reward"),
-    // Prefetching changes nothing but the time. `plain::` is built only where there are no huge pages.
+    // Prefetching changes nothing but the time. `plain::` is built only where there are no huge
+    // pages.
     ("her-relabel", "-p her-relabel --features npz --exclude-re prefetch|plain::"),
     (
         "fetch-baselines",
@@ -35,6 +36,7 @@ const CRATES: [(&str, &str); 4] = [
          -e fetch-env/src/fetch/make.rs \
          --exclude-re MujocoEnv|RenderEnv|wrapper_mut",
     ),
+    ("statistics", "-p statistics"),
 ];
 
 /// The mutants that no test can notice, with the reason why each is equivalent to the code.

@@ -1,5 +1,5 @@
-//! `sanitize`: runs tests under tools that see what a test cannot: memory that is used wrongly, races,
-//! and undefined behavior.
+//! `sanitize`: runs tests under tools that see what a test cannot: memory that is used wrongly,
+//! races, and undefined behavior.
 
 use std::{num::NonZeroU32, process::Command};
 
@@ -92,7 +92,8 @@ fn threads(_: u32) -> anyhow::Result<bool> {
     succeeds(&mut test)
 }
 
-/// Miri over the crates without C: it interprets them, and sees every undefined behavior that happens.
+/// Miri over the crates without C: it interprets them, and sees every undefined behavior that
+/// happens.
 fn miri(_: u32) -> anyhow::Result<bool> {
     if !install_toolchain(NIGHTLY, &["miri", "rust-src"])? {
         say!("rustup cannot install {NIGHTLY}, so nothing was interpreted")?;

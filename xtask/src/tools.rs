@@ -11,8 +11,8 @@ use anyhow::{Context, ensure};
 /// Folder of the workspace.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// A toolchain for what stable Rust lacks. Later ones may write another documentation format than the
-/// tool that compares interfaces reads.
+/// A toolchain for what stable Rust lacks. Later ones may write another documentation format than
+/// the tool that compares interfaces reads.
 pub const NIGHTLY: &str = "nightly-2026-05-20";
 
 /// Returns the path of a tool, which is built on first use.

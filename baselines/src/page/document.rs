@@ -97,12 +97,18 @@ pub fn escape(text: &str) -> String {
 }
 
 /// Returns a number with a typographic minus sign, and with none before zero.
-#[must_use]
-pub fn number(value: f64, decimals: usize) -> String {
-    /// No number has more, and the formatting refuses many more.
-    const MOST_DECIMALS: usize = 1074;
-    let decimals = decimals.min(MOST_DECIMALS);
+pub(super) fn number(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let is_zero = text.chars().all(|c| c == '0' || c == '.');
     if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn zero_has_no_sign() {
+        assert_eq!([number(-0.04, 1), number(-1.26, 1)], ["0.0", "\u{2212}1.3"]);
+    }
 }

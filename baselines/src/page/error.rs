@@ -1,7 +1,5 @@
 //! The error of making a page.
 
-use std::error::Error;
-
 use fetch_env::EnvError;
 
 /// Error returned where a page, or a part of it, cannot be made.
@@ -36,7 +34,4 @@ pub enum PageError {
         /// What is wrong.
         reason: String,
     },
-    /// The drawing failed.
-    #[error("the drawing failed: {0}")]
-    Drawing(#[source] Box<dyn Error + Send + Sync>),
 }

@@ -1,9 +1,8 @@
 //! Self-contained HTML pages that play episodes back (feature `page`).
 //!
-//! [`episode_page`] turns an environment and a policy into a page. Pages of your own are put
-//! together from a [`Document`], [`Playback`]s, [`Plot`]s and [`table`]s. A page loads nothing from
-//! elsewhere, and follows the reader's preference for light or dark. A [`Picture`] is any [`Drawing`]
-//! as PNG and SVG, for papers and README files.
+//! [`episode_page`] turns an environment and a policy into a page. You build other pages from a
+//! [`Document`], [`Playback`]s, [`Plot`]s and [`table`]s. A page loads nothing from elsewhere, and
+//! follows the reader's preference for light or dark.
 //!
 //! ```
 //! use baselines::{ScriptedPolicy, page::episode_page};
@@ -17,17 +16,13 @@
 
 mod document;
 mod error;
-mod picture;
 mod playback;
 mod plot;
 
-pub use document::{Column, Document, escape, number, table};
+pub use document::{Column, Document, escape, table};
 pub use error::PageError;
-pub use picture::{Area, Backend, Drawing, FONT, Frame, Picture};
 pub use playback::{Playback, PlaybackEnv};
-pub use plot::{Axis, Ink, Plot, extent};
-/// The library with which a [`Drawing`] draws.
-pub use plotters;
+pub use plot::{Axis, Ink, Plot};
 
 use crate::policy::Policy;
 

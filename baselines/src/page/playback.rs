@@ -194,10 +194,13 @@ impl Playback {
         let last = self.num_steps();
         Ok(format!(
             r#"<figure class="playback">
-<canvas tabindex="0" role="img" aria-label="{title}; drag, or press the arrow keys, to turn the view"></canvas>
-<div class="controls"><button type="button">Play</button><input type="range" min="0" max="{last}" step="1" value="0" aria-label="Step"><output></output></div>
+<canvas tabindex="0" role="img" \
+aria-label="{title}; drag, or press the arrow keys, to turn the view"></canvas>
+<div class="controls"><button type="button">Play</button><input \
+type="range" min="0" max="{last}" step="1" value="0" aria-label="Step"><output></output></div>
 <p class="missing">The playback needs JavaScript and WebGL 2.</p>
-<figcaption><strong>{title}</strong>: {outcome}. The red ball is the goal. Drag to turn; pinch, or press + and −, to zoom.</figcaption>
+<figcaption><strong>{title}</strong>: {outcome}. The red ball is the goal. Drag to turn; pinch, or \
+press + and −, to zoom.</figcaption>
 <script type="application/json">{json}</script>
 </figure>"#
         ))

@@ -79,7 +79,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Returns an axis from `low` to `high`; a range of a single value is widened by 0.5 either way.
+    /// Returns an axis from `low` to `high`; a range of a single value is widened by 0.5 either
+    /// way.
     #[must_use]
     pub fn new(label: &str, low: f64, high: f64) -> Self {
         let range = if low == high { low - 0.5..high + 0.5 } else { low..high };
@@ -111,8 +112,9 @@ impl Axis {
     }
 }
 
-/// Returns the least and the greatest of some values: infinity and minus infinity if there are none.
-pub fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+/// Returns the least and the greatest of some values: infinity and minus infinity if there are
+/// none.
+fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values
         .into_iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
@@ -231,9 +233,9 @@ impl Plot {
     /// Returns the plot as an SVG element for a [`Document`](super::Document).
     ///
     /// # Errors
-    /// [`PageError::Plot`] if an axis or its length is not finite, if it ends before it starts, if an
-    /// [equal scale](Self::with_equal_scale) makes the plot more than a hundred times as high as wide, or
-    /// if the plotting library fails.
+    /// [`PageError::Plot`] if an axis or its length is not finite, if it ends before it starts, if
+    /// an [equal scale](Self::with_equal_scale) makes the plot more than a hundred times as high as
+    /// wide, or if the plotting library fails.
     pub fn svg(&self) -> Result<String, PageError> {
         let failed = |reason| PageError::Plot { plot: self.title.clone(), reason };
         for axis in [&self.x, &self.y] {

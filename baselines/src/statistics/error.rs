@@ -1,6 +1,6 @@
-//! The errors of estimates and tests, and what they check.
+//! Why a sample has no estimate, and what estimates check first.
 
-/// Error returned for a sample that says nothing, or that cannot be.
+/// Error returned for a sample that has no estimate.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StatisticsError {
@@ -27,23 +27,6 @@ pub enum StatisticsError {
         /// The number of trials.
         trials: u64,
     },
-    /// There are too many trials for an exact test.
-    #[error(
-        "the samples have more than {most} trials together: test so many with chi_square, which is \
-         as good then"
-    )]
-    TooManyTrials {
-        /// The largest number that is tested.
-        most: u64,
-    },
-    /// Two lists that belong together have different lengths.
-    #[error("one list has {first} values and the other {second}: pass as many of both")]
-    Lengths {
-        /// The length of the first list.
-        first: usize,
-        /// The length of the second list.
-        second: usize,
-    },
 }
 
 pub(super) fn check_finite(sample: &[f64]) -> Result<(), StatisticsError> {
@@ -64,8 +47,4 @@ pub(super) const fn check_successes(successes: u64, trials: u64) -> Result<(), S
         return Err(StatisticsError::MoreSuccesses { successes, trials });
     }
     Ok(())
-}
-
-pub(super) const fn check_lengths(first: usize, second: usize) -> Result<(), StatisticsError> {
-    if first == second { Ok(()) } else { Err(StatisticsError::Lengths { first, second }) }
 }

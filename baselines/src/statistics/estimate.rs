@@ -48,9 +48,9 @@ impl Estimate {
     /// Returns the mean of a sample with Student's interval, which is unbounded for a single value.
     ///
     /// # Errors
-    /// [`StatisticsError::Empty`](Error::Empty), [`StatisticsError::NotFinite`](Error::NotFinite), and
-    /// [`StatisticsError::TooFarApart`](Error::TooFarApart) if no number is as large as an end of the
-    /// interval.
+    /// [`StatisticsError::Empty`](Error::Empty), [`StatisticsError::NotFinite`](Error::NotFinite),
+    /// and [`StatisticsError::TooFarApart`](Error::TooFarApart) if no number is as large as an end
+    /// of the interval.
     pub fn mean(sample: &[f64]) -> Result<Self, Error> {
         check_finite(sample)?;
         let (sample, unit) = scaled(sample);
@@ -70,14 +70,15 @@ impl Estimate {
         Ok(Self { value, low, high })
     }
 
-    /// Returns the interquartile mean of a sample, its mean without the lowest and the highest quarter,
-    /// with the percentile interval of a bootstrap. `seed` decides the resamples.
+    /// Returns the interquartile mean of a sample, its mean without the lowest and the highest
+    /// quarter, with the percentile interval of a bootstrap. `seed` decides the resamples.
     ///
     /// Source: Agarwal et al., "Deep reinforcement learning at the edge of the statistical
     /// precipice", NeurIPS (2021), for the runs of one task.
     ///
     /// # Errors
-    /// [`StatisticsError::Empty`](Error::Empty) and [`StatisticsError::NotFinite`](Error::NotFinite).
+    /// [`StatisticsError::Empty`](Error::Empty) and
+    /// [`StatisticsError::NotFinite`](Error::NotFinite).
     pub fn interquartile_mean(sample: &[f64], seed: u64) -> Result<Self, Error> {
         check_finite(sample)?;
         let (sample, unit) = scaled(sample);
@@ -121,8 +122,8 @@ impl Estimate {
     }
 }
 
-/// Returns a sample divided by a unit near its largest value, and the unit. It is a power of two, so that
-/// no digit changes. The sums of such numbers and of their squares do not overflow.
+/// Returns a sample divided by a unit near its largest value, and the unit. It is a power of two,
+/// so that no digit changes. The sums of such numbers and of their squares do not overflow.
 fn scaled(sample: &[f64]) -> (Vec<f64>, f64) {
     /// The largest exponent for which two to its power, and one over that, have all digits.
     const MOST: i32 = 1022;
@@ -142,8 +143,8 @@ fn interquartile_mean(numbers: &mut [f64]) -> f64 {
     mean(&numbers[cut..numbers.len() - cut])
 }
 
-/// Returns the mean of numbers, which rounding does not put beyond the least or the greatest of them; 0 if
-/// there are none.
+/// Returns the mean of numbers, which rounding does not put beyond the least or the greatest of
+/// them; 0 if there are none.
 fn mean(numbers: &[f64]) -> f64 {
     let mean = numbers.iter().sum::<f64>() / (numbers.len() as f64).max(1.0);
     let least = numbers.iter().copied().reduce(f64::min).unwrap_or_default();

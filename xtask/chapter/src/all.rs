@@ -14,7 +14,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "all",
-    about: "Run describe, reward-check and random-episodes",
     usage: "[--env-id <ID>] [--seed <N>] [--describe-out <FILE>] [--random-out <FILE>]
 
   --env-id <ID>          Environment, or auto for FetchReachDense-v4 [default: auto]

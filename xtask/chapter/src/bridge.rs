@@ -1,17 +1,10 @@
 //! `bridge`: the bridging proof of section 2.8.
 
-use std::path::PathBuf;
-
 use commands::Command;
 use fetch_env::make;
-use lexopt::{Arg::Long, Parser, ValueExt};
-use serde_json::json;
+use lexopt::Parser;
 
-use crate::{
-    choice::{DENSE_REACH, parse_env_id},
-    json::{Metric, write_results},
-    rewards::Comparison,
-};
+use crate::{choice::Flags, rewards::Comparison};
 
 const STEPS: usize = 100;
 const GOALS_PER_STEP: usize = 5;
@@ -19,7 +12,6 @@ const TOLERANCE: f64 = 1e-10;
 
 pub(crate) const COMMAND: Command = Command {
     name: "bridge",
-    about: "Compare hand-computed rewards with the environment's, step by step",
     usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
 
   --env-id <ID>  Environment, or auto for FetchReachDense-v4 [default: auto]
@@ -28,16 +20,9 @@ pub(crate) const COMMAND: Command = Command {
     run,
 };
 
-fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut id, mut seed, mut json) = (DENSE_REACH, 42, None);
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("env-id") => id = arguments.value()?.parse_with(parse_env_id)?,
-            Long("seed") => seed = arguments.value()?.parse()?,
-            Long("json") => json = Some(PathBuf::from(arguments.value()?)),
-            other => return Err(other.unexpected().into()),
-        }
-    }
+fn run(arguments: Parser) -> anyhow::Result<bool> {
+    let flags = Flags::parse(arguments, 42)?;
+    let Flags { id, seed, .. } = flags;
     say!("Environment Anatomy -- Bridging Proof")?;
     say!("=====================================")?;
     say!("Env: {id}, seed={seed}, steps={STEPS}")?;
@@ -48,14 +33,12 @@ fn run(mut arguments: Parser) -> anyhow::Result<bool> {
         Comparison { steps: STEPS, goals_per_step: GOALS_PER_STEP, tolerance: TOLERANCE };
     let mismatches = comparison.run(&mut make(id)?, seed)?;
     let relabeled = STEPS * GOALS_PER_STEP;
-    let count = |name: &str, value| (format!("bridge/{name}"), Metric::count(value));
-    let results = [
-        count("step-checks", STEPS),
-        count("step-mismatches", mismatches.steps),
-        count("relabel-checks", relabeled),
-        count("relabel-mismatches", mismatches.goals),
-    ];
-    write_results(json.as_ref(), json!({"env_id": id, "seed": seed}), results)?;
+    flags.write_counts([
+        ("bridge/step-checks", STEPS),
+        ("bridge/step-mismatches", mismatches.steps),
+        ("bridge/relabel-checks", relabeled),
+        ("bridge/relabel-mismatches", mismatches.goals),
+    ])?;
     say!("Step reward checks:    {STEPS} steps, mismatches={}", mismatches.steps)?;
     say!("Relabel reward checks: {relabeled} checks, mismatches={}\n", mismatches.goals)?;
     if mismatches.steps + mismatches.goals > 0 {

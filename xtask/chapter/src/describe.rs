@@ -14,7 +14,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "describe",
-    about: "Write the observation and action spaces as JSON",
     usage: "[--env-id <ID>] [--seed <N>] [--describe-out <FILE>]
 
   --env-id <ID>          Environment, or auto for FetchReachDense-v4 [default: auto]
@@ -75,13 +74,17 @@ pub(crate) fn describe(id: EnvId, seed: u64, out: &Path) -> anyhow::Result<bool>
             "low": actions.low(), "high": actions.high(),
             "names": ["dx", "dy", "dz", "gripper (positive opens)"],
         },
-        "reward": { "kind": env.goal_reward().kind(), "distance_threshold": env.goal_reward().threshold() },
+        "reward": {
+            "kind": env.goal_reward().kind(),
+            "distance_threshold": env.goal_reward().threshold(),
+        },
         "max_episode_steps": id.config().max_episode_steps(),
         "versions": Versions::current(),
     });
     write_json(out, &description)?;
     say!(
-        "describe: {id}: observation [{}], achieved_goal [{}], desired_goal [{}], action {:?}, bounds [-1, 1]; wrote {}",
+        "describe: {id}: observation [{}], achieved_goal [{}], desired_goal [{}], action {:?}, \
+         bounds [-1, 1]; wrote {}",
         first.observation().len(),
         first.achieved_goal().len(),
         first.desired_goal().len(),

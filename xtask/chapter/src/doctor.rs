@@ -22,7 +22,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "doctor",
-    about: "Look for the usual problems, and say how to fix them",
     usage: "[--seed <N>] [--json <FILE>]
 
   --seed <N>     Seed of resets and actions [default: 0]
@@ -46,7 +45,8 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "MuJoCo is missing, or not the one of the build",
         look: library,
-        fix: "apt-get update && apt-get install -y libmujoco-dev, or `cargo xtask mujoco 3.6.0` and set MUJOCO_DIR as it says",
+        fix: "apt-get update && apt-get install -y libmujoco-dev, or `cargo xtask mujoco 3.6.0` \
+              and set MUJOCO_DIR as it says",
     },
     Symptom {
         name: "obs is a flat array, not a dictionary",
@@ -91,7 +91,8 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "is_success is true immediately after reset",
         look: success_after_reset,
-        fix: "nothing if it is rare, because a goal may lie at the start; otherwise check the seeds",
+        fix: "nothing if it is rare, because a goal may lie at the start; otherwise check the \
+              seeds",
     },
     Symptom {
         name: "workspace bounds look wrong",
@@ -145,8 +146,9 @@ fn library(_seed: u64) -> anyhow::Result<Finding> {
     let (version, path) = (MujocoVersion::of_library()?, library_path()?);
     let mut seen = format!("MuJoCo {version}, headers and library alike; {}", path.display());
     if version.to_string() == "4.0.0" {
-        seen += "\n      its sparse Cholesky factorization is wrong (fixed in 4.0.1): no Fetch scene needs it, \
-                 but models of 60 or more degrees of freedom, or with jacobian=\"sparse\", do";
+        seen += "\n      its sparse Cholesky factorization is wrong (fixed in 4.0.1): no Fetch \
+                 scene needs it, but models of 60 or more degrees of freedom, or with \
+                 jacobian=\"sparse\", do";
     }
     finding(true, seen)
 }

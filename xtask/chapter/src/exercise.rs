@@ -15,7 +15,6 @@ use crate::{choice::DENSE_REACH, random_episodes::evaluate_random};
 
 pub(crate) const COMMAND: Command = Command {
     name: "exercise",
-    about: "Answer one of the chapter's exercises, 1 to 4",
     usage: "[--seed <N>] <NUMBER>
 
   <NUMBER>    Number of the exercise, 1 to 4
@@ -137,11 +136,13 @@ fn rewards(seed: u64) -> anyhow::Result<bool> {
     let farthest_zero = reached.iter().map(|s| s.distance).fold(f64::NEG_INFINITY, f64::max);
     let nearest_minus_one = missed.iter().map(|s| s.distance).fold(f64::INFINITY, f64::min);
     say!(
-        "(a) The dense return is {dense_return:.2}, the sparse one {sparse_return:.2}: the dense is not the more negative."
+        "(a) The dense return is {dense_return:.2}, the sparse one {sparse_return:.2}: the dense \
+         is not the more negative."
     )?;
     say!("(b) The sparse reward is 0 in {} of {} steps.", reached.len(), steps.len())?;
     say!(
-        "(c) It switches at 0.05 m: -1 from {nearest_minus_one:.4} m on in this episode, 0 up to {farthest_zero:.4} m (-inf: never)."
+        "(c) It switches at 0.05 m: -1 from {nearest_minus_one:.4} m on in this episode, 0 up to \
+         {farthest_zero:.4} m (-inf: never)."
     )?;
     Ok(same && nearest_minus_one > 0.05 && farthest_zero <= 0.05)
 }
@@ -187,7 +188,8 @@ fn thresholds(seed: u64) -> anyhow::Result<bool> {
         say!("  {threshold:7.2} m  {:5.3}  ({:.3} to {:.3})", rate.value, rate.low, rate.high)?;
     }
     say!(
-        "The wider the threshold, the easier the task; at the benchmark's 0.05 m chance hardly ever succeeds."
+        "The wider the threshold, the easier the task; at the benchmark's 0.05 m chance hardly \
+         ever succeeds."
     )?;
     Ok(rates.is_sorted_by(|a, b| a.value <= b.value) && rates[2].value < 0.1)
 }

@@ -123,8 +123,8 @@ pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     write_file(path, text.as_bytes())
 }
 
-/// Writes a file, making the folders on the way. A regular file appears whole or not at all; a device or
-/// a pipe takes what is written.
+/// Writes a file, making the folders on the way. A regular file appears whole or not at all; a
+/// device or a pipe takes what is written.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -140,8 +140,8 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     replace_file(&fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()), bytes)
 }
 
-/// Writes a file, which appears whole or not at all, in the place of the one that is there; in that of a
-/// symbolic link, too.
+/// Writes a file, which appears whole or not at all, in the place of the one that is there; in that
+/// of a symbolic link, too.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -16,8 +16,10 @@ mod doctor;
 mod exercise;
 pub mod json;
 mod random_episodes;
+pub mod reference;
 mod reward_check;
 mod rewards;
+mod task_pages;
 pub mod verify;
 
 pub use choice::parse_env_id;
@@ -26,7 +28,7 @@ pub use exercise::{StepRewards, Trajectory};
 use commands::Command;
 
 /// The commands.
-pub const COMMANDS: [Command; 8] = [
+pub const COMMANDS: [Command; 9] = [
     verify::COMMAND,
     bridge::COMMAND,
     describe::COMMAND,
@@ -35,4 +37,5 @@ pub const COMMANDS: [Command; 8] = [
     all::COMMAND,
     exercise::COMMAND,
     doctor::COMMAND,
+    task_pages::COMMAND,
 ];

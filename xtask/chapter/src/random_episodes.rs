@@ -18,7 +18,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "random-episodes",
-    about: "Run a random policy and write its results as JSON",
     usage: "[--env-id <ID>] [--seed <N>] [--episodes <N>] [--random-out <FILE>]
 
   --env-id <ID>        Environment, or auto for FetchReachDense-v4 [default: auto]

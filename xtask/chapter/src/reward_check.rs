@@ -1,17 +1,11 @@
-//! `reward-check`: checks that step, compute_reward and the formula agree, also for relabeled goals.
-
-use std::path::PathBuf;
+//! `reward-check`: checks that step, compute_reward and the formula agree, also for relabeled
+//! goals.
 
 use commands::Command;
 use fetch_env::{EnvId, make};
-use lexopt::{Arg::Long, Parser, ValueExt};
-use serde_json::json;
+use lexopt::Parser;
 
-use crate::{
-    choice::{DENSE_REACH, parse_env_id},
-    json::{Metric, write_results},
-    rewards::Comparison,
-};
+use crate::{choice::Flags, rewards::Comparison};
 
 const TOLERANCE: f64 = 1e-6;
 const STEPS: usize = 500;
@@ -19,7 +13,6 @@ const RANDOM_GOALS: usize = 3;
 
 pub(crate) const COMMAND: Command = Command {
     name: "reward-check",
-    about: "Check that step, compute_reward and the distance formula agree",
     usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
 
   --env-id <ID>  Environment, or auto for FetchReachDense-v4 [default: auto]
@@ -28,21 +21,12 @@ pub(crate) const COMMAND: Command = Command {
     run,
 };
 
-fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut id, mut seed, mut json) = (DENSE_REACH, 0, None);
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("env-id") => id = arguments.value()?.parse_with(parse_env_id)?,
-            Long("seed") => seed = arguments.value()?.parse()?,
-            Long("json") => json = Some(PathBuf::from(arguments.value()?)),
-            other => return Err(other.unexpected().into()),
-        }
-    }
-    let mismatches = reward_check(id, seed)?;
-    let count = |name: &str, value| (format!("reward-check/{name}"), Metric::count(value));
+fn run(arguments: Parser) -> anyhow::Result<bool> {
+    let flags = Flags::parse(arguments, 0)?;
+    let mismatches = reward_check(flags.id, flags.seed)?;
     let checks = STEPS * (1 + RANDOM_GOALS);
-    let results = [count("checks", checks), count("mismatches", mismatches)];
-    write_results(json.as_ref(), json!({"env_id": id, "seed": seed}), results)?;
+    flags
+        .write_counts([("reward-check/checks", checks), ("reward-check/mismatches", mismatches)])?;
     Ok(mismatches == 0)
 }
 

@@ -1,5 +1,5 @@
-//! Rewards compared: those of the steps, of `compute_reward` and of the formula, also for goals that
-//! the environment never set.
+//! Rewards compared: those of the steps, of `compute_reward` and of the formula, also for goals
+//! that the environment never set.
 
 use baselines::{Policy, RandomPolicy};
 use fetch_env::{Env, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};

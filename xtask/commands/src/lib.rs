@@ -8,6 +8,6 @@ mod names;
 mod output;
 mod program;
 
-pub use names::{OF_CHAPTER, OF_LAB};
+pub use names::{COMMANDS, Listed, Program, find, of};
 pub use output::{end_with, tell, write_line};
 pub use program::{Command, run};

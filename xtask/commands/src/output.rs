@@ -38,8 +38,8 @@ pub fn tell(line: impl fmt::Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Tells why a command ended, and returns its exit code: 2 for wrong arguments, otherwise 1. A reader
-/// that has closed its pipe has seen enough, which is no failure.
+/// Tells why a command ended, and returns its exit code: 2 for wrong arguments, otherwise 1. A
+/// reader that has closed its pipe has seen enough, which is no failure.
 pub fn end_with(error: &anyhow::Error) -> ExitCode {
     let kind = error.root_cause().downcast_ref().map(io::Error::kind);
     if error.is::<Unwritable>() && kind == Some(io::ErrorKind::BrokenPipe) {

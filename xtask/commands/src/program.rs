@@ -4,13 +4,13 @@ use std::{ffi::OsString, process::ExitCode};
 
 use lexopt::Parser;
 
+use crate::names;
+
 /// A command of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Command {
-    /// Its name, the first argument.
+    /// Its name, as the [list](crate::COMMANDS) of all commands has it.
     pub name: &'static str,
-    /// Its description, in a line.
-    pub about: &'static str,
     /// Its arguments, and a line for each.
     pub usage: &'static str,
     /// Runs it with the arguments after its name, and returns whether everything passed.
@@ -29,8 +29,8 @@ pub fn run(commands: &[Command], arguments: &[OsString]) -> anyhow::Result<ExitC
     })?;
     let arguments = &arguments[1..];
     if arguments.iter().any(|argument| argument == "-h" || argument == "--help") {
-        let Command { about, usage, .. } = command;
-        crate::say!("{about}\n\nUsage: cargo xtask {name} {usage}")?;
+        let about = names::find(name).map_or("", |listed| listed.about);
+        crate::say!("{about}\n\nUsage: cargo xtask {name} {}", command.usage)?;
         return Ok(ExitCode::SUCCESS);
     }
     let passed = (command.run)(Parser::from_args(arguments))?;

@@ -1,4 +1,4 @@
-"""Records the pictures of the real Fetch environments, for `cargo xtask parity --frames`.
+"""Records the pictures of the real Fetch environments, for `cargo xtask parity frames`.
 
 Needs gymnasium-robotics 1.4.2 and gymnasium 1.4.0, and OpenGL. Writes one file for each task
 into --out: the actions, and the frames after the reset and after some of the steps.

@@ -1,12 +1,12 @@
 """Learners of PyTorch and Stable-Baselines3, to compare with.
 
-`learners.py time LAYERS` makes a DDPG learner with hidden layers of 256 units, on one thread, and reads
-orders from standard input, a line each: `update COUNT WORK`; it answers with COUNT times WORK and the
-seconds that COUNT updates took, by the clock on the wall and by the processor's.
+`learners.py time LAYERS` makes a DDPG learner with hidden layers of 256 units, on one thread, and
+reads orders from standard input, a line each: `update COUNT WORK`; it answers with COUNT times WORK
+and the seconds that COUNT updates took, by the clock on the wall and by the processor's.
 
-`learners.py reach SEED MODEL` trains Stable-Baselines3's SAC with hindsight on FetchReach-v4 until two
-evaluations in a row succeed in all of 100 episodes, with the settings of RL Baselines3 Zoo, saves the
-model, and prints the steps, and the seconds of training without those of evaluations.
+`learners.py reach SEED MODEL` trains Stable-Baselines3's SAC with hindsight on FetchReach-v4 until
+two evaluations in a row succeed in all of 100 episodes, with the settings of RL Baselines3 Zoo,
+saves the model, and prints the steps, and the seconds of training without those of evaluations.
 """
 
 import sys
@@ -29,9 +29,15 @@ class Learner:
     """The update of `Ddpg`, as one would write it in PyTorch."""
 
     def __init__(self, layers):
-        make = lambda: (network(OBSERVATION, layers, ACTION), network(OBSERVATION + ACTION, layers, 1))
+        make = lambda: (
+            network(OBSERVATION, layers, ACTION),
+            network(OBSERVATION + ACTION, layers, 1),
+        )
         (self.actor, self.critic), self.targets = make(), make()
-        self.optimizers = [torch.optim.Adam(net.parameters(), 1e-3, fused=True) for net in (self.actor, self.critic)]
+        self.optimizers = [
+            torch.optim.Adam(net.parameters(), 1e-3, fused=True)
+            for net in (self.actor, self.critic)
+        ]
         self.batch = [torch.randn(BATCH, width) for width in (OBSERVATION, ACTION, 1, OBSERVATION)]
 
     def update(self):
@@ -45,7 +51,8 @@ class Learner:
         own = torch.tanh(self.actor(inputs))
         for parameter in self.critic.parameters():
             parameter.requires_grad_(False)
-        actor_loss = ACTION_L2 * (own * own).mean() - self.critic(torch.cat([inputs, own], 1)).mean()
+        value = self.critic(torch.cat([inputs, own], 1)).mean()
+        actor_loss = ACTION_L2 * (own * own).mean() - value
         for parameter in self.critic.parameters():
             parameter.requires_grad_(True)
         for optimizer, value in zip(self.optimizers, (actor_loss, loss)):
@@ -55,7 +62,8 @@ class Learner:
             optimizer.step()
         with torch.no_grad():
             for target, net in zip(self.targets, (self.actor, self.critic)):
-                torch._foreach_lerp_(list(target.parameters()), list(net.parameters()), TARGET_FRACTION)
+                parameters = list(target.parameters()), list(net.parameters())
+                torch._foreach_lerp_(*parameters, TARGET_FRACTION)
 
 
 def time_updates(layers):
@@ -106,7 +114,8 @@ def reach(seed, path):
                 observation, _, _, truncated, info = env.step(action)
             successes += info["is_success"]
         in_a_row = in_a_row + 1 if successes == 100 else 0
-        print(f"after {model.num_timesteps} steps, {seconds:.1f} s: {successes:.0f}", file=sys.stderr)
+        seen = f"after {model.num_timesteps} steps, {seconds:.1f} s: {successes:.0f}"
+        print(seen, file=sys.stderr)
     model.save(path)
     print(model.num_timesteps, seconds, seconds, flush=True)
 

@@ -1,8 +1,8 @@
 """Renders gymnasium-robotics after random actions, and times it.
 
 Reads seconds from standard input, one on each line. It renders for at least as long, and answers
-with the pictures done and their seconds of wall time and of process time. It takes a step before each
-picture, which is not timed.
+with the pictures done and their seconds of wall time and of process time. It takes a step before
+each picture, which is not timed.
 """
 
 import argparse

@@ -2,9 +2,9 @@
 
     python policies.py --out DIR POLICY.safetensors...  [--episodes N] [--seed S]
 
-writes 0.npz, 1.npz, ..., one for each: whether the last step of each episode was a success, the distance
-after it and the actions. Needs gymnasium-robotics. The network is computed in the order of operations of
-`baselines::TrainedPolicy`, so that the actions have the same bits.
+writes 0.npz, 1.npz, ..., one for each: whether the last step of each episode was a success, the
+distance after it and the actions. Needs gymnasium-robotics. The network is computed in the order of
+operations of `baselines::TrainedPolicy`, so that the actions have the same bits.
 """
 
 import argparse
@@ -51,7 +51,8 @@ class Policy:
         parts = observation | {
             "relative_goal": observation["desired_goal"] - observation["achieved_goal"]
         }
-        values = np.concatenate([self.normalized(part, parts[part]) for part in self.header["inputs"]])
+        inputs = self.header["inputs"]
+        values = np.concatenate([self.normalized(part, parts[part]) for part in inputs])
         for number, (weights, biases) in enumerate(self.layers):
             outputs = biases.copy()
             for row, value in zip(weights, values):

@@ -14,8 +14,8 @@ import math
 import os
 import pathlib
 
-# numpy's own arctan2 for AVX-512 differs in the last bits, also between versions. It must call the C
-# library, so that the object's Euler angles can be compared to the last bit.
+# numpy's own arctan2 for AVX-512 differs in the last bits, also between versions. It must call the
+# C library, so that the object's Euler angles can be compared to the last bit.
 os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "X86_V4")
 
 import gymnasium
@@ -58,7 +58,8 @@ class ContactCounter:
     def __init__(self, env):
         self.env = env
         base = mujoco.mj_name2id(env.model, mujoco.mjtObj.mjOBJ_BODY, "robot0:base_link")
-        self.of_robot = [self.is_below(env.model.geom_bodyid[g], base) for g in range(env.model.ngeom)]
+        bodies = (env.model.geom_bodyid[geom] for geom in range(env.model.ngeom))
+        self.of_robot = [self.is_below(body, base) for body in bodies]
         self.contacts = self.self_contacts = 0
         env._mujoco_step = self.step
 

@@ -1,7 +1,8 @@
-//! The commands that step environments and are not the chapter's: `cargo xtask <command>` hands them on to this program.
+//! The commands that step environments and are not the chapter's: `cargo xtask <command>` hands
+//! them on to this program.
 //!
-//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage, 130 and
-//! 143 for a run of training that SIGINT or SIGTERM has stopped.
+//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage,
+//! 130 and 143 for a run of training that SIGINT or SIGTERM has stopped.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 
@@ -21,7 +22,9 @@ mod train;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+
+use commands::Program;
 
 use self::shared::signals::Stopped;
 
@@ -38,28 +41,28 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Replay recordings of the real environment and compare
     Parity(parity::Args),
-    /// Measure speed and memory
     Bench(bench::Args),
-    /// Draw the chapter's pictures, and Slide's
     Figures(figures::Args),
-    /// Write one page with checks, baselines, plots and playbacks
     Report(report::Args),
-    /// Write a page that plays one episode back
     Play(play::Args),
-    /// Run a policy, and save its episodes
     Collect(collect::Args),
-    /// Train a policy, with its learning curve and a page
     Train(Box<train::Args>),
-    /// Gather runs, tell when they reached their targets, and draw their curves
     LearningCurves(learning_curves::Args),
-    /// Step, save and draw environments for a long time, and look for what they leave behind
     Soak(soak::Args),
 }
 
+/// Parses the arguments, with the descriptions of the commands that the list has.
+fn parse() -> Cli {
+    let mut cli = Cli::command();
+    for listed in commands::of(Program::Lab) {
+        cli = cli.mut_subcommand(listed.name, |command| command.about(listed.about));
+    }
+    Cli::from_arg_matches(&cli.get_matches()).unwrap_or_else(|error| error.exit())
+}
+
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let outcome = match parse().command {
         Command::Parity(args) => parity::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Figures(args) => figures::run(&args),

@@ -5,6 +5,7 @@ mod program;
 use std::{fs, path::Path};
 
 use baselines::{ScriptedPolicy, buffer_config, collect};
+use commands::Program;
 use fetch_env::{Task, make_kinematic};
 use her_relabel::HerBuffer;
 use serde_json::Value;
@@ -153,13 +154,15 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "train --seeds 0",
         "train --envs 0",
         "train --threads 0",
-        "parity --live --episodes 0",
+        "parity",
+        "parity live --episodes 0",
         "bench env --task grasp",
         "bench env --seconds -1",
         "bench render --seconds -1",
         "bench her --element f16",
         "bench her --transitions 0",
-        "parity --hindsight --live",
+        "parity hindsight --rows 10",
+        "parity --fixtures tests/recordings/mujoco-2.2.2 live",
         "soak --steps 0",
     ] {
         assert_eq!(lab(arguments).output()?.status.code(), Some(2), "{arguments}");
@@ -168,14 +171,15 @@ fn wrong_usage_is_exit_code_2() -> Result {
 }
 
 #[test]
-fn the_names_that_xtask_knows_are_the_commands() -> Result {
+fn the_list_has_the_commands_of_this_program() -> Result {
     let help = output_of(&mut lab("--help"))?;
     let (_, list) = help.split_once("Commands:\n").ok_or("no list")?;
     let lines = list.lines().take_while(|line| !line.is_empty());
     let commands: Vec<_> = lines.filter_map(|line| line.trim().split_once("  ")).collect();
     let commands = commands.iter().map(|(name, about)| (*name, about.trim()));
     let ours: Vec<_> = commands.filter(|(name, _)| *name != "help").collect();
-    assert_eq!(ours, commands::OF_LAB);
+    let listed = commands::of(Program::Lab).map(|command| (command.name, command.about));
+    assert_eq!(ours, listed.collect::<Vec<_>>());
     Ok(())
 }
 

@@ -16,16 +16,12 @@ fn lab(arguments: &[&str], out: &Path) -> Result<String> {
     let output =
         Command::new(env!("CARGO_BIN_EXE_lab")).args(arguments).arg("--out").arg(out).output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{arguments:?}
-{errors}"
-    );
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{errors}");
     Ok(String::from_utf8(output.stdout)?)
 }
 
-/// Whether Chromium is there. CI installs it; elsewhere a test that needs it prints that it is skipped.
+/// Whether Chromium is there. CI installs it; elsewhere a test that needs it prints that it is
+/// skipped.
 fn has_chromium() -> bool {
     let found = Command::new("chromium").arg("--version").output().is_ok();
     assert!(found || std::env::var_os("CI").is_none(), "CI must install chromium");
@@ -39,7 +35,8 @@ fn has_chromium() -> bool {
     found
 }
 
-/// Returns what `look.js` saw of a page in a frame of a width, because a window has a minimum width.
+/// Returns what `look.js` saw of a page in a frame of a width, because a window has a minimum
+/// width.
 fn look_at(page: &Path, width: u32, dark: bool) -> Result<Value> {
     let folder = tempfile::tempdir()?;
     let watched = folder.path().join("page.html");

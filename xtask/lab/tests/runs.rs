@@ -222,8 +222,8 @@ fn a_folder_of_something_else_is_not_overwritten() -> Result {
     Ok(())
 }
 
-/// Whenever it is killed, either the old run can be resumed or a new one started, and what can't says
-/// what to do instead.
+/// Whenever it is killed, either the old run can be resumed or a new one started, and what can't
+/// says what to do instead.
 #[test]
 fn a_killed_overwrite_leaves_a_run_to_resume_or_a_folder_to_start_in() -> Result {
     let folder = tempdir()?;

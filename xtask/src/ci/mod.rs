@@ -17,19 +17,13 @@ use self::{
 };
 use crate::{c_compiler, download, find_mujoco::find_mujoco, tools::succeeds};
 
-pub const TEST: commands::Command = commands::Command {
-    name: "test",
-    about: "Run all tests that need nothing but Rust and MuJoCo, and tell what that leaves out",
-    usage: "",
-    run: test,
-};
+pub const TEST: commands::Command = commands::Command { name: "test", usage: "", run: test };
 
 pub const CI: commands::Command = commands::Command {
     name: "ci",
-    about: "Run what continuous integration runs: `test`, and then what needs more",
     usage: "[--available | --install]
 
-  --available  Leave out the steps that need what is missing, and tell which
+  --available  Leave out the steps that need what is missing, and list them
   --install    Install what is missing, with apt-get and rustup",
     run: ci,
 };
@@ -86,12 +80,13 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
 
 /// Returns what is missing of all that steps need.
 fn find_missing() -> anyhow::Result<Vec<Need>> {
-    find_mujoco(c_compiler).map_err(Error::msg)?; // a wrong MUJOCO_DIR: nothing that is installed helps
+    // A wrong MUJOCO_DIR: nothing that is installed helps.
+    find_mujoco(c_compiler).map_err(Error::msg)?;
     Ok(Need::ALL.into_iter().filter(|need| !need.is_there()).collect())
 }
 
-/// Says that a command needs what is missing: the machine is not ready for it, which ends it as wrong
-/// usage does.
+/// Says that a command needs what is missing: the machine is not ready for it, which ends it as
+/// wrong usage does.
 fn refusal(command: &str, missing: &[Need]) -> lexopt::Error {
     let mut lines = vec![format!("`{command}` needs what is missing here:")];
     lines.extend(missing.iter().map(|need| format!("  {}", need.name())));
@@ -135,7 +130,8 @@ impl Placed<'_> {
         say!("== {title}: cargo {command}")?;
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
-        // With these set, tests of pictures, of pages and of two hosts fail where they skip otherwise.
+        // With these set, tests of pictures, of pages and of two hosts fail where they skip
+        // otherwise.
         if self.step.needs.is_empty() {
             cargo.env_remove("CI").env_remove("MUJOCO_GL");
         } else {

@@ -1,4 +1,5 @@
-//! What steps need beyond the README's first command: how it is known to be there, and what brings it.
+//! What steps need beyond the README's first command: how it is known to be there, and what brings
+//! it.
 
 use std::{
     path::Path,

@@ -1,7 +1,7 @@
 //! The steps of `test` and `ci`.
 //!
-//! Most name the whole workspace, so that they share what is built: the features of a crate are those
-//! that all chosen packages ask for.
+//! Most name the whole workspace, so that they share what is built: the features of a crate are
+//! those that all chosen packages ask for.
 
 use super::needs::Need::{
     self, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt, Valgrind,
@@ -24,8 +24,8 @@ const fn step(purpose: &'static str, command: &'static str, needs: &'static [Nee
 /// Steps that run on a MuJoCo.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage {
-    /// The value of `MUJOCO_DIR`, where a version stands for its folder in the cache; `None` leaves it
-    /// as it is.
+    /// The value of `MUJOCO_DIR`, where a version stands for its folder in the cache; `None` leaves
+    /// it as it is.
     pub mujoco: Option<&'static str>,
     /// What all of the steps need.
     pub needs: &'static [Need],
@@ -46,7 +46,8 @@ const ON_SYSTEM: Stage = Stage {
         step("lints", "clippy --workspace --all-targets -- -D warnings", &[Clippy]),
         step(
             "lints without MuJoCo",
-            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --all-targets -- -D warnings",
+            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
+             --all-targets -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -56,7 +57,8 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "lints with downloading alone",
-            "clippy -p fetch-sim --no-default-features --features download --all-targets -- -D warnings",
+            "clippy -p fetch-sim --no-default-features --features download --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -66,12 +68,14 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "lints without rendering",
-            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features --features mujoco --all-targets -- -D warnings",
+            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
+             --features mujoco --all-targets -- -D warnings",
             &[Clippy],
         ),
         step(
             "lints of learning without MuJoCo",
-            "clippy -p fetch-baselines --no-default-features --features learn --all-targets -- -D warnings",
+            "clippy -p fetch-baselines --no-default-features --features learn --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -102,7 +106,8 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "tests of pictures",
-            "test --workspace --test render --test render_many --test render_memory --test record_video --test callers_context",
+            "test --workspace --test render --test render_many --test render_memory \
+             --test record_video --test callers_context",
             &[OpenGl],
         ),
         step("pictures of the commands", "test --workspace --test commands pictures", &[OpenGl]),
@@ -160,7 +165,8 @@ const LEARN: Step = step(
 /// A run without a target, which ends before it has learned the task.
 const LEARN_IN_PART: Step = step(
     "learning to push, in part",
-    "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 --out target/learn/push --overwrite",
+    "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 \
+     --out target/learn/push --overwrite",
     &[],
 );
 /// The tests of what uses MuJoCo.
@@ -169,7 +175,7 @@ const TESTS_ON_MUJOCO: Step = step(
     "test --workspace --exclude goal-reward --exclude her-relabel",
     &[OpenGl, Chromium],
 );
-const LIVE: Step = step("bit for bit the reference in Python", "xtask parity --live", &[]);
+const LIVE: Step = step("bit for bit the reference in Python", "xtask parity live", &[]);
 
 const fn on(version: &'static str, steps: &'static [Step]) -> Stage {
     // Python's pip fetches it.
@@ -229,7 +235,7 @@ mod tests {
             ("projects", Rustfmt),
             ("assets", Python),
             ("reference", Python),
-            ("--live", Python),
+            ("live", Python),
         ];
         for (stage, step) in all() {
             let has = |need| stage.needs.contains(&need) || step.needs.contains(&need);

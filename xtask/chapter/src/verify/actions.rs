@@ -63,7 +63,8 @@ fn moving_gripper(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let passed =
         opened[0] > 0.03 && opened[1] > 0.03 && closed[0] < opened[0] && closed[1] < opened[1];
     let seen = format!(
-        "+1 opens the fingers to {:.4} m, -1 closes them to {:.4} m (the chapter's sign is reversed)",
+        "+1 opens the fingers to {:.4} m, -1 closes them to {:.4} m (the chapter's sign is \
+         reversed)",
         opened[0], closed[0]
     );
     Ok(Check::new("action/gripper", passed, seen, Metric::new(opened[0], "m")))

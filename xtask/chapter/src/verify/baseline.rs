@@ -1,16 +1,16 @@
 //! Section 2.9: the random baseline, compared with the real environment's.
 
-use baselines::{RandomPolicy, RandomReference, evaluate};
+use baselines::{RandomPolicy, evaluate};
 use fetch_env::{EnvId, MujocoEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use crate::{check::Check, json::Metric};
+use crate::{check::Check, json::Metric, reference::RandomReference};
 
 const EPISODES: usize = 100;
 
-/// The p-value below which a difference from the reference is a fault. With a few dozen such tests, one
-/// run in 400 fails by chance.
+/// The p-value below which a difference from the reference is a fault. With a few dozen such tests,
+/// one run in 400 fails by chance.
 const LEAST_P_VALUE: f64 = 1e-4;
 
 pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {

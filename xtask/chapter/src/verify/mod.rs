@@ -26,7 +26,6 @@ use crate::{
 
 pub(crate) const COMMAND: Command = Command {
     name: "verify",
-    about: "Verify every claim of the chapter by stepping the environments",
     usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
 
   --env-id <ID>  Check this environment only
@@ -89,8 +88,9 @@ pub fn failed(groups: &[Group]) -> usize {
     groups.iter().flat_map(|group| &group.checks).filter(|check| !check.passed).count()
 }
 
-/// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are all
-/// environments, those of what the tasks have in common. Tells of each environment on standard error.
+/// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are
+/// all environments, those of what the tasks have in common. Tells of each environment on standard
+/// error.
 ///
 /// # Errors
 /// An environment cannot be made or stepped.

@@ -95,7 +95,8 @@ fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     }
     let relabeled = batch.relabeled().filter(|relabeled| *relabeled).count();
     let seen = format!(
-        "{relabeled} of {BATCH} transitions relabeled with later goals, {mismatches} rewards differ in any bit"
+        "{relabeled} of {BATCH} transitions relabeled with later goals, {mismatches} rewards \
+         differ in any bit"
     );
     Ok(Check::none_of("relabel/hindsight", mismatches, seen))
 }

@@ -5,7 +5,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use baselines::page::extent;
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::shared::json::Metric;
@@ -82,7 +81,8 @@ struct Speeds {
     cpu: Vec<f64>,
 }
 
-/// Lets the contenders take turns for a time and at least three rounds, after a round of warming up.
+/// Lets the contenders take turns for a time and at least three rounds, after a round of warming
+/// up.
 pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result<Rounds> {
     const LEAST_ROUNDS: usize = 3;
     let mut speeds = Vec::new();
@@ -119,14 +119,15 @@ impl Rounds {
     /// Returns the slowest and the fastest round of each contender in wall time.
     pub fn ranges(&self) -> impl Iterator<Item = (String, Metric)> + '_ {
         self.0.iter().flat_map(|Speeds { name, unit, wall, .. }| {
-            let (least, most) = extent(wall.iter().copied());
-            [("slowest", least), ("fastest", most)]
+            let slowest = wall.iter().copied().fold(f64::INFINITY, f64::min);
+            let fastest = wall.iter().copied().fold(0.0, f64::max);
+            [("slowest", slowest), ("fastest", fastest)]
                 .map(|(end, rate)| (format!("{name}/{end}"), Metric::new(rate, unit)))
         })
     }
 
-    /// Returns the median, over the rounds, of the ratio of two speeds, under a name; `None` if one of
-    /// the two did not take part.
+    /// Returns the median, over the rounds, of the ratio of two speeds, under a name; `None` if one
+    /// of the two did not take part.
     pub fn ratio(&self, name: &str, clock: Clock, of: &str, to: &str) -> Option<(String, Metric)> {
         let speeds = |wanted: &str| {
             let speeds = self.0.iter().find(|speeds| speeds.name == wanted)?;

@@ -1,5 +1,5 @@
-//! `bench`: measures speed and memory. Contenders take turns within one run, so that ratios hold on a
-//! busy machine; absolute figures need a quiet one.
+//! `bench`: measures speed and memory. Contenders take turns within one run, so that ratios hold on
+//! a busy machine; absolute figures need a quiet one.
 
 mod env;
 mod her;

@@ -1,4 +1,5 @@
-//! `bench render`: measures pictures per second, in wall time because software OpenGL uses all cores.
+//! `bench render`: measures pictures per second, in wall time because software OpenGL uses all
+//! cores.
 
 use std::{fmt, sync::Arc, time::Duration};
 
@@ -124,8 +125,8 @@ fn opengl() -> anyhow::Result<&'static str> {
     Renderer::backend().context("a renderer was made")
 }
 
-/// A view straight up from above the robot, of nothing but the sky: the least that OpenGL needs for a
-/// picture. It still transforms the scene.
+/// A view straight up from above the robot, of nothing but the sky: the least that OpenGL needs for
+/// a picture. It still transforms the scene.
 const UP: FreeCamera = FreeCamera::REFERENCE
     .with_lookat(Vector3::new(1.3, 0.75, 20.0))
     .with_distance(10.0)

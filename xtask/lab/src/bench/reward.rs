@@ -1,5 +1,5 @@
-//! `bench reward`: measures rewards of a million pairs of three-dimensional goals, which read 48 MB and
-//! write 8 MB, against a copy that moves as many bytes: 28 MB read and 28 MB written.
+//! `bench reward`: measures rewards of a million pairs of three-dimensional goals, which read 48 MB
+//! and write 8 MB, against a copy that moves as many bytes: 28 MB read and 28 MB written.
 
 use std::{hint::black_box, sync::Arc, time::Duration};
 

@@ -2,21 +2,18 @@
 
 use std::path::Path;
 
-use baselines::page::{Drawing, FONT, Picture};
 use plotters::{
     prelude::*,
     style::text_anchor::{HPos, Pos, VPos},
 };
 
+use super::picture::{Drawing, FONT, Picture};
 use crate::shared::json::write_file;
 
 pub const INK: RGBColor = RGBColor(33, 37, 41);
 pub const FAINT: RGBColor = RGBColor(108, 117, 125);
 pub const BLUE: RGBColor = RGBColor(22, 129, 196);
 pub const RED: RGBColor = RGBColor(196, 30, 30);
-
-/// Why a drawing failed.
-pub type DrawError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Returns the style of a text that is anchored in the middle of its left edge.
 pub fn text(size: u32, color: RGBColor) -> TextStyle<'static> {

@@ -2,6 +2,7 @@
 
 pub mod canvas;
 mod observation;
+pub mod picture;
 mod rewards;
 mod scene;
 

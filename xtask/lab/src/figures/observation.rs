@@ -1,11 +1,13 @@
 //! The parts of an observation, and a policy's network that takes them.
 
-use baselines::page::{Area, Backend, Drawing};
 use fetch_env::{FetchObservation, ObservationField, observation_fields};
 use fetch_sim::Task;
 use plotters::prelude::*;
 
-use super::canvas::{BLUE, DrawError, FAINT, INK, RED, bold, centered, text};
+use super::{
+    canvas::{BLUE, FAINT, INK, RED, bold, centered, text},
+    picture::{Area, Backend, DrawError, Drawing},
+};
 
 pub struct ObservationLayout;
 

@@ -1,12 +1,14 @@
 //! The environments' dense and sparse rewards over the distance.
 
-use baselines::page::{Area, Backend, Drawing, FONT};
 use std::ops::Range;
 
 use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 use plotters::prelude::*;
 
-use super::canvas::{BLUE, DrawError, FAINT, INK, RED, bold, text};
+use super::{
+    canvas::{BLUE, FAINT, INK, RED, bold, text},
+    picture::{Area, Backend, DrawError, Drawing, FONT},
+};
 
 pub struct RewardCurves;
 

@@ -1,6 +1,5 @@
 //! The scene of a task after a reset.
 
-use baselines::page::{Area, Backend, Drawing, Frame};
 use fetch_env::clip::write_png;
 use fetch_env::{
     Env, EnvId, FetchObservation, GoalObservation, RenderEnv, RenderError, RenderOptions, make,
@@ -9,7 +8,10 @@ use fetch_sim::Task;
 use goal_reward::{RewardKind, goal_distance};
 use plotters::prelude::*;
 
-use super::canvas::{DrawError, FAINT, INK, bold, centered, text};
+use super::{
+    canvas::{FAINT, INK, bold, centered, text},
+    picture::{Area, Backend, DrawError, Drawing, Frame},
+};
 
 pub struct Scene {
     id: EnvId,

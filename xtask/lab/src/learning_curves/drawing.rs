@@ -1,10 +1,12 @@
 //! The picture of a group's curves: the success rate over steps and over seconds.
 
-use baselines::page::{Area, Backend, Drawing, FONT};
 use plotters::prelude::*;
 
 use super::group::{Band, Group};
-use crate::figures::canvas::{BLUE, DrawError, FAINT, INK, RED, bold, text};
+use crate::figures::{
+    canvas::{BLUE, FAINT, INK, RED, bold, text},
+    picture::{Area, Backend, DrawError, Drawing, FONT},
+};
 
 pub struct Curves {
     title: String,

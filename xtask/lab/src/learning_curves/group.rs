@@ -107,8 +107,8 @@ impl Group {
         Ok(text)
     }
 
-    /// Returns the interquartile mean of the runs at all places where one of them was evaluated. The
-    /// rate of a run that has ended stays at its last value.
+    /// Returns the interquartile mean of the runs at all places where one of them was evaluated.
+    /// The rate of a run that has ended stays at its last value.
     pub fn bands(&self, place: fn(&Point) -> f64) -> anyhow::Result<Vec<Band>> {
         let mut places: Vec<f64> = self.runs.values().flatten().map(place).collect();
         places.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! `learning-curves`: gathers runs, tells when each reached its target, and draws their curves.
+//! `learning-curves`: gathers runs, says when each reached its target, and draws their curves.
 
 mod drawing;
 mod group;

@@ -49,7 +49,8 @@ impl Standard {
 }
 
 impl FileParity {
-    pub const HEADING: &str = "file                     bit-equal  self-contact  contacts  free motion   median  overall    reset    worst at";
+    pub const HEADING: &str = "file                     bit-equal  self-contact  contacts  \
+                               free motion   median  overall    reset    worst at";
 
     pub fn measure(recording: &Recording, simulator: MujocoSimulator) -> anyhow::Result<Self> {
         let settled = simulator.settled();

@@ -6,8 +6,9 @@ use anyhow::{Context, ensure};
 use fetch_env::{Env, EnvId, FetchConfig, FetchEnv, RenderEnv, RenderOptions, Renderer};
 use fetch_sim::{ModelSource, MujocoSimulator, MujocoVersion, Task};
 use goal_reward::RewardKind;
+use serde::Serialize;
 
-use super::{Models, npz::Npz, tell_workaround};
+use super::{Found, Models, npz::Npz, tell_workaround};
 use crate::shared::{
     check::{self, Check},
     choice::task_name,
@@ -19,8 +20,17 @@ const SCRIPT: &str = include_str!("../../scripts/frames.py");
 /// The largest accepted mean difference of a picture, of 255.
 const TOLERANCE: f64 = 1.0;
 
+#[derive(clap::Args, Serialize)]
+pub struct Args {
+    /// Seed of the episodes
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
 /// Renders an episode of every task in Python and here, and compares each picture.
-pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<Vec<Check>> {
+pub fn compare(&Args { seed }: &Args) -> anyhow::Result<Found> {
+    let (folder, mut models) = (tempfile::tempdir()?, Models::new(ModelSource::Reference));
+    let folder = folder.path();
     let config =
         |task| FetchConfig::new(task, RewardKind::Sparse).with_model(ModelSource::Reference);
     // Fails early if there is no OpenGL here.
@@ -53,7 +63,7 @@ pub fn compare(folder: &Path, models: &mut Models, seed: u64) -> anyhow::Result<
         checks.push(judge(&name, &differences));
     }
     check::print("pictures, 480 x 480, the difference of colors of 255", &checks)?;
-    Ok(checks)
+    Ok(Found::of_checks("", checks))
 }
 
 fn judge(name: &str, differences: &[f64]) -> Check {

@@ -1,16 +1,18 @@
-//! Compares the samples of our replay buffer with those of Stable-Baselines3's, from the same episodes.
+//! Compares the samples of our replay buffer with those of Stable-Baselines3's, from the same
+//! episodes.
 
 use std::{collections::HashMap, path::Path, process::Command};
 
 use anyhow::ensure;
-use baselines::chi_square;
 use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, UnitInterval,
 };
+use serde::Serialize;
+use statistics::chi_square;
 
-use super::npz::Npz;
+use super::{Found, npz::Npz};
 use crate::shared::{
     check::{self, Check},
     python,
@@ -22,8 +24,16 @@ const DIMS: Dims = Dims { observation: 2, goal: 2, action: 1 };
 /// The p-value below which two distributions count as different.
 const LEAST_P_VALUE: f64 = 0.001;
 
-/// Samples `rows` rows by each strategy from both buffers and compares them.
-pub fn compare(rows: usize) -> anyhow::Result<Vec<Check>> {
+#[derive(clap::Args, Serialize)]
+pub struct Args {
+    /// Rows to sample from each buffer by each strategy
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1000..))]
+    rows: u32,
+}
+
+/// Samples rows by each strategy from both buffers and compares them.
+pub fn compare(args: &Args) -> anyhow::Result<Found> {
+    let rows = args.rows as usize;
     let folder = tempfile::tempdir()?;
     let (episodes, sampled) = (folder.path().join("episodes.npz"), folder.path().join("rows.npz"));
     let buffer = numbered_episodes()?;
@@ -42,7 +52,7 @@ pub fn compare(rows: usize) -> anyhow::Result<Vec<Check>> {
         check::print(&format!("{name} goals, {rows} rows of each buffer"), &of_strategy)?;
         checks.extend(of_strategy);
     }
-    Ok(checks)
+    Ok(Found::of_checks("hindsight/", checks))
 }
 
 /// Returns the length of every episode, from 1 to [`LONGEST`].
@@ -51,8 +61,8 @@ fn lengths() -> Vec<usize> {
     (0..EPISODES).map(|_| random.uniform(1.0, LONGEST as f64 + 1.0) as usize).collect()
 }
 
-/// Returns a full buffer whose observations and achieved goals are the numbers of episode and state,
-/// so that each sampled row shows the whole draw. The desired goals are negative.
+/// Returns a full buffer whose observations and achieved goals are the numbers of episode and
+/// state, so that each sampled row shows the whole draw. The desired goals are negative.
 fn numbered_episodes() -> anyhow::Result<HerBuffer<f64>> {
     let lengths = lengths();
     let mut buffer = HerBuffer::new(BufferConfig::new(lengths.iter().sum(), DIMS))?;
@@ -188,8 +198,8 @@ impl Rows {
         Ok(Check::of_test(format!("{strategy}/{name}"), p, LEAST_P_VALUE, seen))
     }
 
-    /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's, or
-    /// that are terminated.
+    /// Returns the number of rows whose goal is another episode's, whose reward is not the goal's,
+    /// or that are terminated.
     fn faults(&self) -> usize {
         let reward = DistanceReward::sparse();
         let goals = self.desired_goal.chunks_exact(DIMS.goal);
@@ -204,7 +214,8 @@ impl Rows {
     }
 }
 
-/// The draw of a row: its episode and step and, if it is relabeled, the episode and state of its goal.
+/// The draw of a row: its episode and step and, if it is relabeled, the episode and state of its
+/// goal.
 #[derive(Clone, Copy)]
 struct Draw {
     episode: usize,

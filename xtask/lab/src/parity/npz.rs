@@ -112,8 +112,8 @@ impl Npz {
     }
 }
 
-/// Checks that an array has a plain header. Parsing any other could overflow, or take unbounded memory
-/// and stack.
+/// Checks that an array has a plain header. Parsing any other could overflow, or take unbounded
+/// memory and stack.
 fn check_header(bytes: &[u8]) -> anyhow::Result<()> {
     // From version 2 on, the length has four bytes instead of two.
     let (len, rest) = match bytes {

@@ -9,8 +9,9 @@ use anyhow::Context;
 use baselines::{Episode, Policy, TrainedPolicy, evaluate, evaluate_vec};
 use fetch_env::{EnvId, FetchObservation, Task, make, make_vec, vec_env::VecConfig};
 use fetch_sim::ModelSource;
+use serde::Serialize;
 
-use super::npz::Npz;
+use super::{Found, npz::Npz};
 use crate::shared::{
     check::{self, Check},
     choice::task_name,
@@ -24,15 +25,25 @@ const MODEL_EPISODES: usize = 300;
 /// The most by which their success rates may differ.
 const MODEL_TOLERANCE: f64 = 0.01;
 
-/// Compares policies, or those of `baselines` if there are none, over episodes from a seed on, and
-/// leaves its files in a folder.
-pub fn compare(
-    folder: &Path,
-    files: &[PathBuf],
-    episodes: usize,
-    first_seed: u64,
-) -> anyhow::Result<Vec<Check>> {
-    let files = if files.is_empty() { shipped(folder)? } else { files.to_vec() };
+#[derive(clap::Args, Serialize)]
+pub struct Args {
+    /// Files of policies; by default those that come with baselines
+    #[arg(value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// First seed of the episodes
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Episodes of each policy
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..))]
+    episodes: u16,
+}
+
+/// Compares policies over episodes.
+pub fn compare(args: &Args) -> anyhow::Result<Found> {
+    let folder = tempfile::tempdir()?;
+    let folder = folder.path();
+    let files = if args.files.is_empty() { shipped(folder)? } else { args.files.clone() };
+    let (episodes, first_seed) = (args.episodes, args.seed);
     say!("running {} policies in Python, {episodes} episodes each", files.len())?;
     let (episodes_text, seed_text) = (episodes.to_string(), first_seed.to_string());
     let absolute = |file: &PathBuf| {
@@ -55,7 +66,7 @@ pub fn compare(
         check::print(&file.display().to_string(), &own)?;
         checks.extend(own);
     }
-    Ok(checks)
+    Ok(Found::of_checks("policies/", checks))
 }
 
 /// Writes the policies of `baselines` to a folder.

@@ -9,8 +9,8 @@ use serde::Deserialize;
 
 use super::npz::{Array, Npz};
 
-/// The arrays of a file, whose shapes agree: `E` episodes of `T` steps. Index 0 along `T + 1` is the
-/// state after the reset.
+/// The arrays of a file, whose shapes agree: `E` episodes of `T` steps. Index 0 along `T + 1` is
+/// the state after the reset.
 pub struct Recording {
     pub path: PathBuf,
     pub meta: Meta,

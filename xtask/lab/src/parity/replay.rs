@@ -11,9 +11,9 @@ use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
 use super::{counting::Counting, npz::Array, recording::Recording};
 
-/// Accepted deviation of two values that Python rounds differently by processor and numpy: velocities
-/// of sites, because its BLAS has its own order of summing J times qvel, and the object's Euler angles
-/// if numpy has its own arctan2. Neither feeds back into the simulation.
+/// Accepted deviation of two values that Python rounds differently by processor and numpy:
+/// velocities of sites, because its BLAS has its own order of summing J times qvel, and the
+/// object's Euler angles if numpy has its own arctan2. Neither feeds back into the simulation.
 const ROUNDING_TOLERANCE: f64 = 1e-15;
 
 #[derive(Clone, Debug, Default)]
@@ -132,8 +132,8 @@ impl EpisodeParity {
     }
 }
 
-/// Returns the indices of the observation's rounded elements: site velocities and, unless arctan2 is
-/// the C library's, the object's Euler angles.
+/// Returns the indices of the observation's rounded elements: site velocities and, unless arctan2
+/// is the C library's, the object's Euler angles.
 fn rounded_elements(recording: &Recording) -> Vec<usize> {
     let is_rounded = |field: &&ObservationField| match field.name {
         "grip_velp" | "object_velp" | "object_velr" => true,

@@ -1,9 +1,10 @@
 //! The baselines: evaluated, compared with the reference, and the distributions of their episodes.
 
 use baselines::{
-    Episode, Estimate, Evaluation, Policy, RandomReference, evaluate,
-    page::{Axis, Column, Ink, Plot, extent, number, table},
+    Episode, Estimate, Evaluation, Policy, evaluate,
+    page::{Axis, Column, Ink, Plot, table},
 };
+use chapter::reference::RandomReference;
 use fetch_env::{EnvId, FetchObservation, GoalObservation, Task, make};
 use goal_reward::RewardKind;
 use rayon::prelude::*;
@@ -37,8 +38,8 @@ impl Outcome {
     }
 }
 
-/// Evaluates the random policy in all eight environments, the scripted and the trained ones in those
-/// with dense reward.
+/// Evaluates the random policy in all eight environments, the scripted and the trained ones in
+/// those with dense reward.
 pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> {
     let random = EnvId::ALL.map(|id| (id, PolicyChoice::Random));
     let others = Task::ALL.into_iter().flat_map(|task| {
@@ -63,9 +64,12 @@ pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> 
 /// The least and the greatest value of each element: observation, achieved goal, desired goal.
 pub type Ranges = Vec<(f64, f64)>;
 
+/// The range of no values.
+const NONE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
 /// Widens ranges to hold others.
 pub fn include(ranges: &mut Ranges, others: &Ranges) {
-    ranges.resize(others.len(), (f64::INFINITY, f64::NEG_INFINITY));
+    ranges.resize(others.len(), NONE);
     for (range, other) in ranges.iter_mut().zip(others) {
         *range = (range.0.min(other.0), range.1.max(other.1));
     }
@@ -105,9 +109,9 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
             rows.push([
                 outcome.id.to_string(),
                 name.into(),
-                number(comparison.measured, 3),
-                format!("{} to {}", number(low, 3), number(high, 3)),
-                number(comparison.reference, 3),
+                format!("{:.3}", comparison.measured),
+                format!("{low:.3} to {high:.3}"),
+                format!("{:.3}", comparison.reference),
                 format!("{:.2}", comparison.p_value),
             ]);
         }
@@ -132,9 +136,9 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
 /// Histograms of return and final distance, and success against the threshold.
 pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
     let mut html = String::from(
-        "<p>The random, the scripted and the trained policy with the dense reward. The dashed line is the \
-         random policy's mean in gymnasium-robotics 1.4.2, or the benchmark's threshold of 0.05 m. \
-         Success is counted at the last step; the pale areas are 95 % intervals.</p>\n\
+        "<p>The random, the scripted and the trained policy with the dense reward. The dashed line \
+         is the random policy's mean in gymnasium-robotics 1.4.2, or the benchmark's threshold of \
+         0.05 m. Success is counted at the last step; the pale areas are 95 % intervals.</p>\n\
          <div class=\"grid\">\n",
     );
     for task in Task::ALL {
@@ -172,7 +176,7 @@ fn histogram(
     let values =
         |outcome: &Outcome| outcome.evaluation.episodes.iter().map(value).collect::<Vec<_>>();
     let all = policies.iter().flat_map(|outcome| values(outcome)).chain([reference]);
-    let (low, high) = extent(all);
+    let (low, high) = all.fold(NONE, |(low, high), value| (low.min(value), high.max(value)));
     let width = ((high - low) / BINS as f64).max(f64::MIN_POSITIVE);
     let counts: Vec<_> = policies
         .iter()
@@ -185,7 +189,7 @@ fn histogram(
             (outcome, counts.map(|count| share * count as f64))
         })
         .collect();
-    let highest = extent(counts.iter().flat_map(|(_, shares)| *shares)).1;
+    let highest = counts.iter().flat_map(|(_, shares)| *shares).fold(0.0, f64::max);
     let x = Axis::new(label, low, low + BINS as f64 * width);
     let mut plot = Plot::new(title, x, Axis::new("episodes (%)", 0.0, 1.1 * highest));
     for (outcome, shares) in counts {

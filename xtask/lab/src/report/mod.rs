@@ -85,9 +85,9 @@ fn introduction(args: &Args) -> String {
     let links: String =
         SECTIONS.iter().map(|(id, heading)| format!("<a href=\"#{id}\">{heading}</a>\n")).collect();
     format!(
-        "<p>The Fetch benchmark of goal-conditioned reinforcement learning, simulated by version {} \
-         on MuJoCo {}. This page was made by <code>cargo xtask report</code> with seed {} and {} \
-         episodes of each policy.</p>\n<nav>{links}</nav>\n",
+        "<p>The Fetch benchmark of goal-conditioned reinforcement learning, simulated by version \
+         {} on MuJoCo {}. This page was made by <code>cargo xtask report</code> with seed {} and \
+         {} episodes of each policy.</p>\n<nav>{links}</nav>\n",
         Versions::current().project,
         Versions::current().mujoco,
         args.seed,
@@ -100,7 +100,8 @@ fn scenes(seed: u64) -> anyhow::Result<String> {
     for task in Task::ALL {
         let picture = match Scene::after_reset(task, seed)?.png() {
             Ok(png) => format!(
-                "<img alt=\"The scene of Fetch{task} after reset\" src=\"data:image/png;base64,{}\">",
+                "<img alt=\"The scene of Fetch{task} after reset\" \
+                 src=\"data:image/png;base64,{}\">",
                 BASE64_STANDARD.encode(png)
             ),
             Err(reason) => format!("<div class=\"missing\">{}</div>", escape(&reason)),
@@ -130,7 +131,8 @@ fn checks(groups: &[Group]) -> String {
     let all = || groups.iter().flat_map(|group| &group.checks);
     let failed = all().filter(|check| !check.passed).count();
     let mut html = format!(
-        "<p>{} checks, each made by stepping the environments (<code>cargo xtask verify</code>): {}.</p>\n",
+        "<p>{} checks, each made by stepping the environments (<code>cargo xtask verify</code>): \
+         {}.</p>\n",
         all().count(),
         verdict(failed),
     );

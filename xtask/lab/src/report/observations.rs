@@ -1,6 +1,6 @@
 //! The observation of each task, element by element, with its range in the evaluated episodes.
 
-use baselines::page::{Column, escape, number, table};
+use baselines::page::{Column, escape, table};
 use fetch_env::{EnvId, Task, observation_fields};
 use goal_reward::RewardKind;
 
@@ -46,8 +46,10 @@ fn task_table(task: Task, ranges: &Ranges) -> String {
 }
 
 fn row(indices: &str, name: &str, meaning: &str, unit: &str, seen: &[(f64, f64)]) -> [String; 5] {
+    let rounded = |value: f64| (1e4 * value).round() / 1e4 + 0.0; // not -0
     let lines = |end: fn(&(f64, f64)) -> f64| {
-        let numbers: Vec<_> = seen.iter().map(|range| number(end(range), 4)).collect();
+        let numbers: Vec<_> =
+            seen.iter().map(|range| format!("{:.4}", rounded(end(range)))).collect();
         numbers.join("<br>")
     };
     let name = format!("<code>{}</code><br><small>{}</small>", escape(name), escape(meaning));

@@ -10,8 +10,8 @@ const RESETS: usize = 400;
 /// Two plots for each task: from above, and from the robot's right.
 pub fn section(seed: u64) -> anyhow::Result<String> {
     let mut html = format!(
-        "<p>{RESETS} resets of each task, seeds from {seed} on: the goals, and where the object and \
-         the gripper start. The gray area is the table. x points away from the robot, y to its \
+        "<p>{RESETS} resets of each task, seeds from {seed} on: the goals, and where the object \
+         and the gripper start. The gray area is the table. x points away from the robot, y to its \
          left, z up.</p>\n<div class=\"grid\">\n"
     );
     for task in Task::ALL {

@@ -71,7 +71,8 @@ pub fn policy_of(
     }
     ensure!(
         text.contains(['.', '/']),
-        "there is no policy {text}: choose random, scripted, trained, zero or the file of a trained one"
+        "there is no policy {text}: choose random, scripted, trained, zero or the file of a \
+         trained one"
     );
     let policy = TrainedPolicy::load(text)?;
     let Dims { observation, goal, action } = buffer_config(1, env)?.dims();

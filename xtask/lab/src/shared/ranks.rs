@@ -20,10 +20,12 @@ pub struct RankArgs {
 /// Makes the processes that share a run; every time the same ones.
 pub type MakeWorkers<'a> = &'a dyn Fn() -> Box<dyn Workers>;
 
-/// Runs a command, shared by all ranks if the flags say so. `facts` must be the same in all of them.
+/// Runs a command, shared by all ranks if the flags say so. `facts` must be the same in all of
+/// them.
 ///
-/// A rank that fails says so and ends all: the first rank at once, the others a second later, so that
-/// an error that all have is told once. All ranks end together where a signal has stopped them, which is no failure.
+/// A rank that fails says so and ends all: the first rank at once, the others a second later, so
+/// that an error that all have is reported once. All ranks end together where a signal has stopped
+/// them, which is no failure.
 pub fn share_run(
     args: &RankArgs,
     facts: &[(&str, String)],

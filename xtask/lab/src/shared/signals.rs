@@ -1,4 +1,5 @@
-//! Signals: Ctrl-C in a terminal (SIGINT) and SIGTERM, which end a command at once or after a last step.
+//! Signals: Ctrl-C in a terminal (SIGINT) and SIGTERM, which end a command at once or after a last
+//! step.
 
 use std::{
     fmt, io,

@@ -77,10 +77,11 @@ impl Run {
         Ok(self.env_id.parse()?)
     }
 
-    /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`: the beginning of
-    /// the names of files.
+    /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`: the beginning
+    /// of the names of files.
     pub fn group(&self) -> String {
-        // A number of episodes, or the name of their file, in which the parts' own dash means nothing.
+        // A number of episodes, or the name of their file, in which the parts' own dash means
+        // nothing.
         let demos = self.demos.as_ref().map(|demos| {
             let stem = Path::new(demos).file_stem().unwrap_or(demos.as_ref());
             format!("demos={}", file_name(&stem.to_string_lossy()).replace('-', "%2D"))
@@ -97,8 +98,8 @@ impl Run {
     }
 }
 
-/// Returns a text as a part of a name of a file: what may mean something there is `%` and its code, as
-/// in addresses.
+/// Returns a text as a part of a name of a file: what may mean something there is `%` and its code,
+/// as in addresses.
 fn file_name(text: &str) -> String {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"=.,_-[]".contains(&byte);
     let escaped = |byte: u8| match is_plain(byte) {
@@ -172,9 +173,9 @@ impl RunFiles {
         Ok(())
     }
 
-    /// Begins a run in a folder, which it makes if there is none, and removes what the run before it
-    /// has written. Until the last checkpoint is removed, that one can be resumed; then a new run can
-    /// be started, whenever this process is killed.
+    /// Begins a run in a folder, which it makes if there is none, and removes what the run before
+    /// it has written. Until the last checkpoint is removed, that one can be resumed; then a new
+    /// run can be started, whenever this process is killed.
     pub fn create(folder: &Path, args: &Args, seed: u64) -> anyhow::Result<Self> {
         let lock = RunLock::take(folder)?;
         Self::check_free(folder, args.overwrite)?;

@@ -1,5 +1,5 @@
-//! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does not
-//! reach the target. Ctrl-C and SIGTERM end it with a last checkpoint, a second signal at once.
+//! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does
+//! not reach the target. Ctrl-C and SIGTERM end it with a last checkpoint, a second signal at once.
 
 pub mod curve_line;
 mod cycles;
@@ -54,7 +54,8 @@ pub struct Args {
     #[arg(long)]
     envs: Option<NonZeroUsize>,
     /// Number of threads; results do not depend on it
-    #[arg(long, default_value_t = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
+    #[arg(long)]
+    #[arg(default_value_t = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
     threads: NonZeroUsize,
     /// Environment steps after which the run ends, if it has not reached the target
     #[arg(long)]
@@ -62,8 +63,8 @@ pub struct Args {
     /// Success rate at which the run ends, if two evaluations in a row reach it; 2 for never
     #[arg(long)]
     target: Option<f64>,
-    /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of episodes:
-    /// an archive of numpy arrays (.npz), or a saved buffer
+    /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of
+    /// episodes: an archive of numpy arrays (.npz), or a saved buffer
     #[arg(long, value_parser = options::demos)]
     demos: Option<String>,
     /// Change a setting, such as gamma=0.98; can be given several times
@@ -79,7 +80,8 @@ pub struct Args {
     #[arg(long)]
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
-    #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs", "demos", "set", "model", "out", "overwrite"])]
+    #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
+    #[arg(conflicts_with_all = ["demos", "set", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
     /// Least number of seconds between two checkpoints
     #[arg(long, default_value_t = 30.0)]
@@ -96,7 +98,7 @@ const FINAL_SEED: u64 = 1 << 50;
 const FINAL_EPISODES: usize = 100;
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    // Wrong usage is told before ranks meet.
+    // Reports wrong usage before the ranks meet.
     let settings = options::settings(args)?;
     let signals = Signals::listen()?;
     share_run(&args.ranks, &options::facts(args), |workers| {

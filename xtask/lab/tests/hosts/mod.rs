@@ -1,4 +1,5 @@
-//! Ranks on two hosts, and the network between them: the bits of one host, and clear ends when it fails.
+//! Ranks on two hosts, and the network between them: the bits of one host, and clear ends when it
+//! fails.
 //!
 //! The hosts are namespaces of this machine, which need Linux, root, iproute2 and OpenSSH.
 
@@ -165,8 +166,8 @@ fn a_cut_between_ranks_that_update_is_named() -> Result {
     a_cut_between_ranks_is_named(UPDATING)
 }
 
-/// The launcher, which waits longer than the ranks, then has no way to the other host: it ends when the
-/// network is back.
+/// The launcher, which waits longer than the ranks, then has no way to the other host: it ends when
+/// the network is back.
 #[test]
 fn a_cut_between_ranks_and_launcher_is_named_by_the_ranks() -> Result {
     let Some(hosts) = TwoHosts::make()? else { return Ok(()) };

@@ -1,8 +1,9 @@
 //! Two hosts on one machine: namespaces of their own, joined by two networks.
 //!
-//! A host has its own name, network, processes, shared memory and SSH server. The first network carries
-//! SSH and what the launcher says, the second one is free for what ranks say. Nothing of the machine's
-//! is changed, and no namespace has a name: the kernel removes them with their last process.
+//! A host has its own name, network, processes, shared memory and SSH server. The first network
+//! carries SSH and what the launcher says, the second one is free for what ranks say. Nothing of
+//! the machine's is changed, and no namespace has a name: the kernel removes them with their last
+//! process.
 
 use std::{
     env,
@@ -178,8 +179,8 @@ impl TwoHosts {
         self.hosts[1].ip(&format!("link set {network} {state}"))
     }
 
-    /// Loses everything that the second host sends to the first one in the network of the ranks, as a
-    /// firewall would.
+    /// Loses everything that the second host sends to the first one in the network of the ranks, as
+    /// a firewall would.
     pub(super) fn block_ranks(&self) -> Result {
         let nobody = "198.51.100.1 lladdr 02:00:00:00:00:01";
         self.hosts[1].ip(&format!("neighbour replace {nobody} nud permanent dev {RANKS}"))
@@ -225,8 +226,8 @@ impl TwoHosts {
     }
 }
 
-/// Whether two hosts can be made here. Where namespaces can, CI must have the programs; elsewhere a test
-/// that needs them prints that it is skipped.
+/// Whether two hosts can be made here. Where namespaces can, CI must have the programs; elsewhere a
+/// test that needs them prints that it is skipped.
 fn can_be_made() -> bool {
     const PACKAGES: &str = "apt-get install iproute2 openssh-server openssh-client";
     let skipped = |why: &str| {

@@ -5,7 +5,8 @@
     next();
   });
   const use = async (figure) => {
-    const [canvas, slider, button] = ["canvas", "input", "button"].map((s) => figure.querySelector(s));
+    const parts = ["canvas", "input", "button"];
+  const [canvas, slider, button] = parts.map((part) => figure.querySelector(part));
     const gl = canvas.getContext("webgl2");
     // Must be called in the same task as a draw: afterwards the browser discards the picture.
     const pixels = () => {
@@ -53,7 +54,9 @@
     return result;
   };
   const playbacks = [];
-  for (const figure of document.querySelectorAll("figure.playback")) playbacks.push(await use(figure));
+  for (const figure of document.querySelectorAll("figure.playback")) {
+    playbacks.push(await use(figure));
+  }
   const seen = {
     faults: window.faults,
     playbacks,

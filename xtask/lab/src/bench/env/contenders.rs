@@ -71,8 +71,8 @@ impl BareLoop {
         })
     }
 
-    /// Returns the whole physics of an environment's step: with the contact filter and, if the fingers
-    /// are held closed, the `mj_forward` that the reference computes afterwards.
+    /// Returns the whole physics of an environment's step: with the contact filter and, if the
+    /// fingers are held closed, the `mj_forward` that the reference computes afterwards.
     pub fn with_forward(episodes: &Arc<Episodes>) -> anyhow::Result<Self> {
         let forward = episodes.config.task().block_gripper();
         let mut physics = Self { forward, ..Self::new(episodes)? };
@@ -147,8 +147,8 @@ pub fn together(
     })
 }
 
-/// Returns as many environments, each for one episode, on threads that share nothing: the upper bound
-/// of what the machine's cores can do.
+/// Returns as many environments, each for one episode, on threads that share nothing: the upper
+/// bound of what the machine's cores can do.
 pub fn apart(
     episodes: &Arc<Episodes>,
     num_envs: usize,

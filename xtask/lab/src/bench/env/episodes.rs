@@ -41,7 +41,8 @@ impl Episodes {
         Ok(FetchEnv::new(self.config.clone(), simulator)?.time_limited())
     }
 
-    /// Returns the seed of an episode's reset: only the first has one, the others continue its stream.
+    /// Returns the seed of an episode's reset: only the first has one, the others continue its
+    /// stream.
     pub fn seed(&self, episode: usize) -> Option<u64> {
         episode.is_multiple_of(EPISODES).then_some(SEED)
     }

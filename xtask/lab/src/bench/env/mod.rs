@@ -59,7 +59,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// Makes the Python environment of the peers, if they are to be measured, and prints what they are.
+    /// Makes the Python environment of the peers, if they are to be measured, and prints what they
+    /// are.
     pub fn start_peers(&self) -> anyhow::Result<Option<Peers>> {
         if !self.peers {
             return Ok(None);
@@ -131,8 +132,8 @@ fn measure(
     Ok(figures)
 }
 
-/// Returns the seconds until many environments are made and reset, including the model's compilation,
-/// and the resident bytes of each environment beyond the first.
+/// Returns the seconds until many environments are made and reset, including the model's
+/// compilation, and the resident bytes of each environment beyond the first.
 fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     // So many steps that every environment has touched all of its memory.
     const STEPS: usize = 10;

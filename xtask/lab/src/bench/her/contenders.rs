@@ -10,8 +10,8 @@ use her_relabel::{
 use super::episodes::{DIMS, Episode, RecordedRows, STEPS, Stepper, full_buffer};
 use crate::bench::interleaved::Contender;
 
-/// About the number of rows drawn in a turn. The turn is as long as Stable-Baselines3's, and several
-/// times longer than it takes to fill the caches with its own memory.
+/// About the number of rows drawn in a turn. The turn is as long as Stable-Baselines3's, and
+/// several times longer than it takes to fill the caches with its own memory.
 const ROWS: usize = 1 << 19;
 const ADDED: usize = 1000 * STEPS;
 
@@ -44,8 +44,8 @@ fn sampler(size: usize) -> Sampler {
     Sampler::new(size, GoalStrategy::Future, UnitInterval::from_k(4))
 }
 
-/// Draws batches of each size with k = 4, future goals and the sparse reward, all from one table, and
-/// adds a step after each.
+/// Draws batches of each size with k = 4, future goals and the sparse reward, all from one table,
+/// and adds a step after each.
 pub fn sampling<T: Scalar>(
     table: &Rc<RefCell<Table<T>>>,
     sizes: &[usize],
@@ -190,8 +190,8 @@ pub fn add_steps<T: Scalar>(
     }
 }
 
-/// Records the rows of several environments at once, whose episodes follow each other within the same
-/// step.
+/// Records the rows of several environments at once, whose episodes follow each other within the
+/// same step.
 pub fn record<T: Scalar>(table: &Rc<RefCell<Table<T>>>) -> impl Contender + use<T> {
     let table = Rc::clone(table);
     let env_ids: Vec<usize> = (ENVS_OF_RECORDS..).take(RECORDED).collect();
@@ -223,8 +223,8 @@ const WIDTH: usize = DIMS.observation + DIMS.goal + DIMS.action + 1;
 /// Number of rows whose cache lines are loaded together.
 const BLOCK: usize = 32;
 
-/// Only copies two neighboring rows and a goal near them from random places of a table as large as the
-/// buffer's: the time that memory alone takes.
+/// Only copies two neighboring rows and a goal near them from random places of a table as large as
+/// the buffer's: the time that memory alone takes.
 pub fn bare_gather<T: Scalar>(transitions: usize, batch_size: usize) -> impl Contender {
     let table = vec![T::from_f64(1.0); (transitions + STEPS) * WIDTH];
     let width = 2 * WIDTH + DIMS.goal;

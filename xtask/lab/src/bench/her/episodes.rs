@@ -124,7 +124,8 @@ impl Stepper {
     }
 }
 
-/// The rows of environments that play an episode each, step by step, and start it again within the last step.
+/// The rows of environments that play an episode each, step by step, and start it again within the
+/// last step.
 pub struct RecordedRows<T> {
     /// The columns of each step: actions, rewards, next observations and next achieved goals.
     steps: Vec<[Vec<T>; 4]>,

@@ -1,6 +1,6 @@
 //! `bench her`: measures the replay buffer on one thread. Transitions have FetchPush's shape
-//! (observation 25, goals 3, action 4, episodes of 50 steps); sampling has k = 4, future goals and the
-//! sparse reward, and adds a step after each batch.
+//! (observation 25, goals 3, action 4, episodes of 50 steps); sampling has k = 4, future goals and
+//! the sparse reward, and adds a step after each batch.
 
 mod contenders;
 mod episodes;
@@ -39,7 +39,8 @@ pub struct Args {
     #[arg(long, value_enum)]
     element: Option<Element>,
     /// Number of transitions in the buffer
-    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000_000))]
+    #[arg(long, default_value_t = 1_000_000)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1000..=1_000_000_000))]
     transitions: u32,
     /// Seconds for each element type, and again for `--growth`
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(..3600))]
@@ -160,8 +161,8 @@ fn measure<T: Scalar>(
     Ok(figures)
 }
 
-/// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share that
-/// caches explain.
+/// Measures the time of a batch in tables of several sizes, and that of the bare copy: the share
+/// that caches explain.
 fn growth<T: Scalar>(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let mut entries = Vec::new();
     for transitions in TABLES {

@@ -1,5 +1,5 @@
-//! `bench learn`: measures updates of DDPG, against a plain matrix product of 256 x 256 by 256 x 256 and
-//! against PyTorch, the drawing of their batches, and how soon Reach is learned.
+//! `bench learn`: measures updates of DDPG, against a plain matrix product of 256 x 256 by 256 x
+//! 256 and against PyTorch, the drawing of their batches, and how soon Reach is learned.
 
 mod reach;
 

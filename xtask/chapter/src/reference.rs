@@ -1,18 +1,15 @@
-//! Figures of the real environment, recorded in Python, to compare evaluations with.
+//! Figures of random actions in the real environment, recorded in Python, to compare evaluations
+//! with.
 
+use anyhow::ensure;
+use baselines::{Episode, Evaluation};
 use fetch_env::Task;
 use goal_reward::RewardKind;
-use serde::{Deserialize, Serialize};
-
-use crate::{
-    error::EvaluationError,
-    evaluate::{Episode, Evaluation},
-    statistics::fisher_exact,
-};
+use statistics::{fisher_exact, normal_test};
 
 /// Results of uniformly random actions in gymnasium-robotics 1.4.2 on MuJoCo 2.2.2: 400 episodes of
 /// each task, with actions from a stream independent of the resets'.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RandomReference {
     /// Sum of the rewards.
     pub return_sum: Sample,
@@ -25,7 +22,7 @@ pub struct RandomReference {
 }
 
 /// Mean and standard deviation of a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Mean.
     pub mean: f64,
@@ -34,7 +31,7 @@ pub struct Sample {
 }
 
 /// One figure compared with the reference's.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// Name of the figure, such as `return_mean`.
     pub name: &'static str,
@@ -78,18 +75,16 @@ impl RandomReference {
     /// two-sample z test, the successes by Fisher's exact test.
     ///
     /// # Errors
-    /// [`EvaluationError::NoEpisodes`] if the evaluation is empty.
-    pub fn compare(&self, evaluation: &Evaluation) -> Result<[Comparison; 3], EvaluationError> {
+    /// The evaluation has no episodes.
+    pub fn compare(&self, evaluation: &Evaluation) -> anyhow::Result<[Comparison; 3]> {
         let count = evaluation.episodes.len() as u64;
-        if count == 0 {
-            return Err(EvaluationError::NoEpisodes);
-        }
+        ensure!(count > 0, "there is no episode to compare: run at least one");
         let mean = |name, value: fn(&Episode) -> f64, sample: Sample| {
             let measured = evaluation.episodes.iter().map(value).sum::<f64>() / count as f64;
-            // The reference's spread serves for both: where successes are rare, a small sample's own
-            // spread is a poor estimate.
+            // The reference's spread serves for both: where successes are rare, a small sample's
+            // own spread is a poor estimate.
             let error = sample.sd * (1.0 / count as f64 + 1.0 / self.episodes as f64).sqrt();
-            let p_value = two_sided_normal((measured - sample.mean) / error);
+            let p_value = normal_test((measured - sample.mean) / error);
             Comparison { name, measured, reference: sample.mean, p_value }
         };
         let successes = evaluation.episodes.iter().filter(|e| e.success).count() as u64;
@@ -106,45 +101,26 @@ impl RandomReference {
     }
 }
 
-/// Successes at the last step of [`ScriptedPolicy`](crate::ScriptedPolicy) on the reference's own
-/// model, with resets seeded from [`FIRST_SEED`](Self::FIRST_SEED) on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct ScriptedReference {
-    /// Episodes whose last step was a success.
-    pub successes: u64,
-    /// Episodes run.
-    pub episodes: u64,
-}
-
-impl ScriptedReference {
-    /// Seed of the first episode's reset.
-    pub const FIRST_SEED: u64 = 30_000;
-
-    /// Returns the figures of a task on MuJoCo `2.2.2` or `3.6.0`; `None` on any other.
-    #[must_use]
-    pub fn new(task: Task, mujoco: &str) -> Option<Self> {
-        let successes = match (mujoco, task) {
-            ("2.2.2" | "3.6.0", Task::Reach | Task::PickAndPlace) => 300,
-            ("2.2.2", Task::Push) => 286,
-            ("2.2.2", Task::Slide) => 49,
-            ("3.6.0", Task::Push) => 300,
-            ("3.6.0", Task::Slide) => 65,
-            _ => return None,
-        };
-        Some(Self { successes, episodes: 300 })
-    }
-}
-
-fn two_sided_normal(z: f64) -> f64 {
-    statrs::function::erf::erfc(z.abs() / std::f64::consts::SQRT_2)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::two_sided_normal;
+    use baselines::{RandomPolicy, ScriptedPolicy, evaluate};
+    use fetch_env::{EnvId, make};
+
+    use super::*;
+
+    const EPISODES: usize = 40;
 
     #[test]
-    fn p_values_are_those_of_the_textbook() {
-        assert!((two_sided_normal(1.959_964) - 0.05).abs() < 1e-6);
+    fn the_comparison_with_the_reference_tells_policies_apart() -> anyhow::Result<()> {
+        let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
+        let mut env = make(id)?;
+        let reference = RandomReference::new(id.task, id.reward);
+        let random = evaluate(&mut env, &mut RandomPolicy::new(0), EPISODES, 0, |_| ())?;
+        let compared = reference.compare(&random)?;
+        assert!(compared.iter().all(|figure| figure.p_value > 1e-4), "{compared:?}");
+        let scripted = evaluate(&mut env, &mut ScriptedPolicy::new(id.task), EPISODES, 0, |_| ())?;
+        let compared = reference.compare(&scripted)?;
+        assert!(compared.iter().all(|figure| figure.p_value < 1e-4), "{compared:?}");
+        Ok(())
     }
 }

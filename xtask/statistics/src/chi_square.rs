@@ -2,24 +2,24 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::error::{StatisticsError, check_lengths};
+use crate::error::{TestError, check_lengths};
 
 /// Tests by chi-square whether two samples, counted by category, come from the same distribution.
 /// Returns the statistic per degree of freedom, which is about 1 if they do, and the p-value. The
 /// smallest categories are merged until each expects at least 5 of either sample.
 ///
-/// Source: W. G. Cochran, "Some methods for strengthening the common chi-square tests", Biometrics 10
-/// (1954), for the 5.
+/// Source: W. G. Cochran, "Some methods for strengthening the common chi-square tests", Biometrics
+/// 10 (1954), for the 5.
 ///
 /// # Errors
-/// [`StatisticsError::Lengths`] if one has more categories, and [`StatisticsError::Empty`] if a sample
+/// [`TestError::Lengths`] if one has more categories, and [`TestError::Empty`] if a sample
 /// has no value.
-pub fn chi_square(a: &[u64], b: &[u64]) -> Result<(f64, f64), StatisticsError> {
+pub fn chi_square(a: &[u64], b: &[u64]) -> Result<(f64, f64), TestError> {
     const LEAST_EXPECTED: f64 = 5.0;
     check_lengths(a.len(), b.len())?;
     let total = |counts: &[u64]| counts.iter().map(|count| *count as f64).sum::<f64>();
     if total(a) == 0.0 || total(b) == 0.0 {
-        return Err(StatisticsError::Empty);
+        return Err(TestError::Empty);
     }
     let (a_share, b_share) = (total(a) / (total(a) + total(b)), total(b) / (total(a) + total(b)));
     let mut categories: Vec<_> = a.iter().zip(b).map(|(a, b)| (*a as f64, *b as f64)).collect();

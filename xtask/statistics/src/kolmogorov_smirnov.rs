@@ -1,19 +1,19 @@
 //! The two-sample Kolmogorov-Smirnov test.
 
-use super::error::{StatisticsError, check_finite};
+use crate::error::{TestError, check_finite};
 
 /// Returns the statistic of the two-sample Kolmogorov-Smirnov test, which is the largest difference
-/// between the two samples' distribution functions, and its p-value: the exact one for samples whose
-/// lengths have a product of up to a million, and the asymptotic one for longer samples. With equal
-/// values in both samples, the exact one is an upper bound.
+/// between the two samples' distribution functions, and its p-value: the exact one for samples
+/// whose lengths have a product of up to a million, and the asymptotic one for longer samples. With
+/// equal values in both samples, the exact one is an upper bound.
 ///
 /// Sources: J. L. Hodges, "The significance probability of the Smirnov two-sample test", Arkiv för
 /// Matematik 3 (1958), for the paths; W. H. Press et al., "Numerical Recipes", 3rd edition (2007),
 /// section 14.3.3, for the series.
 ///
 /// # Errors
-/// [`StatisticsError::Empty`] and [`StatisticsError::NotFinite`].
-pub fn kolmogorov_smirnov(a: &[f64], b: &[f64]) -> Result<(f64, f64), StatisticsError> {
+/// [`TestError::Empty`] and [`TestError::NotFinite`].
+pub fn kolmogorov_smirnov(a: &[f64], b: &[f64]) -> Result<(f64, f64), TestError> {
     check_finite(a)?;
     check_finite(b)?;
     let distance = distance(a, b);
@@ -41,8 +41,8 @@ fn distance(a: &[f64], b: &[f64]) -> u128 {
     distances.max().unwrap_or_default()
 }
 
-/// Returns the share of the orders of both samples' values, each a path in a grid, that somewhere are
-/// at least as far from the diagonal.
+/// Returns the share of the orders of both samples' values, each a path in a grid, that somewhere
+/// are at least as far from the diagonal.
 fn exact(n: usize, m: usize, distance: u128) -> f64 {
     let is_far =
         |i: usize, j: usize| (i as u128 * m as u128).abs_diff(j as u128 * n as u128) >= distance;

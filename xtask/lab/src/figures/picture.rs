@@ -1,12 +1,14 @@
 //! Drawings, as PNG and as SVG.
 
-use std::{error::Error, sync::OnceLock};
+use std::sync::OnceLock;
 
+use anyhow::anyhow;
 use base64::{Engine, prelude::BASE64_STANDARD};
 use fetch_env::clip::write_png;
 use plotters::{coord::Shift, prelude::*, style};
 
-use super::error::PageError;
+/// Why a drawing failed.
+pub type DrawError = Box<dyn std::error::Error + Send + Sync>;
 
 /// The surface of a drawing.
 pub type Area<B> = DrawingArea<B, Shift>;
@@ -16,43 +18,17 @@ pub trait Backend: DrawingBackend<ErrorType: 'static> {}
 
 impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
 
-/// The font family of all texts. PNG is drawn with DejaVu Sans, on every machine the same; the viewer
-/// of an SVG chooses the font.
+/// The font family of all texts. PNG is drawn with DejaVu Sans, on every machine the same; the
+/// viewer of an SVG chooses the font.
 pub const FONT: &str = "sans-serif";
 
 /// A drawing by plotters, on any backend.
-///
-/// ```
-/// use baselines::page::{Area, Backend, Drawing, FONT, Picture, plotters::prelude::*};
-///
-/// struct Greeting;
-///
-/// impl Drawing for Greeting {
-///     fn size(&self) -> (u32, u32) {
-///         (200, 50)
-///     }
-///
-///     fn draw<B: Backend>(
-///         &self,
-///         area: &Area<B>,
-///     ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-///         Ok(area.draw_text("Hello", &(FONT, 20).into_font().color(&BLACK), (10, 10))?)
-///     }
-/// }
-///
-/// let picture = Picture::new(&Greeting)?;
-/// assert!(picture.svg.contains("Hello") && picture.png.starts_with(b"\x89PNG"));
-/// # Ok::<(), baselines::page::PageError>(())
-/// ```
 pub trait Drawing {
     /// Width and height, in pixels: at most 2^26 of them.
     fn size(&self) -> (u32, u32);
 
     /// Draws everything onto a white area of this size.
-    ///
-    /// # Errors
-    /// Any error of the backend or of the drawing itself.
-    fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error + Send + Sync>>;
+    fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), DrawError>;
 
     /// Returns a rendered picture that covers a part of the drawing; `None` by default.
     fn frame(&self) -> Option<Frame<'_>> {
@@ -61,7 +37,6 @@ pub trait Drawing {
 }
 
 /// A rendered picture within a drawing.
-#[derive(Clone, Copy, Debug)]
 pub struct Frame<'a> {
     /// Place of its upper left corner, in pixels.
     pub at: (usize, usize),
@@ -72,8 +47,6 @@ pub struct Frame<'a> {
 }
 
 /// A drawing in both formats.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Picture {
     /// The file's contents as SVG.
     pub svg: String,
@@ -82,17 +55,14 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Makes both formats of a drawing.
-    ///
-    /// # Errors
-    /// [`PageError::Drawing`] if drawing fails, if the drawing has no pixels or too many, or if the frame
-    /// does not fit into it.
-    pub fn new(drawing: &impl Drawing) -> Result<Self, PageError> {
-        make(drawing).map_err(PageError::Drawing)
+    /// Makes both formats of a drawing. It fails if drawing does, if the drawing has no pixels or
+    /// too many, or if the frame does not fit into it.
+    pub fn new(drawing: &impl Drawing) -> anyhow::Result<Self> {
+        make(drawing).map_err(|error| anyhow!(error).context("the drawing failed"))
     }
 }
 
-fn make(drawing: &impl Drawing) -> Result<Picture, Box<dyn Error + Send + Sync>> {
+fn make(drawing: &impl Drawing) -> Result<Picture, DrawError> {
     register_font()?;
     let (width, height) = drawing.size();
     if !(1..=MOST_PIXELS).contains(&(u64::from(width) * u64::from(height))) {
@@ -125,10 +95,7 @@ fn register_font() -> Result<(), &'static str> {
     })
 }
 
-fn paint<B: Backend>(
-    drawing: &impl Drawing,
-    backend: B,
-) -> Result<(), Box<dyn Error + Send + Sync>> {
+fn paint<B: Backend>(drawing: &impl Drawing, backend: B) -> Result<(), DrawError> {
     let area = backend.into_drawing_area();
     area.fill(&WHITE)?;
     drawing.draw(&area)?;
@@ -148,7 +115,7 @@ fn cover(rgb: &mut [u8], width: usize, frame: &Frame<'_>) -> Option<()> {
 }
 
 /// Adds a frame that covers everything else of an SVG.
-fn insert(svg: &mut String, frame: &Frame<'_>) -> Result<(), Box<dyn Error + Send + Sync>> {
+fn insert(svg: &mut String, frame: &Frame<'_>) -> Result<(), DrawError> {
     let mut png = Vec::new();
     write_png(frame.rgb, frame.size.0, frame.size.1, &mut png)?;
     let ((x, y), (width, height)) = (frame.at, frame.size);
@@ -156,9 +123,42 @@ fn insert(svg: &mut String, frame: &Frame<'_>) -> Result<(), Box<dyn Error + Sen
     svg.insert_str(
         end,
         &format!(
-            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{}\"/>\n",
+            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
+             href=\"data:image/png;base64,{}\"/>\n",
             BASE64_STANDARD.encode(png)
         ),
     );
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A drawing of this size, with a line of text.
+    struct Greeting((u32, u32));
+
+    impl Drawing for Greeting {
+        fn size(&self) -> (u32, u32) {
+            self.0
+        }
+
+        fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), DrawError> {
+            Ok(area.draw_text("Hello", &(FONT, 20).into_font().color(&BLACK), (10, 10))?)
+        }
+    }
+
+    #[test]
+    fn a_drawing_has_both_formats() -> anyhow::Result<()> {
+        let picture = Picture::new(&Greeting((200, 50)))?;
+        assert!(picture.svg.contains("Hello") && picture.png.starts_with(b"\x89PNG"));
+        Ok(())
+    }
+
+    #[test]
+    fn a_drawing_without_pixels_or_with_too_many_is_refused() {
+        for size in [(0, 9), (u32::MAX, u32::MAX), (1 << 14, 1 << 13)] {
+            assert!(Picture::new(&Greeting(size)).is_err(), "{size:?}");
+        }
+    }
 }

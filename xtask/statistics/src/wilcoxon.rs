@@ -2,18 +2,19 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::error::{StatisticsError, check_finite, check_lengths};
+use crate::error::{TestError, check_finite, check_lengths};
 
-/// Tests by Wilcoxon's signed ranks whether pairs of values, such as those of the same episodes, differ
-/// by chance alone: whether their differences are as often and as far above 0 as below. Returns the sum
-/// of the ranks of positive differences and the two-sided p-value: the exact one for up to 50 pairs that
-/// differ, and the normal approximation for more. Pairs that do not differ are left out.
+/// Tests by Wilcoxon's signed ranks whether pairs of values, such as those of the same episodes,
+/// differ by chance alone: whether their differences are as often and as far above 0 as below.
+/// Returns the sum of the ranks of positive differences and the two-sided p-value: the exact one
+/// for up to 50 pairs that differ, and the normal approximation for more. Pairs that do not differ
+/// are left out.
 ///
 /// Source: F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1 (1945).
 ///
 /// # Errors
-/// [`StatisticsError::Lengths`], [`StatisticsError::Empty`] and [`StatisticsError::NotFinite`].
-pub fn wilcoxon(a: &[f64], b: &[f64]) -> Result<(f64, f64), StatisticsError> {
+/// [`TestError::Lengths`], [`TestError::Empty`] and [`TestError::NotFinite`].
+pub fn wilcoxon(a: &[f64], b: &[f64]) -> Result<(f64, f64), TestError> {
     check_lengths(a.len(), b.len())?;
     check_finite(a)?;
     check_finite(b)?;

@@ -1,0 +1,71 @@
+//! `task-pages`: writes a page for each task, from the tables in the code.
+
+mod page;
+mod words;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use commands::Command;
+use fetch_sim::Task;
+use lexopt::{Arg::Long, Parser};
+
+use self::page::page;
+use crate::json::write_text;
+
+pub(crate) const COMMAND: Command = Command {
+    name: "task-pages",
+    usage: "[--check]
+
+  --check  Write nothing, and fail if a page is not what the code gives",
+    run,
+};
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fetch-env/tasks");
+
+fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let mut check = false;
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("check") => check = true,
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let mut passed = true;
+    for task in Task::ALL {
+        let (path, text) = (path(task), page(task)?);
+        let shown = Path::new("fetch-env/tasks").join(path.file_name().unwrap_or_default());
+        if !check {
+            write_text(&path, &text)?;
+            say!("wrote {}", shown.display())?;
+        } else if fs::read_to_string(&path).is_ok_and(|known| known == text) {
+            say!("ok    {}", shown.display())?;
+        } else {
+            say!("FAIL  {} is out of date: run `cargo xtask task-pages`", shown.display())?;
+            passed = false;
+        }
+    }
+    Ok(passed)
+}
+
+/// Returns the path of a task's page, such as `PICK_AND_PLACE.md`.
+fn path(task: Task) -> PathBuf {
+    let name = words::file_name(task).to_uppercase();
+    Path::new(FOLDER).join(format!("{name}.md"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pages_are_what_the_code_gives() -> anyhow::Result<()> {
+        for task in Task::ALL {
+            let known = fs::read_to_string(path(task))?;
+            assert!(known == page(task)?, "{task}: run `cargo xtask task-pages`");
+        }
+        Ok(())
+    }
+}
