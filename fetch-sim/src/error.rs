@@ -5,7 +5,7 @@ use std::{fmt, path::PathBuf};
 use crate::task::Task;
 
 /// Error returned when a simulation cannot be created or continued.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
     /// The scene has no object to place.
@@ -146,6 +146,8 @@ pub enum SimError {
         reason: String,
     },
 }
+
+crate::debug::debug_as_display!(SimError);
 
 /// A library of MuJoCo that was not taken, or a place without one.
 #[derive(Clone, Debug, PartialEq, Eq)]

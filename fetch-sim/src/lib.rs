@@ -72,6 +72,7 @@ mod assets;
 mod bounds;
 mod cache;
 mod config;
+mod debug;
 #[cfg(feature = "download")]
 pub mod download;
 mod error;

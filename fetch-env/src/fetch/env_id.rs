@@ -71,7 +71,7 @@ impl From<EnvId> for String {
 }
 
 /// Error returned when no environment has the given name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no environment {id:?}: the nearest are {}, {} and {}", nearest[0], nearest[1], nearest[2])]
 #[non_exhaustive]
 pub struct UnknownEnvId {
@@ -80,6 +80,8 @@ pub struct UnknownEnvId {
     /// The environments with the most similar names, the nearest first.
     pub nearest: [EnvId; 3],
 }
+
+crate::gym::debug::debug_as_display!(UnknownEnvId);
 
 /// Returns the environments with the most similar names, the nearest first.
 fn nearest(id: &str) -> [EnvId; 3] {

@@ -11,7 +11,7 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::Vec
 /// Error returned when a Fetch environment cannot be made.
 ///
 /// `?` turns it into an [`EnvError`], where [`EnvError::downcast_ref`] finds it again.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MakeError {
     /// No environment has this name.
@@ -38,6 +38,8 @@ pub enum MakeError {
     #[error(transparent)]
     Vec(#[from] VecEnvError),
 }
+
+crate::gym::debug::debug_as_display!(MakeError);
 
 /// Settings that are passed as they are need no conversion that could fail.
 impl From<Infallible> for MakeError {
@@ -75,7 +77,7 @@ impl From<SimError> for EnvError {
 }
 
 /// Error returned for invalid settings of a Fetch environment.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FetchConfigError {
     /// A setting of the object in a task without one.
@@ -122,3 +124,5 @@ pub enum FetchConfigError {
         most: u32,
     },
 }
+
+crate::gym::debug::debug_as_display!(FetchConfigError);

@@ -7,7 +7,7 @@ use super::{
 };
 
 /// Error returned when an environment cannot be reset, stepped, restored or wrapped.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvError {
     /// A step before the first reset, or after a failure.
@@ -114,12 +114,16 @@ pub enum EnvError {
     Other(OtherError),
 }
 
+crate::gym::debug::debug_as_display!(EnvError);
+
 /// An error that only some environments have.
 ///
 /// Two of them are equal if they have the same message.
-#[derive(Clone, Debug, thiserror::Error)]
+#[derive(Clone, thiserror::Error)]
 #[error(transparent)]
 pub struct OtherError(Arc<dyn Error + Send + Sync>);
+
+crate::gym::debug::debug_as_display!(OtherError);
 
 impl PartialEq for OtherError {
     fn eq(&self, other: &Self) -> bool {

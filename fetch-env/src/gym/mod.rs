@@ -1,6 +1,7 @@
 //! What knows nothing of Fetch: environments, their spaces, wrappers and vectors, and their checker.
 
 pub mod check;
+pub(crate) mod debug;
 pub(crate) mod env;
 pub(crate) mod error;
 pub(crate) mod np_random;

@@ -145,7 +145,7 @@ impl<E> fmt::Debug for Registry<E> {
 }
 
 /// Error returned when a [`Registry`] cannot add or make an environment.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RegistryError {
     /// The name does not follow the rules.
@@ -172,6 +172,8 @@ pub enum RegistryError {
     #[error(transparent)]
     Make(#[from] EnvError),
 }
+
+crate::gym::debug::debug_as_display!(RegistryError);
 
 impl From<RegistryError> for EnvError {
     fn from(error: RegistryError) -> Self {

@@ -1,7 +1,7 @@
 //! The errors of spaces.
 
 /// Error returned for an invalid space.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpaceError {
     /// The number of bounds does not match the shape.
@@ -75,3 +75,5 @@ pub enum SpaceError {
         key: String,
     },
 }
+
+crate::gym::debug::debug_as_display!(SpaceError);

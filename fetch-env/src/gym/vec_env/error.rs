@@ -4,7 +4,7 @@
 ///
 /// The call has then changed nothing. A failure of a single environment is not such an error: see
 /// [`VecStep::error`](crate::vec_env::VecStep::error).
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VecEnvError {
     /// No environment was passed.
@@ -134,3 +134,5 @@ pub enum VecEnvError {
     #[error("a worker thread died: make new environments")]
     WorkerLost,
 }
+
+crate::gym::debug::debug_as_display!(VecEnvError);

@@ -1,7 +1,7 @@
 //! The errors of wrappers.
 
 /// Error returned when an environment cannot be wrapped.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WrapperError {
     /// A key of an observation that does not exist, or that occurs twice.
@@ -46,3 +46,5 @@ pub enum WrapperError {
         actual: usize,
     },
 }
+
+crate::gym::debug::debug_as_display!(WrapperError);

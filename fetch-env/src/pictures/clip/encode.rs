@@ -11,7 +11,7 @@ use std::{
 use gif::{DisposalMethod, Frame, Repeat};
 
 /// Error returned when a clip cannot be made or written.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum ClipError {
     /// A clip without pixels, or with too many.
@@ -37,6 +37,8 @@ pub enum ClipError {
     #[error("the clip could not be written: check its output")]
     Io(#[source] io::Error),
 }
+
+crate::gym::debug::debug_as_display!(ClipError);
 
 impl From<gif::EncodingError> for ClipError {
     fn from(error: gif::EncodingError) -> Self {

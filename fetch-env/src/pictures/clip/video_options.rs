@@ -159,7 +159,7 @@ fn capped_cubic(episode: u64) -> bool {
 }
 
 /// Error returned when an episode cannot be recorded.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VideoError {
     /// A name prefix that is a path.
@@ -177,6 +177,8 @@ pub enum VideoError {
         reason: String,
     },
 }
+
+crate::gym::debug::debug_as_display!(VideoError);
 
 impl VideoError {
     pub(super) fn write(path: &Path, reason: &dyn fmt::Display) -> Self {

@@ -6,7 +6,7 @@ use crate::error::SimError;
 pub(super) const MAX_SIZE: u32 = 4096;
 
 /// Error returned when a picture cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
     /// The machine has no OpenGL that can draw without a window.
@@ -69,3 +69,5 @@ pub enum RenderError {
     #[error(transparent)]
     Sim(#[from] SimError),
 }
+
+crate::debug::debug_as_display!(RenderError);
