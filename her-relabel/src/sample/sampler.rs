@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
+use crate::sample::inputs::JoinedGoal;
 use crate::sample::termination::{Termination, by_name_or_flag};
 use crate::unit_interval::UnitInterval;
 
@@ -70,7 +71,7 @@ pub struct Sampler {
     #[serde(default)]
     parallel: bool,
     #[serde(default)]
-    joined_goal: bool,
+    joined_goal: Option<JoinedGoal>,
     #[serde(default = "everything")]
     already_achieved: UnitInterval,
 }
@@ -93,7 +94,7 @@ impl Sampler {
             n_step: None,
             priorities: None,
             parallel: false,
-            joined_goal: false,
+            joined_goal: None,
             already_achieved: everything(),
         }
     }
@@ -161,11 +162,12 @@ impl Sampler {
         self
     }
 
-    /// Sets whether each observation is written with the goal to pursue behind it, as the input of a network:
-    /// [`Batch::input`](crate::Batch::input) and [`Batch::next_input`](crate::Batch::next_input) take the place
-    /// of the observations. Off by default. No second pass over the batch is needed.
-    pub const fn with_joined_goal(mut self, joined_goal: bool) -> Self {
-        self.joined_goal = joined_goal;
+    /// Sets the goal that is written behind each observation, as the input of a network:
+    /// [`Batch::input`](crate::Batch::input) and [`Batch::next_input`](crate::Batch::next_input)
+    /// take the place of the observations. The default is `None`. No second pass over the batch is
+    /// needed.
+    pub fn with_joined_goal(mut self, joined_goal: impl Into<Option<JoinedGoal>>) -> Self {
+        self.joined_goal = joined_goal.into();
         self
     }
 
@@ -234,8 +236,8 @@ impl Sampler {
         priorities: Option<UnitInterval>,
         /// Returns whether batches are drawn on several threads.
         parallel: bool,
-        /// Returns whether each observation is written with the goal behind it.
-        joined_goal: bool,
+        /// Returns the goal that is written behind each observation.
+        joined_goal: Option<JoinedGoal>,
         /// Returns the share of the rows kept whose goal was achieved already before the step.
         already_achieved: UnitInterval,
     }
@@ -325,9 +327,9 @@ pub enum SampleError {
         /// The length of the memory.
         actual: usize,
     },
-    /// A normalizer of the batch is for vectors of another length.
+    /// A normalizer of the draw is for vectors of another length.
     #[error(
-        "a normalizer has {actual} elements instead of {expected}: set those of this buffer's observations and goals"
+        "a normalizer has {actual} elements instead of {expected}: pass those of this buffer's observations and goals"
     )]
     NormalizerDim {
         /// The length of the vectors in the buffer.
