@@ -9,7 +9,7 @@ use thiserror::Error;
 use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
 use crate::sample::inputs::JoinedGoal;
-use crate::sample::termination::{Termination, by_name_or_flag};
+use crate::sample::termination::Termination;
 use crate::unit_interval::UnitInterval;
 
 /// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting for one
@@ -62,23 +62,14 @@ pub struct Sampler {
     batch_size: usize,
     goals: GoalMixture,
     ratio: UnitInterval,
-    #[serde(default, alias = "recompute_terminated", deserialize_with = "by_name_or_flag")]
     termination: Termination,
     success: bool,
     n_step: Option<NStep>,
     #[serde(rename = "prioritized")]
     priorities: Option<UnitInterval>,
-    #[serde(default)]
     parallel: bool,
-    #[serde(default)]
     joined_goal: Option<JoinedGoal>,
-    #[serde(default = "everything")]
     already_achieved: UnitInterval,
-}
-
-/// The share of rows of already achieved goals that is kept unless it is set.
-const fn everything() -> UnitInterval {
-    UnitInterval::ONE
 }
 
 impl Sampler {
@@ -95,7 +86,7 @@ impl Sampler {
             priorities: None,
             parallel: false,
             joined_goal: None,
-            already_achieved: everything(),
+            already_achieved: UnitInterval::ONE,
         }
     }
 
