@@ -15,7 +15,7 @@
 //! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), singly or in
 //!   [windows](Sampler::with_n_step), with goals of any [mixture](GoalMixture) of strategies.
 //! - A [batch](Batch) has the element type of the network, on request with observations and goals
-//!   [joined](Sampler::with_joined_goal) and [normalized](Batch::set_normalizers), in columns that can be
+//!   [joined](Sampler::with_joined_goal) and [normalized](Normalizers), in columns that can be
 //!   [taken](Batch::take_columns) or in [memory of the caller's](Sampler::sample_into).
 //! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished episodes, and
 //!   continues exactly where it was. The feature `npz` exchanges episodes with numpy.
@@ -88,6 +88,7 @@ pub use npz::array::NpzError;
 pub use sample::batch::{Batch, Columns, ColumnsMut};
 pub use sample::draws::RandomSource;
 pub use sample::goals::{GoalMixture, GoalPart, GoalStrategy, MixtureError};
+pub use sample::inputs::{JoinedGoal, Normalizers};
 pub use sample::sampler::{NStep, SampleError, Sampler};
 pub use sample::termination::Termination;
 pub use save::stream::LoadError;

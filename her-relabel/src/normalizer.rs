@@ -48,10 +48,11 @@ impl NormalizerConfig {
 /// The running mean and standard deviation of vectors, element by element.
 ///
 /// Learners normalize the inputs of a network: [`update`](Self::update) with observations (or goals) as they
-/// come, [`merge`](Self::merge) the normalizers of several workers, and [`normalize`](Self::normalize)
-/// batches, or [let batches be normalized](crate::Batch::set_normalizers) while they are drawn. A normalized element is `(x - mean) * (1 / std)`, clipped to `[-clip, clip]`. The standard deviation is
-/// that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`. Before the first update the
-/// mean is 0 and the standard deviation 1.
+/// come, [`merge`](Self::merge) the normalizers of several workers, and
+/// [`normalize`](Self::normalize) batches, or [let the draw normalize](crate::Normalizers) them. A
+/// normalized element is `(x - mean) * (1 / std)`, clipped to `[-clip, clip]`. The standard
+/// deviation is that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`.
+/// Before the first update the mean is 0 and the standard deviation 1.
 ///
 /// Sums are kept in `f64`, as distances from the mean: large means cost no digits, and a merge is as exact
 /// as one pass over all vectors. Merges in a fixed order give the same bits. A normalizer can be saved
@@ -256,9 +257,26 @@ impl Normalizer {
     /// Writes a normalized vector of finite elements, of the right length, to `target`.
     #[inline(never)]
     pub(crate) fn put<S: Scalar, T: Scalar>(&self, target: &mut [T], row: &[S]) {
+        self.put_values(target, row.iter().map(|value| value.to_f64()));
+    }
+
+    /// Writes the normalized difference of two vectors of finite elements, of the right length, to
+    /// `target`.
+    #[inline(never)]
+    pub(crate) fn put_difference<S: Scalar, G: Scalar, T: Scalar>(
+        &self,
+        target: &mut [T],
+        row: &[G],
+        subtracted: &[S],
+    ) {
+        self.put_values(target, difference(row, subtracted));
+    }
+
+    #[inline(always)]
+    fn put_values<T: Scalar>(&self, target: &mut [T], values: impl Iterator<Item = f64>) {
         let factors = self.mean.iter().zip(&self.factors);
-        for ((target, value), (mean, factor)) in target.iter_mut().zip(row).zip(factors) {
-            *target = T::from_f64(self.element(value.to_f64(), *mean, *factor));
+        for ((target, value), (mean, factor)) in target.iter_mut().zip(values).zip(factors) {
+            *target = T::from_f64(self.element(value, *mean, *factor));
         }
     }
 
@@ -285,6 +303,15 @@ impl Normalizer {
             None => Ok(()),
         }
     }
+}
+
+/// Returns the elements of `row` minus those of `subtracted`.
+#[inline(always)]
+pub(crate) fn difference<S: Scalar, G: Scalar>(
+    row: &[G],
+    subtracted: &[S],
+) -> impl Iterator<Item = f64> {
+    row.iter().zip(subtracted).map(|(value, subtracted)| value.to_f64() - subtracted.to_f64())
 }
 
 impl TryFrom<Saved> for Normalizer {

@@ -6,9 +6,9 @@ use std::num::NonZeroUsize;
 use allocation_counter::measure;
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, Normalizer,
-    NormalizerConfig, Priorities, PriorityUnit, Sampler, Scalar, StepRows, Termination,
-    UnitInterval,
+    Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy, HerBuffer, JoinedGoal, NStep,
+    Normalizer, NormalizerConfig, Normalizers, Priorities, PriorityUnit, Sampler, Scalar, StepRows,
+    Termination, UnitInterval,
 };
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -71,17 +71,19 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
         plain.with_strategy(GoalStrategy::Random).with_termination(Termination::Recomputed),
         plain.with_n_step(n_step).with_success(true),
         plain.with_priorities(UnitInterval::ONE),
-        plain.with_joined_goal(true).with_discount(UnitInterval::ONE),
+        plain.with_joined_goal(JoinedGoal::Desired).with_discount(UnitInterval::ONE),
+        plain.with_joined_goal(JoinedGoal::Relative),
         plain.with_already_achieved(UnitInterval::new(0.2)?),
     ] {
-        assert_no_allocation(&buffer, &sampler, &mut Batch::<f32>::new());
+        assert_no_allocation(&buffer, &sampler, Normalizers::default(), &mut Batch::<f32>::new());
         // Another element type, and normalizers.
         let mut batch = Batch::<f64>::new();
-        assert_no_allocation(&buffer, &sampler, &mut batch);
+        assert_no_allocation(&buffer, &sampler, Normalizers::default(), &mut batch);
         let normalizers = [25, 3].map(|dim| Normalizer::new(NormalizerConfig::new(dim)));
         let [observation, goal] = normalizers;
-        batch.set_normalizers(Some(&observation?), Some(&goal?));
-        assert_no_allocation(&buffer, &sampler, &mut batch);
+        let (observation, goal) = (observation?, goal?);
+        let normalizers = Normalizers { observation: Some(&observation), goal: Some(&goal) };
+        assert_no_allocation(&buffer, &sampler, normalizers, &mut batch);
     }
     Ok(())
 }
@@ -89,15 +91,20 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
 fn assert_no_allocation<T: Scalar>(
     buffer: &HerBuffer<f32>,
     sampler: &Sampler,
+    normalizers: Normalizers<'_>,
     batch: &mut Batch<T>,
 ) {
     let reward = DistanceReward::sparse();
     // With every row relabeled, the reward judges the most pairs of goals.
     let all = sampler.with_ratio(UnitInterval::ONE);
-    (0..20).for_each(|seed| all.sample(buffer, &reward, seed, batch).unwrap());
+    let draw = |sampler: &Sampler, seed: u64, batch: &mut Batch<T>| {
+        let columns = ColumnsMut::default();
+        sampler.sample_into(buffer, &reward, seed, batch, normalizers, columns).unwrap();
+    };
+    (0..20).for_each(|seed| draw(&all, seed, batch));
     let counted = measure(|| {
         for seed in 0..50 {
-            sampler.sample(buffer, &reward, seed, batch).unwrap();
+            draw(sampler, seed, batch);
             batch.field("latent").unwrap();
         }
     });
@@ -108,13 +115,15 @@ fn assert_no_allocation<T: Scalar>(
 fn columns_that_come_back_and_memory_of_the_caller_s_allocate_nothing() -> Result {
     let buffer = full();
     let reward = DistanceReward::sparse();
-    let sampler =
-        Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4)).with_joined_goal(true);
+    let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4))
+        .with_joined_goal(JoinedGoal::Desired);
     let mut batch = Batch::<f32>::new();
     let mut input = vec![0.0; 256 * 28];
     let mut draw = |seed: u64| {
         let columns = ColumnsMut { input: &mut input, ..ColumnsMut::default() };
-        sampler.sample_into(&buffer, &reward, seed, &mut batch, columns).unwrap();
+        sampler
+            .sample_into(&buffer, &reward, seed, &mut batch, Normalizers::default(), columns)
+            .unwrap();
         let columns = batch.take_columns();
         batch.give_back(columns);
     };

@@ -1,6 +1,8 @@
 //! The inputs of a network: observations and goals on one scale.
 
-use her_relabel::{Batch, Dims, Normalizer, NormalizerConfig, NormalizerError, Scalar};
+use her_relabel::{
+    Batch, Dims, JoinedGoal, Normalizer, NormalizerConfig, NormalizerError, Normalizers, Scalar,
+};
 use serde::{Deserialize, Serialize};
 
 use super::settings::InputSettings;
@@ -38,16 +40,6 @@ impl<'a, T: Scalar> Seen<'a, T, T> {
             desired_goals: batch.desired_goal(),
         }
     }
-
-    /// What networks see after the steps of a batch.
-    #[must_use]
-    pub fn after(batch: &'a Batch<T>) -> Self {
-        Self {
-            observations: batch.next_observation(),
-            achieved_goals: batch.next_achieved_goal(),
-            desired_goals: batch.desired_goal(),
-        }
-    }
 }
 
 impl Inputs {
@@ -75,6 +67,16 @@ impl Inputs {
     /// Whether they are those of the settings.
     pub(crate) const fn have(&self, settings: &InputSettings) -> bool {
         self.relative_goal == settings.relative_goal
+    }
+
+    /// Returns the goal that inputs have behind the observation.
+    pub(crate) const fn joined_goal(&self) -> JoinedGoal {
+        if self.relative_goal { JoinedGoal::Relative } else { JoinedGoal::Desired }
+    }
+
+    /// Returns the normalizers of a draw.
+    pub(crate) const fn normalizers(&self) -> Normalizers<'_> {
+        Normalizers { observation: Some(&self.observation), goal: Some(&self.goal) }
     }
 
     /// The parts of an input.
@@ -134,26 +136,6 @@ impl Inputs {
             }
         }
         first_bad
-    }
-
-    /// Writes the goals of inputs whose observations are there already.
-    pub(crate) fn write_goals(
-        &self,
-        seen: Seen<'_, f32, f32>,
-        inputs: &mut [f32],
-    ) -> Result<(), NormalizerError> {
-        let goal_len = self.goal.dim();
-        let mut goal = vec![0.0; goal_len];
-        let goals = seen
-            .achieved_goals
-            .chunks_exact(goal_len)
-            .zip(seen.desired_goals.chunks_exact(goal_len));
-        inputs.chunks_exact_mut(self.dim()).zip(goals).try_for_each(
-            |(input, (achieved, desired))| {
-                let target = &mut input[self.observation.dim()..];
-                self.write_goal(achieved, desired, &mut goal, target)
-            },
-        )
     }
 
     /// Writes a goal by way of `goal`, its memory before the normalization.

@@ -5,7 +5,7 @@ use her_relabel::{Batch, ColumnsMut, HerBuffer, Sampler};
 
 use super::algorithm::Transitions;
 use super::error::TrainError;
-use super::inputs::{Inputs, Seen};
+use super::inputs::Inputs;
 
 /// A batch of transitions as networks see it, which keeps its memory for the next draw.
 #[derive(Debug, Default)]
@@ -16,7 +16,7 @@ pub struct TrainBatch {
 }
 
 impl TrainBatch {
-    /// Draws transitions from a buffer. Observations are normalized as they are drawn. The sampler
+    /// Draws transitions from a buffer, whose inputs are written as they are drawn. The sampler
     /// needs a discount ([`Sampler::with_discount`]), which an algorithm takes from the batch.
     ///
     /// # Errors
@@ -33,16 +33,14 @@ impl TrainBatch {
         let len = sampler.batch_size() * inputs.dim();
         self.inputs.resize(len, 0.0);
         self.next_inputs.resize(len, 0.0);
-        self.batch.set_normalizers(Some(&inputs.observation), None);
         let columns = ColumnsMut {
             input: &mut self.inputs,
             next_input: &mut self.next_inputs,
             ..ColumnsMut::default()
         };
-        let joined = sampler.with_joined_goal(true);
-        joined.sample_into(buffer, reward, seed, &mut self.batch, columns)?;
-        inputs.write_goals(Seen::before(&self.batch), &mut self.inputs)?;
-        inputs.write_goals(Seen::after(&self.batch), &mut self.next_inputs)?;
+        let (joined, normalizers) =
+            (sampler.with_joined_goal(inputs.joined_goal()), inputs.normalizers());
+        joined.sample_into(buffer, reward, seed, &mut self.batch, normalizers, columns)?;
         Ok(())
     }
 

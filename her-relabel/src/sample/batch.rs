@@ -1,6 +1,5 @@
 //! A batch of sampled transitions, in reusable memory.
 
-use crate::normalizer::Normalizer;
 use crate::sample::columns::{Widths, columns};
 use crate::sample::memory::resize;
 use crate::sample::redraw::Redraws;
@@ -31,14 +30,6 @@ pub struct Batch<T> {
     pub(crate) scratch: Scratch<T>,
     pub(crate) judged: Judged,
     pub(crate) redraws: Redraws,
-    pub(crate) normalizers: Normalizers,
-}
-
-/// The normalizers of observations and of goals.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Normalizers {
-    pub(crate) observation: Option<Normalizer>,
-    pub(crate) goal: Option<Normalizer>,
 }
 
 columns! { pub Batch {
@@ -66,11 +57,13 @@ columns! { pub Batch {
     next_achieved_goal: [T; goal] = T::default(),
         "goals achieved after the step, `len * dims.goal` elements.";
     input: [T; input] = T::default(),
-        "observations, each followed by the goal to pursue, `len * (dims.observation + dims.goal)` elements. \
-        Empty unless the sampler [joins them](crate::Sampler::with_joined_goal).";
+        "observations, each followed by [a goal](crate::JoinedGoal), \
+        `len * (dims.observation + dims.goal)` elements. Empty unless the sampler \
+        [joins them](crate::Sampler::with_joined_goal).";
     next_input: [T; input] = T::default(),
-        "observations after the step, each followed by the goal to pursue, `len * (dims.observation + \
-        dims.goal)` elements. Empty unless the sampler [joins them](crate::Sampler::with_joined_goal).";
+        "observations after the step, each followed by [a goal](crate::JoinedGoal), \
+        `len * (dims.observation + dims.goal)` elements. Empty unless the sampler \
+        [joins them](crate::Sampler::with_joined_goal).";
     terminated: [bool; always] = false,
         "termination flags, `len` elements: whether the task ended after the step. Do not bootstrap there.";
     truncated: [bool; always] = false,
@@ -163,7 +156,6 @@ impl<T> Default for Batch<T> {
             scratch: Scratch::default(),
             judged: Judged::default(),
             redraws: Redraws::default(),
-            normalizers: Normalizers::default(),
         }
     }
 }
@@ -204,45 +196,6 @@ impl<T: Scalar> Batch<T> {
         self.len == 0
     }
 
-    /// Sets the normalizers of later draws, as they are now: of observations (before and after the step) and of
-    /// goals (achieved and desired). `None`, the default, leaves them as they are stored. Rewards and success
-    /// are computed from the stored goals.
-    ///
-    /// The numbers are those of [`Normalizer::normalize_into`], bit for bit, but no second pass over the batch is
-    /// needed. Set the normalizers again after each update.
-    ///
-    /// # Example
-    /// ```
-    /// use goal_reward::DistanceReward;
-    /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
-    /// use her_relabel::{Normalizer, NormalizerConfig, Sampler, UnitInterval};
-    ///
-    /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
-    /// let mut buffer = HerBuffer::<f64>::new(config)?;
-    /// buffer.add_episode(&EpisodeData {
-    ///     observations: &[10.0, 30.0],
-    ///     achieved_goals: &[0.0, 1.0],
-    ///     desired_goal: &[9.0],
-    ///     actions: &[1.0_f32],
-    ///     rewards: &[-1.0],
-    ///     terminated: false,
-    ///     truncated: true,
-    ///     fields: &[],
-    /// })?;
-    /// let mut normalizer = Normalizer::new(NormalizerConfig::new(1))?;
-    /// normalizer.update(&[10.0, 30.0])?;
-    /// let mut batch = Batch::<f32>::new();
-    /// batch.set_normalizers(Some(&normalizer), None);
-    /// let sampler = Sampler::new(1, GoalStrategy::Future, UnitInterval::ZERO).with_joined_goal(true);
-    /// sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
-    /// assert_eq!(batch.input(), [-1.0, 9.0]);
-    /// assert_eq!(batch.next_input(), [1.0, 9.0]);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn set_normalizers(&mut self, observation: Option<&Normalizer>, goal: Option<&Normalizer>) {
-        self.normalizers = Normalizers { observation: observation.cloned(), goal: goal.cloned() };
-    }
-
     /// Takes all columns out, to pass them on without a copy. The batch then has no columns until the next
     /// draw, for which it allocates them again unless they are [given back](Self::give_back). Its fields and its
     /// length stay.
@@ -251,7 +204,7 @@ impl<T: Scalar> Batch<T> {
     /// ```
     /// use goal_reward::DistanceReward;
     /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
-    /// use her_relabel::{Sampler, UnitInterval};
+    /// use her_relabel::{JoinedGoal, Sampler, UnitInterval};
     ///
     /// # let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(9, Dims { observation: 1, goal: 1, action: 1 }))?;
     /// # buffer.add_episode(&EpisodeData {
@@ -265,7 +218,7 @@ impl<T: Scalar> Batch<T> {
     /// #     fields: &[],
     /// # })?;
     /// let sampler = Sampler::new(32, GoalStrategy::Future, UnitInterval::from_k(4))
-    ///     .with_joined_goal(true)
+    ///     .with_joined_goal(JoinedGoal::Desired)
     ///     .with_discount(UnitInterval::new(0.98)?);
     /// let mut batch = Batch::<f32>::new();
     /// sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;

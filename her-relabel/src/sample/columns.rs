@@ -37,7 +37,7 @@ impl Widths {
         keeps_stored: bool,
     ) -> Self {
         let Dims { observation, goal, action } = layout.dims();
-        let is_joined = sampler.joined_goal();
+        let is_joined = sampler.joined_goal().is_some();
         Self {
             always: 1,
             discount: usize::from(sampler.n_step().is_some()),

@@ -9,6 +9,7 @@ use crate::sample::columns::Widths;
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
 use crate::sample::form::{AsStored, Form, Formed};
 use crate::sample::gather::{PART, gather_parts};
+use crate::sample::inputs::{JoinedGoal, Normalizers};
 use crate::sample::outcome;
 use crate::sample::redraw::Redraws;
 use crate::sample::sampler::{SampleError, Sampler};
@@ -52,11 +53,13 @@ impl Sampler {
         T: Scalar,
         F: GoalReward + ?Sized,
     {
-        self.sample_into(buffer, reward, source, batch, ColumnsMut::default())
+        let (normalizers, columns) = (Normalizers::default(), ColumnsMut::default());
+        self.sample_into(buffer, reward, source, batch, normalizers, columns)
     }
 
     /// Draws a batch as [`sample`](Self::sample) does, but writes the columns for which `columns` has memory
-    /// there: into tensors or pinned memory, for example. The other columns go to `batch`.
+    /// there: into tensors or pinned memory, for example. The other columns go to `batch`. Observations
+    /// and goals are normalized by `normalizers`.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty, and the contents of `columns` are unspecified.
@@ -65,7 +68,7 @@ impl Sampler {
     /// ```
     /// use goal_reward::DistanceReward;
     /// use her_relabel::{Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy};
-    /// use her_relabel::{HerBuffer, Sampler, UnitInterval};
+    /// use her_relabel::{HerBuffer, JoinedGoal, Normalizers, Sampler, UnitInterval};
     ///
     /// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
     /// let mut buffer = HerBuffer::<f64>::new(config)?;
@@ -80,7 +83,7 @@ impl Sampler {
     ///     fields: &[],
     /// })?;
     /// let sampler = Sampler::new(1, GoalStrategy::Future, UnitInterval::ONE)
-    ///     .with_joined_goal(true)
+    ///     .with_joined_goal(JoinedGoal::Desired)
     ///     .with_discount(UnitInterval::new(0.98)?);
     /// // The memory of four tensors.
     /// let (mut input, mut next_input) = ([0.0_f32; 3], [0.0_f32; 3]);
@@ -93,7 +96,8 @@ impl Sampler {
     ///     ..ColumnsMut::default()
     /// };
     /// let mut batch = Batch::new();
-    /// sampler.sample_into(&buffer, &DistanceReward::sparse(), 7, &mut batch, columns)?;
+    /// let (reward_function, none) = (DistanceReward::sparse(), Normalizers::default());
+    /// sampler.sample_into(&buffer, &reward_function, 7, &mut batch, none, columns)?;
     /// assert_eq!(input, [0.0, 0.1, 1.0]);
     /// assert_eq!(next_input, [1.0, 1.1, 1.0]);
     /// assert_eq!((reward, discount), ([0.0], [0.0]));
@@ -106,6 +110,7 @@ impl Sampler {
         reward: &F,
         source: impl RandomSource,
         batch: &mut Batch<T>,
+        normalizers: Normalizers<'_>,
         columns: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError>
     where
@@ -115,7 +120,7 @@ impl Sampler {
     {
         let draws = Draws::new(source.seed());
         let drawn = ClearOnDrop(batch);
-        self.draw(&buffer.storage, reward, draws, &mut *drawn.0, columns)?;
+        self.draw(&buffer.storage, reward, draws, &mut *drawn.0, normalizers, columns)?;
         std::mem::forget(drawn);
         Ok(())
     }
@@ -126,15 +131,15 @@ impl Sampler {
         reward: &F,
         draws: Draws,
         batch: &mut Batch<T>,
+        normalizers: Normalizers<'_>,
         given: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
         let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
-        let Batch { columns, scratch, judged, redraws, normalizers, .. } = &mut *batch;
-        let form = Formed {
-            observation: normalizers.observation.as_ref(),
-            goal: normalizers.goal.as_ref(),
-        };
+        let Batch { columns, scratch, judged, redraws, .. } = &mut *batch;
+        let Normalizers { observation, goal } = normalizers;
+        let relative = self.joined_goal() == Some(JoinedGoal::Relative);
+        let form = Formed { observation, goal, relative };
         form.check(storage.layout.dims())?;
         // A buffer of the batch's type, if the batch takes everything as it is stored.
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
@@ -144,7 +149,7 @@ impl Sampler {
         let scratch = scratch.resize(size, &widths)?;
         let mut rows = Rows { widths, first: 0, columns, scratch };
         let memory = (&mut rows, judged, redraws);
-        match (as_stored, self.joined_goal()) {
+        match (as_stored, self.joined_goal().is_some()) {
             (Some(storage), false) => {
                 self.fill::<T, T, F>(storage, reward, draws, AsStored::<false>, memory)?;
             }

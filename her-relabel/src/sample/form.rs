@@ -1,6 +1,7 @@
-//! The form in which observations and goals are written: as stored, or converted, joined and normalized.
+//! The form in which observations and goals are written: as stored, or converted, joined, relative
+//! and normalized.
 
-use crate::normalizer::Normalizer;
+use crate::normalizer::{Normalizer, difference};
 use crate::sample::batch::{ColumnsMut, ScratchRows};
 use crate::sample::copy::{convert_short, put_part, put_start, put_thrice, put_wide};
 use crate::sample::sampler::SampleError;
@@ -23,13 +24,14 @@ pub(crate) trait Form<S, T>: Copy + Sync {
         desired_goal: &[S],
     );
 
-    /// Writes the state after the step.
-    fn put_next(
+    /// Writes the state after the step, with the goal of the row.
+    fn put_next<G: Scalar>(
         self,
         columns: &mut ColumnsMut<'_, T>,
         scratch: &mut ScratchRows<'_, T>,
         at: usize,
         next: State<'_, S>,
+        desired_goal: &[G],
     );
 }
 
@@ -92,12 +94,13 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
     }
 
     #[inline(always)]
-    fn put_next(
+    fn put_next<G: Scalar>(
         self,
         columns: &mut ColumnsMut<'_, T>,
         _: &mut ScratchRows<'_, T>,
         at: usize,
         next: State<'_, T>,
+        _: &[G],
     ) {
         if JOINED {
             put_start(&mut columns.next_input[at * next.layout.state().end..], next.observation());
@@ -108,17 +111,43 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
     }
 }
 
-/// Any other form: joined observations and goals, normalizers, or another element type.
+/// Any other form: relative goals, normalizers, or another element type.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Formed<'a> {
     pub(crate) observation: Option<&'a Normalizer>,
     pub(crate) goal: Option<&'a Normalizer>,
+    /// Whether the goals behind observations are relative.
+    pub(crate) relative: bool,
 }
 
 impl Formed<'_> {
-    /// Whether nothing is normalized.
+    /// Returns whether nothing is normalized or relative.
     pub(crate) fn is_plain(&self) -> bool {
-        self.observation.is_none() && self.goal.is_none()
+        self.observation.is_none() && self.goal.is_none() && !self.relative
+    }
+
+    /// Returns the normalizer of the columns of goals.
+    #[inline(always)]
+    fn goal_columns(&self) -> Option<&Normalizer> {
+        if self.relative { None } else { self.goal }
+    }
+
+    /// Writes a relative goal to `target`.
+    #[inline(always)]
+    fn put_relative<S: Scalar, G: Scalar, T: Scalar>(
+        &self,
+        target: &mut [T],
+        desired: &[G],
+        achieved: &[S],
+    ) {
+        match self.goal {
+            Some(normalizer) => normalizer.put_difference(target, desired, achieved),
+            None => {
+                for (target, value) in target.iter_mut().zip(difference(desired, achieved)) {
+                    *target = T::from_f64(value);
+                }
+            }
+        }
     }
 
     /// Checks the dimensions of the normalizers.
@@ -149,18 +178,23 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
         desired_goal: &[S],
     ) {
         let (observation, goal) = (state.observation().len(), desired_goal.len());
-        put_at(self.goal, columns.achieved_goal, at * goal, state.achieved_goal());
-        put_at(self.goal, columns.desired_goal, at * goal, desired_goal);
+        put_at(self.goal_columns(), columns.achieved_goal, at * goal, state.achieved_goal());
+        put_at(self.goal_columns(), columns.desired_goal, at * goal, desired_goal);
         if columns.input.is_empty() {
             put_at(self.observation, columns.observation, at * observation, state.observation());
         } else {
             let start = at * (observation + goal);
             let end = start + observation;
             put_at(self.observation, columns.input, start, state.observation());
-            // The goal as it was just written, which need not be normalized again.
-            let written = &columns.desired_goal[at * goal..][..goal];
-            convert_short(&mut columns.input[end..][..goal], written);
-            convert_short(&mut columns.next_input[end..][..goal], written);
+            if self.relative {
+                let target = &mut columns.input[end..][..goal];
+                self.put_relative(target, desired_goal, state.achieved_goal());
+            } else {
+                // The goal as it was just written, which need not be normalized again.
+                let written = &columns.desired_goal[at * goal..][..goal];
+                convert_short(&mut columns.input[end..][..goal], written);
+                convert_short(&mut columns.next_input[end..][..goal], written);
+            }
         }
         if !scratch.judged_desired.is_empty() {
             put_wide(scratch.judged_desired, at, desired_goal);
@@ -168,21 +202,26 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
     }
 
     #[inline]
-    fn put_next(
+    fn put_next<G: Scalar>(
         self,
         columns: &mut ColumnsMut<'_, T>,
         scratch: &mut ScratchRows<'_, T>,
         at: usize,
         next: State<'_, S>,
+        desired_goal: &[G],
     ) {
         let (observation, goal) = (next.observation().len(), next.achieved_goal().len());
-        put_at(self.goal, columns.next_achieved_goal, at * goal, next.achieved_goal());
+        put_at(self.goal_columns(), columns.next_achieved_goal, at * goal, next.achieved_goal());
         if columns.next_input.is_empty() {
             let start = at * observation;
             put_at(self.observation, columns.next_observation, start, next.observation());
         } else {
             let start = at * (observation + goal);
             put_at(self.observation, columns.next_input, start, next.observation());
+            if self.relative {
+                let target = &mut columns.next_input[start + observation..][..goal];
+                self.put_relative(target, desired_goal, next.achieved_goal());
+            }
         }
         if !scratch.judged_achieved.is_empty() {
             put_wide(scratch.judged_achieved, at, next.achieved_goal());

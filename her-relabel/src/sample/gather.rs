@@ -206,7 +206,7 @@ fn put<S: Scalar, T: Scalar>(
     form.put(rows.columns.action, at, &state[layout.action()]);
     rows.columns.reward[at] = T::from_f64(state[layout.reward()].to_f64());
     let Rows { columns, scratch, .. } = rows;
-    form.put_next(columns, scratch, at, State { layout, row: next });
+    form.put_next(columns, scratch, at, State { layout, row: next }, goal);
     if !rows.scratch.field_rows.is_empty() {
         form.put(rows.scratch.field_rows, at, &state[layout.fields()]);
     }

@@ -9,6 +9,7 @@ pub(crate) mod draws;
 pub(crate) mod form;
 pub(crate) mod gather;
 pub(crate) mod goals;
+pub(crate) mod inputs;
 mod memory;
 pub(crate) mod outcome;
 pub(crate) mod redraw;

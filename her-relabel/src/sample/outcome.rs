@@ -59,9 +59,15 @@ fn terminate<S: Scalar, T: Scalar>(
 ) {
     let Rows { columns, scratch, .. } = rows;
     let Storage { layout, tape, episodes, .. } = storage;
+    // Apart from the other memory, which is changed while the goals are read.
+    let desired_pairs = std::mem::take(&mut scratch.desired_pairs);
+    let goal_dim = layout.dims().goal;
+    let mut first = 0;
     let mut rest = terminated;
     for at in 0..counts.rows {
         let Relabeled { row, pairs, .. } = scratch.relabeled[at];
+        let desired_goal = &desired_pairs[first * goal_dim..][..goal_dim];
+        first += pairs;
         let (terminated, later) = rest.split_at(pairs);
         rest = later;
         let end = terminated.iter().position(|terminated| *terminated);
@@ -73,8 +79,9 @@ fn terminate<S: Scalar, T: Scalar>(
         columns.truncated[row] = false;
         let transition = columns.transition[row].number();
         let next = tape.row(episodes.of(transition).row(transition) + used as u64);
-        form.put_next(columns, scratch, row, State { layout, row: next });
+        form.put_next(columns, scratch, row, State { layout, row: next }, desired_goal);
     }
+    scratch.desired_pairs = desired_pairs;
 }
 
 /// Puts the rewards of the windows, once their lengths are final, into the relabeled rows.

@@ -8,7 +8,8 @@ use thiserror::Error;
 
 use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
-use crate::sample::termination::{Termination, by_name_or_flag};
+use crate::sample::inputs::JoinedGoal;
+use crate::sample::termination::Termination;
 use crate::unit_interval::UnitInterval;
 
 /// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting for one
@@ -61,23 +62,14 @@ pub struct Sampler {
     batch_size: usize,
     goals: GoalMixture,
     ratio: UnitInterval,
-    #[serde(default, alias = "recompute_terminated", deserialize_with = "by_name_or_flag")]
     termination: Termination,
     success: bool,
     n_step: Option<NStep>,
     #[serde(rename = "prioritized")]
     priorities: Option<UnitInterval>,
-    #[serde(default)]
     parallel: bool,
-    #[serde(default)]
-    joined_goal: bool,
-    #[serde(default = "everything")]
+    joined_goal: Option<JoinedGoal>,
     already_achieved: UnitInterval,
-}
-
-/// The share of rows of already achieved goals that is kept unless it is set.
-const fn everything() -> UnitInterval {
-    UnitInterval::ONE
 }
 
 impl Sampler {
@@ -93,8 +85,8 @@ impl Sampler {
             n_step: None,
             priorities: None,
             parallel: false,
-            joined_goal: false,
-            already_achieved: everything(),
+            joined_goal: None,
+            already_achieved: UnitInterval::ONE,
         }
     }
 
@@ -161,11 +153,12 @@ impl Sampler {
         self
     }
 
-    /// Sets whether each observation is written with the goal to pursue behind it, as the input of a network:
-    /// [`Batch::input`](crate::Batch::input) and [`Batch::next_input`](crate::Batch::next_input) take the place
-    /// of the observations. Off by default. No second pass over the batch is needed.
-    pub const fn with_joined_goal(mut self, joined_goal: bool) -> Self {
-        self.joined_goal = joined_goal;
+    /// Sets the goal that is written behind each observation, as the input of a network:
+    /// [`Batch::input`](crate::Batch::input) and [`Batch::next_input`](crate::Batch::next_input)
+    /// take the place of the observations. The default is `None`. No second pass over the batch is
+    /// needed.
+    pub fn with_joined_goal(mut self, joined_goal: impl Into<Option<JoinedGoal>>) -> Self {
+        self.joined_goal = joined_goal.into();
         self
     }
 
@@ -234,8 +227,8 @@ impl Sampler {
         priorities: Option<UnitInterval>,
         /// Returns whether batches are drawn on several threads.
         parallel: bool,
-        /// Returns whether each observation is written with the goal behind it.
-        joined_goal: bool,
+        /// Returns the goal that is written behind each observation.
+        joined_goal: Option<JoinedGoal>,
         /// Returns the share of the rows kept whose goal was achieved already before the step.
         already_achieved: UnitInterval,
     }
@@ -325,9 +318,9 @@ pub enum SampleError {
         /// The length of the memory.
         actual: usize,
     },
-    /// A normalizer of the batch is for vectors of another length.
+    /// A normalizer of the draw is for vectors of another length.
     #[error(
-        "a normalizer has {actual} elements instead of {expected}: set those of this buffer's observations and goals"
+        "a normalizer has {actual} elements instead of {expected}: pass those of this buffer's observations and goals"
     )]
     NormalizerDim {
         /// The length of the vectors in the buffer.

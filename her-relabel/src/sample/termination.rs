@@ -1,6 +1,6 @@
 //! Whether a relabeled row ends its task.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// What decides whether the task of a relabeled row has ended, so that a learner must not bootstrap there.
 ///
@@ -32,21 +32,4 @@ pub enum Termination {
     ///
     /// This is wrong for a task that also ends for other reasons: its learner would bootstrap from terminal states.
     Recomputed,
-}
-
-/// Reads a termination by its name, or as the flag of the first version, whether it is recomputed.
-pub(crate) fn by_name_or_flag<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Termination, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Written {
-        Name(Termination),
-        Flag(bool),
-    }
-    Ok(match Written::deserialize(deserializer)? {
-        Written::Name(termination) => termination,
-        Written::Flag(false) => Termination::Stored,
-        Written::Flag(true) => Termination::Recomputed,
-    })
 }

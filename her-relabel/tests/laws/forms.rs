@@ -7,8 +7,8 @@ use crate::common::Result;
 use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
     Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalMixture, GoalPart, GoalStrategy,
-    HerBuffer, NStep, Normalizer, NormalizerConfig, NormalizerError, Priorities, PriorityUnit,
-    SampleError, Sampler, Scalar, Termination, UnitInterval,
+    HerBuffer, JoinedGoal, NStep, Normalizer, NormalizerConfig, NormalizerError, Normalizers,
+    Priorities, PriorityUnit, SampleError, Sampler, Scalar, Termination, UnitInterval,
 };
 
 const DIMS: Dims = Dims { observation: 5, goal: 3, action: 2 };
@@ -108,24 +108,36 @@ fn joined<T: Scalar>(observations: &[T], goals: &[T]) -> Vec<T> {
 fn assert_formed<T: Scalar>(
     batch: &Batch<T>,
     plain: &Batch<f64>,
-    [observation, goal]: [Option<&Normalizer>; 2],
-    is_joined: bool,
+    Normalizers { observation, goal }: Normalizers<'_>,
+    joined_goal: Option<JoinedGoal>,
 ) -> Result {
+    let is_relative = joined_goal == Some(JoinedGoal::Relative);
+    let (of_columns, of_inputs) = if is_relative { (None, goal) } else { (goal, goal) };
     let observations = formed::<T>(plain.observation(), observation)?;
     let next_observations = formed::<T>(plain.next_observation(), observation)?;
-    let goals = formed::<T>(plain.desired_goal(), goal)?;
-    if is_joined {
+    let goals = formed::<T>(plain.desired_goal(), of_columns)?;
+    if joined_goal.is_some() {
+        let goals = |achieved: &[f64]| {
+            let pairs = plain.desired_goal().iter().zip(achieved);
+            let relative: Vec<f64> = pairs
+                .map(|(desired, achieved)| if is_relative { desired - achieved } else { *desired })
+                .collect();
+            formed::<T>(&relative, of_inputs)
+        };
         assert!(batch.observation().is_empty() && batch.next_observation().is_empty());
-        assert_eq!(batch.input(), joined(&observations, &goals));
-        assert_eq!(batch.next_input(), joined(&next_observations, &goals));
+        assert_eq!(batch.input(), joined(&observations, &goals(plain.achieved_goal())?));
+        assert_eq!(
+            batch.next_input(),
+            joined(&next_observations, &goals(plain.next_achieved_goal())?)
+        );
     } else {
         assert!(batch.input().is_empty() && batch.next_input().is_empty());
         assert_eq!(batch.observation(), observations);
         assert_eq!(batch.next_observation(), next_observations);
     }
     assert_eq!(batch.desired_goal(), goals);
-    assert_eq!(batch.achieved_goal(), formed::<T>(plain.achieved_goal(), goal)?);
-    assert_eq!(batch.next_achieved_goal(), formed::<T>(plain.next_achieved_goal(), goal)?);
+    assert_eq!(batch.achieved_goal(), formed::<T>(plain.achieved_goal(), of_columns)?);
+    assert_eq!(batch.next_achieved_goal(), formed::<T>(plain.next_achieved_goal(), of_columns)?);
     for (column, expected) in [
         (batch.action(), plain.action()),
         (batch.reward(), plain.reward()),
@@ -150,17 +162,18 @@ fn check_forms<T: Scalar>() -> Result {
     for sampler in samplers()? {
         sampler.sample(&buffer, &reward(), 3, &mut plain)?;
         assert!(!sampler.success() || plain.success().contains(&true));
-        for is_joined in [false, true] {
-            for normalizers in [
+        for joined_goal in [None, Some(JoinedGoal::Desired), Some(JoinedGoal::Relative)] {
+            for [observation, goal] in [
                 [None, None],
                 [Some(&observation), None],
                 [None, Some(&goal)],
                 [Some(&observation), Some(&goal)],
             ] {
-                let sampler = sampler.with_joined_goal(is_joined);
-                batch.set_normalizers(normalizers[0], normalizers[1]);
-                sampler.sample(&buffer, &reward(), 3, &mut batch)?;
-                assert_formed(&batch, &plain, normalizers, is_joined)?;
+                let sampler = sampler.with_joined_goal(joined_goal);
+                let normalizers = Normalizers { observation, goal };
+                let columns = ColumnsMut::default();
+                sampler.sample_into(&buffer, &reward(), 3, &mut batch, normalizers, columns)?;
+                assert_formed(&batch, &plain, normalizers, joined_goal)?;
             }
         }
     }
@@ -179,16 +192,16 @@ fn normalizing_while_drawing_is_normalizing_afterwards() -> Result {
     let sampler = samplers()?[0];
     let (mut plain, mut batch) = (Batch::<f64>::new(), Batch::<f64>::new());
     sampler.sample(&buffer, &reward(), 3, &mut plain)?;
-    batch.set_normalizers(Some(&observation), Some(&goal));
-    sampler.sample(&buffer, &reward(), 3, &mut batch)?;
+    let normalizers = Normalizers { observation: Some(&observation), goal: Some(&goal) };
+    let columns = ColumnsMut::default();
+    sampler.sample_into(&buffer, &reward(), 3, &mut batch, normalizers, columns)?;
     let mut expected = plain.observation().to_vec();
     observation.normalize(&mut expected)?;
     assert_eq!(batch.observation(), expected);
     let mut expected = plain.desired_goal().to_vec();
     goal.normalize(&mut expected)?;
     assert_eq!(batch.desired_goal(), expected);
-    // What is stored is not touched, and a normalizer can be taken away.
-    batch.set_normalizers(None, None);
+    // What is stored is not touched, and the next draw need not be normalized.
     sampler.sample(&buffer, &reward(), 3, &mut batch)?;
     assert_eq!(batch, plain);
     Ok(())
@@ -198,8 +211,10 @@ fn normalizing_while_drawing_is_normalizing_afterwards() -> Result {
 fn a_normalizer_of_other_dimensions_is_refused() -> Result {
     let (buffer, [_, goal]) = (buffer()?, normalizers()?);
     let mut batch = Batch::<f32>::new();
-    batch.set_normalizers(Some(&goal), None);
-    let error = samplers()?[0].sample(&buffer, &reward(), 3, &mut batch).unwrap_err();
+    let normalizers = Normalizers { observation: Some(&goal), goal: None };
+    let (sampler, columns) = (samplers()?[0], ColumnsMut::default());
+    let result = sampler.sample_into(&buffer, &reward(), 3, &mut batch, normalizers, columns);
+    let error = result.unwrap_err();
     assert_eq!(error, SampleError::NormalizerDim { expected: 5, actual: 3 });
     assert!(batch.is_empty());
     let wrong = NormalizerError::WrongTarget { len: 2, rows: 3 };
@@ -257,7 +272,8 @@ fn the_discount_needs_no_window_and_is_zero_where_the_task_ended() -> Result {
 fn columns_go_to_memory_of_the_caller_s() -> Result {
     let buffer = buffer()?;
     for sampler in samplers()? {
-        let sampler = sampler.with_joined_goal(true).with_discount(UnitInterval::new(0.9)?);
+        let sampler =
+            sampler.with_joined_goal(JoinedGoal::Desired).with_discount(UnitInterval::new(0.9)?);
         let (mut whole, mut rest) = (Batch::<f32>::new(), Batch::<f32>::new());
         sampler.sample(&buffer, &reward(), 3, &mut whole)?;
         // A batch that has been used still has columns of its own.
@@ -274,7 +290,7 @@ fn columns_go_to_memory_of_the_caller_s() -> Result {
             terminated: &mut terminated,
             ..ColumnsMut::default()
         };
-        sampler.sample_into(&buffer, &reward(), 3, &mut rest, columns)?;
+        sampler.sample_into(&buffer, &reward(), 3, &mut rest, Normalizers::default(), columns)?;
         assert_eq!(inputs[0], whole.input());
         assert_eq!(inputs[1], whole.next_input());
         assert_eq!(rewards, whole.reward());
@@ -299,7 +315,8 @@ fn memory_of_a_wrong_length_is_refused() -> Result {
     let sampler = samplers()?[0].with_batch_size(2);
     let mut memory = [0.0_f32; 9];
     let mut refusal = |sampler: Sampler, columns: ColumnsMut<'_, f32>| {
-        let result = sampler.sample_into(&buffer, &reward(), 3, &mut batch, columns);
+        let none = Normalizers::default();
+        let result = sampler.sample_into(&buffer, &reward(), 3, &mut batch, none, columns);
         assert!(batch.is_empty());
         result.unwrap_err()
     };
@@ -311,7 +328,7 @@ fn memory_of_a_wrong_length_is_refused() -> Result {
     assert_eq!(refusal(sampler, columns), expected);
     let columns = ColumnsMut { next_observation: &mut memory, ..ColumnsMut::default() };
     let expected = SampleError::WrongLength { column: "next_observation", expected: 0, actual: 9 };
-    assert_eq!(refusal(sampler.with_joined_goal(true), columns), expected);
+    assert_eq!(refusal(sampler.with_joined_goal(JoinedGoal::Desired), columns), expected);
     Ok(())
 }
 

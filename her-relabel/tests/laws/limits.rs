@@ -5,8 +5,8 @@ use std::num::NonZeroUsize;
 use crate::common::{DIMS, Result, Telling, add, begin, buffer, step};
 use her_relabel::{
     AddError, Batch, BufferConfig, ColumnsMut, ConfigError, EpisodeData, GoalStrategy, HerBuffer,
-    LoadError, NStep, Normalizer, NormalizerConfig, NormalizerError, Priorities, PriorityUnit,
-    SampleError, Sampler, Step, StepRows, UnitInterval,
+    LoadError, NStep, Normalizer, NormalizerConfig, NormalizerError, Normalizers, Priorities,
+    PriorityUnit, SampleError, Sampler, Step, StepRows, UnitInterval,
 };
 
 fn steps(steps: usize) -> NStep {
@@ -187,7 +187,7 @@ fn sums_of_the_largest_rewards_are_finite_in_a_batch_of_f32() -> Result {
     let mut batch = Batch::<f32>::new();
     let mut reward = [0.0; 500];
     let columns = ColumnsMut { reward: &mut reward, ..ColumnsMut::default() };
-    sampler.sample_into(&buffer, &Telling, 1, &mut batch, columns)?;
+    sampler.sample_into(&buffer, &Telling, 1, &mut batch, Normalizers::default(), columns)?;
     assert!(reward.iter().all(|reward| (1e20..=2e23).contains(reward)));
     Ok(())
 }

@@ -3,8 +3,8 @@
 use std::num::NonZeroUsize;
 
 use her_relabel::{
-    Batch, BufferConfig, GoalMixture, GoalPart, GoalStrategy, HerBuffer, NStep, SampleError,
-    Sampler, Scalar, Termination, UnitInterval,
+    Batch, BufferConfig, GoalMixture, GoalPart, GoalStrategy, HerBuffer, JoinedGoal, NStep,
+    SampleError, Sampler, Scalar, Termination, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -60,7 +60,7 @@ fn sampler() -> impl Strategy<Value = Sampler> {
                 .with_termination(termination)
                 .with_success(success)
                 .with_parallel(parallel)
-                .with_joined_goal(joined)
+                .with_joined_goal(joined.then_some(JoinedGoal::Desired))
                 .with_priorities(beta)
                 .with_already_achieved(kept)
         },

@@ -168,7 +168,7 @@ fn assert_row<B: Scalar>(
     let new_goal = place.source.is_some().then_some(goal);
     let outcome = walk(episode, t, new_goal, sampler);
     let next = &episode.states[t + outcome.steps];
-    if sampler.joined_goal() {
+    if sampler.joined_goal().is_some() {
         let input = [&state.observation[..], goal].concat();
         assert_bits(&part("input", batch.input(), observations + goals), &input, "input");
         let next_input = [&next.observation[..], goal].concat();

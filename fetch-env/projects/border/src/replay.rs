@@ -3,7 +3,7 @@
 use anyhow::Result;
 use border_core::{ExperienceBufferBase, ReplayBufferBase, Step, StepProcessor, TransitionBatch};
 use fetch_env::{DistanceReward, FetchObservation, GoalObservation};
-use her_relabel::{Batch, BufferConfig, EpisodeStart, HerBuffer, Sampler, TransitionId};
+use her_relabel::{Batch, BufferConfig, EpisodeStart, HerBuffer, JoinedGoal, Sampler, TransitionId};
 
 use crate::{FetchAct, FetchObs, GoalEnvironment};
 
@@ -118,7 +118,7 @@ impl ReplayBufferBase for HerReplay {
 
     fn batch(&mut self, size: usize) -> Result<HerBatch> {
         let HerReplayConfig { sampler, reward, .. } = &self.config;
-        let sampler = sampler.with_batch_size(size).with_joined_goal(true);
+        let sampler = sampler.with_batch_size(size).with_joined_goal(JoinedGoal::Desired);
         self.num_draws += 1;
         sampler.sample(&self.buffer, reward, self.num_draws, &mut self.batch)?;
         let columns = self.batch.take_columns();

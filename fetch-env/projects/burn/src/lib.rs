@@ -4,7 +4,7 @@
 use burn::rl::{Environment, StepResult};
 use burn::tensor::{Device, Tensor, TensorData};
 use fetch_env::{Env, EnvError, FetchObservation, GoalObservation, KinematicEnv, make_kinematic};
-use her_relabel::{Batch, Sampler, UnitInterval};
+use her_relabel::{Batch, JoinedGoal, Sampler, UnitInterval};
 
 /// What a learner needs of a batch: a row for each transition.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub struct Tensors {
 
 /// Sets up a sampler for [`Tensors`].
 pub fn for_tensors(sampler: Sampler, gamma: UnitInterval) -> Sampler {
-    sampler.with_joined_goal(true).with_discount(gamma)
+    sampler.with_joined_goal(JoinedGoal::Desired).with_discount(gamma)
 }
 
 impl Tensors {

@@ -4,7 +4,9 @@
 
 use candle_core::{Device, Error, Result, Tensor};
 use her_relabel::goal_reward::GoalReward;
-use her_relabel::{Batch, ColumnsMut, Dims, HerBuffer, Sampler, Scalar, UnitInterval};
+use her_relabel::{
+    Batch, ColumnsMut, Dims, HerBuffer, JoinedGoal, Normalizers, Sampler, Scalar, UnitInterval,
+};
 
 /// What a learner needs of a batch: a row for each transition.
 #[derive(Clone, Debug)]
@@ -20,7 +22,7 @@ pub struct Tensors {
 
 /// Sets up a sampler for [`Tensors`].
 pub fn for_tensors(sampler: Sampler, gamma: UnitInterval) -> Sampler {
-    sampler.with_joined_goal(true).with_discount(gamma)
+    sampler.with_joined_goal(JoinedGoal::Desired).with_discount(gamma)
 }
 
 impl Tensors {
@@ -84,7 +86,7 @@ impl Staging {
             ..ColumnsMut::default()
         };
         self.sampler
-            .sample_into(buffer, reward, seed, &mut self.others, columns)
+            .sample_into(buffer, reward, seed, &mut self.others, Normalizers::default(), columns)
             .map_err(Error::wrap)?;
 
         let all = Tensor::from_slice(&self.memory, self.memory.len(), device)?;

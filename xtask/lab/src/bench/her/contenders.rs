@@ -4,7 +4,8 @@ use std::{cell::RefCell, hint::black_box, rc::Rc};
 
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, GoalStrategy, HerBuffer, Normalizer, NormalizerConfig, Sampler, Scalar, UnitInterval,
+    Batch, ColumnsMut, GoalStrategy, HerBuffer, JoinedGoal, Normalizer, NormalizerConfig,
+    Normalizers, Sampler, Scalar, UnitInterval,
 };
 
 use super::episodes::{DIMS, Episode, RecordedRows, STEPS, Stepper, full_buffer};
@@ -62,15 +63,21 @@ fn drawing<T: Scalar, B: Scalar>(
     table: Rc<RefCell<Table<T>>>,
     stepper: Rc<RefCell<Stepper>>,
     sampler: Sampler,
-    mut batch: Batch<B>,
+    normalizers: Option<[Normalizer; 2]>,
     mut after: impl FnMut(&mut Batch<B>),
 ) -> impl Contender {
+    let mut batch = Batch::<B>::new();
     let (size, reward, mut seed) = (sampler.batch_size(), DistanceReward::sparse(), 0);
     move || {
         let Table { buffer, episodes } = &mut *table.borrow_mut();
         let mut stepper = stepper.borrow_mut();
         for _ in 0..ROWS / size {
-            sampler.sample(buffer, &reward, seed, &mut batch)?;
+            let [observation, goal] = match &normalizers {
+                Some([observation, goal]) => [Some(observation), Some(goal)],
+                None => [None, None],
+            };
+            let (normalizers, columns) = (Normalizers { observation, goal }, ColumnsMut::default());
+            sampler.sample_into(buffer, &reward, seed, &mut batch, normalizers, columns)?;
             after(&mut batch);
             black_box(&batch);
             stepper.step(buffer, episodes)?;
@@ -87,35 +94,41 @@ pub fn forms<T: Scalar>(
     size: usize,
 ) -> anyhow::Result<Vec<(&'static str, Box<dyn Contender>)>> {
     let stepper = Rc::new(RefCell::new(Stepper::new(ENV_OF_FORMS, 1)));
-    let (plain, joined) = (sampler(size), sampler(size).with_joined_goal(true));
+    let (plain, joined) = (sampler(size), sampler(size).with_joined_goal(JoinedGoal::Desired));
     let tenth = UnitInterval::new(0.1)?;
     let normalizers = normalizers(&table.borrow().episodes)?;
-    let [observation, goal] = [Some(&normalizers[0]), Some(&normalizers[1])];
-    let mut normalizing = Batch::<f32>::new();
-    normalizing.set_normalizers(observation, goal);
     let (table, stepper) = (|| Rc::clone(table), || Rc::clone(&stepper));
     let none = |_: &mut Batch<T>| {};
     let mut inputs = [Vec::new(), Vec::new()];
     let mut copied = [Vec::new(), Vec::new()];
     let normalizers_after = normalizers.clone();
     Ok(vec![
-        ("joined", Box::new(drawing(table(), stepper(), joined, Batch::<T>::new(), none))),
+        ("joined", Box::new(drawing(table(), stepper(), joined, None, none))),
         (
             "copied-and-joined",
-            Box::new(drawing(table(), stepper(), plain, Batch::<T>::new(), move |batch| {
+            Box::new(drawing(table(), stepper(), plain, None, move |batch: &mut Batch<T>| {
                 join(batch, &mut inputs);
                 black_box(&inputs);
             })),
         ),
-        ("f32", Box::new(drawing(table(), stepper(), plain, Batch::<f32>::new(), |_| {}))),
-        ("f32-joined", Box::new(drawing(table(), stepper(), joined, Batch::<f32>::new(), |_| {}))),
+        ("f32", Box::new(drawing(table(), stepper(), plain, None, |_: &mut Batch<f32>| {}))),
+        (
+            "f32-joined",
+            Box::new(drawing(table(), stepper(), joined, None, |_: &mut Batch<f32>| {})),
+        ),
         (
             "f32-joined-normalized",
-            Box::new(drawing(table(), stepper(), joined, normalizing, |_| {})),
+            Box::new(drawing(
+                table(),
+                stepper(),
+                joined,
+                Some(normalizers),
+                |_: &mut Batch<f32>| {},
+            )),
         ),
         (
             "f32-copied-joined-normalized",
-            Box::new(drawing(table(), stepper(), plain, Batch::<f32>::new(), move |batch| {
+            Box::new(drawing(table(), stepper(), plain, None, move |batch: &mut Batch<f32>| {
                 let mut columns = batch.take_columns();
                 let [observation, goal] = &normalizers_after;
                 for column in [&mut columns.observation, &mut columns.next_observation] {
