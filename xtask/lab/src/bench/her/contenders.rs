@@ -54,7 +54,7 @@ pub fn sampling<T: Scalar>(
     let stepper = Rc::new(RefCell::new(Stepper::new(ENV_OF_SAMPLING, 1)));
     sizes.iter().map(move |&size| {
         let (table, stepper) = (Rc::clone(table), Rc::clone(&stepper));
-        (size, drawing(table, stepper, sampler(size), Batch::<T>::new(), |_| {}))
+        (size, drawing(table, stepper, sampler(size), None, |_: &mut Batch<T>| {}))
     })
 }
 
@@ -146,13 +146,7 @@ pub fn forms<T: Scalar>(
         ),
         (
             "achieved-left-out",
-            Box::new(drawing(
-                table(),
-                stepper(),
-                plain.with_already_achieved(tenth),
-                Batch::<T>::new(),
-                none,
-            )),
+            Box::new(drawing(table(), stepper(), plain.with_already_achieved(tenth), None, none)),
         ),
     ])
 }
