@@ -109,9 +109,8 @@ fn a_reward_that_is_not_finite_stops_the_run() -> Result {
     let mut trainer = Trainer::new(
         || {
             let env = make()?;
-            let transform =
-                TransformReward::with_goal_reward(env.goal_reward().clone(), |_| f64::NAN);
-            env.wrap(transform)
+            let reward = *env.goal_reward();
+            env.wrap(TransformReward::with_goal_reward(reward, |_| f64::NAN))
         },
         settings(ddpg()),
         0,

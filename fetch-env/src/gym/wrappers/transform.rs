@@ -86,7 +86,7 @@ impl<F> Stateless for TransformObservation<F> {}
 ///
 /// // 1 at the goal, 0 elsewhere.
 /// let env = make_kinematic("FetchReach-v4")?;
-/// let transform = TransformReward::with_goal_reward(env.goal_reward().clone(), |r| r + 1.0);
+/// let transform = TransformReward::with_goal_reward(*env.goal_reward(), |r| r + 1.0);
 /// let mut env = env.wrap(transform)?;
 /// env.reset(Some(0))?;
 /// let step = env.step(&[0.0; 4])?;

@@ -22,7 +22,7 @@ use crate::gym::spaces::{Space, action_space::ActionSpace};
 /// | the wrapper implements | then the wrapped environment is, where the inner one is |
 /// |---|---|
 /// | [`KeepsGoals`] or [`GoalWrapper`] | a [`GoalEnv`] |
-/// | [`Stateless`] or [`SnapshotWrapper`] | a [`SnapshotEnv`] |
+/// | [`Stateless`] or [`SnapshotWrapper`] | a [`SnapshotEnv`](crate::SnapshotEnv) |
 /// | nothing further | a `RenderEnv`, and part of a [`VecEnv`](crate::VecEnv) |
 ///
 /// ```
