@@ -3,7 +3,9 @@
 use anyhow::Result;
 use border_core::{ExperienceBufferBase, ReplayBufferBase, Step, StepProcessor, TransitionBatch};
 use fetch_env::{DistanceReward, FetchObservation, GoalObservation};
-use her_relabel::{Batch, BufferConfig, EpisodeStart, HerBuffer, JoinedGoal, Sampler, TransitionId};
+use her_relabel::{
+    Batch, BufferConfig, EpisodeStart, HerBuffer, JoinedGoal, Sampler, TransitionId,
+};
 
 use crate::{FetchAct, FetchObs, GoalEnvironment};
 

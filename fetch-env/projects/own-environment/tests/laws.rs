@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use baselines::{Collector, Policy, buffer_config};
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
-use fetch_env::vec_env::{AutoresetMode, VecStepOf, VecConfig};
+use fetch_env::vec_env::{AutoresetMode, VecConfig, VecStepOf};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     DistanceReward, Env, EnvError, EnvExt, GoalEnv, GoalObservation, GoalReward, TimeLimit, VecEnv,
