@@ -4,7 +4,7 @@
 mod in_child;
 
 use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError, VecReset};
-use fetch_env::{Env, EnvExt, KinematicEnv, make_kinematic};
+use fetch_env::{Env, KinematicEnv, make_kinematic};
 use in_child::in_child;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -81,7 +81,7 @@ fn a_single_environment_goes_on_in_both() -> Result {
 #[cfg(feature = "render")]
 #[test]
 fn pictures_are_an_error_in_the_child_and_no_lock_is_waited_for() -> Result {
-    use fetch_env::{AddRenderObservation, EnvError, PixelOptions, RenderError, make};
+    use fetch_env::{AddRenderObservation, EnvError, EnvExt, PixelOptions, RenderError, make};
 
     let new = || make("FetchReach-v4")?.wrap(AddRenderObservation::new(PixelOptions::default()));
     let mut env = match new() {
