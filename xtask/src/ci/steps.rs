@@ -104,12 +104,6 @@ const ON_SYSTEM: Stage = Stage {
             "doc -p fetch-baselines --no-deps --features learn,mpi",
             &[Mpi],
         ),
-        step(
-            "tests of pictures",
-            "test --workspace --test render --test render_many --test render_memory \
-             --test record_video --test callers_context",
-            &[OpenGl],
-        ),
         step("pictures of the commands", "test --workspace --test commands pictures", &[OpenGl]),
         step("tests of pages", "test --workspace --test page", &[Chromium]),
         step(
