@@ -47,7 +47,8 @@ fn simulate_in_this_process() -> Result {
     env::var_os("FETCH_SIM_TEST_AFTER").map_or(Ok(()), |libraries| open_locally(&libraries))?;
     let model = env::current_exe()?.with_file_name("mesh.xml");
     let made = model.exists().then(|| Model::from_path(&model).map(|model| model.ngeom()));
-    writeln!(io::stdout(), "mesh {made:?}")?;
+    // MuJoCo's messages have several lines.
+    writeln!(io::stdout(), "mesh {}", format!("{made:?}").replace('\n', " "))?;
     Ok(())
 }
 
