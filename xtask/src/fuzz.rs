@@ -1,9 +1,11 @@
 //! `fuzz`: runs the fuzz targets for a bounded time.
 
-use std::{num::NonZeroU32, path::PathBuf, process::Command};
+use std::{num::NonZeroU32, path::Path, process::Command};
 
 use anyhow::Context;
 use lexopt::{Arg::Long, Parser, ValueExt};
+
+use crate::tools::ROOT;
 
 /// A fuzz target.
 #[derive(Clone, Copy)]
@@ -55,7 +57,7 @@ impl Target {
     /// Returns whether nothing was found.
     fn fuzz(self, seconds: u32) -> anyhow::Result<bool> {
         let Self { name, of } = self;
-        let folder: PathBuf = [env!("CARGO_MANIFEST_DIR"), "..", of, "fuzz"].iter().collect();
+        let folder = Path::new(ROOT).join(of).join("fuzz");
         // What is found is added to the first of the corpora; the committed one has the seeds.
         let [found, seeds, artifacts] =
             ["target/corpus", "corpus", "artifacts"].map(|part| folder.join(part).join(name));
@@ -65,6 +67,8 @@ impl Target {
         }
         let status = Command::new(env!("CARGO"))
             .current_dir(&folder)
+            // The workspaces have dependencies, flags and a profile in common.
+            .env("CARGO_TARGET_DIR", Path::new(ROOT).join("target/fuzz"))
             .args(["run", "--release", "--quiet", "--bin", name, "--"])
             .args([&found, &seeds])
             .arg(format!("-artifact_prefix={}/", artifacts.display()))
