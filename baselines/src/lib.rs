@@ -19,6 +19,7 @@ pub mod learn;
 pub mod page;
 mod policy;
 mod scripted;
+mod spread;
 mod statistics;
 mod trained;
 pub mod workers;
@@ -29,6 +30,7 @@ pub use error::{CollectError, CollectorError, EvaluationError};
 pub use evaluate::{Episode, Evaluation, Summary, evaluate, evaluate_vec};
 pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
 pub use scripted::ScriptedPolicy;
+pub use spread::{evaluate_spread, gather_episodes};
 pub use statistics::{Estimate, StatisticsError};
 pub use trained::{
     InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,

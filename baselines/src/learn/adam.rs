@@ -1,5 +1,7 @@
-//! The optimizer.
+//! The optimizer, and networks that it trains.
 
+use super::algorithm::StateMut;
+use super::network::Network;
 use super::vectors::vectorize;
 
 /// Adam, with the defaults of its authors: Kingma and Ba, *Adam: a method for stochastic
@@ -43,5 +45,35 @@ impl Adam {
                 }
             },
         );
+    }
+
+    /// Adds the moments to the state of an algorithm.
+    pub(crate) fn push_to<'a>(&'a mut self, name: &str, state: &mut StateMut<'a>) {
+        state.push(name, "first_moment", &mut self.first_moment);
+        state.push(name, "second_moment", &mut self.second_moment);
+    }
+}
+
+/// A network with its optimizer.
+pub(crate) struct Trained {
+    pub(crate) network: Network,
+    adam: Adam,
+}
+
+impl Trained {
+    pub(crate) fn new(network: Network, learning_rate: f32) -> Self {
+        let adam = Adam::new(learning_rate, network.parameters.len());
+        Self { network, adam }
+    }
+
+    /// Takes step `number`, counted from 1, against a gradient.
+    pub(crate) fn step(&mut self, number: u64, gradient: &[f32]) {
+        self.adam.step(number, &mut self.network.parameters, gradient);
+    }
+
+    /// Adds parameters and moments to the state of an algorithm.
+    pub(crate) fn push_to<'a>(&'a mut self, name: &str, state: &mut StateMut<'a>) {
+        self.network.push_to(name, state);
+        self.adam.push_to(name, state);
     }
 }

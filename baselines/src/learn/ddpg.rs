@@ -5,14 +5,14 @@ use std::fmt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::actor::{ActionNoise, Actor};
-use super::algorithm::{Algorithm, Losses, StateMut, Trained, Transitions, check_lengths};
+use super::adam::Trained;
+use super::algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
+use super::critic::{evaluate, regress};
 use super::error::TrainError;
 use super::network::{Network, Shape};
-use super::pass::{Pass, evaluate, run};
+use super::pass::{Pass, run};
 use super::range::settings;
 use crate::trained::LayerWeights;
-use crate::workers::Workers;
 
 settings! {
     /// Settings of [`Ddpg`].
@@ -108,13 +108,12 @@ pub struct Ddpg {
     networks: Networks,
     critic_work: CriticWork,
     actor_work: ActorWork,
-    /// The gradients of critic and actor, and the losses behind them.
+    exploring: Pass,
+    /// The gradients of critic and actor, and the losses behind them: the critic's, the actor's and
+    /// the value.
     gradients: Vec<f32>,
     num_updates: u64,
 }
-
-/// The losses that processes average: the critic's, the actor's and the value.
-const NUM_LOSSES: usize = 3;
 
 struct Networks {
     actor: Trained,
@@ -124,165 +123,69 @@ struct Networks {
     averaged_actor: Network,
 }
 
-/// What the critic's gradient needs, kept for its memory.
-#[derive(Default)]
-struct CriticWork {
-    actor: Pass,
-    critic: Pass,
-    next_actions: Vec<f32>,
-    targets: Vec<f32>,
-    /// The gradient of the critic's outputs.
-    outputs: Vec<f32>,
-    loss: f32,
-    value: f32,
-}
-
-/// What the actor's gradient needs, kept for its memory.
-#[derive(Default)]
-struct ActorWork {
-    actor: Pass,
-    critic: Pass,
-    actions: Vec<f32>,
-    /// The gradient of a network's outputs.
-    outputs: Vec<f32>,
-    loss: f32,
-}
-
-impl fmt::Debug for Ddpg {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Ddpg")
-            .field("settings", &self.settings)
-            .field("num_updates", &self.num_updates)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Ddpg {
-    /// Makes networks for inputs of `num_inputs` numbers (observation and goal) and actions of
-    /// `num_actions`. `seed` decides their first weights.
+    /// Creates networks, whose first weights `init.seed` decides.
     ///
     /// # Errors
-    /// [`TrainError::Setting`] if a setting is out of its range, `num_inputs` is not from 1 to 16,384,
-    /// or `num_actions` is not from 1 to 1,024.
-    pub fn new(
-        settings: DdpgSettings,
-        num_inputs: usize,
-        num_actions: usize,
-        seed: u64,
-    ) -> Result<Self, TrainError> {
+    /// [`TrainError::Setting`] if a setting is out of its range, `init.num_inputs` is not from 1 to
+    /// 16,384, or `init.num_actions` is not from 1 to 1,024.
+    pub fn new(settings: DdpgSettings, init: AlgorithmInit) -> Result<Self, TrainError> {
         settings.check()?;
-        check_lengths(num_inputs, num_actions)?;
+        init.check()?;
+        let AlgorithmInit { num_inputs, num_actions, seed, .. } = init;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let DdpgSettings { hidden, layer_norm, last_layer_scale, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, num_actions, false);
         let actor = Network::init(actor, *last_layer_scale, &mut rng);
         let critic = Shape::new(num_inputs + num_actions, hidden, 1, *layer_norm);
         let critic = Network::init(critic, 1.0, &mut rng);
-        let networks = Networks {
-            averaged_actor: actor.clone(),
-            target_actor: actor.clone(),
-            target_critic: critic.clone(),
-            actor: Trained::new(actor, settings.actor_learning_rate),
-            critic: Trained::new(critic, settings.critic_learning_rate),
-        };
-        let len =
-            networks.critic.network.parameters.len() + networks.actor.network.parameters.len();
+        let num_losses = 3;
         Ok(Self {
-            settings,
-            networks,
+            gradients: vec![0.0; critic.parameters.len() + actor.parameters.len() + num_losses],
+            networks: Networks {
+                averaged_actor: actor.clone(),
+                target_actor: actor.clone(),
+                target_critic: critic.clone(),
+                actor: Trained::new(actor, settings.actor_learning_rate),
+                critic: Trained::new(critic, settings.critic_learning_rate),
+            },
             critic_work: CriticWork::default(),
             actor_work: ActorWork::default(),
-            gradients: vec![0.0; len + NUM_LOSSES],
+            exploring: Pass::default(),
             num_updates: 0,
+            settings,
         })
     }
 }
 
-impl CriticWork {
-    /// Computes what the critic should say: the reward and the discounted value of the next state.
-    fn compute_targets(
-        &mut self,
-        batch: Transitions<'_>,
-        networks: &Networks,
-        settings: &DdpgSettings,
-    ) {
-        let Networks { target_actor, target_critic, .. } = networks;
-        let outputs = run(&mut self.actor, target_actor, batch.len, batch.next_inputs);
-        self.next_actions.clear();
-        self.next_actions.extend(outputs.iter().map(|output| output.tanh()));
-        let (inputs, actions) = (batch.next_inputs, &self.next_actions);
-        let values = evaluate(&mut self.critic, target_critic, batch.len, inputs, actions);
-        let lowest = -1.0 / (1.0 - settings.gamma as f32);
-        let targets = batch.rewards.iter().zip(batch.discounts).zip(values);
-        let targets = targets.map(|((reward, discount), value)| reward + discount * value);
-        self.targets.clear();
-        if settings.clip_targets {
-            self.targets.extend(targets.map(|target| target.clamp(lowest, 0.0)));
-        } else {
-            self.targets.extend(targets);
-        }
-    }
-
-    /// Computes the critic's gradient, of the mean squared error.
-    fn differentiate(&mut self, batch: Transitions<'_>, critic: &Network, gradient: &mut [f32]) {
-        let values = evaluate(&mut self.critic, critic, batch.len, batch.inputs, batch.actions);
-        self.value = values.iter().sum::<f32>() * batch.share();
-        let errors = values.iter().zip(&self.targets).map(|(value, target)| value - target);
-        self.loss = errors.clone().map(|error| error * error).sum::<f32>() * batch.share();
-        self.outputs.clear();
-        self.outputs.extend(errors.map(|error| 2.0 * batch.share() * error));
-        self.critic.backward(critic, &self.outputs, Some(gradient), 0);
-    }
-}
-
-impl ActorWork {
-    /// Computes the actor's gradient: that of the negative mean value, and of the mean squared action
-    /// times `action_l2`.
-    fn differentiate(
-        &mut self,
-        batch: Transitions<'_>,
-        actor: &Network,
-        critic: &Network,
-        action_l2: f32,
-        gradient: &mut [f32],
-    ) {
-        let outputs = run(&mut self.actor, actor, batch.len, batch.inputs);
-        self.actions.clear();
-        self.actions.extend(outputs.iter().map(|output| output.tanh()));
-        let values = evaluate(&mut self.critic, critic, batch.len, batch.inputs, &self.actions);
-        let weight = action_l2 * batch.share() / batch.num_actions() as f32;
-        let squares = self.actions.iter().map(|action| action * action).sum::<f32>();
-        self.loss = weight * squares - values.iter().sum::<f32>() * batch.share();
-        self.outputs.clear();
-        self.outputs.resize(batch.len, -batch.share());
-        let slopes = self.critic.backward(critic, &self.outputs, None, batch.num_actions());
-        self.outputs.clear();
-        self.outputs.extend(
-            slopes
-                .iter()
-                .zip(&self.actions)
-                .map(|(slope, action)| (slope + 2.0 * weight * action) * (1.0 - action * action)),
-        );
-        self.actor.backward(actor, &self.outputs, Some(gradient), 0);
-    }
-}
-
 impl Algorithm for Ddpg {
-    fn update(&mut self, batch: Transitions<'_>, workers: &mut dyn Workers) -> Losses {
-        let Self { settings, networks, critic_work, actor_work, gradients, num_updates } = self;
+    fn name(&self) -> &str {
+        "ddpg"
+    }
+
+    fn gamma(&self) -> f64 {
+        self.settings.gamma
+    }
+
+    fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
+        let Self { settings, networks, critic_work, actor_work, gradients, num_updates, .. } = self;
         let (actor, critic) = (&networks.actor.network, &networks.critic.network);
         let lens = [critic, actor].map(|network| network.parameters.len());
+
+        // The gradients of this process.
         let (critic_gradient, rest) = gradients.split_at_mut(lens[0]);
         let (actor_gradient, losses) = rest.split_at_mut(lens[1]);
-        rayon::join(
+        let ((critic_loss, value), actor_loss) = rayon::join(
             || {
                 critic_work.compute_targets(batch, networks, settings);
-                critic_work.differentiate(batch, critic, critic_gradient);
+                critic_work.differentiate(batch, critic, critic_gradient)
             },
             || actor_work.differentiate(batch, actor, critic, settings.action_l2, actor_gradient),
         );
-        losses.copy_from_slice(&[critic_work.loss, actor_work.loss, critic_work.value]);
-        workers.average(gradients);
+        losses.copy_from_slice(&[critic_loss, actor_loss, value]);
+
+        // The same step in all processes.
+        average(gradients);
         let (critic_gradient, rest) = gradients.split_at(lens[0]);
         let (actor_gradient, losses) = rest.split_at(lens[1]);
         *num_updates += 1;
@@ -301,12 +204,14 @@ impl Algorithm for Ddpg {
                 averaged_actor.follow(&actor.network, settings.average_fraction);
             },
         );
-        Losses { critic: losses[0], actor: losses[1], value: losses[2] }
+        Losses::new(losses[0], losses[1], losses[2])
     }
 
-    fn actor(&self) -> Actor {
-        let noise = ActionNoise::Added(self.settings.noise);
-        Actor::new(self.networks.actor.network.clone(), noise)
+    fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
+        let outputs = run(&mut self.exploring, &self.networks.actor.network, inputs);
+        for ((action, output), noise) in actions.iter_mut().zip(outputs).zip(noise) {
+            *action = noise.mul_add(self.settings.noise, output.tanh()).clamp(-1.0, 1.0);
+        }
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {
@@ -316,12 +221,111 @@ impl Algorithm for Ddpg {
     fn state_mut(&mut self) -> StateMut<'_> {
         let Networks { actor, critic, target_actor, target_critic, averaged_actor } =
             &mut self.networks;
-        let mut state = StateMut::new(&mut self.num_updates);
-        state.push_trained("actor", actor);
-        state.push_trained("critic", critic);
-        state.push_target("target_actor", target_actor);
-        state.push_target("target_critic", target_critic);
-        state.push_target("averaged_actor", averaged_actor);
+        let mut state = StateMut { num_updates: &mut self.num_updates, vectors: Vec::new() };
+        actor.push_to("actor", &mut state);
+        critic.push_to("critic", &mut state);
+        target_actor.push_to("target_actor", &mut state);
+        target_critic.push_to("target_critic", &mut state);
+        averaged_actor.push_to("averaged_actor", &mut state);
         state
+    }
+}
+
+/// What the critic's gradient needs, kept for its memory.
+#[derive(Default)]
+struct CriticWork {
+    actor: Pass,
+    critic: Pass,
+    next_actions: Vec<f32>,
+    targets: Vec<f32>,
+    slopes: Vec<f32>,
+}
+
+impl CriticWork {
+    /// Computes what the critic should say: the reward and the discounted value of the next state.
+    fn compute_targets(
+        &mut self,
+        batch: Transitions<'_>,
+        networks: &Networks,
+        settings: &DdpgSettings,
+    ) {
+        let Networks { target_actor, target_critic, .. } = networks;
+        let outputs = run(&mut self.actor, target_actor, batch.next_input);
+        self.next_actions.clear();
+        self.next_actions.extend(outputs.iter().map(|output| output.tanh()));
+        let values =
+            evaluate(&mut self.critic, target_critic, batch.next_input, &self.next_actions);
+        let lowest = -1.0 / (1.0 - settings.gamma as f32);
+        let targets = batch.reward.iter().zip(batch.discount).zip(values);
+        let targets = targets.map(|((reward, discount), value)| reward + discount * value);
+        self.targets.clear();
+        if settings.clip_targets {
+            self.targets.extend(targets.map(|target| target.clamp(lowest, 0.0)));
+        } else {
+            self.targets.extend(targets);
+        }
+    }
+
+    /// Computes the critic's gradient, and returns its loss and the mean value.
+    fn differentiate(
+        &mut self,
+        batch: Transitions<'_>,
+        critic: &Network,
+        gradient: &mut [f32],
+    ) -> (f32, f32) {
+        let Self { critic: pass, targets, slopes, .. } = self;
+        regress(pass, critic, batch, targets, slopes, gradient)
+    }
+}
+
+/// What the actor's gradient needs, kept for its memory.
+#[derive(Default)]
+struct ActorWork {
+    actor: Pass,
+    critic: Pass,
+    actions: Vec<f32>,
+    /// The gradient of a network's outputs.
+    slopes: Vec<f32>,
+}
+
+impl ActorWork {
+    /// Computes the gradient of the actor's loss, and returns the loss: the negative mean value, and
+    /// the mean squared action times `action_l2`.
+    fn differentiate(
+        &mut self,
+        batch: Transitions<'_>,
+        actor: &Network,
+        critic: &Network,
+        action_l2: f32,
+        gradient: &mut [f32],
+    ) -> f32 {
+        let outputs = run(&mut self.actor, actor, batch.input);
+        self.actions.clear();
+        self.actions.extend(outputs.iter().map(|output| output.tanh()));
+        let values = evaluate(&mut self.critic, critic, batch.input, &self.actions);
+        let weight = action_l2 * batch.share() / batch.num_actions() as f32;
+        let squares = self.actions.iter().map(|action| action * action).sum::<f32>();
+        let loss = weight * squares - values.iter().sum::<f32>() * batch.share();
+        self.slopes.clear();
+        self.slopes.resize(batch.len, -batch.share());
+        let by_action = self.critic.backward(critic, &self.slopes, None, batch.num_actions());
+        self.slopes.clear();
+        self.slopes.extend(
+            by_action
+                .iter()
+                .zip(&self.actions)
+                .map(|(slope, action)| (slope + 2.0 * weight * action) * (1.0 - action * action)),
+        );
+        self.actor.backward(actor, &self.slopes, Some(gradient), 0);
+        loss
+    }
+}
+
+impl fmt::Debug for Ddpg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Ddpg")
+            .field("settings", &self.settings)
+            .field("num_updates", &self.num_updates)
+            .finish_non_exhaustive()
     }
 }

@@ -1,5 +1,6 @@
 //! The errors of training and of checkpoints.
 
+use std::error::Error;
 use std::io;
 use std::path::PathBuf;
 
@@ -30,6 +31,9 @@ pub enum TrainError {
     /// An environment could not be made.
     #[error("an environment could not be made")]
     Make(#[source] EnvError),
+    /// An algorithm of your own could not be built.
+    #[error("the algorithm could not be built")]
+    Algorithm(#[source] Box<dyn Error + Send + Sync>),
     /// The environments could not be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),

@@ -1,13 +1,13 @@
 //! How actions are chosen while collecting.
 
 use fetch_env::{GoalObservation, vec_env::VecStep};
-use her_relabel::Scalar;
+use her_relabel::{Dims, Scalar};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-use super::actor::Actor;
+use super::algorithm::Algorithm;
 use super::inputs::{Inputs, Seen};
 use super::settings::ExplorationSettings;
 use crate::policy::Policy;
@@ -62,15 +62,14 @@ impl LastBatch {
     }
 }
 
-/// The policy that collects: the actor with noise, random actions and random episodes.
+/// How the actions of all environments are chosen: those of the actor with noise, random actions and
+/// random episodes.
 ///
 /// Every decision has a stream of random numbers of its own.
 pub(crate) struct Explorer {
     settings: ExplorationSettings,
     seed: u64,
-    inputs: Inputs,
-    actor: Option<Actor>,
-    /// Of the actor, a row for each environment.
+    /// The actor's inputs, kept for their memory.
     rows: Vec<f32>,
     state: ExplorerState,
     /// What the next decision sees instead of the batch that it gets.
@@ -78,18 +77,11 @@ pub(crate) struct Explorer {
 }
 
 impl Explorer {
-    pub(crate) fn new(
-        settings: ExplorationSettings,
-        seed: u64,
-        inputs: Inputs,
-        num_envs: usize,
-    ) -> Self {
+    pub(crate) fn new(settings: ExplorationSettings, seed: u64, num_envs: usize) -> Self {
         let is_random = vec![false; num_envs];
         Self {
             settings,
             seed,
-            inputs,
-            actor: None,
             rows: Vec::new(),
             state: ExplorerState { decisions: 0, episodes: 0, is_random },
             resumed: None,
@@ -110,16 +102,15 @@ impl Explorer {
     }
 
     /// Restores a state, and what the next decision sees, if they are of as many environments and
-    /// of goals and observations of the same lengths.
-    pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch) -> bool {
+    /// of goals and observations of these lengths.
+    pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch, dims: Dims) -> bool {
         let num_envs = self.state.is_random.len();
-        let Inputs { observation, goal, .. } = &self.inputs;
         let fits = state.is_random.len() == num_envs
             && last.started.len() == num_envs
-            && last.observations.len() == num_envs * observation.dim()
+            && last.observations.len() == num_envs * dims.observation
             && [&last.achieved_goals, &last.desired_goals]
                 .iter()
-                .all(|goals| goals.len() == num_envs * goal.dim());
+                .all(|goals| goals.len() == num_envs * dims.goal);
         if fits {
             self.state = state;
             self.resumed = Some(last);
@@ -127,16 +118,10 @@ impl Explorer {
         fits
     }
 
-    /// Goes on behind the decisions and the episodes of a run.
+    /// Continues after the decisions and the episodes of a run.
     pub(crate) const fn skip(&mut self, decisions: u64, episodes: u64) {
         self.state.decisions = decisions;
         self.state.episodes = episodes;
-    }
-
-    /// Sets the actor and the scale of its inputs.
-    pub(crate) fn set_actor(&mut self, actor: Actor, inputs: Inputs) {
-        self.actor = Some(actor);
-        self.inputs = inputs;
     }
 
     /// Decides which of the episodes that begin are wholly random.
@@ -152,35 +137,39 @@ impl Explorer {
             self.state.episodes += 1;
         }
     }
+}
 
-    /// Writes the actions of all environments for the inputs.
-    fn decide(&mut self, actions: &mut [f32]) {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        rng.set_stream(self.state.decisions);
-        self.state.decisions += 1;
-        let is_random = &self.state.is_random;
-        let len = actions.len() / is_random.len();
+/// An [`Explorer`] with the actor whose actions it takes.
+pub(crate) struct Exploring<'a> {
+    pub(crate) explorer: &'a mut Explorer,
+    /// `None` before the first update: all actions are random.
+    pub(crate) actor: Option<&'a mut (dyn Algorithm + 'static)>,
+    pub(crate) inputs: &'a Inputs,
+}
+
+impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for Exploring<'_> {
+    fn act(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
+        let Self { explorer, actor, inputs } = self;
+        let last = explorer.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
+        explorer.begin_episodes(&last.started);
+        let Explorer { settings, seed, rows, state, .. } = &mut **explorer;
+        let mut rng = ChaCha8Rng::seed_from_u64(*seed);
+        rng.set_stream(state.decisions);
+        state.decisions += 1;
         let noise: Vec<f32> = actions.iter().map(|_| rng.sample(StandardNormal)).collect();
-        if let Some(actor) = &mut self.actor
-            && is_random.contains(&false)
+        if let Some(actor) = actor
+            && state.is_random.contains(&false)
         {
-            actor.act(is_random.len(), &self.rows, &noise, actions);
+            inputs.write(last.seen(), rows);
+            actor.explore(rows, &noise, actions);
         }
-        for (row, is_random) in actions.chunks_exact_mut(len).zip(is_random) {
+        let len = actions.len() / state.is_random.len();
+        for (row, is_random) in actions.chunks_exact_mut(len).zip(&state.is_random) {
             let chance: f64 = rng.random();
             let random: Vec<f32> = row.iter().map(|_| rng.random_range(-1.0..=1.0)).collect();
-            if *is_random || self.actor.is_none() || chance < self.settings.random_action {
+            if *is_random || actor.is_none() || chance < settings.random_action {
                 row.copy_from_slice(&random);
             }
         }
-    }
-}
-
-impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for Explorer {
-    fn act(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
-        let last = self.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
-        self.begin_episodes(&last.started);
-        self.inputs.write(last.seen(), &mut self.rows);
-        self.decide(actions);
     }
 }

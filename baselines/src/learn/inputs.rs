@@ -12,7 +12,7 @@ use crate::trained::InputPart;
 /// what is collected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Inputs {
+pub(crate) struct Inputs {
     pub(crate) observation: Normalizer,
     /// Of relative goals, if inputs have them.
     pub(crate) goal: Normalizer,
@@ -21,19 +21,18 @@ pub struct Inputs {
 
 /// Observations and goals, a row for each input.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a, S, G> {
+pub(crate) struct Seen<'a, S, G> {
     /// The observations, `(len, dims.observation)`.
-    pub observations: &'a [S],
+    pub(crate) observations: &'a [S],
     /// The achieved goals, `(len, dims.goal)`.
-    pub achieved_goals: &'a [G],
+    pub(crate) achieved_goals: &'a [G],
     /// The desired goals, `(len, dims.goal)`.
-    pub desired_goals: &'a [G],
+    pub(crate) desired_goals: &'a [G],
 }
 
 impl<'a, T: Scalar> Seen<'a, T, T> {
     /// What networks see before the steps of a batch.
-    #[must_use]
-    pub fn before(batch: &'a Batch<T>) -> Self {
+    pub(crate) fn before(batch: &'a Batch<T>) -> Self {
         Self {
             observations: batch.observation(),
             achieved_goals: batch.achieved_goal(),
@@ -44,10 +43,7 @@ impl<'a, T: Scalar> Seen<'a, T, T> {
 
 impl Inputs {
     /// Makes inputs of observations and goals of some lengths, not yet scaled.
-    ///
-    /// # Errors
-    /// [`NormalizerError`] if a setting or a length cannot be.
-    pub fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
+    pub(crate) fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
         let InputSettings { relative_goal, min_std, clip } = *settings;
         let normalizer =
             |dim| Normalizer::new(NormalizerConfig::new(dim).with_min_std(min_std).with_clip(clip));
@@ -59,8 +55,7 @@ impl Inputs {
     }
 
     /// The length of an input.
-    #[must_use]
-    pub fn dim(&self) -> usize {
+    pub(crate) fn dim(&self) -> usize {
         self.observation.dim() + self.goal.dim()
     }
 
@@ -87,10 +82,7 @@ impl Inputs {
     }
 
     /// Takes observations and goals into the scale.
-    ///
-    /// # Errors
-    /// [`NormalizerError`] if a number is not finite, or a length is wrong.
-    pub fn update<S: Scalar, G: Scalar>(
+    pub(crate) fn update<S: Scalar, G: Scalar>(
         &mut self,
         seen: Seen<'_, S, G>,
     ) -> Result<(), NormalizerError> {
@@ -106,24 +98,19 @@ impl Inputs {
         self.goal.merge(&other.goal)
     }
 
-    /// Writes inputs, a row of [`dim`](Self::dim) numbers for each observation: the observation with its
-    /// goal behind it, normalized. Rows with a number that is not finite become 0. Returns the first of them, if there is one.
-    pub fn write<S: Scalar, G: Scalar>(
-        &self,
-        seen: Seen<'_, S, G>,
-        inputs: &mut Vec<f32>,
-    ) -> Option<usize> {
+    /// Writes inputs, a row for each observation: the observation and then its goal, normalized.
+    /// Rows with a number that is not finite become 0.
+    pub(crate) fn write<S: Scalar, G: Scalar>(&self, seen: Seen<'_, S, G>, inputs: &mut Vec<f32>) {
         let (len, goal_len) = (self.observation.dim(), self.goal.dim());
         let mut goal = vec![0.0; goal_len];
         inputs.resize(seen.observations.len() / len * self.dim(), 0.0);
-        let mut first_bad = None;
         let goals = seen
             .achieved_goals
             .chunks_exact(goal_len)
             .zip(seen.desired_goals.chunks_exact(goal_len));
         let rows = seen.observations.chunks_exact(len).zip(goals);
-        for (row, (input, (observation, (achieved, desired)))) in
-            inputs.chunks_exact_mut(self.dim()).zip(rows).enumerate()
+        for (input, (observation, (achieved, desired))) in
+            inputs.chunks_exact_mut(self.dim()).zip(rows)
         {
             let (first, second) = input.split_at_mut(len);
             let normalized = self
@@ -132,10 +119,8 @@ impl Inputs {
                 .and_then(|()| self.write_goal(achieved, desired, &mut goal, second));
             if normalized.is_err() {
                 input.fill(0.0);
-                first_bad.get_or_insert(row);
             }
         }
-        first_bad
     }
 
     /// Writes a goal by way of `goal`, its memory before the normalization.

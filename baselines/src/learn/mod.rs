@@ -1,7 +1,7 @@
 //! Learning with hindsight: algorithms, their settings, and the loop that trains.
 //!
 //! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
-//! actor by an [`Algorithm`]: [`Ddpg`] or [`Sac`]. It takes any goal-conditioned environment whose
+//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or one of your own. It takes any goal-conditioned environment whose
 //! actions are a box from -1 to 1. The presets [`TrainSettings::fast`] and
 //! [`TrainSettings::authors`] have settings for the Fetch tasks.
 //!
@@ -35,39 +35,37 @@
 //! Networks are small multilayer perceptrons over the matrix products of
 //! [faer](https://docs.rs/faer), in `f32`, computed on the processor.
 
-mod actor;
 mod adam;
 mod algorithm;
 mod checkpoint;
+mod collecting;
+mod critic;
 mod curve;
-mod cycle;
 mod ddpg;
 mod error;
 mod explorer;
 mod inputs;
+mod learner;
 mod network;
 mod pass;
 mod range;
 mod replay;
+mod run;
 mod sac;
 mod sampled;
 mod seeds;
 mod settings;
-mod train_batch;
 mod trainer;
 mod vectors;
 
-pub use actor::Actor;
-pub use algorithm::{Algorithm, Losses, StateMut, Transitions};
+pub use algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 pub use checkpoint::{Resumed, checkpoints};
 pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
 pub use ddpg::{Ddpg, DdpgSettings};
 pub use error::{CheckpointError, TrainError};
-pub use inputs::{Inputs, Seen};
 pub use sac::{Sac, SacSettings};
 pub use settings::{
     AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,
     TrainSettings,
 };
-pub use train_batch::TrainBatch;
 pub use trainer::{LearnEnv, Trainer};

@@ -2,6 +2,7 @@
 
 use rand::{Rng, RngExt};
 
+use super::algorithm::StateMut;
 use super::vectors::vectorize;
 use crate::trained::LayerWeights;
 
@@ -46,6 +47,11 @@ pub(crate) struct ParametersMut<'a> {
 impl Shape {
     pub(crate) fn new(inputs: usize, hidden: &[usize], outputs: usize, layer_norm: bool) -> Self {
         Self { sizes: [&[inputs], hidden, &[outputs]].concat(), layer_norm }
+    }
+
+    /// The length of an input.
+    pub(crate) fn num_inputs(&self) -> usize {
+        self.sizes[0]
     }
 
     /// Returns the layers, from the first to the last.
@@ -151,5 +157,10 @@ impl Network {
                 }
             },
         );
+    }
+
+    /// Adds the parameters to the state of an algorithm.
+    pub(crate) fn push_to<'a>(&'a mut self, name: &str, state: &mut StateMut<'a>) {
+        state.push(name, "parameters", &mut self.parameters);
     }
 }

@@ -23,32 +23,10 @@ pub(crate) struct Pass {
 }
 
 /// Returns a network's outputs for inputs, a row for each.
-pub(crate) fn run<'a>(
-    pass: &'a mut Pass,
-    network: &Network,
-    num_rows: usize,
-    inputs: &[f32],
-) -> &'a [f32] {
-    pass.input_mut(num_rows, inputs.len() / num_rows).copy_from_slice(inputs);
+pub(crate) fn run<'a>(pass: &'a mut Pass, network: &Network, inputs: &[f32]) -> &'a [f32] {
+    let width = network.shape.num_inputs();
+    pass.input_mut(inputs.len() / width, width).copy_from_slice(inputs);
     pass.forward(network)
-}
-
-/// Returns what a critic says of inputs and actions: a number for each row.
-pub(crate) fn evaluate<'a>(
-    pass: &'a mut Pass,
-    critic: &Network,
-    num_rows: usize,
-    inputs: &[f32],
-    actions: &[f32],
-) -> &'a [f32] {
-    let (len, action_len) = (inputs.len() / num_rows, actions.len() / num_rows);
-    let joined = pass.input_mut(num_rows, len + action_len).chunks_exact_mut(len + action_len);
-    let rows = inputs.chunks_exact(len).zip(actions.chunks_exact(action_len));
-    for (joined, (input, action)) in joined.zip(rows) {
-        joined[..len].copy_from_slice(input);
-        joined[len..].copy_from_slice(action);
-    }
-    pass.forward(critic)
 }
 
 /// What a layer has computed.
@@ -286,11 +264,11 @@ mod tests {
             let inputs: Vec<f32> = (0..ROWS * 4).map(|_| rng.random_range(-1.0..1.0)).collect();
             let mut pass = Pass::default();
             let loss = |network: &Network, inputs: &[f32], pass: &mut Pass| -> f64 {
-                let outputs = run(pass, network, ROWS, inputs);
+                let outputs = run(pass, network, inputs);
                 outputs.iter().map(|output| f64::from(*output).powi(2)).sum()
             };
             let outputs: Vec<f32> =
-                run(&mut pass, &network, ROWS, &inputs).iter().map(|y| 2.0 * y).collect();
+                run(&mut pass, &network, &inputs).iter().map(|y| 2.0 * y).collect();
             let mut gradient = vec![f32::NAN; network.parameters.len()];
             let of_inputs = pass.backward(&network, &outputs, Some(&mut gradient), 3).to_vec();
             let step = 1e-3;

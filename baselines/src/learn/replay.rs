@@ -1,12 +1,107 @@
-//! The buffer and the sampler that the settings describe.
+//! What holds transitions and draws them.
 
-use her_relabel::{GoalMixture, GoalPart, GoalStrategy, Sampler, StillEpisodes, UnitInterval};
+use her_relabel::{
+    Batch, ColumnsMut, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Sampler, StillEpisodes,
+    UnitInterval,
+};
 
+use super::algorithm::Transitions;
 use super::error::TrainError;
-use super::settings::ReplaySettings;
+use super::inputs::{Inputs, Seen};
+use super::seeds::{Purpose, seed_for};
+use super::settings::{InputSettings, ReplaySettings};
+use super::trainer::LearnEnv;
+use crate::collect::buffer_config;
+
+/// The buffer of a run, and how batches are drawn from it.
+pub(super) struct Replay<E: LearnEnv> {
+    /// Has the reward as a function of goals.
+    pub(super) template: E,
+    pub(super) buffer: HerBuffer<f32>,
+    pub(super) inputs: Inputs,
+    sampler: Sampler,
+    settings: InputSettings,
+    /// The seed of this process.
+    seed: u64,
+    /// The last batch, kept for its memory.
+    batch: Batch<f32>,
+    input: Vec<f32>,
+    next_input: Vec<f32>,
+}
+
+impl<E: LearnEnv> Replay<E> {
+    /// Prepares for transitions of environments like `template`, without a discount until
+    /// [`set_discount`](Self::set_discount).
+    pub(super) fn new(
+        template: E,
+        num_envs: usize,
+        replay: &ReplaySettings,
+        inputs: &InputSettings,
+        seed: u64,
+    ) -> Result<Self, TrainError> {
+        let mut config = buffer_config(replay.capacity, &template)?.with_num_envs(num_envs);
+        if let Some(still) = still_episodes(replay)? {
+            let seed = seed_for(seed, Purpose::StillEpisodes, 0);
+            config = config.with_still_episodes(still.with_seed(seed));
+        }
+        Ok(Self {
+            inputs: Inputs::new(inputs, config.dims())?,
+            template,
+            buffer: HerBuffer::new(config)?,
+            sampler: sampler(replay)?,
+            settings: inputs.clone(),
+            seed,
+            batch: Batch::new(),
+            input: Vec::new(),
+            next_input: Vec::new(),
+        })
+    }
+
+    /// Sets the discount of a step, which the algorithm says.
+    pub(super) fn set_discount(&mut self, gamma: f64) -> Result<(), TrainError> {
+        self.sampler = self.sampler.with_discount(share("gamma", gamma)?);
+        Ok(())
+    }
+
+    /// Returns the scale of as many transitions as were collected in the last cycle, which ended
+    /// after `steps` steps, with relabeled goals, as the authors do; `None` if there are none.
+    pub(super) fn seen(&self, num_rows: usize, steps: u64) -> Result<Option<Inputs>, TrainError> {
+        if self.buffer.is_empty() || num_rows == 0 {
+            return Ok(None);
+        }
+        let seed = seed_for(self.seed, Purpose::Normalizers, steps);
+        let sampler = self.sampler.with_batch_size(num_rows);
+        let mut batch = Batch::<f32>::new();
+        sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
+        let mut seen = Inputs::new(&self.settings, self.buffer.config().dims())?;
+        seen.update(Seen::before(&batch))?;
+        Ok(Some(seen))
+    }
+
+    /// Draws the batch of update `number`, counted from 0.
+    pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, TrainError> {
+        let Self { template, buffer, inputs, batch, input, next_input, .. } = self;
+        let sampler = self.sampler.with_joined_goal(inputs.joined_goal());
+        let seed = seed_for(self.seed, Purpose::Batches, number);
+        let len = sampler.batch_size() * inputs.dim();
+        input.resize(len, 0.0);
+        next_input.resize(len, 0.0);
+        let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
+        let reward = template.goal_reward();
+        sampler.sample_into(buffer, reward, seed, batch, inputs.normalizers(), columns)?;
+        Ok(Transitions {
+            len: batch.len(),
+            input,
+            action: batch.action(),
+            reward: batch.reward(),
+            discount: batch.discount(),
+            next_input,
+        })
+    }
+}
 
 /// Returns the sampler of the settings.
-pub(super) fn sampler(settings: &ReplaySettings, gamma: f64) -> Result<Sampler, TrainError> {
+fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
     let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
     let goals = GoalMixture::new(&[
         GoalPart::new(GoalStrategy::Future, 1.0),
@@ -20,14 +115,11 @@ pub(super) fn sampler(settings: &ReplaySettings, gamma: f64) -> Result<Sampler, 
     let ratio = share("future_k", future_k / (future_k + 1.0))?;
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
         .with_goals(goals)
-        .with_already_achieved(share("already_achieved", already_achieved)?)
-        .with_discount(share("gamma", gamma)?))
+        .with_already_achieved(share("already_achieved", already_achieved)?))
 }
 
 /// Returns which still episodes are left out; `None` if none is.
-pub(super) fn still_episodes(
-    settings: &ReplaySettings,
-) -> Result<Option<StillEpisodes>, TrainError> {
+fn still_episodes(settings: &ReplaySettings) -> Result<Option<StillEpisodes>, TrainError> {
     let kept = share("still_kept", settings.still_kept)?;
     let still = StillEpisodes::new(settings.still_distance, kept);
     Ok((kept != UnitInterval::ONE).then_some(still))

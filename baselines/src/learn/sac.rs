@@ -5,16 +5,15 @@ use std::fmt;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::actor::{ActionNoise, Actor};
-use super::adam::Adam;
-use super::algorithm::{Algorithm, Losses, StateMut, Trained, Transitions, check_lengths};
+use super::adam::{Adam, Trained};
+use super::algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
+use super::critic::{evaluate, regress};
 use super::error::TrainError;
 use super::network::{Network, Shape};
-use super::pass::{Pass, evaluate, run};
+use super::pass::{Pass, run};
 use super::range::settings;
-use super::sampled::Sampled;
+use super::sampled::{Sampled, clamp_log_std};
 use crate::trained::LayerWeights;
-use crate::workers::Workers;
 
 settings! {
     /// Settings of [`Sac`].
@@ -72,15 +71,14 @@ pub struct Sac {
     temperature_adam: Adam,
     critic_work: CriticWork,
     actor_work: ActorWork,
-    /// The gradients of both critics and of the actor, and the losses behind them.
+    exploring: Pass,
+    /// The gradients of both critics and of the actor, and the losses behind them: the critics', the
+    /// actor's, the value, and the logarithm of the actions' density.
     gradients: Vec<f32>,
     num_updates: u64,
     seed: u64,
+    rank: usize,
 }
-
-/// The losses that processes average: the critics', the actor's, the value, and the logarithm of the
-/// actions' density.
-const NUM_LOSSES: usize = 4;
 
 struct Networks {
     actor: Trained,
@@ -88,56 +86,16 @@ struct Networks {
     targets: [Network; 2],
 }
 
-/// What the critics' gradients need, kept for their memory.
-#[derive(Default)]
-struct CriticWork {
-    actor: Pass,
-    critics: [Pass; 2],
-    next: Sampled,
-    targets: Vec<f32>,
-    /// The gradient of a critic's outputs.
-    outputs: Vec<f32>,
-    loss: f32,
-    value: f32,
-}
-
-/// What the actor's gradient needs, kept for its memory.
-#[derive(Default)]
-struct ActorWork {
-    actor: Pass,
-    critics: [Pass; 2],
-    sample: Sampled,
-    /// The gradient of the actor's outputs.
-    outputs: Vec<f32>,
-    loss: f32,
-    /// The mean of the logarithms of the actions' densities.
-    log_density: f32,
-}
-
-impl fmt::Debug for Sac {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Sac")
-            .field("settings", &self.settings)
-            .field("num_updates", &self.num_updates)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Sac {
-    /// Makes networks for inputs of `num_inputs` numbers (observation and goal) and actions of
-    /// `num_actions`. `seed` decides their first weights and all noise.
+    /// Creates networks, whose first weights and noise `init.seed` decides.
     ///
     /// # Errors
-    /// [`TrainError::Setting`] if a setting is out of its range, `num_inputs` is not from 1 to 16,384,
-    /// or `num_actions` is not from 1 to 1,024.
-    pub fn new(
-        settings: SacSettings,
-        num_inputs: usize,
-        num_actions: usize,
-        seed: u64,
-    ) -> Result<Self, TrainError> {
+    /// [`TrainError::Setting`] if a setting is out of its range, `init.num_inputs` is not from 1 to
+    /// 16,384, or `init.num_actions` is not from 1 to 1,024.
+    pub fn new(settings: SacSettings, init: AlgorithmInit) -> Result<Self, TrainError> {
         settings.check()?;
-        check_lengths(num_inputs, num_actions)?;
+        init.check()?;
+        let AlgorithmInit { num_inputs, num_actions, seed, rank } = init;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let SacSettings { hidden, layer_norm, last_layer_scale, learning_rate, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, 2 * num_actions, false);
@@ -152,109 +110,37 @@ impl Sac {
         let [first, second] = &networks.critics;
         let parts = [first, second, &networks.actor];
         let len: usize = parts.iter().map(|part| part.network.parameters.len()).sum();
+        let num_losses = 4;
         Ok(Self {
             networks,
-            gradients: vec![0.0; len + NUM_LOSSES],
+            gradients: vec![0.0; len + num_losses],
             log_temperature: vec![settings.initial_temperature.ln()],
             temperature_adam: Adam::new(*learning_rate, 1),
             critic_work: CriticWork::default(),
             actor_work: ActorWork::default(),
+            exploring: Pass::default(),
             settings,
             num_updates: 0,
             seed,
+            rank,
         })
     }
 }
 
-impl CriticWork {
-    /// Computes what the critics should say: the reward and the discounted soft value of the next
-    /// state.
-    fn compute_targets(
-        &mut self,
-        batch: Transitions<'_>,
-        networks: &Networks,
-        temperature: f32,
-        rng: &mut impl Rng,
-    ) {
-        let (len, inputs) = (batch.len, batch.next_inputs);
-        let outputs = run(&mut self.actor, &networks.actor.network, len, inputs);
-        self.next.draw(outputs, batch.num_actions(), rng);
-        let Self { critics: [first, second], next, .. } = self;
-        let [first_target, second_target] = &networks.targets;
-        let first = evaluate(first, first_target, len, inputs, &next.actions);
-        let second = evaluate(second, second_target, len, inputs, &next.actions);
-        let values = first.iter().zip(second).zip(&next.log_densities);
-        let values = values.map(|((first, second), log)| first.min(*second) - temperature * log);
-        let rows = batch.rewards.iter().zip(batch.discounts).zip(values);
-        self.targets.clear();
-        self.targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
-    }
-
-    /// Computes the critics' gradients, of the mean squared error.
-    fn differentiate(
-        &mut self,
-        batch: Transitions<'_>,
-        critics: &[Trained; 2],
-        gradients: &mut [f32],
-    ) {
-        let share = batch.share();
-        (self.loss, self.value) = (0.0, 0.0);
-        let passes = self.critics.iter_mut().zip(gradients.chunks_exact_mut(gradients.len() / 2));
-        for ((pass, gradient), Trained { network, .. }) in passes.zip(critics) {
-            let values = evaluate(pass, network, batch.len, batch.inputs, batch.actions);
-            self.value += 0.5 * share * values.iter().sum::<f32>();
-            let errors = values.iter().zip(&self.targets).map(|(value, target)| value - target);
-            self.loss += errors.clone().map(|error| error * error).sum::<f32>() * share;
-            self.outputs.clear();
-            self.outputs.extend(errors.map(|error| 2.0 * share * error));
-            pass.backward(network, &self.outputs, Some(gradient), 0);
-        }
-    }
-}
-
-impl ActorWork {
-    /// Computes the actor's gradient: that of the mean of the temperature times the logarithm of the
-    /// density, minus the lower value.
-    fn differentiate(
-        &mut self,
-        batch: Transitions<'_>,
-        networks: &Networks,
-        temperature: f32,
-        rng: &mut impl Rng,
-        gradient: &mut [f32],
-    ) {
-        let Transitions { len, inputs, .. } = batch;
-        let (share, num_actions) = (batch.share(), batch.num_actions());
-        let actor = &networks.actor.network;
-        self.sample.draw(run(&mut self.actor, actor, len, inputs), num_actions, rng);
-        let Self { critics: [first_pass, second_pass], sample, .. } = self;
-        let [first, second] = networks.critics.each_ref().map(|critic| &critic.network);
-        let first_values = evaluate(first_pass, first, len, inputs, &sample.actions).to_vec();
-        let second_values = evaluate(second_pass, second, len, inputs, &sample.actions);
-        let pairs = || first_values.iter().zip(second_values);
-        self.log_density = sample.log_densities.iter().sum::<f32>() * share;
-        let values: f32 = pairs().map(|(first, second)| first.min(*second)).sum();
-        self.loss = temperature * self.log_density - share * values;
-        let lower = |is_first: bool| {
-            let slope = move |(first, second): (&f32, &f32)| {
-                if (first <= second) == is_first { -share } else { 0.0 }
-            };
-            pairs().map(slope).collect::<Vec<f32>>()
-        };
-        let (first_outputs, second_outputs) = (lower(true), lower(false));
-        let mut slopes = first_pass.backward(first, &first_outputs, None, num_actions).to_vec();
-        let second_slopes = second_pass.backward(second, &second_outputs, None, num_actions);
-        slopes.iter_mut().zip(second_slopes).for_each(|(sum, slope)| *sum += slope);
-        self.outputs.resize(2 * slopes.len(), 0.0);
-        sample.differentiate(&slopes, temperature * share, num_actions, &mut self.outputs);
-        self.actor.backward(actor, &self.outputs, Some(gradient), 0);
-    }
-}
-
 impl Algorithm for Sac {
-    fn update(&mut self, batch: Transitions<'_>, workers: &mut dyn Workers) -> Losses {
+    fn name(&self) -> &str {
+        "sac"
+    }
+
+    fn gamma(&self) -> f64 {
+        self.settings.gamma
+    }
+
+    fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
         let Self { settings, networks, critic_work, actor_work, gradients, seed, .. } = self;
         let num_updates = &mut self.num_updates;
+
+        // The gradients of this process.
         let critics_len = 2 * networks.critics[0].network.parameters.len();
         let actor_len = networks.actor.network.parameters.len();
         let (critic_gradients, rest) = gradients.split_at_mut(critics_len);
@@ -262,25 +148,26 @@ impl Algorithm for Sac {
         let temperature = self.log_temperature[0].exp();
         *num_updates += 1;
         // Stream 0 has drawn the first weights.
-        let first_stream = ((workers.rank() as u64) << 48) | (2 * *num_updates);
+        let first_stream = ((self.rank as u64) << 48) | (2 * *num_updates);
         let noise = |branch: u64| {
             let mut rng = ChaCha8Rng::seed_from_u64(*seed);
             rng.set_stream(first_stream + branch);
             rng
         };
-        rayon::join(
+        let ((critic_loss, value), (actor_loss, log_density)) = rayon::join(
             || {
                 critic_work.compute_targets(batch, networks, temperature, &mut noise(0));
-                critic_work.differentiate(batch, &networks.critics, critic_gradients);
+                critic_work.differentiate(batch, &networks.critics, critic_gradients)
             },
             || {
                 let rng = &mut noise(1);
-                actor_work.differentiate(batch, networks, temperature, rng, actor_gradient);
+                actor_work.differentiate(batch, networks, temperature, rng, actor_gradient)
             },
         );
-        let ActorWork { loss, log_density, .. } = *actor_work;
-        losses.copy_from_slice(&[critic_work.loss, loss, critic_work.value, log_density]);
-        workers.average(gradients);
+        losses.copy_from_slice(&[critic_loss, actor_loss, value, log_density]);
+
+        // The same step in all processes.
+        average(gradients);
         let (critic_gradients, rest) = gradients.split_at(critics_len);
         let (actor_gradient, losses) = rest.split_at(actor_len);
         let Networks { actor, critics, targets } = networks;
@@ -297,11 +184,22 @@ impl Algorithm for Sac {
         let target = settings.target_entropy * batch.num_actions() as f32;
         let slope = -(losses[3] + target);
         self.temperature_adam.step(*num_updates, &mut self.log_temperature, &[slope]);
-        Losses { critic: losses[0], actor: losses[1], value: losses[2] }
+        Losses::new(losses[0], losses[1], losses[2])
     }
 
-    fn actor(&self) -> Actor {
-        Actor::new(self.networks.actor.network.clone(), ActionNoise::Learned)
+    fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
+        let actor = &self.networks.actor.network;
+        let num_actions = actions.len() / (inputs.len() / actor.shape.num_inputs());
+        let outputs = run(&mut self.exploring, actor, inputs).chunks_exact(2 * num_actions);
+        let rows = actions.chunks_exact_mut(num_actions).zip(noise.chunks_exact(num_actions));
+        for ((actions, noise), outputs) in rows.zip(outputs) {
+            let (means, log_stds) = outputs.split_at(num_actions);
+            for (((action, noise), mean), log_std) in
+                actions.iter_mut().zip(noise).zip(means).zip(log_stds)
+            {
+                *action = (mean + clamp_log_std(*log_std).exp() * noise).tanh();
+            }
+        }
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {
@@ -318,14 +216,128 @@ impl Algorithm for Sac {
     fn state_mut(&mut self) -> StateMut<'_> {
         let Networks { actor, critics: [first, second], targets } = &mut self.networks;
         let [first_target, second_target] = targets;
-        let mut state = StateMut::new(&mut self.num_updates);
-        state.push_trained("actor", actor);
-        state.push_trained("critic_1", first);
-        state.push_trained("critic_2", second);
-        state.push_target("target_1", first_target);
-        state.push_target("target_2", second_target);
+        let mut state = StateMut { num_updates: &mut self.num_updates, vectors: Vec::new() };
+        actor.push_to("actor", &mut state);
+        first.push_to("critic_1", &mut state);
+        second.push_to("critic_2", &mut state);
+        first_target.push_to("target_1", &mut state);
+        second_target.push_to("target_2", &mut state);
         state.push("temperature", "logarithm", &mut self.log_temperature);
-        state.push_adam("temperature", &mut self.temperature_adam);
+        self.temperature_adam.push_to("temperature", &mut state);
         state
+    }
+}
+
+/// What the critics' gradients need, kept for their memory.
+#[derive(Default)]
+struct CriticWork {
+    actor: Pass,
+    critics: [Pass; 2],
+    next: Sampled,
+    targets: Vec<f32>,
+    slopes: Vec<f32>,
+}
+
+impl CriticWork {
+    /// Computes what the critics should say: the reward and the discounted soft value of the next
+    /// state.
+    fn compute_targets(
+        &mut self,
+        batch: Transitions<'_>,
+        networks: &Networks,
+        temperature: f32,
+        rng: &mut impl Rng,
+    ) {
+        let inputs = batch.next_input;
+        let outputs = run(&mut self.actor, &networks.actor.network, inputs);
+        self.next.draw(outputs, batch.num_actions(), rng);
+        let Self { critics: [first, second], next, .. } = self;
+        let [first_target, second_target] = &networks.targets;
+        let first = evaluate(first, first_target, inputs, &next.actions);
+        let second = evaluate(second, second_target, inputs, &next.actions);
+        let values = first.iter().zip(second).zip(&next.log_densities);
+        let values = values.map(|((first, second), log)| first.min(*second) - temperature * log);
+        let rows = batch.reward.iter().zip(batch.discount).zip(values);
+        self.targets.clear();
+        self.targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
+    }
+
+    /// Computes the critics' gradients, and returns the sum of their losses and the mean value.
+    fn differentiate(
+        &mut self,
+        batch: Transitions<'_>,
+        critics: &[Trained; 2],
+        gradients: &mut [f32],
+    ) -> (f32, f32) {
+        let (mut loss, mut value) = (0.0, 0.0);
+        let Self { critics: passes, targets, slopes, .. } = self;
+        let halves = gradients.chunks_exact_mut(gradients.len() / 2);
+        for ((pass, gradient), Trained { network, .. }) in
+            passes.iter_mut().zip(halves).zip(critics)
+        {
+            let own = regress(pass, network, batch, targets, slopes, gradient);
+            loss += own.0;
+            value += 0.5 * own.1;
+        }
+        (loss, value)
+    }
+}
+
+/// What the actor's gradient needs, kept for its memory.
+#[derive(Default)]
+struct ActorWork {
+    actor: Pass,
+    critics: [Pass; 2],
+    sample: Sampled,
+    /// The gradient of the actor's outputs.
+    slopes: Vec<f32>,
+}
+
+impl ActorWork {
+    /// Computes the gradient of the actor's loss, the mean of the temperature times the logarithm of
+    /// the density, minus the lower value. Returns the loss and the mean of the logarithms.
+    fn differentiate(
+        &mut self,
+        batch: Transitions<'_>,
+        networks: &Networks,
+        temperature: f32,
+        rng: &mut impl Rng,
+        gradient: &mut [f32],
+    ) -> (f32, f32) {
+        let inputs = batch.input;
+        let (share, num_actions) = (batch.share(), batch.num_actions());
+        let actor = &networks.actor.network;
+        self.sample.draw(run(&mut self.actor, actor, inputs), num_actions, rng);
+        let Self { critics: [first_pass, second_pass], sample, .. } = self;
+        let [first, second] = networks.critics.each_ref().map(|critic| &critic.network);
+        let first_values = evaluate(first_pass, first, inputs, &sample.actions).to_vec();
+        let second_values = evaluate(second_pass, second, inputs, &sample.actions);
+        let pairs = || first_values.iter().zip(second_values);
+        let log_density = sample.log_densities.iter().sum::<f32>() * share;
+        let values: f32 = pairs().map(|(first, second)| first.min(*second)).sum();
+        let loss = temperature * log_density - share * values;
+        let lower = |is_first: bool| {
+            let slope = move |(first, second): (&f32, &f32)| {
+                if (first <= second) == is_first { -share } else { 0.0 }
+            };
+            pairs().map(slope).collect::<Vec<f32>>()
+        };
+        let (first_outputs, second_outputs) = (lower(true), lower(false));
+        let mut slopes = first_pass.backward(first, &first_outputs, None, num_actions).to_vec();
+        let second_slopes = second_pass.backward(second, &second_outputs, None, num_actions);
+        slopes.iter_mut().zip(second_slopes).for_each(|(sum, slope)| *sum += slope);
+        self.slopes.resize(2 * slopes.len(), 0.0);
+        sample.differentiate(&slopes, temperature * share, num_actions, &mut self.slopes);
+        self.actor.backward(actor, &self.slopes, Some(gradient), 0);
+        (loss, log_density)
+    }
+}
+
+impl fmt::Debug for Sac {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sac")
+            .field("settings", &self.settings)
+            .field("num_updates", &self.num_updates)
+            .finish_non_exhaustive()
     }
 }

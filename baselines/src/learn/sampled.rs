@@ -3,8 +3,6 @@
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
-use super::actor::clamp_log_std;
-
 /// Actions drawn from the distribution that an actor describes.
 #[derive(Default)]
 pub(super) struct Sampled {
@@ -72,4 +70,9 @@ impl Sampled {
 fn log_slope(unbounded: f32) -> f32 {
     let size = unbounded.abs();
     2.0 * (std::f32::consts::LN_2 - size - (-2.0 * size).exp().ln_1p())
+}
+
+/// Clamps the logarithm of a standard deviation to the bounds of Haarnoja et al.
+pub(super) fn clamp_log_std(log_std: f32) -> f32 {
+    log_std.clamp(-20.0, 2.0)
 }

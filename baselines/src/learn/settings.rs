@@ -4,7 +4,7 @@ use fetch_env::Task;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::algorithm::Algorithm;
+use super::algorithm::{Algorithm, AlgorithmInit};
 use super::ddpg::{Ddpg, DdpgSettings};
 use super::error::TrainError;
 use super::range::settings;
@@ -184,6 +184,7 @@ impl TrainSettings {
         match algorithm {
             AlgorithmSettings::Ddpg(settings) => settings.check(),
             AlgorithmSettings::Sac(settings) => settings.check(),
+            AlgorithmSettings::Other(_) => Ok(()),
         }?;
         replay.check()?;
         inputs.check()?;
@@ -201,40 +202,38 @@ pub enum AlgorithmSettings {
     Ddpg(DdpgSettings),
     /// [`Sac`](super::Sac).
     Sac(SacSettings),
+    /// An algorithm of your own, which [`Trainer::with_algorithm`](super::Trainer::with_algorithm)
+    /// builds: its settings, which checkpoints and policies record.
+    Other(Value),
 }
 
 impl AlgorithmSettings {
-    /// The discount of a step.
-    #[must_use]
-    pub const fn gamma(&self) -> f64 {
-        match self {
-            Self::Ddpg(settings) => settings.gamma,
-            Self::Sac(settings) => settings.gamma,
-        }
-    }
-
-    /// The name of the algorithm, such as `ddpg`.
+    /// The name of the variant: `ddpg`, `sac` or `other`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Ddpg(_) => "ddpg",
             Self::Sac(_) => "sac",
+            Self::Other(_) => "other",
         }
     }
 
-    /// Makes the algorithm.
+    /// Builds the algorithm.
     ///
     /// # Errors
-    /// Those of [`Ddpg::new`] and [`Sac::new`].
-    pub fn build(
-        &self,
-        num_inputs: usize,
-        num_actions: usize,
-        seed: u64,
-    ) -> Result<Box<dyn Algorithm>, TrainError> {
+    /// Those of [`Ddpg::new`] and [`Sac::new`], and [`TrainError::Setting`] for
+    /// [`Other`](Self::Other).
+    pub fn build(&self, init: AlgorithmInit) -> Result<Box<dyn Algorithm>, TrainError> {
         Ok(match self.clone() {
-            Self::Ddpg(settings) => Box::new(Ddpg::new(settings, num_inputs, num_actions, seed)?),
-            Self::Sac(settings) => Box::new(Sac::new(settings, num_inputs, num_actions, seed)?),
+            Self::Ddpg(settings) => Box::new(Ddpg::new(settings, init)?),
+            Self::Sac(settings) => Box::new(Sac::new(settings, init)?),
+            Self::Other(settings) => {
+                return Err(TrainError::Setting {
+                    name: "algorithm",
+                    value: settings.to_string(),
+                    expected: "pass its builder to Trainer::with_algorithm or resume_with_algorithm",
+                });
+            }
         })
     }
 }

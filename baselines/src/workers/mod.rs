@@ -8,7 +8,6 @@
 mod agreement;
 #[cfg(feature = "mpi")]
 mod mpi;
-mod spread;
 mod values;
 #[cfg(feature = "mpi")]
 mod watch;
@@ -19,7 +18,6 @@ use std::ops::Range;
 pub use self::agreement::{Disagreement, agree};
 #[cfg(feature = "mpi")]
 pub use self::mpi::{Awaited, Late, MpiError, MpiWorkers};
-pub use self::spread::{evaluate_spread, gather_episodes};
 pub use self::values::{UnreadableMessage, gather_values, sum};
 
 /// Processes that share a run.

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use baselines::evaluate_spread;
 use baselines::learn::{TrainError, Trainer};
-use baselines::workers::evaluate_spread;
 use baselines::{CollectorError, EvaluationError, RandomPolicy};
 use fetch_env::wrappers::{
     KeepsGoals, Resetting, SharedArray, Stateless, TransformReward, VectorObservation, Wrapped,

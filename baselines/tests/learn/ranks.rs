@@ -8,10 +8,10 @@ use std::thread;
 use baselines::learn::{
     AlgorithmSettings, CheckpointError, Resumed, TrainError, TrainSettings, Trainer,
 };
-use baselines::workers::{
-    OneProcess, Workers, agree, evaluate_spread, gather_episodes, gather_values, share, sum,
+use baselines::workers::{OneProcess, Workers, agree, gather_values, share, sum};
+use baselines::{
+    Evaluation, TrainedPolicy, ZeroPolicy, evaluate, evaluate_spread, gather_episodes,
 };
-use baselines::{Evaluation, TrainedPolicy, ZeroPolicy, evaluate};
 use fetch_env::{Task, VecEnv, vec_env::VecConfig};
 use tempfile::tempdir;
 

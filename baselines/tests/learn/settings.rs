@@ -2,7 +2,8 @@
 
 use allocation_counter::measure;
 use baselines::learn::{
-    AlgorithmSettings, Ddpg, DdpgSettings, Sac, SacSettings, TrainError, TrainSettings, Trainer,
+    AlgorithmInit, AlgorithmSettings, Ddpg, DdpgSettings, Sac, SacSettings, TrainError,
+    TrainSettings, Trainer,
 };
 use fetch_env::Task;
 use serde_json::Value;
@@ -168,16 +169,18 @@ fn settings_out_of_range_are_named() {
 #[test]
 fn algorithms_refuse_settings_and_lengths_by_themselves() {
     let wrong = SacSettings { initial_temperature: -1.0, ..SacSettings::default() };
+    let init =
+        |num_inputs, num_actions| AlgorithmInit { num_inputs, num_actions, seed: 0, rank: 0 };
+    let empty = DdpgSettings { hidden: vec![0], ..Default::default() };
+    let other = AlgorithmSettings::Other("own".into());
     let refused = [
-        (
-            "hidden",
-            Ddpg::new(DdpgSettings { hidden: vec![0], ..Default::default() }, 13, 4, 0).map(drop),
-        ),
-        ("num_inputs", Ddpg::new(DdpgSettings::default(), 0, 4, 0).map(drop)),
-        ("num_inputs", Ddpg::new(DdpgSettings::default(), 1_000_000_000_000, 4, 0).map(drop)),
-        ("initial_temperature", Sac::new(wrong, 13, 4, 0).map(drop)),
-        ("num_actions", Sac::new(SacSettings::default(), 13, usize::MAX, 0).map(drop)),
-        ("num_actions", sac().build(13, 0, 0).map(drop)),
+        ("hidden", Ddpg::new(empty, init(13, 4)).map(drop)),
+        ("num_inputs", Ddpg::new(DdpgSettings::default(), init(0, 4)).map(drop)),
+        ("num_inputs", Ddpg::new(DdpgSettings::default(), init(1_000_000_000_000, 4)).map(drop)),
+        ("initial_temperature", Sac::new(wrong, init(13, 4)).map(drop)),
+        ("num_actions", Sac::new(SacSettings::default(), init(13, usize::MAX)).map(drop)),
+        ("num_actions", sac().build(init(13, 0)).map(drop)),
+        ("algorithm", other.build(init(13, 4)).map(drop)),
     ];
     for (setting, result) in refused {
         match result {

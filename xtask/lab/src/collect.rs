@@ -3,8 +3,8 @@
 use std::{io::Cursor, num::NonZeroUsize, path::PathBuf};
 
 use baselines::{
-    Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
-    workers::{Workers, gather_episodes, share},
+    Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect, gather_episodes,
+    workers::{Workers, share},
 };
 use fetch_env::{EnvId, make};
 use her_relabel::HerBuffer;

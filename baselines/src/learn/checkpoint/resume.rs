@@ -11,9 +11,11 @@ use super::Own;
 use super::contents::check_numbers;
 use super::environment::EnvMark;
 use super::load::Loaded;
+use crate::learn::algorithm::{Algorithm, AlgorithmInit};
 use crate::learn::curve::Counters;
-use crate::learn::error::CheckpointError as Error;
+use crate::learn::error::{CheckpointError as Error, TrainError};
 use crate::learn::inputs::Inputs;
+use crate::learn::settings::AlgorithmSettings;
 use crate::learn::trainer::{LearnEnv, Trainer};
 use crate::trained::file::from_bytes;
 use crate::workers::{OneProcess, Workers};
@@ -60,7 +62,24 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         make: impl Fn() -> Result<E, EnvError>,
         folder: impl AsRef<Path>,
         num_threads: usize,
+        workers: Box<dyn Workers>,
+    ) -> Result<(Self, Resumed), Error> {
+        let build = AlgorithmSettings::build;
+        Self::resume_with_algorithm(make, folder, num_threads, workers, build)
+    }
+
+    /// Continues a run of [`with_algorithm`](Self::with_algorithm), otherwise as
+    /// [`resume_with_workers`](Self::resume_with_workers). `build` gets the settings of the
+    /// checkpoint.
+    ///
+    /// # Errors
+    /// [`CheckpointError`](Error) as [`resume`](Self::resume), and the errors of `build`.
+    pub fn resume_with_algorithm(
+        make: impl Fn() -> Result<E, EnvError>,
+        folder: impl AsRef<Path>,
+        num_threads: usize,
         mut workers: Box<dyn Workers>,
+        build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Result<Box<dyn Algorithm>, TrainError>,
     ) -> Result<(Self, Resumed), Error> {
         let Loaded { path, before, saved, networks, environment, own, buffers } =
             Loaded::read(folder.as_ref(), &mut *workers)?;
@@ -71,11 +90,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let foreign =
             |reason: &str| Error::Foreign { path: path.clone(), reason: reason.to_owned() };
         let size = workers.size();
-        let mut trainer =
-            Self::with_workers(make, saved.settings, saved.seed, num_threads, workers)?;
-        let dims = trainer.buffer.config().dims();
+        let (settings, seed) = (saved.settings, saved.seed);
+        let mut trainer = Self::with_algorithm(make, settings, seed, num_threads, workers, build)?;
+        let dims = trainer.replay.buffer.config().dims();
         EnvMark::read(&environment)
-            .and_then(|mark| mark.check(&mut trainer.template, dims.goal))
+            .and_then(|mark| mark.check(&mut trainer.replay.template, dims.goal))
             .map_err(|reason| foreign(&reason))?;
         let read = |bytes: &Vec<u8>| HerBuffer::read_from(bytes.as_slice());
         let mut buffers = buffers.iter().map(read).collect::<Result<Vec<_>, _>>();
@@ -88,7 +107,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             return Err(foreign("a normalizer does not fit"));
         }
         trainer.run_id = saved.run_id;
-        trainer.inputs = saved.inputs;
+        trainer.replay.inputs = saved.inputs;
         trainer.counters = saved.counters;
         trainer.recent = saved.recent;
         trainer.rows = saved.rows;
@@ -98,30 +117,30 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
                 serde_json::from_slice(&own).map_err(|error| damaged(error.to_string()))?;
             own.check().map_err(damaged)?;
             let buffer = buffers.pop().ok_or_else(|| damaged("it has no buffer".to_owned()))?;
-            if buffer.config() != trainer.buffer.config() {
+            if buffer.config() != trainer.replay.buffer.config() {
                 return Err(foreign("the buffer does not fit"));
             }
-            trainer.buffer = buffer;
-            trainer.collector.restore(&own.collector).map_err(Error::Envs)?;
+            trainer.replay.buffer = buffer;
+            trainer.collecting.collector.restore(&own.collector).map_err(Error::Envs)?;
             if let Some(last_batch) = own.last_batch
-                && !trainer.explorer.restore(own.explorer, last_batch)
+                && !trainer.collecting.explorer.restore(own.explorer, last_batch, dims)
             {
                 return Err(foreign("the last batch does not fit"));
             }
             Resumed::Exactly
         } else {
             for buffer in buffers {
-                trainer.buffer.append(buffer).map_err(|_| foreign("the buffer does not fit"))?;
+                trainer
+                    .replay
+                    .buffer
+                    .append(buffer)
+                    .map_err(|_| foreign("the buffer does not fit"))?;
             }
             let Counters { steps, episodes, .. } = trainer.counters;
-            trainer.explorer.skip(steps, episodes);
+            trainer.collecting.explorer.skip(steps, episodes);
             trainer.begin_episodes()?;
             Resumed::OnOtherRanks { before: saved.num_ranks }
         };
-        if trainer.counters.updates > 0 {
-            let actor = trainer.algorithm.actor();
-            trainer.explorer.set_actor(actor, trainer.inputs.clone());
-        }
         Ok((trainer, resumed))
     }
 
@@ -129,7 +148,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     fn decode_networks(&mut self, num_updates: u64, file: &[u8]) -> Result<bool, String> {
         let tensors = SafeTensors::deserialize(file).map_err(|error| error.to_string())?;
         let saved: BTreeMap<_, _> = tensors.iter().collect();
-        let state = self.algorithm.state_mut();
+        let state = self.learner.algorithm.state_mut();
         if saved.len() != state.vectors.len() {
             return Ok(false);
         }

@@ -41,10 +41,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let path = checkpoint_path(folder, self.counters.steps);
         let failed = |source| Error::Write { path: path.clone(), source };
         let own = Own {
-            explorer: self.explorer.state().clone(),
-            last_batch: (self.counters.steps > 0)
-                .then(|| self.explorer.last_batch(self.collector.envs().last_step())),
-            collector: self.collector.snapshot().map_err(Error::Envs)?,
+            explorer: self.collecting.explorer.state().clone(),
+            last_batch: (self.counters.steps > 0).then(|| {
+                self.collecting.explorer.last_batch(self.collecting.collector.envs().last_step())
+            }),
+            collector: self.collecting.collector.snapshot().map_err(Error::Envs)?,
         };
         let own = serde_json::to_vec(&own).map_err(|error| failed(error.into()))?;
         let is_first = self.workers.rank() == 0;
@@ -65,7 +66,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let (mut states, mut buffer) = (Vec::new(), Vec::new());
         if self.workers.rank() > 0 {
             states.extend_from_slice(own);
-            self.buffer.write_to(&mut buffer)?;
+            self.replay.buffer.write_to(&mut buffer)?;
         }
         let states = self.workers.gather_first(states);
         let buffers = self.workers.gather_first(buffer);
@@ -130,17 +131,18 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             counters: self.counters,
             recent: self.recent,
             rows: self.rows.clone(),
-            inputs: self.inputs.clone(),
+            inputs: self.replay.inputs.clone(),
             num_updates,
         };
-        let environment = EnvMark::of(&self.template, self.buffer.config().dims().goal);
+        let environment =
+            EnvMark::of(&self.replay.template, self.replay.buffer.config().dims().goal);
         let mut file = AtomicWriteFile::open(path)?;
         let mut archive = Archive::new(file.as_file_mut());
         archive.part(STATE)?.write_all(&serde_json::to_vec(&saved)?)?;
         archive.part(NETWORKS)?.write_all(&networks)?;
         archive.part(ENVIRONMENT)?.write_all(&serde_json::to_vec(&environment)?)?;
         archive.part(&own_name(0))?.write_all(own)?;
-        self.buffer.write_to(archive.part(&buffer_name(0))?)?;
+        self.replay.buffer.write_to(archive.part(&buffer_name(0))?)?;
         for (rank, [state, buffer]) in (1..).zip(others) {
             archive.part(&own_name(rank))?.write_all(state)?;
             archive.part(&buffer_name(rank))?.write_all(buffer)?;
@@ -151,7 +153,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
 
     /// Returns the number of updates, and the vectors of the algorithm's state as a file.
     fn encode_networks(&mut self) -> io::Result<(u64, Vec<u8>)> {
-        let state = self.algorithm.state_mut();
+        let state = self.learner.algorithm.state_mut();
         let vectors: Vec<_> = state
             .vectors
             .iter()

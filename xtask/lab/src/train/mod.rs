@@ -14,9 +14,9 @@ use std::{
 };
 
 use baselines::{
-    SuccessRate, TrainedPolicy,
+    SuccessRate, TrainedPolicy, evaluate_spread,
     learn::{Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
-    workers::{Workers, evaluate_spread},
+    workers::Workers,
 };
 use commands::tell;
 use fetch_env::{EnvError, EnvId, MujocoEnv, Task, make_vec, vec_env::VecConfig};

@@ -7,13 +7,15 @@ use std::{hint::black_box, sync::Arc, time::Duration};
 
 use baselines::{
     Collector, RandomPolicy, buffer_config,
-    learn::{Algorithm, Ddpg, DdpgSettings, Inputs, Seen, TrainBatch, TrainSettings},
-    workers::OneProcess,
+    learn::{Algorithm, AlgorithmInit, Ddpg, DdpgSettings, TrainSettings, Transitions},
 };
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use fetch_env::{Task, VecEnv, make_kinematic, vec_env::VecConfig};
 use goal_reward::DistanceReward;
-use her_relabel::{Batch, Dims, GoalStrategy, HerBuffer, Sampler, UnitInterval};
+use her_relabel::{
+    Batch, ColumnsMut, Dims, GoalStrategy, HerBuffer, JoinedGoal, Normalizer, NormalizerConfig,
+    Normalizers, Sampler, UnitInterval,
+};
 use rayon::{ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 
@@ -100,12 +102,22 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     Ok(figures)
 }
 
-/// Random episodes of Push, and how batches of them are drawn.
+/// Random episodes of Push, and how a trainer draws batches of them.
 struct Replay {
     buffer: HerBuffer<f32>,
     dims: Dims,
     sampler: Sampler,
-    inputs: Inputs,
+    observation: Normalizer,
+    /// Of relative goals.
+    goal: Normalizer,
+}
+
+/// A batch, kept for its memory.
+#[derive(Default)]
+struct Drawn {
+    batch: Batch<f32>,
+    input: Vec<f32>,
+    next_input: Vec<f32>,
 }
 
 impl Replay {
@@ -116,21 +128,51 @@ impl Replay {
         let mut buffer = HerBuffer::new(config)?;
         let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
         collector.collect(1_020, &mut RandomPolicy::new(0), &mut buffer, |_, _| ())?;
-        let settings = TrainSettings::fast(Task::Push);
+        let TrainSettings { replay, inputs, .. } = TrainSettings::fast(Task::Push);
         let ratio = UnitInterval::from_k(4);
         let sampler = Sampler::new(BATCH, GoalStrategy::Future, ratio)
-            .with_already_achieved(UnitInterval::new(settings.replay.already_achieved)?)
-            .with_discount(UnitInterval::new(settings.algorithm.gamma())?);
-        let mut inputs = Inputs::new(&settings.inputs, dims)?;
+            .with_already_achieved(UnitInterval::new(replay.already_achieved)?)
+            .with_discount(UnitInterval::new(DdpgSettings::default().gamma)?)
+            .with_joined_goal(JoinedGoal::Relative);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&buffer, &DistanceReward::sparse(), 0, &mut batch)?;
-        inputs.update(Seen::before(&batch))?;
-        Ok(Self { buffer, dims, sampler, inputs })
+        let normalizer = |dim, numbers: &[f32]| -> anyhow::Result<Normalizer> {
+            let config =
+                NormalizerConfig::new(dim).with_min_std(inputs.min_std).with_clip(inputs.clip);
+            let mut normalizer = Normalizer::new(config)?;
+            normalizer.update(numbers)?;
+            Ok(normalizer)
+        };
+        let goals = batch.desired_goal().iter().zip(batch.achieved_goal());
+        let relative_goals: Vec<f32> =
+            goals.map(|(desired, achieved)| desired - achieved).collect();
+        Ok(Self {
+            observation: normalizer(dims.observation, batch.observation())?,
+            goal: normalizer(dims.goal, &relative_goals)?,
+            buffer,
+            dims,
+            sampler,
+        })
     }
 
-    fn draw(&self, seed: u64, batch: &mut TrainBatch) -> anyhow::Result<()> {
+    fn draw<'a>(&self, seed: u64, drawn: &'a mut Drawn) -> anyhow::Result<Transitions<'a>> {
+        let Drawn { batch, input, next_input } = drawn;
+        let len = BATCH * (self.dims.observation + self.dims.goal);
+        input.resize(len, 0.0);
+        next_input.resize(len, 0.0);
+        let normalizers =
+            Normalizers { observation: Some(&self.observation), goal: Some(&self.goal) };
+        let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
         let reward = DistanceReward::sparse();
-        Ok(batch.draw(&self.inputs, &self.sampler, &self.buffer, &reward, seed)?)
+        self.sampler.sample_into(&self.buffer, &reward, seed, batch, normalizers, columns)?;
+        Ok(Transitions {
+            len: batch.len(),
+            input,
+            action: batch.action(),
+            reward: batch.reward(),
+            discount: batch.discount(),
+            next_input,
+        })
     }
 }
 
@@ -166,14 +208,16 @@ fn learner(
     let pool = ThreadPoolBuilder::new().num_threads(num_threads).build()?;
     let settings = DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() };
     let Dims { observation, goal, action } = replay.dims;
-    let mut ddpg = Ddpg::new(settings, observation + goal, action, 0)?;
-    let (replay, mut batch, mut seed) = (Arc::clone(replay), TrainBatch::default(), 0);
+    let init =
+        AlgorithmInit { num_inputs: observation + goal, num_actions: action, seed: 0, rank: 0 };
+    let mut ddpg = Ddpg::new(settings, init)?;
+    let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
     Ok(move || {
         pool.install(|| {
             for _ in 0..UPDATES {
                 seed += 1;
-                replay.draw(seed, &mut batch)?;
-                black_box(ddpg.update(batch.transitions(), &mut OneProcess));
+                let batch = replay.draw(seed, &mut drawn)?;
+                black_box(ddpg.update(batch, &mut |_| ()));
             }
             Ok(UPDATES * work)
         })
@@ -181,11 +225,11 @@ fn learner(
 }
 
 fn draw(replay: &Arc<Replay>) -> impl FnMut() -> anyhow::Result<usize> + use<> {
-    let (replay, mut batch, mut seed) = (Arc::clone(replay), TrainBatch::default(), 0);
+    let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
     move || {
         for _ in 0..DRAWS {
             seed += 1;
-            replay.draw(seed, &mut batch)?;
+            black_box(replay.draw(seed, &mut drawn)?);
         }
         Ok(DRAWS)
     }

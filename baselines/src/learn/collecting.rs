@@ -1,0 +1,89 @@
+//! What collects steps.
+
+use fetch_env::{EnvError, VecEnv};
+use her_relabel::HerBuffer;
+
+use super::algorithm::Algorithm;
+use super::explorer::{Explorer, Exploring};
+use super::inputs::Inputs;
+use super::seeds::{Purpose, seed_for};
+use super::settings::ExplorationSettings;
+use super::trainer::LearnEnv;
+use crate::collector::{Collected, Collector};
+use crate::error::CollectorError;
+use crate::evaluate::Episode;
+
+/// The environments of a run, and how actions are chosen in them.
+pub(super) struct Collecting<E: LearnEnv> {
+    pub(super) collector: Collector<E>,
+    pub(super) explorer: Explorer,
+    /// The seed of this process.
+    seed: u64,
+}
+
+/// The steps of a cycle.
+pub(super) struct Steps {
+    pub(super) collected: Collected,
+    /// The number of episodes that ended, also of those that the buffer does not keep.
+    pub(super) ended: u64,
+    /// The number of those that ended in success.
+    pub(super) successes: u64,
+}
+
+/// Environments of this process with which a run cannot continue: the first of them, and its error.
+pub(super) enum Failure {
+    /// All have failed.
+    OfAll(usize, Box<EnvError>),
+    /// At least one could not be reset.
+    ToReset(usize, Box<EnvError>),
+}
+
+impl<E: LearnEnv> Collecting<E> {
+    pub(super) fn new(envs: VecEnv<E>, settings: ExplorationSettings, seed: u64) -> Self {
+        let explorer_seed = seed_for(seed, Purpose::Exploration, 0);
+        let explorer = Explorer::new(settings, explorer_seed, envs.num_envs());
+        Self { collector: Collector::new(envs), explorer, seed }
+    }
+
+    /// Begins an episode in each environment, in a run of `steps` steps so far.
+    pub(super) fn begin_episodes(
+        &mut self,
+        steps: u64,
+        buffer: &mut HerBuffer<f32>,
+    ) -> Result<(), CollectorError> {
+        // Below the seeds of all evaluations.
+        let first_seed = seed_for(self.seed, Purpose::Episodes, steps) >> 24;
+        self.collector.reset(Some(first_seed), buffer)
+    }
+
+    /// Takes steps in each environment with the actor's actions, all of them random without it.
+    pub(super) fn collect(
+        &mut self,
+        num_steps: usize,
+        actor: Option<&mut (dyn Algorithm + 'static)>,
+        inputs: &Inputs,
+        buffer: &mut HerBuffer<f32>,
+    ) -> Result<Steps, CollectorError> {
+        let (mut ended, mut successes) = (0, 0);
+        let count = |_: usize, episode: &Episode| {
+            ended += 1;
+            successes += u64::from(episode.success);
+        };
+        let mut policy = Exploring { explorer: &mut self.explorer, actor, inputs };
+        let collected = self.collector.collect(num_steps, &mut policy, buffer, count)?;
+        Ok(Steps { collected, ended, successes })
+    }
+}
+
+impl Steps {
+    /// Returns what ends the run, if something does.
+    pub(super) fn take_failure(&mut self) -> Option<Failure> {
+        let Collected { recorded_steps, first_failure, first_stuck, .. } = &mut self.collected;
+        match (recorded_steps, first_failure.take()) {
+            (0, Some((env_index, error))) => Some(Failure::OfAll(env_index, Box::new(error))),
+            _ => first_stuck
+                .take()
+                .map(|(env_index, error)| Failure::ToReset(env_index, Box::new(error))),
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! What updates the actor.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
+use std::time::Instant;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::algorithm::{Algorithm, Losses};
+use super::curve::UpdateSeconds;
+use super::error::TrainError;
+use super::replay::Replay;
+use super::trainer::LearnEnv;
+use crate::workers::Workers;
+
+/// The number of threads that can share the work of an update.
+const MAX_THREADS: usize = 2;
+
+/// An algorithm, and the threads that compute its updates.
+pub(super) struct Learner {
+    pub(super) algorithm: Box<dyn Algorithm>,
+    threads: ThreadPool,
+    /// The process that has the threads.
+    process: u32,
+    pub(super) seconds: UpdateSeconds,
+}
+
+impl Learner {
+    pub(super) fn new(
+        algorithm: Box<dyn Algorithm>,
+        num_threads: usize,
+    ) -> Result<Self, TrainError> {
+        let threads = ThreadPoolBuilder::new().num_threads(num_threads.min(MAX_THREADS)).build();
+        Ok(Self {
+            algorithm,
+            threads: threads.map_err(TrainError::Threads)?,
+            process: std::process::id(),
+            seconds: UpdateSeconds::default(),
+        })
+    }
+
+    /// Checks that the threads are in this process: in one that was forked, nothing would answer.
+    pub(super) fn check_process(&self) -> Result<(), TrainError> {
+        if self.process == std::process::id() { Ok(()) } else { Err(TrainError::Forked) }
+    }
+
+    /// Takes the updates of these numbers, counted from 0, and calls `check` with the losses of
+    /// each.
+    pub(super) fn update<E: LearnEnv>(
+        &mut self,
+        numbers: Range<u64>,
+        replay: &mut Replay<E>,
+        workers: &mut dyn Workers,
+        mut check: impl FnMut(Losses) -> Result<(), TrainError> + Send,
+    ) -> Result<(), TrainError> {
+        let Self { algorithm, threads, seconds, .. } = self;
+        let (start, exchanging) = (Instant::now(), workers.seconds());
+        // One call for all, so that the threads stay awake between two updates.
+        threads.install(|| {
+            for number in numbers {
+                let batch = replay.draw(number)?;
+                check(algorithm.update(batch, &mut |numbers| workers.average(numbers)))?;
+            }
+            Ok::<_, TrainError>(())
+        })?;
+        seconds.total += start.elapsed().as_secs_f64();
+        seconds.exchanging += workers.seconds() - exchanging;
+        Ok(())
+    }
+
+    /// Returns a checksum of everything that the following updates depend on.
+    pub(super) fn checksum(&mut self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        let state = self.algorithm.state_mut();
+        state.num_updates.hash(&mut hasher);
+        for number in state.vectors.iter().flat_map(|(_, vector)| vector.iter()) {
+            hasher.write_u32(number.to_bits());
+        }
+        hasher.finish()
+    }
+}

@@ -1,0 +1,239 @@
+//! The loop of a run: collect, update, evaluate.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use fetch_env::GoalObservation;
+use fetch_env::vec_env::{VecStep, VecStepOf};
+use her_relabel::Scalar;
+use serde::{Deserialize, Serialize};
+
+use super::algorithm::Losses;
+use super::collecting::Failure;
+use super::curve::{CurveRow, Target};
+use super::error::TrainError;
+use super::inputs::Inputs;
+use super::trainer::{LearnEnv, Trainer};
+use crate::error::CollectorError;
+use crate::evaluate::evaluate_range;
+use crate::policy::Policy;
+use crate::spread::gather_episodes;
+use crate::workers::{agree, gather_values, share, sum};
+
+/// The seed of the first evaluation's first episode. The seeds of training are below 2^40.
+const EVALUATION_SEED: u64 = 1 << 41;
+
+/// What a process has collected in a cycle.
+#[derive(Serialize, Deserialize)]
+struct CollectedShare {
+    steps: u64,
+    episodes: u64,
+    discarded_episodes: u64,
+    /// The number of episodes that ended, also of those that the buffer does not keep.
+    ended: u64,
+    successes: u64,
+    /// The scale of what was collected.
+    seen: Option<Inputs>,
+    /// Whether the process has transitions to draw.
+    can_draw: bool,
+}
+
+impl<E: LearnEnv> Trainer<E> {
+    /// Runs until `num_steps` steps have been collected in all, the target is reached, or `watch`
+    /// breaks, in any process; `watch` gets this trainer and each row of the learning curve.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn run(
+        &mut self,
+        num_steps: u64,
+        target: Option<Target>,
+        mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
+    ) -> Result<(), TrainError> {
+        let interval = self.settings.schedule.evaluation_interval;
+        let is_reached = |rows: &[CurveRow]| target.is_some_and(|target| target.is_reached(rows));
+        while self.counters.steps < num_steps && !is_reached(&self.rows) {
+            let evaluations = self.counters.steps / interval;
+            self.cycle()?;
+            if self.counters.updates > 0 && self.counters.steps / interval > evaluations {
+                let row = self.evaluate()?;
+                self.check_weights()?;
+                let is_over = watch(self, &row).is_break();
+                if sum(&mut *self.workers, u64::from(is_over))? > 0 {
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Collects steps of all environments, and then updates the actor.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn cycle(&mut self) -> Result<(), TrainError> {
+        self.learner.check_process()?;
+        let start = Instant::now();
+        let can_draw = self.collect()?;
+        let random_episodes = self.settings.random_episodes_of_all(self.workers.size());
+        if can_draw && self.counters.episodes >= random_episodes {
+            self.update()?;
+        }
+        self.counters.seconds += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Collects this process's share of steps, and exchanges what all have collected. Returns
+    /// whether all have transitions to draw.
+    fn collect(&mut self) -> Result<bool, TrainError> {
+        if self.counters.steps == 0 {
+            self.begin_episodes()?;
+        }
+        let num_steps = self.settings.schedule.steps_per_cycle;
+        let has_learned = self.counters.updates > 0;
+        let actor = has_learned.then_some(&mut *self.learner.algorithm);
+        let (inputs, buffer) = (&self.replay.inputs, &mut self.replay.buffer);
+        let mut own = self
+            .collecting
+            .collect(num_steps, actor, inputs, buffer)
+            .map_err(|source| self.failed_to_collect(source))?;
+        let failure = own.take_failure();
+        let num_rows = own.collected.recorded_steps;
+        let own = CollectedShare {
+            steps: num_rows as u64,
+            episodes: own.collected.finished_episodes as u64,
+            discarded_episodes: own.collected.discarded_episodes as u64,
+            ended: own.ended,
+            successes: own.successes,
+            seen: self.replay.seen(num_rows, self.counters.steps + num_rows as u64)?,
+            can_draw: !self.replay.buffer.is_empty(),
+        };
+        let mut can_draw = true;
+        for share in gather_values(&mut *self.workers, &own)? {
+            self.counters.steps += share.steps;
+            self.counters.episodes += share.episodes;
+            self.counters.discarded_episodes += share.discarded_episodes;
+            self.recent.add_episodes(share.ended, share.successes);
+            if let Some(seen) = &share.seen {
+                self.replay.inputs.merge(seen)?;
+            }
+            can_draw &= share.can_draw;
+        }
+        let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
+        match failure {
+            None => Ok(can_draw),
+            Some(Failure::OfAll(env_index, source)) => {
+                Err(TrainError::AllFailed { steps, checkpoint, env_index, source })
+            }
+            Some(Failure::ToReset(env_index, source)) => {
+                Err(TrainError::Stuck { steps, checkpoint, env_index, source })
+            }
+        }
+    }
+
+    /// Begins an episode in each environment.
+    pub(super) fn begin_episodes(&mut self) -> Result<(), TrainError> {
+        self.collecting
+            .begin_episodes(self.counters.steps, &mut self.replay.buffer)
+            .map_err(|source| self.failed_to_collect(source))
+    }
+
+    fn failed_to_collect(&self, source: CollectorError) -> TrainError {
+        let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
+        TrainError::Collect { steps, checkpoint, source: Box::new(source) }
+    }
+
+    /// Draws and updates as often as a cycle does.
+    fn update(&mut self) -> Result<(), TrainError> {
+        let Self { settings, replay, learner, workers, counters, recent, last_checkpoint, .. } =
+            self;
+        let first = counters.updates;
+        let numbers = first..first + settings.schedule.updates_per_cycle as u64;
+        learner.update(numbers, replay, &mut **workers, |losses: Losses| {
+            counters.updates += 1;
+            if !losses.are_finite() {
+                return Err(TrainError::Diverged {
+                    update: counters.updates,
+                    critic: losses.critic,
+                    actor: losses.actor,
+                    checkpoint: last_checkpoint.clone(),
+                });
+            }
+            recent.add(losses);
+            Ok(())
+        })
+    }
+
+    /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no other
+    /// evaluation has.
+    ///
+    /// # Errors
+    /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::EvaluationNotFinite`] and
+    /// [`TrainError::Forked`].
+    pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
+        self.learner.check_process()?;
+        let count = self.settings.schedule.evaluation_episodes;
+        let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
+        // What is evaluated has no name in a file.
+        let mut policy = self.policy("")?;
+        let mut first_bad = None;
+        let mut greedy = |batch: &VecStepOf<E>, actions: &mut [f32]| {
+            first_bad = first_bad.or_else(|| first_not_finite(batch));
+            policy.act(batch, actions);
+        };
+        let own = share(&*self.workers, count);
+        let envs = &mut self.evaluation_envs;
+        let evaluation = evaluate_range(envs, &mut greedy, own, seed, |_| ())?;
+        let bad_reward = || {
+            let row =
+                evaluation.episodes.iter().position(|episode| !episode.return_sum.is_finite());
+            row.map(|row| (row % self.evaluation_envs.num_envs(), "a reward"))
+        };
+        let bad = first_bad.map(|row| (row, "an observation")).or_else(bad_reward);
+        if let Some((env_index, what)) = bad {
+            return Err(TrainError::EvaluationNotFinite {
+                env_index,
+                what,
+                steps: self.counters.steps,
+                checkpoint: self.last_checkpoint.clone(),
+            });
+        }
+        self.counters.evaluations += 1;
+        let summary = gather_episodes(&mut *self.workers, &evaluation)?.summary()?;
+        let recent = std::mem::take(&mut self.recent);
+        let row = CurveRow {
+            counters: self.counters,
+            success_rate: summary.success_rate,
+            return_mean: summary.return_mean.value,
+            final_distance: summary.final_distance_mean.value,
+            collected_success: recent.success_rate(),
+            losses: recent.losses(),
+        };
+        self.rows.push(row);
+        Ok(row)
+    }
+
+    /// Checks that all processes have the same weights.
+    fn check_weights(&mut self) -> Result<(), TrainError> {
+        if self.workers.size() == 1 {
+            return Ok(());
+        }
+        let checksum = format!("{:016x}", self.learner.checksum());
+        Ok(agree(&mut *self.workers, &[("checksum of its weights", checksum)])?)
+    }
+}
+
+/// Returns the first environment that observes a number that is not finite.
+fn first_not_finite<O: GoalObservation<Element: Scalar>, I>(
+    batch: &VecStep<O, I>,
+) -> Option<usize> {
+    let row = |index: usize, len: usize| index * batch.len() / len;
+    let observations = batch.observation();
+    let observation = observations.iter().position(|number| !number.to_f64().is_finite());
+    let observation = observation.map(|index| row(index, observations.len()));
+    let goals = [batch.achieved_goal(), batch.desired_goal()].into_iter().filter_map(|goals| {
+        let index = goals.iter().position(|number| !number.is_finite());
+        index.map(|index| row(index, goals.len()))
+    });
+    observation.into_iter().chain(goals).min()
+}
