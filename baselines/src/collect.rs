@@ -63,23 +63,23 @@ where
         let result = run_episode(env, policy, seed, failed, |_, event| {
             let rows = match event {
                 Event::Start(Reset { observation, .. }) => StepRows {
-                    env_ids,
+                    env_index: env_ids,
                     stepped: &[false],
                     started: &[true],
                     truncated: &[false],
-                    observations: observation.observation(),
-                    achieved_goals: observation.achieved_goal(),
-                    desired_goals: observation.desired_goal(),
+                    observation: observation.observation(),
+                    achieved_goal: observation.achieved_goal(),
+                    desired_goal: observation.desired_goal(),
                     ..StepRows::default()
                 },
                 Event::Step(actions, step) => StepRows {
-                    env_ids,
+                    env_index: env_ids,
                     stepped: &[true],
                     started: &[false],
-                    actions,
-                    rewards: &[step.reward],
-                    next_observations: step.observation.observation(),
-                    next_achieved_goals: step.observation.achieved_goal(),
+                    action: actions,
+                    reward: &[step.reward],
+                    next_observation: step.observation.observation(),
+                    next_achieved_goal: step.observation.achieved_goal(),
                     terminated: &[step.terminated],
                     truncated: &[step.truncated],
                     ..StepRows::default()

@@ -216,7 +216,7 @@ impl<E: CollectEnv> Collector<E> {
             collected.discarded_episodes += recorded.discarded_episodes;
             if let Some(refused) = recorded.first_refusal {
                 return Err(CollectorError::NotFinite {
-                    env_index: refused.env,
+                    env_index: refused.env_index,
                     source: refused.error,
                 });
             }

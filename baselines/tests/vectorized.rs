@@ -111,7 +111,7 @@ fn a_buffer_for_fewer_environments_is_an_error() -> Result {
     let mut buffer = HerBuffer::<f32>::new(config)?;
     let mut collector = Collector::new(envs(3, AutoresetMode::NextStep)?);
     let error = collector.collect(1, &mut RandomPolicy::new(0), &mut buffer, |_, _| ()).err();
-    let Some(CollectorError::Buffer(AddError::UnknownEnv { env: 2, .. })) = error else {
+    let Some(CollectorError::Buffer(AddError::UnknownEnv { env_index: 2, .. })) = error else {
         return Err(format!("{error:?}").into());
     };
     Ok(())

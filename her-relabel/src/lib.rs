@@ -24,21 +24,21 @@
 //! # Example
 //! ```
 //! use goal_reward::DistanceReward;
-//! use her_relabel::{Batch, BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
+//! use her_relabel::{Batch, BufferConfig, Dims, StartData, HerBuffer, StepData};
 //! use her_relabel::{GoalStrategy, Sampler, UnitInterval};
 //! use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 //!
 //! // A point walks along a line for five steps; its goal is far away.
 //! let dims = Dims { observation: 1, goal: 1, action: 1 };
 //! let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(1000, dims))?;
-//! buffer.begin_episode(0, &EpisodeStart {
+//! buffer.begin_episode(0, &StartData {
 //!     observation: &[0.0],
 //!     achieved_goal: &[0.0],
 //!     desired_goal: &[100.0],
 //! })?;
 //! for step in 1..=5_u8 {
 //!     let place = f32::from(step);
-//!     buffer.add_step(0, &Step {
+//!     buffer.add_step(0, &StepData {
 //!         action: &[1.0],
 //!         reward: -1.0,
 //!         next_observation: &[place],
@@ -79,7 +79,7 @@ mod unit_interval;
 /// Crates whose types are part of this crate's interface.
 pub use {::goal_reward, ::rand_core};
 
-pub use add::arguments::{EpisodeData, EpisodeStart, FieldRows, Step};
+pub use add::arguments::{EpisodeData, FieldRows, StartData, StepData};
 pub use add::check::AddError;
 pub use add::record::{Recorded, RefusedRow, StepRows};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};

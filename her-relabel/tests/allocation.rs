@@ -27,13 +27,13 @@ fn config() -> BufferConfig {
 /// Adds a step of every environment, which ends the episodes and starts others if `is_last`.
 fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
     let starts = StepRows {
-        env_ids: &[2, 0, 3, 1],
+        env_index: &[2, 0, 3, 1],
         stepped: &[false; NUM_ENVS],
         started: &[true; NUM_ENVS],
         truncated: &[false; NUM_ENVS],
-        observations: &[0.5; NUM_ENVS * 25],
-        achieved_goals: &[0.5; NUM_ENVS * 3],
-        desired_goals: &[0.25; NUM_ENVS * 3],
+        observation: &[0.5; NUM_ENVS * 25],
+        achieved_goal: &[0.5; NUM_ENVS * 3],
+        desired_goal: &[0.25; NUM_ENVS * 3],
         ..StepRows::default()
     };
     if buffer.unfinished_steps(0).unwrap().is_none() {
@@ -42,10 +42,10 @@ fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
     let steps = StepRows {
         stepped: &[true; NUM_ENVS],
         started: &[is_last; NUM_ENVS],
-        actions: &[0.0_f32; NUM_ENVS * 4],
-        rewards: &[-1.0; NUM_ENVS],
-        next_observations: &[0.5; NUM_ENVS * 25],
-        next_achieved_goals: &[0.5; NUM_ENVS * 3],
+        action: &[0.0_f32; NUM_ENVS * 4],
+        reward: &[-1.0; NUM_ENVS],
+        next_observation: &[0.5; NUM_ENVS * 25],
+        next_achieved_goal: &[0.5; NUM_ENVS * 3],
         terminated: &[false; NUM_ENVS],
         truncated: &[is_last; NUM_ENVS],
         fields: &[("log_prob", &[0.0; NUM_ENVS]), ("latent", &[0.0; NUM_ENVS * 8])],
@@ -179,11 +179,11 @@ fn no_file_asks_for_much_more_memory_than_it_has() -> Result {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(8, dims))?;
     let episode = EpisodeData {
-        observations: &[0.0; 3],
-        achieved_goals: &[0.0; 3],
+        observation: &[0.0; 3],
+        achieved_goal: &[0.0; 3],
         desired_goal: &[0.0],
-        actions: &[0.0; 2],
-        rewards: &[0.0; 2],
+        action: &[0.0; 2],
+        reward: &[0.0; 2],
         terminated: false,
         truncated: true,
         fields: &[],

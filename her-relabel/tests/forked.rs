@@ -24,11 +24,11 @@ fn a_forked_process_draws_the_same_batches() -> Result {
     let mut buffer = HerBuffer::<f64>::new(config)?;
     let places: Vec<f64> = (0..=500).map(f64::from).collect();
     buffer.add_episode(&EpisodeData {
-        observations: &places,
-        achieved_goals: &places,
+        observation: &places,
+        achieved_goal: &places,
         desired_goal: &[-1.0],
-        actions: &places[1..],
-        rewards: &[-1.0; 500],
+        action: &places[1..],
+        reward: &[-1.0; 500],
         terminated: false,
         truncated: true,
         fields: &[],

@@ -32,11 +32,11 @@ fn add<T: Scalar>(buffer: &mut HerBuffer<T>, episode: u8) {
         (0..count).map(|at| f64::from(episode) + at as f64 / 16.0 + offset).collect()
     };
     let data = EpisodeData {
-        observations: &numbers(2 * (steps + 1), 0.0),
-        achieved_goals: &numbers(steps + 1, 100.0),
+        observation: &numbers(2 * (steps + 1), 0.0),
+        achieved_goal: &numbers(steps + 1, 100.0),
         desired_goal: &[200.0 + f64::from(episode)],
-        actions: &numbers(steps, 300.0),
-        rewards: &numbers(steps, 400.0),
+        action: &numbers(steps, 300.0),
+        reward: &numbers(steps, 400.0),
         terminated: episode.is_multiple_of(2),
         truncated: !episode.is_multiple_of(3) || !episode.is_multiple_of(2),
         fields: &[("latent", &numbers(2 * steps, 500.0)), ("log_prob", &numbers(steps, 600.0))],
@@ -270,11 +270,11 @@ fn what_numpy_compressed_is_read() -> Result {
         (&[6.0, 7.0, 8.0, 9.0], &[2.5], &[4.0, 5.0], true),
     ] {
         let data = EpisodeData {
-            observations,
-            achieved_goals: &observations[..observations.len() / 2],
+            observation: observations,
+            achieved_goal: &observations[..observations.len() / 2],
             desired_goal: &[if terminated { 20.0 } else { 10.0 }],
-            actions,
-            rewards: &vec![-1.0; actions.len()],
+            action: actions,
+            reward: &vec![-1.0; actions.len()],
             terminated,
             truncated: !terminated,
             fields: &[("log_prob", actions), ("latent", latent)],

@@ -4,8 +4,8 @@ use arbitrary::Arbitrary;
 use baselines::learn::{
     AlgorithmSettings, DdpgSettings, SacSettings, TrainError, TrainSettings, Trainer,
 };
-use fetch_env::{EnvError, FetchEnv, KinematicSimulator, Task, TimeLimit, make_kinematic};
 use fetch_env::wrappers::Wrapped;
+use fetch_env::{EnvError, FetchEnv, KinematicSimulator, Task, TimeLimit, make_kinematic};
 
 pub type TestEnv = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 

@@ -4,8 +4,8 @@ use arbitrary::Arbitrary;
 use fetch_env::{
     EnvError, EnvId, FetchObservation,
     vec_env::{
-        AutoresetMode, VecStep, EpisodeStart, Seeds, VecConfig, VecEnv, VecEnvError, VecOptions,
-        VecReset,
+        AutoresetMode, EpisodeStart, Seeds, VecConfig, VecEnv, VecEnvError, VecOptions, VecReset,
+        VecStep,
     },
 };
 
@@ -110,7 +110,9 @@ impl Vector {
                     Ok(()) => ids.iter().for_each(|id| {
                         assert!(!std::mem::replace(&mut self.in_flight[*id], true));
                     }),
-                    Err(VecEnvError::UnknownEnv { env_index, .. }) => assert!(env_index >= num_envs),
+                    Err(VecEnvError::UnknownEnv { env_index, .. }) => {
+                        assert!(env_index >= num_envs)
+                    }
                     Err(VecEnvError::EnvInFlight { env_index }) => {
                         let named = ids.iter().filter(|id| **id == env_index).count();
                         assert!(self.in_flight[env_index] || named > 1);
@@ -146,10 +148,14 @@ impl Vector {
                     mask.as_ref().is_none_or(|mask| mask.get(env_index) == Some(&true))
                 };
                 match self.envs.send_reset(&reset) {
-                    Ok(()) => (0..num_envs).filter(|env_index| chosen(*env_index)).for_each(|env_index| {
-                        assert!(!std::mem::replace(&mut self.in_flight[env_index], true));
-                    }),
-                    Err(VecEnvError::EnvInFlight { env_index }) => assert!(self.in_flight[env_index]),
+                    Ok(()) => {
+                        (0..num_envs).filter(|env_index| chosen(*env_index)).for_each(|env_index| {
+                            assert!(!std::mem::replace(&mut self.in_flight[env_index], true));
+                        })
+                    }
+                    Err(VecEnvError::EnvInFlight { env_index }) => {
+                        assert!(self.in_flight[env_index])
+                    }
                     Err(VecEnvError::Count { actual, .. }) => assert!(actual != num_envs),
                     Err(VecEnvError::EmptyMask) => {
                         assert!(mask.as_ref().is_some_and(|mask| !mask.contains(&true)));
@@ -205,7 +211,10 @@ impl Vector {
             assert!(!batch.stepped()[row] || batch.info()[row].is_some());
         }
         for (env_index, is_out_of_use) in self.out_of_use.iter().enumerate() {
-            assert_eq!(self.envs.env(env_index).is_none(), *is_out_of_use || self.in_flight[env_index]);
+            assert_eq!(
+                self.envs.env(env_index).is_none(),
+                *is_out_of_use || self.in_flight[env_index]
+            );
         }
     }
 

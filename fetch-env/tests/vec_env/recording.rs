@@ -5,7 +5,7 @@ use fetch_env::{
     vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset},
 };
 use fetch_sim::{KinematicSimulator, SimError};
-use her_relabel::{BufferConfig, Dims, EpisodeStart, HerBuffer, Step};
+use her_relabel::{BufferConfig, Dims, HerBuffer, StartData, StepData};
 
 use crate::common::{MODES, Result, TestEnv, action, envs, kinematic, vec_env};
 use crate::faulty::Faulty;
@@ -41,7 +41,7 @@ impl ByHand {
         self.needs_reset[env_index] = false;
         Ok(self.buffer.begin_episode(
             env_index,
-            &EpisodeStart {
+            &StartData {
                 observation: start.observation(),
                 achieved_goal: start.achieved_goal(),
                 desired_goal: start.desired_goal(),
@@ -54,7 +54,7 @@ impl ByHand {
         self.needs_reset[env_index] = step.is_last();
         Ok(self.buffer.add_step(
             env_index,
-            &Step {
+            &StepData {
                 action,
                 reward: step.reward,
                 next_observation: step.observation.observation(),

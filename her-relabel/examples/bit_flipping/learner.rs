@@ -8,7 +8,7 @@
 
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeStart, GoalStrategy, HerBuffer, Sampler, Step, Termination,
+    Batch, BufferConfig, Dims, GoalStrategy, HerBuffer, Sampler, StartData, StepData, Termination,
     UnitInterval,
 };
 use rand_chacha::ChaCha8Rng;
@@ -129,7 +129,7 @@ fn play(
     rng: &mut ChaCha8Rng,
 ) -> Result<(), Failure> {
     let (mut state, goal) = (random_bits(rng), random_bits(rng));
-    let start = EpisodeStart { observation: &state, achieved_goal: &state, desired_goal: &goal };
+    let start = StartData { observation: &state, achieved_goal: &state, desired_goal: &goal };
     buffer.begin_episode(0, &start)?;
     for step in 1..=BITS {
         let action = if random_unit(rng) < EPSILON {
@@ -139,7 +139,7 @@ fn play(
         };
         state[action] = 1.0 - state[action];
         let reached = state == goal;
-        let step = Step {
+        let step = StepData {
             action: &[action as f32],
             reward: if reached { 0.0 } else { -1.0 },
             next_observation: &state,

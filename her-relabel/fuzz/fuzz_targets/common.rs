@@ -2,8 +2,8 @@
 
 use goal_reward::DistanceReward;
 use her_relabel::{
-    AddError, Batch, Dims, EpisodeData, EpisodeStart, FieldRows, GoalStrategy, HerBuffer,
-    SampleError, Sampler, Scalar, Step, UnitInterval,
+    AddError, Batch, Dims, EpisodeData, FieldRows, GoalStrategy, HerBuffer, SampleError, Sampler,
+    Scalar, StartData, StepData, UnitInterval,
 };
 
 pub const DIMS: Dims = Dims { observation: 2, goal: 1, action: 1 };
@@ -19,11 +19,8 @@ pub fn begin<T: Scalar>(
     episode: u8,
 ) -> Result<(), AddError> {
     let number = f64::from(episode);
-    let start = EpisodeStart {
-        observation: &[number, 0.0],
-        achieved_goal: &[0.0],
-        desired_goal: &[number],
-    };
+    let start =
+        StartData { observation: &[number, 0.0], achieved_goal: &[0.0], desired_goal: &[number] };
     buffer.begin_episode(env, &start)
 }
 
@@ -36,7 +33,7 @@ pub fn step<T: Scalar>(
 ) -> Result<(), AddError> {
     let (number, t) = (f64::from(episode), f64::from(t));
     let fields = fields(buffer, std::slice::from_ref(&t));
-    let step = Step {
+    let step = StepData {
         action: &[t],
         reward: number,
         next_observation: &[number, t + 1.0],
@@ -54,11 +51,11 @@ pub fn add_whole<T: Scalar>(buffer: &mut HerBuffer<T>, episode: u8, len: u8) {
     let states: Vec<f64> = (0..=len).map(f64::from).collect();
     let steps = &states[..usize::from(len)];
     let data = EpisodeData {
-        observations: &observations,
-        achieved_goals: &states,
+        observation: &observations,
+        achieved_goal: &states,
         desired_goal: &[number],
-        actions: steps,
-        rewards: &vec![number; steps.len()],
+        action: steps,
+        reward: &vec![number; steps.len()],
         terminated: true,
         truncated: false,
         fields: &fields(buffer, steps),

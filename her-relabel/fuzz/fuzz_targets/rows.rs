@@ -22,18 +22,18 @@ pub fn record<T: Scalar>(buffer: &mut HerBuffer<T>, rows: &[Row]) -> Result<Reco
     let t = column(&|row| vec![step(row).1]);
     let next = column(&|row| vec![if row.is_finite { step(row).1 + 1.0 } else { f64::NAN }]);
     buffer.record(&StepRows {
-        env_ids: &(0..rows.len()).collect::<Vec<_>>(),
+        env_index: &(0..rows.len()).collect::<Vec<_>>(),
         stepped: &flags(&|row| row.step.is_some()),
         started: &flags(&|row| row.start.is_some()),
-        actions: &t,
-        rewards: &column(&|row| vec![step(row).0]),
-        next_observations: &column(&|row| vec![step(row).0, step(row).1 + 1.0]),
-        next_achieved_goals: &next,
+        action: &t,
+        reward: &column(&|row| vec![step(row).0]),
+        next_observation: &column(&|row| vec![step(row).0, step(row).1 + 1.0]),
+        next_achieved_goal: &next,
         terminated: &vec![false; rows.len()],
         truncated: &flags(&|row| row.ends),
-        observations: &column(&|row| vec![start(row), 0.0]),
-        achieved_goals: &vec![0.0; rows.len()],
-        desired_goals: &column(&|row| vec![start(row)]),
+        observation: &column(&|row| vec![start(row), 0.0]),
+        achieved_goal: &vec![0.0; rows.len()],
+        desired_goal: &column(&|row| vec![start(row)]),
         fields: &fields(buffer, &t),
     })
 }

@@ -48,9 +48,9 @@ impl<T: Scalar> HerBuffer<T> {
     fn check_same_rows(&self, other: &Self) -> Result<(), AddError> {
         let (own, others) = (self.config.dims(), other.config.dims());
         let mut lens = vec![
-            ("observations", own.observation, others.observation),
+            ("observation", own.observation, others.observation),
             ("goals", own.goal, others.goal),
-            ("actions", own.action, others.action),
+            ("action", own.action, others.action),
         ];
         let (own, others) = (self.config.fields(), other.config.fields());
         for (position, field) in own.iter().enumerate() {

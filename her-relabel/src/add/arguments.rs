@@ -8,7 +8,7 @@ pub type FieldRows<'a, S> = (&'a str, &'a [S]);
 ///
 /// `S` is `f32` or `f64`, independent of the type that the buffer stores.
 #[derive(Clone, Copy, Debug)]
-pub struct EpisodeStart<'a, S> {
+pub struct StartData<'a, S> {
     /// The observation, `dims.observation` elements.
     pub observation: &'a [S],
     /// The goal achieved in this state, `dims.goal` elements.
@@ -22,7 +22,7 @@ pub struct EpisodeStart<'a, S> {
 /// `S` and the type `A` of the action are `f32` or `f64`, independent of the type that the buffer stores: `f32`
 /// actions beside `f64` observations need no copy.
 #[derive(Clone, Copy, Debug)]
-pub struct Step<'a, S, A = S> {
+pub struct StepData<'a, S, A = S> {
     /// The action taken, `dims.action` elements.
     pub action: &'a [A],
     /// The reward for the episode's own goal, at most 1e20 in magnitude.
@@ -46,16 +46,16 @@ pub struct Step<'a, S, A = S> {
 #[derive(Clone, Copy, Debug)]
 pub struct EpisodeData<'a, S, A = S> {
     /// The observations of states `0..=T`, `(T + 1) * dims.observation` elements.
-    pub observations: &'a [S],
+    pub observation: &'a [S],
     /// The goals achieved in states `0..=T`, `(T + 1) * dims.goal` elements.
-    pub achieved_goals: &'a [S],
+    pub achieved_goal: &'a [S],
     /// The goal of the episode, `dims.goal` elements.
     pub desired_goal: &'a [S],
     /// The actions, `T * dims.action` elements.
-    pub actions: &'a [A],
+    pub action: &'a [A],
     /// The rewards for the episode's own goal, `T` elements of at most 1e20 in magnitude. Their number determines
     /// `T`.
-    pub rewards: &'a [S],
+    pub reward: &'a [S],
     /// Whether the last step ended the task.
     pub terminated: bool,
     /// Whether the episode was cut off after the last step.

@@ -13,33 +13,37 @@ use crate::store::storage::Storage;
 pub enum AddError {
     /// The environment does not exist.
     #[error(
-        "there is no environment {env} among {num_envs}: number them from 0, and set their number with `BufferConfig::with_num_envs`"
+        "there is no environment {env_index} among {num_envs}: number them from 0, and set their number with `BufferConfig::with_num_envs`"
     )]
     UnknownEnv {
         /// The requested environment.
-        env: usize,
+        env_index: usize,
         /// The number of environments.
         num_envs: usize,
     },
     /// Two rows of one call are of the same environment.
-    #[error("environment {env} has two rows: pass at most one row of each environment in a call")]
+    #[error(
+        "environment {env_index} has two rows: pass at most one row of each environment in a call"
+    )]
     RepeatedEnv {
         /// The environment.
-        env: usize,
+        env_index: usize,
     },
     /// An episode begins although the previous one has not ended.
     #[error(
-        "environment {env} is in the middle of an episode: call end_episode to keep its steps, or discard_episode"
+        "environment {env_index} is in the middle of an episode: call end_episode to keep its steps, or discard_episode"
     )]
     EpisodeUnderWay {
         /// The environment.
-        env: usize,
+        env_index: usize,
     },
     /// A step or an end comes without an episode.
-    #[error("environment {env} has no episode under way: call begin_episode after every reset")]
+    #[error(
+        "environment {env_index} has no episode under way: call begin_episode after every reset"
+    )]
     NoEpisode {
         /// The environment.
-        env: usize,
+        env_index: usize,
     },
     /// A whole episode has no step.
     #[error("the episode has no steps: pass at least one reward")]
@@ -102,7 +106,7 @@ impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
     /// Checks everything; the values as rounded to the buffer's type `T`.
     pub(crate) fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), AddError> {
         let dims = storage.layout.dims();
-        let steps = self.rewards.len();
+        let steps = self.reward.len();
         if steps == 0 {
             return Err(AddError::EmptyEpisode);
         }
@@ -110,12 +114,12 @@ impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
             return Err(AddError::NotEnded);
         }
         let states = |len: usize| (steps + 1).saturating_mul(len);
-        check::<T, S>("observations", self.observations, states(dims.observation))?;
-        check::<T, S>("achieved_goals", self.achieved_goals, states(dims.goal))?;
+        check::<T, S>("observation", self.observation, states(dims.observation))?;
+        check::<T, S>("achieved_goal", self.achieved_goal, states(dims.goal))?;
         check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
-        check::<T, A>("actions", self.actions, steps.saturating_mul(dims.action))?;
-        check_len("rewards", self.rewards.len(), steps)?;
-        check_rewards("rewards", self.rewards)?;
+        check::<T, A>("action", self.action, steps.saturating_mul(dims.action))?;
+        check_len("reward", self.reward.len(), steps)?;
+        check_rewards("reward", self.reward)?;
         check_fields(&storage.fields, self.fields, steps)?;
         self.fields.iter().try_for_each(|(name, values)| check_finite::<T, S>(name, values))
     }

@@ -8,7 +8,7 @@ use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
 
 /// Rows of vectorized environments, for [`HerBuffer::record`]: row-major, `n` rows each, one row for each of
-/// the `n` environments in `env_ids`.
+/// the `n` environments in `env_index`.
 ///
 /// A row may hold a step, the start of an episode, or both. The three autoreset modes of Gymnasium differ in
 /// when an episode that follows another one starts:
@@ -27,33 +27,33 @@ use crate::store::config::Dims;
 #[derive(Debug)]
 pub struct StepRows<'a, O, G = O, A = O> {
     /// The environment of each row, `n` elements: in any order, none twice.
-    pub env_ids: &'a [usize],
+    pub env_index: &'a [usize],
     /// Whether the row holds a step, `n` elements. Not set for a reset, for an environment that failed, and for
     /// one that refused its action.
     pub stepped: &'a [bool],
     /// Whether an episode starts in the row, by a reset that was asked for or an automatic one, `n` elements.
     pub started: &'a [bool],
     /// The actions taken, `n * dims.action` elements. Read in rows with a step.
-    pub actions: &'a [A],
+    pub action: &'a [A],
     /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude. Read in rows with a
     /// step.
-    pub rewards: &'a [G],
+    pub reward: &'a [G],
     /// The observations after the step, `n * dims.observation` elements: at an episode's end its terminal
     /// observation, never the first one of the next episode. Read in rows with a step.
-    pub next_observations: &'a [O],
+    pub next_observation: &'a [O],
     /// The goals achieved after the step, `n * dims.goal` elements. Read in rows with a step.
-    pub next_achieved_goals: &'a [G],
+    pub next_achieved_goal: &'a [G],
     /// Whether the task ended with the step, `n` elements. Read in rows with a step.
     pub terminated: &'a [bool],
     /// Whether the episode was cut off after the step, `n` elements. In a row without a step, whether the
     /// environment failed in the middle of its episode.
     pub truncated: &'a [bool],
     /// The first observations of episodes, `n * dims.observation` elements. Read in rows with a start.
-    pub observations: &'a [O],
+    pub observation: &'a [O],
     /// The goals achieved in these states, `n * dims.goal` elements. Read in rows with a start.
-    pub achieved_goals: &'a [G],
+    pub achieved_goal: &'a [G],
     /// The goals of the episodes that start, `n * dims.goal` elements. Read in rows with a start.
-    pub desired_goals: &'a [G],
+    pub desired_goal: &'a [G],
     /// The fields of the configuration, by name, in any order; `n * len` elements each. Read in rows with a
     /// step.
     pub fields: &'a [FieldRows<'a, G>],
@@ -83,7 +83,7 @@ pub struct Recorded {
 #[non_exhaustive]
 pub struct RefusedRow {
     /// The environment.
-    pub env: usize,
+    pub env_index: usize,
     /// The first number that cannot be stored, by its place in the row.
     pub error: AddError,
 }
@@ -117,30 +117,30 @@ impl<T: Scalar> HerBuffer<T> {
     /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
     /// let mut buffer = HerBuffer::<f32>::new(config.with_num_envs(2))?;
     /// let reset: StepRows<'_, f64> = StepRows {
-    ///     env_ids: &[0, 1],
+    ///     env_index: &[0, 1],
     ///     stepped: &[false, false],
     ///     started: &[true, true],
     ///     truncated: &[false, false],
-    ///     observations: &[0.0, 0.0],
-    ///     achieved_goals: &[0.0, 0.0],
-    ///     desired_goals: &[5.0, 6.0],
+    ///     observation: &[0.0, 0.0],
+    ///     achieved_goal: &[0.0, 0.0],
+    ///     desired_goal: &[5.0, 6.0],
     ///     ..StepRows::default()
     /// };
     /// buffer.record(&reset)?;
     /// // Actions may be of another type than observations and goals.
     /// let step: StepRows<'_, f64, f64, f32> = StepRows {
-    ///     env_ids: &[0, 1],
+    ///     env_index: &[0, 1],
     ///     stepped: &[true, true],
     ///     started: &[true, false],
-    ///     actions: &[1.0, 1.0],
-    ///     rewards: &[-1.0, -1.0],
-    ///     next_observations: &[1.0, 1.0],
-    ///     next_achieved_goals: &[1.0, 1.0],
+    ///     action: &[1.0, 1.0],
+    ///     reward: &[-1.0, -1.0],
+    ///     next_observation: &[1.0, 1.0],
+    ///     next_achieved_goal: &[1.0, 1.0],
     ///     terminated: &[false, false],
     ///     truncated: &[true, false],
-    ///     observations: &[0.0, 0.0],
-    ///     achieved_goals: &[0.0, 0.0],
-    ///     desired_goals: &[7.0, 6.0],
+    ///     observation: &[0.0, 0.0],
+    ///     achieved_goal: &[0.0, 0.0],
+    ///     desired_goal: &[7.0, 6.0],
     ///     fields: &[],
     /// };
     /// let recorded = buffer.record(&step)?;
@@ -156,75 +156,77 @@ impl<T: Scalar> HerBuffer<T> {
     ) -> Result<Recorded, AddError> {
         rows.check_lens(self.config.dims())?;
         if rows.stepped.contains(&true) {
-            check_fields(&self.storage.fields, rows.fields, rows.env_ids.len())?;
+            check_fields(&self.storage.fields, rows.fields, rows.env_index.len())?;
         }
-        self.check_envs(rows.env_ids)?;
+        self.check_envs(rows.env_index)?;
         let mut recorded = Recorded::default();
-        for (at, &env) in rows.env_ids.iter().enumerate() {
-            if let Err(error) = self.record_row(rows, at, env, &mut recorded) {
-                recorded.first_refusal.get_or_insert(RefusedRow { env, error });
+        for (at, &env_index) in rows.env_index.iter().enumerate() {
+            if let Err(error) = self.record_row(rows, at, env_index, &mut recorded) {
+                recorded.first_refusal.get_or_insert(RefusedRow { env_index, error });
             }
         }
         Ok(recorded)
     }
 
     /// Checks that all environments exist, and that none occurs twice.
-    fn check_envs(&mut self, env_ids: &[usize]) -> Result<(), AddError> {
+    fn check_envs(&mut self, rows: &[usize]) -> Result<(), AddError> {
         self.has_row.fill(false);
-        for &env in env_ids {
+        for &env_index in rows {
             let num_envs = self.config.num_envs();
-            let has_row =
-                self.has_row.get_mut(env).ok_or(AddError::UnknownEnv { env, num_envs })?;
+            let has_row = self
+                .has_row
+                .get_mut(env_index)
+                .ok_or(AddError::UnknownEnv { env_index, num_envs })?;
             if std::mem::replace(has_row, true) {
-                return Err(AddError::RepeatedEnv { env });
+                return Err(AddError::RepeatedEnv { env_index });
             }
         }
         Ok(())
     }
 
-    /// Records the row at `at`, of environment `env`. An error is the first refusal of its numbers.
+    /// Records the row at `at`, of environment `env_index`. An error is the first refusal of its numbers.
     fn record_row<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
         rows: &StepRows<'_, O, G, A>,
         at: usize,
-        env: usize,
+        env_index: usize,
         recorded: &mut Recorded,
     ) -> Result<(), AddError> {
         let dims = self.config.dims();
         let mut refusal = Ok(());
-        if rows.stepped[at] && self.unfinished[env].is_under_way() {
+        if rows.stepped[at] && self.unfinished[env_index].is_under_way() {
             let step = rows.step(at, dims);
             refusal = step.check_numbers::<T>(&self.storage.fields);
             if refusal.is_ok() {
                 recorded.recorded_steps += 1;
-                recorded.finished_episodes += usize::from(self.push_step(env, &step));
+                recorded.finished_episodes += usize::from(self.push_step(env_index, &step));
             } else {
                 recorded.skipped_steps += 1;
                 recorded.discarded_episodes += 1;
-                self.unfinished[env].discard();
+                self.unfinished[env_index].discard();
             }
         } else if rows.stepped[at] {
             recorded.skipped_steps += 1;
-        } else if rows.truncated[at] && self.unfinished[env].is_under_way() {
+        } else if rows.truncated[at] && self.unfinished[env_index].is_under_way() {
             recorded.discarded_episodes += 1;
-            self.unfinished[env].discard();
+            self.unfinished[env_index].discard();
         }
         if !rows.started[at] {
             return refusal;
         }
-        if self.unfinished[env].is_under_way() {
-            recorded.finished_episodes += usize::from(self.cut_off(env));
+        if self.unfinished[env_index].is_under_way() {
+            recorded.finished_episodes += usize::from(self.cut_off(env_index));
         }
         let start = rows.start(at, dims);
         refusal.and(start.check_numbers::<T>().map(|()| {
-            self.unfinished[env].begin(&self.storage.layout, &start);
+            self.unfinished[env_index].begin(&self.storage.layout, &start);
         }))
     }
 }
 
 impl<'a, O: Copy, G: Copy, A> StepRows<'a, O, G, A> {
     fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
-        let n = self.env_ids.len();
+        let n = self.env_index.len();
         check_len("stepped", self.stepped.len(), n)?;
         check_len("started", self.started.len(), n)?;
         check_len("truncated", self.truncated.len(), n)?;
@@ -235,16 +237,16 @@ impl<'a, O: Copy, G: Copy, A> StepRows<'a, O, G, A> {
             })
         };
         let steps = [
-            ("actions", self.actions.len(), dims.action),
-            ("rewards", self.rewards.len(), 1),
-            ("next_observations", self.next_observations.len(), dims.observation),
-            ("next_achieved_goals", self.next_achieved_goals.len(), dims.goal),
+            ("action", self.action.len(), dims.action),
+            ("reward", self.reward.len(), 1),
+            ("next_observation", self.next_observation.len(), dims.observation),
+            ("next_achieved_goal", self.next_achieved_goal.len(), dims.goal),
             ("terminated", self.terminated.len(), 1),
         ];
         let starts = [
-            ("observations", self.observations.len(), dims.observation),
-            ("achieved_goals", self.achieved_goals.len(), dims.goal),
-            ("desired_goals", self.desired_goals.len(), dims.goal),
+            ("observation", self.observation.len(), dims.observation),
+            ("achieved_goal", self.achieved_goal.len(), dims.goal),
+            ("desired_goal", self.desired_goal.len(), dims.goal),
         ];
         check(self.stepped.contains(&true), &steps)?;
         check(self.started.contains(&true), &starts)
@@ -252,18 +254,18 @@ impl<'a, O: Copy, G: Copy, A> StepRows<'a, O, G, A> {
 
     fn start(&self, at: usize, dims: Dims) -> StartRow<'a, O, G> {
         StartRow {
-            observation: row(self.observations, at, dims.observation),
-            achieved_goal: row(self.achieved_goals, at, dims.goal),
-            desired_goal: row(self.desired_goals, at, dims.goal),
+            observation: row(self.observation, at, dims.observation),
+            achieved_goal: row(self.achieved_goal, at, dims.goal),
+            desired_goal: row(self.desired_goal, at, dims.goal),
         }
     }
 
     fn step(&self, at: usize, dims: Dims) -> StepRow<'a, O, G, A> {
         StepRow {
-            action: row(self.actions, at, dims.action),
-            reward: self.rewards[at],
-            next_observation: row(self.next_observations, at, dims.observation),
-            next_achieved_goal: row(self.next_achieved_goals, at, dims.goal),
+            action: row(self.action, at, dims.action),
+            reward: self.reward[at],
+            next_observation: row(self.next_observation, at, dims.observation),
+            next_achieved_goal: row(self.next_achieved_goal, at, dims.goal),
             terminated: self.terminated[at],
             truncated: self.truncated[at],
             fields: self.fields,
@@ -283,18 +285,18 @@ impl<O, G, A> Copy for StepRows<'_, O, G, A> {}
 impl<O, G, A> Default for StepRows<'_, O, G, A> {
     fn default() -> Self {
         Self {
-            env_ids: &[],
+            env_index: &[],
             stepped: &[],
             started: &[],
-            actions: &[],
-            rewards: &[],
-            next_observations: &[],
-            next_achieved_goals: &[],
+            action: &[],
+            reward: &[],
+            next_observation: &[],
+            next_achieved_goal: &[],
             terminated: &[],
             truncated: &[],
-            observations: &[],
-            achieved_goals: &[],
-            desired_goals: &[],
+            observation: &[],
+            achieved_goal: &[],
+            desired_goal: &[],
             fields: &[],
         }
     }

@@ -46,12 +46,12 @@ impl<T: Scalar> Unfinished<T> {
     ) {
         let layout = &storage.layout;
         let dims = layout.dims();
-        let skipped = episode.rewards.len().saturating_sub(storage.capacity);
+        let skipped = episode.reward.len().saturating_sub(storage.capacity);
         let states = episode
-            .observations
+            .observation
             .chunks_exact(dims.observation)
-            .zip(episode.achieved_goals.chunks_exact(dims.goal));
-        let steps = episode.actions.chunks_exact(dims.action).zip(episode.rewards);
+            .zip(episode.achieved_goal.chunks_exact(dims.goal));
+        let steps = episode.action.chunks_exact(dims.action).zip(episode.reward);
         let mut states = states.skip(skipped);
         if let Some((observation, achieved_goal)) = states.next() {
             let desired_goal = episode.desired_goal;

@@ -1,6 +1,6 @@
 //! A state and a step as the recorder takes them: slices of any element types, with their checks.
 
-use crate::add::arguments::{EpisodeStart, FieldRows, Step};
+use crate::add::arguments::{FieldRows, StartData, StepData};
 use crate::add::check::{AddError, check_finite, check_len, check_rewards};
 use crate::scalar::Scalar;
 use crate::store::config::Dims;
@@ -27,14 +27,14 @@ pub(crate) struct StepRow<'a, O, G, A> {
     pub(crate) at: usize,
 }
 
-impl<'a, S> EpisodeStart<'a, S> {
+impl<'a, S> StartData<'a, S> {
     pub(crate) fn row(&self) -> StartRow<'a, S, S> {
         let Self { observation, achieved_goal, desired_goal } = *self;
         StartRow { observation, achieved_goal, desired_goal }
     }
 }
 
-impl<'a, S: Copy, A> Step<'a, S, A> {
+impl<'a, S: Copy, A> StepData<'a, S, A> {
     pub(crate) fn row(&self) -> StepRow<'a, S, S, A> {
         StepRow {
             action: self.action,

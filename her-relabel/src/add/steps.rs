@@ -1,6 +1,6 @@
 //! Adding steps of one environment, and whole episodes.
 
-use crate::add::arguments::{EpisodeData, EpisodeStart, Step};
+use crate::add::arguments::{EpisodeData, StartData, StepData};
 use crate::add::check::{AddError, check_fields};
 use crate::add::row::StepRow;
 use crate::scalar::Scalar;
@@ -8,71 +8,72 @@ use crate::store::buffer::HerBuffer;
 use crate::store::episodes::Ending;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Returns the number of steps of environment `env`'s unfinished episode; `None` if none is under way.
+    /// Returns the number of steps of the environment's unfinished episode; `None` if none is under way.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`].
-    pub fn unfinished_steps(&self, env: usize) -> Result<Option<usize>, AddError> {
-        let is_under_way = self.is_under_way(env)?;
-        let steps = self.unfinished[env].steps(&self.storage.layout).min(self.config.capacity());
+    pub fn unfinished_steps(&self, env_index: usize) -> Result<Option<usize>, AddError> {
+        let is_under_way = self.is_under_way(env_index)?;
+        let steps =
+            self.unfinished[env_index].steps(&self.storage.layout).min(self.config.capacity());
         Ok(is_under_way.then_some(steps))
     }
 
-    /// Begins an episode of environment `env`, after its reset.
+    /// Begins an episode of an environment, after its reset.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`], [`AddError::EpisodeUnderWay`], or another [`AddError`] for an invalid state.
     pub fn begin_episode<S: Scalar>(
         &mut self,
-        env: usize,
-        start: &EpisodeStart<'_, S>,
+        env_index: usize,
+        start: &StartData<'_, S>,
     ) -> Result<(), AddError> {
-        if self.is_under_way(env)? {
-            return Err(AddError::EpisodeUnderWay { env });
+        if self.is_under_way(env_index)? {
+            return Err(AddError::EpisodeUnderWay { env_index });
         }
         let start = start.row();
         start.check_lens(self.config.dims())?;
         start.check_numbers::<T>()?;
-        self.unfinished[env].begin(&self.storage.layout, &start);
+        self.unfinished[env_index].begin(&self.storage.layout, &start);
         Ok(())
     }
 
-    /// Adds a step of environment `env`. A terminated or truncated step ends the episode, whose
+    /// Adds a step of an environment. A terminated or truncated step ends the episode, whose
     /// transitions can then be sampled.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or another [`AddError`] for an invalid step.
     pub fn add_step<S: Scalar, A: Scalar>(
         &mut self,
-        env: usize,
-        step: &Step<'_, S, A>,
+        env_index: usize,
+        step: &StepData<'_, S, A>,
     ) -> Result<(), AddError> {
-        self.check_under_way(env)?;
+        self.check_under_way(env_index)?;
         let step = step.row();
         step.check_lens(self.config.dims())?;
         check_fields(&self.storage.fields, step.fields, 1)?;
         step.check_numbers::<T>(&self.storage.fields)?;
-        self.push_step(env, &step);
+        self.push_step(env_index, &step);
         Ok(())
     }
 
-    /// Ends the unfinished episode of environment `env` as truncated. An episode without steps is discarded.
+    /// Ends the unfinished episode of an environment as truncated. An episode without steps is discarded.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`] or [`AddError::NoEpisode`].
-    pub fn end_episode(&mut self, env: usize) -> Result<(), AddError> {
-        self.check_under_way(env)?;
-        self.cut_off(env);
+    pub fn end_episode(&mut self, env_index: usize) -> Result<(), AddError> {
+        self.check_under_way(env_index)?;
+        self.cut_off(env_index);
         Ok(())
     }
 
-    /// Forgets the unfinished episode of environment `env`.
+    /// Forgets the unfinished episode of an environment.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`] or [`AddError::NoEpisode`].
-    pub fn discard_episode(&mut self, env: usize) -> Result<(), AddError> {
-        self.check_under_way(env)?;
-        self.unfinished[env].discard();
+    pub fn discard_episode(&mut self, env_index: usize) -> Result<(), AddError> {
+        self.check_under_way(env_index)?;
+        self.unfinished[env_index].discard();
         Ok(())
     }
 
@@ -93,45 +94,46 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    fn is_under_way(&self, env: usize) -> Result<bool, AddError> {
+    fn is_under_way(&self, env_index: usize) -> Result<bool, AddError> {
         let num_envs = self.config.num_envs();
-        let unfinished = self.unfinished.get(env).ok_or(AddError::UnknownEnv { env, num_envs })?;
+        let unfinished =
+            self.unfinished.get(env_index).ok_or(AddError::UnknownEnv { env_index, num_envs })?;
         Ok(unfinished.is_under_way())
     }
 
-    fn check_under_way(&self, env: usize) -> Result<(), AddError> {
-        if self.is_under_way(env)? { Ok(()) } else { Err(AddError::NoEpisode { env }) }
+    fn check_under_way(&self, env_index: usize) -> Result<(), AddError> {
+        if self.is_under_way(env_index)? { Ok(()) } else { Err(AddError::NoEpisode { env_index }) }
     }
 
     /// Adds a checked step to the unfinished episode. Returns whether the step ends it.
     pub(crate) fn push_step<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
-        env: usize,
+        env_index: usize,
         step: &StepRow<'_, O, G, A>,
     ) -> bool {
-        self.unfinished[env].step(&self.storage, step);
+        self.unfinished[env_index].step(&self.storage, step);
         let StepRow { terminated, truncated, .. } = *step;
         let ends = terminated || truncated;
         if ends {
-            self.store(env, Ending { terminated, truncated });
+            self.store(env_index, Ending { terminated, truncated });
         }
         ends
     }
 
     /// Ends the unfinished episode as truncated, or forgets it if it has no steps. Returns whether it had some.
-    pub(crate) fn cut_off(&mut self, env: usize) -> bool {
-        let has_steps = self.unfinished[env].steps(&self.storage.layout) > 0;
+    pub(crate) fn cut_off(&mut self, env_index: usize) -> bool {
+        let has_steps = self.unfinished[env_index].steps(&self.storage.layout) > 0;
         if has_steps {
-            self.store(env, Ending { terminated: false, truncated: true });
+            self.store(env_index, Ending { terminated: false, truncated: true });
         } else {
-            self.unfinished[env].discard();
+            self.unfinished[env_index].discard();
         }
         has_steps
     }
 
-    /// Stores the episode of environment `env`, which has at least one step.
-    fn store(&mut self, env: usize, ending: Ending) {
-        let unfinished = &mut self.unfinished[env];
+    /// Stores the episode of an environment, which has at least one step.
+    fn store(&mut self, env_index: usize, ending: Ending) {
+        let unfinished = &mut self.unfinished[env_index];
         let rows = unfinished.finish(&self.storage);
         self.storage.push_episode(rows, ending);
         unfinished.discard();

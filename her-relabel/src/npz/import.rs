@@ -105,11 +105,11 @@ fn read<T: Scalar>(buffer: &mut HerBuffer<T>, bytes: &[u8]) -> Result<u64, NpzEr
         let rows: Vec<FieldRows<'_, f64>> =
             named.map(|(field, part)| (&field.name[..], &part[..])).collect();
         let data = EpisodeData {
-            observations: states,
-            achieved_goals: achieved,
+            observation: states,
+            achieved_goal: achieved,
             desired_goal: desired,
-            actions: acts,
-            rewards: rews,
+            action: acts,
+            reward: rews,
             terminated: terminated.next()?,
             truncated: truncated.next()?,
             fields: &rows,

@@ -208,11 +208,11 @@ impl<T: Scalar> Batch<T> {
     ///
     /// # let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(9, Dims { observation: 1, goal: 1, action: 1 }))?;
     /// # buffer.add_episode(&EpisodeData {
-    /// #     observations: &[10.0, 30.0],
-    /// #     achieved_goals: &[0.0, 1.0],
+    /// #     observation: &[10.0, 30.0],
+    /// #     achieved_goal: &[0.0, 1.0],
     /// #     desired_goal: &[9.0],
-    /// #     actions: &[1.0],
-    /// #     rewards: &[-1.0],
+    /// #     action: &[1.0],
+    /// #     reward: &[-1.0],
     /// #     terminated: false,
     /// #     truncated: true,
     /// #     fields: &[],

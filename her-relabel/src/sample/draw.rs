@@ -73,11 +73,11 @@ impl Sampler {
     /// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
     /// let mut buffer = HerBuffer::<f64>::new(config)?;
     /// buffer.add_episode(&EpisodeData {
-    ///     observations: &[0.0, 0.1, 1.0, 1.1],
-    ///     achieved_goals: &[0.0, 1.0],
+    ///     observation: &[0.0, 0.1, 1.0, 1.1],
+    ///     achieved_goal: &[0.0, 1.0],
     ///     desired_goal: &[9.0],
-    ///     actions: &[0.5_f32],
-    ///     rewards: &[-1.0],
+    ///     action: &[0.5_f32],
+    ///     reward: &[-1.0],
     ///     terminated: true,
     ///     truncated: false,
     ///     fields: &[],

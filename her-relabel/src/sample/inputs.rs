@@ -31,11 +31,11 @@ pub enum JoinedGoal {
 /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
 /// let mut buffer = HerBuffer::<f64>::new(config)?;
 /// buffer.add_episode(&EpisodeData {
-///     observations: &[10.0, 30.0],
-///     achieved_goals: &[0.0, 1.0],
+///     observation: &[10.0, 30.0],
+///     achieved_goal: &[0.0, 1.0],
 ///     desired_goal: &[4.0],
-///     actions: &[1.0_f32],
-///     rewards: &[-1.0],
+///     action: &[1.0_f32],
+///     reward: &[-1.0],
 ///     terminated: false,
 ///     truncated: true,
 ///     fields: &[],

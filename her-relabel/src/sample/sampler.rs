@@ -33,11 +33,11 @@ use crate::unit_interval::UnitInterval;
 ///     .with_priorities(Priorities::new(PriorityUnit::Transition));
 /// let mut buffer = HerBuffer::<f32>::new(config)?;
 /// buffer.add_episode(&EpisodeData {
-///     observations: &[0.0, 1.0, 2.0],
-///     achieved_goals: &[0.0, 1.0, 2.0],
+///     observation: &[0.0, 1.0, 2.0],
+///     achieved_goal: &[0.0, 1.0, 2.0],
 ///     desired_goal: &[9.0],
-///     actions: &[1.0, 1.0],
-///     rewards: &[-1.0, -1.0],
+///     action: &[1.0, 1.0],
+///     reward: &[-1.0, -1.0],
 ///     terminated: false,
 ///     truncated: true,
 ///     fields: &[],

@@ -29,11 +29,11 @@ use crate::store::transition_id::TransitionId;
 /// use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 ///
 /// let episode = EpisodeData {
-///     observations: &[0.0, 1.0],
-///     achieved_goals: &[0.0, 1.0],
+///     observation: &[0.0, 1.0],
+///     achieved_goal: &[0.0, 1.0],
 ///     desired_goal: &[9.0],
-///     actions: &[1.0],
-///     rewards: &[-1.0],
+///     action: &[1.0],
+///     reward: &[-1.0],
 ///     terminated: false,
 ///     truncated: true,
 ///     fields: &[],

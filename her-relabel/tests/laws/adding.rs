@@ -4,8 +4,8 @@ use crate::common::{
     DIMS, Result, Telling, achieved_goal, add, begin, buffer, desired_goal, observation, step,
 };
 use her_relabel::{
-    AddError, Batch, BufferConfig, ConfigError, Dims, EpisodeData, EpisodeStart, GoalStrategy,
-    HerBuffer, Sampler, Step, UnitInterval,
+    AddError, Batch, BufferConfig, ConfigError, Dims, EpisodeData, GoalStrategy, HerBuffer,
+    Sampler, StartData, StepData, UnitInterval,
 };
 
 #[test]
@@ -37,19 +37,22 @@ fn a_large_capacity_costs_nothing_until_it_is_used() {
 #[test]
 fn calls_out_of_order_are_errors() -> Result {
     let mut buffer = buffer(10);
-    assert_eq!(step(&mut buffer, 0, 1, 0, (false, false)), Err(AddError::NoEpisode { env: 0 }));
-    assert_eq!(buffer.end_episode(0), Err(AddError::NoEpisode { env: 0 }));
-    assert_eq!(buffer.discard_episode(0), Err(AddError::NoEpisode { env: 0 }));
-    let unknown = AddError::UnknownEnv { env: 1, num_envs: 1 };
+    assert_eq!(
+        step(&mut buffer, 0, 1, 0, (false, false)),
+        Err(AddError::NoEpisode { env_index: 0 })
+    );
+    assert_eq!(buffer.end_episode(0), Err(AddError::NoEpisode { env_index: 0 }));
+    assert_eq!(buffer.discard_episode(0), Err(AddError::NoEpisode { env_index: 0 }));
+    let unknown = AddError::UnknownEnv { env_index: 1, num_envs: 1 };
     assert_eq!(begin(&mut buffer, 1, 1), Err(unknown.clone()));
     assert_eq!(step(&mut buffer, 1, 1, 0, (false, false)), Err(unknown.clone()));
     assert_eq!(buffer.unfinished_steps(1), Err(unknown));
     begin(&mut buffer, 0, 1)?;
-    assert_eq!(begin(&mut buffer, 0, 2), Err(AddError::EpisodeUnderWay { env: 0 }));
+    assert_eq!(begin(&mut buffer, 0, 2), Err(AddError::EpisodeUnderWay { env_index: 0 }));
     step(&mut buffer, 0, 1, 0, (false, true))?;
     assert_eq!(
         step(&mut buffer, 0, 1, 1, (false, true)),
-        Err(AddError::NoEpisode { env: 0 }),
+        Err(AddError::NoEpisode { env_index: 0 }),
         "no step after the end"
     );
     assert_eq!(buffer.len(), 1);
@@ -70,7 +73,7 @@ fn an_episode_without_a_step_leaves_no_trace() -> Result {
 fn a_bad_step_is_refused_whole() -> Result {
     let mut buffer = buffer(10);
     begin(&mut buffer, 0, 1)?;
-    let good = Step {
+    let good = StepData {
         action: &[0.0],
         reward: 0.0,
         next_observation: &[0.0, 0.0],
@@ -83,16 +86,16 @@ fn a_bad_step_is_refused_whole() -> Result {
         Err(AddError::NotFinite { field, index, .. }) => format!("{field}[{index}]"),
         other => panic!("{other:?}"),
     };
-    let too_short = Step { action: &[], ..good };
+    let too_short = StepData { action: &[], ..good };
     assert_eq!(
         buffer.add_step(0, &too_short),
         Err(AddError::WrongLength { field: "action".into(), expected: 1, actual: 0 })
     );
-    let bad = Step { reward: f64::NAN, ..good };
+    let bad = StepData { reward: f64::NAN, ..good };
     assert_eq!(not_finite(buffer.add_step(0, &bad)), "reward[0]");
-    let bad = Step { next_observation: &[0.0, f64::INFINITY], ..good };
+    let bad = StepData { next_observation: &[0.0, f64::INFINITY], ..good };
     assert_eq!(not_finite(buffer.add_step(0, &bad)), "next_observation[1]");
-    let bad = Step { next_achieved_goal: &[0.0, 0.0, f64::NAN], ..good };
+    let bad = StepData { next_achieved_goal: &[0.0, 0.0, f64::NAN], ..good };
     assert_eq!(not_finite(buffer.add_step(0, &bad)), "next_achieved_goal[2]");
     assert_eq!(buffer.unfinished_steps(0), Ok(Some(0)));
     assert!(buffer.is_empty());
@@ -104,11 +107,8 @@ fn a_bad_step_is_refused_whole() -> Result {
 #[test]
 fn a_bad_start_begins_nothing() {
     let mut buffer = buffer(10);
-    let start = EpisodeStart {
-        observation: &[0.0, 0.0],
-        achieved_goal: &[0.0; 3],
-        desired_goal: &[0.0; 2],
-    };
+    let start =
+        StartData { observation: &[0.0, 0.0], achieved_goal: &[0.0; 3], desired_goal: &[0.0; 2] };
     assert_eq!(
         buffer.begin_episode(0, &start),
         Err(AddError::WrongLength { field: "desired_goal".into(), expected: 3, actual: 2 })
@@ -120,27 +120,27 @@ fn a_bad_start_begins_nothing() {
 fn a_bad_whole_episode_is_refused() -> Result {
     let mut buffer = buffer(10);
     let good = EpisodeData {
-        observations: &[0.0; 4],
-        achieved_goals: &[0.0; 6],
+        observation: &[0.0; 4],
+        achieved_goal: &[0.0; 6],
         desired_goal: &[0.0; 3],
-        actions: &[0.0],
-        rewards: &[0.0],
+        action: &[0.0],
+        reward: &[0.0],
         terminated: true,
         truncated: false,
         fields: &[],
     };
-    let empty = EpisodeData { rewards: &[], ..good };
+    let empty = EpisodeData { reward: &[], ..good };
     assert_eq!(buffer.add_episode(&empty), Err(AddError::EmptyEpisode));
     let endless = EpisodeData { terminated: false, ..good };
     assert_eq!(buffer.add_episode(&endless), Err(AddError::NotEnded));
-    let short = EpisodeData { observations: &[0.0; 2], ..good };
+    let short = EpisodeData { observation: &[0.0; 2], ..good };
     assert_eq!(
         buffer.add_episode(&short),
-        Err(AddError::WrongLength { field: "observations".into(), expected: 4, actual: 2 })
+        Err(AddError::WrongLength { field: "observation".into(), expected: 4, actual: 2 })
     );
     // One bad number does not make up for another.
     for bad in [&[f64::NAN, 0.0, 0.0, 0.0], &[f64::NAN, f64::NAN, 0.0, 0.0]] {
-        let error = buffer.add_episode(&EpisodeData { observations: bad, ..good }).err();
+        let error = buffer.add_episode(&EpisodeData { observation: bad, ..good }).err();
         assert!(matches!(error, Some(AddError::NotFinite { index: 0, .. })), "{bad:?}");
     }
     assert!(buffer.is_empty());
@@ -152,7 +152,7 @@ fn a_bad_whole_episode_is_refused() -> Result {
 fn a_number_that_f32_cannot_hold_is_refused_and_named() -> Result {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
     let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims))?;
-    let start = EpisodeStart { observation: &[1e300], achieved_goal: &[0.0], desired_goal: &[0.0] };
+    let start = StartData { observation: &[1e300], achieved_goal: &[0.0], desired_goal: &[0.0] };
     let error = buffer.begin_episode(0, &start).unwrap_err();
     assert_eq!(error, AddError::NotFinite { field: "observation".into(), index: 0, value: 1e300 });
     assert!(error.to_string().contains("`observation[0]` is 1000"));
@@ -165,7 +165,7 @@ fn actions_may_be_of_another_type_than_observations() -> Result {
         begin(buffer, 0, 1)?;
         buffer.add_step(
             0,
-            &Step {
+            &StepData {
                 action: &[0.1_f32],
                 reward: 0.1_f64,
                 next_observation: &[0.1, 0.2],
@@ -180,11 +180,11 @@ fn actions_may_be_of_another_type_than_observations() -> Result {
     let (mut by_step, mut whole) = (buffer(10), buffer(10));
     add_by_step(&mut by_step)?;
     whole.add_episode(&EpisodeData {
-        observations: &[observation(1, 0), [0.1, 0.2]].concat(),
-        achieved_goals: &[achieved_goal(1, 0), [0.1; 3]].concat(),
+        observation: &[observation(1, 0), [0.1, 0.2]].concat(),
+        achieved_goal: &[achieved_goal(1, 0), [0.1; 3]].concat(),
         desired_goal: &desired_goal(1),
-        actions: &[0.1_f32],
-        rewards: &[0.1],
+        action: &[0.1_f32],
+        reward: &[0.1],
         terminated: true,
         truncated: false,
         fields: &[],

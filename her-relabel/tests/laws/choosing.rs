@@ -8,7 +8,7 @@ use crate::common::{DIMS, Result, Telling, assert_distribution, draw};
 use goal_reward::GoalReward;
 use her_relabel::{
     Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, Priorities,
-    PriorityUnit, Sampler, Step, StillEpisodes, TransitionId, UnitInterval,
+    PriorityUnit, Sampler, StepData, StillEpisodes, TransitionId, UnitInterval,
 };
 
 /// The goals achieved in the states of the episode: the object moves twice.
@@ -32,11 +32,11 @@ fn add(buffer: &mut HerBuffer<f64>, goals: &[f64]) -> Result {
     let steps = goals.len() - 1;
     let achieved: Vec<f64> = goals.iter().flat_map(|goal| [*goal, 0.0, 0.5]).collect();
     buffer.add_episode(&EpisodeData {
-        observations: &(0..2 * goals.len()).map(|at| (at / 2) as f64).collect::<Vec<_>>(),
-        achieved_goals: &achieved,
+        observation: &(0..2 * goals.len()).map(|at| (at / 2) as f64).collect::<Vec<_>>(),
+        achieved_goal: &achieved,
         desired_goal: &[1.0, 0.0, 0.5],
-        actions: &vec![0.0; steps],
-        rewards: &vec![-1.0; steps],
+        action: &vec![0.0; steps],
+        reward: &vec![-1.0; steps],
         terminated: false,
         truncated: true,
         fields: &[],
@@ -278,7 +278,7 @@ fn a_loaded_buffer_keeps_the_still_episodes_that_the_saved_one_would() -> Result
         let goals = [start, start + farthest, start].map(|goal| [goal, 0.0, 0.5]);
         by_steps.begin_episode(
             0,
-            &her_relabel::EpisodeStart {
+            &her_relabel::StartData {
                 observation: &[0.0; 2],
                 achieved_goal: &goals[0],
                 desired_goal: &[1.0, 0.0, 0.5],
@@ -287,7 +287,7 @@ fn a_loaded_buffer_keeps_the_still_episodes_that_the_saved_one_would() -> Result
         for (t, goal) in goals[1..].iter().enumerate() {
             by_steps.add_step(
                 0,
-                &Step {
+                &StepData {
                     action: &[0.0],
                     reward: -1.0,
                     next_observation: &[t as f64 + 1.0; 2],

@@ -2,8 +2,8 @@
 
 use goal_reward::GoalReward;
 use her_relabel::{
-    AddError, Batch, BufferConfig, Dims, EpisodeData, EpisodeStart, GoalStrategy, HerBuffer,
-    Sampler, Step, UnitInterval,
+    AddError, Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, StartData,
+    StepData, UnitInterval,
 };
 
 pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -39,7 +39,7 @@ pub(crate) fn reward(episode: u32, t: u32) -> f64 {
 pub(crate) fn begin(buffer: &mut HerBuffer<f64>, env: usize, episode: u32) -> Result<(), AddError> {
     buffer.begin_episode(
         env,
-        &EpisodeStart {
+        &StartData {
             observation: &observation(episode, 0),
             achieved_goal: &achieved_goal(episode, 0),
             desired_goal: &desired_goal(episode),
@@ -57,7 +57,7 @@ pub(crate) fn step(
 ) -> Result<(), AddError> {
     buffer.add_step(
         env,
-        &Step {
+        &StepData {
             action: &action(episode, t),
             reward: reward(episode, t),
             next_observation: &observation(episode, t + 1),
@@ -77,11 +77,11 @@ pub(crate) fn add(buffer: &mut HerBuffer<f64>, episode: u32, len: u32, ends: (bo
     let rewards: Vec<f64> = (0..len).map(|t| reward(episode, t)).collect();
     buffer
         .add_episode(&EpisodeData {
-            observations: &observations,
-            achieved_goals: &achieved_goals,
+            observation: &observations,
+            achieved_goal: &achieved_goals,
             desired_goal: &desired_goal(episode),
-            actions: &actions,
-            rewards: &rewards,
+            action: &actions,
+            reward: &rewards,
             terminated: ends.0,
             truncated: ends.1,
             fields: &[],

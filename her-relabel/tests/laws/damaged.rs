@@ -2,7 +2,7 @@
 
 use crate::common::Telling;
 use crate::saving::{load, plain_step, saved, small};
-use her_relabel::{Batch, EpisodeStart, GoalStrategy, HerBuffer, LoadError, Sampler, UnitInterval};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, LoadError, Sampler, StartData, UnitInterval};
 use proptest::prelude::*;
 
 #[test]
@@ -104,7 +104,7 @@ fn use_it(buffer: &mut HerBuffer<f64>) {
         let _may_be_recording_nothing = buffer.end_episode(0);
         let _may_have_other_sizes = buffer.begin_episode(
             0,
-            &EpisodeStart {
+            &StartData {
                 observation: &[0.0; 2],
                 achieved_goal: &[0.0; 3],
                 desired_goal: &[0.0; 3],

@@ -6,7 +6,7 @@ use crate::common::{
 use goal_reward::GoalReward;
 use her_relabel::{
     AddError, Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, NStep,
-    Sampler, Step, StepRows, UnitInterval, UnknownField,
+    Sampler, StepData, StepRows, UnitInterval, UnknownField,
 };
 use std::num::NonZeroUsize;
 
@@ -31,11 +31,11 @@ fn add_whole(buffer: &mut HerBuffer<f64>, episode: u32, len: u32) {
     let log_probs: Vec<f64> = flat(&|t| log_prob(episode, t).to_vec(), len);
     let latents: Vec<f64> = flat(&|t| latent(episode, t).to_vec(), len);
     let data = EpisodeData {
-        observations: &observations,
-        achieved_goals: &achieved_goals,
+        observation: &observations,
+        achieved_goal: &achieved_goals,
         desired_goal: &desired_goal(episode),
-        actions: &actions,
-        rewards: &rewards,
+        action: &actions,
+        reward: &rewards,
         terminated: false,
         truncated: true,
         fields: &[("latent", &latents), ("log_prob", &log_probs)],
@@ -51,13 +51,13 @@ fn add_vectorized(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
     let envs: Vec<usize> = (0..episodes.len()).collect();
     let [no, yes] = [false, true].map(|flag| vec![flag; episodes.len()]);
     let starts: StepRows<'_, f64> = StepRows {
-        env_ids: &envs,
+        env_index: &envs,
         stepped: &no,
         started: &yes,
         truncated: &no,
-        observations: &flat(&|episode| observation(episode, 0).to_vec()),
-        achieved_goals: &flat(&|episode| achieved_goal(episode, 0).to_vec()),
-        desired_goals: &flat(&|episode| desired_goal(episode).to_vec()),
+        observation: &flat(&|episode| observation(episode, 0).to_vec()),
+        achieved_goal: &flat(&|episode| achieved_goal(episode, 0).to_vec()),
+        desired_goal: &flat(&|episode| desired_goal(episode).to_vec()),
         ..StepRows::default()
     };
     buffer.record(&starts).unwrap();
@@ -65,13 +65,13 @@ fn add_vectorized(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
         let log_probs = flat(&|episode| log_prob(episode, t).to_vec());
         let latents = flat(&|episode| latent(episode, t).to_vec());
         let steps = StepRows {
-            env_ids: &envs,
+            env_index: &envs,
             stepped: &yes,
             started: &no,
-            actions: &flat(&|episode| action(episode, t).to_vec()),
-            rewards: &flat(&|episode| vec![reward(episode, t)]),
-            next_observations: &flat(&|episode| observation(episode, t + 1).to_vec()),
-            next_achieved_goals: &flat(&|episode| achieved_goal(episode, t + 1).to_vec()),
+            action: &flat(&|episode| action(episode, t).to_vec()),
+            reward: &flat(&|episode| vec![reward(episode, t)]),
+            next_observation: &flat(&|episode| observation(episode, t + 1).to_vec()),
+            next_achieved_goal: &flat(&|episode| achieved_goal(episode, t + 1).to_vec()),
             terminated: &no,
             truncated: &vec![t + 1 == len; episodes.len()],
             fields: &[("log_prob", &log_probs), ("latent", &latents)],
@@ -85,7 +85,7 @@ fn add_vectorized(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
 fn add_steps(buffer: &mut HerBuffer<f64>, episode: u32, len: u32) {
     common::begin(buffer, 0, episode).unwrap();
     for t in 0..len {
-        let step = Step {
+        let step = StepData {
             action: &action(episode, t),
             reward: reward(episode, t),
             next_observation: &observation(episode, t + 1),
@@ -173,11 +173,11 @@ fn a_field_shorter_than_the_goal_shares_the_place_of_the_goal() -> Result {
     let (mut batch, mut without) = (Batch::<f64>::new(), Batch::<f64>::new());
     common::add(&mut plain, 1, 1, (false, true));
     let data = EpisodeData {
-        observations: &[observation(1, 0), observation(1, 1)].concat(),
-        achieved_goals: &[achieved_goal(1, 0), achieved_goal(1, 1)].concat(),
+        observation: &[observation(1, 0), observation(1, 1)].concat(),
+        achieved_goal: &[achieved_goal(1, 0), achieved_goal(1, 1)].concat(),
         desired_goal: &desired_goal(1),
-        actions: &action(1, 0),
-        rewards: &[reward(1, 0)],
+        action: &action(1, 0),
+        reward: &[reward(1, 0)],
         terminated: false,
         truncated: true,
         fields: &[("value", &[3.5])],
@@ -200,11 +200,11 @@ fn each_of_three_fields_is_a_column() -> Result {
         (0..count * steps).map(|at| f64::from(first + at)).collect()
     };
     let data = EpisodeData {
-        observations: &[0.0; 12],
-        achieved_goals: &[0.0; 18],
+        observation: &[0.0; 12],
+        achieved_goal: &[0.0; 18],
         desired_goal: &[0.0; 3],
-        actions: &[0.0; 5],
-        rewards: &[0.0; 5],
+        action: &[0.0; 5],
+        reward: &[0.0; 5],
         terminated: false,
         truncated: true,
         fields: &[
@@ -236,13 +236,13 @@ fn a_bad_number_in_a_field_refuses_its_own_row_alone() -> Result {
         let mut latents = [0.5; 9];
         latents[3 * bad + 1] = f64::NAN;
         let rows: StepRows<'_, f64> = StepRows {
-            env_ids: &[0, 1, 2],
+            env_index: &[0, 1, 2],
             stepped: &[true; 3],
             started: &[false; 3],
-            actions: &[0.0; 3],
-            rewards: &[0.0; 3],
-            next_observations: &[0.0; 6],
-            next_achieved_goals: &[0.0; 9],
+            action: &[0.0; 3],
+            reward: &[0.0; 3],
+            next_observation: &[0.0; 6],
+            next_achieved_goal: &[0.0; 9],
             terminated: &[false; 3],
             truncated: &[false; 3],
             fields: &[("log_prob", &[0.0; 3]), ("latent", &latents)],
@@ -261,7 +261,7 @@ fn a_bad_number_in_a_field_refuses_its_own_row_alone() -> Result {
 fn unknown_missing_repeated_and_misshapen_fields_are_refused() -> Result {
     let mut buffer = HerBuffer::<f64>::new(config(50))?;
     common::begin(&mut buffer, 0, 1)?;
-    let good = Step {
+    let good = StepData {
         action: &[0.0],
         reward: 0.0,
         next_observation: &[0.0; 2],
@@ -271,7 +271,7 @@ fn unknown_missing_repeated_and_misshapen_fields_are_refused() -> Result {
         fields: &[("log_prob", &[0.0]), ("latent", &[0.0; 3])],
     };
     let refusal = |fields: &[(&str, &[f64])], buffer: &mut HerBuffer<f64>| {
-        let error = buffer.add_step(0, &Step { fields, ..good }).unwrap_err();
+        let error = buffer.add_step(0, &StepData { fields, ..good }).unwrap_err();
         assert_eq!(buffer.unfinished_steps(0), Ok(Some(0)));
         error
     };

@@ -6,8 +6,8 @@ use crate::common::{DIMS, Result, Telling, begin, buffer, step};
 use crate::damaged::sealed;
 use crate::saving::{load, saved};
 use her_relabel::{
-    Batch, BufferConfig, EpisodeData, EpisodeStart, GoalStrategy, HerBuffer, LoadError, NStep,
-    Priorities, PriorityUnit, Sampler, Step, StillEpisodes, UnitInterval,
+    Batch, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep, Priorities,
+    PriorityUnit, Sampler, StartData, StepData, StillEpisodes, UnitInterval,
 };
 
 /// A buffer with all that a file can hold: fields, priorities, a ring that has wrapped, and an unfinished episode.
@@ -21,11 +21,11 @@ fn everything(config: BufferConfig) -> Result<HerBuffer<f32>> {
     for episode in 0..3_u8 {
         let number = f32::from(episode);
         buffer.add_episode(&EpisodeData {
-            observations: &[number, -0.0, number, 0.1, number, 0.2, number, 0.3],
-            achieved_goals: &[number, 0.0, 0.0, 0.1, number, 0.2, 0.3, 0.4, number, 0.5, 0.6, 0.7],
+            observation: &[number, -0.0, number, 0.1, number, 0.2, number, 0.3],
+            achieved_goal: &[number, 0.0, 0.0, 0.1, number, 0.2, 0.3, 0.4, number, 0.5, 0.6, 0.7],
             desired_goal: &[0.5, 0.6, number],
-            actions: &[0.25, -0.25, 1e-40],
-            rewards: &[-1.0, -0.0, number],
+            action: &[0.25, -0.25, 1e-40],
+            reward: &[-1.0, -0.0, number],
             terminated: episode == 1,
             truncated: episode != 1,
             fields: &[("latent", &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]), ("value", &[6.0, 7.0, 8.0])],
@@ -35,7 +35,7 @@ fn everything(config: BufferConfig) -> Result<HerBuffer<f32>> {
     buffer.set_priorities(&[oldest, newest], &[0.125, 3.0])?;
     buffer.begin_episode(
         1,
-        &EpisodeStart {
+        &StartData {
             observation: &[9.0, 0.0],
             achieved_goal: &[9.0, 0.5, 0.25],
             desired_goal: &[0.75; 3],
@@ -43,7 +43,7 @@ fn everything(config: BufferConfig) -> Result<HerBuffer<f32>> {
     )?;
     buffer.add_step(
         1,
-        &Step {
+        &StepData {
             action: &[0.5],
             reward: -1.0,
             next_observation: &[9.0, 1.0],

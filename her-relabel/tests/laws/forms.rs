@@ -50,11 +50,11 @@ fn buffer() -> Result<HerBuffer<f64>> {
     };
     for steps in (1..24).chain(1..24) {
         buffer.add_episode(&EpisodeData {
-            observations: &random((steps + 1) * DIMS.observation, 20.0),
-            achieved_goals: &random((steps + 1) * DIMS.goal, 0.1),
+            observation: &random((steps + 1) * DIMS.observation, 20.0),
+            achieved_goal: &random((steps + 1) * DIMS.goal, 0.1),
             desired_goal: &random(DIMS.goal, 0.1),
-            actions: &random(steps * DIMS.action, 2.0),
-            rewards: &random(steps, 1.0),
+            action: &random(steps * DIMS.action, 2.0),
+            reward: &random(steps, 1.0),
             terminated: steps % 2 == 0,
             truncated: steps % 2 == 1,
             fields: &[("value", &random(steps, 1.0)), ("latent", &random(2 * steps, 1.0))],
@@ -229,11 +229,11 @@ fn outcomes_are_computed_from_the_buffer_s_own_numbers() -> Result {
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(9, dims))?;
     let below = 0.05_f64.next_down();
     buffer.add_episode(&EpisodeData {
-        observations: &[0.0, 0.0],
-        achieved_goals: &[0.0, below],
+        observation: &[0.0, 0.0],
+        achieved_goal: &[0.0, below],
         desired_goal: &[0.0],
-        actions: &[0.0],
-        rewards: &[0.0],
+        action: &[0.0],
+        reward: &[0.0],
         terminated: false,
         truncated: true,
         fields: &[],

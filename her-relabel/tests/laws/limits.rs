@@ -6,7 +6,7 @@ use crate::common::{DIMS, Result, Telling, add, begin, buffer, step};
 use her_relabel::{
     AddError, Batch, BufferConfig, ColumnsMut, ConfigError, EpisodeData, GoalStrategy, HerBuffer,
     LoadError, NStep, Normalizer, NormalizerConfig, NormalizerError, Normalizers, Priorities,
-    PriorityUnit, SampleError, Sampler, Step, StepRows, UnitInterval,
+    PriorityUnit, SampleError, Sampler, StepData, StepRows, UnitInterval,
 };
 
 fn steps(steps: usize) -> NStep {
@@ -100,7 +100,7 @@ fn is_refusal(error: Option<AddError>, is_finite: bool) -> bool {
     }
 }
 
-const STEP: Step<'static, f64> = Step {
+const STEP: StepData<'static, f64> = StepData {
     action: &[0.0],
     reward: 0.0,
     next_observation: &[0.0; 2],
@@ -115,17 +115,17 @@ fn a_reward_whose_sums_may_be_infinite_is_refused_wherever_it_is_added() -> Resu
     let mut buffer = buffer(10);
     for (reward, is_finite) in REFUSED {
         begin(&mut buffer, 0, 1)?;
-        let error = buffer.add_step(0, &Step { reward, ..STEP }).err();
+        let error = buffer.add_step(0, &StepData { reward, ..STEP }).err();
         assert!(is_refusal(error, is_finite), "{reward}");
         assert_eq!(buffer.unfinished_steps(0), Ok(Some(0)));
         let rows: StepRows<'_, f64> = StepRows {
-            env_ids: &[0],
+            env_index: &[0],
             stepped: &[true],
             started: &[false],
-            actions: &[0.0],
-            rewards: &[reward],
-            next_observations: &[0.0; 2],
-            next_achieved_goals: &[0.0; 3],
+            action: &[0.0],
+            reward: &[reward],
+            next_observation: &[0.0; 2],
+            next_achieved_goal: &[0.0; 3],
             terminated: &[false],
             truncated: &[true],
             ..StepRows::default()
@@ -135,11 +135,11 @@ fn a_reward_whose_sums_may_be_infinite_is_refused_wherever_it_is_added() -> Resu
         let refusal = recorded.first_refusal.map(|refused| refused.error);
         assert!(is_refusal(refusal, is_finite), "{reward}");
         let episode = EpisodeData {
-            observations: &[0.0; 4],
-            achieved_goals: &[0.0; 6],
+            observation: &[0.0; 4],
+            achieved_goal: &[0.0; 6],
             desired_goal: &[0.0; 3],
-            actions: &[0.0],
-            rewards: &[reward],
+            action: &[0.0],
+            reward: &[reward],
             terminated: false,
             truncated: true,
             fields: &[],
@@ -157,7 +157,7 @@ fn a_file_with_such_a_reward_is_damaged() -> Result {
         let mut buffer = buffer(10);
         begin(&mut buffer, 0, 1)?;
         step(&mut buffer, 0, 1, 0, (false, false))?;
-        buffer.add_step(0, &Step { reward: REWARD, truncated: is_finished, ..STEP })?;
+        buffer.add_step(0, &StepData { reward: REWARD, truncated: is_finished, ..STEP })?;
         let mut bytes = Vec::new();
         buffer.write_to(&mut bytes)?;
         let at = bytes.windows(8).position(|word| word == REWARD.to_le_bytes());
@@ -180,7 +180,7 @@ fn sums_of_the_largest_rewards_are_finite_in_a_batch_of_f32() -> Result {
     let mut buffer = buffer(2000);
     begin(&mut buffer, 0, 1)?;
     for t in 0..2000 {
-        buffer.add_step(0, &Step { reward: 1e20, truncated: t == 1999, ..STEP })?;
+        buffer.add_step(0, &StepData { reward: 1e20, truncated: t == 1999, ..STEP })?;
     }
     let sampler =
         Sampler::new(500, GoalStrategy::Future, UnitInterval::ZERO).with_n_step(steps(2000));

@@ -7,7 +7,7 @@ use crate::common::{
 };
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, GoalStrategy, HerBuffer, NStep, Sampler, Step, Termination, UnitInterval,
+    Batch, GoalStrategy, HerBuffer, NStep, Sampler, StepData, Termination, UnitInterval,
 };
 
 /// [`Telling`] for a task that ends once its goal is reached, which tells the achieved goal from the desired one:
@@ -159,7 +159,7 @@ fn a_window_of_one_step_is_the_transition() {
 fn a_return_of_one_reward_keeps_its_bits() -> Result {
     let mut buffer = buffer(10);
     begin(&mut buffer, 0, 1)?;
-    let step = Step {
+    let step = StepData {
         action: &[0.0],
         reward: -0.0,
         next_observation: &observation(1, 1),

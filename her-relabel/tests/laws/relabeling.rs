@@ -239,11 +239,11 @@ fn reward_at<T: Scalar>(distance: f64, dim: usize) -> f64 {
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(10, dims)).unwrap();
     buffer
         .add_episode(&EpisodeData {
-            observations: &[0.0; 3],
-            achieved_goals: &[goal(5.0), goal(0.0), goal(distance)].concat(),
+            observation: &[0.0; 3],
+            achieved_goal: &[goal(5.0), goal(0.0), goal(distance)].concat(),
             desired_goal: &goal(0.0),
-            actions: &[0.0; 2],
-            rewards: &[7.0; 2],
+            action: &[0.0; 2],
+            reward: &[7.0; 2],
             terminated: false,
             truncated: true,
             fields: &[],
@@ -277,11 +277,11 @@ fn f32_goals_are_widened_for_the_reward() -> Result {
     let dims = Dims { observation: 1, goal: 1, action: 1 };
     let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10, dims))?;
     buffer.add_episode(&EpisodeData {
-        observations: &[0.1_f64, 0.2],
-        achieved_goals: &[0.0, 0.3],
+        observation: &[0.1_f64, 0.2],
+        achieved_goal: &[0.0, 0.3],
         desired_goal: &[0.7],
-        actions: &[0.1],
-        rewards: &[-0.4],
+        action: &[0.1],
+        reward: &[-0.4],
         terminated: false,
         truncated: true,
         fields: &[],

@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use crate::common::{DIMS, Result, Telling, add, begin, buffer, draw, relabel_all, rows, step};
 use her_relabel::{
     Batch, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep, NewPriority,
-    Priorities, PriorityUnit, Sampler, Step, UnitInterval,
+    Priorities, PriorityUnit, Sampler, StepData, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -125,11 +125,11 @@ pub(crate) fn small() -> HerBuffer<f64> {
     for episode in 0..4_u8 {
         buffer
             .add_episode(&EpisodeData {
-                observations: &[f64::from(episode); 8],
-                achieved_goals: &[0.25; 12],
+                observation: &[f64::from(episode); 8],
+                achieved_goal: &[0.25; 12],
                 desired_goal: &[0.5; 3],
-                actions: &[0.0; 3],
-                rewards: &[-1.0; 3],
+                action: &[0.0; 3],
+                reward: &[-1.0; 3],
                 terminated: false,
                 truncated: true,
                 fields: &[("value", &[1.0, 2.0, 3.0])],
@@ -140,12 +140,12 @@ pub(crate) fn small() -> HerBuffer<f64> {
     buffer.set_priorities(&[newest], &[2.0]).unwrap();
     begin(&mut buffer, 0, 7).unwrap();
     let fields: &[(&str, &[f64])] = &[("value", &[4.0])];
-    buffer.add_step(0, &Step { fields, ..plain_step() }).unwrap();
+    buffer.add_step(0, &StepData { fields, ..plain_step() }).unwrap();
     buffer
 }
 
-pub(crate) fn plain_step() -> Step<'static, f64> {
-    Step {
+pub(crate) fn plain_step() -> StepData<'static, f64> {
+    StepData {
         action: &[0.0],
         reward: -1.0,
         next_observation: &[7.0, 1.0],

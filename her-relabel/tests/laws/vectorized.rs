@@ -73,18 +73,18 @@ impl Columns {
 
     fn rows(&self) -> StepRows<'_, f64, f64, f32> {
         StepRows {
-            env_ids: &self.env_ids,
+            env_index: &self.env_ids,
             stepped: &self.stepped,
             started: &self.started,
-            actions: &self.actions,
-            rewards: &self.rewards,
-            next_observations: &self.next_observations,
-            next_achieved_goals: &self.next_achieved_goals,
+            action: &self.actions,
+            reward: &self.rewards,
+            next_observation: &self.next_observations,
+            next_achieved_goal: &self.next_achieved_goals,
             terminated: &self.terminated,
             truncated: &self.truncated,
-            observations: &self.observations,
-            achieved_goals: &self.achieved_goals,
-            desired_goals: &self.desired_goals,
+            observation: &self.observations,
+            achieved_goal: &self.achieved_goals,
+            desired_goal: &self.desired_goals,
             fields: &[],
         }
     }
@@ -340,7 +340,7 @@ fn a_row_that_cannot_be_stored_is_reported_and_discards_one_episode() -> Result 
     let bad = |env, episode| Row { bad_step: true, ..step_row(env, (episode, 0)) };
     let recorded = record(&mut buffer, &[step_row(1, (2, 0)), bad(2, 3), bad(0, 1)])?;
     let refusal = recorded.first_refusal.ok_or("no refusal")?;
-    assert_eq!(refusal.env, 2);
+    assert_eq!(refusal.env_index, 2);
     assert!(
         matches!(&refusal.error, AddError::NotFinite { field, index: 0, .. } if field == "reward")
     );
@@ -399,19 +399,22 @@ fn wrong_lengths_and_environments_change_nothing() -> Result {
     };
     let (one, ones) = (&[true][..], &[0.5; 1][..]);
     for (bad, error) in [
-        (StepRows { env_ids: &[0], ..good }, wrong("stepped", 1, 2)),
+        (StepRows { env_index: &[0], ..good }, wrong("stepped", 1, 2)),
         (StepRows { started: one, ..good }, wrong("started", 2, 1)),
         (StepRows { truncated: one, ..good }, wrong("truncated", 2, 1)),
         (StepRows { terminated: &[], ..good }, wrong("terminated", 2, 0)),
-        (StepRows { actions: &[], ..good }, wrong("actions", 2, 0)),
-        (StepRows { rewards: ones, ..good }, wrong("rewards", 2, 1)),
-        (StepRows { next_observations: ones, ..good }, wrong("next_observations", 4, 1)),
-        (StepRows { next_achieved_goals: ones, ..good }, wrong("next_achieved_goals", 6, 1)),
-        (StepRows { observations: &[], ..good }, wrong("observations", 4, 0)),
-        (StepRows { achieved_goals: ones, ..good }, wrong("achieved_goals", 6, 1)),
-        (StepRows { desired_goals: ones, ..good }, wrong("desired_goals", 6, 1)),
-        (StepRows { env_ids: &[0, 0], ..good }, AddError::RepeatedEnv { env: 0 }),
-        (StepRows { env_ids: &[0, 4], ..good }, AddError::UnknownEnv { env: 4, num_envs: 4 }),
+        (StepRows { action: &[], ..good }, wrong("action", 2, 0)),
+        (StepRows { reward: ones, ..good }, wrong("reward", 2, 1)),
+        (StepRows { next_observation: ones, ..good }, wrong("next_observation", 4, 1)),
+        (StepRows { next_achieved_goal: ones, ..good }, wrong("next_achieved_goal", 6, 1)),
+        (StepRows { observation: &[], ..good }, wrong("observation", 4, 0)),
+        (StepRows { achieved_goal: ones, ..good }, wrong("achieved_goal", 6, 1)),
+        (StepRows { desired_goal: ones, ..good }, wrong("desired_goal", 6, 1)),
+        (StepRows { env_index: &[0, 0], ..good }, AddError::RepeatedEnv { env_index: 0 }),
+        (
+            StepRows { env_index: &[0, 4], ..good },
+            AddError::UnknownEnv { env_index: 4, num_envs: 4 },
+        ),
     ] {
         assert_eq!(buffer.record(&bad), Err(error));
         assert_eq!(saved(&buffer), before);
@@ -423,7 +426,7 @@ fn wrong_lengths_and_environments_change_nothing() -> Result {
     // Columns that no row reads may be empty.
     let flags = &[false; 2][..];
     let idle: StepRows<'_, f64> = StepRows {
-        env_ids: &[2, 3],
+        env_index: &[2, 3],
         stepped: flags,
         started: flags,
         truncated: flags,

@@ -38,11 +38,11 @@ fn buffer(priorities: Option<Priorities>) -> HerBuffer<f32> {
         let states: Vec<f32> = (0..=steps).map(|t| f32::from(t as u8)).collect();
         let zeros = vec![0.0; steps];
         let data = EpisodeData {
-            observations: &states,
-            achieved_goals: &states,
+            observation: &states,
+            achieved_goal: &states,
             desired_goal: &[-1.0],
-            actions: &zeros,
-            rewards: &zeros,
+            action: &zeros,
+            reward: &zeros,
             terminated: false,
             truncated: true,
             fields: &[],

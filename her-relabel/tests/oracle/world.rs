@@ -2,7 +2,7 @@
 
 use her_relabel::rand_core::Rng;
 use her_relabel::{
-    BufferConfig, Dims, EpisodeData, EpisodeStart, FieldRows, HerBuffer, Scalar, Step, StepRows,
+    BufferConfig, Dims, EpisodeData, FieldRows, HerBuffer, Scalar, StartData, StepData, StepRows,
 };
 use proptest::sample::Index;
 use rand_chacha::ChaCha8Rng;
@@ -146,7 +146,7 @@ impl World {
         if self.list.under_way[env].is_none() {
             let start = self.start();
             let state = &start.states[0];
-            let begin = EpisodeStart {
+            let begin = StartData {
                 observation: &state.observation,
                 achieved_goal: &state.achieved_goal,
                 desired_goal: &start.desired_goal,
@@ -156,7 +156,7 @@ impl World {
         }
         let (taken, next) = (self.taken(), self.state());
         let fields: Vec<FieldRows<'_, f64>> = self.named(&taken.fields);
-        let step = Step {
+        let step = StepData {
             action: &taken.action,
             reward: taken.reward,
             next_observation: &next.observation,
@@ -198,11 +198,11 @@ impl World {
         let actions: Vec<f64> = episode.steps.iter().flat_map(|step| step.action.clone()).collect();
         let rewards: Vec<f64> = episode.steps.iter().map(|step| step.reward).collect();
         let data = EpisodeData {
-            observations: &flat(|state| &state.observation),
-            achieved_goals: &flat(|state| &state.achieved_goal),
+            observation: &flat(|state| &state.observation),
+            achieved_goal: &flat(|state| &state.achieved_goal),
             desired_goal: &episode.desired_goal,
-            actions: &actions,
-            rewards: &rewards,
+            action: &actions,
+            reward: &rewards,
             terminated,
             truncated,
             fields: &self.named(&fields),
@@ -232,18 +232,18 @@ impl World {
             .map(|at| column(stepped, &|(taken, ..)| taken.fields[at].clone()))
             .collect();
         let columns = StepRows {
-            env_ids: &env_ids,
+            env_index: &env_ids,
             stepped: &flag(stepped),
             started: &flag(started),
-            actions: &column(stepped, &|(taken, ..)| taken.action.clone()),
-            rewards: &column(stepped, &|(taken, ..)| vec![taken.reward]),
-            next_observations: &column(stepped, &|(_, next, _)| next.observation.clone()),
-            next_achieved_goals: &column(stepped, &|(_, next, _)| next.achieved_goal.clone()),
+            action: &column(stepped, &|(taken, ..)| taken.action.clone()),
+            reward: &column(stepped, &|(taken, ..)| vec![taken.reward]),
+            next_observation: &column(stepped, &|(_, next, _)| next.observation.clone()),
+            next_achieved_goal: &column(stepped, &|(_, next, _)| next.achieved_goal.clone()),
             terminated: &flag(1),
             truncated: &flag(2),
-            observations: &column(started, &|(.., start)| start.states[0].observation.clone()),
-            achieved_goals: &column(started, &|(.., start)| start.states[0].achieved_goal.clone()),
-            desired_goals: &column(started, &|(.., start)| start.desired_goal.clone()),
+            observation: &column(started, &|(.., start)| start.states[0].observation.clone()),
+            achieved_goal: &column(started, &|(.., start)| start.states[0].achieved_goal.clone()),
+            desired_goal: &column(started, &|(.., start)| start.desired_goal.clone()),
             fields: &self.named(&fields),
         };
         buffer.record(&columns).unwrap();

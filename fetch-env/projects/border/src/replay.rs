@@ -4,7 +4,7 @@ use anyhow::Result;
 use border_core::{ExperienceBufferBase, ReplayBufferBase, Step, StepProcessor, TransitionBatch};
 use fetch_env::{DistanceReward, FetchObservation, GoalObservation};
 use her_relabel::{
-    Batch, BufferConfig, EpisodeStart, HerBuffer, JoinedGoal, Sampler, TransitionId,
+    Batch, BufferConfig, StartData, HerBuffer, JoinedGoal, Sampler, TransitionId,
 };
 
 use crate::{FetchAct, FetchObs, GoalEnvironment};
@@ -82,14 +82,14 @@ impl ExperienceBufferBase for HerReplay {
 
     fn push(&mut self, step: HerStep) -> Result<()> {
         if let Some(start) = &step.start {
-            let start = EpisodeStart {
+            let start = StartData {
                 observation: start.observation(),
                 achieved_goal: start.achieved_goal(),
                 desired_goal: start.desired_goal(),
             };
             self.buffer.begin_episode(0, &start)?;
         }
-        let step = her_relabel::Step {
+        let step = her_relabel::StepData {
             action: &step.action.0,
             reward: f64::from(step.reward),
             next_observation: step.next_observation.observation(),

@@ -31,18 +31,18 @@ where
 {
     fn from(step: &'a VecStep<O, I, A>) -> Self {
         Self {
-            env_ids: step.env_index(),
+            env_index: step.env_index(),
             stepped: step.stepped(),
             started: step.started(),
-            actions: step.action(),
-            rewards: step.reward(),
-            next_observations: step.next_observation(),
-            next_achieved_goals: step.next_achieved_goal(),
+            action: step.action(),
+            reward: step.reward(),
+            next_observation: step.next_observation(),
+            next_achieved_goal: step.next_achieved_goal(),
             terminated: step.terminated(),
             truncated: step.truncated(),
-            observations: step.observation(),
-            achieved_goals: step.achieved_goal(),
-            desired_goals: step.desired_goal(),
+            observation: step.observation(),
+            achieved_goal: step.achieved_goal(),
+            desired_goal: step.desired_goal(),
             fields: &[],
         }
     }

@@ -70,11 +70,11 @@ fn numbered_episodes() -> anyhow::Result<HerBuffer<f64>> {
         let states: Vec<f64> =
             (0..=length).flat_map(|state| [episode as f64, state as f64]).collect();
         buffer.add_episode(&EpisodeData {
-            observations: &states,
-            achieved_goals: &states,
+            observation: &states,
+            achieved_goal: &states,
             desired_goal: &[-1.0 - episode as f64, 0.0],
-            actions: &vec![0.0; length],
-            rewards: &vec![-1.0; length],
+            action: &vec![0.0; length],
+            reward: &vec![-1.0; length],
             terminated: false,
             truncated: true,
             fields: &[],

@@ -157,8 +157,8 @@ fn normalizers<T: Scalar>(episodes: &[Episode<T>]) -> anyhow::Result<[Normalizer
     let mut goal = Normalizer::new(NormalizerConfig::new(DIMS.goal))?;
     for episode in episodes {
         let data = episode.data();
-        observation.update(data.observations)?;
-        goal.update(data.achieved_goals)?;
+        observation.update(data.observation)?;
+        goal.update(data.achieved_goal)?;
     }
     Ok([observation, goal])
 }

@@ -2,7 +2,7 @@
 
 use fetch_env::NpRandom;
 use her_relabel::{
-    BufferConfig, Dims, EpisodeData, EpisodeStart, HerBuffer, Scalar, Step, StepRows,
+    BufferConfig, Dims, EpisodeData, HerBuffer, Scalar, StartData, StepData, StepRows,
 };
 
 pub const DIMS: Dims = Dims { observation: 25, goal: 3, action: 4 };
@@ -48,27 +48,27 @@ impl<T: Scalar> Episode<T> {
 
     pub fn data(&self) -> EpisodeData<'_, T> {
         EpisodeData {
-            observations: &self.observations,
-            achieved_goals: &self.achieved_goals,
+            observation: &self.observations,
+            achieved_goal: &self.achieved_goals,
             desired_goal: &self.desired_goal,
-            actions: &self.actions,
-            rewards: &self.rewards,
+            action: &self.actions,
+            reward: &self.rewards,
             terminated: false,
             truncated: true,
             fields: &[],
         }
     }
 
-    fn start(&self) -> EpisodeStart<'_, T> {
-        EpisodeStart {
+    fn start(&self) -> StartData<'_, T> {
+        StartData {
             observation: &self.observations[..DIMS.observation],
             achieved_goal: &self.achieved_goals[..DIMS.goal],
             desired_goal: &self.desired_goal,
         }
     }
 
-    fn step(&self, t: usize) -> Step<'_, T> {
-        Step {
+    fn step(&self, t: usize) -> StepData<'_, T> {
+        StepData {
             action: &self.actions[t * DIMS.action..][..DIMS.action],
             reward: self.rewards[t],
             next_observation: &self.observations[(t + 1) * DIMS.observation..][..DIMS.observation],
@@ -164,18 +164,18 @@ impl<T: Scalar> RecordedRows<T> {
         let [actions, rewards, next_observations, next_achieved_goals] = &self.steps[t];
         let [observations, achieved_goals, desired_goals] = &self.start;
         StepRows {
-            env_ids,
+            env_index: env_ids,
             stepped: &self.all,
             started: ends,
-            actions,
-            rewards,
-            next_observations,
-            next_achieved_goals,
+            action: actions,
+            reward: rewards,
+            next_observation: next_observations,
+            next_achieved_goal: next_achieved_goals,
             terminated: &self.none,
             truncated: ends,
-            observations,
-            achieved_goals,
-            desired_goals,
+            observation: observations,
+            achieved_goal: achieved_goals,
+            desired_goal: desired_goals,
             fields: &[],
         }
     }
