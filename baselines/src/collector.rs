@@ -149,7 +149,9 @@ impl<E: CollectEnv> Collector<E> {
         let episodes = self.episodes.iter();
         Ok(CollectorSnapshot {
             envs: self.envs.snapshot()?,
-            episodes: episodes.map(|episode| (episode.length > 0).then_some(*episode)).collect(),
+            episodes: episodes
+                .map(|episode| (episode.episode_length > 0).then_some(*episode))
+                .collect(),
         })
     }
 
@@ -166,7 +168,8 @@ impl<E: CollectEnv> Collector<E> {
         if actual != num_envs {
             return Err(VecEnvError::Count { what: "snapshot", actual, num_envs });
         }
-        let lengths = snapshot.episodes.iter().map(|episode| episode.map_or(0, |e| e.length));
+        let lengths =
+            snapshot.episodes.iter().map(|episode| episode.map_or(0, |e| e.episode_length));
         if let Some((env_index, length)) =
             lengths.enumerate().find(|(_, len)| *len as u64 > MAX_COUNT)
         {

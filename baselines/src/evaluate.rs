@@ -16,9 +16,9 @@ pub struct Episode {
     /// Seed of the reset; `None` if it continued the environment's random numbers.
     pub seed: Option<u64>,
     /// Sum of the rewards.
-    pub return_sum: f64,
+    pub episode_return: f64,
     /// Number of steps.
-    pub length: usize,
+    pub episode_length: usize,
     /// Distance between achieved and desired goal after the last step: meters in the Fetch tasks.
     pub final_distance: f64,
     /// Whether the last step was a success: the benchmark's success rate counts these.
@@ -42,9 +42,9 @@ pub struct Summary {
     /// Share of episodes with a success at any step.
     pub success_any_rate: Estimate,
     /// Mean sum of rewards.
-    pub return_mean: Estimate,
+    pub episode_return_mean: Estimate,
     /// Mean number of steps.
-    pub ep_len_mean: Estimate,
+    pub episode_length_mean: Estimate,
     /// Mean distance at the end: meters in the Fetch tasks.
     pub final_distance_mean: Estimate,
 }
@@ -122,7 +122,7 @@ where
         if is_last {
             return Ok(episode);
         }
-        if episode.length >= MAX_STEPS {
+        if episode.episode_length >= MAX_STEPS {
             return Err(failed(EnvError::Endless { steps: MAX_STEPS }));
         }
         observation = step.observation;
@@ -201,7 +201,7 @@ where
                 if batch.terminated()[row] || batch.truncated()[row] {
                     *is_running = false;
                     progress(episode);
-                } else if episode.length >= MAX_STEPS {
+                } else if episode.episode_length >= MAX_STEPS {
                     return Err(failed(row, &EnvError::Endless { steps: MAX_STEPS }));
                 }
             }
@@ -215,8 +215,8 @@ impl Episode {
     pub(crate) const fn new(seed: Option<u64>) -> Self {
         Self {
             seed,
-            return_sum: 0.0,
-            length: 0,
+            episode_return: 0.0,
+            episode_length: 0,
             final_distance: f64::NAN,
             success: false,
             success_any: false,
@@ -225,8 +225,8 @@ impl Episode {
 
     /// Adds a step.
     pub(crate) fn add(&mut self, reward: f64, info: &impl GoalInfo) {
-        self.return_sum += reward;
-        self.length += 1;
+        self.episode_return += reward;
+        self.episode_length += 1;
         self.final_distance = info.distance();
         self.success = info.is_success();
         self.success_any |= info.is_success();
@@ -251,8 +251,8 @@ impl Evaluation {
         Ok(Summary {
             success_rate: Estimate::share(count(|e| e.success), total)?,
             success_any_rate: Estimate::share(count(|e| e.success_any), total)?,
-            return_mean: mean(|e| e.return_sum)?,
-            ep_len_mean: mean(|e| e.length as f64)?,
+            episode_return_mean: mean(|e| e.episode_return)?,
+            episode_length_mean: mean(|e| e.episode_length as f64)?,
             final_distance_mean: mean(|e| e.final_distance)?,
         })
     }

@@ -62,18 +62,20 @@ fn to_words(episode: &Episode) -> [u64; 5] {
     [
         flags.iter().rev().fold(0, |bits, flag| bits << 1 | u64::from(*flag)),
         episode.seed.unwrap_or_default(),
-        episode.return_sum.to_bits(),
-        episode.length as u64,
+        episode.episode_return.to_bits(),
+        episode.episode_length as u64,
         episode.final_distance.to_bits(),
     ]
 }
 
-const fn from_words([flags, seed, return_sum, length, final_distance]: [u64; 5]) -> Episode {
+const fn from_words(
+    [flags, seed, episode_return, episode_length, final_distance]: [u64; 5],
+) -> Episode {
     let [has_seed, success, success_any] = [flags & 1 != 0, flags & 2 != 0, flags & 4 != 0];
     Episode {
         seed: if has_seed { Some(seed) } else { None },
-        return_sum: f64::from_bits(return_sum),
-        length: length as usize,
+        episode_return: f64::from_bits(episode_return),
+        episode_length: episode_length as usize,
         final_distance: f64::from_bits(final_distance),
         success,
         success_any,

@@ -9,8 +9,15 @@ type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 
 /// An episode of so many steps that ends at a distance.
 const fn episode(length: usize, final_distance: f64, success: bool, success_any: bool) -> Episode {
-    let return_sum = -(length as f64);
-    Episode { seed: None, return_sum, length, final_distance, success, success_any }
+    let episode_return = -(length as f64);
+    Episode {
+        seed: None,
+        episode_return,
+        episode_length: length,
+        final_distance,
+        success,
+        success_any,
+    }
 }
 
 fn evaluation() -> Evaluation {
@@ -29,8 +36,8 @@ fn a_summary_has_the_means_of_the_episodes() -> Result {
     let summary = evaluation().summary()?;
     assert_eq!(summary.success_rate, Estimate::share(1, 4)?);
     assert_eq!(summary.success_any_rate, Estimate::share(3, 4)?);
-    assert_eq!(summary.return_mean, Estimate::mean(&[-10.0, -20.0, -30.0, -60.0])?);
-    assert_eq!(summary.ep_len_mean, Estimate::mean(&[10.0, 20.0, 30.0, 60.0])?);
+    assert_eq!(summary.episode_return_mean, Estimate::mean(&[-10.0, -20.0, -30.0, -60.0])?);
+    assert_eq!(summary.episode_length_mean, Estimate::mean(&[10.0, 20.0, 30.0, 60.0])?);
     assert_eq!(summary.final_distance_mean, Estimate::mean(&[0.01, 0.25, 0.5, 1.0])?);
     Ok(())
 }
@@ -68,11 +75,11 @@ fn an_episode_adds_up_its_steps() -> Result {
             }
         };
         let episode = evaluate(&mut env, &mut policy, 1, 3, |_| ())?.episodes[0];
-        assert_eq!((episode.seed, episode.length, steps), (Some(3), 50, 50));
+        assert_eq!((episode.seed, episode.episode_length, steps), (Some(3), 50, 50));
         assert_eq!((episode.success, episode.success_any), (!leaves, true));
         // All steps but those that end at the goal; the last is not observed any more.
         let at_goal = reached + usize::from(episode.success);
-        assert_eq!(episode.return_sum, at_goal as f64 - 50.0);
+        assert_eq!(episode.episode_return, at_goal as f64 - 50.0);
         assert_eq!(episode.final_distance < 0.05, episode.success);
     }
     Ok(())

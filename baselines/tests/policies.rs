@@ -17,7 +17,7 @@ fn success_rate(task: Task, policy: &mut dyn Policy) -> Result<f64> {
     let mut count = 0;
     let evaluation = evaluate(&mut env, policy, EPISODES, 1000, |_| count += 1)?;
     assert_eq!(count, EPISODES);
-    assert!(evaluation.episodes.iter().all(|episode| episode.length == 50));
+    assert!(evaluation.episodes.iter().all(|episode| episode.episode_length == 50));
     Ok(evaluation.summary()?.success_rate.value)
 }
 

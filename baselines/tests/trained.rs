@@ -64,7 +64,7 @@ fn the_way_to_the_goal_can_be_an_input() -> Result {
     let expected = evaluate(&mut env, &mut policy(), 20, 7, |_| ())?.summary()?;
     let summary = evaluate(&mut env, &mut relative, 20, 7, |_| ())?.summary()?;
     assert_eq!(summary.success_rate.value, 1.0);
-    assert!((summary.return_mean.value - expected.return_mean.value).abs() < 1e-9);
+    assert!((summary.episode_return_mean.value - expected.episode_return_mean.value).abs() < 1e-9);
     Ok(())
 }
 

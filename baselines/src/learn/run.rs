@@ -186,7 +186,7 @@ impl<E: LearnEnv> Trainer<E> {
         let evaluation = evaluate_range(envs, &mut greedy, own, seed, |_| ())?;
         let bad_reward = || {
             let row =
-                evaluation.episodes.iter().position(|episode| !episode.return_sum.is_finite());
+                evaluation.episodes.iter().position(|episode| !episode.episode_return.is_finite());
             row.map(|row| (row % self.evaluation_envs.num_envs(), "a reward"))
         };
         let bad = first_bad.map(|row| (row, "an observation")).or_else(bad_reward);
@@ -204,7 +204,7 @@ impl<E: LearnEnv> Trainer<E> {
         let row = CurveRow {
             counters: self.counters,
             success_rate: summary.success_rate,
-            return_mean: summary.return_mean.value,
+            return_mean: summary.episode_return_mean.value,
             final_distance: summary.final_distance_mean.value,
             collected_success: recent.success_rate(),
             losses: recent.losses(),

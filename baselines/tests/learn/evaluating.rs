@@ -43,7 +43,7 @@ fn the_exported_policy_ends_the_evaluated_episodes_to_the_last_bit() -> Result {
             let exported = evaluate(&mut make()?, &mut policy, count, first_seed, |_| ())?;
             let summary = exported.summary()?;
             assert_eq!(row.final_distance, summary.final_distance_mean.value, "{name}");
-            assert_eq!(row.return_mean, summary.return_mean.value, "{name}");
+            assert_eq!(row.return_mean, summary.episode_return_mean.value, "{name}");
         }
     }
     Ok(())

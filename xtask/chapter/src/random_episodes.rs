@@ -75,8 +75,8 @@ pub(crate) fn random_episodes(
         seed,
         n_episodes: count,
         success_rate: summary.success_rate.value,
-        return_mean: summary.return_mean.value,
-        ep_len_mean: summary.ep_len_mean.value,
+        return_mean: summary.episode_return_mean.value,
+        ep_len_mean: summary.episode_length_mean.value,
         final_distance_mean: summary.final_distance_mean.value,
         confidence_95: summary,
         versions: Versions::current(),
@@ -85,8 +85,8 @@ pub(crate) fn random_episodes(
     say!("random-episodes ({count}): {id}; wrote {}", out.display())?;
     for (name, estimate) in [
         ("success_rate", summary.success_rate),
-        ("return_mean", summary.return_mean),
-        ("ep_len_mean", summary.ep_len_mean),
+        ("return_mean", summary.episode_return_mean),
+        ("ep_len_mean", summary.episode_length_mean),
         ("final_distance_mean", summary.final_distance_mean),
     ] {
         let baselines::Estimate { value, low, high } = estimate;

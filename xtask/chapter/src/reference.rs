@@ -89,7 +89,7 @@ impl RandomReference {
         };
         let successes = evaluation.episodes.iter().filter(|e| e.success).count() as u64;
         Ok([
-            mean("return_mean", |e| e.return_sum, self.return_sum),
+            mean("return_mean", |e| e.episode_return, self.return_sum),
             mean("final_distance_mean", |e| e.final_distance, self.final_distance),
             Comparison {
                 name: "success_rate",

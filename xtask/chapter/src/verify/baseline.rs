@@ -16,7 +16,7 @@ const LEAST_P_VALUE: f64 = 1e-4;
 pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let evaluation = evaluate(env, &mut RandomPolicy::new(seed), EPISODES, seed, |_| ())?;
     let summary = evaluation.summary()?;
-    let lengths = summary.ep_len_mean;
+    let lengths = summary.episode_length_mean;
     let mut checks = vec![Check::new(
         "baseline/ep_len_mean",
         lengths.value == 50.0 && lengths.low == lengths.high,

@@ -101,7 +101,8 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
     for outcome in outcomes.iter().filter(|outcome| outcome.policy == PolicyChoice::Random) {
         let summary = outcome.evaluation.summary()?;
         let reference = RandomReference::new(outcome.id.task, outcome.id.reward);
-        let intervals = [summary.return_mean, summary.final_distance_mean, summary.success_rate];
+        let intervals =
+            [summary.episode_return_mean, summary.final_distance_mean, summary.success_rate];
         let names = ["return", "final distance (m)", "success rate"];
         for ((comparison, Estimate { low, high, .. }), name) in
             reference.compare(&outcome.evaluation)?.iter().zip(intervals).zip(names)
@@ -149,7 +150,7 @@ pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
             &format!("Fetch{task}: dense return"),
             "return (m, summed over steps)",
             &policies,
-            |episode| episode.return_sum,
+            |episode| episode.episode_return,
             reference.return_sum.mean,
         );
         let distances = histogram(
