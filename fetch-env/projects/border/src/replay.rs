@@ -3,9 +3,7 @@
 use anyhow::Result;
 use border_core::{ExperienceBufferBase, ReplayBufferBase, Step, StepProcessor, TransitionBatch};
 use fetch_env::{DistanceReward, FetchObservation, GoalObservation};
-use her_relabel::{
-    Batch, BufferConfig, StartData, HerBuffer, JoinedGoal, Sampler, TransitionId,
-};
+use her_relabel::{Batch, BufferConfig, HerBuffer, JoinedGoal, Sampler, StartData, TransitionId};
 
 use crate::{FetchAct, FetchObs, GoalEnvironment};
 
