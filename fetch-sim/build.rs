@@ -1,8 +1,8 @@
 //! Finds MuJoCo and compiles the C shim against its headers.
 //!
-//! The library itself is loaded when it is first used, so that a program that depends on this
-//! crate needs no linker flags, and a library that does not fit its headers is an error and not a
-//! crash. Without headers the crate is built without the shim (`fetch_sim_no_shim`): it compiles, and
+//! The library itself is loaded when it is first used, so that a program that depends on this crate
+//! needs no linker flags, and a library that does not fit its headers is an error and not a crash.
+//! Without headers the crate is built without the shim (`fetch_sim_no_shim`): it compiles, and
 //! loading MuJoCo is an error.
 
 mod find_mujoco;
@@ -52,8 +52,8 @@ fn without_shim() {
         "cargo::warning=MuJoCo was not found: simulations return errors until you {WAYS_OUT}; then \
          build again."
     );
-    // Cargo would run this script, and rebuild what depends on it, in every build if one of these did
-    // not exist.
+    // Cargo would run this script, and rebuild what depends on it, in every build if one of these
+    // did not exist.
     for folder in SYSTEM_PREFIXES.iter().filter(|folder| Path::new(folder).is_dir()) {
         println!("cargo::rerun-if-changed={folder}");
     }

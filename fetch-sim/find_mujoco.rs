@@ -24,8 +24,8 @@ pub(crate) struct Found {
     pub(crate) library: Option<PathBuf>,
 }
 
-/// Returns the installation that `MUJOCO_DIR` names, or else the system's, whose library folders the
-/// C compiler knows; `None` if there is none.
+/// Returns the installation that `MUJOCO_DIR` names, or else the system's, whose library folders
+/// the C compiler knows; `None` if there is none.
 ///
 /// # Errors
 /// `MUJOCO_DIR` names something else: a build without MuJoCo would hide the mistake.

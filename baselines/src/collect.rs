@@ -29,8 +29,8 @@ pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfi
     Ok(BufferConfig::new(capacity, dims))
 }
 
-/// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it is
-/// terminated or truncated, adds them to a buffer as its environment `buffer_env`, and calls
+/// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it
+/// is terminated or truncated, adds them to a buffer as its environment `buffer_env`, and calls
 /// `progress` after each. Returns the results of the episodes.
 ///
 /// The buffer also gets the terminal observation of each, and `terminated` and `truncated` as the

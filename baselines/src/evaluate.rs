@@ -65,8 +65,8 @@ pub(crate) fn seeds(first_seed: u64) -> impl Iterator<Item = u64> {
 /// is terminated or truncated, and calls `progress` after each.
 ///
 /// # Errors
-/// [`EvaluationError::Environment`] if a reset or a step fails, or with [`EnvError::Endless`] if an episode
-/// has not ended after 100,000 steps.
+/// [`EvaluationError::Environment`] if a reset or a step fails, or with [`EnvError::Endless`] if an
+/// episode has not ended after 100,000 steps.
 pub fn evaluate<E, P>(
     env: &mut E,
     policy: &mut P,
@@ -94,8 +94,8 @@ pub(crate) enum Event<'a, E: Env> {
     Step(&'a [ActionElement<E>], &'a Step<E::Observation, E::Info>),
 }
 
-/// Runs an episode until it is terminated or truncated, and calls `watch` with the environment after
-/// each event. `failed` converts the environment's errors.
+/// Runs an episode until it is terminated or truncated, and calls `watch` with the environment
+/// after each event. `failed` converts the environment's errors.
 pub(crate) fn run_episode<E, P, X>(
     env: &mut E,
     policy: &mut P,
@@ -129,8 +129,8 @@ where
     }
 }
 
-/// Runs `count` episodes as [`evaluate`] does, as many at a time as there are environments, and calls
-/// `progress` after each. `policy` chooses the actions of all environments, a row for each.
+/// Runs `count` episodes as [`evaluate`] does, as many at a time as there are environments, and
+/// calls `progress` after each. `policy` chooses the actions of all environments, a row for each.
 ///
 /// The episodes are those of one environment with the same seeds. The environments' own episodes
 /// are abandoned, and [`AutoresetMode`](fetch_env::vec_env::AutoresetMode) does not matter.
@@ -152,8 +152,8 @@ where
     evaluate_range(envs, policy, 0..count, first_seed, progress)
 }
 
-/// Runs the episodes of a range as [`evaluate_vec`] does: a part of an evaluation whose first episode
-/// has the seed `first_seed`.
+/// Runs the episodes of a range as [`evaluate_vec`] does: a part of an evaluation whose first
+/// episode has the seed `first_seed`.
 pub(crate) fn evaluate_range<E, P>(
     envs: &mut VecEnv<E>,
     policy: &mut P,
@@ -237,8 +237,8 @@ impl Evaluation {
     /// Returns the figures over all episodes.
     ///
     /// # Errors
-    /// [`EvaluationError::NoEpisodes`] if there are none, and [`EvaluationError::Statistics`] if a return
-    /// or a distance is not finite.
+    /// [`EvaluationError::NoEpisodes`] if there are none, and [`EvaluationError::Statistics`] if a
+    /// return or a distance is not finite.
     pub fn summary(&self) -> Result<Summary, EvaluationError> {
         if self.episodes.is_empty() {
             return Err(EvaluationError::NoEpisodes);

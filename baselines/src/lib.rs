@@ -1,11 +1,11 @@
 //! Baselines for the Fetch tasks: policies, their evaluation, and learning.
 //!
-//! A trained agent must beat [`RandomPolicy`]; [`ScriptedPolicy`] shows how far a few rules go, and a
-//! [`TrainedPolicy`] is loaded from a file. The module `learn` (feature `learn`) trains them.
-//! [`evaluate`] runs a policy over many seeded episodes, and [`Evaluation::summary`] returns success
-//! rate, mean return, episode length and final distance, each with its 95 % confidence interval.
-//! [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature `page`) turns
-//! episodes into a self-contained HTML page that plays them back.
+//! A trained agent must beat [`RandomPolicy`]; [`ScriptedPolicy`] shows how far a few rules go, and
+//! a [`TrainedPolicy`] is loaded from a file. The module `learn` (feature `learn`) trains them.
+//! [`evaluate`] runs a policy over many seeded episodes, and [`Evaluation::summary`] returns
+//! success rate, mean return, episode length and final distance, each with its 95 % confidence
+//! interval. [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature
+//! `page`) turns episodes into a self-contained HTML page that plays them back.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

@@ -8,12 +8,12 @@ use crate::evaluate::{Episode, Evaluation, evaluate_range};
 use crate::policy::Policy;
 use crate::workers::{UnreadableMessage, Workers, share};
 
-/// Evaluates a policy as [`evaluate_vec`](crate::evaluate_vec) does, each process on its [`share`] of
-/// the seeds. All get the episodes of all, the same for any number of processes.
+/// Evaluates a policy as [`evaluate_vec`](crate::evaluate_vec) does, each process on its [`share`]
+/// of the seeds. All get the episodes of all, the same for any number of processes.
 ///
 /// # Errors
-/// As [`evaluate_vec`](crate::evaluate_vec), in the process where it happens, with the number of the
-/// episode among all. That process does not take part in the exchange of results, for which the
+/// As [`evaluate_vec`](crate::evaluate_vec), in the process where it happens, with the number of
+/// the episode among all. That process does not take part in the exchange of results, for which the
 /// others then wait: it has to end the run. [`EvaluationError::Unreadable`] in all processes.
 pub fn evaluate_spread<E, P>(
     workers: &mut dyn Workers,

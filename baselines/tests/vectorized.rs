@@ -191,8 +191,8 @@ impl Failing {
         Ok(make_kinematic("FetchReach-v4")?.wrap(self)?)
     }
 
-    /// Evaluates seven episodes from seed 20, one at a time and three at a time, and returns the episode
-    /// and the seed of the failure.
+    /// Evaluates seven episodes from seed 20, one at a time and three at a time, and returns the
+    /// episode and the seed of the failure.
     fn failures(self) -> Result<[Option<(usize, u64)>; 2]> {
         let failure = |evaluation: std::result::Result<Evaluation, EvaluationError>| {
             let Err(EvaluationError::Environment { episode, seed, .. }) = evaluation else {

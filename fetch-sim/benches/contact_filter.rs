@@ -15,8 +15,8 @@ const EPISODE: u32 = 50;
 
 struct Run {
     simulator: MujocoSimulator,
-    /// Whether the gripper moves down onto the object or the table, and not in a different direction
-    /// in every step.
+    /// Whether the gripper moves down onto the object or the table, and not in a different
+    /// direction in every step.
     presses: bool,
     step: u32,
 }

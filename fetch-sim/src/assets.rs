@@ -17,8 +17,8 @@ pub enum ModelSource {
     /// The reference's model with the vendor's meshes, from the user's cache, where
     /// `cargo xtask assets` puts it.
     Reference,
-    /// A folder with `reach.xml`, `push.xml`, `pick_and_place.xml` and `slide.xml`, in which bodies,
-    /// joints and sites have the reference's names.
+    /// A folder with `reach.xml`, `push.xml`, `pick_and_place.xml` and `slide.xml`, in which
+    /// bodies, joints and sites have the reference's names.
     Folder(PathBuf),
 }
 

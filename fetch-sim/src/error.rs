@@ -40,12 +40,18 @@ pub enum SimError {
     },
     /// The crate was built without MuJoCo's headers.
     #[error(
-        "this program was built without MuJoCo: install libmujoco-dev, or set MUJOCO_DIR to an installation (`fetch_sim::download::mujoco`, of the feature `download`, and `cargo xtask mujoco` download one), and build again; or use a `KinematicSimulator`, which needs none"
+        "this program was built without MuJoCo: install libmujoco-dev, or set MUJOCO_DIR to an \
+         installation (`fetch_sim::download::mujoco`, of the feature `download`, and `cargo xtask \
+         mujoco` download one), and build again; or use a `KinematicSimulator`, which needs none"
     )]
     BuiltWithoutMujoco,
     /// MuJoCo's library was not found, or does not fit the headers with which the crate was built.
     #[error(
-        "MuJoCo {version}, with whose headers this program was built, could not be loaded ({}): put its library beside the program, set MUJOCO_DIR to an installation, install the system's package (libmujoco-dev has one version), download it with `fetch_sim::download::mujoco(\"{version}\")`, of the feature `download`, or `cargo xtask mujoco {version}`, or build again with another version",
+        "MuJoCo {version}, with whose headers this program was built, could not be loaded ({}): \
+         put its library beside the program, set MUJOCO_DIR to an installation, install the \
+         system's package (libmujoco-dev has one version), download it with \
+         `fetch_sim::download::mujoco(\"{version}\")`, of the feature `download`, or `cargo xtask \
+         mujoco {version}`, or build again with another version",
         list(tried)
     )]
     Library {
@@ -54,10 +60,14 @@ pub enum SimError {
         /// The places in the order of the search, and why each was refused.
         tried: Vec<TriedLibrary>,
     },
-    /// `MUJOCO_DIR` names something else than a library that fits the headers with which the crate was
-    /// built. Nothing else is tried then, because the variable says which library the user wants.
+    /// `MUJOCO_DIR` names something else than a library that fits the headers with which the crate
+    /// was built. Nothing else is tried then, because the variable says which library the user
+    /// wants.
     #[error(
-        "MUJOCO_DIR is {}, from which MuJoCo {version}, with whose headers this program was built, could not be loaded ({}): unset it, set it to an installation of that version (`fetch_sim::download::mujoco(\"{version}\")`, of the feature `download`, and `cargo xtask mujoco {version}` download one), or build again with it",
+        "MUJOCO_DIR is {}, from which MuJoCo {version}, with whose headers this program was built, \
+         could not be loaded ({}): unset it, set it to an installation of that version \
+         (`fetch_sim::download::mujoco(\"{version}\")`, of the feature `download`, and `cargo \
+         xtask mujoco {version}` download one), or build again with it",
         value.display(),
         list(tried)
     )]
@@ -89,7 +99,9 @@ pub enum SimError {
     },
     /// The files of a model are missing.
     #[error(
-        "there is no model at {path}: run `cargo xtask assets` or call `fetch_sim::download::reference_model`, of the feature `download`, or set FETCH_ASSETS_DIR to where it put them"
+        "there is no model at {path}: run `cargo xtask assets` or call \
+         `fetch_sim::download::reference_model`, of the feature `download`, or set \
+         FETCH_ASSETS_DIR to where it put them"
     )]
     NoAssets {
         /// The path that was looked up.
@@ -139,7 +151,8 @@ pub enum SimError {
     },
     /// The snapshot belongs to another task, model or version.
     #[error(
-        "the snapshot does not fit this simulation ({reason}): restore it into the configuration it was taken from"
+        "the snapshot does not fit this simulation ({reason}): restore it into the configuration \
+         it was taken from"
     )]
     ForeignSnapshot {
         /// The difference.

@@ -11,7 +11,8 @@ use std::{
 /// The value of `MUJOCO_DIR` that stands for no MuJoCo at all.
 pub(crate) const NONE: &str = "none";
 
-/// Returns the value of `MUJOCO_DIR`: a folder, or the library's file; `None` if it is unset or empty.
+/// Returns the value of `MUJOCO_DIR`: a folder, or the library's file; `None` if it is unset or
+/// empty.
 pub(crate) fn mujoco_dir() -> Option<PathBuf> {
     env::var_os("MUJOCO_DIR").filter(|value| !value.is_empty()).map(PathBuf::from)
 }

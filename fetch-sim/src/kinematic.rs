@@ -34,8 +34,8 @@ const GRAVITY: f64 = 9.81;
 /// carried, dropped and slid by simple rules.
 ///
 /// It needs no library, costs almost nothing and gives the same bits on every machine, so that code
-/// built on a [`Simulator`] can be tested without MuJoCo. It starts where the real scenes settle, but
-/// its trajectories are not the benchmark's: do not publish results obtained with it.
+/// built on a [`Simulator`] can be tested without MuJoCo. It starts where the real scenes settle,
+/// but its trajectories are not the benchmark's: do not publish results obtained with it.
 ///
 /// The simulator is its own snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,8 +133,8 @@ impl KinematicSimulator {
         }
     }
 
-    /// Returns the height at which the object comes to rest below its position: on the table or on the
-    /// floor.
+    /// Returns the height at which the object comes to rest below its position: on the table or on
+    /// the floor.
     fn support(&self, object: &Object) -> f64 {
         let on_table = |spec: &ObjectSpec| {
             spec.table

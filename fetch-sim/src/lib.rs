@@ -1,12 +1,13 @@
 //! The Fetch robot on MuJoCo: a safe binding, the robot's model, and the operations of the tasks.
 //!
-//! [`Simulator`] is the trait through which an environment uses a simulated robot. `MujocoSimulator`
-//! (feature `mujoco`, on by default) is the physics, with the same steps as gymnasium-robotics 1.4.2;
-//! [`KinematicSimulator`] is a stand-in without physics, for tests on machines without MuJoCo.
+//! [`Simulator`] is the trait through which an environment uses a simulated robot.
+//! `MujocoSimulator` (feature `mujoco`, on by default) is the physics, with the same steps as
+//! gymnasium-robotics 1.4.2; [`KinematicSimulator`] is a stand-in without physics, for tests on
+//! machines without MuJoCo.
 //!
 //! The binding below it consists of `Model`, shared by any number of simulations on any number of
-//! threads, and `Data`, one simulation. MuJoCo's errors are returned as [`SimError`]; its warnings go
-//! to `tracing` (target `mujoco`), never to a file.
+//! threads, and `Data`, one simulation. MuJoCo's errors are returned as [`SimError`]; its warnings
+//! go to `tracing` (target `mujoco`), never to a file.
 //!
 //! ```
 //! # #[cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))] {
@@ -29,43 +30,45 @@
 //! `Data` has no such filter: its `step` is MuJoCo's bare loop of `mj_step`.
 //!
 //! # Threads
-//! Any thread with a stack of 256 KiB can make and step simulations of the built-in model: MuJoCo takes
-//! up to 96 KiB of it, and ends the process if there is less. Threads of the standard library have 2 MiB
-//! unless they ask for less. A model of one's own may need more to be compiled, by its files.
+//! Any thread with a stack of 256 KiB can make and step simulations of the built-in model: MuJoCo
+//! takes up to 96 KiB of it, and ends the process if there is less. Threads of the standard library
+//! have 2 MiB unless they ask for less. A model of one's own may need more to be compiled, by its
+//! files.
 //!
 //! # Finding MuJoCo
-//! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that `MUJOCO_DIR`
-//! names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in its `lib`.
-//! Without headers the crate compiles, Cargo warns, and the first use of MuJoCo is
+//! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that
+//! `MUJOCO_DIR` names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in
+//! its `lib`. Without headers the crate compiles, Cargo warns, and the first use of MuJoCo is
 //! [`SimError::BuiltWithoutMujoco`]; `MUJOCO_DIR=none` asks for that.
 //!
 //! The library is loaded on first use. Its version must be that of the headers, whose layouts the
-//! program has. `MUJOCO_DIR` at run time names the installation, or the file, to take it from: if nothing
-//! there fits, the first use is [`SimError::MujocoDir`]. Where the variable is unset, empty or `none`, the
-//! first library that fits is taken from
-//! 1. the folder of the executable, and the folder `lib` beside that one, unless others may write to the
-//!    folder that has both, as they may to `/tmp`;
+//! program has. `MUJOCO_DIR` at run time names the installation, or the file, to take it from: if
+//! nothing there fits, the first use is [`SimError::MujocoDir`]. Where the variable is unset, empty
+//! or `none`, the first library that fits is taken from
+//! 1. the folder of the executable, and the folder `lib` beside that one, unless others may write
+//!    to the folder that has both, as they may to `/tmp`;
 //! 2. the path that the build found, which has the very library that the program was tested with;
 //! 3. the cache in which `cargo xtask mujoco` and the feature `download` put that version;
 //! 4. this process, in which somebody else may have loaded that version;
-//! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and `/usr`.
+//! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and
+//!    `/usr`.
 //!
-//! A program that has loaded a MuJoCo for the whole process, such as one that links it, keeps that one,
-//! wherever others are: they would call its functions.
+//! A program that has loaded a MuJoCo for the whole process, such as one that links it, keeps that
+//! one, wherever others are: they would call its functions.
 //!
 //! Loading a library runs its code, so each file is looked at before:
-//! - It and all folders above it belong to the process's user or to root, and nobody else may write to
-//!   them. Sticky folders such as `/tmp` may be shared, and a group with the number of the owner is taken
-//!   for the owner's own.
-//! - The version in its name, and in the name that it gives itself, is that of the headers. (Of a library
-//!   without one, the version is known after it was loaded.)
+//! - It and all folders above it belong to the process's user or to root, and nobody else may write
+//!   to them. Sticky folders such as `/tmp` may be shared, and a group with the number of the owner
+//!   is taken for the owner's own.
+//! - The version in its name, and in the name that it gives itself, is that of the headers. (Of a
+//!   library without one, the version is known after it was loaded.)
 //! - It is as long as its tables say: to load a file that is cut would end the process.
 //!
-//! A program that has more rights than the user who started it (set-user-ID, set-group-ID, capabilities)
-//! ignores the variables above, and that user's cache.
+//! A program that has more rights than the user who started it (set-user-ID, set-group-ID,
+//! capabilities) ignores the variables above, and that user's cache.
 //!
-//! If none fits, [`SimError::Library`] lists what was tried and why each was refused; a library that
-//! was refused does not stay loaded. `library_path` returns the one that is used.
+//! If none fits, [`SimError::Library`] lists what was tried and why each was refused; a library
+//! that was refused does not stay loaded. `library_path` returns the one that is used.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod assets;

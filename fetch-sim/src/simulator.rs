@@ -22,7 +22,8 @@ pub trait Simulator {
     /// Returns the duration of one control step, in seconds: substeps times the physics time step.
     fn control_period(&self) -> f64;
 
-    /// Returns where the gripper and the object rest in the settled scene; the same after every reset.
+    /// Returns where the gripper and the object rest in the settled scene; the same after every
+    /// reset.
     fn settled(&self) -> Settled;
 
     /// Returns to the settled state, with the object at `object_xy` (meters).
@@ -32,8 +33,8 @@ pub trait Simulator {
     ///
     /// # Errors
     /// [`SimError::NoObject`] if the scene has no object to place, [`SimError::OutOfRange`] if a
-    /// coordinate is NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER); the simulation is then
-    /// unchanged.
+    /// coordinate is NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER); the simulation is
+    /// then unchanged.
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError>;
 
     /// Simulates one control step.
@@ -54,8 +55,8 @@ pub trait Simulator {
     /// Returns to a snapshot of a simulator with the same configuration.
     ///
     /// # Errors
-    /// [`SimError::ForeignSnapshot`] if the snapshot is of another kind of simulation, or if one of its
-    /// numbers is NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER). After any error the
+    /// [`SimError::ForeignSnapshot`] if the snapshot is of another kind of simulation, or if one of
+    /// its numbers is NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER). After any error the
     /// simulation is as it was.
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), SimError>;
 }

@@ -34,7 +34,8 @@ fn with_size(size: &str) -> Result<Data, SimError> {
     Data::new(Arc::new(Model::from_files(&[("box.xml", &xml)])?))
 }
 
-/// Returns data with the least memory with which the model compiles: enough until there are contacts.
+/// Returns data with the least memory with which the model compiles: enough until there are
+/// contacts.
 fn with_least_memory() -> Option<Data> {
     let attribute = if old_sizes() { "nstack" } else { "memory" };
     (1..1000).find_map(|size| with_size(&format!(r#"{attribute}="{}""#, 64 * size)).ok())

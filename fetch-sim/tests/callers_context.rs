@@ -45,7 +45,8 @@ impl Library {
         unsafe { *(&raw const address).cast::<F>() }
     }
 
-    /// Returns the version of the context that OpenGL draws with, by the function that looks up OpenGL's.
+    /// Returns the version of the context that OpenGL draws with, by the function that looks up
+    /// OpenGL's.
     fn version(self, look_up: &CStr) -> Option<String> {
         type LookUp = extern "C" fn(*const c_char) -> Option<extern "C" fn()>;
         type GetString = extern "C" fn(c_uint) -> *const c_char;

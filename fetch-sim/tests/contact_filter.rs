@@ -22,7 +22,8 @@ const SHAPES: [&str; 6] = [
 
 /// Returns a plane and two free bodies of each shape, all with a margin.
 fn zoo() -> Arc<Model> {
-    // The vertices of an irregular, round lump: enough for MuJoCo to search its hull along the edges.
+    // The vertices of an irregular, round lump: enough for MuJoCo to search its hull along the
+    // edges.
     let vertices = (0..90).fold(String::new(), |mut text, i| {
         let (turn, height) = (2.4 * f64::from(i), f64::from(i) / 44.5 - 1.0);
         let radius = 0.15 * (1.0 - height * height).sqrt();
@@ -74,8 +75,8 @@ fn counts(data: &Data) -> ContactFilterCounts {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// In scenes that jump and drift, MuJoCo's own routine, with a margin as wide as the assumed gap,
-    /// confirms every rejection, and no bit of the result differs.
+    /// In scenes that jump and drift, MuJoCo's own routine, with a margin as wide as the assumed
+    /// gap, confirms every rejection, and no bit of the result differs.
     #[test]
     fn no_rejection_is_refuted(scenes in prop::collection::vec(scene(), 4)) {
         let model = zoo();
@@ -89,7 +90,8 @@ proptest! {
                 place(data, scene);
             }
             for _ in 0..10 {
-                // Deep overlaps fling bodies apart, up to an error: in both simulations, or in neither.
+                // Deep overlaps fling bodies apart, up to an error: in both simulations, or in
+                // neither.
                 prop_assert_eq!(plain.step(1), filtered.step(1));
                 prop_assert_eq!(outcome(&plain), outcome(&filtered));
                 let same = plain.contacts().eq(filtered.contacts());
@@ -102,9 +104,9 @@ proptest! {
     }
 }
 
-/// MuJoCo leaves quaternions as they are whose length is 1 up to rounding. Under an upright cylinder
-/// of such a quaternion it normalizes a vector of rounding errors, and finds the rim as low as the
-/// radius below the lower disk.
+/// MuJoCo leaves quaternions as they are whose length is 1 up to rounding. Under an upright
+/// cylinder of such a quaternion it normalizes a vector of rounding errors, and finds the rim as
+/// low as the radius below the lower disk.
 #[test]
 fn contacts_below_an_upright_cylinder_are_found_as_without_a_filter() -> Result {
     const CYLINDER: &str = r#"<mujoco><worldbody><geom type="plane" size="1 1 1"/>
@@ -126,7 +128,8 @@ fn contacts_below_an_upright_cylinder_are_found_as_without_a_filter() -> Result 
     Ok(())
 }
 
-/// Some versions of MuJoCo find contacts of meshes that overlap less than a negative margin asks for.
+/// Some versions of MuJoCo find contacts of meshes that overlap less than a negative margin asks
+/// for.
 #[test]
 fn contacts_of_negative_margins_are_found_as_without_a_filter() -> Result {
     const MESHES: &str = r#"<mujoco>

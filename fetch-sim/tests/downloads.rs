@@ -1,5 +1,5 @@
-//! Downloads into the user's cache: whole, one at a time, and with nothing left over by a process that
-//! was killed.
+//! Downloads into the user's cache: whole, one at a time, and with nothing left over by a process
+//! that was killed.
 #![cfg(feature = "download")]
 
 use std::{

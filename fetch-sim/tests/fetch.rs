@@ -109,8 +109,8 @@ fn the_scene_settles_where_the_reference_does() -> Result {
     Ok(())
 }
 
-/// MuJoCo 4.0.0 factorizes sparse matrices wrongly. It uses them from 60 degrees of freedom on, or where
-/// a model asks for them.
+/// MuJoCo 4.0.0 factorizes sparse matrices wrongly. It uses them from 60 degrees of freedom on, or
+/// where a model asks for them.
 #[test]
 fn the_scenes_are_solved_without_sparse_matrices() -> Result {
     for task in Task::ALL {

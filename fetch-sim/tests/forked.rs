@@ -26,7 +26,8 @@ unsafe extern "C" {
 
 /// Runs a part of the test in a forked child, and fails if that fails, crashes or hangs.
 fn in_child(part: impl FnOnce() -> Result) -> Result {
-    // SAFETY: the child calls this crate and the C library's allocator alone, which work after a fork.
+    // SAFETY: the child calls this crate and the C library's allocator alone, which work after a
+    // fork.
     let child = unsafe { fork() };
     if child == 0 {
         // SAFETY: no handler is set, so that the signal ends a child that waits forever.

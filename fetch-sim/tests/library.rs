@@ -33,8 +33,8 @@ fn open_locally(libraries: &OsStr) -> Result {
     Ok(())
 }
 
-/// Makes a simulator, loads a model with a mesh file if there is one beside this program, and prints
-/// the library's path, if this is a copy of the program.
+/// Makes a simulator, loads a model with a mesh file if there is one beside this program, and
+/// prints the library's path, if this is a copy of the program.
 #[test]
 fn simulate_in_this_process() -> Result {
     if env::var_os("FETCH_SIM_TEST_MOVED").is_none() {
@@ -63,8 +63,8 @@ impl Printed {
     }
 }
 
-/// Copies this program. Another process does so: a child that another test forks meanwhile would have
-/// the copy open for writing, and such a file cannot be run.
+/// Copies this program. Another process does so: a child that another test forks meanwhile would
+/// have the copy open for writing, and such a file cannot be run.
 fn copy_program(to: &Path) -> Result {
     assert!(Command::new("cp").arg(env::current_exe()?).arg(to).status()?.success());
     Ok(())
@@ -137,8 +137,8 @@ fn a_mujoco_dir_that_names_nothing_is_an_error() -> Result {
     Ok(())
 }
 
-/// A program with the rights of its file's owner does not obey the user who starts it. Only root can make
-/// one for another user.
+/// A program with the rights of its file's owner does not obey the user who starts it. Only root
+/// can make one for another user.
 #[test]
 fn a_set_user_id_program_ignores_the_environment() -> Result {
     const STRANGER: u32 = 12345;

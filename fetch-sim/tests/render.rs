@@ -1,7 +1,7 @@
 //! Pictures show the scene and do not change it.
 //!
-//! Without OpenGL these tests pass without a picture, unless MUJOCO_GL names the library that has to
-//! work.
+//! Without OpenGL these tests pass without a picture, unless MUJOCO_GL names the library that has
+//! to work.
 #![cfg(all(feature = "render", not(fetch_sim_no_shim)))]
 
 use std::{env, error::Error, ffi::OsStr, fs, process::Command, thread};

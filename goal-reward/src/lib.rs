@@ -15,8 +15,8 @@
 //! | `d > t` | `-1.0` | `-d` | no |
 //! | NaN | `-1.0` | NaN | no |
 //!
-//! The zero is negative because the reference negates a boolean converted to a float. The last row is
-//! the only deliberate difference: the reference gives `-0.0` for NaN, which means "solved".
+//! The zero is negative because the reference negates a boolean converted to a float. The last row
+//! is the only deliberate difference: the reference gives `-0.0` for NaN, which means "solved".
 //!
 //! # Example
 //! ```

@@ -21,12 +21,13 @@ pub struct GoalPairs<'a> {
 }
 
 impl<'a> GoalPairs<'a> {
-    /// Views two contiguous matrices as pairs of goals of `dim` elements. An empty batch is allowed.
+    /// Views two contiguous matrices as pairs of goals of `dim` elements. An empty batch is
+    /// allowed.
     ///
     /// # Errors
     /// [`GoalError::Empty`] if `dim` is 0, [`GoalError::LengthMismatch`] if the matrices differ in
-    /// size, [`GoalError::PartialRow`] if the last goal is incomplete. The values are not checked; see
-    /// [`check_finite`](Self::check_finite).
+    /// size, [`GoalError::PartialRow`] if the last goal is incomplete. The values are not checked;
+    /// see [`check_finite`](Self::check_finite).
     pub fn new(achieved: &'a [f64], desired: &'a [f64], dim: usize) -> Result<Self, GoalError> {
         if dim == 0 {
             return Err(GoalError::Empty);
@@ -86,8 +87,8 @@ impl<'a> GoalPairs<'a> {
     /// Checks that every element of every goal is finite.
     ///
     /// # Errors
-    /// [`GoalError::NotFinite`] with the position and value of the first that is not, achieved goals
-    /// before desired ones.
+    /// [`GoalError::NotFinite`] with the position and value of the first that is not, achieved
+    /// goals before desired ones.
     pub fn check_finite(&self) -> Result<(), GoalError> {
         check_finite(GoalRole::Achieved, self.achieved, self.dim)?;
         check_finite(GoalRole::Desired, self.desired, self.dim)
@@ -96,8 +97,8 @@ impl<'a> GoalPairs<'a> {
     /// Writes `f` of every pair to `out`.
     ///
     /// # Errors
-    /// [`GoalError::OutputLength`] if `out` does not hold [`len`](Self::len) elements; it is then left
-    /// unchanged.
+    /// [`GoalError::OutputLength`] if `out` does not hold [`len`](Self::len) elements; it is then
+    /// left unchanged.
     #[inline]
     pub fn map_into<T>(
         &self,

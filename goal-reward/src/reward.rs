@@ -8,13 +8,14 @@ use crate::pairs::GoalPairs;
 
 /// The reward of a goal-conditioned task: a pure function of the achieved and the desired goal.
 ///
-/// *Pure* is the contract: equal arguments give equal bits, at any time and on any thread. Hindsight
-/// relabeling depends on it. The arguments are always in the order `achieved_goal`, `desired_goal`.
+/// *Pure* is the contract: equal arguments give equal bits, at any time and on any thread.
+/// Hindsight relabeling depends on it. The arguments are always in the order `achieved_goal`,
+/// `desired_goal`.
 ///
-/// Only [`reward`](Self::reward) and [`is_success`](Self::is_success) are required. The batched forms
-/// call them row by row; override one if a whole batch can be computed faster, with results that are
-/// the same bit for bit. The trait is object safe, and a reference, [`Box`], [`Rc`] or [`Arc`] of a
-/// reward is a reward.
+/// Only [`reward`](Self::reward) and [`is_success`](Self::is_success) are required. The batched
+/// forms call them row by row; override one if a whole batch can be computed faster, with results
+/// that are the same bit for bit. The trait is object safe, and a reference, [`Box`], [`Rc`] or
+/// [`Arc`] of a reward is a reward.
 ///
 /// Methods without `try_` do not check the goals: they must neither panic nor count a goal that is
 /// NaN, infinite or of the wrong length as a success.
@@ -25,8 +26,8 @@ pub trait GoalReward {
     /// Whether `achieved_goal` counts as reaching `desired_goal`.
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool;
 
-    /// Whether the task ends here, so that no later reward exists. Never by default, as in every Fetch
-    /// task, where the agent must hold a reached goal.
+    /// Whether the task ends here, so that no later reward exists. Never by default, as in every
+    /// Fetch task, where the agent must hold a reached goal.
     fn terminated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         let _ = (achieved_goal, desired_goal);
         false

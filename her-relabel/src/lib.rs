@@ -1,25 +1,26 @@
 //! Hindsight Experience Replay: a buffer of episodes that relabels goals.
 //!
-//! An agent that misses its goal has still reached *something*. [`HerBuffer`] stores the episodes of a
-//! goal-conditioned task, and [`Sampler`] draws transitions from it. For a share of them, it replaces the
-//! desired goal with a goal that was achieved later in the same episode, and the reward with the one for that
-//! goal. The crate needs no environment: it works for any task with an achieved and a desired goal, and with
-//! any [`GoalReward`](goal_reward::GoalReward).
+//! An agent that misses its goal has still reached *something*. [`HerBuffer`] stores the episodes
+//! of a goal-conditioned task, and [`Sampler`] draws transitions from it. For a share of them, it
+//! replaces the desired goal with a goal that was achieved later in the same episode, and the
+//! reward with the one for that goal. The crate needs no environment: it works for any task with an
+//! achieved and a desired goal, and with any [`GoalReward`](goal_reward::GoalReward).
 //!
 //! It is not a learner, and sampling is a few percent of a training step: a faster buffer does not
 //! make a training run much faster.
 //!
 //! - Episodes are added [step by step](HerBuffer::add_step), as steps of
-//!   [several environments at once](HerBuffer::record), or [whole](HerBuffer::add_episode), with additional
-//!   [fields](BufferConfig::with_field).
+//!   [several environments at once](HerBuffer::record), or [whole](HerBuffer::add_episode), with
+//!   additional [fields](BufferConfig::with_field).
 //! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), singly or in
 //!   [windows](Sampler::with_n_step), with goals of any [mixture](GoalMixture) of strategies.
 //! - A [batch](Batch) has the element type of the network, on request with observations and goals
 //!   [joined](Sampler::with_joined_goal) and [normalized](Normalizers), in columns that can be
 //!   [taken](Batch::take_columns) or in [memory of the caller's](Sampler::sample_into).
-//! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished episodes, and
-//!   continues exactly where it was. The feature `npz` exchanges episodes with numpy.
-//! - On Linux, the transitions lie in huge pages if the system provides them, which makes sampling faster.
+//! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished
+//!   episodes, and continues exactly where it was. The feature `npz` exchanges episodes with numpy.
+//! - On Linux, the transitions lie in huge pages if the system provides them, which makes sampling
+//!   faster.
 //!
 //! # Example
 //! ```

@@ -21,15 +21,15 @@ impl NormalizerConfig {
         Self { dim, min_std: 0.01, clip: 5.0 }
     }
 
-    /// Sets the smallest standard deviation to divide by, positive and finite, so that an element that hardly
-    /// varies is not inflated. The default, 0.01, is the paper's.
+    /// Sets the smallest standard deviation to divide by, positive and finite, so that an element
+    /// that hardly varies is not inflated. The default, 0.01, is the paper's.
     pub const fn with_min_std(mut self, min_std: f64) -> Self {
         self.min_std = min_std;
         self
     }
 
-    /// Sets the bound to which normalized elements are clipped, positive and finite. The default, 5, is the
-    /// paper's.
+    /// Sets the bound to which normalized elements are clipped, positive and finite. The default,
+    /// 5, is the paper's.
     pub const fn with_clip(mut self, clip: f64) -> Self {
         self.clip = clip;
         self
@@ -47,20 +47,20 @@ impl NormalizerConfig {
 
 /// The running mean and standard deviation of vectors, element by element.
 ///
-/// Learners normalize the inputs of a network: [`update`](Self::update) with observations (or goals) as they
-/// come, [`merge`](Self::merge) the normalizers of several workers, and
+/// Learners normalize the inputs of a network: [`update`](Self::update) with observations (or
+/// goals) as they come, [`merge`](Self::merge) the normalizers of several workers, and
 /// [`normalize`](Self::normalize) batches, or [let the draw normalize](crate::Normalizers) them. A
 /// normalized element is `(x - mean) * (1 / std)`, clipped to `[-clip, clip]`. The standard
 /// deviation is that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`.
 /// Before the first update the mean is 0 and the standard deviation 1.
 ///
-/// Sums are kept in `f64`, as distances from the mean: large means cost no digits, and a merge is as exact
-/// as one pass over all vectors. Merges in a fixed order give the same bits. A normalizer can be saved
-/// with serde, and is checked when it is loaded.
+/// Sums are kept in `f64`, as distances from the mean: large means cost no digits, and a merge is
+/// as exact as one pass over all vectors. Merges in a fixed order give the same bits. A normalizer
+/// can be saved with serde, and is checked when it is loaded.
 ///
-/// Sources: Plappert et al., *Multi-goal reinforcement learning*, 2018, appendix A, for the use and the
-/// defaults; Chan, Golub and LeVeque, *Updating formulae and a pairwise algorithm for computing sample
-/// variances*, 1979, for the merge.
+/// Sources: Plappert et al., *Multi-goal reinforcement learning*, 2018, appendix A, for the use and
+/// the defaults; Chan, Golub and LeVeque, *Updating formulae and a pairwise algorithm for computing
+/// sample variances*, 1979, for the merge.
 ///
 /// # Example
 /// ```
@@ -102,7 +102,8 @@ impl Normalizer {
     /// Makes a normalizer that has seen no vectors.
     ///
     /// # Errors
-    /// [`NormalizerError::Empty`], [`NormalizerError::BadSetting`] or [`NormalizerError::NoMemory`].
+    /// [`NormalizerError::Empty`], [`NormalizerError::BadSetting`] or
+    /// [`NormalizerError::NoMemory`].
     pub fn new(config: NormalizerConfig) -> Result<Self, NormalizerError> {
         let NormalizerConfig { dim, min_std, clip } = config;
         if dim == 0 {
@@ -179,8 +180,8 @@ impl Normalizer {
     /// Adds the vectors that another normalizer has seen.
     ///
     /// # Errors
-    /// [`NormalizerError::WrongLength`] if it has other dimensions, or [`NormalizerError::TooLarge`];
-    /// then nothing has changed.
+    /// [`NormalizerError::WrongLength`] if it has other dimensions, or
+    /// [`NormalizerError::TooLarge`]; then nothing has changed.
     pub fn merge(&mut self, other: &Self) -> Result<(), NormalizerError> {
         if other.dim() != self.dim() {
             return Err(NormalizerError::WrongLength { len: other.dim(), dim: self.dim() });
@@ -210,7 +211,8 @@ impl Normalizer {
     /// Normalizes vectors in place, a row-major matrix of any number of rows.
     ///
     /// # Errors
-    /// [`NormalizerError::WrongLength`] or [`NormalizerError::NotFinite`]; then nothing has changed.
+    /// [`NormalizerError::WrongLength`] or [`NormalizerError::NotFinite`]; then nothing has
+    /// changed.
     pub fn normalize<T: Scalar>(&self, rows: &mut [T]) -> Result<(), NormalizerError> {
         self.check(rows)?;
         for row in rows.chunks_exact_mut(self.dim()) {
@@ -221,12 +223,12 @@ impl Normalizer {
         Ok(())
     }
 
-    /// Normalizes vectors, a row-major matrix of any number of rows, into memory of the same length and any
-    /// element type: the input of a network, for example, of which the vectors are a part.
+    /// Normalizes vectors, a row-major matrix of any number of rows, into memory of the same length
+    /// and any element type: the input of a network, for example, of which the vectors are a part.
     ///
     /// # Errors
-    /// [`NormalizerError::WrongLength`], [`NormalizerError::WrongTarget`] or [`NormalizerError::NotFinite`];
-    /// then nothing has been written.
+    /// [`NormalizerError::WrongLength`], [`NormalizerError::WrongTarget`] or
+    /// [`NormalizerError::NotFinite`]; then nothing has been written.
     ///
     /// # Example
     /// ```

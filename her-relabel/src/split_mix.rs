@@ -1,10 +1,10 @@
 //! Random words as a function of a key and a place.
 
-/// Returns the word at `place` of the sequence of `key`, so that words are available in any order and on any
-/// thread.
+/// Returns the word at `place` of the sequence of `key`, so that words are available in any order
+/// and on any thread.
 ///
-/// This is the generator SplitMix64, seeded with the key. Source: Steele, Lea and Flood, *Fast splittable
-/// pseudorandom number generators*, 2014.
+/// This is the generator SplitMix64, seeded with the key. Source: Steele, Lea and Flood, *Fast
+/// splittable pseudorandom number generators*, 2014.
 #[inline(always)]
 pub(crate) fn word_at(key: u64, place: u64) -> u64 {
     let mut word = key.wrapping_add(place.wrapping_mul(0x9e37_79b9_7f4a_7c15));

@@ -39,8 +39,8 @@ impl UnitInterval {
         }
     }
 
-    /// Returns the relabel ratio `k / (k + 1)`: `k` relabeled transitions for each original one. This is
-    /// the paper's `k`, and the `n_sampled_goal` of other libraries.
+    /// Returns the relabel ratio `k / (k + 1)`: `k` relabeled transitions for each original one.
+    /// This is the paper's `k`, and the `n_sampled_goal` of other libraries.
     #[must_use]
     pub fn from_k(k: u32) -> Self {
         Self(f64::from(k) / (f64::from(k) + 1.0))
@@ -71,7 +71,8 @@ impl From<UnitInterval> for f64 {
 /// Error returned for a number outside of the unit interval.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error(
-    "{value} is not a number from 0 to 1: pass one (for k relabeled goals per original one, `UnitInterval::from_k`)"
+    "{value} is not a number from 0 to 1: pass one (for k relabeled goals per original one, \
+     `UnitInterval::from_k`)"
 )]
 #[non_exhaustive]
 pub struct UnitIntervalError {

@@ -257,8 +257,8 @@ fn an_empty_buffer_is_an_archive_of_no_episodes() -> Result {
     Ok(())
 }
 
-/// Written by numpy 2.4: `numpy.savez_compressed` of two episodes of two and one steps, with integers of 64 bits
-/// and floats of 32 and 64 bits mixed, and an unrelated array.
+/// Written by numpy 2.4: `numpy.savez_compressed` of two episodes of two and one steps, with
+/// integers of 64 bits and floats of 32 and 64 bits mixed, and an unrelated array.
 #[test]
 fn what_numpy_compressed_is_read() -> Result {
     let mut buffer = HerBuffer::<f32>::new(config(50))?;

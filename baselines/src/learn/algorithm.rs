@@ -74,7 +74,9 @@ use crate::trained::LayerWeights;
 ///             }
 ///         }
 ///         average(&mut gradient);
-///         self.weights.iter_mut().zip(&gradient).for_each(|(weight, slope)| *weight -= 0.1 * slope);
+///         for (weight, slope) in self.weights.iter_mut().zip(&gradient) {
+///             *weight -= 0.1 * slope;
+///         }
 ///         self.num_updates += 1;
 ///         Losses::new(0.0, loss, 0.0)
 ///     }
@@ -88,7 +90,8 @@ use crate::trained::LayerWeights;
 ///
 ///     fn greedy_layers(&self) -> Vec<LayerWeights> {
 ///         let (num_inputs, weights) = (self.num_inputs, self.weights.clone());
-///         vec![LayerWeights { num_inputs, biases: vec![0.0; weights.len() / num_inputs], weights }]
+///         let biases = vec![0.0; weights.len() / num_inputs];
+///         vec![LayerWeights { num_inputs, weights, biases }]
 ///     }
 ///
 ///     fn state_mut(&mut self) -> StateMut<'_> {

@@ -78,7 +78,8 @@ impl Target {
     }
 }
 
-/// The time that the updates of a [`Trainer`](super::Trainer) have taken since it was made or resumed, in seconds.
+/// The time that the updates of a [`Trainer`](super::Trainer) have taken since it was made or
+/// resumed, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct UpdateSeconds {

@@ -289,8 +289,8 @@ struct ActorWork {
 }
 
 impl ActorWork {
-    /// Computes the gradient of the actor's loss, and returns the loss: the negative mean value, and
-    /// the mean squared action times `action_l2`.
+    /// Computes the gradient of the actor's loss, and returns the loss: the negative mean value,
+    /// and the mean squared action times `action_l2`.
     fn differentiate(
         &mut self,
         batch: Transitions<'_>,

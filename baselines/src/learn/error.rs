@@ -58,8 +58,8 @@ pub enum TrainError {
     },
     /// All environments failed in a whole cycle.
     #[error(
-        "every environment failed after {steps} steps, environment {env_index} first: check it with \
-         fetch_env::check{}",
+        "every environment failed after {steps} steps, environment {env_index} first: check it \
+         with fetch_env::check{}",
         resume_hint(.checkpoint.as_ref())
     )]
     AllFailed {
@@ -90,8 +90,8 @@ pub enum TrainError {
     },
     /// An environment returned a number that is not finite in an evaluation.
     #[error(
-        "environment {env_index} returned {what} that is not finite in the evaluation after {steps} \
-         steps: check it with fetch_env::check{}",
+        "environment {env_index} returned {what} that is not finite in the evaluation after \
+         {steps} steps: check it with fetch_env::check{}",
         resume_hint(.checkpoint.as_ref())
     )]
     EvaluationNotFinite {
@@ -112,7 +112,8 @@ pub enum TrainError {
     Evaluate(#[from] EvaluationError),
     /// A loss is not a finite number.
     #[error(
-        "the losses diverged in update {update} (critic {critic}, actor {actor}): choose smaller learning rates{}",
+        "the losses diverged in update {update} (critic {critic}, actor {actor}): choose smaller \
+         learning rates{}",
         resume_hint(.checkpoint.as_ref())
     )]
     Diverged {
@@ -173,7 +174,11 @@ pub enum CheckpointError {
         folder: PathBuf,
     },
     /// The checkpoint is damaged.
-    #[error("the checkpoint {} is damaged: {reason}{}", path.display(), remove_hint(.before.as_ref()))]
+    #[error(
+        "the checkpoint {} is damaged: {reason}{}",
+        path.display(),
+        remove_hint(.before.as_ref())
+    )]
     Damaged {
         /// The checkpoint.
         path: PathBuf,

@@ -41,8 +41,8 @@ pub(crate) struct LastBatch {
 
 impl LastBatch {
     fn of<O: GoalObservation<Element: Scalar>, I>(batch: &VecStep<O, I>) -> Self {
-        // The row of an environment that has failed, whose next action does not matter, is not finite,
-        // which JSON cannot express.
+        // The row of an environment that has failed, whose next action does not matter, is not
+        // finite, which JSON cannot express.
         let finite = |number: f64| if number.is_finite() { number } else { 0.0 };
         let goals = |goals: &[f64]| goals.iter().map(|number| finite(*number)).collect();
         Self {
@@ -62,8 +62,8 @@ impl LastBatch {
     }
 }
 
-/// How the actions of all environments are chosen: those of the actor with noise, random actions and
-/// random episodes.
+/// How the actions of all environments are chosen: those of the actor with noise, random actions
+/// and random episodes.
 ///
 /// Every decision has a stream of random numbers of its own.
 pub(crate) struct Explorer {

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::settings::InputSettings;
 use crate::trained::InputPart;
 
-/// How observations and goals become the inputs of a network: joined, on one scale, which grows with
-/// what is collected.
+/// How observations and goals become the inputs of a network: joined, on one scale, which grows
+/// with what is collected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Inputs {

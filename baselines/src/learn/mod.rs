@@ -1,8 +1,8 @@
 //! Learning with hindsight: algorithms, their settings, and the loop that trains.
 //!
 //! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
-//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or one of your own. It takes any goal-conditioned environment whose
-//! actions are a box from -1 to 1. The presets [`TrainSettings::fast`] and
+//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or one of your own. It takes any goal-conditioned
+//! environment whose actions are a box from -1 to 1. The presets [`TrainSettings::fast`] and
 //! [`TrainSettings::authors`] have settings for the Fetch tasks.
 //!
 //! The same settings and the same seed give the same curve and the same policy, bit for bit, on any

@@ -20,8 +20,8 @@ pub(crate) struct Shape {
 pub(crate) struct Layer {
     pub(crate) num_inputs: usize,
     pub(crate) num_outputs: usize,
-    /// Where the weights start, a row for each input; the biases follow, and then the scales and the
-    /// shifts of the normalization, if there is one.
+    /// Where the weights start, a row for each input; the biases follow, and then the scales and
+    /// the shifts of the normalization, if there is one.
     start: usize,
     pub(crate) is_hidden: bool,
     pub(crate) is_normalized: bool,

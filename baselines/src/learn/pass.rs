@@ -60,8 +60,8 @@ impl Pass {
     }
 
     /// Computes the gradient of a loss from `output`, its gradient with respect to the outputs of
-    /// the last [`forward`](Self::forward): writes that of the parameters to `parameters` if given, and
-    /// returns that of the last `input_width` numbers of each row of the input.
+    /// the last [`forward`](Self::forward): writes that of the parameters to `parameters` if given,
+    /// and returns that of the last `input_width` numbers of each row of the input.
     pub(crate) fn backward(
         &mut self,
         network: &Network,

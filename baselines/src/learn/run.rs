@@ -164,8 +164,8 @@ impl<E: LearnEnv> Trainer<E> {
         })
     }
 
-    /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no other
-    /// evaluation has.
+    /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no
+    /// other evaluation has.
     ///
     /// # Errors
     /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::EvaluationNotFinite`] and

@@ -72,8 +72,8 @@ pub struct Sac {
     critic_work: CriticWork,
     actor_work: ActorWork,
     exploring: Pass,
-    /// The gradients of both critics and of the actor, and the losses behind them: the critics', the
-    /// actor's, the value, and the logarithm of the actions' density.
+    /// The gradients of both critics and of the actor, and the losses behind them: the critics',
+    /// the actor's, the value, and the logarithm of the actions' density.
     gradients: Vec<f32>,
     num_updates: u64,
     seed: u64,
@@ -294,8 +294,8 @@ struct ActorWork {
 }
 
 impl ActorWork {
-    /// Computes the gradient of the actor's loss, the mean of the temperature times the logarithm of
-    /// the density, minus the lower value. Returns the loss and the mean of the logarithms.
+    /// Computes the gradient of the actor's loss, the mean of the temperature times the logarithm
+    /// of the density, minus the lower value. Returns the loss and the mean of the logarithms.
     fn differentiate(
         &mut self,
         batch: Transitions<'_>,

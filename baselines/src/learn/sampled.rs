@@ -56,8 +56,8 @@ impl Sampled {
             for (index, (mean, log_std)) in means.iter_mut().zip(log_stds).enumerate() {
                 let at = row * num_actions + index;
                 let action = self.actions[at];
-                // The density falls with the slope of the hyperbolic tangent, whose logarithm has the
-                // derivative -2 tanh, and with the standard deviation.
+                // The density falls with the slope of the hyperbolic tangent, whose logarithm has
+                // the derivative -2 tanh, and with the standard deviation.
                 *mean = slopes[at] * (1.0 - action * action) + weight * 2.0 * action;
                 let by_std = *mean * self.stds[at] * self.noise[at] - weight;
                 *log_std = if self.is_free[at] { by_std } else { 0.0 };

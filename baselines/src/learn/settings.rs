@@ -29,10 +29,10 @@ pub struct TrainSettings {
 impl TrainSettings {
     /// The settings that this project found to learn soonest on a few cores.
     ///
-    /// Source: own measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain exploration for
-    /// long horizon multi-goal reinforcement learning*, 2020). Nothing in them knows the task, but two
-    /// tasks have numbers of their own: Reach, whose episodes need no object, and Slide, whose object
-    /// moves on after the robot has left it.
+    /// Source: own measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain exploration
+    /// for long horizon multi-goal reinforcement learning*, 2020). Nothing in them knows the task,
+    /// but two tasks have numbers of their own: Reach, whose episodes need no object, and Slide,
+    /// whose object moves on after the robot has left it.
     #[must_use]
     pub fn fast(task: Task) -> Self {
         let mut ddpg = DdpgSettings::default();
@@ -154,8 +154,8 @@ impl TrainSettings {
         self.exploration.random_episodes.saturating_mul(factor)
     }
 
-    /// Returns the settings as JSON, by way of text, in which an `f32` has its own digits and not those of
-    /// an `f64`.
+    /// Returns the settings as JSON, by way of text, in which an `f32` has its own digits and not
+    /// those of an `f64`.
     pub(super) fn to_json(&self) -> Value {
         serde_json::to_string(self).and_then(|text| serde_json::from_str(&text)).unwrap_or_default()
     }
@@ -231,7 +231,8 @@ impl AlgorithmSettings {
                 return Err(TrainError::Setting {
                     name: "algorithm",
                     value: settings.to_string(),
-                    expected: "pass its builder to Trainer::with_algorithm or resume_with_algorithm",
+                    expected: "pass its builder to Trainer::with_algorithm or \
+                     resume_with_algorithm",
                 });
             }
         })

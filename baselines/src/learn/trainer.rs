@@ -74,9 +74,9 @@ impl<E: LearnEnv> Trainer<E> {
     /// Prepares a run that several processes share, as [`new`](Self::new) does in each of them.
     ///
     /// Each process has environments and a buffer of its own, and draws its own part of each batch;
-    /// [`per_rank`](super::ScheduleSettings::per_rank) tells how many of them. All call the same methods of
-    /// their trainers in the same order. The same number of processes gives the same bits again, and
-    /// one process those of a run without others.
+    /// [`per_rank`](super::ScheduleSettings::per_rank) tells how many of them. All call the same
+    /// methods of their trainers in the same order. The same number of processes gives the same
+    /// bits again, and one process those of a run without others.
     ///
     /// # Errors
     /// [`TrainError`] as from [`new`](Self::new), and [`TrainError::Disagreement`] if the processes

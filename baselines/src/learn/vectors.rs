@@ -2,11 +2,11 @@
 
 use pulp::{Arch, NullaryFnOnce};
 
-/// Runs a loop that is compiled for the widest vectors of the processor. Its result has the same bits
-/// on each processor.
+/// Runs a loop that is compiled for the widest vectors of the processor. Its result has the same
+/// bits on each processor.
 ///
-/// `body` needs `#[inline(always)]`: code that the compiler does not inline here is compiled for the
-/// oldest processors.
+/// `body` needs `#[inline(always)]`: code that the compiler does not inline here is compiled for
+/// the oldest processors.
 #[inline]
 pub(crate) fn vectorize(body: impl FnMut()) {
     Arch::new().dispatch(Loop(body));

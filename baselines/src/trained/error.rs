@@ -63,7 +63,8 @@ pub enum TrainedPolicyError {
     },
     /// The policy was trained for an environment of other lengths.
     #[error(
-        "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not for {actual:?}"
+        "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not \
+         for {actual:?}"
     )]
     Environment {
         /// The environment of the policy.

@@ -65,8 +65,8 @@ impl TrainedPolicy {
     /// Makes a policy from the layers of its network.
     ///
     /// # Errors
-    /// [`TrainedPolicyError`] if the header contradicts itself, or the layers do not fit it or have a
-    /// number that is not finite.
+    /// [`TrainedPolicyError`] if the header contradicts itself, or the layers do not fit it or have
+    /// a number that is not finite.
     pub fn new(header: PolicyHeader, layers: &[LayerWeights]) -> Result<Self, TrainedPolicyError> {
         header.check()?;
         let mut len = header.input_len();

@@ -5,8 +5,8 @@ use fetch_env::Task;
 use super::{TrainedPolicy, error::TrainedPolicyError};
 
 impl TrainedPolicy {
-    /// Returns the policy that comes with this crate for a task. It was trained from sparse rewards on
-    /// the built-in model, and its [header](Self::header) says how, and how often it succeeds.
+    /// Returns the policy that comes with this crate for a task. It was trained from sparse rewards
+    /// on the built-in model, and its [header](Self::header) says how, and how often it succeeds.
     ///
     /// ```
     /// use baselines::{TrainedPolicy, evaluate};

@@ -1,7 +1,7 @@
 //! Processes that share a run: each has a rank, and they exchange what they have computed.
 //!
-//! [`OneProcess`] is a run without others. With the feature `mpi`, `MpiWorkers` are the processes that
-//! `mpirun` or `srun` has started.
+//! [`OneProcess`] is a run without others. With the feature `mpi`, `MpiWorkers` are the processes
+//! that `mpirun` or `srun` has started.
 //!
 #![doc = include_str!("../../MANY_MACHINES.md")]
 
@@ -31,12 +31,12 @@ pub trait Workers: fmt::Debug + Send {
     /// The number of processes.
     fn size(&self) -> usize;
 
-    /// Replaces each number by its mean over all processes. All have as many numbers, and all get the
-    /// same bits.
+    /// Replaces each number by its mean over all processes. All have as many numbers, and all get
+    /// the same bits.
     fn average(&mut self, numbers: &mut [f32]);
 
-    /// Sends the message `messages[rank]` to each process, and returns the messages that all have sent
-    /// to this one. There are as many `messages` as processes.
+    /// Sends the message `messages[rank]` to each process, and returns the messages that all have
+    /// sent to this one. There are as many `messages` as processes.
     fn exchange(&mut self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
 
     /// The time spent in these methods so far, waiting included, in seconds.
@@ -47,7 +47,8 @@ pub trait Workers: fmt::Debug + Send {
         self.exchange(vec![message.to_vec(); self.size()])
     }
 
-    /// Sends a message to the first process, and returns the messages of all there, and none elsewhere.
+    /// Sends a message to the first process, and returns the messages of all there, and none
+    /// elsewhere.
     fn gather_first(&mut self, message: Vec<u8>) -> Vec<Vec<u8>> {
         let mut messages = vec![Vec::new(); self.size()];
         messages[0] = message;

@@ -122,10 +122,10 @@ impl Drop for Session {
 impl MpiWorkers {
     /// Starts MPI, once in a process.
     ///
-    /// When another process has not answered for `limit`, because it is slow, stopped or unreachable,
-    /// `on_late` is called, on a thread of its own. The call that waits cannot be interrupted:
-    /// `on_late` reports the process and ends this one, upon which the launcher ends the others. The
-    /// limit also holds while MPI starts, which is now, and while it ends.
+    /// When another process has not answered for `limit`, because it is slow, stopped or
+    /// unreachable, `on_late` is called, on a thread of its own. The call that waits cannot be
+    /// interrupted: `on_late` reports the process and ends this one, upon which the launcher ends
+    /// the others. The limit also holds while MPI starts, which is now, and while it ends.
     ///
     /// # Errors
     /// [`MpiError`].
@@ -154,7 +154,8 @@ impl MpiWorkers {
         Ok(Self { session, rank, size, parts: Vec::new(), seconds: 0.0 })
     }
 
-    /// Says that the run has come to its end: when the last clone is dropped, MPI ends in good order.
+    /// Says that the run has come to its end: when the last clone is dropped, MPI ends in good
+    /// order.
     pub fn finish(self) {
         self.session.is_finished.store(true, Ordering::Release);
     }
@@ -175,9 +176,9 @@ impl Workers for MpiWorkers {
         self.size
     }
 
-    /// Each process takes the mean of a part of the numbers and sends it to the others. It adds in the
-    /// order of ranks, so that the sum has the same bits in every MPI library. On two ranks of one
-    /// machine this took 0.6 to 0.8 times as long as `MPI_Allreduce` of Open MPI 4.1.
+    /// Each process takes the mean of a part of the numbers and sends it to the others. It adds in
+    /// the order of ranks, so that the sum has the same bits in every MPI library. On two ranks of
+    /// one machine this took 0.6 to 0.8 times as long as `MPI_Allreduce` of Open MPI 4.1.
     fn average(&mut self, numbers: &mut [f32]) {
         if self.size == 1 {
             return;

@@ -18,8 +18,8 @@ pub struct UnreadableMessage {
     pub reason: String,
 }
 
-/// Sends a value to all processes, and returns the values of all. They are sent as JSON, which has no
-/// infinity and no NaN.
+/// Sends a value to all processes, and returns the values of all. They are sent as JSON, which has
+/// no infinity and no NaN.
 ///
 /// # Errors
 /// [`UnreadableMessage`] of the first process whose value cannot be written or read.

@@ -14,8 +14,8 @@ use crate::gym::settings::getters;
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
 /// Largest height of a goal in the air above the table's goals, in meters.
 pub(super) const MAX_TARGET_RISE: f64 = 0.45;
-/// Largest distance that a setting or an option may name, in meters: far beyond the robot's reach of
-/// about 1.5 m, and small enough that a sum of a few of them is exact to a nanometer.
+/// Largest distance that a setting or an option may name, in meters: far beyond the robot's reach
+/// of about 1.5 m, and small enough that a sum of a few of them is exact to a nanometer.
 pub(super) const MAX_METERS: f64 = 1000.0;
 /// Time step of all Fetch scenes, in seconds.
 const PHYSICS_TIME_STEP: f64 = 0.002;
@@ -105,8 +105,8 @@ impl FetchConfig {
         self
     }
 
-    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is the
-    /// reference's.
+    /// Sets the distance within which a goal counts as reached, in meters. The default, 0.05, is
+    /// the reference's.
     ///
     /// # Errors
     /// [`FetchConfigError::Threshold`] if it is negative or not finite.

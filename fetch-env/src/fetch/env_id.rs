@@ -72,7 +72,10 @@ impl From<EnvId> for String {
 
 /// Error returned when no environment has the given name.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
-#[error("there is no environment {id:?}: the nearest are {}, {} and {}", nearest[0], nearest[1], nearest[2])]
+#[error(
+    "there is no environment {id:?}: the nearest are {}, {} and {}",
+    nearest[0], nearest[1], nearest[2]
+)]
 #[non_exhaustive]
 pub struct UnknownEnvId {
     /// The name.

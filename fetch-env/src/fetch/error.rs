@@ -22,7 +22,8 @@ pub enum MakeError {
     Config(#[from] FetchConfigError),
     /// A simulator made from other settings than the configuration's.
     #[error(
-        "the simulator does not fit the configuration ({reason}): make it from the configuration's sim()"
+        "the simulator does not fit the configuration ({reason}): make it from the configuration's \
+         sim()"
     )]
     SimulatorMismatch {
         /// The difference between the two.

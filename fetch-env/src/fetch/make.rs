@@ -40,9 +40,9 @@ pub type MujocoEnv = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 /// Living environments of this process with equal [`FetchConfig::sim`] share one model, which the
 /// first of them compiles and lets settle.
 ///
-/// The thread needs a stack of 256 KiB: MuJoCo compiles the model on it, and a smaller stack may end
-/// the process. (Measured: 96 KiB are enough, with the built-in model and with the reference's.)
-/// Rust gives a thread 2 MiB.
+/// The thread needs a stack of 256 KiB: MuJoCo compiles the model on it, and a smaller stack may
+/// end the process. (Measured: 96 KiB are enough, with the built-in model and with the
+/// reference's.) Rust gives a thread 2 MiB.
 ///
 /// # Errors
 /// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name;

@@ -310,8 +310,8 @@ mod tests {
         Ok(())
     }
 
-    /// A matrix whose second angle has the cosine `|cos_y|`. Its first and its last angle differ between
-    /// the two formulas.
+    /// A matrix whose second angle has the cosine `|cos_y|`. Its first and its last angle differ
+    /// between the two formulas.
     fn nearly_singular(cos_y: f64) -> Matrix3<f64> {
         Matrix3::new(0.0, 0.0, 1.0, 0.6, 0.8, 0.0, -0.8, 0.6, cos_y)
     }

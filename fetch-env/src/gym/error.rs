@@ -32,7 +32,8 @@ pub enum EnvError {
     },
     /// An element of the action is NaN or infinite.
     #[error(
-        "action[{index}] is {value}: pass finite numbers; finite ones are clipped to the action space"
+        "action[{index}] is {value}: pass finite numbers; finite ones are clipped to the action \
+         space"
     )]
     ActionNotFinite {
         /// Index of the element.
@@ -81,7 +82,8 @@ pub enum EnvError {
     },
     /// A snapshot of another environment.
     #[error(
-        "the snapshot does not fit this environment ({reason}): restore it into one made the same way"
+        "the snapshot does not fit this environment ({reason}): restore it into one made the same \
+         way"
     )]
     ForeignSnapshot {
         /// The difference between the two.

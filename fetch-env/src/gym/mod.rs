@@ -1,4 +1,5 @@
-//! What knows nothing of Fetch: environments, their spaces, wrappers and vectors, and their checker.
+//! What knows nothing of Fetch: environments, their spaces, wrappers and vectors, and their
+//! checker.
 
 pub mod check;
 pub(crate) mod debug;

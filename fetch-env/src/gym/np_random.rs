@@ -128,7 +128,8 @@ const fn join(high: u64, low: u64) -> u128 {
 /// Generates four 64-bit words by numpy's `SeedSequence` of one integer, which follows M. O'Neill's
 /// `seed_seq_fe`.
 ///
-/// Source: <https://numpy.org/doc/stable/reference/random/bit_generators/generated/numpy.random.SeedSequence.html>
+/// Source:
+/// <https://numpy.org/doc/stable/reference/random/bit_generators/generated/numpy.random.SeedSequence.html>
 /// and <https://www.pcg-random.org/posts/developing-a-seed_seq-alternative.html>.
 fn seed_sequence(seed: u64) -> [u64; 4] {
     const MIX_L: u32 = 0xca01_f9dd;

@@ -7,8 +7,8 @@ use super::error::EnvError;
 /// Environments that are made by name.
 ///
 /// Names are Gymnasium's: `Name-v1` or `namespace/Name-v1`. A registry is a value; there is none of
-/// the whole process, so that no library changes what another makes. All its environments are of one
-/// type, which may be a boxed trait object.
+/// the whole process, so that no library changes what another makes. All its environments are of
+/// one type, which may be a boxed trait object.
 ///
 /// ```
 /// use fetch_env::{Env, FetchConfig, FetchEnv, KinematicSimulator, Registry, RewardKind, Task};
@@ -42,7 +42,8 @@ impl<E: 'static> Registry<E> {
     ///
     /// # Errors
     /// [`RegistryError::Malformed`] if the name is not `Name`, `Name-v1`, `namespace/Name` or
-    /// `namespace/Name-v1`, of letters, digits and `_:.-`; [`RegistryError::Taken`] if it is in use.
+    /// `namespace/Name-v1`, of letters, digits and `_:.-`; [`RegistryError::Taken`] if it is in
+    /// use.
     pub fn register(
         &mut self,
         id: impl Into<String>,

@@ -13,7 +13,8 @@ use crate::gym::wrappers::{
 /// Observes pictures of the environment and nothing else.
 ///
 /// It is [`AddRenderObservation`](crate::AddRenderObservation) without the state, for policies that
-/// only see: a [`VecStep`](crate::vec_env::VecStep) of many has one row of bytes for each environment.
+/// only see: a [`VecStep`](crate::vec_env::VecStep) of many has one row of bytes for each
+/// environment.
 ///
 /// ```
 /// use fetch_env::vec_env::{VecConfig, VecEnv};

@@ -60,8 +60,8 @@ impl RendererPool {
         Ok(pool)
     }
 
-    /// Renders the colors of the environment's state, as [`RenderEnv::render`] does, and calls `look`
-    /// with them.
+    /// Renders the colors of the environment's state, as [`RenderEnv::render`] does, and calls
+    /// `look` with them.
     pub(crate) fn render<E: RenderEnv, T>(
         &self,
         env: &E,

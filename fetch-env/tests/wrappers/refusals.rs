@@ -181,8 +181,8 @@ fn after_an_observation_of_the_wrong_length_a_reset_is_needed() -> Result {
     Ok(())
 }
 
-/// A wrapper that lets the first reset pass, and then returns its error before or after it resets the
-/// environment.
+/// A wrapper that lets the first reset pass, and then returns its error before or after it resets
+/// the environment.
 struct Failing {
     passes: u32,
     error: EnvError,

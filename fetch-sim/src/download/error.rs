@@ -61,7 +61,8 @@ impl fmt::Display for DownloadError {
             }
             Self::Pip { requirement, reason } => write!(
                 f,
-                "pip could not fetch {requirement} ({reason}): run it again, or give the wheel's file"
+                "pip could not fetch {requirement} ({reason}): run it again, or give the wheel's \
+                 file"
             ),
             Self::Wheel { path, reason } => {
                 write!(f, "{} is not the right wheel ({reason}): fetch it again", path.display())

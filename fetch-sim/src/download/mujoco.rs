@@ -18,11 +18,11 @@ use crate::{cache, installation::version_in_name};
 /// The list of the files that were unpacked, which is written last.
 const LIST: &str = "SHA256SUMS";
 
-/// Fetches a version of MuJoCo, such as `3.6.0`, into the user's cache unless it is there, whole and as
-/// published, and returns its folder.
+/// Fetches a version of MuJoCo, such as `3.6.0`, into the user's cache unless it is there, whole
+/// and as published, and returns its folder.
 ///
-/// To build with it, set `MUJOCO_DIR` to the folder, as [`export_line`] does. A program that was built
-/// with the headers of this version finds the library by itself.
+/// To build with it, set `MUJOCO_DIR` to the folder, as [`export_line`] does. A program that was
+/// built with the headers of this version finds the library by itself.
 ///
 /// # Errors
 /// Any [`DownloadError`].
@@ -36,8 +36,8 @@ pub fn mujoco(version: &str) -> Result<PathBuf, DownloadError> {
     Ok(folder)
 }
 
-/// As [`mujoco`], from the wheel of that version at a path: of the package `mujoco`, and from 4.0 on of
-/// `mujoco-core`.
+/// As [`mujoco`], from the wheel of that version at a path: of the package `mujoco`, and from 4.0
+/// on of `mujoco-core`.
 ///
 /// # Errors
 /// As [`mujoco`].
@@ -98,14 +98,16 @@ fn missing<'a>(names: impl Iterator<Item = &'a str> + Clone, version: &str) -> O
     None
 }
 
-/// Whether a file of the wheel's folder `mujoco` is needed: headers, the library and the mesh decoders.
+/// Whether a file of the wheel's folder `mujoco` is needed: headers, the library and the mesh
+/// decoders.
 fn is_wanted(name: &str) -> bool {
     let library = |name: &str| !name.contains('/') && name.starts_with("libmujoco.");
     let below = |folder: &str| name.starts_with(folder) && !name.contains("..");
     below("include/") || below("plugin/") || library(name)
 }
 
-/// Returns the PyPI package with the headers and the library: from 4.0 on, `mujoco` is Python alone.
+/// Returns the PyPI package with the headers and the library: from 4.0 on, `mujoco` is Python
+/// alone.
 fn package(version: &str) -> &'static str {
     let major = version.split('.').next().and_then(|major| major.parse().ok());
     if major.is_some_and(|major: u16| major >= 4) { "mujoco-core" } else { "mujoco" }
@@ -126,8 +128,8 @@ fn record(
     Ok(lines.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// Parses a line of RECORD into name and SHA-256: `Some(None)` if it has no digest, and `None` if it is
-/// damaged.
+/// Parses a line of RECORD into name and SHA-256: `Some(None)` if it has no digest, and `None` if
+/// it is damaged.
 fn parse_record(line: &str) -> Option<Option<(String, String)>> {
     let mut fields = line.rsplitn(3, ',').skip(1); // the size
     let (digest, name) = (fields.next()?, fields.next()?);

@@ -19,9 +19,9 @@ const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
 /// Fetch's files below [`FOLDER_IN_WHEEL`], as `sha256sum` lists them.
 const FILES: &str = include_str!("reference_model.sha256");
 
-/// Fetches the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless it is there
-/// complete and as published, and returns its folder. Files of the model that are there with other
-/// contents are replaced, and other files stay.
+/// Fetches the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless it is
+/// there complete and as published, and returns its folder. Files of the model that are there with
+/// other contents are replaced, and other files stay.
 ///
 /// Its meshes are under CC BY-NC-SA 4.0: not for commercial use.
 ///

@@ -1,5 +1,5 @@
-//! Putting files into a folder of the user's: one process at a time, each file whole or not at all, and
-//! with nothing left over, even by a process that was killed, once another one has come.
+//! Putting files into a folder of the user's: one process at a time, each file whole or not at all,
+//! and with nothing left over, even by a process that was killed, once another one has come.
 
 use std::{
     fs::{self, File},
@@ -11,8 +11,8 @@ use std::{
 use super::error::DownloadError;
 
 /// Name of the folder, in the one to be filled, with all that is unfinished: the file that is being
-/// written, and what pip downloads. It has a file that is locked as long as it is in use, so what is in
-/// it without that was left by a process that was killed.
+/// written, and what pip downloads. It has a file that is locked as long as it is in use, so what
+/// is in it without that was left by a process that was killed.
 const STAGING: &str = ".fetch-sim-unpacking";
 const LOCK: &str = "lock";
 const UNFINISHED: &str = "unfinished";
@@ -28,8 +28,8 @@ pub(super) struct Unpacking<'a> {
 }
 
 impl<'a> Unpacking<'a> {
-    /// Puts files into a folder unless it is complete, and removes what a process that was killed has
-    /// left there.
+    /// Puts files into a folder unless it is complete, and removes what a process that was killed
+    /// has left there.
     pub(super) fn complete(
         folder: &'a Path,
         is_complete: impl Fn() -> bool,
@@ -43,8 +43,8 @@ impl<'a> Unpacking<'a> {
         if is_complete() { Ok(()) } else { put(&unpacking) }
     }
 
-    /// Makes a folder if there is none, waits until no other process puts files into it, and removes what
-    /// one that was killed has left.
+    /// Makes a folder if there is none, waits until no other process puts files into it, and
+    /// removes what one that was killed has left.
     pub(super) fn begin(folder: &'a Path) -> Result<Self, DownloadError> {
         let is_new = !folder.exists();
         let staging = folder.join(STAGING);

@@ -17,8 +17,8 @@ pub(super) struct Wheel {
 }
 
 impl Wheel {
-    /// Downloads the wheel of a requirement such as `mujoco==3.6.0` into a folder, by pip, which knows
-    /// the user's index, mirror, proxy and certificates.
+    /// Downloads the wheel of a requirement such as `mujoco==3.6.0` into a folder, by pip, which
+    /// knows the user's index, mirror, proxy and certificates.
     pub(super) fn fetch(requirement: &str, into: &Path) -> Result<Self, DownloadError> {
         let error = |reason: String| DownloadError::Pip { requirement: requirement.into(), reason };
         let output = Command::new("python3")

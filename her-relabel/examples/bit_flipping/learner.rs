@@ -1,8 +1,8 @@
 //! The bit flipping task, and Q-learning without a deep learning library.
 //!
-//! A state and a goal have [`BITS`] bits each, an action flips one bit of the state, and the reward is 0 for
-//! reaching the goal and -1 otherwise. A random walk of 15 steps hardly ever reaches the desired one of 32768
-//! goals, so that ordinary experience replay sees no reward to learn from.
+//! A state and a goal have [`BITS`] bits each, an action flips one bit of the state, and the reward
+//! is 0 for reaching the goal and -1 otherwise. A random walk of 15 steps hardly ever reaches the
+//! desired one of 32768 goals, so that ordinary experience replay sees no reward to learn from.
 //!
 //! Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 3.1.
 
@@ -43,8 +43,8 @@ impl GoalReward for AllBits {
     }
 }
 
-/// A network of one layer that maps the bits that differ from the goal's to the value of each action. Its
-/// inputs are the same with and without hindsight.
+/// A network of one layer that maps the bits that differ from the goal's to the value of each
+/// action. Its inputs are the same with and without hindsight.
 #[derive(Clone)]
 struct Network {
     /// One weight per bit, and the bias, for each action.
@@ -74,8 +74,8 @@ impl Network {
     }
 }
 
-/// Returns -1 for each bit that agrees with the goal's and 1 for each that differs, which are equally far from 0;
-/// and a 1 for the bias.
+/// Returns -1 for each bit that agrees with the goal's and 1 for each that differs, which are
+/// equally far from 0; and a 1 for the bias.
 fn inputs(state: &[f32], goal: &[f32]) -> [f64; BITS + 1] {
     let mut inputs = [1.0; BITS + 1];
     for (input, (state, goal)) in inputs.iter_mut().zip(state.iter().zip(goal)) {
@@ -93,8 +93,8 @@ fn random_unit(rng: &mut ChaCha8Rng) -> f64 {
     f64::from(rng.next_u32()) / (f64::from(u32::MAX) + 1.0)
 }
 
-/// Learns from `episodes` episodes and returns the share of 200 new goals that the greedy policy reaches within
-/// [`BITS`] steps.
+/// Learns from `episodes` episodes and returns the share of 200 new goals that the greedy policy
+/// reaches within [`BITS`] steps.
 pub(crate) fn learn(ratio: UnitInterval, episodes: usize, seed: u64) -> Result<f64, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let dims = Dims { observation: BITS, goal: BITS, action: 1 };
@@ -156,7 +156,8 @@ fn play(
     Ok(())
 }
 
-/// Q-learning: the value of an action is its reward plus the discounted best value of the next state.
+/// Q-learning: the value of an action is its reward plus the discounted best value of the next
+/// state.
 fn learn_batch(network: &mut Network, target: &Network, batch: &Batch<f32>) {
     for row in 0..batch.len() {
         let bits = row * BITS..(row + 1) * BITS;

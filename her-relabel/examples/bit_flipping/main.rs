@@ -1,4 +1,5 @@
-//! The bit flipping task of the paper, learned with and without hindsight, from the same number of steps.
+//! The bit flipping task of the paper, learned with and without hindsight, from the same number of
+//! steps.
 //!
 //! `cargo run --release -p her-relabel --example bit_flipping`
 #![allow(clippy::print_stdout, reason = "an example that prints is the point")]

@@ -27,8 +27,8 @@ enum Op {
     SaveAndLoad,
 }
 
-/// The expected contents of the buffer: the transitions of finished episodes as (episode, step), and the episode
-/// of each environment with its steps so far.
+/// The expected contents of the buffer: the transitions of finished episodes as (episode, step),
+/// and the episode of each environment with its steps so far.
 #[derive(Default)]
 struct Model {
     finished: Vec<(u8, u8)>,

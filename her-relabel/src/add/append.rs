@@ -5,17 +5,17 @@ use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Adds copies of all finished episodes of another buffer, in their order and behind those of this
-    /// one, such as episodes that another process has collected. The oldest transitions go if there is
-    /// no room, as for any other episode.
+    /// Adds copies of all finished episodes of another buffer, in their order and behind those of
+    /// this one, such as episodes that another process has collected. The oldest transitions go if
+    /// there is no room, as for any other episode.
     ///
     /// Priorities are those of new transitions. The other buffer has decided which [still
     /// episodes](crate::StillEpisodes) it keeps, and all of those are added.
     ///
     /// # Errors
     /// [`AddError::WrongLength`] if observations, goals, actions or fields have other lengths,
-    /// [`AddError::MissingField`] and [`AddError::UnknownField`] if the other buffer has other fields, or has
-    /// them in another order; then nothing has been added.
+    /// [`AddError::MissingField`] and [`AddError::UnknownField`] if the other buffer has other
+    /// fields, or has them in another order; then nothing has been added.
     ///
     /// ```
     /// use her_relabel::{BufferConfig, Dims, HerBuffer};

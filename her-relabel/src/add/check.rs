@@ -13,7 +13,8 @@ use crate::store::storage::Storage;
 pub enum AddError {
     /// The environment does not exist.
     #[error(
-        "there is no environment {env_index} among {num_envs}: number them from 0, and set their number with `BufferConfig::with_num_envs`"
+        "there is no environment {env_index} among {num_envs}: number them from 0, and set their \
+         number with `BufferConfig::with_num_envs`"
     )]
     UnknownEnv {
         /// The requested environment.
@@ -31,7 +32,8 @@ pub enum AddError {
     },
     /// An episode begins although the previous one has not ended.
     #[error(
-        "environment {env_index} is in the middle of an episode: call end_episode to keep its steps, or discard_episode"
+        "environment {env_index} is in the middle of an episode: call end_episode to keep its \
+         steps, or discard_episode"
     )]
     EpisodeUnderWay {
         /// The environment.
@@ -53,7 +55,8 @@ pub enum AddError {
     NotEnded,
     /// A vector has the wrong length.
     #[error(
-        "`{field}` has {actual} elements instead of {expected}: check the sizes of the configuration"
+        "`{field}` has {actual} elements instead of {expected}: check the sizes of the \
+         configuration"
     )]
     WrongLength {
         /// The field.
@@ -65,7 +68,8 @@ pub enum AddError {
     },
     /// An element is NaN or infinite, possibly only once rounded to the buffer's type.
     #[error(
-        "`{field}[{index}]` is {value}, which the buffer cannot store as a finite number: drop the episode, or find the step that produced it"
+        "`{field}[{index}]` is {value}, which the buffer cannot store as a finite number: drop the \
+         episode, or find the step that produced it"
     )]
     NotFinite {
         /// The field.
@@ -125,7 +129,8 @@ impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
     }
 }
 
-/// Checks that all fields, and nothing else, are given for `rows` steps. Their numbers are not checked.
+/// Checks that all fields, and nothing else, are given for `rows` steps. Their numbers are not
+/// checked.
 pub(crate) fn check_fields<S>(
     fields: &Fields,
     given: &[FieldRows<'_, S>],
@@ -166,8 +171,8 @@ pub(crate) fn check_finite<T: Scalar, S: Scalar>(
     Ok(())
 }
 
-/// The largest magnitude of a reward. The steps of an episode are fewer than 2^58, because a row of a step takes
-/// at least 16 bytes, so that no sum of its rewards is infinite in `f32`.
+/// The largest magnitude of a reward. The steps of an episode are fewer than 2^58, because a row of
+/// a step takes at least 16 bytes, so that no sum of its rewards is infinite in `f32`.
 const MAX_REWARD: f64 = 1e20;
 
 /// Whether a reward can be stored.

@@ -7,11 +7,11 @@ use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
 
-/// Rows of vectorized environments, for [`HerBuffer::record`]: row-major, `n` rows each, one row for each of
-/// the `n` environments in `env_index`.
+/// Rows of vectorized environments, for [`HerBuffer::record`]: row-major, `n` rows each, one row
+/// for each of the `n` environments in `env_index`.
 ///
-/// A row may hold a step, the start of an episode, or both. The three autoreset modes of Gymnasium differ in
-/// when an episode that follows another one starts:
+/// A row may hold a step, the start of an episode, or both. The three autoreset modes of Gymnasium
+/// differ in when an episode that follows another one starts:
 ///
 /// | mode | `started` is set |
 /// |---|---|
@@ -19,43 +19,45 @@ use crate::store::config::Dims;
 /// | same step | in the row of the last step of the episode before |
 /// | disabled | in the row of the reset, which the caller asks for |
 ///
-/// `O` is the type of observations, `G` that of goals, rewards and fields, and `A` that of actions: `f32` or
-/// `f64`, independent of each other and of the type that the buffer stores.
+/// `O` is the type of observations, `G` that of goals, rewards and fields, and `A` that of actions:
+/// `f32` or `f64`, independent of each other and of the type that the buffer stores.
 ///
-/// Only the columns that some row needs must have `n` rows: without a start, those of starts may be empty,
-/// and without a step, those of steps. [`Default`] has no rows.
+/// Only the columns that some row needs must have `n` rows: without a start, those of starts may be
+/// empty, and without a step, those of steps. [`Default`] has no rows.
 #[derive(Debug)]
 pub struct StepRows<'a, O, G = O, A = O> {
     /// The environment of each row, `n` elements: in any order, none twice.
     pub env_index: &'a [usize],
-    /// Whether the row holds a step, `n` elements. Not set for a reset, for an environment that failed, and for
-    /// one that refused its action.
+    /// Whether the row holds a step, `n` elements. Not set for a reset, for an environment that
+    /// failed, and for one that refused its action.
     pub stepped: &'a [bool],
-    /// Whether an episode starts in the row, by a reset that was asked for or an automatic one, `n` elements.
+    /// Whether an episode starts in the row, by a reset that was asked for or an automatic one, `n`
+    /// elements.
     pub started: &'a [bool],
     /// The actions taken, `n * dims.action` elements. Read in rows with a step.
     pub action: &'a [A],
-    /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude. Read in rows with a
-    /// step.
+    /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude. Read in
+    /// rows with a step.
     pub reward: &'a [G],
-    /// The observations after the step, `n * dims.observation` elements: at an episode's end its terminal
-    /// observation, never the first one of the next episode. Read in rows with a step.
+    /// The observations after the step, `n * dims.observation` elements: at an episode's end its
+    /// terminal observation, never the first one of the next episode. Read in rows with a step.
     pub next_observation: &'a [O],
     /// The goals achieved after the step, `n * dims.goal` elements. Read in rows with a step.
     pub next_achieved_goal: &'a [G],
     /// Whether the task ended with the step, `n` elements. Read in rows with a step.
     pub terminated: &'a [bool],
-    /// Whether the episode was cut off after the step, `n` elements. In a row without a step, whether the
-    /// environment failed in the middle of its episode.
+    /// Whether the episode was cut off after the step, `n` elements. In a row without a step,
+    /// whether the environment failed in the middle of its episode.
     pub truncated: &'a [bool],
-    /// The first observations of episodes, `n * dims.observation` elements. Read in rows with a start.
+    /// The first observations of episodes, `n * dims.observation` elements. Read in rows with a
+    /// start.
     pub observation: &'a [O],
     /// The goals achieved in these states, `n * dims.goal` elements. Read in rows with a start.
     pub achieved_goal: &'a [G],
     /// The goals of the episodes that start, `n * dims.goal` elements. Read in rows with a start.
     pub desired_goal: &'a [G],
-    /// The fields of the configuration, by name, in any order; `n * len` elements each. Read in rows with a
-    /// step.
+    /// The fields of the configuration, by name, in any order; `n * len` elements each. Read in
+    /// rows with a step.
     pub fields: &'a [FieldRows<'a, G>],
 }
 
@@ -65,14 +67,14 @@ pub struct StepRows<'a, O, G = O, A = O> {
 pub struct Recorded {
     /// The number of steps added to episodes.
     pub recorded_steps: usize,
-    /// The number of steps that were not added, because their environment had no episode under way or the
-    /// buffer cannot store their numbers.
+    /// The number of steps that were not added, because their environment had no episode under way
+    /// or the buffer cannot store their numbers.
     pub skipped_steps: usize,
     /// The number of episodes that ended with at least one step. They can now be sampled, but for
     /// [still ones](crate::StillEpisodes) that the buffer does not keep.
     pub finished_episodes: usize,
-    /// The number of unfinished episodes that were discarded, because their environment failed or the buffer
-    /// cannot store one of their steps.
+    /// The number of unfinished episodes that were discarded, because their environment failed or
+    /// the buffer cannot store one of their steps.
     pub discarded_episodes: usize,
     /// The first row whose numbers the buffer cannot store.
     pub first_refusal: Option<RefusedRow>,
@@ -89,28 +91,30 @@ pub struct RefusedRow {
 }
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Records rows of vectorized environments, in any autoreset mode: of all environments, or of those that
-    /// an asynchronous vectorization has received. After a reset of environments, pass rows in which episodes
-    /// start; after that, every batch of rows.
+    /// Records rows of vectorized environments, in any autoreset mode: of all environments, or of
+    /// those that an asynchronous vectorization has received. After a reset of environments, pass
+    /// rows in which episodes start; after that, every batch of rows.
     ///
     /// Each row is recorded in this order:
-    /// 1. A step is added to the environment's episode, which it ends if it is terminated or truncated. Without
-    ///    an episode under way, because recording began in its middle or it was discarded, the step is skipped.
-    /// 2. A row without a step that is truncated belongs to an environment that failed: its unfinished episode
-    ///    is discarded.
-    /// 3. Where an episode starts, one that is still under way ends as truncated with the steps it has, and the
-    ///    new one begins.
+    /// 1. A step is added to the environment's episode, which it ends if it is terminated or
+    ///    truncated. Without an episode under way, because recording began in its middle or it was
+    ///    discarded, the step is skipped.
+    /// 2. A row without a step that is truncated belongs to an environment that failed: its
+    ///    unfinished episode is discarded.
+    /// 3. Where an episode starts, one that is still under way ends as truncated with the steps it
+    ///    has, and the new one begins.
     ///
-    /// A row whose numbers the buffer cannot store is no error of the
-    /// call: the environment's episode is discarded, and its steps are skipped until the next start. Other
-    /// environments are not affected. In the steady state, nothing is allocated.
+    /// A row whose numbers the buffer cannot store is no error of the call: the environment's
+    /// episode is discarded, and its steps are skipped until the next start. Other environments are
+    /// not affected. In the steady state, nothing is allocated.
     ///
     /// # Errors
-    /// [`AddError::UnknownEnv`], [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error of the fields;
-    /// then nothing has changed.
+    /// [`AddError::UnknownEnv`], [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error
+    /// of the fields; then nothing has changed.
     ///
     /// # Example
-    /// Two environments, of which the first one ends its episode and starts another within the same step.
+    /// Two environments, of which the first one ends its episode and starts another within the same
+    /// step.
     /// ```
     /// use her_relabel::{BufferConfig, Dims, HerBuffer, StepRows};
     ///
@@ -184,7 +188,8 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Records the row at `at`, of environment `env_index`. An error is the first refusal of its numbers.
+    /// Records the row at `at`, of environment `env_index`. An error is the first refusal of its
+    /// numbers.
     fn record_row<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
         rows: &StepRows<'_, O, G, A>,

@@ -8,7 +8,8 @@ use crate::store::buffer::HerBuffer;
 use crate::store::episodes::Ending;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Returns the number of steps of the environment's unfinished episode; `None` if none is under way.
+    /// Returns the number of steps of the environment's unfinished episode; `None` if none is under
+    /// way.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`].
@@ -22,7 +23,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// Begins an episode of an environment, after its reset.
     ///
     /// # Errors
-    /// [`AddError::UnknownEnv`], [`AddError::EpisodeUnderWay`], or another [`AddError`] for an invalid state.
+    /// [`AddError::UnknownEnv`], [`AddError::EpisodeUnderWay`], or another [`AddError`] for an
+    /// invalid state.
     pub fn begin_episode<S: Scalar>(
         &mut self,
         env_index: usize,
@@ -42,7 +44,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// transitions can then be sampled.
     ///
     /// # Errors
-    /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or another [`AddError`] for an invalid step.
+    /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or another [`AddError`] for an invalid
+    /// step.
     pub fn add_step<S: Scalar, A: Scalar>(
         &mut self,
         env_index: usize,
@@ -57,7 +60,8 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Ends the unfinished episode of an environment as truncated. An episode without steps is discarded.
+    /// Ends the unfinished episode of an environment as truncated. An episode without steps is
+    /// discarded.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`] or [`AddError::NoEpisode`].
@@ -77,8 +81,8 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Adds a whole episode, independent of the environments' unfinished ones. If it is longer than the
-    /// capacity, only its newest transitions are kept.
+    /// Adds a whole episode, independent of the environments' unfinished ones. If it is longer than
+    /// the capacity, only its newest transitions are kept.
     ///
     /// # Errors
     /// [`AddError`] if the episode is invalid.
@@ -120,7 +124,8 @@ impl<T: Scalar> HerBuffer<T> {
         ends
     }
 
-    /// Ends the unfinished episode as truncated, or forgets it if it has no steps. Returns whether it had some.
+    /// Ends the unfinished episode as truncated, or forgets it if it has no steps. Returns whether
+    /// it had some.
     pub(crate) fn cut_off(&mut self, env_index: usize) -> bool {
         let has_steps = self.unfinished[env_index].steps(&self.storage.layout) > 0;
         if has_steps {

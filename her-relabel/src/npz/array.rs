@@ -175,8 +175,8 @@ impl<'a, E: Element> Array<'a, E> {
     }
 }
 
-/// Reads the header of an array, from its first byte, if it is the plain header of a matrix. Parsing any other
-/// could take unbounded memory and stack.
+/// Reads the header of an array, from its first byte, if it is the plain header of a matrix.
+/// Parsing any other could take unbounded memory and stack.
 fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
     let mut header = vec![0; 8];
     file.read_exact(&mut header)?;
@@ -206,7 +206,8 @@ fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
 pub enum NpzError {
     /// The archive cannot be read, or the file is not an archive.
     #[error(
-        "the archive cannot be read ({0}): pass a file written by numpy.savez or HerBuffer::export_npz"
+        "the archive cannot be read ({0}): pass a file written by numpy.savez or \
+         HerBuffer::export_npz"
     )]
     Archive(#[from] io::Error),
     /// An array is missing.
@@ -249,7 +250,8 @@ pub enum NpzError {
     },
     /// The lengths of the episodes are wrong.
     #[error(
-        "`episode_lengths` has {found} steps up to episode {episode}, but `rewards` has {expected}: make each length the number of steps of its episode, at least 1"
+        "`episode_lengths` has {found} steps up to episode {episode}, but `rewards` has \
+         {expected}: make each length the number of steps of its episode, at least 1"
     )]
     Lengths {
         /// The first episode that is too long, or the last one.

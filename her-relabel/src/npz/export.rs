@@ -19,8 +19,8 @@ use crate::store::episodes::Episode;
 use crate::store::storage::Storage;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Writes all finished episodes, or what is left of them, as an archive of numpy arrays. As with
-    /// [`save`](Self::save), the file appears whole or not at all, and no other is changed.
+    /// Writes all finished episodes, or what is left of them, as an archive of numpy arrays. As
+    /// with [`save`](Self::save), the file appears whole or not at all, and no other is changed.
     ///
     /// The arrays for `E` episodes of `N` transitions in total, with each state stored once:
     ///

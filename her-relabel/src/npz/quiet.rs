@@ -3,10 +3,11 @@
 use std::cell::Cell;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// A writer that keeps its first error to itself, and from then on takes everything and writes nothing.
+/// A writer that keeps its first error to itself, and from then on takes everything and writes
+/// nothing.
 ///
-/// A dropped `ZipWriter` finishes its archive and prints to standard error what fails then. With this
-/// writer nothing does: the archive is finished, and [`check`](Self::check) returns the error.
+/// A dropped `ZipWriter` finishes its archive and prints to standard error what fails then. With
+/// this writer nothing does: the archive is finished, and [`check`](Self::check) returns the error.
 pub(crate) struct Quiet<W> {
     /// `None` after an error.
     writer: Option<W>,

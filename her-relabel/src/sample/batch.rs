@@ -8,13 +8,14 @@ use crate::scalar::Scalar;
 use crate::store::fields::{Fields, UnknownField};
 use crate::store::transition_id::TransitionId;
 
-/// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for a
-/// network.
+/// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for
+/// a network.
 ///
-/// Make a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again, which reuses
-/// its memory. A batch owns its numbers: nothing in it refers to the buffer. `T` is the type of the network, `f32` or `f64`, and
-/// need not be that of the buffer: an `f32` batch of an `f64` buffer has the nearest `f32` numbers (infinite
-/// beyond its range, where rewards never are), and its rewards are computed from the buffer's own numbers.
+/// Make a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again,
+/// which reuses its memory. A batch owns its numbers: nothing in it refers to the buffer. `T` is
+/// the type of the network, `f32` or `f64`, and need not be that of the buffer: an `f32` batch of
+/// an `f64` buffer has the nearest `f32` numbers (infinite beyond its range, where rewards never
+/// are), and its rewards are computed from the buffer's own numbers.
 ///
 /// A tensor library that takes vectors can have the columns without a copy: see
 /// [`take_columns`](Self::take_columns). To draw into memory of your own, see
@@ -35,8 +36,9 @@ pub struct Batch<T> {
 columns! { pub Batch {
     /// The columns of a [`Batch`], owned: see [`Batch::take_columns`].
     Columns,
-    /// Memory of the caller's for columns of a [`Batch`], for [`Sampler::sample_into`](crate::Sampler::sample_into). A column without
-    /// memory stays in the batch; [`Default`] has none at all.
+    /// Memory of the caller's for columns of a [`Batch`], for
+    /// [`Sampler::sample_into`](crate::Sampler::sample_into). A column without memory stays in the
+    /// batch; [`Default`] has none at all.
     ColumnsMut,
 } {
     observation: [T; observation] = T::default(),
@@ -45,8 +47,8 @@ columns! { pub Batch {
     achieved_goal: [T; goal] = T::default(),
         "goals achieved before the step, `len * dims.goal` elements.";
     desired_goal: [T; goal] = T::default(),
-        "goals to pursue, `len * dims.goal` elements: the episode's own, or the new one where `goal_source` is \
-        set. They belong to both observations.";
+        "goals to pursue, `len * dims.goal` elements: the episode's own, or the new one where \
+        `goal_source` is set. They belong to both observations.";
     action: [T; action] = T::default(),
         "actions, `len * dims.action` elements.";
     reward: [T; always] = T::default(),
@@ -65,36 +67,39 @@ columns! { pub Batch {
         `len * (dims.observation + dims.goal)` elements. Empty unless the sampler \
         [joins them](crate::Sampler::with_joined_goal).";
     terminated: [bool; always] = false,
-        "termination flags, `len` elements: whether the task ended after the step. Do not bootstrap there.";
+        "termination flags, `len` elements: whether the task ended after the step. Do not \
+        bootstrap there.";
     truncated: [bool; always] = false,
-        "truncation flags, `len` elements: whether the episode was cut off after the step. Bootstrap as \
-        anywhere else.";
+        "truncation flags, `len` elements: whether the episode was cut off after the step. \
+        Bootstrap as anywhere else.";
     discount: [T; discount] = T::default(),
-        "factors of the values of the next observations, `len` elements: `gamma` to the power of the actual \
-        number of steps of the row, and 0 where the task ended. Nothing else is needed to bootstrap: the target \
-        is `reward + discount * value`. Empty unless the sampler has a [discount](crate::Sampler::with_discount) or \
-        [windows](crate::Sampler::with_n_step).";
+        "factors of the values of the next observations, `len` elements: `gamma` to the power of \
+        the actual number of steps of the row, and 0 where the task ended. Nothing else is needed \
+        to bootstrap: the target is `reward + discount * value`. Empty unless the sampler has a \
+        [discount](crate::Sampler::with_discount) or [windows](crate::Sampler::with_n_step).";
     success: [bool; success] = false,
-        "success flags, `len` elements: whether the next achieved goal reaches the desired goal of the row. Empty \
-        unless the sampler computes [success](crate::Sampler::with_success).";
+        "success flags, `len` elements: whether the next achieved goal reaches the desired goal of \
+        the row. Empty unless the sampler computes [success](crate::Sampler::with_success).";
     transition: [TransitionId; always] = TransitionId::of(0),
         "identities of the transitions, `len` elements.";
     goal_source: [Option<TransitionId>; always] = None,
-        "source of each new goal, `len` elements: the transition whose next achieved goal it is (with \
-        [PastDesired](crate::GoalStrategy::PastDesired), whose desired goal), or `None` for a row that kept its \
-        goal. The difference of the two numbers is the number of steps it lies ahead.";
+        "source of each new goal, `len` elements: the transition whose next achieved goal it is \
+        (with [PastDesired](crate::GoalStrategy::PastDesired), whose desired goal), or `None` for \
+        a row that kept its goal. The difference of the two numbers is the number of steps it lies \
+        ahead.";
     importance_weight: [T; priorities] = T::default(),
-        "factors of the rows' losses, `len` elements, which correct for non-uniform draws. Empty unless the \
-        sampler draws [by priority](crate::Sampler::with_priorities).";
+        "factors of the rows' losses, `len` elements, which correct for non-uniform draws. Empty \
+        unless the sampler draws [by priority](crate::Sampler::with_priorities).";
 } }
 
-// Memory for drawing, without meaning between calls. The first rows of the pairs of goals are those that
-// the reward function judges.
+// Memory for drawing, without meaning between calls. The first rows of the pairs of goals are those
+// that the reward function judges.
 columns! { Scratch, ScratchRows {
     relabeled: [Relabeled; always] = Relabeled::default();
     achieved_pairs: [f64; goals] = 0.0;
     desired_pairs: [f64; goals] = 0.0;
-    /// The pairs of goals whose success is judged, if the columns do not hold them as they are stored.
+    /// The pairs of goals whose success is judged, if the columns do not hold them as they are
+    /// stored.
     judged_achieved: [f64; judged] = 0.0;
     judged_desired: [f64; judged] = 0.0;
     /// All fields, row by row.
@@ -196,9 +201,9 @@ impl<T: Scalar> Batch<T> {
         self.len == 0
     }
 
-    /// Takes all columns out, to pass them on without a copy. The batch then has no columns until the next
-    /// draw, for which it allocates them again unless they are [given back](Self::give_back). Its fields and its
-    /// length stay.
+    /// Takes all columns out, to pass them on without a copy. The batch then has no columns until
+    /// the next draw, for which it allocates them again unless they are
+    /// [given back](Self::give_back). Its fields and its length stay.
     ///
     /// # Example
     /// ```
@@ -206,7 +211,8 @@ impl<T: Scalar> Batch<T> {
     /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
     /// use her_relabel::{JoinedGoal, Sampler, UnitInterval};
     ///
-    /// # let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(9, Dims { observation: 1, goal: 1, action: 1 }))?;
+    /// # let dims = Dims { observation: 1, goal: 1, action: 1 };
+    /// # let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(9, dims))?;
     /// # buffer.add_episode(&EpisodeData {
     /// #     observation: &[10.0, 30.0],
     /// #     achieved_goal: &[0.0, 1.0],
@@ -234,8 +240,8 @@ impl<T: Scalar> Batch<T> {
         std::mem::take(&mut self.columns)
     }
 
-    /// Gives columns back, all or some, whose memory the next draw reuses. Their contents are forgotten, and the
-    /// batch is empty.
+    /// Gives columns back, all or some, whose memory the next draw reuses. Their contents are
+    /// forgotten, and the batch is empty.
     pub fn give_back(&mut self, columns: Columns<T>) {
         self.columns = columns;
         self.clear();
@@ -246,8 +252,8 @@ impl<T: Scalar> Batch<T> {
         self.columns.goal_source.iter().map(Option::is_some)
     }
 
-    /// Returns a field of the buffer's configuration, `len * field.len` elements; of a window of several
-    /// steps, that of the first step.
+    /// Returns a field of the buffer's configuration, `len * field.len` elements; of a window of
+    /// several steps, that of the first step.
     ///
     /// # Errors
     /// [`UnknownField`] if the sampled buffer has no such field.

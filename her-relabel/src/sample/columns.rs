@@ -28,8 +28,8 @@ pub(crate) struct Widths {
 }
 
 impl Widths {
-    /// Returns the widths of the columns that a batch of `sampler` has, whose rows have at most `window` steps.
-    /// `keeps_stored` says whether the columns hold the goals as they are stored.
+    /// Returns the widths of the columns that a batch of `sampler` has, whose rows have at most
+    /// `window` steps. `keeps_stored` says whether the columns hold the goals as they are stored.
     pub(crate) fn of(
         sampler: &Sampler,
         layout: &Layout,
@@ -54,9 +54,9 @@ impl Widths {
     }
 }
 
-/// Defines columns by a table of `name: [element; width] = what a new row holds`, where the width names one
-/// of the [`Widths`]. With `pub`, each column also has its documentation, as a noun phrase without article, and
-/// gets an accessor of the batch.
+/// Defines columns by a table of `name: [element; width] = what a new row holds`, where the width
+/// names one of the [`Widths`]. With `pub`, each column also has its documentation, as a noun
+/// phrase without article, and gets an accessor of the batch.
 macro_rules! columns {
     (
         pub $batch:ident {

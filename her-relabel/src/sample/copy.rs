@@ -27,8 +27,9 @@ pub(crate) fn put_thrice<T: Copy>(targets: [&mut [T]; 3], goal: &[T]) {
     }
 }
 
-/// Handles the lengths up to 32 one by one: the vectors of a transition have a few dozen elements, for which
-/// calling `memcpy` takes longer than the copy. With a known length, the copy is a handful of loads and stores.
+/// Handles the lengths up to 32 one by one: the vectors of a transition have a few dozen elements,
+/// for which calling `memcpy` takes longer than the copy. With a known length, the copy is a
+/// handful of loads and stores.
 macro_rules! by_len {
     ($target:ident, $source:ident, $each:expr, $other:expr) => {
         by_len!(@arms $target, $source, $each, $other;
@@ -60,7 +61,8 @@ fn assign<T: Copy, const N: usize>(target: &mut [T; N], source: &[T; N]) {
     *target = *source;
 }
 
-/// Copies a short `source` to `target`, which has the same length, as elements of the target's type.
+/// Copies a short `source` to `target`, which has the same length, as elements of the target's
+/// type.
 #[inline(always)]
 pub(crate) fn convert_short<S: Scalar, T: Scalar>(target: &mut [T], source: &[S]) {
     by_len!(target, source, convert_array, convert(target, source));

@@ -38,8 +38,8 @@ mod sealed {
 /// The number of words that each row of a batch may use.
 const WORDS_PER_ROW: u64 = 4;
 
-/// The random words of a batch. All are functions of one key, so that a row's words are available in any
-/// order and on any thread: each row has its own places of the key's sequence.
+/// The random words of a batch. All are functions of one key, so that a row's words are available
+/// in any order and on any thread: each row has its own places of the key's sequence.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draws {
     key: u64,
@@ -76,8 +76,8 @@ impl Draws {
         if attempt == 0 { *self } else { Self::new(self.word(KEYS + attempt, Purpose::Transition)) }
     }
 
-    /// Returns the words that decide, as those of the purpose [`Purpose::Transition`], whether the rows are kept
-    /// that were drawn for the `attempt + 1`st time.
+    /// Returns the words that decide, as those of the purpose [`Purpose::Transition`], whether the
+    /// rows are kept that were drawn for the `attempt + 1`st time.
     pub(crate) fn chances(&self, attempt: usize) -> Self {
         Self::new(self.word(KEYS + attempt, Purpose::Relabel))
     }
@@ -112,15 +112,15 @@ impl Words for Redrawn<'_> {
     }
 }
 
-/// Draws a number below `n`, at least 1, from a random word. The probabilities differ by at most `n / 2^64` of
-/// their value.
+/// Draws a number below `n`, at least 1, from a random word. The probabilities differ by at most
+/// `n / 2^64` of their value.
 #[inline(always)]
 pub(crate) fn below(word: u64, n: u64) -> u64 {
     ((u128::from(word) * u128::from(n)) >> 64) as u64
 }
 
-/// Draws a number of steps from 0 to `n - 1`, each with a probability proportional to `gamma^steps`, from
-/// a number `unit` of `[0, 1)`; `n` is at least 1.
+/// Draws a number of steps from 0 to `n - 1`, each with a probability proportional to
+/// `gamma^steps`, from a number `unit` of `[0, 1)`; `n` is at least 1.
 #[inline(never)]
 pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
     let gamma = gamma.get();
@@ -128,21 +128,23 @@ pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
         // Rounding does not reach `n`, which is at most 2^53.
         return (unit * n as f64) as u64;
     }
-    // The inverse of the distribution function (1 - gamma^(s + 1)) / (1 - gamma^n). Gamma 0 needs no
-    // special case: ln(1 - unit) is at least -37, and ln(0) is minus infinity.
+    // The inverse of the distribution function (1 - gamma^(s + 1)) / (1 - gamma^n). Gamma 0 needs
+    // no special case: ln(1 - unit) is at least -37, and ln(0) is minus infinity.
     let tail = gamma.powf(n as f64);
     let steps = (unit * (tail - 1.0)).ln_1p() / gamma.ln();
     (steps as u64).min(n - 1)
 }
 
-/// Draws a live transition, each with the same probability, from a random word. At least one must live.
+/// Draws a live transition, each with the same probability, from a random word. At least one must
+/// live.
 #[inline(always)]
 pub(crate) fn uniform(episodes: &Episodes, word: u64) -> u64 {
     let live = episodes.live();
     live.start + below(word, live.end - live.start)
 }
 
-/// Draws a live transition, by priority, from a random word. At least one priority must be positive.
+/// Draws a live transition, by priority, from a random word. At least one priority must be
+/// positive.
 #[inline]
 pub(crate) fn by_priority(table: &PriorityTable, episodes: &Episodes, word: u64) -> u64 {
     let drawn = table.tree.draw(unit(word));

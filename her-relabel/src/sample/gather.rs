@@ -14,7 +14,8 @@ use crate::scalar::Scalar;
 use crate::store::storage::Storage;
 use crate::store::transition_id::TransitionId;
 
-/// The number of rows by which each stage of [`gather`] is ahead of the next: the latency of memory.
+/// The number of rows by which each stage of [`gather`] is ahead of the next: the latency of
+/// memory.
 const AHEAD: usize = 8;
 
 /// The largest number of rows that do not gain from another thread.
@@ -30,7 +31,8 @@ struct Planned<'a, T> {
     /// The tape's row of the state before the step, and its number.
     state: &'a [T],
     row: u64,
-    /// The number of steps of the window, at least 1, and the state after them, which begins its row.
+    /// The number of steps of the window, at least 1, and the state after them, which begins its
+    /// row.
     steps: u64,
     next: &'a [T],
     goal: &'a [T],
@@ -46,8 +48,9 @@ pub(crate) struct Counts {
     pub(crate) pairs: usize,
 }
 
-/// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is a function
-/// of the random words of its place in the batch, so the division into parts does not change the batch.
+/// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is
+/// a function of the random words of its place in the batch, so the division into parts does not
+/// change the batch.
 pub(crate) fn gather_parts<S: Scalar, T: Scalar>(
     storage: &Storage<S>,
     sampler: &Sampler,
@@ -75,14 +78,14 @@ pub(crate) fn gather_parts<S: Scalar, T: Scalar>(
     Counts { rows: first.rows + second.rows, pairs: first.pairs + second.pairs }
 }
 
-/// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored rewards.
-/// The relabeled rows and their pairs of goals go to the front of their scratch memory.
+/// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored
+/// rewards. The relabeled rows and their pairs of goals go to the front of their scratch memory.
 ///
-/// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn; its episode's
-/// record is looked up; its goal is drawn; it is copied. Each stage prefetches the memory that the next one
-/// reads. The stages take turns row by row, because a processor has only a few memory requests under way at
-/// a time, and would idle if many rows were planned at once. For the same reason, the state after the window
-/// is prefetched one row later than the rest.
+/// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn; its
+/// episode's record is looked up; its goal is drawn; it is copied. Each stage prefetches the memory
+/// that the next one reads. The stages take turns row by row, because a processor has only a few
+/// memory requests under way at a time, and would idle if many rows were planned at once. For the
+/// same reason, the state after the window is prefetched one row later than the rest.
 // Not inlined, so that the code around the loop takes none of its registers.
 #[inline(never)]
 fn gather<S: Scalar, T: Scalar>(
@@ -121,7 +124,8 @@ fn gather<S: Scalar, T: Scalar>(
     counts
 }
 
-/// Draws a row's goal, and prefetches all that the row is copied from except the state after its window.
+/// Draws a row's goal, and prefetches all that the row is copied from except the state after its
+/// window.
 #[inline(always)]
 fn plan<'a, T: Scalar>(
     storage: &'a Storage<T>,
@@ -235,8 +239,8 @@ fn put_return<S: Scalar, T: Scalar>(
     rows.columns.discount[at] = T::from_f64(if planned.terminated { 0.0 } else { discount });
 }
 
-/// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new goal. They
-/// are kept only if the row is relabeled.
+/// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new
+/// goal. They are kept only if the row is relabeled.
 #[inline(always)]
 fn put_pairs<S: Scalar, T: Scalar>(
     storage: &Storage<S>,

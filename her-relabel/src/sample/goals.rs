@@ -15,16 +15,18 @@ const MAX_PARTS: usize = 6;
 /// The strategy that chooses the new goal of a relabeled transition.
 ///
 /// The states of an episode of `T` transitions are `0..=T`, and transition `t` leads from state `t`
-/// to state `t + 1`. All draws are independent, and uniform except with [`Geometric`](Self::Geometric).
-/// If the oldest transitions of an episode have been overwritten, only goals achieved by the remaining ones
-/// are drawn.
+/// to state `t + 1`. All draws are independent, and uniform except with
+/// [`Geometric`](Self::Geometric). If the oldest transitions of an episode have been overwritten,
+/// only goals achieved by the remaining ones are drawn.
 ///
-/// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5, for the first four.
+/// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5, for the first
+/// four.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum GoalStrategy {
-    /// A goal achieved in a state from `t + 1` to `T`, which includes the transition's own next state.
+    /// A goal achieved in a state from `t + 1` to `T`, which includes the transition's own next
+    /// state.
     Future,
     /// The goal achieved in state `T`.
     Final,
@@ -32,9 +34,9 @@ pub enum GoalStrategy {
     Episode,
     /// A goal achieved after any transition of the buffer.
     Random,
-    /// A goal achieved in state `t + j`, with a probability proportional to `gamma^(j - 1)` for `j` from 1
-    /// to `T - t`, so that near goals are more likely. A `gamma` of 1 has the distribution of
-    /// [`Future`](Self::Future), and 0 always gives the next state.
+    /// A goal achieved in state `t + j`, with a probability proportional to `gamma^(j - 1)` for `j`
+    /// from 1 to `T - t`, so that near goals are more likely. A `gamma` of 1 has the distribution
+    /// of [`Future`](Self::Future), and 0 always gives the next state.
     ///
     /// Source: Eysenbach et al., *Contrastive learning as goal-conditioned reinforcement learning*,
     /// 2022. The distribution is truncated at the end of the episode and normalized.
@@ -94,8 +96,8 @@ impl GoalStrategy {
     }
 }
 
-/// Goal strategies, and the average share of each among the rows that get a new goal. The share of rows that
-/// get one is the sampler's [ratio](crate::Sampler::with_ratio).
+/// Goal strategies, and the average share of each among the rows that get a new goal. The share of
+/// rows that get one is the sampler's [ratio](crate::Sampler::with_ratio).
 ///
 /// Serialized as the list of its parts, which is checked when it is read.
 ///
@@ -108,7 +110,8 @@ impl GoalStrategy {
 ///     GoalPart::new(GoalStrategy::Future, 2.0),
 ///     GoalPart::new(GoalStrategy::PastDesired, 1.0),
 /// ])?;
-/// let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4)).with_goals(goals);
+/// let ratio = UnitInterval::from_k(4);
+/// let sampler = Sampler::new(256, GoalStrategy::Future, ratio).with_goals(goals);
 /// # Ok::<(), her_relabel::MixtureError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

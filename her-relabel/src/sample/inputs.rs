@@ -19,8 +19,8 @@ pub enum JoinedGoal {
 /// The normalizers of a draw, which [`Sampler::sample_into`](crate::Sampler::sample_into) borrows.
 /// Parts without a normalizer are written as they are stored, and [`Default`] has none at all.
 ///
-/// The numbers are those of [`Normalizer::normalize_into`], bit for bit, but no second pass over the
-/// batch is needed. Rewards and success are computed from the stored goals.
+/// The numbers are those of [`Normalizer::normalize_into`], bit for bit, but no second pass over
+/// the batch is needed. Rewards and success are computed from the stored goals.
 ///
 /// # Example
 /// ```
@@ -56,7 +56,7 @@ pub enum JoinedGoal {
 pub struct Normalizers<'a> {
     /// Of observations, before and after the step.
     pub observation: Option<&'a Normalizer>,
-    /// Of goals, achieved and desired. With [`JoinedGoal::Relative`], of the relative goals alone: the
-    /// columns of achieved and desired goals are as they are stored.
+    /// Of goals, achieved and desired. With [`JoinedGoal::Relative`], of the relative goals alone:
+    /// the columns of achieved and desired goals are as they are stored.
     pub goal: Option<&'a Normalizer>,
 }

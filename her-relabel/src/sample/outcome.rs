@@ -47,8 +47,8 @@ pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
     if sampler.success() { judge(storage.layout.dims().goal, reward, rows) } else { Ok(()) }
 }
 
-/// Ends each relabeled window at the first step with which the new goal ends the task. `keeps_stored` says whether
-/// its last step also ends the task if it is stored so.
+/// Ends each relabeled window at the first step with which the new goal ends the task.
+/// `keeps_stored` says whether its last step also ends the task if it is stored so.
 fn terminate<S: Scalar, T: Scalar>(
     storage: &Storage<S>,
     form: impl Form<S, T>,

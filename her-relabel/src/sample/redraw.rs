@@ -29,8 +29,9 @@ pub(crate) struct Redraws {
 impl Redraws {
     /// Chooses the draw of each row of a batch, of which `pick` draws the transitions.
     ///
-    /// The rows are drawn in rounds. In each, the reward function judges all drawn rows with one call, and
-    /// those that are not kept are drawn again in the next round, at most [`MAX_DRAWS`] times in all.
+    /// The rows are drawn in rounds. In each, the reward function judges all drawn rows with one
+    /// call, and those that are not kept are drawn again in the next round, at most [`MAX_DRAWS`]
+    /// times in all.
     pub(crate) fn choose<T: Scalar, F: GoalReward + ?Sized>(
         &mut self,
         storage: &Storage<T>,
@@ -72,7 +73,8 @@ impl Redraws {
         Ok(Redrawn::new(draws, &self.attempts))
     }
 
-    /// Writes the pairs of goals of the pending rows: the goal achieved before the step, and that of the row.
+    /// Writes the pairs of goals of the pending rows: the goal achieved before the step, and that
+    /// of the row.
     fn draw_pairs<T: Scalar>(
         &mut self,
         storage: &Storage<T>,

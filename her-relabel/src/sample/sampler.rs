@@ -12,13 +12,13 @@ use crate::sample::inputs::JoinedGoal;
 use crate::sample::termination::Termination;
 use crate::unit_interval::UnitInterval;
 
-/// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting for one
-/// call, use another sampler, such as `sampler.with_ratio(UnitInterval::ZERO)`.
+/// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting
+/// for one call, use another sampler, such as `sampler.with_ratio(UnitInterval::ZERO)`.
 ///
-/// Each row is drawn independently: first a live transition, uniformly (or by its priority) and with
-/// replacement; then, with the probability of the ratio, a new goal by the strategy. A relabeled row gets
-/// the new goal and the reward `f(next_achieved_goal, new_goal)`. Everything else in it, and all other
-/// rows, are as they were stored, unless a setting says otherwise.
+/// Each row is drawn independently: first a live transition, uniformly (or by its priority) and
+/// with replacement; then, with the probability of the ratio, a new goal by the strategy. A
+/// relabeled row gets the new goal and the reward `f(next_achieved_goal, new_goal)`. Everything
+/// else in it, and all other rows, are as they were stored, unless a setting says otherwise.
 ///
 /// The time of a draw is proportional to the batch and does not depend on how much is stored.
 ///
@@ -73,8 +73,8 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Makes settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of the rows gets
-    /// a new goal by `strategy`.
+    /// Makes settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of
+    /// the rows gets a new goal by `strategy`.
     pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: UnitInterval) -> Self {
         Self {
             batch_size,
@@ -107,22 +107,22 @@ impl Sampler {
         self
     }
 
-    /// Sets the average share of rows that get a new goal. As each row is drawn independently, it holds for
-    /// batches of any size.
+    /// Sets the average share of rows that get a new goal. As each row is drawn independently, it
+    /// holds for batches of any size.
     pub const fn with_ratio(mut self, ratio: UnitInterval) -> Self {
         self.ratio = ratio;
         self
     }
 
-    /// Sets what decides the termination of relabeled rows. The default is [`Termination::Stored`], as in the
-    /// paper: no learner bootstraps from a state that ended its task.
+    /// Sets what decides the termination of relabeled rows. The default is [`Termination::Stored`],
+    /// as in the paper: no learner bootstraps from a state that ended its task.
     pub const fn with_termination(mut self, termination: Termination) -> Self {
         self.termination = termination;
         self
     }
 
-    /// Sets whether [`Batch::success`](crate::Batch::success) is computed. Off by default, because learning
-    /// does not need it.
+    /// Sets whether [`Batch::success`](crate::Batch::success) is computed. Off by default, because
+    /// learning does not need it.
     pub const fn with_success(mut self, success: bool) -> Self {
         self.success = success;
         self
@@ -130,23 +130,25 @@ impl Sampler {
 
     /// Sets windows of several steps. The default is `None`: rows of one step.
     ///
-    /// A row's window begins with its transition and ends with the episode at the latest. It has one
-    /// goal, for which all of its rewards are computed if the row is relabeled; a future goal is one of
-    /// the states after the first step. [`Batch::reward`](crate::Batch::reward) is the discounted sum of
-    /// the rewards, the next observation and the flags belong to the last step, and
-    /// [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the task ended.
-    /// If [termination](Self::with_termination) is recomputed, a window ends with the first step that terminates.
+    /// A row's window begins with its transition and ends with the episode at the latest. It has
+    /// one goal, for which all of its rewards are computed if the row is relabeled; a future goal
+    /// is one of the states after the first step. [`Batch::reward`](crate::Batch::reward) is the
+    /// discounted sum of the rewards, the next observation and the flags belong to the last step,
+    /// and [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the
+    /// task ended. If [termination](Self::with_termination) is recomputed, a window ends with the
+    /// first step that terminates.
     pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
         self.n_step = n_step.into();
         self
     }
 
-    /// Sets the discount per step, so that batches have [`Batch::discount`](crate::Batch::discount): the factor of
-    /// the next value in a learner's target, which is 0 where the task ended. With 1 it is the flag "not
-    /// terminated" as a number. By default there is none, because not every learner needs it.
+    /// Sets the discount per step, so that batches have
+    /// [`Batch::discount`](crate::Batch::discount): the factor of the next value in a learner's
+    /// target, which is 0 where the task ended. With 1 it is the flag "not terminated" as a number.
+    /// By default there is none, because not every learner needs it.
     ///
-    /// This is the discount of [`with_n_step`](Self::with_n_step): windows keep their number of steps, and
-    /// without windows, rows have one step.
+    /// This is the discount of [`with_n_step`](Self::with_n_step): windows keep their number of
+    /// steps, and without windows, rows have one step.
     pub fn with_discount(mut self, gamma: UnitInterval) -> Self {
         let steps = self.n_step.map_or(NonZeroUsize::MIN, |n_step| n_step.steps());
         self.n_step = Some(NStep::new(steps, gamma));
@@ -162,51 +164,55 @@ impl Sampler {
         self
     }
 
-    /// Sets the share of the rows kept whose goal was achieved already before the step. The default is 1: all
-    /// rows. In most tasks, such rows teach a learner little, because the next state achieves the goal whatever
-    /// the action. Leaving them out is a bias: it overrates steps that change something.
+    /// Sets the share of the rows kept whose goal was achieved already before the step. The default
+    /// is 1: all rows. In most tasks, such rows teach a learner little, because the next state
+    /// achieves the goal whatever the action. Leaving them out is a bias: it overrates steps that
+    /// change something.
     ///
     /// Which rows these are decides the reward function's
-    /// [`is_success`](goal_reward::GoalReward::is_success) with the goal achieved before the row's (first) step
-    /// and the row's desired goal, be it new or the episode's own. Such a row is kept with the probability
-    /// `kept`, and otherwise drawn again as a whole: transition, goal and all. A row is drawn at most four times,
-    /// and the fourth draw is kept in any case.
+    /// [`is_success`](goal_reward::GoalReward::is_success) with the goal achieved before the row's
+    /// (first) step and the row's desired goal, be it new or the episode's own. Such a row is kept
+    /// with the probability `kept`, and otherwise drawn again as a whole: transition, goal and all.
+    /// A row is drawn at most four times, and the fourth draw is kept in any case.
     ///
-    /// If `q` is the probability of a row without this setting, and `p` the sum of `q` over all rows with an
-    /// achieved goal, a draw is rejected with the probability `r = p * (1 - kept)`. The probability of a row is
-    /// then `q * (s + r^3)`, where `s = 1 + r + r^2`, and that of a row with an achieved goal
-    /// `q * (kept * s + r^3)`. For the share of such rows, `p`, that is `p * (kept * s + r^3)`.
+    /// If `q` is the probability of a row without this setting, and `p` the sum of `q` over all
+    /// rows with an achieved goal, a draw is rejected with the probability `r = p * (1 - kept)`.
+    /// The probability of a row is then `q * (s + r^3)`, where `s = 1 + r + r^2`, and that of a row
+    /// with an achieved goal `q * (kept * s + r^3)`. For the share of such rows, `p`, that is
+    /// `p * (kept * s + r^3)`.
     ///
-    /// The [importance weights](crate::Batch::importance_weight) of prioritized draws still correct for the
-    /// priorities alone, as if no row had been drawn again. `is_success` is called once for each of the first
-    /// three draws, with all rows that are drawn.
+    /// The [importance weights](crate::Batch::importance_weight) of prioritized draws still correct
+    /// for the priorities alone, as if no row had been drawn again. `is_success` is called once for
+    /// each of the first three draws, with all rows that are drawn.
     pub const fn with_already_achieved(mut self, kept: UnitInterval) -> Self {
         self.already_achieved = kept;
         self
     }
 
     /// Sets draws by the buffer's [`Priorities`](crate::Priorities), and the exponent `beta` of the
-    /// [importance weights](crate::Batch::importance_weight), which correct for non-uniform draws: 0 for no
-    /// correction (all weights are 1), 1 for full correction. The default is `None`: uniform draws.
+    /// [importance weights](crate::Batch::importance_weight), which correct for non-uniform draws:
+    /// 0 for no correction (all weights are 1), 1 for full correction. The default is `None`:
+    /// uniform draws.
     ///
-    /// A row drawn with probability `P` from `N` transitions has the weight `(N * P)^-beta`, divided by the
-    /// highest weight of the batch. Prioritized replay usually starts with a `beta` of 0.4 and raises it to 1
-    /// toward the end of training. The time of each draw grows with the logarithm of how much is stored.
-    /// [`Sampler`] has an example.
+    /// A row drawn with probability `P` from `N` transitions has the weight `(N * P)^-beta`,
+    /// divided by the highest weight of the batch. Prioritized replay usually starts with a `beta`
+    /// of 0.4 and raises it to 1 toward the end of training. The time of each draw grows with the
+    /// logarithm of how much is stored. [`Sampler`] has an example.
     ///
-    /// Source: Schaul et al., *Prioritized experience replay*, 2016, section 3.4. There the highest weight is
-    /// that of the whole buffer; most libraries take the batch's, as here.
+    /// Source: Schaul et al., *Prioritized experience replay*, 2016, section 3.4. There the highest
+    /// weight is that of the whole buffer; most libraries take the batch's, as here.
     pub fn with_priorities(mut self, beta: impl Into<Option<UnitInterval>>) -> Self {
         self.priorities = beta.into();
         self
     }
 
-    /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is the same,
-    /// whatever their number, and the reward function is called on the calling thread.
+    /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is the
+    /// same, whatever their number, and the reward function is called on the calling thread.
     ///
-    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one thread. So
-    /// are all in a process that was forked after such a draw, because it has none of the pool's threads. If
-    /// something else started the threads before the fork, leave this off in the child.
+    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one
+    /// thread. So are all in a process that was forked after such a draw, because it has none of
+    /// the pool's threads. If something else started the threads before the fork, leave this off in
+    /// the child.
     pub const fn with_parallel(mut self, parallel: bool) -> Self {
         self.parallel = parallel;
         self
@@ -261,8 +267,8 @@ pub struct NStep {
 }
 
 impl NStep {
-    /// Makes windows of up to `steps` steps, shorter where the episode ends, with rewards discounted by
-    /// `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
+    /// Makes windows of up to `steps` steps, shorter where the episode ends, with rewards
+    /// discounted by `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
     pub const fn new(steps: NonZeroUsize, gamma: UnitInterval) -> Self {
         Self { steps, gamma }
     }
@@ -274,8 +280,8 @@ impl NStep {
         gamma: UnitInterval,
     }
 
-    /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the discount of what
-    /// follows them.
+    /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the
+    /// discount of what follows them.
     #[inline(always)]
     pub(crate) fn sum(self, rewards: impl Iterator<Item = f64>) -> (f64, f64) {
         // -0.0 is the neutral element of addition: a single reward keeps its bits.
@@ -294,7 +300,8 @@ pub enum SampleError {
     EmptyBatch,
     /// No episode has ended yet.
     #[error(
-        "the buffer has no finished episode, and only finished episodes can be relabeled: step the environments until one ends, or call end_episode"
+        "the buffer has no finished episode, and only finished episodes can be relabeled: step the \
+         environments until one ends, or call end_episode"
     )]
     NoFinishedEpisode,
     /// The sampler draws by priority, but the buffer has no priorities.
@@ -308,7 +315,8 @@ pub enum SampleError {
     TooLarge,
     /// Memory of the caller's for a column has the wrong length.
     #[error(
-        "the memory for `{column}` has {actual} elements, but the column has {expected}: pass memory of that length, or none"
+        "the memory for `{column}` has {actual} elements, but the column has {expected}: pass \
+         memory of that length, or none"
     )]
     WrongLength {
         /// The column.
@@ -320,7 +328,8 @@ pub enum SampleError {
     },
     /// A normalizer of the draw is for vectors of another length.
     #[error(
-        "a normalizer has {actual} elements instead of {expected}: pass those of this buffer's observations and goals"
+        "a normalizer has {actual} elements instead of {expected}: pass those of this buffer's \
+         observations and goals"
     )]
     NormalizerDim {
         /// The length of the vectors in the buffer.
@@ -331,10 +340,11 @@ pub enum SampleError {
     /// The reward function rejected the goals of the batch.
     #[error("the reward function failed on the relabeled goals: {0}")]
     Reward(#[from] GoalError),
-    /// The reward function returned NaN, infinity, or a number that is not finite in the batch's type; or the sum of
-    /// a window of its rewards is no such number.
+    /// The reward function returned NaN, infinity, or a number that is not finite in the batch's
+    /// type; or the sum of a window of its rewards is no such number.
     #[error(
-        "the reward of row {row} is {reward}, which the batch's type cannot hold as a finite number: check the reward function"
+        "the reward of row {row} is {reward}, which the batch's type cannot hold as a finite \
+         number: check the reward function"
     )]
     RewardNotFinite {
         /// The row of the batch.

@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What decides whether the task of a relabeled row has ended, so that a learner must not bootstrap there.
+/// What decides whether the task of a relabeled row has ended, so that a learner must not bootstrap
+/// there.
 ///
-/// A task ends for two kinds of reasons: its goal is reached, or something happens that has nothing to do with
-/// the goal, such as the fall of a robot. A new goal changes the first kind only. A buffer stores that an episode
-/// terminated, not why, so which variant is right depends on the task:
+/// A task ends for two kinds of reasons: its goal is reached, or something happens that has nothing
+/// to do with the goal, such as the fall of a robot. A new goal changes the first kind only. A
+/// buffer stores that an episode terminated, not why, so which variant is right depends on the
+/// task:
 ///
 /// | the task ends | choose |
 /// |---|---|
@@ -14,7 +16,8 @@ use serde::{Deserialize, Serialize};
 /// | at the goal, and for other reasons | [`StoredOrRecomputed`](Self::StoredOrRecomputed) |
 /// | at the goal only | [`Recomputed`](Self::Recomputed) |
 ///
-/// The default is `Stored`, as in the paper: no learner bootstraps from a state that ended its task.
+/// The default is `Stored`, as in the paper: no learner bootstraps from a state that ended its
+/// task.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Termination {
@@ -24,12 +27,14 @@ pub enum Termination {
     /// The row terminates where it was stored to terminate, and where the reward function
     /// [ends the task](goal_reward::GoalReward::terminated) for the new goal.
     ///
-    /// A row that terminated because it reached its own goal stays terminated, although the task would go on for
-    /// the new goal: the learner ignores what would have followed, but never bootstraps from a terminal state.
+    /// A row that terminated because it reached its own goal stays terminated, although the task
+    /// would go on for the new goal: the learner ignores what would have followed, but never
+    /// bootstraps from a terminal state.
     StoredOrRecomputed,
-    /// The row terminates where the reward function [ends the task](goal_reward::GoalReward::terminated) for the
-    /// new goal, and nowhere else.
+    /// The row terminates where the reward function
+    /// [ends the task](goal_reward::GoalReward::terminated) for the new goal, and nowhere else.
     ///
-    /// This is wrong for a task that also ends for other reasons: its learner would bootstrap from terminal states.
+    /// This is wrong for a task that also ends for other reasons: its learner would bootstrap from
+    /// terminal states.
     Recomputed,
 }

@@ -4,15 +4,15 @@
 //! 1. eight bytes of magic, the version (32 bits), the bytes of an element (32 bits);
 //! 2. capacity, lengths of observation, goal and action, number of environments, number of fields;
 //! 3. for each field the length of its name in bytes, the name, and the field's length;
-//! 4. 0 without priorities, 1 or 2 for priorities of transitions or of episodes, and the new priority (a
-//!    double, negative for the highest);
-//!    In version 2 follow the settings of still episodes: the distance and the kept share (doubles), the seed, and
-//!    the number of episodes that have ended. Version 1 is written without such settings;
+//! 4. 0 without priorities, 1 or 2 for priorities of transitions or of episodes, and the new
+//!    priority (a double, negative for the highest); In version 2 follow the settings of still
+//!    episodes: the distance and the kept share (doubles), the seed, and the number of episodes
+//!    that have ended. Version 1 is written without such settings;
 //! 5. first and next live transition, first and next kept episode;
 //! 6. a record of each episode;
 //! 7. the rows of the live states;
-//! 8. for each environment the number of rows of its unfinished episode, the rows and, if there are any, the
-//!    desired goal;
+//! 8. for each environment the number of rows of its unfinished episode, the rows and, if there are
+//!    any, the desired goal;
 //! 9. with priorities, the highest one, the number of places of their tree, and all priorities;
 //! 10. the CRC-32 of everything before it (32 bits).
 
@@ -46,26 +46,27 @@ const HIGHEST: f64 = -1.0;
 const LAST: u64 = 1 << 60;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives the same
-    /// batches as this one, seed by seed.
+    /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives
+    /// the same batches as this one, seed by seed.
     ///
-    /// The file appears whole or not at all, so that a crash or a full disk leaves a previous file as it was.
-    /// A previous file's permissions stay, and a symbolic link is followed. No other file is changed or
-    /// removed.
+    /// The file appears whole or not at all, so that a crash or a full disk leaves a previous file
+    /// as it was. A previous file's permissions stay, and a symbolic link is followed. No other
+    /// file is changed or removed.
     ///
-    /// Only a process that is killed can leave something behind: a file `.NAME.xxxxxx` with six letters or
-    /// digits, which you may remove. On a file system with unnamed files (`O_TMPFILE`: ext4, XFS, Btrfs and
-    /// tmpfs have them) that takes a kill in the one moment between naming the new file and renaming it.
+    /// Only a process that is killed can leave something behind: a file `.NAME.xxxxxx` with six
+    /// letters or digits, which you may remove. On a file system with unnamed files (`O_TMPFILE`:
+    /// ext4, XFS, Btrfs and tmpfs have them) that takes a kill in the one moment between naming the
+    /// new file and renaming it.
     ///
     /// # Errors
-    /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] for a path that is no regular file, such
-    /// as a directory or a device.
+    /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] for a path that is no regular
+    /// file, such as a directory or a device.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
         replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
     }
 
-    /// Loads a buffer that [`save`](Self::save) saved. Memory is taken only as the file's contents come, so
-    /// that no file can claim much more than its own size.
+    /// Loads a buffer that [`save`](Self::save) saved. Memory is taken only as the file's contents
+    /// come, so that no file can claim much more than its own size.
     ///
     /// # Errors
     /// [`LoadError`].

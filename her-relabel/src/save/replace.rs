@@ -9,14 +9,14 @@ use atomic_write_file::AtomicWriteFile;
 /// The number of symbolic links that lead to a file, at most, as on Linux.
 const MAX_LINKS: usize = 40;
 
-/// Writes a file without a name in the same directory, and then gives it the name of the file that it
-/// replaces, with its permissions. If anything fails, a previous file is unchanged, and nothing else is
-/// left over. A symbolic link stays one: the file that it leads to is replaced.
+/// Writes a file without a name in the same directory, and then gives it the name of the file that
+/// it replaces, with its permissions. If anything fails, a previous file is unchanged, and nothing
+/// else is left over. A symbolic link stays one: the file that it leads to is replaced.
 ///
-/// The last step is two: the file gets a name `.NAME.xxxxxx`, and is then renamed. A process that is
-/// killed between them leaves that file, and so does one that is killed at any time while it writes to a
-/// file system without unnamed files (`O_TMPFILE`). Nothing proves later whose such a file is, so it is
-/// the user's to remove.
+/// The last step is two: the file gets a name `.NAME.xxxxxx`, and is then renamed. A process that
+/// is killed between them leaves that file, and so does one that is killed at any time while it
+/// writes to a file system without unnamed files (`O_TMPFILE`). Nothing proves later whose such a
+/// file is, so it is the user's to remove.
 pub(crate) fn replace<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
@@ -34,8 +34,9 @@ pub(crate) fn replace<E: From<io::Error>>(
     Ok(())
 }
 
-/// Removes the names other than `path` that a file has in its directory, as far as that is possible: a
-/// failed renaming leaves the temporary one. While the file is open, no other has its number.
+/// Removes the names other than `path` that a file has in its directory, as far as that is
+/// possible: a failed renaming leaves the temporary one. While the file is open, no other has its
+/// number.
 #[cfg(unix)]
 fn remove_other_names(file: &File, path: &Path) {
     use std::os::unix::fs::MetadataExt;

@@ -12,7 +12,8 @@ use crate::store::fields::MAX_NAME;
 pub(crate) const VERSION: u32 = 1;
 pub(crate) const VERSION_WITH_STILL: u32 = 2;
 
-/// The number of elements converted at a time, which bounds the memory that a wrong length can claim.
+/// The number of elements converted at a time, which bounds the memory that a wrong length can
+/// claim.
 const CHUNK: usize = 1 << 12;
 
 /// The writer of a buffer, with the checksum so far.
@@ -150,7 +151,8 @@ pub enum LoadError {
     Foreign,
     /// The file was written by another version of this crate.
     #[error(
-        "the buffer was saved in format {version} instead of {VERSION} or {VERSION_WITH_STILL}: load it with the version of her-relabel that saved it"
+        "the buffer was saved in format {version} instead of {VERSION} or {VERSION_WITH_STILL}: \
+         load it with the version of her-relabel that saved it"
     )]
     Version {
         /// The version of the file's format.
@@ -158,7 +160,8 @@ pub enum LoadError {
     },
     /// The buffer was saved with elements of the other type.
     #[error(
-        "the buffer has elements of {actual} bytes instead of {expected}: load it as HerBuffer<f32> for 4 and HerBuffer<f64> for 8"
+        "the buffer has elements of {actual} bytes instead of {expected}: load it as \
+         HerBuffer<f32> for 4 and HerBuffer<f64> for 8"
     )]
     ElementSize {
         /// The requested size, in bytes.

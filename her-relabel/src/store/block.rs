@@ -1,8 +1,8 @@
 //! Memory for many rows.
 //!
-//! A [`Block`] is a slice of zeros on the heap, or on Linux in huge pages if the system provides them. In a
-//! table of small pages almost every random access has to look up the page's address, which takes as long as
-//! the access.
+//! A [`Block`] is a slice of zeros on the heap, or on Linux in huge pages if the system provides
+//! them. In a table of small pages almost every random access has to look up the page's address,
+//! which takes as long as the access.
 //!
 //! The system provides the memory when it is first written. Miri knows no huge pages.
 

@@ -9,15 +9,15 @@ use crate::store::transition_id::TransitionId;
 /// A replay buffer for goal-conditioned tasks that keeps the newest `capacity` transitions of
 /// finished episodes.
 ///
-/// An episode enters the buffer when it ends, with all its transitions at once. Until then its steps are
-/// kept apart, per environment, and are never sampled. *Newest* therefore refers to the order in which
-/// episodes ended, and within an episode to the order of its steps. Each state is stored once:
-/// an episode of `T` steps takes `T + 1` rows.
+/// An episode enters the buffer when it ends, with all its transitions at once. Until then its
+/// steps are kept apart, per environment, and are never sampled. *Newest* therefore refers to the
+/// order in which episodes ended, and within an episode to the order of its steps. Each state is
+/// stored once: an episode of `T` steps takes `T + 1` rows.
 ///
-/// [`Sampler`](crate::Sampler) draws batches from a shared reference, through which nothing changes.
-/// For one writer and concurrent readers, put the buffer into an [`RwLock`](std::sync::RwLock): readers
-/// sample side by side, and no reader ever sees half of a step. The [crate's example](crate#example)
-/// adds an episode step by step.
+/// [`Sampler`](crate::Sampler) draws batches from a shared reference, through which nothing
+/// changes. For one writer and concurrent readers, put the buffer into an
+/// [`RwLock`](std::sync::RwLock): readers sample side by side, and no reader ever sees half of a
+/// step. The [crate's example](crate#example) adds an episode step by step.
 ///
 /// # Example
 /// ```
@@ -110,7 +110,8 @@ impl<T: Scalar> HerBuffer<T> {
         self.storage.episodes.len()
     }
 
-    /// Returns the oldest and the newest transition that can be sampled. All numbers between them can be, too.
+    /// Returns the oldest and the newest transition that can be sampled. All numbers between them
+    /// can be, too.
     #[must_use]
     pub fn transition_ids(&self) -> Option<(TransitionId, TransitionId)> {
         let live = self.storage.episodes.live();
@@ -124,8 +125,8 @@ impl<T: Scalar> HerBuffer<T> {
         self.unfinished.iter_mut().for_each(Unfinished::discard);
     }
 
-    /// Sets the priorities of transitions, or of their episodes. If a transition or an episode is given several
-    /// times, its last priority counts. Overwritten transitions are ignored.
+    /// Sets the priorities of transitions, or of their episodes. If a transition or an episode is
+    /// given several times, its last priority counts. Overwritten transitions are ignored.
     ///
     /// A priority is the weight of a draw itself: for the paper's prioritized replay, pass
     /// `(|td_error| + epsilon).powf(alpha)`.
@@ -159,8 +160,8 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Returns the priority of a transition, or of its episode; `None` if it has been overwritten or the
-    /// buffer has no priorities.
+    /// Returns the priority of a transition, or of its episode; `None` if it has been overwritten
+    /// or the buffer has no priorities.
     #[must_use]
     pub fn priority(&self, transition: TransitionId) -> Option<f64> {
         let (episodes, number) = (&self.storage.episodes, transition.number());

@@ -21,7 +21,8 @@ pub struct Dims {
     pub action: usize,
 }
 
-/// Settings of a [`HerBuffer`](crate::HerBuffer), checked by [`HerBuffer::new`](crate::HerBuffer::new).
+/// Settings of a [`HerBuffer`](crate::HerBuffer), checked by
+/// [`HerBuffer::new`](crate::HerBuffer::new).
 ///
 /// # Example
 /// ```
@@ -45,8 +46,8 @@ pub struct BufferConfig {
 }
 
 impl BufferConfig {
-    /// Makes settings of a buffer that keeps up to `capacity` transitions, at least 1, with vectors of the
-    /// lengths `dims`.
+    /// Makes settings of a buffer that keeps up to `capacity` transitions, at least 1, with vectors
+    /// of the lengths `dims`.
     pub const fn new(capacity: usize, dims: Dims) -> Self {
         Self {
             capacity,
@@ -58,14 +59,15 @@ impl BufferConfig {
         }
     }
 
-    /// Sets the number of environments that add to the buffer side by side, at least 1. The default is 1.
+    /// Sets the number of environments that add to the buffer side by side, at least 1. The default
+    /// is 1.
     pub const fn with_num_envs(mut self, num_envs: usize) -> Self {
         self.num_envs = num_envs;
         self
     }
 
-    /// Adds a [`Field`] of `len` elements to every transition. There are none by default, because each takes
-    /// memory.
+    /// Adds a [`Field`] of `len` elements to every transition. There are none by default, because
+    /// each takes memory.
     pub fn with_field(mut self, name: impl Into<String>, len: usize) -> Self {
         self.fields.push(Field { name: name.into(), len });
         self
@@ -78,8 +80,8 @@ impl BufferConfig {
         self
     }
 
-    /// Sets the share of still episodes that is kept. The default is `None`: all are kept, because leaving some
-    /// out is a bias.
+    /// Sets the share of still episodes that is kept. The default is `None`: all are kept, because
+    /// leaving some out is a bias.
     pub fn with_still_episodes(mut self, still_episodes: impl Into<Option<StillEpisodes>>) -> Self {
         self.still_episodes = still_episodes.into();
         self
@@ -149,7 +151,8 @@ pub enum ConfigError {
     },
     /// A field has an invalid name, or that of another field.
     #[error(
-        "the field name {name:?} is invalid or taken: use up to 64 ASCII letters, digits and underscores, and each name once"
+        "the field name {name:?} is invalid or taken: use up to 64 ASCII letters, digits and \
+         underscores, and each name once"
     )]
     FieldName {
         /// The name.
@@ -167,8 +170,8 @@ pub enum ConfigError {
         /// The distance.
         distance: f64,
     },
-    /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed, or there is no memory for
-    /// so many environments.
+    /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed, or there
+    /// is no memory for so many environments.
     #[error(
         "there is no memory for a buffer of these sizes: reduce `capacity`, `dims` or `num_envs`"
     )]

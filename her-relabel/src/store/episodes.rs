@@ -6,12 +6,13 @@ use prefetch_index::prefetch_index;
 
 use crate::store::queue::Queue;
 
-/// The binary logarithm of the number of transitions in a cell, which is a run of consecutive transition
-/// numbers. Transitions and episodes are numbered in the order in which they were stored.
+/// The binary logarithm of the number of transitions in a cell, which is a run of consecutive
+/// transition numbers. Transitions and episodes are numbered in the order in which they were
+/// stored.
 const CELL_SHIFT: u32 = 6;
 
-/// The stored episodes, in order, and a map from transitions to episodes. It takes a fraction of a byte per
-/// transition, and finds an episode among the few that share a cell.
+/// The stored episodes, in order, and a map from transitions to episodes. It takes a fraction of a
+/// byte per transition, and finds an episode among the few that share a cell.
 #[derive(Clone, Debug)]
 pub(crate) struct Episodes {
     /// The live transitions.
@@ -34,8 +35,8 @@ pub(crate) struct Ending {
     pub(crate) truncated: bool,
 }
 
-/// The first stored transition of an episode, live or not, and the episode's end, in one word: no computer
-/// counts beyond 62 bits of transition number.
+/// The first stored transition of an episode, live or not, and the episode's end, in one word: no
+/// computer counts beyond 62 bits of transition number.
 #[derive(Clone, Copy, Debug)]
 struct Record(u64);
 
@@ -71,8 +72,8 @@ impl Episode {
         self.start..self.end
     }
 
-    /// Returns the row of the state in which transition `transition` of this episode starts. Every earlier
-    /// episode has one more row than transitions.
+    /// Returns the row of the state in which transition `transition` of this episode starts. Every
+    /// earlier episode has one more row than transitions.
     #[inline(always)]
     pub(crate) fn row(&self, transition: u64) -> u64 {
         transition + self.number
@@ -86,8 +87,8 @@ impl Episode {
 }
 
 impl Episodes {
-    /// Makes an empty list, whose first episode gets the number `first_episode`, and its first transition
-    /// `transition`.
+    /// Makes an empty list, whose first episode gets the number `first_episode`, and its first
+    /// transition `transition`.
     pub(crate) fn new(first_episode: u64, transition: u64) -> Self {
         let mut records = Queue::default();
         records.push(Record::new(transition, Ending::default()));
@@ -110,7 +111,8 @@ impl Episodes {
         episodes.cells.extend(is_within_cell.then_some(first_episode));
         for (at, record) in records.iter().map(|record| Record(*record)).enumerate() {
             let next = records.get(at + 1).map_or(end, |record| Record(*record).first());
-            // The first episode may have lost transitions. The others begin where the one before them ends.
+            // The first episode may have lost transitions. The others begin where the one before
+            // them ends.
             let begins = at > 0 || record.first() <= start;
             let Ending { terminated, truncated } = record.ending();
             let ends = episodes.live.end < next && next <= end && (terminated || truncated);
@@ -212,7 +214,8 @@ impl Episodes {
         let records = &self.records[..];
         let cell = self.cell(transition);
         let mut at = self.first_in(cell);
-        // Two steps without a branch that could be mispredicted; more episodes rarely begin in a cell.
+        // Two steps without a branch that could be mispredicted; more episodes rarely begin in a
+        // cell.
         for _ in 0..2 {
             at += usize::from(records[at + 1].first() <= transition);
         }
@@ -222,7 +225,8 @@ impl Episodes {
         self.at(at)
     }
 
-    /// Returns the place of the episode of a transition of this cell, somewhere after the place `at`.
+    /// Returns the place of the episode of a transition of this cell, somewhere after the place
+    /// `at`.
     #[cold]
     fn search(&self, cell: usize, at: usize, transition: u64) -> usize {
         let last = match self.cells.get(cell + 1) {

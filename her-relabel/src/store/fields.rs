@@ -21,7 +21,10 @@ pub struct Field {
 
 /// Error returned for a field that the configuration does not name.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("there is no field `{name}` among [{}]: declare it with `BufferConfig::with_field`", known.join(", "))]
+#[error(
+    "there is no field `{name}` among [{}]: declare it with `BufferConfig::with_field`",
+    known.join(", ")
+)]
 #[non_exhaustive]
 pub struct UnknownField {
     /// The requested name.

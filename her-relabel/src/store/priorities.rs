@@ -48,7 +48,8 @@ pub enum PriorityUnit {
     ///
     /// Source: Schaul et al., *Prioritized experience replay*, 2016.
     Transition,
-    /// Every episode, drawn in proportion to its priority; then one of its transitions is drawn uniformly.
+    /// Every episode, drawn in proportion to its priority; then one of its transitions is drawn
+    /// uniformly.
     ///
     /// Source: Zhao and Tresp, *Energy-based hindsight experience prioritization*, 2018.
     Episode,

@@ -2,8 +2,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-/// Elements that are added at the back and taken from the front. Unlike those of a `VecDeque`, they always
-/// lie in one slice, in which lookups are faster.
+/// Elements that are added at the back and taken from the front. Unlike those of a `VecDeque`, they
+/// always lie in one slice, in which lookups are faster.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue<T> {
     items: Vec<T>,

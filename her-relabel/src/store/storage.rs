@@ -40,8 +40,8 @@ impl<T: Scalar> Storage<T> {
         })
     }
 
-    /// Adds the rows of an episode of 1 to `capacity` transitions, and drops the oldest ones that no longer
-    /// fit. A still episode may be left out.
+    /// Adds the rows of an episode of 1 to `capacity` transitions, and drops the oldest ones that
+    /// no longer fit. A still episode may be left out.
     pub(crate) fn push_episode(&mut self, rows: &[T], ending: Ending) {
         if let Some(still) = &self.still {
             let number = self.ended;

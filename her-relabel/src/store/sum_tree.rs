@@ -5,15 +5,15 @@ use std::ops::Range;
 /// The number of summands of a sum on the next level: those of a cache line.
 const FANOUT: usize = 8;
 
-/// Weights of consecutive numbers that slide upward, and sums of them, so that the time of a draw or a change
-/// grows with the logarithm of their number.
+/// Weights of consecutive numbers that slide upward, and sums of them, so that the time of a draw
+/// or a change grows with the logarithm of their number.
 ///
-/// A sum is always computed from its summands, never adjusted: no error accumulates, and equal weights give
-/// equal draws, whatever their history.
+/// A sum is always computed from its summands, never adjusted: no error accumulates, and equal
+/// weights give equal draws, whatever their history.
 #[derive(Clone, Debug)]
 pub(crate) struct SumTree {
-    /// The weights, each at the place of its number modulo the size, which is a power of two; then sums
-    /// of groups of them, sums of groups of these, and so on until one group is left.
+    /// The weights, each at the place of its number modulo the size, which is a power of two; then
+    /// sums of groups of them, sums of groups of these, and so on until one group is left.
     levels: Vec<Vec<f64>>,
     live: Range<u64>,
 }
@@ -23,8 +23,8 @@ impl SumTree {
         Self { levels: levels(FANOUT), live: 0..0 }
     }
 
-    /// Makes a tree of `size` places with the weights of the numbers `live`, in their order; `None` if the
-    /// size does not fit.
+    /// Makes a tree of `size` places with the weights of the numbers `live`, in their order; `None`
+    /// if the size does not fit.
     pub(crate) fn restore(size: usize, live: Range<u64>, weights: &[f64]) -> Option<Self> {
         let fits = size.is_power_of_two() && size >= FANOUT.max(weights.len());
         let mut tree = Self { levels: levels(if fits { size } else { FANOUT }), live };
@@ -66,8 +66,8 @@ impl SumTree {
         self.fill(number..number + 1, weight);
     }
 
-    /// Moves the live numbers to `live`, of which neither end may be lower than before, and gives each new
-    /// number the weight `weight`.
+    /// Moves the live numbers to `live`, of which neither end may be lower than before, and gives
+    /// each new number the weight `weight`.
     pub(crate) fn slide(&mut self, live: Range<u64>, weight: f64) {
         let old = self.live.clone();
         self.fill(old.start..live.start.min(old.end), 0.0);
@@ -83,8 +83,8 @@ impl SumTree {
         self.fill(old.end.max(self.live.start)..self.live.end, weight);
     }
 
-    /// Draws a live number, with a probability in proportion to its weight, by a number `unit` of `[0, 1)`.
-    /// The total must be positive. A number of weight 0 is never drawn.
+    /// Draws a live number, with a probability in proportion to its weight, by a number `unit` of
+    /// `[0, 1)`. The total must be positive. A number of weight 0 is never drawn.
     #[inline]
     pub(crate) fn draw(&self, unit: f64) -> u64 {
         let mut rest = unit * self.total();
@@ -93,7 +93,8 @@ impl SumTree {
             let group = chosen * FANOUT;
             for (at, weight) in level[group..].iter().take(FANOUT).enumerate() {
                 if *weight > 0.0 {
-                    // Rounding may leave a rest beyond the last positive weight, which is then chosen.
+                    // Rounding may leave a rest beyond the last positive weight, which is then
+                    // chosen.
                     chosen = group + at;
                     if rest < *weight {
                         break;

@@ -3,16 +3,16 @@
 use crate::scalar::Scalar;
 use crate::store::block::{Block, zeroed};
 
-/// The largest memory of a block, in bytes, unless a single row needs more. The system provides it page by
-/// page when it is first written, so a large block costs nothing until it is used.
+/// The largest memory of a block, in bytes, unless a single row needs more. The system provides it
+/// page by page when it is first written, so a large block costs nothing until it is used.
 const BLOCK_BYTES: usize = 1 << 26;
 
-/// Rows that keep their number forever. They are appended at the back, where they get consecutive numbers, and
-/// dropped at the front.
+/// Rows that keep their number forever. They are appended at the back, where they get consecutive
+/// numbers, and dropped at the front.
 ///
-/// Rows lie in blocks, which are allocated when first needed and reused once all their rows are dropped. A
-/// tape therefore takes the memory of the most rows it ever held, never moves a row, and does not allocate
-/// while its length is steady.
+/// Rows lie in blocks, which are allocated when first needed and reused once all their rows are
+/// dropped. A tape therefore takes the memory of the most rows it ever held, never moves a row, and
+/// does not allocate while its length is steady.
 #[derive(Clone, Debug)]
 pub(crate) struct Tape<T> {
     row_len: usize,
@@ -27,8 +27,8 @@ pub(crate) struct Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// Makes an empty tape whose first row gets the number `start`. It takes several blocks if it holds more
-    /// than `usual_rows` rows.
+    /// Makes an empty tape whose first row gets the number `start`. It takes several blocks if it
+    /// holds more than `usual_rows` rows.
     pub(crate) fn new(row_len: usize, usual_rows: usize, start: u64) -> Self {
         let tape = Self::with_block_bytes(row_len, usual_rows, BLOCK_BYTES);
         Self { first_block: start >> tape.block_shift, start, end: start, ..tape }

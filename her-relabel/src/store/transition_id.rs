@@ -5,13 +5,15 @@ use std::num::NonZeroU64;
 /// The number of a stored transition.
 ///
 /// Numbers rise in the order of storing and are never reused, not even after
-/// [`HerBuffer::clear`](crate::HerBuffer::clear). The transitions of an episode have consecutive numbers.
+/// [`HerBuffer::clear`](crate::HerBuffer::clear). The transitions of an episode have consecutive
+/// numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TransitionId(NonZeroU64);
 
 impl TransitionId {
-    /// Returns the identity of the transition with the number that [`get`](Self::get) returned, for learners
-    /// that keep plain numbers; `None` for 0. A number that was never stored is an error where it is used.
+    /// Returns the identity of the transition with the number that [`get`](Self::get) returned, for
+    /// learners that keep plain numbers; `None` for 0. A number that was never stored is an error
+    /// where it is used.
     #[must_use]
     pub const fn new(number: u64) -> Option<Self> {
         match NonZeroU64::new(number) {
@@ -27,7 +29,8 @@ impl TransitionId {
         self.0.get()
     }
 
-    /// Returns the identity of the transition with the internal number `number`, which counts from 0.
+    /// Returns the identity of the transition with the internal number `number`, which counts from
+    /// 0.
     #[inline(always)]
     pub(crate) fn of(number: u64) -> Self {
         Self(NonZeroU64::MIN.saturating_add(number))

@@ -1,5 +1,5 @@
-//! The options that leave something out have the documented probabilities: rows whose goal was already achieved,
-//! and still episodes.
+//! The options that leave something out have the documented probabilities: rows whose goal was
+//! already achieved, and still episodes.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -83,7 +83,8 @@ fn achieved_goals_are_drawn_with_the_documented_probability() -> Result {
     for (kept, by_priority) in [(0.2, false), (0.0, false), (0.7, true), (1.0, true)] {
         let beta = by_priority.then_some(UnitInterval::ONE);
         let sampler = plain.with_already_achieved(UnitInterval::new(kept)?).with_priorities(beta);
-        // The probability of each row without the option, and whether its goal was achieved before the step.
+        // The probability of each row without the option, and whether its goal was achieved before
+        // the step.
         let mut rows = Vec::new();
         for step in 0..STEPS {
             let share = match by_priority {
@@ -174,8 +175,8 @@ fn batches_whose_rows_are_drawn_again_are_pinned() -> Result {
     let step = |id: TransitionId| id.get() - first;
     let sources = batch.goal_source().iter().map(|source| source.map(step));
     let drawn: Vec<_> = batch.transition().iter().map(|id| step(*id)).zip(sources).collect();
-    // Computed by another program from the definition of SplitMix64. Rows 2, 5 and 6 are the second draws, and
-    // row 3 is the third.
+    // Computed by another program from the definition of SplitMix64. Rows 2, 5 and 6 are the second
+    // draws, and row 3 is the third.
     let expected = [
         (2, Some(6)),
         (3, Some(4)),

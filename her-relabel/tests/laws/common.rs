@@ -161,8 +161,8 @@ pub(crate) fn relabel_all(batch_size: usize, strategy: GoalStrategy) -> Sampler 
     Sampler::new(batch_size, strategy, UnitInterval::ONE)
 }
 
-/// Asserts that counts fit a uniform distribution: Pearson's chi-square is below a bound that chance exceeds
-/// about once in a million (Wilson and Hilferty's approximation).
+/// Asserts that counts fit a uniform distribution: Pearson's chi-square is below a bound that
+/// chance exceeds about once in a million (Wilson and Hilferty's approximation).
 pub(crate) fn assert_uniform(counts: &[u64], what: &str) {
     let total: u64 = counts.iter().sum();
     let shares = vec![1.0 / counts.len() as f64; counts.len()];

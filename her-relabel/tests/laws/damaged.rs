@@ -47,8 +47,8 @@ pub(crate) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// The places of the numbers in [`small`]'s file that are not elements: the sizes, the field, and at the end the
-/// priorities.
+/// The places of the numbers in [`small`]'s file that are not elements: the sizes, the field, and
+/// at the end the priorities.
 fn numbers(bytes: &[u8]) -> Vec<usize> {
     let field = 16 + 6 * 8;
     let after_name = field + 8 + "value".len();

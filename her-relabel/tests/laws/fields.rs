@@ -278,7 +278,8 @@ fn unknown_missing_repeated_and_misshapen_fields_are_refused() -> Result {
     let unknown = refusal(&[("log_prob", &[0.0]), ("value", &[0.0])], &mut buffer);
     assert_eq!(
         unknown.to_string(),
-        "there is no field `value` among [log_prob, latent]: declare it with `BufferConfig::with_field`"
+        "there is no field `value` among [log_prob, latent]: declare it with \
+         `BufferConfig::with_field`"
     );
     let missing = refusal(&[("log_prob", &[0.0])], &mut buffer);
     assert_eq!(missing, AddError::MissingField { name: "latent".into() });

@@ -10,7 +10,8 @@ use her_relabel::{
     PriorityUnit, Sampler, StartData, StepData, StillEpisodes, UnitInterval,
 };
 
-/// A buffer with all that a file can hold: fields, priorities, a ring that has wrapped, and an unfinished episode.
+/// A buffer with all that a file can hold: fields, priorities, a ring that has wrapped, and an
+/// unfinished episode.
 fn everything(config: BufferConfig) -> Result<HerBuffer<f32>> {
     let config = config
         .with_num_envs(2)

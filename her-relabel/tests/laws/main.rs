@@ -1,16 +1,19 @@
 //! The laws of the buffer, one module per subject.
 //!
 //! Each law is broken by some library in use:
-//! 1. Future goals are uniform over the states after the step, and final ones are the last state, also in an
-//!    episode of one step: `relabeling`.
-//! 2. No goal comes from another episode or environment, and goals are independent: `relabeling`, `ring`.
+//! 1. Future goals are uniform over the states after the step, and final ones are the last state,
+//!    also in an episode of one step: `relabeling`.
+//! 2. No goal comes from another episode or environment, and goals are independent: `relabeling`,
+//!    `ring`.
 //! 3. The ratio holds for a batch of one, an episode of one, and for 0 and 1: `relabeling`.
-//! 4. The ring is a list of episodes of which the newest steps are kept, each equally likely: `ring`.
-//! 5. Sampling changes nothing, and a batch is not a view of the buffer: `determinism`; it allocates nothing:
-//!    `tests/allocation.rs`. A benchmark shows that its time does not grow.
+//! 4. The ring is a list of episodes of which the newest steps are kept, each equally likely:
+//!    `ring`.
+//! 5. Sampling changes nothing, and a batch is not a view of the buffer: `determinism`; it
+//!    allocates nothing: `tests/allocation.rs`. A benchmark shows that its time does not grow.
 //! 6. A cleared buffer is empty, and environments do not mix: `ring`, `vectorized`.
-//! 7. A loaded buffer equals the saved one, even in the middle of an episode; a wrong file is an error, and a crash leaves
-//!    the old file: `saving`, `damaged`, and for numpy archives `tests/npz.rs`.
+//! 7. A loaded buffer equals the saved one, even in the middle of an episode; a wrong file is an
+//!    error, and a crash leaves the old file: `saving`, `damaged`, and for numpy archives
+//!    `tests/npz.rs`.
 //! 8. A seed determines a batch, on any number of threads: `determinism`, `priorities`.
 //! 9. A window has one goal, for all its rewards, and ends with the episode: `outcomes`.
 //! 10. Weight 0 is never drawn, and weights of overwritten transitions are ignored: `priorities`.

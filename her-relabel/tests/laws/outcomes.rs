@@ -10,8 +10,8 @@ use her_relabel::{
     Batch, GoalStrategy, HerBuffer, NStep, Sampler, StepData, Termination, UnitInterval,
 };
 
-/// [`Telling`] for a task that ends once its goal is reached, which tells the achieved goal from the desired one:
-/// a state reaches the states of its episode that are not later.
+/// [`Telling`] for a task that ends once its goal is reached, which tells the achieved goal from
+/// the desired one: a state reaches the states of its episode that are not later.
 struct Ending;
 
 impl GoalReward for Ending {
@@ -78,7 +78,8 @@ fn termination_and_success_are_those_of_the_new_goal() {
         assert_eq!(added.terminated()[row], either);
     }
     assert!(batch.relabeled().zip(batch.terminated()).any(|(new, over)| new && *over));
-    // Some rows that ended the task no longer do, which is right only where tasks end at their goals.
+    // Some rows that ended the task no longer do, which is right only where tasks end at their
+    // goals.
     assert!(stored.terminated().iter().zip(batch.terminated()).any(|(old, new)| *old && !*new));
     assert_eq!(batch.truncated(), stored.truncated());
     assert_eq!(batch.reward(), stored.reward());

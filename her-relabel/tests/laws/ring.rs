@@ -83,7 +83,8 @@ impl Model {
         }
     }
 
-    /// Checks that exactly the live transitions are drawn, each whole, and only goals from among them.
+    /// Checks that exactly the live transitions are drawn, each whole, and only goals from among
+    /// them.
     fn check(&self, buffer: &HerBuffer<f64>) {
         let live = self.live();
         assert_eq!(buffer.len(), live.len());

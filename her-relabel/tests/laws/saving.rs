@@ -103,7 +103,8 @@ proptest! {
     }
 }
 
-/// A buffer with everything: a ring that has wrapped, a field, priorities, and an unfinished episode.
+/// A buffer with everything: a ring that has wrapped, a field, priorities, and an unfinished
+/// episode.
 #[test]
 fn a_buffer_is_loaded_wherever_its_oldest_transition_is() -> Result {
     const CAPACITY: usize = 100;

@@ -1,11 +1,12 @@
 //! Where probabilities are documented, the counts of many draws fit them.
 //!
-//! A list of four transitions is drawn from [`DRAWS`] times: the last three steps of an episode of five, and an
-//! episode of one step. Each pair of a transition and a goal is counted, so that the tests see every dependence
-//! between the two as well. If the true share of any pair that should have at least 1/12 differs by 2 % of itself,
-//! Pearson's statistic has a noncentrality of at least 66 (`DRAWS / 12 * 0.02^2`), and with at most ten pairs, its
-//! p-value is below [`ALPHA`] with a probability of more than 99 %. A bias that shifts several shares is noticed
-//! sooner. The seeds are fixed, so that the outcome never changes by chance.
+//! A list of four transitions is drawn from [`DRAWS`] times: the last three steps of an episode of
+//! five, and an episode of one step. Each pair of a transition and a goal is counted, so that the
+//! tests see every dependence between the two as well. If the true share of any pair that should
+//! have at least 1/12 differs by 2 % of itself, Pearson's statistic has a noncentrality of at least
+//! 66 (`DRAWS / 12 * 0.02^2`), and with at most ten pairs, its p-value is below [`ALPHA`] with a
+//! probability of more than 99 %. A bias that shifts several shares is noticed sooner. The seeds
+//! are fixed, so that the outcome never changes by chance.
 
 use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalMixture, GoalPart, GoalStrategy, HerBuffer,
@@ -92,8 +93,8 @@ fn assert_shares(counts: &[u64], shares: &[f64], what: &str) {
     }
 }
 
-/// The probability of each goal, by its source, for a transition; beside `TRANSITIONS` achieved goals as many
-/// desired ones.
+/// The probability of each goal, by its source, for a transition; beside `TRANSITIONS` achieved
+/// goals as many desired ones.
 fn goal_shares(strategy: GoalStrategy, transition: usize) -> Vec<f64> {
     let (start, end) = episode(transition);
     let mut shares = vec![0.0; 2 * TRANSITIONS];

@@ -31,7 +31,8 @@ pub(crate) struct Episode {
     pub(crate) priority: f64,
 }
 
-/// The newest `capacity` steps of all finished episodes, and the unfinished episode of each environment.
+/// The newest `capacity` steps of all finished episodes, and the unfinished episode of each
+/// environment.
 #[derive(Clone, Debug)]
 pub(crate) struct List {
     pub(crate) capacity: usize,

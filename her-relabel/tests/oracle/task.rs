@@ -2,8 +2,9 @@
 
 use goal_reward::GoalReward;
 
-/// A task whose answers tell the achieved goal from the desired one, and depend on the last bit of each element.
-/// Its rewards are small whole numbers, so that every sum of them is exact, and a negative zero.
+/// A task whose answers tell the achieved goal from the desired one, and depend on the last bit of
+/// each element. Its rewards are small whole numbers, so that every sum of them is exact, and a
+/// negative zero.
 pub(crate) struct Exceed;
 
 impl GoalReward for Exceed {

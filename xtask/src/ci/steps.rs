@@ -148,7 +148,8 @@ const WITHOUT_HEADERS: Stage = Stage {
         ),
         step(
             "documentation without MuJoCo's headers",
-            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --features fetch-sim/download",
+            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --features \
+             fetch-sim/download",
             &[],
         ),
         step("tests without MuJoCo's headers", "test -p fetch-sim --features download", &[]),

@@ -28,8 +28,8 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// A writer that returns one error, and then takes what comes without writing it: an archive that is
-/// dropped after an error is finished all the same, and prints the next error.
+/// A writer that returns one error, and then takes what comes without writing it: an archive that
+/// is dropped after an error is finished all the same, and prints the next error.
 struct Once<W> {
     writer: W,
     has_failed: bool,

@@ -1,9 +1,9 @@
 //! Checkpoints: everything that a run needs to continue exactly where it was.
 //!
-//! A checkpoint is a zip archive of `state.json`, `networks.safetensors` and `environment.json`, and of
-//! `rank-0.json` and `rank-0.buffer` for each process, each with a checksum, none compressed. The first
-//! process writes it, without a name, and then gives it one, so that a run that is killed while it
-//! writes leaves the last checkpoint as it was.
+//! A checkpoint is a zip archive of `state.json`, `networks.safetensors` and `environment.json`,
+//! and of `rank-0.json` and `rank-0.buffer` for each process, each with a checksum, none
+//! compressed. The first process writes it, without a name, and then gives it one, so that a run
+//! that is killed while it writes leaves the last checkpoint as it was.
 
 mod archive;
 mod contents;

@@ -40,9 +40,9 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// those of the run were made. It ends with the same bits as a run that was never stopped.
     ///
     /// # Errors
-    /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged or of another
-    /// environment: one with other spaces, with other rewards for the same goals, or that does not
-    /// take the checkpoint's snapshots.
+    /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged or of
+    /// another environment: one with other spaces, with other rewards for the same goals, or that
+    /// does not take the checkpoint's snapshots.
     pub fn resume(
         make: impl Fn() -> Result<E, EnvError>,
         folder: impl AsRef<Path>,

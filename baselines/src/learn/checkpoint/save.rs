@@ -25,8 +25,8 @@ const KEPT: usize = 2;
 
 impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// Saves a checkpoint in a folder, makes the folder if there is none, and removes those of this
-    /// run that are older, but for the last of them. Returns its path. The first process writes, and
-    /// all wait for it.
+    /// run that are older, but for the last of them. Returns its path. The first process writes,
+    /// and all wait for it.
     ///
     /// A run is what [`new`](Self::new) has begun, with what was [resumed](Self::resume) from it.
     /// Two runs are not the same if only their settings and seeds are. One trainer at a time saves
@@ -95,8 +95,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         Ok(())
     }
 
-    /// Returns the checkpoints of this run in a folder that are older than the one at `path`, oldest
-    /// first. One that cannot be read is nobody's, and stays as it is.
+    /// Returns the checkpoints of this run in a folder that are older than the one at `path`,
+    /// oldest first. One that cannot be read is nobody's, and stays as it is.
     fn older_checkpoints(&self, folder: &Path, path: &Path) -> Result<Vec<PathBuf>, Error> {
         let mut older = Vec::new();
         let all = checkpoints_by_steps(folder)

@@ -34,7 +34,8 @@ impl Info for Success {}
 #[derive(Clone, Debug)]
 pub struct Config(pub String);
 
-/// The environment. With MuJoCo, use `MujocoEnv` and `make` for `KinematicEnv` and `make_kinematic`.
+/// The environment. With MuJoCo, use `MujocoEnv` and `make` for `KinematicEnv` and
+/// `make_kinematic`.
 #[derive(Debug)]
 pub struct GoalEnvironment {
     env: KinematicEnv,

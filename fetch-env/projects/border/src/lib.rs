@@ -1,5 +1,5 @@
-//! border-core's traits: a Fetch environment as its `Env`, and a prioritized hindsight buffer as its
-//! replay buffer, so that its trainer and its agents work with both.
+//! border-core's traits: a Fetch environment as its `Env`, and a prioritized hindsight buffer as
+//! its replay buffer, so that its trainer and its agents work with both.
 
 mod env;
 mod replay;

@@ -49,7 +49,8 @@ impl StepProcessor<GoalEnvironment> for HerSteps {
     }
 }
 
-/// Settings of a [`HerReplay`]. Draws are by priority if those of the buffer and the sampler say so.
+/// Settings of a [`HerReplay`]. Draws are by priority if those of the buffer and the sampler say
+/// so.
 #[derive(Clone, Debug)]
 pub struct HerReplayConfig {
     pub buffer: BufferConfig,

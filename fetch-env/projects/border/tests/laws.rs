@@ -129,8 +129,8 @@ fn priorities_come_back_to_their_transitions() -> Result {
 fn border_trains_with_both() -> Result {
     let config = config();
     let mut evaluator = DefaultEvaluator::new(&config, 1, 2)?;
-    // An agent may draw once the first episode has ended. A null recorder cannot save the best model, so
-    // the trainer must not evaluate.
+    // An agent may draw once the first episode has ended. A null recorder cannot save the best
+    // model, so the trainer must not evaluate.
     let settings = TrainerConfig::default().warmup_period(50).max_opts(20).eval_interval(100);
     let mut agent: BoxedAgent = Box::new(Forward);
     let mut recorder: Box<dyn Recorder<_, _>> = Box::new(NullRecorder::new());

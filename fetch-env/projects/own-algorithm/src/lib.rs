@@ -160,8 +160,8 @@ impl Td3 {
         rows.map(|((reward, discount), value)| reward + discount * value).collect()
     }
 
-    /// Returns the gradient of a critic, of its mean squared error, behind it the error and the mean
-    /// value.
+    /// Returns the gradient of a critic, of its mean squared error, behind it the error and the
+    /// mean value.
     fn critic_gradient(critic: &Network, joined: Vec<f32>, targets: &[f32]) -> Vec<f32> {
         let share = 1.0 / targets.len() as f32;
         let pass = Pass::run(critic, joined);

@@ -1,5 +1,5 @@
-//! A goal-conditioned environment: push a puck to a place on a table. The simulator, the observation
-//! of single precision and the two-dimensional goal are this project's own.
+//! A goal-conditioned environment: push a puck to a place on a table. The simulator, the
+//! observation of single precision and the two-dimensional goal are this project's own.
 
 mod simulator;
 

@@ -1,5 +1,5 @@
-//! The wrapper keeps the laws of the checker below and above a time limit, and everything that takes
-//! environments takes it.
+//! The wrapper keeps the laws of the checker below and above a time limit, and everything that
+//! takes environments takes it.
 
 use std::num::NonZeroU32;
 

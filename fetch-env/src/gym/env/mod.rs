@@ -55,8 +55,8 @@ pub trait Env {
     ///
     /// # Errors
     /// [`EnvError::ResetNeeded`] before the first reset, [`EnvError::EpisodeOver`] after the end of
-    /// the episode, and the errors of [`ActionSpace::check_action`]. None of these changes anything.
-    /// After any other error the environment must be reset.
+    /// the episode, and the errors of [`ActionSpace::check_action`]. None of these changes
+    /// anything. After any other error the environment must be reset.
     fn step(
         &mut self,
         action: &[<Self::ActionSpace as ActionSpace>::Element],

@@ -26,8 +26,8 @@ pub trait ActionSpace: Clone + Debug + PartialEq + Into<Space> + Send {
     /// [`EnvError::ActionLength`], [`EnvError::ActionNotFinite`] or [`EnvError::ActionOutside`].
     fn check_action(&self, action: &[Self::Element]) -> Result<(), EnvError>;
 
-    /// Returns elements that no action may have at `index`, such as NaN, or an integer that is not one
-    /// of the choices.
+    /// Returns elements that no action may have at `index`, such as NaN, or an integer that is not
+    /// one of the choices.
     fn invalid_elements(&self, index: usize) -> Vec<Self::Element>;
 
     /// Draws an action and writes it to `action`.

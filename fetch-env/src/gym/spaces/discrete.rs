@@ -99,12 +99,12 @@ impl MultiDiscreteSpace {
         Self::from_start(nvec, start)
     }
 
-    /// Creates the space of arrays whose element `i` is one of `nvec[i]` choices, the first of which
-    /// is `start[i]`.
+    /// Creates the space of arrays whose element `i` is one of `nvec[i]` choices, the first of
+    /// which is `start[i]`.
     ///
     /// # Errors
-    /// [`SpaceError::StartCount`] if the two differ in length; [`SpaceError::Choices`] if an element
-    /// has no choice, or if its last one exceeds an `i64`.
+    /// [`SpaceError::StartCount`] if the two differ in length; [`SpaceError::Choices`] if an
+    /// element has no choice, or if its last one exceeds an `i64`.
     pub fn from_start(nvec: Vec<u64>, start: Vec<i64>) -> Result<Self, SpaceError> {
         if nvec.len() != start.len() {
             return Err(SpaceError::StartCount { expected: nvec.len(), actual: start.len() });

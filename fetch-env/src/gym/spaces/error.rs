@@ -28,7 +28,8 @@ pub enum SpaceError {
     },
     /// No number lies between the bounds of an element.
     #[error(
-        "element {index} of the box has no number between {low} and {high}: pass low <= high, neither NaN"
+        "element {index} of the box has no number between {low} and {high}: pass low <= high, \
+         neither NaN"
     )]
     EmptyInterval {
         /// Index of the element, row-major.
@@ -50,7 +51,8 @@ pub enum SpaceError {
     },
     /// An element without choices, or with some that no `i64` can hold.
     #[error(
-        "element {index} has {n} choices from {start} on: pass at least one, the last of them an i64"
+        "element {index} has {n} choices from {start} on: pass at least one, the last of them an \
+         i64"
     )]
     Choices {
         /// Index of the element.

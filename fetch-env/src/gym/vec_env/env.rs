@@ -13,8 +13,8 @@ use crate::gym::env::{ActionElement, Env};
 use crate::gym::spaces::{Space, action_space::ActionSpace};
 use crate::gym::vec_env::error::VecEnvError;
 
-/// An environment that a [`VecEnv`] can step: its observations can be rows of a [`VecStep`](super::VecStep), and it may
-/// go to other threads.
+/// An environment that a [`VecEnv`] can step: its observations can be rows of a
+/// [`VecStep`](super::VecStep), and it may go to other threads.
 ///
 /// Every such environment implements it.
 pub trait BatchEnv:
@@ -47,9 +47,9 @@ impl<E: BatchEnv> VecEnv<E> {
     ///
     /// # Errors
     /// [`VecEnvError::NoEnvs`], or [`VecEnvError::TooManyEnvs`] beyond 65,536;
-    /// [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`] if the environments cannot
-    /// share the rows of a [`VecStep`](super::VecStep); [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if the operating system
-    /// refuses.
+    /// [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`] if the environments
+    /// cannot share the rows of a [`VecStep`](super::VecStep); [`VecEnvError::Thread`] or
+    /// [`VecEnvError::Pinning`] if the operating system refuses.
     pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
         // One too many is enough to refuse them, even if the iterator never ends.
         let envs: Vec<E> = envs.into_iter().take(MAX_ENVS + 1).collect();

@@ -1,7 +1,7 @@
 //! Many environments at once, on several threads.
 //!
-//! A [`VecEnv`] steps `N` environments on `T` threads and returns their results as one [`VecStep`] of
-//! contiguous rows. Seeds, autoreset and order are those of Gymnasium's vector environments. The
+//! A [`VecEnv`] steps `N` environments on `T` threads and returns their results as one [`VecStep`]
+//! of contiguous rows. Seeds, autoreset and order are those of Gymnasium's vector environments. The
 //! results are those of `N` single environments, bit for bit, on any number of threads.
 //!
 //! ```
@@ -42,10 +42,10 @@
 //! ```
 //!
 //! # After a `fork`
-//! A child that a process forks has none of its threads. There each call of a vector that the parent
-//! has made returns [`VecEnvError::Forked`], and dropping it waits for nothing, so make the vector in
-//! the child. A single environment goes on in both processes. Fork while no other thread is making an
-//! environment: a lock that it holds would stay locked in the child.
+//! A child that a process forks has none of its threads. There each call of a vector that the
+//! parent has made returns [`VecEnvError::Forked`], and dropping it waits for nothing, so make the
+//! vector in the child. A single environment goes on in both processes. Fork while no other thread
+//! is making an environment: a lock that it holds would stay locked in the child.
 
 pub(crate) mod config;
 pub(crate) mod env;

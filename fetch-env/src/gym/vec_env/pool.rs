@@ -1,15 +1,15 @@
 //! The worker threads, and the queues that carry jobs to them and back.
 //!
 //! # Why no result is lost or read early
-//! - *Owners.* A job is a box that moves: from the caller into a queue `todo`, from there to the one
-//!   thread that pops it, into the queue `done`, and back to the caller. Whoever holds the box owns
-//!   the job, so nobody reads what another writes.
+//! - *Owners.* A job is a box that moves: from the caller into a queue `todo`, from there to the
+//!   one thread that pops it, into the queue `done`, and back to the caller. Whoever holds the box
+//!   owns the job, so nobody reads what another writes.
 //! - *Contents.* A pop of an `ArrayQueue` acquires what the push released: the thread sees all that
 //!   the caller wrote to the job, and the caller all that the thread wrote.
 //! - *The caller's sleep.* The caller stores `wanted` and then reads the length of `done`. A thread
 //!   pushes to `done` and then reads its length and `wanted`. All of these accesses, that of the
-//!   queue's tail in the push included, are sequentially consistent, so they have one order. Take the
-//!   last push for which the caller waits: its thread counts all of them. If the thread reads
+//!   queue's tail in the push included, are sequentially consistent, so they have one order. Take
+//!   the last push for which the caller waits: its thread counts all of them. If the thread reads
 //!   `wanted` after the caller's store, it unparks the caller. If it reads before, its push comes
 //!   before the caller reads the length, and the caller does not sleep. A `Parker` keeps an unpark
 //!   that comes before its park.
@@ -20,10 +20,10 @@
 //! - *A panic.* [`Job::run`] must not unwind. If it does, the job is lost with its thread; `Alarm`
 //!   sets `lost` and wakes the caller, whose calls return [`VecEnvError::WorkerLost`] from then on.
 //! - *The end.* A drop sets `stop` and joins the threads. The queues then drop the jobs in them.
-//! - *A fork.* The child has the queues as they were in some moment, perhaps with half a push, and none
-//!   of the threads. It leaves them alone: calls are refused by the process id, and a drop joins no
-//!   thread. The threads' own references to the queues are never dropped there, so neither are the
-//!   queues.
+//! - *A fork.* The child has the queues as they were in some moment, perhaps with half a push, and
+//!   none of the threads. It leaves them alone: calls are refused by the process id, and a drop
+//!   joins no thread. The threads' own references to the queues are never dropped there, so neither
+//!   are the queues.
 
 use std::{
     mem, process,
@@ -75,8 +75,9 @@ struct Shared<J> {
 }
 
 /// Stack of each thread, in bytes: what Rust gives a thread by default, but whatever
-/// `RUST_MIN_STACK` says. Making an environment on MuJoCo takes less than 96 KiB of it, stepping less
-/// than 64 KiB; the rest is for environments of other crates, and costs nothing until it is used.
+/// `RUST_MIN_STACK` says. Making an environment on MuJoCo takes less than 96 KiB of it, stepping
+/// less than 64 KiB; the rest is for environments of other crates, and costs nothing until it is
+/// used.
 pub(crate) const STACK_SIZE: usize = 2 << 20;
 
 /// The value of `wanted` while the caller does not wait.

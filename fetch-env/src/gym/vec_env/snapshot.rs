@@ -42,8 +42,8 @@ impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
     }
 
     /// Restores a snapshot of these environments or of ones made the same way. Afterwards the same
-    /// actions give the same results, bit for bit. [`last_step`](Self::last_step) stays as it is until the
-    /// next call.
+    /// actions give the same results, bit for bit. [`last_step`](Self::last_step) stays as it is
+    /// until the next call.
     ///
     /// # Errors
     /// [`VecEnvError::InFlight`], [`VecEnvError::OutOfUse`], [`VecEnvError::Count`] if the snapshot

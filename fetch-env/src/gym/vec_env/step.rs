@@ -74,9 +74,9 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
         stepped: [bool],
         /// Whether each observation is the first of an episode that this call began.
         started: [bool],
-        /// The info of each row; in rows with a [`final_info`](Self::final_info) the next episode's,
-        /// as in Gymnasium. `None` where the step failed, unless the environment was reset in the
-        /// same step.
+        /// The info of each row; in rows with a [`final_info`](Self::final_info) the next
+        /// episode's, as in Gymnasium. `None` where the step failed, unless the environment was
+        /// reset in the same step.
         info: [Option<I>],
         /// The info of the last step of each episode that ended in its row, if
         /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has already begun the next
@@ -142,7 +142,8 @@ impl<O: BatchObservation, I: GoalInfo, A> VecStep<O, I, A> {
     }
 
     /// Iterates over the distances between the goal that each row's action achieved and the desired
-    /// one. Of a row that was reset instead, that of its first observation; NaN where the step failed.
+    /// one. Of a row that was reset instead, that of its first observation; NaN where the step
+    /// failed.
     pub fn distance(&self) -> impl ExactSizeIterator<Item = f64> {
         (0..self.len).map(|row| self.step_info(row).map_or(f64::NAN, GoalInfo::distance))
     }

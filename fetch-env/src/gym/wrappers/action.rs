@@ -13,8 +13,8 @@ use crate::gym::{error::EnvError, wrappers::error::WrapperError};
 
 /// Takes actions between two other bounds than the environment's.
 ///
-/// An action is clipped to the new bounds, and each element is then mapped linearly to the bounds of
-/// the inner environment's, computed in double precision. A step allocates nothing.
+/// An action is clipped to the new bounds, and each element is then mapped linearly to the bounds
+/// of the inner environment's, computed in double precision. A step allocates nothing.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::RescaleAction};
@@ -38,8 +38,8 @@ pub struct RescaleAction<T = f32> {
 impl<T: Element> RescaleAction<T> {
     /// Rescales actions from `low` to `high`.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] unless `low < high`, both finite,
-    /// and the inner environment's actions have bounds.
+    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] unless `low < high`, both
+    /// finite, and the inner environment's actions have bounds.
     #[must_use]
     pub const fn new(low: T, high: T) -> Self {
         Self { low, high, action_space: None, action: Vec::new() }
@@ -158,8 +158,8 @@ impl<T> Stateless for ClipAction<T> {}
 
 /// Takes each action several times, or until the episode ends.
 ///
-/// A step returns the last observation and info, and the sum of the rewards. The sum depends on more
-/// than the last goals, so that the environment is not a [`GoalEnv`](crate::GoalEnv). A
+/// A step returns the last observation and info, and the sum of the rewards. The sum depends on
+/// more than the last goals, so that the environment is not a [`GoalEnv`](crate::GoalEnv). A
 /// [`TimeLimit`](super::TimeLimit) outside counts actions, one inside counts repetitions. A step
 /// allocates nothing.
 ///

@@ -66,7 +66,8 @@ impl<T> ArrayPool<T> {
 }
 
 impl<T: ArrayElement> ArrayPool<T> {
-    /// Returns an array that `fill` has written. Until then its elements are those of an earlier one.
+    /// Returns an array that `fill` has written. Until then its elements are those of an earlier
+    /// one.
     pub(super) fn write(&mut self, fill: impl FnOnce(&mut [T])) -> SharedArray<T> {
         let is_free = |array: &mut SharedArray<T>| Arc::get_mut(&mut array.0).is_some();
         let mut array = match self.recent.iter_mut().position(is_free) {

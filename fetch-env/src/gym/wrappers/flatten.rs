@@ -18,8 +18,8 @@ use crate::gym::{error::EnvError, wrappers::error::WrapperError};
 /// parts and order: `["achieved_goal", "desired_goal", "observation"]` gives the numbers of
 /// Gymnasium's wrapper of this name (there in double precision).
 ///
-/// The environment is then not a [`GoalEnv`](crate::GoalEnv). Observations share memory that is used
-/// again; a step allocates nothing unless many observations are kept.
+/// The environment is then not a [`GoalEnv`](crate::GoalEnv). Observations share memory that is
+/// used again; a step allocates nothing unless many observations are kept.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, GoalObservation, make_kinematic, wrappers::FlattenObservation};

@@ -16,11 +16,11 @@ use crate::gym::{error::EnvError, wrappers::error::WrapperError};
 
 /// Normalizes the observed vectors, element by element, by their running mean and variance.
 ///
-/// A normalized element is `(x - mean) / sqrt(variance + epsilon)`, computed in double precision and
-/// rounded to `f32`. Every observation, that of a reset included, counts before it is normalized,
-/// by the formulas of Gymnasium's wrapper of this name. Goals stay as they are, so that hindsight
-/// relabeling still works on them. Observations share memory that is used again; a step allocates
-/// nothing unless many observations are kept.
+/// A normalized element is `(x - mean) / sqrt(variance + epsilon)`, computed in double precision
+/// and rounded to `f32`. Every observation, that of a reset included, counts before it is
+/// normalized, by the formulas of Gymnasium's wrapper of this name. Goals stay as they are, so that
+/// hindsight relabeling still works on them. Observations share memory that is used again; a step
+/// allocates nothing unless many observations are kept.
 ///
 /// The statistics survive resets: until they are [frozen](Wrapped::set_frozen) the same seed gives
 /// other observations later, as it does in Gymnasium. A snapshot contains them. Each of several

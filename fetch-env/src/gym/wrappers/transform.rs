@@ -15,8 +15,8 @@ use crate::gym::{error::EnvError, spaces::Space};
 ///
 /// The function must be pure: equal observations give equal results. The environment is then not a
 /// [`GoalEnv`](crate::GoalEnv), because the function could change the goals; wrappers of the
-/// [vector](super::VectorObservation) beside the goals keep them. A step allocates what the function
-/// does.
+/// [vector](super::VectorObservation) beside the goals keep them. A step allocates what the
+/// function does.
 ///
 /// ```
 /// use fetch_env::wrappers::TransformObservation;

@@ -13,7 +13,8 @@ use crate::gym::spaces::{
 /// An observation with a vector of numbers, which wrappers can replace.
 ///
 /// Of a [`GoalObservation`] it is the part [`observation`](GoalObservation::observation); the goals
-/// stay, so that the environment remains a [`GoalEnv`](crate::GoalEnv). Of an array it is the whole.
+/// stay, so that the environment remains a [`GoalEnv`](crate::GoalEnv). Of an array it is the
+/// whole.
 pub trait VectorObservation: Clone + Debug + PartialEq {
     /// Precision of the vector.
     type Element: Element;

@@ -37,8 +37,8 @@ impl<E: Env> EnvExt for E {}
 pub struct Wrapped<E, W> {
     env: E,
     pub(super) wrapper: W,
-    /// Whether there was no reset yet, or a step has failed in the wrapper or below, or a reset in the
-    /// wrapper alone.
+    /// Whether there was no reset yet, or a step has failed in the wrapper or below, or a reset in
+    /// the wrapper alone.
     reset_needed: bool,
 }
 

@@ -15,9 +15,9 @@ use crate::gym::spaces::{Space, action_space::ActionSpace};
 
 /// What changes the actions, observations, rewards or infos of environments `E`.
 ///
-/// [`env.wrap(wrapper)`](super::EnvExt::wrap) puts an environment into it and gives a [`Wrapped`](super::Wrapped)
-/// environment, which is an [`Env`] again. Further traits say what else it is, and you forward
-/// nothing else:
+/// [`env.wrap(wrapper)`](super::EnvExt::wrap) puts an environment into it and gives a
+/// [`Wrapped`](super::Wrapped) environment, which is an [`Env`] again. Further traits say what else
+/// it is, and you forward nothing else:
 ///
 /// | the wrapper implements | then the wrapped environment is, where the inner one is |
 /// |---|---|
@@ -97,7 +97,8 @@ pub trait Wrapper<E: Env> {
     }
 
     /// Resets `env`, and changes the wrapper's own state only if that succeeds. After an error that
-    /// comes later than that, whichever it is, [`Wrapped`](super::Wrapped) refuses steps until the next reset.
+    /// comes later than that, whichever it is, [`Wrapped`](super::Wrapped) refuses steps until the
+    /// next reset.
     ///
     /// # Errors
     /// As [`Env::reset_with`].
@@ -108,8 +109,8 @@ pub trait Wrapper<E: Env> {
         options: &E::ResetOptions,
     ) -> Result<Reset<Self::Observation, Self::Info>, EnvError>;
 
-    /// Takes one action. After an error that [`Env::step`] does not list as harmless, [`Wrapped`](super::Wrapped)
-    /// refuses further steps until a reset.
+    /// Takes one action. After an error that [`Env::step`] does not list as harmless,
+    /// [`Wrapped`](super::Wrapped) refuses further steps until a reset.
     ///
     /// # Errors
     /// As [`Env::step`].
@@ -129,7 +130,8 @@ pub trait Wrapper<E: Env> {
 /// The environment that a [`Wrapper`] resets.
 ///
 /// It notes whether the environment has begun an episode, or whether anything else may have changed
-/// it: then the wrapper has to begin the episode, too, before [`Wrapped`](super::Wrapped) takes a step.
+/// it: then the wrapper has to begin the episode, too, before [`Wrapped`](super::Wrapped) takes a
+/// step.
 #[derive(Debug)]
 pub struct Resetting<'a, E> {
     env: &'a mut E,

@@ -26,9 +26,9 @@ use crate::pictures::{pool::RendererPool, render::RenderEnv};
 /// It is Gymnasium's wrapper of this name. Steps and resets return what they do without it, bit for
 /// bit. A video shows an episode from its reset to its last step. It is written in that step if the
 /// wrapped environment ends the episode, so a [`TimeLimit`](crate::TimeLimit) belongs inside, and
-/// otherwise by the next reset or by [`finish`](Wrapped::finish). A file of the same name is replaced,
-/// but nothing else of that name: a link or a folder is an error. No other file is changed, and
-/// nothing is written outside the [folder](VideoOptions::folder).
+/// otherwise by the next reset or by [`finish`](Wrapped::finish). A file of the same name is
+/// replaced, but nothing else of that name: a link or a folder is an error. No other file is
+/// changed, and nothing is written outside the [folder](VideoOptions::folder).
 ///
 /// Restoring a snapshot drops the frames of a recording that has not ended, and the rest of that
 /// episode is not recorded: a video never shows a jump. Dropping the environment drops them too.
@@ -45,8 +45,9 @@ use crate::pictures::{pool::RendererPool, render::RenderEnv};
 /// ```
 ///
 /// # Errors of recording
-/// A reset or step returns [`RenderError`](fetch_sim::RenderError) or [`VideoError`] if a frame cannot be rendered
-/// or a file cannot be written. The video is dropped then, and the environment must be reset.
+/// A reset or step returns [`RenderError`](fetch_sim::RenderError) or [`VideoError`] if a frame
+/// cannot be rendered or a file cannot be written. The video is dropped then, and the environment
+/// must be reset.
 #[derive(Debug)]
 pub struct RecordVideo {
     options: VideoOptions,
@@ -61,8 +62,8 @@ pub struct RecordVideo {
 impl RecordVideo {
     /// Records episodes as `options` say.
     ///
-    /// [`wrap`](crate::EnvExt::wrap) makes the folder, if there is none. It returns a [`VideoError`]
-    /// for an invalid name prefix or if the folder cannot be made, and a
+    /// [`wrap`](crate::EnvExt::wrap) makes the folder, if there is none. It returns a
+    /// [`VideoError`] for an invalid name prefix or if the folder cannot be made, and a
     /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
     #[must_use]
     pub const fn new(options: VideoOptions) -> Self {

@@ -19,15 +19,15 @@ pub struct ContactFilter {
 }
 
 impl ContactFilter {
-    /// The most geoms that a filtered model may have. Its tables grow with the square of their number: at
-    /// this one they take up to 4 MB for each model and 30 MB for each simulation.
+    /// The most geoms that a filtered model may have. Its tables grow with the square of their
+    /// number: at this one they take up to 4 MB for each model and 30 MB for each simulation.
     pub const MAX_GEOMS: usize = 1024;
 
     pub(crate) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {
         // SAFETY: the shapes and the data are alive.
         let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };
-        // SAFETY: the filter was just made. The shapes outlive it because it holds the model that owns
-        // them, and the data because it drops its filter first.
+        // SAFETY: the filter was just made. The shapes outlive it because it holds the model that
+        // owns them, and the data because it drops its filter first.
         let raw = unsafe { Owned::new(raw, "the contact filter") }?;
         Ok(Self { raw, _model: Arc::clone(model) })
     }
@@ -45,8 +45,8 @@ impl ContactFilter {
         counts
     }
 
-    /// Sets whether to check every rejection from now on: MuJoCo's own routine, called with a margin
-    /// as wide as the assumed gap, must find nothing. Slower than no filter; off by default.
+    /// Sets whether to check every rejection from now on: MuJoCo's own routine, called with a
+    /// margin as wide as the assumed gap, must find nothing. Slower than no filter; off by default.
     pub fn check_rejections(&mut self, check: bool) {
         // SAFETY: the filter is alive and borrowed mutably.
         unsafe { ffi::fs_check_filter(self.raw.as_ptr(), c_int::from(check)) };

@@ -117,8 +117,8 @@ impl Data {
         self.check_faults()
     }
 
-    /// Returns an error for the first fault that MuJoCo counted: it resets an unstable simulation and
-    /// continues, and only the counters of its warnings show that.
+    /// Returns an error for the first fault that MuJoCo counted: it resets an unstable simulation
+    /// and continues, and only the counters of its warnings show that.
     fn check_faults(&self) -> Result<(), SimError> {
         // SAFETY: the data is alive, and the faults are the shim's.
         let count = |fault| unsafe { ffi::fs_fault_count(self.raw.as_ptr(), fault as c_int) };
@@ -177,8 +177,8 @@ impl Data {
         if len == 0 {
             return &[]; // an empty array may have no address in C; a slice must have one
         }
-        // SAFETY: the array has this address and length as long as the data lives, and is written to
-        // only through `&mut self`.
+        // SAFETY: the array has this address and length as long as the data lives, and is written
+        // to only through `&mut self`.
         unsafe { slice::from_raw_parts(first, len) }
     }
 

@@ -1,7 +1,8 @@
 //! The plugins through which some versions of MuJoCo (3.6 among them) read mesh files.
 //!
-//! A process may have more than one user of MuJoCo, and MuJoCo ends it when a plugin registers twice. So
-//! only the decoders are loaded, and only once a model could not be compiled without them.
+//! A process may have more than one user of MuJoCo, and MuJoCo ends it when a plugin registers
+//! twice. So only the decoders are loaded, and only once a model could not be compiled without
+//! them.
 
 use std::{
     path::{Path, PathBuf},

@@ -1,5 +1,5 @@
-//! The Rust side of the contract in `shim/fetch_shim.h`, which documents every item: the numbers and
-//! structs that it shares with the shim, and the shim's functions.
+//! The Rust side of the contract in `shim/fetch_shim.h`, which documents every item: the numbers
+//! and structs that it shares with the shim, and the shim's functions.
 
 #[cfg(fetch_sim_no_shim)]
 mod nothing;
@@ -165,8 +165,9 @@ opaque! {
 /// Whether this build has no shim, because it found no headers of MuJoCo.
 pub(crate) const IS_MISSING: bool = cfg!(fetch_sim_no_shim);
 
-/// Declares the functions of the shim. A build without it has functions with the same signatures that
-/// do nothing; loading MuJoCo fails before any of them is called, and none of them makes an object.
+/// Declares the functions of the shim. A build without it has functions with the same signatures
+/// that do nothing; loading MuJoCo fails before any of them is called, and none of them makes an
+/// object.
 macro_rules! functions {
     (
         safe { $($(#[$safe_attribute:meta])* fn $safe:ident() -> $safe_result:ty;)* }

@@ -61,8 +61,8 @@ impl Model {
         let missing = || SimError::MissingName { kind: kind.name(), name: name.into() };
         let c_name = CString::new(name).map_err(|_| missing())?;
         let mut id = -1;
-        // SAFETY: the model is alive, the kind is one of the shim's, the name is a C string, and `id` is
-        // valid for writes.
+        // SAFETY: the model is alive, the kind is one of the shim's, the name is a C string, and
+        // `id` is valid for writes.
         check(unsafe {
             ffi::fs_name_to_id(self.as_ptr(), kind as c_int, c_name.as_ptr(), &raw mut id)
         })?;
@@ -84,8 +84,8 @@ impl Model {
             return Err(SimError::UnknownId { kind: kind.name(), id, count });
         }
         let mut name = ptr::null();
-        // SAFETY: the model is alive, the id is one of its own of this kind, and `name` is valid for
-        // writes.
+        // SAFETY: the model is alive, the id is one of its own of this kind, and `name` is valid
+        // for writes.
         check(unsafe {
             ffi::fs_id_to_name(self.as_ptr(), kind as c_int, id as c_int, &raw mut name)
         })?;
@@ -110,8 +110,8 @@ impl Model {
         self.property(ModelArray::JntDofadr, ObjectKind::Joint, joint.0).map(|at| at as usize)
     }
 
-    /// Returns the number of a joint's coordinates in `qpos`: 7 of a free joint, 4 of a ball, and 1 of a
-    /// hinge or a slide.
+    /// Returns the number of a joint's coordinates in `qpos`: 7 of a free joint, 4 of a ball, and 1
+    /// of a hinge or a slide.
     ///
     /// # Errors
     /// [`SimError::UnknownId`]
@@ -162,7 +162,8 @@ impl Model {
         })
     }
 
-    /// Returns what the model stores for an object in an array with one number for each of its kind.
+    /// Returns what the model stores for an object in an array with one number for each of its
+    /// kind.
     fn property(&self, array: ModelArray, kind: ObjectKind, id: usize) -> Result<c_int, SimError> {
         let numbers = self.array(array);
         let unknown = || SimError::UnknownId { kind: kind.name(), id, count: numbers.len() };
@@ -171,7 +172,8 @@ impl Model {
 
     fn array(&self, array: ModelArray) -> &[c_int] {
         let mut len = 0;
-        // SAFETY: the model is alive, the array is one of the shim's, and `len` is valid for writes.
+        // SAFETY: the model is alive, the array is one of the shim's, and `len` is valid for
+        // writes.
         let first = unsafe { ffi::fs_model_array(self.as_ptr(), array as c_int, &raw mut len) };
         if first.is_null() {
             return &[]; // an empty array may have no address in C; a slice must have one

@@ -57,8 +57,8 @@ fn loaded() -> Result<&'static PathBuf, SimError> {
     LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
 }
 
-/// Loads the first library of a search that fits the headers, and returns its path. Only one call in a
-/// process may succeed.
+/// Loads the first library of a search that fits the headers, and returns its path. Only one call
+/// in a process may succeed.
 fn load(search: &Search) -> Result<PathBuf, SimError> {
     let mut tried = Vec::new();
     for place in search.places() {
@@ -83,7 +83,8 @@ fn load(search: &Search) -> Result<PathBuf, SimError> {
     })
 }
 
-/// Loads a library, or returns why it is refused. Most reasons are found before any of its code runs.
+/// Loads a library, or returns why it is refused. Most reasons are found before any of its code
+/// runs.
 fn load_file(file: &Path, version: MujocoVersion) -> Result<(), String> {
     let library = LibraryFile::look_at(file)?;
     let file_name = library.path.file_name().and_then(OsStr::to_str);

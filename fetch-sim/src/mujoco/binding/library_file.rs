@@ -1,5 +1,5 @@
-//! The file of a library, looked at before it is loaded: loading runs its code, and a file that is cut
-//! would end the process.
+//! The file of a library, looked at before it is loaded: loading runs its code, and a file that is
+//! cut would end the process.
 
 use std::{
     fs::File,

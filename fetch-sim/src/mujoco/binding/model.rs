@@ -52,9 +52,10 @@ counts! {
 impl Model {
     /// Compiles an MJCF file, including the files that it names.
     ///
-    /// Some versions of MuJoCo read STL and OBJ files through plugins beside their library. They are
-    /// loaded for the first model that needs them, into the copy of MuJoCo that this crate uses: a
-    /// process with another copy of the same version must let this crate use that one (`MUJOCO_DIR`).
+    /// Some versions of MuJoCo read STL and OBJ files through plugins beside their library. They
+    /// are loaded for the first model that needs them, into the copy of MuJoCo that this crate
+    /// uses: a process with another copy of the same version must let this crate use that one
+    /// (`MUJOCO_DIR`).
     ///
     /// A mesh without a thickness is an error, about which Qhull, a part of MuJoCo, also writes to
     /// standard error.
@@ -75,8 +76,8 @@ impl Model {
     /// The first file is the model; it may include the others by name.
     ///
     /// # Errors
-    /// As [`from_path`](Self::from_path), also if there are more files than MuJoCo takes: 1,999 until
-    /// MuJoCo 3.1.
+    /// As [`from_path`](Self::from_path), also if there are more files than MuJoCo takes: 1,999
+    /// until MuJoCo 3.1.
     pub fn from_files(files: &[(&str, &str)]) -> Result<Self, SimError> {
         let &[(main, _), ..] = files else {
             return Err(model_error("", "no file given"));
@@ -101,8 +102,8 @@ impl Model {
         Self::compile(main, |raw| unsafe { ffi::fs_load_files(names, bytes, sizes, count, raw) })
     }
 
-    /// Compiles a model by a function of the shim, which is called with the library loaded. If it fails
-    /// before the mesh decoders were loaded, it is tried again with them.
+    /// Compiles a model by a function of the shim, which is called with the library loaded. If it
+    /// fails before the mesh decoders were loaded, it is tried again with them.
     fn compile(
         name: &str,
         compile: impl Fn(*mut *mut RawModel) -> c_int,
@@ -125,7 +126,8 @@ impl Model {
     }
 
     fn from_raw(raw: *mut RawModel) -> Result<Self, SimError> {
-        // SAFETY: MuJoCo just made this model for the caller; each `Data` keeps it alive by an `Arc`.
+        // SAFETY: MuJoCo just made this model for the caller; each `Data` keeps it alive by an
+        // `Arc`.
         let raw = unsafe { Owned::new(raw, "the model") }?;
         let mut sizes = Sizes::default();
         // SAFETY: the model is alive, and `sizes` is valid for writes.

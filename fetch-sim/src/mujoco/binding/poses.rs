@@ -86,8 +86,8 @@ impl Data {
     /// velocity.
     ///
     /// # Errors
-    /// [`SimError::UnknownId`], [`SimError::WrongLength`] if a slice does not hold `3 * nv` numbers, or
-    /// [`SimError::Mujoco`].
+    /// [`SimError::UnknownId`], [`SimError::WrongLength`] if a slice does not hold `3 * nv`
+    /// numbers, or [`SimError::Mujoco`].
     pub fn site_jacobian(
         &self,
         site: SiteId,

@@ -66,9 +66,9 @@ impl Search {
 
     /// Returns the places, in the order in which they are tried.
     ///
-    /// A library that the whole process has is the only one. So is the user's wish: another one in its
-    /// stead would hide a mistake. Else what lies beside the program comes before the library of the
-    /// build, which comes before those that merely have the same version.
+    /// A library that the whole process has is the only one. So is the user's wish: another one in
+    /// its stead would hide a mistake. Else what lies beside the program comes before the library
+    /// of the build, which comes before those that merely have the same version.
     pub(crate) fn places(&self) -> Vec<Place> {
         if let Some(global) = &self.global {
             return vec![loaded(Some(global))];
@@ -147,8 +147,8 @@ fn loaded(file: Option<&PathBuf>) -> Place {
     }
 }
 
-/// Returns the libraries in the folder of a program, and in the folder `lib` beside that one, unless
-/// others may make a `lib` there: a program in `/tmp/build` looks for nothing in `/tmp/lib`.
+/// Returns the libraries in the folder of a program, and in the folder `lib` beside that one,
+/// unless others may make a `lib` there: a program in `/tmp/build` looks for nothing in `/tmp/lib`.
 fn libraries_beside(folder: &Path) -> Vec<PathBuf> {
     let parent = folder.parent().filter(|parent| !trust::is_shared(parent));
     let lib = parent.map(|parent| libraries_in(&parent.join("lib")));

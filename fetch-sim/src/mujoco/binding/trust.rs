@@ -6,9 +6,10 @@ use std::{
     path::Path,
 };
 
-/// Checks that only this process's user and root can have written a file, or can replace it: that one
-/// of them owns it and every folder above it, and that others may write to none of these. Others may
-/// write to a sticky folder, such as `/tmp`, where they cannot replace what is not theirs.
+/// Checks that only this process's user and root can have written a file, or can replace it: that
+/// one of them owns it and every folder above it, and that others may write to none of these.
+/// Others may write to a sticky folder, such as `/tmp`, where they cannot replace what is not
+/// theirs.
 ///
 /// The path must be canonical, so that no link can lead elsewhere.
 ///
@@ -44,8 +45,8 @@ pub(crate) fn is_shared(folder: &Path) -> bool {
     look_at(folder).map_or(true, |seen| is_writable_by_others(&seen))
 }
 
-/// Whether others than its owner may write to an entry. A group with the number of the owner is taken
-/// for the owner's private one, which most distributions give each user.
+/// Whether others than its owner may write to an entry. A group with the number of the owner is
+/// taken for the owner's private one, which most distributions give each user.
 fn is_writable_by_others(seen: &Metadata) -> bool {
     let group_is_private = seen.gid() == seen.uid();
     seen.mode() & 0o002 != 0 || (seen.mode() & 0o020 != 0 && !group_is_private)

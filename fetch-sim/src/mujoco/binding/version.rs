@@ -12,8 +12,8 @@ impl MujocoVersion {
     /// The first version that finds four contacts where the base's mesh stands on the floor.
     pub(crate) const FOUR_SUPPORTS: Self = Self(3_013_000);
 
-    /// Returns the version of the headers against which this crate was built; `None` if it was built
-    /// without MuJoCo.
+    /// Returns the version of the headers against which this crate was built; `None` if it was
+    /// built without MuJoCo.
     #[must_use]
     pub fn of_headers() -> Option<Self> {
         (!ffi::IS_MISSING).then(Self::of_shim)

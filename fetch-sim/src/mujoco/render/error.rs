@@ -11,7 +11,8 @@ pub(super) const MAX_SIZE: u32 = 4096;
 pub enum RenderError {
     /// The machine has no OpenGL that can draw without a window.
     #[error(
-        "there is no OpenGL to render with ({reason}): install libegl1 and libgl1-mesa-dri, or libosmesa6; everything else works without"
+        "there is no OpenGL to render with ({reason}): install libegl1 and libgl1-mesa-dri, or \
+         libosmesa6; everything else works without"
     )]
     NoOpenGl {
         /// The cause.
@@ -45,7 +46,8 @@ pub enum RenderError {
     },
     /// The simulation and the renderer have different models.
     #[error(
-        "the simulation is of {simulation}, the renderer of {renderer}: make one renderer for each model"
+        "the simulation is of {simulation}, the renderer of {renderer}: make one renderer for each \
+         model"
     )]
     OtherModel {
         /// Task and model of the simulation.

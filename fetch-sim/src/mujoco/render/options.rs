@@ -116,7 +116,8 @@ impl Default for FreeCamera {
 }
 
 impl FreeCamera {
-    /// The camera of gymnasium-robotics 1.4.2 (`DEFAULT_CAMERA_CONFIG` in `envs/fetch/fetch_env.py`).
+    /// The camera of gymnasium-robotics 1.4.2 (`DEFAULT_CAMERA_CONFIG` in
+    /// `envs/fetch/fetch_env.py`).
     pub const REFERENCE: Self = Self {
         lookat: Vector3::new(1.3, 0.75, 0.55),
         distance: 2.5,
@@ -137,8 +138,8 @@ impl FreeCamera {
         /// Returns the distance from that point to the camera, in meters.
         distance: f64;
 
-        /// Sets the viewing direction as seen from above: degrees from the x axis, counterclockwise.
-        /// The reference's is 132.
+        /// Sets the viewing direction as seen from above: degrees from the x axis,
+        /// counterclockwise. The reference's is 132.
         with_azimuth;
         /// Returns the viewing direction as seen from above, in degrees from the x axis.
         azimuth: f64;

@@ -61,16 +61,17 @@ impl From<RawSegment> for Segment {
 /// Draws simulations of one model, off screen.
 ///
 /// A renderer has a model and a state of its own, into which [`update_scene`](Self::update_scene)
-/// copies what is visible, so that drawing never changes the simulation. Pictures are row-major with
-/// the top row first, and borrowed from the renderer until the next one, without an allocation.
+/// copies what is visible, so that drawing never changes the simulation. Pictures are row-major
+/// with the top row first, and borrowed from the renderer until the next one, without an
+/// allocation.
 ///
 /// Any thread may use a renderer, one at a time. Its OpenGL context is current only within a call,
 /// and afterwards the context that was current on the thread before, if any, is current again. The
 /// renderers of a process draw one after another, because drivers crash otherwise (Mesa 22.3 does).
 ///
-/// OpenGL does not outlive a `fork`: drivers draw with threads of their own, which the child does not
-/// have. There every picture is [`RenderError::Forked`], and so is a new renderer, unless the parent
-/// had none before. Dropping one is always safe.
+/// OpenGL does not outlive a `fork`: drivers draw with threads of their own, which the child does
+/// not have. There every picture is [`RenderError::Forked`], and so is a new renderer, unless the
+/// parent had none before. Dropping one is always safe.
 ///
 /// ```
 /// # #[cfg(not(fetch_sim_no_shim))] {
@@ -102,8 +103,8 @@ pub struct Renderer {
 }
 
 // SAFETY: the OpenGL context is current on a thread only within a call that borrows the renderer
-// mutably or drops it, and may be made current on another thread afterwards; the scene is plain memory
-// that belongs to no thread.
+// mutably or drops it, and may be made current on another thread afterwards; the scene is plain
+// memory that belongs to no thread.
 unsafe impl Send for Renderer {}
 
 /// The largest side, in pixels, of a picture that needs fewer facets.
@@ -119,8 +120,8 @@ static PROCESS: AtomicU32 = AtomicU32::new(NONE);
 const NONE: u32 = 0;
 
 impl Renderer {
-    /// Checks that this process was not forked from one that had renderers. It takes no lock, which a
-    /// thread of the parent could have held.
+    /// Checks that this process was not forked from one that had renderers. It takes no lock, which
+    /// a thread of the parent could have held.
     ///
     /// # Errors
     /// [`RenderError::Forked`].
@@ -169,8 +170,8 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// Returns the library that provides OpenGL in this process: `EGL` or `OSMesa`; `None` before the
-    /// first renderer, if there is no OpenGL, or after a `fork`.
+    /// Returns the library that provides OpenGL in this process: `EGL` or `OSMesa`; `None` before
+    /// the first renderer, if there is no OpenGL, or after a `fork`.
     #[must_use]
     pub fn backend() -> Option<&'static str> {
         Self::check_process().ok()?;
@@ -201,7 +202,8 @@ impl Renderer {
     /// Sets the camera of the next pictures.
     ///
     /// # Errors
-    /// [`RenderError::UnknownCamera`] or [`RenderError::FreeCamera`]; the camera then stays the same.
+    /// [`RenderError::UnknownCamera`] or [`RenderError::FreeCamera`]; the camera then stays the
+    /// same.
     pub fn set_camera(&mut self, camera: Camera) -> Result<(), RenderError> {
         match &camera {
             Camera::Free(free) => {
@@ -298,8 +300,8 @@ impl Renderer {
         Ok(&self.depth)
     }
 
-    /// Draws and returns what each pixel shows, height x width. Edges are hard, whatever the number of
-    /// samples.
+    /// Draws and returns what each pixel shows, height x width. Edges are hard, whatever the number
+    /// of samples.
     ///
     /// # Errors
     /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
@@ -334,8 +336,8 @@ impl Renderer {
         };
         let segments = c_int::from(picture == Picture::Segments);
         let (model, data) = (self.data.model().as_ptr(), self.data.as_ptr());
-        // SAFETY: renderer, model and data are alive and belong together, and the renderer is borrowed
-        // mutably; a buffer that is not null has room for the picture.
+        // SAFETY: renderer, model and data are alive and belong together, and the renderer is
+        // borrowed mutably; a buffer that is not null has room for the picture.
         let status = unsafe { ffi::fs_draw(self.raw.as_ptr(), model, data, segments, rgb, depth) };
         check_as(status, failed)
     }

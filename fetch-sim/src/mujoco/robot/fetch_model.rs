@@ -75,9 +75,9 @@ impl FetchModel {
     ///
     /// # Errors
     /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
-    /// compiled, [`SimError::MissingName`] or [`SimError::UnfitModel`] if it is not a model of the task,
-    /// [`SimError::Library`],
-    /// [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo cannot be used.
+    /// compiled, [`SimError::MissingName`] or [`SimError::UnfitModel`] if it is not a model of the
+    /// task, [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`]
+    /// if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
         Self::settle(scene::load(config, scene::PHYSICS)?, config).map(Arc::new)
     }
@@ -100,13 +100,13 @@ impl FetchModel {
         (&self.start_qpos, &self.start_qvel)
     }
 
-    /// Does what the reference does when it is constructed: sets joints and welds, moves the gripper
-    /// once, and simulates 200 time steps.
+    /// Does what the reference does when it is constructed: sets joints and welds, moves the
+    /// gripper once, and simulates 200 time steps.
     fn settle(mut model: Model, config: &SimConfig) -> Result<Self, SimError> {
         model.limit_sizes(MAX_CONSTRAINTS, MAX_STACK);
-        // The weld holds the gripper at the mocap body's pose. The offset is 0, and only the real part
-        // of the orientation is overwritten, because the reference's numbers are meant for an older
-        // layout of a weld's data.
+        // The weld holds the gripper at the mocap body's pose. The offset is 0, and only the real
+        // part of the orientation is overwritten, because the reference's numbers are meant for an
+        // older layout of a weld's data.
         model.set_weld_data(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         let model = Arc::new(model);
         let spec = config.task().spec();

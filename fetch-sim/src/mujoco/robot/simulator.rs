@@ -28,9 +28,9 @@ pub struct MujocoSimulator {
 
 /// The complete state of a [`MujocoSimulator`].
 ///
-/// In addition to MuJoCo's integration state it holds the derived quantities that outlive a step, as
-/// the last step computed them: the next action starts from the gripper's pose, and the environment
-/// observes the states. Those of PickAndPlace are one substep older than `qpos`.
+/// In addition to MuJoCo's integration state it holds the derived quantities that outlive a step,
+/// as the last step computed them: the next action starts from the gripper's pose, and the
+/// environment observes the states. Those of PickAndPlace are one substep older than `qpos`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MujocoSnapshot {
     config: SimConfig,
@@ -86,14 +86,16 @@ impl MujocoSimulator {
         &self.data
     }
 
-    /// Returns the underlying simulation mutably, for what a [`Simulator`] cannot do, such as checking
-    /// the contact filter. The next step starts from the positions and velocities set here.
+    /// Returns the underlying simulation mutably, for what a [`Simulator`] cannot do, such as
+    /// checking the contact filter. The next step starts from the positions and velocities set
+    /// here.
     #[must_use]
     pub const fn data_mut(&mut self) -> &mut Data {
         &mut self.data
     }
 
-    /// Does a [`step`](Simulator::step) and calls `inspect` with the simulation after every substep.
+    /// Does a [`step`](Simulator::step) and calls `inspect` with the simulation after every
+    /// substep.
     ///
     /// # Errors
     /// As [`step`](Simulator::step).
@@ -212,8 +214,9 @@ impl MujocoSimulator {
         let (position, orientation) = snapshot.mocap_pose;
         self.data.set_mocap_pose(ids.mocap, position, orientation)?;
         self.data.forward()?;
-        // `forward` has recomputed what the next step starts from: overwrite it with the snapshot's.
-        // That includes the object's quaternion, because normalizing it twice changes its bits.
+        // `forward` has recomputed what the next step starts from: overwrite it with the
+        // snapshot's. That includes the object's quaternion, because normalizing it twice changes
+        // its bits.
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
         self.data.set_body_pose(ids.gripper_link, snapshot.gripper_link_pose)?;

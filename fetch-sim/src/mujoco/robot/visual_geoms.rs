@@ -83,8 +83,8 @@ impl VisualGeom {
     /// returns, although that model itself has no purely visual geoms.
     ///
     /// # Errors
-    /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo
-    /// cannot be used.
+    /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if
+    /// MuJoCo cannot be used.
     pub fn of_builtin(task: Task) -> Result<Vec<Self>, SimError> {
         let model = scene::load(&SimConfig::new(task), scene::PICTURE)?;
         Ok((0..model.ngeom()).filter_map(|geom| Self::of(&model, geom)).collect())
@@ -98,8 +98,8 @@ impl VisualGeom {
         unsafe { ffi::fs_get_visual_geom(model.as_ptr(), geom as c_int, &raw mut raw) };
         let triangle = |number| {
             let mut corners = [[0.0; 3]; 3];
-            // SAFETY: as above; `number` is below the geom's number of triangles, which is 0 unless it
-            // is a mesh, and `corners` is valid for writes of three points.
+            // SAFETY: as above; `number` is below the geom's number of triangles, which is 0 unless
+            // it is a mesh, and `corners` is valid for writes of three points.
             unsafe {
                 ffi::fs_get_triangle(model.as_ptr(), geom as c_int, number, corners.as_mut_ptr());
             }

@@ -56,7 +56,8 @@ fn words(text: &str, before: &str, after: char) -> BTreeSet<String> {
 }
 
 /// MuJoCo's functions may end the process, so the shim must call each of them within a guarded
-/// statement. It reaches them through the `mj` of that statement, and the linker knows no other way.
+/// statement. It reaches them through the `mj` of that statement, and the linker knows no other
+/// way.
 #[test]
 fn every_function_of_mujoco_is_called_under_the_guard() {
     let shim = Path::new(env!("CARGO_MANIFEST_DIR")).join("shim");

@@ -99,8 +99,8 @@ impl Places {
         Ok(path.canonicalize()?)
     }
 
-    /// Puts a library of another version into a place, or one that lacks functions. It makes the file
-    /// `ran` when it is loaded. Its own name is `own_name`, unless that is empty.
+    /// Puts a library of another version into a place, or one that lacks functions. It makes the
+    /// file `ran` when it is loaded. Its own name is `own_name`, unless that is empty.
     fn put_unfit(&self, folder: &str, version: i64, own_name: &str) -> Result<PathBuf> {
         let (source, ran) = (self.path("unfit.c"), self.path("ran"));
         let code = format!(
