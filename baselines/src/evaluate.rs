@@ -56,7 +56,7 @@ pub(crate) const MAX_STEPS: usize = 100_000;
 /// little that no sum overflows.
 pub(crate) const MAX_COUNT: u64 = 1 << 40;
 
-/// Returns consecutive seeds, behind the greatest of which 0 follows.
+/// Returns consecutive seeds that wrap to 0 after `u64::MAX`.
 pub(crate) fn seeds(first_seed: u64) -> impl Iterator<Item = u64> {
     std::iter::successors(Some(first_seed), |seed| Some(seed.wrapping_add(1)))
 }

@@ -6,6 +6,22 @@
 //! success rate, mean return, episode length and final distance, each with its 95 % confidence
 //! interval. [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature
 //! `page`) turns episodes into a self-contained HTML page that plays them back.
+//!
+//! # Which type do I need?
+//! | to | use |
+//! |---|---|
+//! | act | a [`Policy`]: [`RandomPolicy`], [`ZeroPolicy`], [`ScriptedPolicy`], [`TrainedPolicy`] |
+//! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
+//! | fill a replay buffer | [`collect`], or a [`Collector`] of many environments |
+//! | train a policy | `learn::Trainer` |
+//! | train with your own algorithm | `learn::Algorithm` |
+//! | share a run between processes | [`workers`] |
+//!
+//! # Features
+//! - `mujoco`, `render` (default): the environments on MuJoCo, and their pictures.
+//! - `learn`: the module `learn`.
+//! - `page`: the module `page`.
+//! - `mpi`: `workers::MpiWorkers`, the processes that `mpirun` starts.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

@@ -37,6 +37,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Which type do I need?
+//! | to | use |
+//! |---|---|
+//! | make a Fetch environment by its id | `make`, or [`make_kinematic`] without MuJoCo |
+//! | change its settings | [`FetchConfig`], of an [`EnvId`], which `make` takes too |
+//! | reset and step any environment | [`Env`] |
+//! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
+//! | save and restore its state | [`SnapshotEnv`] |
+//! | change what it takes or returns | [`EnvExt::wrap`] with one of the [`wrappers`] |
+//! | step many at once | [`VecEnv`], from `make_vec` or [`make_kinematic_vec`] |
+//! | make environments of your own by name | [`Registry`] |
+//! | test an environment of your own | [`check`] |
+//! | see it | `RenderEnv`; `PixelObservation` as observations; `RecordVideo` as files |
+//!
 //! # Seeds
 //! `reset(Some(seed))` restarts the random numbers as numpy's `PCG64(SeedSequence(seed))`: the same
 //! seed gives the same goals and object positions as in Python. `reset(None)` continues them. Draw

@@ -24,6 +24,21 @@
 //! # Ok::<(), fetch_sim::SimError>(())
 //! ```
 //!
+//! # Which type do I need?
+//! | to | use |
+//! |---|---|
+//! | simulate the robot of a task | `MujocoSimulator`, or [`KinematicSimulator`] without MuJoCo |
+//! | change its model or its settings | [`SimConfig`], [`ModelSource`] |
+//! | step the robot | [`Simulator::step`] with a [`Control`] |
+//! | simulate a model of your own | `Model`, then `Data` |
+//! | draw a simulation | `Renderer` |
+//! | write another simulator | [`Simulator`] |
+//!
+//! # Features
+//! - `mujoco` (default): the physics.
+//! - `render` (default): pictures through OpenGL, which is loaded on first use.
+//! - `download`: fetches a MuJoCo and the reference's model through pip.
+//!
 //! # Speed
 //! A `MujocoSimulator` skips collision tests that would find nothing (`ContactFilter`), unless
 //! [`SimConfig::with_contact_filter`] turns that off; results are the same to the last bit. A new
@@ -32,8 +47,7 @@
 //! # Threads
 //! Any thread with a stack of 256 KiB can make and step simulations of the built-in model: MuJoCo
 //! takes up to 96 KiB of it, and ends the process if there is less. Threads of the standard library
-//! have 2 MiB unless they ask for less. A model of one's own may need more to be compiled, by its
-//! files.
+//! have 2 MiB unless they ask for less. Compiling your own model may need a larger stack.
 //!
 //! # Finding MuJoCo
 //! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that

@@ -18,6 +18,14 @@
 //! The zero is negative because the reference negates a boolean converted to a float. The last row
 //! is the only deliberate difference: the reference gives `-0.0` for NaN, which means "solved".
 //!
+//! # Which type do I need?
+//! | to | use |
+//! |---|---|
+//! | compute the reward of the Fetch tasks | [`DistanceReward`] |
+//! | compute many rewards at once | [`GoalReward::reward_batch`] with [`GoalPairs`] |
+//! | refuse goals that are not finite | [`GoalReward::try_reward`] |
+//! | write a reward of your own | [`GoalReward`] |
+//!
 //! # Example
 //! ```
 //! use goal_reward::{DistanceReward, GoalPairs, GoalReward};

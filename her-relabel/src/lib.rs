@@ -22,10 +22,25 @@
 //! - On Linux, the transitions lie in huge pages if the system provides them, which makes sampling
 //!   faster.
 //!
+//! # Which type do I need?
+//! | to | use |
+//! |---|---|
+//! | store episodes | [`HerBuffer`], created from a [`BufferConfig`] |
+//! | add the steps of one environment | [`StartData`], then [`StepData`] |
+//! | add the steps of many environments | [`StepRows`] |
+//! | add a finished episode | [`EpisodeData`] |
+//! | draw transitions | [`Sampler`] into a [`Batch`] |
+//! | draw into memory of your own | [`Sampler::sample_into`] with [`ColumnsMut`] |
+//! | choose the new goals | [`GoalStrategy`], or several in a [`GoalMixture`] |
+//! | normalize what networks see | [`Normalizer`], as [`Normalizers`] while drawing |
+//!
+//! # Features
+//! - `npz`: episodes are written to and read from archives of numpy arrays.
+//!
 //! # Example
 //! ```
 //! use goal_reward::DistanceReward;
-//! use her_relabel::{Batch, BufferConfig, Dims, StartData, HerBuffer, StepData};
+//! use her_relabel::{Batch, BufferConfig, Dims, HerBuffer, StartData, StepData};
 //! use her_relabel::{GoalStrategy, Sampler, UnitInterval};
 //! use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 //!

@@ -16,7 +16,7 @@ pub struct NormalizerConfig {
 }
 
 impl NormalizerConfig {
-    /// Makes settings for vectors of `dim` elements, at least 1.
+    /// Creates settings for vectors of `dim` elements, at least 1.
     pub const fn new(dim: usize) -> Self {
         Self { dim, min_std: 0.01, clip: 5.0 }
     }
@@ -99,7 +99,7 @@ struct Saved {
 }
 
 impl Normalizer {
-    /// Makes a normalizer that has seen no vectors.
+    /// Creates a normalizer that has seen no vectors.
     ///
     /// # Errors
     /// [`NormalizerError::Empty`], [`NormalizerError::BadSetting`] or

@@ -4,11 +4,11 @@ use fetch_env::{EnvError, VecEnv};
 use her_relabel::HerBuffer;
 
 use super::algorithm::Algorithm;
+use super::env::LearnEnv;
 use super::explorer::{Explorer, Exploring};
 use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
 use super::settings::ExplorationSettings;
-use super::trainer::LearnEnv;
 use crate::collector::{Collected, Collector};
 use crate::error::CollectorError;
 use crate::evaluate::Episode;

@@ -60,7 +60,7 @@ pub struct CurveRow {
     pub losses: Option<Losses>,
 }
 
-/// When a run has reached what it is for.
+/// The success rate at which a run may stop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// The success rate to reach.

@@ -104,7 +104,7 @@ pub enum TrainError {
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
     },
-    /// The greedy policy is none, because the training has diverged.
+    /// The training has diverged, so there is no greedy policy.
     #[error(transparent)]
     Policy(#[from] TrainedPolicyError),
     /// An evaluation failed.

@@ -1,4 +1,4 @@
-//! The inputs of a network: observations and goals on one scale.
+//! The inputs of a network: normalized observations and goals.
 
 use her_relabel::{
     Batch, Dims, JoinedGoal, Normalizer, NormalizerConfig, NormalizerError, Normalizers, Scalar,
@@ -42,7 +42,7 @@ impl<'a, T: Scalar> Seen<'a, T, T> {
 }
 
 impl Inputs {
-    /// Makes inputs of observations and goals of some lengths, not yet scaled.
+    /// Creates inputs of observations and goals of some lengths, not yet scaled.
     pub(crate) fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
         let InputSettings { relative_goal, min_std, clip } = *settings;
         let normalizer =
@@ -81,7 +81,7 @@ impl Inputs {
         vec![InputPart::Observation, goal]
     }
 
-    /// Takes observations and goals into the scale.
+    /// Updates the normalizers with observations and goals.
     pub(crate) fn update<S: Scalar, G: Scalar>(
         &mut self,
         seen: Seen<'_, S, G>,
@@ -92,7 +92,7 @@ impl Inputs {
         self.goal.update(&goals)
     }
 
-    /// Takes into the scale what other inputs have seen.
+    /// Updates the normalizers with what others have seen.
     pub(crate) fn merge(&mut self, other: &Self) -> Result<(), NormalizerError> {
         self.observation.merge(&other.observation)?;
         self.goal.merge(&other.goal)

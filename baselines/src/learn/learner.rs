@@ -8,9 +8,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::algorithm::{Algorithm, Losses};
 use super::curve::UpdateSeconds;
+use super::env::LearnEnv;
 use super::error::TrainError;
 use super::replay::Replay;
-use super::trainer::LearnEnv;
 use crate::workers::Workers;
 
 /// The number of threads that can share the work of an update.

@@ -7,8 +7,7 @@
 //!
 //! The same settings and the same seed give the same curve and the same policy, bit for bit, on any
 //! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume).
-//! Processors whose vectors have other lengths (AVX-512, AVX2) add the products of a matrix product
-//! in another order, so that their runs differ.
+//! CPUs with other SIMD widths (AVX-512, AVX2) sum in another order, so that their runs differ.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -42,6 +41,7 @@ mod collecting;
 mod critic;
 mod curve;
 mod ddpg;
+mod env;
 mod error;
 mod explorer;
 mod inputs;
@@ -62,10 +62,11 @@ pub use algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 pub use checkpoint::{Resumed, checkpoints};
 pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
 pub use ddpg::{Ddpg, DdpgSettings};
+pub use env::LearnEnv;
 pub use error::{CheckpointError, TrainError};
 pub use sac::{Sac, SacSettings};
 pub use settings::{
     AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,
     TrainSettings,
 };
-pub use trainer::{LearnEnv, Trainer};
+pub use trainer::Trainer;

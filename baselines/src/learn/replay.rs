@@ -6,11 +6,11 @@ use her_relabel::{
 };
 
 use super::algorithm::Transitions;
+use super::env::LearnEnv;
 use super::error::TrainError;
 use super::inputs::{Inputs, Seen};
 use super::seeds::{Purpose, seed_for};
 use super::settings::{InputSettings, ReplaySettings};
-use super::trainer::LearnEnv;
 use crate::collect::buffer_config;
 
 /// The buffer of a run, and how batches are drawn from it.

@@ -22,7 +22,7 @@ pub struct TrainSettings {
     pub inputs: InputSettings,
     /// How actions are chosen while collecting.
     pub exploration: ExplorationSettings,
-    /// How many steps, updates and evaluations follow each other.
+    /// How often to collect, update and evaluate.
     pub schedule: ScheduleSettings,
 }
 
@@ -295,7 +295,7 @@ settings! {
 }
 
 settings! {
-    /// How many steps, updates and evaluations follow each other.
+    /// How often to collect, update and evaluate.
     pub struct ScheduleSettings {
         /// The number of environments that are stepped together.
         pub num_envs: usize => 1..=1_024,

@@ -4,25 +4,20 @@ use std::fmt;
 use std::path::PathBuf;
 
 use fetch_env::vec_env::{AutoresetMode, VecConfig};
-use fetch_env::{BoxSpace, EnvError, VecEnv};
+use fetch_env::{EnvError, VecEnv};
 use her_relabel::{Dims, HerBuffer};
 
 use super::algorithm::{Algorithm, AlgorithmInit};
 use super::collecting::Collecting;
 use super::curve::{Counters, CurveRow, Recent, UpdateSeconds};
+use super::env::LearnEnv;
 use super::error::TrainError;
 use super::learner::Learner;
 use super::replay::Replay;
 use super::seeds::{Purpose, seed_for, seed_of_rank};
 use super::settings::{AlgorithmSettings, TrainSettings};
-use crate::collector::CollectEnv;
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
 use crate::workers::{OneProcess, UnreadableMessage, Workers, agree, share, sum};
-
-/// An environment that a [`Trainer`] learns: its actions are a box from -1 to 1.
-pub trait LearnEnv: CollectEnv<ActionSpace = BoxSpace<f32>> {}
-
-impl<E: CollectEnv<ActionSpace = BoxSpace<f32>>> LearnEnv for E {}
 
 /// Trains an actor on goal-conditioned environments with hindsight.
 ///

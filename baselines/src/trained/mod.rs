@@ -62,7 +62,7 @@ impl PartialEq for TrainedPolicy {
 }
 
 impl TrainedPolicy {
-    /// Makes a policy from the layers of its network.
+    /// Creates a policy from the layers of its network.
     ///
     /// # Errors
     /// [`TrainedPolicyError`] if the header contradicts itself, or the layers do not fit it or have
@@ -92,7 +92,7 @@ impl TrainedPolicy {
         Self::from_bytes(&file::read(path.as_ref())?)
     }
 
-    /// Makes a policy from the contents of a file.
+    /// Creates a policy from the contents of a file.
     ///
     /// # Errors
     /// As [`load`](Self::load).

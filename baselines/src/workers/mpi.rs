@@ -279,7 +279,7 @@ impl MpiWorkers {
         scope(|scope| {
             let send = |other| (other, self.wait_for(world, other).immediate_send(scope, own));
             let sends: Vec<_> = self.others().filter(|_| !own.is_empty()).map(send).collect();
-            // The own part has been taken, and is as empty as those that nobody sends.
+            // The own part has been taken, and is as empty as those that are never sent.
             for (other, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty())
             {
                 self.wait_for(world, other).receive_into(part);

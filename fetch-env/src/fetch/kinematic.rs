@@ -13,7 +13,7 @@ use crate::gym::{
 /// The environments that [`make_kinematic`] makes.
 pub type KinematicEnv = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 
-/// Makes an environment as `make` does on MuJoCo, but on the [stand-in](KinematicSimulator) for
+/// Creates an environment as `make` does on MuJoCo, but on the [stand-in](KinematicSimulator) for
 /// the physics, to test code that uses environments on machines without MuJoCo.
 ///
 /// # Errors
@@ -27,7 +27,7 @@ pub fn make_kinematic(
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
-/// Makes `num_envs` environments as `make_vec` does on MuJoCo, but on the stand-in.
+/// Creates `num_envs` environments as `make_vec` does on MuJoCo, but on the stand-in.
 ///
 /// ```
 /// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};

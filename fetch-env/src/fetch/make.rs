@@ -21,7 +21,7 @@ use crate::gym::wrappers::{TimeLimit, Wrapped};
 /// The environments that [`make`] makes.
 pub type MujocoEnv = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 
-/// Makes an environment on MuJoCo, as Gymnasium's `make` does.
+/// Creates an environment on MuJoCo, as Gymnasium's `make` does.
 ///
 /// `config` is a name, for the reference's settings and the built-in model, an [`EnvId`], or a
 /// [`FetchConfig`].
@@ -55,7 +55,7 @@ pub fn make(
     Ok(FetchEnv::new(config, MujocoSimulator::from_model(model)?)?.time_limited())
 }
 
-/// Makes `num_envs` environments that are stepped together; see [`vec_env`](crate::vec_env).
+/// Creates `num_envs` environments that are stepped together; see [`vec_env`](crate::vec_env).
 ///
 /// ```
 /// use fetch_env::{make_vec, vec_env::VecConfig};

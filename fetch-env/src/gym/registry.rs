@@ -6,7 +6,7 @@ use super::error::EnvError;
 
 /// Environments that are made by name.
 ///
-/// Names are Gymnasium's: `Name-v1` or `namespace/Name-v1`. A registry is a value; there is none of
+/// Names are Gymnasium's: `Name-v1` or `namespace/Name-v1`. A registry is a value; there is no
 /// the whole process, so that no library changes what another makes. All its environments are of
 /// one type, which may be a boxed trait object.
 ///
@@ -60,7 +60,7 @@ impl<E: 'static> Registry<E> {
         Ok(())
     }
 
-    /// Makes the environment of this name; a name without a version means the newest one.
+    /// Creates the environment of this name; a name without a version means the newest one.
     ///
     /// # Errors
     /// [`RegistryError::Unknown`], which lists the nearest names, if there is none;

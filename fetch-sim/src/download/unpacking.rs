@@ -43,7 +43,7 @@ impl<'a> Unpacking<'a> {
         if is_complete() { Ok(()) } else { put(&unpacking) }
     }
 
-    /// Makes a folder if there is none, waits until no other process puts files into it, and
+    /// Creates a folder if there is none, waits until no other process puts files into it, and
     /// removes what one that was killed has left.
     pub(super) fn begin(folder: &'a Path) -> Result<Self, DownloadError> {
         let is_new = !folder.exists();
@@ -54,7 +54,7 @@ impl<'a> Unpacking<'a> {
         Ok(unpacking)
     }
 
-    /// Makes a folder for what is needed only for now.
+    /// Creates a folder for what is needed only for now.
     pub(super) fn downloads(&self) -> Result<PathBuf, DownloadError> {
         let downloads = self.staging.join(DOWNLOADS);
         fs::create_dir(&downloads).map_err(|source| cannot_write(&downloads, source))?;
@@ -93,7 +93,7 @@ impl Drop for Unpacking<'_> {
     }
 }
 
-/// Makes the folder of unfinished files, unless it is there, and waits for its lock.
+/// Creates the folder of unfinished files, unless it is there, and waits for its lock.
 fn lock(staging: &Path) -> io::Result<File> {
     let path = staging.join(LOCK);
     loop {

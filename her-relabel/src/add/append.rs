@@ -5,12 +5,12 @@ use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Adds copies of all finished episodes of another buffer, in their order and behind those of
-    /// this one, such as episodes that another process has collected. The oldest transitions go if
-    /// there is no room, as for any other episode.
+    /// Appends copies of all finished episodes of another buffer, such as one that another process
+    /// has filled, in their order. If there is no room, the oldest transitions are overwritten, as
+    /// for any other episode.
     ///
-    /// Priorities are those of new transitions. The other buffer has decided which [still
-    /// episodes](crate::StillEpisodes) it keeps, and all of those are added.
+    /// The copies get the priority of new transitions. The other buffer has already decided which
+    /// [still episodes](crate::StillEpisodes) to keep, so all of its episodes are added.
     ///
     /// # Errors
     /// [`AddError::WrongLength`] if observations, goals, actions or fields have other lengths,

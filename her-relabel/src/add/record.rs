@@ -104,7 +104,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// 3. Where an episode starts, one that is still under way ends as truncated with the steps it
     ///    has, and the new one begins.
     ///
-    /// A row whose numbers the buffer cannot store is no error of the call: the environment's
+    /// A row whose numbers the buffer cannot store does not fail the call: the environment's
     /// episode is discarded, and its steps are skipped until the next start. Other environments are
     /// not affected. In the steady state, nothing is allocated.
     ///

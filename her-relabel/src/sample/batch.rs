@@ -36,9 +36,9 @@ pub struct Batch<T> {
 columns! { pub Batch {
     /// The columns of a [`Batch`], owned: see [`Batch::take_columns`].
     Columns,
-    /// Memory of the caller's for columns of a [`Batch`], for
-    /// [`Sampler::sample_into`](crate::Sampler::sample_into). A column without memory stays in the
-    /// batch; [`Default`] has none at all.
+    /// Caller-provided buffers for columns of a [`Batch`], for
+    /// [`Sampler::sample_into`](crate::Sampler::sample_into). A column without a buffer stays in
+    /// the batch; [`Default`] provides none.
     ColumnsMut,
 } {
     observation: [T; observation] = T::default(),
@@ -183,7 +183,7 @@ impl<T> Batch<T> {
 }
 
 impl<T: Scalar> Batch<T> {
-    /// Makes an empty batch, which gets its size from the first sample.
+    /// Creates an empty batch, which gets its size from the first sample.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -195,7 +195,7 @@ impl<T: Scalar> Batch<T> {
         self.len
     }
 
-    /// Returns whether there are no rows, because nothing has been sampled.
+    /// Returns whether there are no rows because nothing has been sampled yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
@@ -240,8 +240,8 @@ impl<T: Scalar> Batch<T> {
         std::mem::take(&mut self.columns)
     }
 
-    /// Gives columns back, all or some, whose memory the next draw reuses. Their contents are
-    /// forgotten, and the batch is empty.
+    /// Returns columns, all or some, so that the next draw reuses their memory. This empties the
+    /// batch.
     pub fn give_back(&mut self, columns: Columns<T>) {
         self.columns = columns;
         self.clear();

@@ -133,7 +133,7 @@ pub struct GoalPart {
 }
 
 impl GoalPart {
-    /// Makes a strategy that is used in proportion to its `weight`, finite and at least 0.
+    /// Creates a strategy that is used in proportion to its `weight`, finite and at least 0.
     pub const fn new(strategy: GoalStrategy, weight: f64) -> Self {
         Self { strategy, weight }
     }
@@ -168,7 +168,7 @@ impl GoalMixture {
         Ok(mixture)
     }
 
-    /// Makes a mixture of one strategy.
+    /// Creates a mixture of one strategy.
     pub const fn only(strategy: GoalStrategy) -> Self {
         let unused = GoalPart::new(GoalStrategy::Future, 0.0);
         let mut parts = [unused; MAX_PARTS];

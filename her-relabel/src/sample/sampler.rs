@@ -73,7 +73,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Makes settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of
+    /// Creates settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of
     /// the rows gets a new goal by `strategy`.
     pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: UnitInterval) -> Self {
         Self {
@@ -164,14 +164,14 @@ impl Sampler {
         self
     }
 
-    /// Sets the share of the rows kept whose goal was achieved already before the step. The default
-    /// is 1: all rows. In most tasks, such rows teach a learner little, because the next state
-    /// achieves the goal whatever the action. Leaving them out is a bias: it overrates steps that
-    /// change something.
+    /// Sets the probability of keeping a row whose goal was already achieved before the step. The
+    /// default is 1: all rows are kept. In most tasks, such rows teach a learner little, because
+    /// the next state achieves the goal whatever the action. Dropping them is a bias: it overrates
+    /// steps that change something.
     ///
-    /// Which rows these are decides the reward function's
-    /// [`is_success`](goal_reward::GoalReward::is_success) with the goal achieved before the row's
-    /// (first) step and the row's desired goal, be it new or the episode's own. Such a row is kept
+    /// The reward function's [`is_success`](goal_reward::GoalReward::is_success) decides which rows
+    /// these are, from the goal achieved before the row's (first) step and the row's desired goal,
+    /// whether that is new or the episode's own. Such a row is kept
     /// with the probability `kept`, and otherwise drawn again as a whole: transition, goal and all.
     /// A row is drawn at most four times, and the fourth draw is kept in any case.
     ///
@@ -210,9 +210,9 @@ impl Sampler {
     /// same, whatever their number, and the reward function is called on the calling thread.
     ///
     /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one
-    /// thread. So are all in a process that was forked after such a draw, because it has none of
-    /// the pool's threads. If something else started the threads before the fork, leave this off in
-    /// the child.
+    /// thread. So is every batch in a process that was forked after such a draw, because the pool's
+    /// threads do not exist there. If something else started the threads before the fork, leave
+    /// this off in the child.
     pub const fn with_parallel(mut self, parallel: bool) -> Self {
         self.parallel = parallel;
         self
@@ -235,7 +235,7 @@ impl Sampler {
         parallel: bool,
         /// Returns the goal that is written behind each observation.
         joined_goal: Option<JoinedGoal>,
-        /// Returns the share of the rows kept whose goal was achieved already before the step.
+        /// Returns the probability of keeping a row whose goal was already achieved.
         already_achieved: UnitInterval,
     }
 
@@ -267,7 +267,7 @@ pub struct NStep {
 }
 
 impl NStep {
-    /// Makes windows of up to `steps` steps, shorter where the episode ends, with rewards
+    /// Creates windows of up to `steps` steps, shorter where the episode ends, with rewards
     /// discounted by `gamma` per step. A `gamma` of 0.98 is usual for episodes of 50 steps.
     pub const fn new(steps: NonZeroUsize, gamma: UnitInterval) -> Self {
         Self { steps, gamma }
@@ -313,7 +313,7 @@ pub enum SampleError {
     /// The rows of the batch, or the steps of their windows, take more memory than there is.
     #[error("there is no memory for a batch of this size: reduce `batch_size` or `n_step`")]
     TooLarge,
-    /// Memory of the caller's for a column has the wrong length.
+    /// A caller-provided buffer for a column has the wrong length.
     #[error(
         "the memory for `{column}` has {actual} elements, but the column has {expected}: pass \
          memory of that length, or none"

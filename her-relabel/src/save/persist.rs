@@ -53,10 +53,10 @@ impl<T: Scalar> HerBuffer<T> {
     /// as it was. A previous file's permissions stay, and a symbolic link is followed. No other
     /// file is changed or removed.
     ///
-    /// Only a process that is killed can leave something behind: a file `.NAME.xxxxxx` with six
-    /// letters or digits, which you may remove. On a file system with unnamed files (`O_TMPFILE`:
-    /// ext4, XFS, Btrfs and tmpfs have them) that takes a kill in the one moment between naming the
-    /// new file and renaming it.
+    /// Only a process that is killed can leave a file behind: `.NAME.xxxxxx` with six letters or
+    /// digits, which you may remove. On a file system with unnamed files (`O_TMPFILE`: ext4, XFS,
+    /// Btrfs and tmpfs have them), this happens only if the kill comes between naming the new file
+    /// and renaming it.
     ///
     /// # Errors
     /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] for a path that is no regular
@@ -65,8 +65,8 @@ impl<T: Scalar> HerBuffer<T> {
         replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
     }
 
-    /// Loads a buffer that [`save`](Self::save) saved. Memory is taken only as the file's contents
-    /// come, so that no file can claim much more than its own size.
+    /// Loads a buffer that [`save`](Self::save) saved. Memory is allocated only as contents are
+    /// read, so that no file can claim much more than its own size.
     ///
     /// # Errors
     /// [`LoadError`].

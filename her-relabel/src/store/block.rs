@@ -28,7 +28,7 @@ mod huge {
         element: PhantomData<T>,
     }
 
-    /// Makes a block of `len` elements, at least one.
+    /// Creates a block of `len` elements, at least one.
     pub(crate) fn zeroed<T: Scalar>(len: usize) -> Block<T> {
         Block::of_bytes(len * size_of::<T>())
     }
@@ -75,7 +75,7 @@ mod plain {
 
     pub(crate) type Block<T> = Box<[T]>;
 
-    /// Makes a block of `len` elements.
+    /// Creates a block of `len` elements.
     pub(crate) fn zeroed<T: Scalar>(len: usize) -> Block<T> {
         vec![T::default(); len].into_boxed_slice()
     }

@@ -71,7 +71,7 @@ pub struct HerBuffer<T> {
 }
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Makes an empty buffer, which takes memory only as transitions come.
+    /// Creates an empty buffer, which allocates memory only as transitions are added.
     ///
     /// # Errors
     /// [`ConfigError`] if a setting is invalid.
@@ -170,7 +170,7 @@ impl<T: Scalar> HerBuffer<T> {
     }
 }
 
-/// Makes an element for each environment.
+/// Creates an element for each environment.
 fn one_each<E: Clone>(config: &BufferConfig, element: E) -> Result<Vec<E>, ConfigError> {
     let mut elements = Vec::new();
     elements.try_reserve_exact(config.num_envs()).map_err(|_| ConfigError::TooLarge)?;

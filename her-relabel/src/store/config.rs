@@ -46,8 +46,8 @@ pub struct BufferConfig {
 }
 
 impl BufferConfig {
-    /// Makes settings of a buffer that keeps up to `capacity` transitions, at least 1, with vectors
-    /// of the lengths `dims`.
+    /// Creates settings of a buffer that keeps up to `capacity` transitions, at least 1, with
+    /// vectors of the lengths `dims`.
     pub const fn new(capacity: usize, dims: Dims) -> Self {
         Self {
             capacity,

@@ -87,7 +87,7 @@ impl Episode {
 }
 
 impl Episodes {
-    /// Makes an empty list, whose first episode gets the number `first_episode`, and its first
+    /// Creates an empty list, whose first episode gets the number `first_episode`, and its first
     /// transition `transition`.
     pub(crate) fn new(first_episode: u64, transition: u64) -> Self {
         let mut records = Queue::default();

@@ -38,7 +38,7 @@ pub struct UnknownField {
 pub(crate) struct Fields(Arc<[Field]>);
 
 impl Fields {
-    /// Makes the fields of a checked configuration.
+    /// Creates the fields of a checked configuration.
     pub(crate) fn new(fields: &[Field]) -> Self {
         Self(fields.into())
     }

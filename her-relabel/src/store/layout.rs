@@ -18,7 +18,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Makes the layout of rows of `T`, if the rows of a full buffer can be addressed.
+    /// Creates the layout of rows of `T`, if the rows of a full buffer can be addressed.
     pub(crate) fn new<T>(config: &BufferConfig) -> Result<Self, ConfigError> {
         let dims = config.dims();
         let sizes = || {

@@ -21,7 +21,7 @@ pub struct Priorities {
 }
 
 impl Priorities {
-    /// Makes settings that give every `unit` a priority.
+    /// Creates settings that give every `unit` a priority.
     pub const fn new(unit: PriorityUnit) -> Self {
         Self { unit, new_priority: NewPriority::Highest }
     }

@@ -5,12 +5,12 @@ use serde::{Deserialize, Serialize};
 use crate::getters::getters;
 use crate::unit_interval::UnitInterval;
 
-/// Settings that keep only a share of the still episodes: those whose achieved goal is never
-/// farther from the first one than a distance.
+/// Settings that keep only a share of the still episodes: those in which the achieved goal stays
+/// within a distance of the first one.
 ///
 /// In tasks that move an object, most episodes of an untrained agent do not touch it. Every goal
-/// achieved in such an episode is the same, so that hindsight teaches nothing. Leaving most of them
-/// out is a bias: the buffer then overrates episodes that move something.
+/// achieved in such an episode is the same, so hindsight teaches nothing. Dropping most of them is
+/// a bias: the buffer then overrates episodes that move something.
 ///
 /// An episode is judged when it ends, by the Euclidean distance and the states that the buffer
 /// would keep of it. A still episode is kept with the probability `kept`: the decision depends on
@@ -25,9 +25,9 @@ pub struct StillEpisodes {
 }
 
 impl StillEpisodes {
-    /// Makes settings that keep the share `kept` of the episodes whose achieved goal is never
-    /// farther from the first one than `max_distance`, in the unit of the goals, finite and at
-    /// least 0. For the Fetch tasks, 0.01 m and 0.1 work well.
+    /// Creates settings that keep the share `kept` of the episodes in which the achieved goal stays
+    /// within `max_distance` of the first one, in the unit of the goals, finite and at least 0. For
+    /// the Fetch tasks, 0.01 m and 0.1 work well.
     pub const fn new(max_distance: f64, kept: UnitInterval) -> Self {
         Self { max_distance, kept, seed: 0 }
     }

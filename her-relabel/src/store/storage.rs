@@ -25,7 +25,7 @@ pub(crate) struct Storage<T> {
 }
 
 impl<T: Scalar> Storage<T> {
-    /// Makes an empty store from a checked configuration.
+    /// Creates an empty store from a checked configuration.
     pub(crate) fn new(config: &BufferConfig) -> Result<Self, ConfigError> {
         let layout = Layout::new::<T>(config)?;
         Ok(Self {

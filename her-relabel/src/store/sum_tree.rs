@@ -23,8 +23,8 @@ impl SumTree {
         Self { levels: levels(FANOUT), live: 0..0 }
     }
 
-    /// Makes a tree of `size` places with the weights of the numbers `live`, in their order; `None`
-    /// if the size does not fit.
+    /// Creates a tree of `size` places with the weights of the numbers `live`, in their order;
+    /// `None` if the size does not fit.
     pub(crate) fn restore(size: usize, live: Range<u64>, weights: &[f64]) -> Option<Self> {
         let fits = size.is_power_of_two() && size >= FANOUT.max(weights.len());
         let mut tree = Self { levels: levels(if fits { size } else { FANOUT }), live };
@@ -138,7 +138,7 @@ impl SumTree {
     }
 }
 
-/// Makes the levels of a tree of `size` weights, all 0.
+/// Creates the levels of a tree of `size` weights, all 0.
 fn levels(size: usize) -> Vec<Vec<f64>> {
     let mut levels = vec![vec![0.0; size]];
     let mut len = size;

@@ -27,7 +27,7 @@ pub(crate) struct Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// Makes an empty tape whose first row gets the number `start`. It takes several blocks if it
+    /// Creates an empty tape whose first row gets the number `start`. It takes several blocks if it
     /// holds more than `usual_rows` rows.
     pub(crate) fn new(row_len: usize, usual_rows: usize, start: u64) -> Self {
         let tape = Self::with_block_bytes(row_len, usual_rows, BLOCK_BYTES);

@@ -4,7 +4,7 @@ use fetch_env::{BoxSpace, SnapshotEnv, Space};
 use goal_reward::GoalReward;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::learn::trainer::LearnEnv;
+use crate::learn::env::LearnEnv;
 
 /// What tells an environment from others, without a name: a user's own environment has none.
 #[derive(Serialize, Deserialize)]
@@ -69,8 +69,7 @@ impl<S: DeserializeOwned> EnvMark<S> {
 }
 
 impl Outcome {
-    /// Whether two outcomes are the same, but for rounding, which another processor may do in
-    /// another way.
+    /// Whether two outcomes are the same up to rounding, which may differ between processors.
     fn is_nearly(&self, other: &Self) -> bool {
         let rewards = match (self.reward, other.reward) {
             (Some(one), Some(other)) => (one - other).abs() <= 1e-6 * (1.0 + one.abs()),

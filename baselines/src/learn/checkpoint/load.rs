@@ -58,7 +58,8 @@ impl Loaded {
         })?;
         let num_ranks = saved.num_ranks;
         let own = send(workers, &|rank| (num_ranks == size).then(|| own_name(rank)))?;
-        // On another number of processes, the buffers are dealt out in turn; on more, some twice.
+        // On another number of processes, the buffers are distributed round-robin; on more, some go
+        // to two.
         let mut buffers = Vec::new();
         for round in 0..num_ranks.div_ceil(size) {
             let number = |rank: usize| match round * size + rank {

@@ -13,10 +13,11 @@ use super::environment::EnvMark;
 use super::load::Loaded;
 use crate::learn::algorithm::{Algorithm, AlgorithmInit};
 use crate::learn::curve::Counters;
+use crate::learn::env::LearnEnv;
 use crate::learn::error::{CheckpointError as Error, TrainError};
 use crate::learn::inputs::Inputs;
 use crate::learn::settings::AlgorithmSettings;
-use crate::learn::trainer::{LearnEnv, Trainer};
+use crate::learn::trainer::Trainer;
 use crate::trained::file::from_bytes;
 use crate::workers::{OneProcess, Workers};
 

@@ -15,8 +15,9 @@ use super::{
     ENVIRONMENT, Header, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
     checkpoints_by_steps, own_name,
 };
+use crate::learn::env::LearnEnv;
 use crate::learn::error::{CheckpointError as Error, TrainError};
-use crate::learn::trainer::{LearnEnv, Trainer};
+use crate::learn::trainer::Trainer;
 use crate::trained::file::to_bytes;
 use crate::workers::sum;
 
@@ -24,8 +25,8 @@ use crate::workers::sum;
 const KEPT: usize = 2;
 
 impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
-    /// Saves a checkpoint in a folder, makes the folder if there is none, and removes those of this
-    /// run that are older, but for the last of them. Returns its path. The first process writes,
+    /// Saves a checkpoint in a folder, which it creates if needed, and removes this run's older
+    /// checkpoints except the last one. Returns its path. The first process writes,
     /// and all wait for it.
     ///
     /// A run is what [`new`](Self::new) has begun, with what was [resumed](Self::resume) from it.
@@ -96,7 +97,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     }
 
     /// Returns the checkpoints of this run in a folder that are older than the one at `path`,
-    /// oldest first. One that cannot be read is nobody's, and stays as it is.
+    /// oldest first. One that cannot be read stays as it is.
     fn older_checkpoints(&self, folder: &Path, path: &Path) -> Result<Vec<PathBuf>, Error> {
         let mut older = Vec::new();
         let all = checkpoints_by_steps(folder)

@@ -85,12 +85,12 @@ impl<E: GoalEnv> Transition<'_, E> {
 }
 
 impl<E: Env> Subject<'_, E> {
-    /// Makes a new environment.
+    /// Creates a new environment.
     pub(super) fn env(&self) -> Result<E, EnvError> {
         (self.make)()
     }
 
-    /// Makes a new environment and resets it.
+    /// Creates a new environment and resets it.
     pub(super) fn started(&self) -> Result<(E, ResetOf<E>), EnvError> {
         let mut env = self.env()?;
         let reset = env.reset(Some(self.options.seed))?;

@@ -39,7 +39,7 @@ impl<T: ArrayElement> BatchObservation for SharedArray<T> {
     type Rows = ArrayRows<T>;
 }
 
-/// Makes arrays of one length in the memory of those that have been dropped.
+/// Creates arrays of one length in the memory of those that have been dropped.
 ///
 /// As long as no more than [`REMEMBERED`](Self::REMEMBERED) arrays are alive at once, each of them
 /// is allocated once.
