@@ -58,8 +58,8 @@ impl Loaded {
         })?;
         let num_ranks = saved.num_ranks;
         let own = send(workers, &|rank| (num_ranks == size).then(|| own_name(rank)))?;
-        // On another number of processes, the buffers are distributed round-robin; on more, some go
-        // to two.
+        // On another number of processes, the buffers are distributed round-robin. With more
+        // processes than buffers, several processes get the same one.
         let mut buffers = Vec::new();
         for round in 0..num_ranks.div_ceil(size) {
             let number = |rank: usize| match round * size + rank {

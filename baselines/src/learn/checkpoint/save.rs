@@ -26,8 +26,8 @@ const KEPT: usize = 2;
 
 impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// Saves a checkpoint in a folder, which it creates if needed, and removes this run's older
-    /// checkpoints except the last one. Returns its path. The first process writes,
-    /// and all wait for it.
+    /// checkpoints except the last one. Returns its path. The first process writes, and
+    /// all wait for it.
     ///
     /// A run is what [`new`](Self::new) has begun, with what was [resumed](Self::resume) from it.
     /// Two runs are not the same if only their settings and seeds are. One trainer at a time saves

@@ -2,8 +2,8 @@
 //!
 //! # Why no result is lost or read early
 //! - *Owners.* A job is a box that moves: from the caller into a queue `todo`, from there to the
-//!   one thread that pops it, into the queue `done`, and back to the caller. Whoever holds the box
-//!   owns the job, so nobody reads what another writes.
+//!   one thread that pops it, into the queue `done`, and back to the caller. The thread that
+//!   holds the box owns the job, so no thread reads what another writes.
 //! - *Contents.* A pop of an `ArrayQueue` acquires what the push released: the thread sees all that
 //!   the caller wrote to the job, and the caller all that the thread wrote.
 //! - *The caller's sleep.* The caller stores `wanted` and then reads the length of `done`. A thread
