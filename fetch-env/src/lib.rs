@@ -66,6 +66,11 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+#[macro_use]
+mod settings;
+
 mod fetch;
 mod gym;
 #[cfg(any(feature = "clip", feature = "render"))]

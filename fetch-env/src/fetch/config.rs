@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 
 use super::env_id::{EnvId, UnknownEnvId};
 use super::error::FetchConfigError;
-use crate::gym::settings::getters;
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -202,22 +201,22 @@ impl FetchConfig {
         DistanceReward::new(self.reward, self.distance_threshold)
     }
 
-    getters! {
+    settings! {
         /// The kind of reward.
-        reward: RewardKind,
+        reward: RewardKind;
         /// The distance within which a goal counts as reached.
-        distance_threshold: DistanceThreshold,
+        distance_threshold: DistanceThreshold;
         /// Largest distance of the object's start in x and y, in meters; `None` without an object.
-        object_range: Option<f64>,
+        object_range: Option<f64>;
         /// Largest distance of a goal along each axis, in meters.
-        target_range: f64,
+        target_range: f64;
         /// Offset of every goal, in meters; with an object, z has no effect.
-        target_offset: [f64; 3],
+        target_offset: [f64; 3];
         /// Whether half of the goals are raised by up to 0.45 m; always false without an object,
         /// whose goals are in the air anyway.
-        target_in_the_air: bool,
+        target_in_the_air: bool;
         /// The number of steps after which an episode is truncated.
-        max_episode_steps: NonZeroU32,
+        max_episode_steps: NonZeroU32;
     }
 
     const fn check_object(&self, option: &'static str) -> Result<(), FetchConfigError> {

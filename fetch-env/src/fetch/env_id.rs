@@ -84,7 +84,7 @@ pub struct UnknownEnvId {
     pub nearest: [EnvId; 3],
 }
 
-crate::gym::debug::debug_as_display!(UnknownEnvId);
+debug_as_display!(UnknownEnvId);
 
 /// Returns the environments with the most similar names, the nearest first.
 fn nearest(id: &str) -> [EnvId; 3] {

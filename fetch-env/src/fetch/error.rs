@@ -40,7 +40,7 @@ pub enum MakeError {
     Vec(#[from] VecEnvError),
 }
 
-crate::gym::debug::debug_as_display!(MakeError);
+debug_as_display!(MakeError);
 
 /// Settings that are passed as they are need no conversion that could fail.
 impl From<Infallible> for MakeError {
@@ -126,4 +126,4 @@ pub enum FetchConfigError {
     },
 }
 
-crate::gym::debug::debug_as_display!(FetchConfigError);
+debug_as_display!(FetchConfigError);

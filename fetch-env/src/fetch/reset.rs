@@ -4,7 +4,7 @@ use fetch_sim::{Settled, SimError, Task};
 use serde::{Deserialize, Serialize};
 
 use super::config::{FetchConfig, MAX_METERS, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE, first_too_far};
-use crate::gym::{error::EnvError, np_random::NpRandom, settings::getters};
+use crate::gym::{error::EnvError, np_random::NpRandom};
 
 /// Options of the reset of a Fetch environment.
 ///
@@ -33,11 +33,11 @@ impl FetchResetOptions {
         self
     }
 
-    getters! {
+    settings! {
         /// The goal, in meters in the world frame; `None` if it is drawn.
-        desired_goal: Option<[f64; 3]>,
+        desired_goal: Option<[f64; 3]>;
         /// The object's start: x and y in meters in the world frame; `None` if it is drawn.
-        object_position: Option<[f64; 2]>,
+        object_position: Option<[f64; 2]>;
     }
 
     pub(super) fn check(&self, task: Task) -> Result<(), EnvError> {

@@ -116,7 +116,7 @@ pub enum EnvError {
     Other(OtherError),
 }
 
-crate::gym::debug::debug_as_display!(EnvError);
+debug_as_display!(EnvError);
 
 /// An error that only some environments have.
 ///
@@ -125,7 +125,7 @@ crate::gym::debug::debug_as_display!(EnvError);
 #[error(transparent)]
 pub struct OtherError(Arc<dyn Error + Send + Sync>);
 
-crate::gym::debug::debug_as_display!(OtherError);
+debug_as_display!(OtherError);
 
 impl PartialEq for OtherError {
     fn eq(&self, other: &Self) -> bool {

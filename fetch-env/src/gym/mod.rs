@@ -2,12 +2,10 @@
 //! checker.
 
 pub mod check;
-pub(crate) mod debug;
 pub(crate) mod env;
 pub(crate) mod error;
 pub(crate) mod np_random;
 pub(crate) mod registry;
-pub(crate) mod settings;
 pub mod spaces;
 pub mod vec_env;
 pub mod wrappers;

@@ -174,7 +174,7 @@ pub enum RegistryError {
     Make(#[from] EnvError),
 }
 
-crate::gym::debug::debug_as_display!(RegistryError);
+debug_as_display!(RegistryError);
 
 impl From<RegistryError> for EnvError {
     fn from(error: RegistryError) -> Self {

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{pool::RendererPool, render::RenderEnv};
 use crate::gym::env::observation::{ArrayRows, BatchObservation};
-use crate::gym::settings::{getters, setters};
 use crate::gym::spaces::ImageSpace;
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
@@ -41,12 +40,12 @@ impl PixelOptions {
         self
     }
 
-    setters! {
+    settings! {
         /// Sets the number of frames in an observation, the current one last. The default is 1.
         /// After a reset all of them are the first frame.
-        with_frame_stack(frame_stack: NonZeroU8),
+        with_frame_stack(frame_stack: NonZeroU8);
         /// Sets the order of the axes. The default has the channels last, as Gymnasium does.
-        with_channel_order(channel_order: ChannelOrder),
+        with_channel_order(channel_order: ChannelOrder);
     }
 
     /// The options of the renderer.
@@ -55,11 +54,11 @@ impl PixelOptions {
         &self.render
     }
 
-    getters! {
+    settings! {
         /// The number of frames in an observation.
-        frame_stack: NonZeroU8,
+        frame_stack: NonZeroU8;
         /// The order of the axes.
-        channel_order: ChannelOrder,
+        channel_order: ChannelOrder;
     }
 
     /// Returns the space of the pictures.

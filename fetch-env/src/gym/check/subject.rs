@@ -11,7 +11,6 @@ use crate::gym::env::observation::BatchObservation;
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::error::EnvError;
-use crate::gym::settings::{getters, setters};
 use crate::gym::spaces::action_space::ActionSpace;
 
 /// Settings of the environment checker.
@@ -32,24 +31,22 @@ impl Default for CheckOptions {
 }
 
 impl CheckOptions {
-    setters! {
+    settings! {
         /// Sets the seed of the episodes and, as another stream, of the actions. The default is 0.
-        with_seed(seed: u64),
+        with_seed(seed: u64);
         /// Sets the number of random steps in each check that steps. The default, 60, exceeds an
         /// episode, so that the steps include resets without a seed.
-        with_num_steps(num_steps: u32),
+        with_num_steps(num_steps: u32);
         /// Sets the number of steps after which the environment must truncate an episode; `None` if
         /// only its own rules may. The default, 50, is that of the Fetch environments.
-        with_max_episode_steps(max_episode_steps: Option<NonZeroU32>),
-    }
+        with_max_episode_steps(max_episode_steps: Option<NonZeroU32>);
 
-    getters! {
         /// The seed of the episodes.
-        seed: u64,
+        seed: u64;
         /// The number of random steps in each check that steps.
-        num_steps: u32,
+        num_steps: u32;
         /// The number of steps after which the environment must truncate an episode.
-        max_episode_steps: Option<NonZeroU32>,
+        max_episode_steps: Option<NonZeroU32>;
     }
 }
 

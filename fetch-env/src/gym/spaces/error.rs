@@ -78,4 +78,4 @@ pub enum SpaceError {
     },
 }
 
-crate::gym::debug::debug_as_display!(SpaceError);
+debug_as_display!(SpaceError);

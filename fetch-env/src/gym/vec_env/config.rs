@@ -4,7 +4,6 @@ use std::{num::NonZeroUsize, thread};
 
 use serde::{Deserialize, Serialize};
 
-use crate::gym::settings::{getters, setters};
 use crate::gym::vec_env::error::VecEnvError;
 
 /// The largest number of environments of a vector. That many on MuJoCo take 82 GiB, 1.3 MiB each.
@@ -48,25 +47,23 @@ pub struct VecConfig {
 }
 
 impl VecConfig {
-    setters! {
+    settings! {
         /// Sets the number of worker threads. The default, 0, starts one per core. There are never
         /// more threads than environments.
-        with_num_threads(num_threads: usize),
+        with_num_threads(num_threads: usize);
         /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is
         /// Gymnasium's.
-        with_autoreset(autoreset: AutoresetMode),
+        with_autoreset(autoreset: AutoresetMode);
         /// Sets whether each worker thread keeps to its own core, the first thread to the first
         /// core. The default is false: pinning helps only if nothing else runs on the machine.
-        with_pin_threads(pin_threads: bool),
-    }
+        with_pin_threads(pin_threads: bool);
 
-    getters! {
         /// The number of worker threads; 0 for one per core.
-        num_threads: usize,
+        num_threads: usize;
         /// When the next episode starts.
-        autoreset: AutoresetMode,
+        autoreset: AutoresetMode;
         /// Whether each worker thread keeps to its own core.
-        pin_threads: bool,
+        pin_threads: bool;
     }
 
     /// Returns the number of worker threads for `num_envs` environments.

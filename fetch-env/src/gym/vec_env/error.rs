@@ -135,4 +135,4 @@ pub enum VecEnvError {
     WorkerLost,
 }
 
-crate::gym::debug::debug_as_display!(VecEnvError);
+debug_as_display!(VecEnvError);

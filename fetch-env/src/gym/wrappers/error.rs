@@ -47,4 +47,4 @@ pub enum WrapperError {
     },
 }
 
-crate::gym::debug::debug_as_display!(WrapperError);
+debug_as_display!(WrapperError);

@@ -38,7 +38,7 @@ pub enum ClipError {
     Io(#[source] io::Error),
 }
 
-crate::gym::debug::debug_as_display!(ClipError);
+debug_as_display!(ClipError);
 
 impl From<gif::EncodingError> for ClipError {
     fn from(error: gif::EncodingError) -> Self {

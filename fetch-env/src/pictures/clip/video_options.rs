@@ -11,7 +11,6 @@ use fetch_sim::RenderOptions;
 use serde::{Deserialize, Serialize};
 
 use crate::gym::error::EnvError;
-use crate::gym::settings::{getters, setters};
 
 /// File format of a video.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -81,12 +80,12 @@ impl VideoOptions {
         self
     }
 
-    setters! {
+    settings! {
         /// Sets the number of frames after which a video ends, even if its episode does not. The
         /// default, `None`, records whole episodes. Frames are kept in memory until then.
-        with_max_frames(max_frames: Option<NonZeroU32>),
+        with_max_frames(max_frames: Option<NonZeroU32>);
         /// Sets the file format. The default is GIF.
-        with_format(format: VideoFormat),
+        with_format(format: VideoFormat);
     }
 
     /// The folder of the videos.
@@ -113,11 +112,11 @@ impl VideoOptions {
         &self.render
     }
 
-    getters! {
+    settings! {
         /// The number of frames after which a video ends.
-        max_frames: Option<NonZeroU32>,
+        max_frames: Option<NonZeroU32>;
         /// The file format.
-        format: VideoFormat,
+        format: VideoFormat;
     }
 
     /// The file of an episode's video, by the number of the episode from 0:
@@ -178,7 +177,7 @@ pub enum VideoError {
     },
 }
 
-crate::gym::debug::debug_as_display!(VideoError);
+debug_as_display!(VideoError);
 
 impl VideoError {
     pub(super) fn write(path: &Path, reason: &dyn fmt::Display) -> Self {
