@@ -101,8 +101,8 @@ pub use fetch::make::{MujocoEnv, make, make_vec};
 pub use fetch::{
     config::FetchConfig,
     env::{FetchEnv, FetchSnapshot},
-    env_id::{EnvId, UnknownEnvId},
-    error::{FetchConfigError, MakeError},
+    env_id::EnvId,
+    error::MakeError,
     kinematic::{KinematicEnv, make_kinematic, make_kinematic_vec},
     layout::{ObservationField, observation_fields},
     observation::FetchObservation,
@@ -111,16 +111,16 @@ pub use fetch::{
 pub use gym::{
     check,
     env::{
-        ActionElement, Env, Reset, SnapshotEnv, Step,
-        goal::{GoalEnv, GoalEnvExt, GoalInfo, Info},
+        ActionElement, Env, Reset, SnapshotEnv, Step, WrappedSnapshot,
+        action_space::ActionSpace,
+        goal::{GoalEnv, GoalEnvExt, Info},
         observation::{BatchObservation, GoalObservation},
     },
-    error::{EnvError, OtherError},
+    error::EnvError,
     np_random::NpRandom,
     registry::{Registry, RegistryError},
     spaces::{
-        self, ActionSpace, BoxSpace, DictSpace, DiscreteSpace, MultiBinarySpace,
-        MultiDiscreteSpace, Space,
+        self, BoxSpace, DictSpace, DiscreteSpace, MultiBinarySpace, MultiDiscreteSpace, Space,
     },
     vec_env::{self, VecEnv},
     wrappers::{self, EnvExt, TimeLimit},
@@ -128,13 +128,10 @@ pub use gym::{
 #[cfg(feature = "clip")]
 pub use pictures::clip;
 #[cfg(all(feature = "clip", feature = "render"))]
-pub use pictures::clip::{
-    record_video::RecordVideo,
-    video_options::{VideoError, VideoFormat, VideoOptions},
-};
+pub use pictures::clip::record_video::{RecordVideo, VideoFormat};
 #[cfg(feature = "render")]
 pub use pictures::{
-    frames::{ChannelOrder, PixelOptions, Pixels},
+    frames::PixelOptions,
     pixel_rows::PixelRows,
     pixels::{AddRenderObservation, PixelObservation},
     pixels_only::PixelsOnly,

@@ -3,7 +3,7 @@
 
 mod in_child;
 
-use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError, VecReset};
+use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError};
 use fetch_env::{Env, KinematicEnv, make_kinematic};
 use in_child::in_child;
 
@@ -28,7 +28,7 @@ fn a_vector_from_before_the_fork_says_so_and_a_new_one_works() -> Result {
         assert_eq!(before.step(&ACTIONS).err(), forked);
         assert_eq!(before.reset(Some(0)).err(), forked);
         assert_eq!(before.send(&ACTIONS, &[0, 1, 2, 3]).err(), forked);
-        assert_eq!(before.send_reset(&VecReset::seeded(0)).err(), forked);
+        assert_eq!(before.send_reset(Some(0)).err(), forked);
         assert_eq!(before.recv(0).err(), forked);
         assert_eq!(before.snapshot().err(), forked);
         assert_eq!(before.restore(&snapshot).err(), forked);

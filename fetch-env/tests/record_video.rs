@@ -7,8 +7,7 @@ use fetch_env::vec_env::{VecConfig, VecEnv};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     Env, EnvError, EnvExt, GoalEnvExt, MujocoEnv, PixelOptions, PixelsOnly, RecordVideo, RenderEnv,
-    RenderError, RenderOptions, SnapshotEnv, TimeLimit, VideoError, VideoFormat, VideoOptions,
-    check, make,
+    RenderError, RenderOptions, SnapshotEnv, TimeLimit, VideoFormat, check, clip::ClipError, make,
 };
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -19,13 +18,13 @@ fn small() -> RenderOptions {
     RenderOptions::default().with_width(48).with_height(36).with_samples(0)
 }
 
-fn options(folder: &Path) -> VideoOptions {
-    VideoOptions::new(folder).with_render(small()).with_format(VideoFormat::Apng)
+fn video(folder: &Path) -> RecordVideo {
+    RecordVideo::new(folder).with_render(small()).with_format(VideoFormat::Apng)
 }
 
 /// Returns `None` without OpenGL, unless the environment variable `MUJOCO_GL` demands it.
-fn recorded(options: VideoOptions) -> Result<Option<Wrapped<MujocoEnv, RecordVideo>>> {
-    match make("FetchReach-v4")?.wrap(RecordVideo::new(options)) {
+fn recorded(video: RecordVideo) -> Result<Option<Wrapped<MujocoEnv, RecordVideo>>> {
+    match make("FetchReach-v4")?.wrap(video) {
         Err(error)
             if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))
                 && std::env::var_os("MUJOCO_GL").is_none() =>
@@ -36,7 +35,7 @@ fn recorded(options: VideoOptions) -> Result<Option<Wrapped<MujocoEnv, RecordVid
     }
 }
 
-fn video_error<'a>(error: &'a (dyn std::error::Error + 'static)) -> Option<&'a VideoError> {
+fn clip_error<'a>(error: &'a (dyn std::error::Error + 'static)) -> Option<&'a ClipError> {
     error.downcast_ref::<EnvError>()?.downcast_ref()
 }
 
@@ -63,8 +62,8 @@ fn episode(env: &mut impl Env<ActionSpace = fetch_env::BoxSpace<f32>>) -> Result
 fn chosen_episodes_are_written_at_their_end_and_steps_stay_the_same() -> Result {
     let folder = tempfile::tempdir()?;
     let inside = folder.path().join("a/b");
-    let options = options(&inside).with_episodes(|episode| episode % 2 == 1);
-    let Some(mut env) = recorded(options)? else { return Ok(()) };
+    let video = video(&inside).with_episodes(|episode| episode % 2 == 1);
+    let Some(mut env) = recorded(video)? else { return Ok(()) };
     let mut plain = make("FetchReach-v4")?;
     let mut renderer = plain.renderer(small())?;
     let mut shown = Vec::new();
@@ -104,7 +103,7 @@ fn chosen_episodes_are_written_at_their_end_and_steps_stay_the_same() -> Result 
 #[test]
 fn episodes_that_do_not_end_are_written_at_a_reset_by_request_or_when_full() -> Result {
     let folder = tempfile::tempdir()?;
-    let settings = || options(folder.path()).with_episodes(|_| true);
+    let settings = || video(folder.path()).with_episodes(|_| true);
     let Some(mut env) = recorded(settings().with_name_prefix("cut"))? else { return Ok(()) };
     env.reset(Some(0))?;
     env.step(&ACTION)?;
@@ -125,8 +124,7 @@ fn episodes_that_do_not_end_are_written_at_a_reset_by_request_or_when_full() -> 
     let full = settings().with_name_prefix("full").with_max_frames(NonZeroU32::new(7));
     // The limit is outside, so the recording learns of the end at the next reset only.
     let inner = make("FetchReach-v4")?.into_inner();
-    let mut env =
-        inner.wrap(RecordVideo::new(full))?.wrap(TimeLimit::new(9.try_into().expect("not 0")))?;
+    let mut env = inner.wrap(full)?.wrap(TimeLimit::new(9.try_into().expect("not 0")))?;
     episode(&mut env)?;
     assert_eq!(num_frames(&folder.path().join("full-episode-0.png"))?, 7);
     Ok(())
@@ -134,17 +132,17 @@ fn episodes_that_do_not_end_are_written_at_a_reset_by_request_or_when_full() -> 
 
 #[test]
 fn the_default_episodes_are_gymnasiums() {
-    let options = VideoOptions::new("videos");
-    let chosen: Vec<u64> = (0..3001).filter(|&episode| options.records(episode)).collect();
+    let video = RecordVideo::new("videos");
+    let chosen: Vec<u64> = (0..3001).filter(|&episode| video.records(episode)).collect();
     assert_eq!(chosen, [0, 1, 8, 27, 64, 125, 216, 343, 512, 729, 1000, 2000, 3000]);
-    assert_eq!(options.path(8), Path::new("videos/rl-video-episode-8.gif"));
+    assert_eq!(video.path(8), Path::new("videos/rl-video-episode-8.gif"));
 }
 
 #[test]
 fn a_restored_environment_records_from_the_next_reset_on() -> Result {
     let folder = tempfile::tempdir()?;
-    let options = options(folder.path()).with_episodes(|_| true);
-    let Some(mut env) = recorded(options)? else { return Ok(()) };
+    let video = video(folder.path()).with_episodes(|_| true);
+    let Some(mut env) = recorded(video)? else { return Ok(()) };
     env.reset(Some(0))?;
     env.step(&ACTION)?;
     let snapshot = env.snapshot();
@@ -161,12 +159,12 @@ fn a_restored_environment_records_from_the_next_reset_on() -> Result {
 #[test]
 fn a_recorded_environment_keeps_the_laws() -> Result {
     let folder = tempfile::tempdir()?;
-    let options =
-        || options(folder.path()).with_format(VideoFormat::Gif).with_episodes(|number| number == 1);
-    if recorded(options())?.is_none() {
+    let video =
+        || video(folder.path()).with_format(VideoFormat::Gif).with_episodes(|number| number == 1);
+    if recorded(video())?.is_none() {
         return Ok(());
     }
-    let make = || make("FetchPush-v4")?.wrap(RecordVideo::new(options()));
+    let make = || make("FetchPush-v4")?.wrap(video());
     let check = check::CheckOptions::default();
     let report = check::check_goal_env(make, &check).and(check::check_snapshots(make, &check));
     assert!(report.passed(), "{report}");
@@ -178,13 +176,13 @@ fn a_recorded_environment_keeps_the_laws() -> Result {
 #[test]
 fn many_environments_record_and_show_pictures_at_the_same_time() -> Result {
     let folder = tempfile::tempdir()?;
-    if recorded(options(folder.path()))?.is_none() {
+    if recorded(video(folder.path()))?.is_none() {
         return Ok(());
     }
     let env = |index: usize| -> Result<_> {
         let pixels = make("FetchSlide-v4")?.wrap(PixelsOnly::new(PixelOptions::default()))?;
-        let options = options(folder.path()).with_name_prefix(format!("env-{index}"));
-        Ok(pixels.wrap(RecordVideo::new(options))?)
+        let video = video(folder.path()).with_name_prefix(format!("env-{index}"));
+        Ok(pixels.wrap(video)?)
     };
     let envs = (0..3).map(env).collect::<Result<Vec<_>>>()?;
     let mut envs = VecEnv::new(envs, VecConfig::default().with_num_threads(2))?;
@@ -205,11 +203,11 @@ fn files_beside_a_video_and_links_stay() -> Result {
     fs::write(of("thesis.txt"), "three years")?;
     std::os::unix::fs::symlink("thesis.txt", of("rl-video-episode-0.png.partial"))?;
     std::os::unix::fs::symlink("thesis.txt", of("rl-video-episode-1.png"))?;
-    let Some(mut env) = recorded(options(folder.path()))? else { return Ok(()) };
+    let Some(mut env) = recorded(video(folder.path()))? else { return Ok(()) };
     episode(&mut env)?;
     assert_eq!(num_frames(&of("rl-video-episode-0.png"))?, 51);
     let error = episode(&mut env).unwrap_err();
-    assert!(matches!(video_error(&*error), Some(VideoError::Write { .. })));
+    assert!(matches!(clip_error(&*error), Some(ClipError::Video { .. })));
     assert_eq!(fs::read_to_string(of("thesis.txt"))?, "three years");
     let links = ["rl-video-episode-0.png.partial", "rl-video-episode-1.png"];
     for link in links {
@@ -222,28 +220,30 @@ fn files_beside_a_video_and_links_stay() -> Result {
 #[test]
 fn what_cannot_be_written_is_an_error() -> Result {
     let folder = tempfile::tempdir()?;
-    if recorded(options(folder.path()))?.is_none() {
+    if recorded(video(folder.path()))?.is_none() {
         return Ok(());
     }
     for name_prefix in ["../x", "a/b", "/x", "a\\b"] {
-        let error = recorded(options(folder.path()).with_name_prefix(name_prefix)).unwrap_err();
-        let expected = VideoError::NamePrefix { name_prefix: name_prefix.into() };
-        assert_eq!(video_error(&*error), Some(&expected));
+        let error = recorded(video(folder.path()).with_name_prefix(name_prefix)).unwrap_err();
+        let Some(ClipError::NamePrefix { name_prefix: refused }) = clip_error(&*error) else {
+            panic!("{error}");
+        };
+        assert_eq!(refused, name_prefix);
     }
     let file = folder.path().join("file");
     fs::write(&file, "no folder")?;
-    let error = recorded(options(&file)).unwrap_err();
-    assert!(matches!(video_error(&*error), Some(VideoError::Write { .. })));
+    let error = recorded(video(&file)).unwrap_err();
+    assert!(matches!(clip_error(&*error), Some(ClipError::Video { .. })));
     // A folder has the name of the video.
     let gone = folder.path().join("rl-video-episode-0.png");
     fs::create_dir_all(gone.join("x"))?;
-    let Some(mut env) = recorded(options(folder.path()))? else { return Ok(()) };
+    let Some(mut env) = recorded(video(folder.path()))? else { return Ok(()) };
     env.reset(Some(0))?;
     for _ in 0..49 {
         env.step(&ACTION)?;
     }
     let error = env.step(&ACTION).unwrap_err();
-    assert!(matches!(error.downcast_ref(), Some(VideoError::Write { path, .. }) if *path == gone));
+    assert!(matches!(error.downcast_ref(), Some(ClipError::Video { path, .. }) if *path == gone));
     env.reset(None)?;
     assert_eq!(files(folder.path())?, ["file", "rl-video-episode-0.png"]);
     Ok(())

@@ -1,6 +1,6 @@
 //! The eight names and their settings.
 
-use fetch_env::{EnvId, FetchConfig, FetchConfigError, FetchEnv, MakeError, make_kinematic};
+use fetch_env::{EnvId, FetchConfig, FetchEnv, MakeError, make_kinematic};
 use fetch_sim::{KinematicSimulator, ModelSource, SimConfig, Task};
 use goal_reward::{DistanceThreshold, RewardKind};
 use proptest::prelude::*;
@@ -43,10 +43,10 @@ fn the_error_for_an_unknown_name_lists_the_nearest() {
         ("Reach", "FetchReach-v4"),
     ] {
         let error = make_kinematic(unknown).expect_err("no such environment");
-        let MakeError::UnknownId(error) = error else { panic!("{error}") };
-        assert_eq!(error.id, unknown);
-        assert_eq!(error.nearest[0].to_string(), nearest, "for {unknown}");
         let message = error.to_string();
+        let MakeError::UnknownId { id, nearest: known } = error else { panic!("{message}") };
+        assert_eq!(id, unknown);
+        assert_eq!(known[0].to_string(), nearest, "for {unknown}");
         assert!(message.contains(unknown) && message.contains(nearest), "{message}");
     }
 }
@@ -140,10 +140,9 @@ fn the_serialized_settings_have_these_keys() -> Result {
 fn each_invalid_setting_is_named() -> Result {
     let push = || FetchConfig::new(Task::Push, RewardKind::Sparse);
     let reach = || FetchConfig::new(Task::Reach, RewardKind::Sparse);
-    let no_object = |option| FetchConfigError::NoObject { task: Task::Reach, option };
-    let range =
-        |option, value, least| FetchConfigError::Range { option, value, least, most: 1000.0 };
-    let count = |option, value, most| FetchConfigError::Count { option, value, most };
+    let no_object = |option| MakeError::NoObject { task: Task::Reach, option };
+    let range = |option, value, least| MakeError::Range { option, value, least, most: 1000.0 };
+    let count = |option, value, most| MakeError::Count { option, value, most };
     for (config, error) in [
         (reach().with_object_range(0.1), no_object("object_range")),
         (reach().with_target_in_the_air(true), no_object("target_in_the_air")),
@@ -153,7 +152,7 @@ fn each_invalid_setting_is_named() -> Result {
         (push().with_target_range(f64::MAX), range("target_range", f64::MAX, 0.0)),
         (
             push().with_target_offset([0.0, f64::INFINITY, 0.0]),
-            FetchConfigError::Offset { axis: 1, value: f64::INFINITY, most: 1000.0 },
+            MakeError::Offset { axis: 1, value: f64::INFINITY, most: 1000.0 },
         ),
         (push().with_target_range(8e307), range("target_range", 8e307, 0.0)),
         (push().with_object_range(1000.1), range("object_range", 1000.1, 0.075)),
@@ -164,7 +163,7 @@ fn each_invalid_setting_is_named() -> Result {
         assert_eq!(config, Err(error));
     }
     let threshold = push().with_distance_threshold(-1.0);
-    assert!(matches!(threshold, Err(FetchConfigError::Threshold(_))), "{threshold:?}");
+    assert!(matches!(threshold, Err(MakeError::Threshold(_))), "{threshold:?}");
     Ok(())
 }
 

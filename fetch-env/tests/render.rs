@@ -7,10 +7,10 @@ use std::num::NonZeroU8;
 use allocation_counter::measure;
 use fetch_env::spaces::SpaceError;
 use fetch_env::{
-    AddRenderObservation, BatchObservation, BoxSpace, ChannelOrder, DictSpace, Env, EnvError,
-    EnvExt, EnvId, FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info,
-    MujocoEnv, PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer,
-    Reset, SimConfig, SnapshotEnv, Space, Step, check, make,
+    AddRenderObservation, BatchObservation, BoxSpace, DictSpace, Env, EnvError, EnvExt, EnvId,
+    FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info, MujocoEnv,
+    PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, Reset,
+    SimConfig, SnapshotEnv, Space, Step, check, make,
 };
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -36,12 +36,12 @@ fn renderer(env: &MujocoEnv) -> Result<Option<Renderer>> {
     unless_blind(env.renderer(small()))
 }
 
-fn options(frame_stack: u8, channel_order: ChannelOrder) -> PixelOptions {
+fn options(frame_stack: u8, channels_first: bool) -> PixelOptions {
     let frame_stack = NonZeroU8::new(frame_stack).expect("at least one");
     PixelOptions::default()
         .with_render(small())
         .with_frame_stack(frame_stack)
-        .with_channel_order(channel_order)
+        .with_channels_first(channels_first)
 }
 
 const ACTION: [f32; 4] = [1.0, -0.5, -1.0, 1.0];
@@ -102,33 +102,32 @@ fn pixels_are_what_render_shows_in_the_order_asked_for() -> Result {
     let mut plain = make("FetchPickAndPlace-v4")?;
     let Some(mut renderer) = renderer(&plain)? else { return Ok(()) };
     let with =
-        |order| make("FetchPickAndPlace-v4")?.wrap(AddRenderObservation::new(options(2, order)));
-    let mut last = with(ChannelOrder::Hwc)?;
-    let mut first = with(ChannelOrder::Chw)?;
-    assert_eq!(options(2, ChannelOrder::Hwc).image_space()?.shape(), [30, 40, 6]);
-    assert_eq!(options(2, ChannelOrder::Chw).image_space()?.shape(), [6, 30, 40]);
+        |first| make("FetchPickAndPlace-v4")?.wrap(AddRenderObservation::new(options(2, first)));
+    let mut last = with(false)?;
+    let mut first = with(true)?;
+    assert_eq!(options(2, false).image_space()?.shape(), [30, 40, 6]);
+    assert_eq!(options(2, true).image_space()?.shape(), [6, 30, 40]);
     let start = plain.reset(Some(3))?.observation;
     let mut pictures = [0; 2].map(|_| plain.render(&mut renderer).expect("a picture").to_vec());
     let mut observations: [PixelObservation<_>; 2] =
         [&mut last, &mut first].map(|env| env.reset(Some(3)).expect("a reset").observation);
     assert_eq!(observations[0].state, start);
     for _ in 0..4 {
-        let expected = |order, row: usize, column: usize, frame: usize, color: usize| {
+        let expected = |channels_first, row: usize, column: usize, frame: usize, color: usize| {
             let value = pictures[frame][(row * 40 + column) * 3 + color];
             let channel = 3 * frame + color;
-            match order {
-                ChannelOrder::Hwc => ((row * 40 + column) * 6 + channel, value),
-                ChannelOrder::Chw => ((channel * 30 + row) * 40 + column, value),
+            if channels_first {
+                ((channel * 30 + row) * 40 + column, value)
+            } else {
+                ((row * 40 + column) * 6 + channel, value)
             }
         };
-        for (order, observation) in
-            [ChannelOrder::Hwc, ChannelOrder::Chw].into_iter().zip(&observations)
-        {
+        for (channels_first, observation) in [false, true].into_iter().zip(&observations) {
             assert_eq!(observation.pixels.len(), 30 * 40 * 6);
             for at in 0..30 * 40 * 6 {
                 let (row, column, rest) = (at / 240, at / 6 % 40, at % 6);
-                let (index, value) = expected(order, row, column, rest / 3, rest % 3);
-                assert_eq!(observation.pixels[index], value, "{order:?}, {index}");
+                let (index, value) = expected(channels_first, row, column, rest / 3, rest % 3);
+                assert_eq!(observation.pixels[index], value, "{channels_first}, {index}");
             }
         }
         plain.step(&ACTION)?;
@@ -145,15 +144,14 @@ fn an_environment_with_pixels_keeps_the_laws() -> Result {
     if renderer(&make("FetchPush-v4")?)?.is_none() {
         return Ok(());
     }
-    let make =
-        || make("FetchPush-v4")?.wrap(AddRenderObservation::new(options(1, ChannelOrder::Chw)));
+    let make = || make("FetchPush-v4")?.wrap(AddRenderObservation::new(options(1, true)));
     let report = check::check_goal_env(make, &check::CheckOptions::default());
     assert!(report.passed(), "{report}");
     let mut env = make()?;
     let observation = env.reset(Some(0))?.observation;
     assert!(env.observation_space().contains(&observation.to_value(env.observation_space())?));
     let Space::Dict(space) = env.observation_space() else { panic!("a dictionary") };
-    assert_eq!(space.get("pixels"), Some(&options(1, ChannelOrder::Chw).image_space()?.into()));
+    assert_eq!(space.get("pixels"), Some(&options(1, true).image_space()?.into()));
     let achieved = observation.achieved_goal();
     assert_eq!(env.compute_reward(achieved, achieved)?, 0.0);
     Ok(())
@@ -211,13 +209,13 @@ fn a_second_key_named_pixels_is_an_error() -> Result {
     let env = Taken { env: make("FetchReach-v4")?, observation_space: observation_space.into() };
     let error = env.wrap(AddRenderObservation::new(PixelOptions::default())).err();
     let expected = SpaceError::DuplicateKey { key: "pixels".into() };
-    assert_eq!(error, Some(EnvError::Space(expected)));
+    assert_eq!(error, Some(EnvError::from(expected)));
     Ok(())
 }
 
 #[test]
 fn observing_pixels_allocates_nothing_once_observations_are_dropped() -> Result {
-    let made = make("FetchPush-v4")?.wrap(AddRenderObservation::new(options(3, ChannelOrder::Chw)));
+    let made = make("FetchPush-v4")?.wrap(AddRenderObservation::new(options(3, true)));
     let Some(mut env) = unless_blind(made)? else { return Ok(()) };
     let mut kept = vec![env.reset(Some(0))?.observation];
     let copy = kept[0].pixels.to_vec();

@@ -6,9 +6,8 @@ use std::num::NonZeroU8;
 use fetch_env::vec_env::{AutoresetMode, VecConfig, VecEnv};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    AddRenderObservation, ChannelOrder, Env, EnvError, EnvExt, FetchEnv, MujocoSimulator,
-    PixelOptions, PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv, TimeLimit, check,
-    make,
+    AddRenderObservation, Env, EnvError, EnvExt, FetchEnv, MujocoSimulator, PixelOptions,
+    PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv, TimeLimit, check, make,
 };
 
 type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -32,7 +31,7 @@ fn options(frame_stack: u8) -> PixelOptions {
     PixelOptions::default()
         .with_render(render)
         .with_frame_stack(NonZeroU8::new(frame_stack).expect("at least one"))
-        .with_channel_order(ChannelOrder::Chw)
+        .with_channels_first(true)
 }
 
 /// The length of an episode, so that a few steps include ends.

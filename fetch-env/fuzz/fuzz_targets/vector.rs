@@ -4,7 +4,7 @@ use arbitrary::Arbitrary;
 use fetch_env::{
     EnvError, EnvId, FetchObservation,
     vec_env::{
-        AutoresetMode, EpisodeStart, Seeds, VecConfig, VecEnv, VecEnvError, VecOptions, VecReset,
+        AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset,
         VecStep,
     },
 };
@@ -136,18 +136,14 @@ impl Vector {
             Call::SendReset { seeds, mask, options } => {
                 let options: Vec<_> = options.iter().map(|options| options.get()).collect();
                 let reset = VecReset {
-                    seeds: if seeds.is_empty() { Seeds::Continue } else { Seeds::Each(seeds) },
+                    seeds: (!seeds.is_empty()).then_some(&seeds[..]),
                     mask: mask.as_deref(),
-                    options: match &options[..] {
-                        [] => VecOptions::Default,
-                        [same] => VecOptions::Same(same),
-                        each => VecOptions::Each(each),
-                    },
+                    options: (!options.is_empty()).then_some(&options[..]),
                 };
                 let chosen = |env_index: usize| {
                     mask.as_ref().is_none_or(|mask| mask.get(env_index) == Some(&true))
                 };
-                match self.envs.send_reset(&reset) {
+                match self.envs.send_reset_with(&reset) {
                     Ok(()) => {
                         (0..num_envs).filter(|env_index| chosen(*env_index)).for_each(|env_index| {
                             assert!(!std::mem::replace(&mut self.in_flight[env_index], true));
@@ -167,7 +163,7 @@ impl Vector {
             Call::RecvAll => self.receive(self.num_in_flight()),
             Call::SetAutoresetStart(seed, options) => {
                 let (seed, options) = (*seed, options.get());
-                let set = self.envs.set_autoreset_start(move |_| EpisodeStart { seed, options });
+                let set = self.envs.set_autoreset_start(move |_, _| (seed, options));
                 assert_eq!(set.is_ok(), is_idle);
             }
             Call::SaveAndRestore => match self.envs.snapshot() {

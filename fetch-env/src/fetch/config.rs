@@ -6,8 +6,7 @@ use fetch_sim::{ModelSource, SimConfig, Substeps, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Serialize};
 
-use super::env_id::{EnvId, UnknownEnvId};
-use super::error::FetchConfigError;
+use super::{env_id::EnvId, error::MakeError};
 
 /// Smallest distance between the object's start and the gripper, in meters in the plane.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -28,13 +27,13 @@ const MIN_OBJECT_RANGE: f64 = 0.075;
 /// [`new`](Self::new) gives the reference's numbers, and the setters change them. A setter that can
 /// be given a wrong value returns an error:
 /// ```
-/// use fetch_env::{FetchConfig, FetchConfigError, RewardKind, Task};
+/// use fetch_env::{FetchConfig, MakeError, RewardKind, Task};
 ///
 /// let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_distance_threshold(0.02)?;
 /// assert_eq!(config.target_range(), 0.15);
 /// let refused = FetchConfig::new(Task::Reach, RewardKind::Sparse).with_object_range(0.2);
-/// assert!(matches!(refused, Err(FetchConfigError::NoObject { .. })));
-/// # Ok::<(), FetchConfigError>(())
+/// assert!(matches!(refused, Err(MakeError::NoObject { .. })));
+/// # Ok::<(), MakeError>(())
 /// ```
 /// No distance may exceed 1,000 m, where the robot reaches about 1.5 m, and a control step may have
 /// at most 1,000 physics steps; see [`Substeps`].
@@ -87,9 +86,9 @@ impl FetchConfig {
     /// reference's 25 Hz.
     ///
     /// # Errors
-    /// [`FetchConfigError::Count`] unless it is from 1 to 1,000.
-    pub fn with_n_substeps(mut self, n_substeps: u32) -> Result<Self, FetchConfigError> {
-        let count = |_| FetchConfigError::Count {
+    /// [`MakeError::Count`] unless it is from 1 to 1,000.
+    pub fn with_n_substeps(mut self, n_substeps: u32) -> Result<Self, MakeError> {
+        let count = |_| MakeError::Count {
             option: "n_substeps",
             value: n_substeps,
             most: Substeps::MAX.get(),
@@ -108,8 +107,8 @@ impl FetchConfig {
     /// the reference's.
     ///
     /// # Errors
-    /// [`FetchConfigError::Threshold`] if it is negative or not finite.
-    pub fn with_distance_threshold(mut self, meters: f64) -> Result<Self, FetchConfigError> {
+    /// [`MakeError::Threshold`] if it is negative or not finite.
+    pub fn with_distance_threshold(mut self, meters: f64) -> Result<Self, MakeError> {
         self.distance_threshold = DistanceThreshold::new(meters)?;
         Ok(self)
     }
@@ -118,9 +117,9 @@ impl FetchConfig {
     /// meters. The default is the reference's: 0.15, and 0.1 in Slide.
     ///
     /// # Errors
-    /// [`FetchConfigError::Range`] unless it is from 0.075 to 1,000, and
-    /// [`FetchConfigError::NoObject`] in Reach.
-    pub fn with_object_range(mut self, meters: f64) -> Result<Self, FetchConfigError> {
+    /// [`MakeError::Range`] unless it is from 0.075 to 1,000, and
+    /// [`MakeError::NoObject`] in Reach.
+    pub fn with_object_range(mut self, meters: f64) -> Result<Self, MakeError> {
         self.check_object("object_range")?;
         self.object_range = Some(in_range("object_range", meters, MIN_OBJECT_RANGE)?);
         Ok(self)
@@ -131,8 +130,8 @@ impl FetchConfig {
     /// object's instead. The default is the reference's: 0.15, and 0.3 in Slide.
     ///
     /// # Errors
-    /// [`FetchConfigError::Range`] unless it is from 0 to 1,000.
-    pub fn with_target_range(mut self, meters: f64) -> Result<Self, FetchConfigError> {
+    /// [`MakeError::Range`] unless it is from 0 to 1,000.
+    pub fn with_target_range(mut self, meters: f64) -> Result<Self, MakeError> {
         self.target_range = in_range("target_range", meters, 0.0)?;
         Ok(self)
     }
@@ -141,10 +140,10 @@ impl FetchConfig {
     /// in Slide.
     ///
     /// # Errors
-    /// [`FetchConfigError::Offset`] unless each coordinate is from -1,000 to 1,000.
-    pub fn with_target_offset(mut self, meters: [f64; 3]) -> Result<Self, FetchConfigError> {
+    /// [`MakeError::Offset`] unless each coordinate is from -1,000 to 1,000.
+    pub fn with_target_offset(mut self, meters: [f64; 3]) -> Result<Self, MakeError> {
         if let Some((axis, value)) = first_too_far(&meters) {
-            return Err(FetchConfigError::Offset { axis, value, most: MAX_METERS });
+            return Err(MakeError::Offset { axis, value, most: MAX_METERS });
         }
         self.target_offset = meters;
         Ok(self)
@@ -154,8 +153,8 @@ impl FetchConfig {
     /// true in PickAndPlace alone.
     ///
     /// # Errors
-    /// [`FetchConfigError::NoObject`] if it is set in Reach.
-    pub fn with_target_in_the_air(mut self, in_the_air: bool) -> Result<Self, FetchConfigError> {
+    /// [`MakeError::NoObject`] if it is set in Reach.
+    pub fn with_target_in_the_air(mut self, in_the_air: bool) -> Result<Self, MakeError> {
         if in_the_air {
             self.check_object("target_in_the_air")?;
         }
@@ -167,10 +166,10 @@ impl FetchConfig {
     /// reference's.
     ///
     /// # Errors
-    /// [`FetchConfigError::Count`] if it is 0.
-    pub fn with_max_episode_steps(mut self, steps: u32) -> Result<Self, FetchConfigError> {
+    /// [`MakeError::Count`] if it is 0.
+    pub fn with_max_episode_steps(mut self, steps: u32) -> Result<Self, MakeError> {
         let option = "max_episode_steps";
-        self.max_episode_steps = NonZeroU32::new(steps).ok_or(FetchConfigError::Count {
+        self.max_episode_steps = NonZeroU32::new(steps).ok_or(MakeError::Count {
             option,
             value: steps,
             most: u32::MAX,
@@ -219,19 +218,19 @@ impl FetchConfig {
         max_episode_steps: NonZeroU32;
     }
 
-    const fn check_object(&self, option: &'static str) -> Result<(), FetchConfigError> {
+    const fn check_object(&self, option: &'static str) -> Result<(), MakeError> {
         let task = self.task();
-        if task.has_object() { Ok(()) } else { Err(FetchConfigError::NoObject { task, option }) }
+        if task.has_object() { Ok(()) } else { Err(MakeError::NoObject { task, option }) }
     }
 }
 
 /// Returns a range of meters that is at least `least`.
-fn in_range(option: &'static str, value: f64, least: f64) -> Result<f64, FetchConfigError> {
+fn in_range(option: &'static str, value: f64, least: f64) -> Result<f64, MakeError> {
     let most = MAX_METERS;
     if (least..=most).contains(&value) {
         return Ok(value);
     }
-    Err(FetchConfigError::Range { option, value, least, most })
+    Err(MakeError::Range { option, value, least, most })
 }
 
 /// Returns the first coordinate that is NaN or beyond [`MAX_METERS`], and its index.
@@ -256,9 +255,9 @@ struct Saved {
 }
 
 impl TryFrom<Saved> for FetchConfig {
-    type Error = FetchConfigError;
+    type Error = MakeError;
 
-    fn try_from(saved: Saved) -> Result<Self, FetchConfigError> {
+    fn try_from(saved: Saved) -> Result<Self, MakeError> {
         let mut config = Self::new(saved.sim.task(), saved.reward);
         config.sim = saved.sim;
         if let Some(meters) = saved.object_range {
@@ -288,18 +287,18 @@ impl From<EnvId> for FetchConfig {
 }
 
 impl TryFrom<&str> for FetchConfig {
-    type Error = UnknownEnvId;
+    type Error = MakeError;
 
     /// Returns the reference's settings for the environment of this name.
-    fn try_from(id: &str) -> Result<Self, UnknownEnvId> {
+    fn try_from(id: &str) -> Result<Self, MakeError> {
         Ok(id.parse::<EnvId>()?.config())
     }
 }
 
 impl TryFrom<&String> for FetchConfig {
-    type Error = UnknownEnvId;
+    type Error = MakeError;
 
-    fn try_from(id: &String) -> Result<Self, UnknownEnvId> {
+    fn try_from(id: &String) -> Result<Self, MakeError> {
         id.as_str().try_into()
     }
 }

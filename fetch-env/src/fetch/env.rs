@@ -9,10 +9,11 @@ use super::config::FetchConfig;
 use super::error::MakeError;
 use super::observation::FetchObservation;
 use super::reset::{FetchResetOptions, Start};
+use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{Env, Reset, SnapshotEnv, Step};
-use crate::gym::spaces::{DictSpace, Space, action_space::ActionSpace, box_space::BoxSpace};
+use crate::gym::spaces::{DictSpace, Space, box_space::BoxSpace};
 use crate::gym::{
     error::EnvError,
     np_random::NpRandom,

@@ -6,6 +6,7 @@ use fetch_sim::Task;
 use goal_reward::RewardKind;
 use serde::{Deserialize, Serialize};
 
+use super::error::MakeError;
 use crate::gym::registry::sort_by_similarity;
 
 /// The name of one of the eight environments, such as `FetchPush-v4` or `FetchPushDense-v4`.
@@ -46,20 +47,20 @@ impl fmt::Display for EnvId {
 }
 
 impl FromStr for EnvId {
-    type Err = UnknownEnvId;
+    type Err = MakeError;
 
-    fn from_str(id: &str) -> Result<Self, UnknownEnvId> {
+    fn from_str(id: &str) -> Result<Self, MakeError> {
         Self::ALL
             .into_iter()
             .find(|known| known.to_string() == id)
-            .ok_or_else(|| UnknownEnvId { id: id.into(), nearest: nearest(id) })
+            .ok_or_else(|| MakeError::UnknownId { id: id.into(), nearest: nearest(id) })
     }
 }
 
 impl TryFrom<String> for EnvId {
-    type Error = UnknownEnvId;
+    type Error = MakeError;
 
-    fn try_from(id: String) -> Result<Self, UnknownEnvId> {
+    fn try_from(id: String) -> Result<Self, MakeError> {
         id.parse()
     }
 }
@@ -69,22 +70,6 @@ impl From<EnvId> for String {
         id.to_string()
     }
 }
-
-/// Error returned when no environment has the given name.
-#[derive(Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "there is no environment {id:?}: the nearest are {}, {} and {}",
-    nearest[0], nearest[1], nearest[2]
-)]
-#[non_exhaustive]
-pub struct UnknownEnvId {
-    /// The name.
-    pub id: String,
-    /// The environments with the most similar names, the nearest first.
-    pub nearest: [EnvId; 3],
-}
-
-debug_as_display!(UnknownEnvId);
 
 /// Returns the environments with the most similar names, the nearest first.
 fn nearest(id: &str) -> [EnvId; 3] {

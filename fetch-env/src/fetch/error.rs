@@ -5,82 +5,26 @@ use std::convert::Infallible;
 use fetch_sim::{SimError, Task};
 use goal_reward::ThresholdError;
 
-use super::env_id::UnknownEnvId;
+use super::env_id::EnvId;
 use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::VecEnvError};
 
-/// Error returned when a Fetch environment cannot be made.
+/// Error returned when a Fetch environment cannot be configured or made.
 ///
 /// `?` turns it into an [`EnvError`], where [`EnvError::downcast_ref`] finds it again.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MakeError {
     /// No environment has this name.
-    #[error(transparent)]
-    UnknownId(#[from] UnknownEnvId),
-    /// The settings are invalid.
-    #[error(transparent)]
-    Config(#[from] FetchConfigError),
-    /// A simulator made from other settings than the configuration's.
     #[error(
-        "the simulator does not fit the configuration ({reason}): make it from the configuration's \
-         sim()"
+        "there is no environment {id:?}: the nearest are {}, {} and {}",
+        nearest[0], nearest[1], nearest[2]
     )]
-    SimulatorMismatch {
-        /// The difference between the two.
-        reason: String,
+    UnknownId {
+        /// The name.
+        id: String,
+        /// The environments with the most similar names, the nearest first.
+        nearest: [EnvId; 3],
     },
-    /// MuJoCo cannot be used, or refuses the model.
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// The spaces cannot be made.
-    #[error(transparent)]
-    Space(#[from] SpaceError),
-    /// The environments cannot be stepped together.
-    #[error(transparent)]
-    Vec(#[from] VecEnvError),
-}
-
-debug_as_display!(MakeError);
-
-/// Settings that are passed as they are need no conversion that could fail.
-impl From<Infallible> for MakeError {
-    fn from(never: Infallible) -> Self {
-        match never {}
-    }
-}
-
-impl From<MakeError> for EnvError {
-    fn from(error: MakeError) -> Self {
-        Self::other(error)
-    }
-}
-
-impl From<FetchConfigError> for EnvError {
-    fn from(error: FetchConfigError) -> Self {
-        MakeError::from(error).into()
-    }
-}
-
-impl From<UnknownEnvId> for EnvError {
-    fn from(error: UnknownEnvId) -> Self {
-        MakeError::from(error).into()
-    }
-}
-
-impl From<SimError> for EnvError {
-    fn from(error: SimError) -> Self {
-        match error {
-            // One variant to match on, whichever layer finds the difference.
-            SimError::ForeignSnapshot { reason } => Self::ForeignSnapshot { reason },
-            error => Self::other(error),
-        }
-    }
-}
-
-/// Error returned for invalid settings of a Fetch environment.
-#[derive(Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FetchConfigError {
     /// A setting of the object in a task without one.
     #[error("{task} has no object, so {option} cannot be set: leave it out")]
     NoObject {
@@ -124,6 +68,47 @@ pub enum FetchConfigError {
         /// The largest valid value.
         most: u32,
     },
+    /// A simulator made from other settings than the configuration's.
+    #[error(
+        "the simulator does not fit the configuration ({reason}): make it from the configuration's \
+         sim()"
+    )]
+    SimulatorMismatch {
+        /// The difference between the two.
+        reason: String,
+    },
+    /// MuJoCo cannot be used, or refuses the model.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// The spaces cannot be made.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
+    /// The environments cannot be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
 }
 
-debug_as_display!(FetchConfigError);
+debug_as_display!(MakeError);
+
+/// Settings that are passed as they are need no conversion that could fail.
+impl From<Infallible> for MakeError {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl From<MakeError> for EnvError {
+    fn from(error: MakeError) -> Self {
+        Self::other(error)
+    }
+}
+
+impl From<SimError> for EnvError {
+    fn from(error: SimError) -> Self {
+        match error {
+            // One variant to match on, whichever layer finds the difference.
+            SimError::ForeignSnapshot { reason } => Self::ForeignSnapshot { reason },
+            error => Self::other(error),
+        }
+    }
+}

@@ -17,8 +17,7 @@ pub type KinematicEnv = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 /// the physics, to test code that uses environments on machines without MuJoCo.
 ///
 /// # Errors
-/// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name;
-/// [`MakeError::Config`] for invalid settings.
+/// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name.
 pub fn make_kinematic(
     config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
 ) -> Result<KinematicEnv, MakeError> {

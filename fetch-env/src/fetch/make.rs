@@ -46,7 +46,7 @@ pub type MujocoEnv = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 ///
 /// # Errors
 /// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name;
-/// [`MakeError::Config`] for invalid settings; [`MakeError::Sim`] if MuJoCo cannot be used.
+/// [`MakeError::Sim`] if MuJoCo cannot be used.
 pub fn make(
     config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
 ) -> Result<MujocoEnv, MakeError> {

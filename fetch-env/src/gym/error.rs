@@ -2,12 +2,8 @@
 
 use std::{error::Error, sync::Arc};
 
-use super::{
-    spaces::error::SpaceError, vec_env::error::VecEnvError, wrappers::error::WrapperError,
-};
-
 /// Error returned when an environment cannot be reset, stepped, restored or wrapped.
-#[derive(Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvError {
     /// A step before the first reset, or after a failure.
@@ -101,35 +97,18 @@ pub enum EnvError {
         /// The message of the panic.
         message: String,
     },
-    /// The observations cannot be extended, because their space has the new key already.
-    #[error(transparent)]
-    Space(#[from] SpaceError),
-    /// The environment cannot be wrapped like this.
-    #[error(transparent)]
-    Wrapper(#[from] WrapperError),
-    /// The environments cannot be stepped together.
-    #[error(transparent)]
-    Vec(#[from] VecEnvError),
-    /// What this environment runs on failed, such as its simulator; see
+    /// Anything else, such as a failure of the simulator; see
     /// [`downcast_ref`](Self::downcast_ref).
     #[error(transparent)]
-    Other(OtherError),
+    Other(Arc<dyn Error + Send + Sync>),
 }
 
 debug_as_display!(EnvError);
 
-/// An error that only some environments have.
-///
-/// Two of them are equal if they have the same message.
-#[derive(Clone, thiserror::Error)]
-#[error(transparent)]
-pub struct OtherError(Arc<dyn Error + Send + Sync>);
-
-debug_as_display!(OtherError);
-
-impl PartialEq for OtherError {
+/// Two errors are equal if they have the same message.
+impl PartialEq for EnvError {
     fn eq(&self, other: &Self) -> bool {
-        self.0.to_string() == other.0.to_string()
+        self.to_string() == other.to_string()
     }
 }
 
@@ -144,13 +123,15 @@ impl EnvError {
     /// assert_eq!(error.to_string(), "the robot lost its connection: check the cable");
     /// ```
     pub fn other(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
-        Self::Other(OtherError(Arc::from(error.into())))
+        Self::Other(Arc::from(error.into()))
     }
 
     /// Returns the error that [`other`](Self::other) wrapped, if it is a `T`.
     ///
-    /// A Fetch environment wraps [`SimError`](crate::SimError) if its simulator fails,
-    /// [`MakeError`](crate::MakeError), and with pictures `RenderError` and `VideoError`.
+    /// It is a [`SpaceError`](crate::spaces::SpaceError) if an environment cannot be wrapped, a
+    /// [`VecEnvError`](crate::vec_env::VecEnvError), and in Fetch environments a
+    /// [`SimError`](crate::SimError) or [`MakeError`](crate::MakeError), with pictures a
+    /// `RenderError` or `ClipError`.
     ///
     /// ```
     /// use fetch_env::{EnvError, SimError};
@@ -161,7 +142,7 @@ impl EnvError {
     /// ```
     pub fn downcast_ref<T: Error + 'static>(&self) -> Option<&T> {
         match self {
-            Self::Other(OtherError(error)) => error.downcast_ref(),
+            Self::Other(error) => error.downcast_ref(),
             _ => None,
         }
     }

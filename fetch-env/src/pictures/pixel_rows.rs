@@ -1,10 +1,11 @@
 //! Observations with pictures of many environments, row after row.
 
 use super::pixels::{PIXELS, PixelObservation, STATE};
-use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows, WriteRow};
+use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows};
 use crate::gym::spaces::{Space, Value};
 use crate::gym::vec_env::step::VecStep;
-use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
+use crate::gym::wrappers::array::SharedArray;
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Observations with pictures, the pictures and the states each row-major.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,25 +51,30 @@ impl<O: BatchObservation<Rows: AsRef<ArrayRows<u8>>>, I, A> VecStep<O, I, A> {
     }
 }
 
-impl<R: Rows> Rows for PixelRows<R> {
-    fn new(space: &Space, num_rows: usize) -> Result<Self, VecEnvError> {
+impl<O, R: Rows<O>> Rows<PixelObservation<O>> for PixelRows<R> {
+    fn new(space: &Space, num_rows: usize) -> Result<Self, SpaceError> {
         let part = |key| space.as_dict().and_then(|dict| dict.get(key));
         let pixels = part(PIXELS).unwrap_or(space);
         let state = part(STATE);
         Ok(Self {
-            pixels: ArrayRows::new(pixels, num_rows)?,
+            pixels: Rows::<SharedArray<u8>>::new(pixels, num_rows)?,
             state: R::new(state.unwrap_or(space), num_rows)?,
             in_dict: state.is_none(),
         })
     }
 
+    fn write_row(&mut self, row: usize, observation: &PixelObservation<O>) -> Result<(), EnvError> {
+        self.pixels.write_row(row, &observation.pixels)?;
+        self.state.write_row(row, &observation.state)
+    }
+
     fn copy_row(&mut self, row: usize, from: &Self, from_row: usize) {
-        self.pixels.copy_row(row, &from.pixels, from_row);
+        Rows::<SharedArray<u8>>::copy_row(&mut self.pixels, row, &from.pixels, from_row);
         self.state.copy_row(row, &from.state, from_row);
     }
 
     fn value(&self, row: usize) -> Value {
-        let pixels = (PIXELS.into(), self.pixels.value(row));
+        let pixels = (PIXELS.into(), Rows::<SharedArray<u8>>::value(&self.pixels, row));
         match self.state.value(row) {
             Value::Dict(mut parts) if self.in_dict => {
                 parts.push(pixels);
@@ -76,13 +82,6 @@ impl<R: Rows> Rows for PixelRows<R> {
             }
             state => Value::Dict(vec![(STATE.into(), state), pixels]),
         }
-    }
-}
-
-impl<O, R: WriteRow<O>> WriteRow<PixelObservation<O>> for PixelRows<R> {
-    fn write_row(&mut self, row: usize, observation: &PixelObservation<O>) -> Result<(), EnvError> {
-        self.pixels.write_row(row, &observation.pixels)?;
-        self.state.write_row(row, &observation.state)
     }
 }
 

@@ -1,11 +1,12 @@
 //! Observations with pictures.
 
-use super::frames::{Pictures, PixelOptions, Pixels, snapshot_pictures};
+use super::frames::{Pictures, PixelOptions, snapshot_pictures};
 use super::render::RenderEnv;
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Reset, Step};
 use crate::gym::spaces::{DictSpace, ImageSpace, Space};
 use crate::gym::wrappers::{
+    array::SharedArray,
     macros::keep,
     wrapper::{KeepsGoals, Resetting, Wrapper},
 };
@@ -51,7 +52,7 @@ pub(super) const STATE: &str = "state";
 #[non_exhaustive]
 pub struct PixelObservation<O> {
     /// The pictures.
-    pub pixels: Pixels,
+    pub pixels: SharedArray<u8>,
     /// Observation of the wrapped environment.
     pub state: O,
 }
@@ -59,7 +60,7 @@ pub struct PixelObservation<O> {
 impl AddRenderObservation {
     /// Adds pictures as `options` describe them.
     ///
-    /// [`wrap`](crate::EnvExt::wrap) returns [`EnvError::Space`] if the observations already have
+    /// [`wrap`](crate::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the observations already have
     /// the key `pixels`, or if the pictures have more than 2^28 bytes, and a
     /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
     pub fn new(options: PixelOptions) -> Self {

@@ -1,11 +1,12 @@
 //! Observations that are pictures alone.
 
-use super::frames::{Pictures, PixelOptions, Pixels, snapshot_pictures};
+use super::frames::{Pictures, PixelOptions, snapshot_pictures};
 use super::render::RenderEnv;
 use crate::gym::env::{ActionElement, Reset, Step};
 use crate::gym::error::EnvError;
 use crate::gym::spaces::Space;
 use crate::gym::wrappers::{
+    array::SharedArray,
     macros::keep,
     wrapper::{Resetting, Wrapper},
 };
@@ -39,7 +40,7 @@ impl PixelsOnly {
     /// Observes pictures as `options` describe them.
     ///
     /// [`wrap`](crate::EnvExt::wrap) returns a [`RenderError`](fetch_sim::RenderError) without
-    /// OpenGL and for invalid options, and [`EnvError::Space`] if the pictures have more than 2^28
+    /// OpenGL and for invalid options, and [`SpaceError::TooLarge`] if the pictures have more than 2^28
     /// bytes.
     #[must_use]
     pub fn new(options: PixelOptions) -> Self {
@@ -48,7 +49,7 @@ impl PixelsOnly {
 }
 
 impl<E: RenderEnv> Wrapper<E> for PixelsOnly {
-    type Observation = Pixels;
+    type Observation = SharedArray<u8>;
     keep!(Info, ActionSpace);
 
     fn attach(&mut self, env: &E) -> Result<(), EnvError> {
@@ -61,7 +62,7 @@ impl<E: RenderEnv> Wrapper<E> for PixelsOnly {
         env: &mut Resetting<'_, E>,
         seed: Option<u64>,
         options: &E::ResetOptions,
-    ) -> Result<Reset<Pixels, E::Info>, EnvError> {
+    ) -> Result<Reset<SharedArray<u8>, E::Info>, EnvError> {
         env.reset_with(seed, options)?.try_map_observation(|_| self.pictures.first(&**env))
     }
 
@@ -69,7 +70,7 @@ impl<E: RenderEnv> Wrapper<E> for PixelsOnly {
         &mut self,
         env: &mut E,
         action: &[ActionElement<E>],
-    ) -> Result<Step<Pixels, E::Info>, EnvError> {
+    ) -> Result<Step<SharedArray<u8>, E::Info>, EnvError> {
         env.step(action)?.try_map_observation(|_| self.pictures.next(env))
     }
 

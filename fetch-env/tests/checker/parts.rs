@@ -1,7 +1,7 @@
 //! The parts of the faulty environment: its actions, rewards, infos and observations.
 
 use fetch_env::{
-    ActionSpace, BatchObservation, BoxSpace, EnvError, GoalInfo, GoalObservation, Info, Space,
+    ActionSpace, BatchObservation, BoxSpace, EnvError, GoalObservation, Info, Space,
     spaces::SpaceError, vec_env::GoalRows,
 };
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
@@ -99,13 +99,9 @@ pub(crate) struct NotedInfo {
     pub(crate) note: f64,
 }
 
-impl GoalInfo for NotedInfo {
-    fn is_success(&self) -> bool {
-        self.info.is_success
-    }
-
-    fn distance(&self) -> f64 {
-        self.info.distance
+impl AsRef<Info> for NotedInfo {
+    fn as_ref(&self) -> &Info {
+        &self.info
     }
 }
 

@@ -18,7 +18,7 @@ impl Histories {
     fn new(count: usize, threads: usize, mode: AutoresetMode) -> Self {
         let config = VecConfig::default().with_num_threads(threads).with_autoreset(mode);
         let mut envs = vec_env(count, config).expect("a vector");
-        envs.send_reset(&VecReset::seeded(5)).expect("a reset");
+        envs.send_reset(Some(5)).expect("a reset");
         Self { envs, rows: vec![Vec::new(); count] }
     }
 
@@ -108,9 +108,9 @@ fn a_masked_reset_can_be_in_flight_beside_steps() -> Result {
     let mut envs = vec_env(3, VecConfig::default().with_num_threads(2))?;
     let expected = rows(envs.reset(Some(0))?);
     envs.send(&action(1, 0), &[1])?;
-    let mask = [true, false, true];
-    let again = VecReset { mask: Some(&mask), ..VecReset::seeded(0) };
-    envs.send_reset(&again)?;
+    let (seeds, mask) = ([Some(0), None, Some(2)], [true, false, true]);
+    let again = VecReset { seeds: Some(&seeds), mask: Some(&mask), options: None };
+    envs.send_reset_with(&again)?;
     let batch = envs.recv(3)?;
     for (row, &env_index) in batch.env_index().iter().enumerate() {
         assert_eq!(row_of(batch, row) == expected[env_index], env_index != 1);

@@ -2,7 +2,7 @@
 
 use fetch_env::{
     EnvError, FetchResetOptions, make_kinematic,
-    vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecEnvError, VecOptions, VecReset},
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset},
 };
 
 use crate::common::{Result, actions, rows, vec_env};
@@ -19,19 +19,19 @@ fn wrong_sizes_are_errors() -> Result {
         assert_eq!(envs.send(&vec![0.0; actual], &[0, 1, 2]), Err(error));
     }
     let count = |what, actual| VecEnvError::Count { what, actual, num_envs: 3 };
-    let reset = |seeds, mask| VecReset { seeds, mask, options: VecOptions::<Options>::Default };
+    let reset = |mask| VecReset { mask: Some(mask), ..VecReset::<Options>::default() };
     for (wrong, error) in [
-        (reset(Seeds::Each(&[None; 2]), None), count("seeds", 2)),
-        (reset(Seeds::Continue, Some(&[true; 4])), count("mask", 4)),
-        (reset(Seeds::Continue, Some(&[false; 3])), VecEnvError::EmptyMask),
-        (
-            VecReset::seeded(u64::MAX - 1),
-            VecEnvError::SeedTooLarge { first: u64::MAX - 1, num_envs: 3 },
-        ),
+        (VecReset { seeds: Some(&[None; 2]), ..VecReset::default() }, count("seeds", 2)),
+        (reset(&[true; 4]), count("mask", 4)),
+        (reset(&[false; 3]), VecEnvError::EmptyMask),
     ] {
-        assert_eq!(envs.send_reset(&wrong), Err(error.clone()));
+        assert_eq!(envs.send_reset_with(&wrong), Err(error.clone()));
         assert_eq!(envs.reset_with(&wrong).err(), Some(error));
     }
+    let first = u64::MAX - 1;
+    let too_large = VecEnvError::SeedTooLarge { first, num_envs: 3 };
+    assert_eq!(envs.send_reset(Some(first)), Err(too_large.clone()));
+    assert_eq!(envs.reset(Some(first)).err(), Some(too_large));
     assert_eq!(rows(envs.last_step()), start);
     assert_eq!(envs.in_flight(), 0);
     envs.reset(Some(u64::MAX - 2))?;
@@ -50,7 +50,7 @@ fn wrong_ids_are_errors() -> Result {
 
     envs.send(&[0.0; 8], &[1, 2])?;
     assert_eq!(envs.send(&[0.0; 8], &[0, 1]), Err(twice.clone()));
-    assert_eq!(envs.send_reset(&VecReset::default()), Err(twice));
+    assert_eq!(envs.send_reset_with(&VecReset::default()), Err(twice));
     let busy = VecEnvError::InFlight { count: 2 };
     assert_eq!(envs.step(&[0.0; 12]).err(), Some(busy.clone()));
     assert_eq!(envs.reset(None).err(), Some(busy));

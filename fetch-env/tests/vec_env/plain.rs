@@ -2,7 +2,8 @@
 
 use fetch_env::{
     BoxSpace, Env, EnvError, Reset, Space, Step,
-    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset, VecStep},
+    spaces::SpaceError,
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecStep},
 };
 
 use crate::common::{MODES, Result};
@@ -100,7 +101,8 @@ fn an_observation_that_does_not_fit_its_space_is_an_error() -> Result {
     let mut other = Counter::new(2);
     other.observations = BoxSpace::<f64>::unbounded(2)?.into();
     let error = VecEnv::new([other], VecConfig::default()).err();
-    let expected = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
+    let expected =
+        VecEnvError::Space(SpaceError::MissingPart { key: "observation", element: "f32" });
     assert_eq!(error, Some(expected));
     Ok(())
 }
@@ -159,7 +161,7 @@ fn a_vector_tells_what_it_is() -> Result {
     let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
     let mut envs = VecEnv::new([Counter::new(2), Counter::new(2)], config)?;
     assert_eq!((envs.autoreset_mode(), envs.in_flight()), (AutoresetMode::SameStep, 0));
-    envs.send_reset(&VecReset::default())?;
+    envs.send_reset(None)?;
     assert_eq!(envs.in_flight(), 2);
     assert_eq!(
         format!("{envs:?}"),

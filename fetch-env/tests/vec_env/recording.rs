@@ -116,7 +116,7 @@ fn rows_are_recorded_in_the_order_in_which_they_arrive() -> Result {
         let (mut envs, mut buffer, mut by_hand) =
             (vec_env(COUNT, config)?, buffer()?, ByHand::new()?);
         let mut steps = [0; COUNT];
-        envs.send_reset(&VecReset::seeded(4))?;
+        envs.send_reset(Some(4))?;
         let mut started = [false; COUNT];
         for _ in 0..100 {
             let batch = envs.recv(2)?;

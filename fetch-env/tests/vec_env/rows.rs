@@ -1,26 +1,40 @@
 //! Rows of observations: each is written and copied to its own place.
 
 use fetch_env::{
-    BatchObservation, BoxSpace, Env, Space, make_kinematic,
-    vec_env::{ArrayRows, GoalRows, Rows, VecEnvError, WriteRow},
+    BatchObservation, BoxSpace, Env, FetchObservation, Space, make_kinematic,
+    spaces::SpaceError,
+    vec_env::{ArrayRows, GoalRows, Rows},
+    wrappers::GoalVector,
 };
 
 use crate::common::Result;
 
+/// Writes observations to rows, and copies these in reverse order.
+fn written_and_copied<O: BatchObservation>(
+    space: &Space,
+    observations: &[O; 3],
+) -> Result<[O::Rows; 2]> {
+    let (mut rows, mut reversed) = (O::Rows::new(space, 3)?, O::Rows::new(space, 3)?);
+    for (row, observation) in observations.iter().enumerate() {
+        rows.write_row(row, observation)?;
+    }
+    (0..3).for_each(|row| reversed.copy_row(row, &rows, 2 - row));
+    for (row, observation) in observations.iter().enumerate() {
+        let value = observation.to_value(space)?;
+        assert_eq!((rows.value(row), reversed.value(2 - row)), (value.clone(), value));
+    }
+    Ok([rows, reversed])
+}
+
 #[test]
 fn arrays_are_written_and_copied_row_by_row() -> Result {
     let space = Space::from(BoxSpace::<f32>::unbounded(2)?);
-    let mut rows = ArrayRows::<f32>::new(&space, 3)?;
-    for row in 0..3_u8 {
-        rows.write_row(row.into(), &[f32::from(row), 10.0 + f32::from(row)])?;
-    }
+    let [rows, reversed] =
+        written_and_copied(&space, &[[0.0_f32, 10.0], [1.0, 11.0], [2.0, 12.0]])?;
     assert_eq!(rows.array(3), [0.0, 10.0, 1.0, 11.0, 2.0, 12.0]);
-    let mut other = ArrayRows::<f32>::new(&space, 3)?;
-    other.copy_row(0, &rows, 2);
-    other.copy_row(2, &rows, 1);
-    assert_eq!((&other.array(3)[..2], &other.array(3)[4..]), (&[2.0, 12.0][..], &[1.0, 11.0][..]));
-    assert!(other.array(3)[2..4].iter().all(|element| element.is_nan()));
-    assert_eq!(other.value(0), rows.value(2));
+    assert_eq!(reversed.array(2), [2.0, 12.0, 1.0, 11.0]);
+    let unwritten: ArrayRows<f32> = Rows::<[f32; 2]>::new(&space, 3)?;
+    assert!(unwritten.array(3).iter().all(|element| element.is_nan()));
     Ok(())
 }
 
@@ -28,21 +42,12 @@ fn arrays_are_written_and_copied_row_by_row() -> Result {
 fn goals_are_written_and_copied_row_by_row() -> Result {
     let mut env = make_kinematic("FetchPush-v4")?;
     let space = env.observation_space().clone();
-    let mut rows = GoalRows::<f64>::new(&space, 3)?;
-    let mut observations = Vec::new();
-    for row in 0..3 {
-        let start = env.reset(Some(row as u64))?.observation;
-        rows.write_row(row, &start)?;
-        observations.push(start);
-    }
-    let mut other = GoalRows::<f64>::new(&space, 3)?;
-    (0..3).for_each(|row| other.copy_row(row, &rows, 2 - row));
-    for (row, start) in observations.iter().enumerate() {
-        let value = start.to_value(&space)?;
-        assert_eq!((rows.value(row), other.value(2 - row)), (value.clone(), value));
-    }
-    let wrong = GoalRows::<f32>::new(&space, 3).err();
-    let expected = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
+    let starts = [0, 1, 2].map(|seed| env.reset(Some(seed)).expect("a reset").observation);
+    written_and_copied(&space, &starts)?;
+    // The space has numbers of double precision.
+    type Single = GoalVector<FetchObservation, f32>;
+    let wrong = <GoalRows<f32> as Rows<Single>>::new(&space, 3).err();
+    let expected = SpaceError::MissingPart { key: "observation", element: "f32" };
     assert_eq!(wrong, Some(expected));
     Ok(())
 }

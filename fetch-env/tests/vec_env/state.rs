@@ -7,10 +7,7 @@ use std::sync::{
 
 use fetch_env::{
     Env, FetchResetOptions, SnapshotEnv, make_kinematic,
-    vec_env::{
-        AutoresetMode, EpisodeStart, VecConfig, VecEnv, VecEnvError, VecOptions, VecReset,
-        VecSnapshot,
-    },
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset},
 };
 
 use crate::common::{MODES, Result, actions, rows, vec_env};
@@ -38,7 +35,7 @@ fn a_restored_vector_continues_with_the_same_bits() -> Result {
                 continued.push(rows(envs.step(&actions(COUNT, step))?));
             }
             let mut other = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
-            other.restore(&serde_json::from_str(&json)?)?;
+            other.restore(&serde_json::from_str::<Vec<_>>(&json)?)?;
             assert_eq!(other.snapshot()?, snapshot);
             for (step, expected) in (steps..).zip(&continued) {
                 assert_eq!(rows(other.step(&actions(COUNT, step))?), *expected);
@@ -64,8 +61,8 @@ fn a_foreign_snapshot_changes_no_environment() -> Result {
         longer.step(&actions(COUNT, step))?;
     }
     let mut swapped = serde_json::to_value(longer.snapshot()?)?;
-    swapped["envs"].as_array_mut().ok_or("an array")?.swap(2, 3);
-    let error = envs.restore(&serde_json::from_value(swapped)?);
+    swapped.as_array_mut().ok_or("an array")?.swap(2, 3);
+    let error = envs.restore(&serde_json::from_value::<Vec<_>>(swapped)?);
     assert!(matches!(error, Err(VecEnvError::ForeignSnapshot { env_index: 2, .. })), "{error:?}");
     assert_eq!(envs.snapshot()?, before);
 
@@ -84,15 +81,15 @@ fn counts_that_no_program_reaches_are_not_restored() -> Result {
     for (num_episodes, is_refused) in
         [(u64::MAX, true), (u64::MAX / 2 + 1, true), (u64::MAX / 2, false)]
     {
-        late["envs"][3]["num_episodes"] = num_episodes.into();
-        let restored = envs.restore(&serde_json::from_value(late.clone())?);
+        late[3]["wrapper"] = num_episodes.into();
+        let restored = envs.restore(&serde_json::from_value::<Vec<_>>(late.clone())?);
         let foreign = matches!(restored, Err(VecEnvError::ForeignSnapshot { env_index: 3, .. }));
         assert_eq!((foreign, restored.is_err()), (is_refused, is_refused), "{restored:?}");
         assert_eq!(envs.snapshot()? == before, is_refused);
     }
     let mut drawn = serde_json::to_value(&before)?;
-    drawn["envs"][0]["env"]["env"]["random"]["draws"] = u64::MAX.into();
-    let refusal = serde_json::from_value::<VecSnapshot<_>>(drawn).map(|drawn| envs.restore(&drawn));
+    drawn[0]["env"]["env"]["random"]["draws"] = u64::MAX.into();
+    let refusal = serde_json::from_value::<Vec<_>>(drawn).map(|drawn| envs.restore(&drawn));
     assert!(refusal.is_err(), "{refusal:?}");
     Ok(())
 }
@@ -126,11 +123,11 @@ fn a_function_chooses_the_episodes_that_autoresets_begin() -> Result {
         let highest = Arc::new(AtomicU64::new(0));
         let mut envs = vec_env(COUNT, config(mode))?;
         let seen = Arc::clone(&highest);
-        envs.set_autoreset_start(move |id| {
-            seen.fetch_max(id.episode, SeqCst);
-            let goal = [1.3, 0.7, 0.42 + 0.01 * id.episode as f64];
+        envs.set_autoreset_start(move |env_index, episode| {
+            seen.fetch_max(episode, SeqCst);
+            let goal = [1.3, 0.7, 0.42 + 0.01 * episode as f64];
             let options = FetchResetOptions::default().with_desired_goal(goal);
-            EpisodeStart { seed: Some(seed_of(id.env_index, id.episode)), options }
+            (Some(seed_of(env_index, episode)), options)
         })?;
         envs.reset(Some(0))?;
         let mut episodes = [0; COUNT];
@@ -157,11 +154,11 @@ fn each_environment_is_reset_with_its_own_options() -> Result {
     let goal = |env_index: usize| [1.3, 0.7, 0.5 + 0.01 * env_index as f64];
     let options: Vec<_> =
         (0..COUNT).map(|i| FetchResetOptions::default().with_desired_goal(goal(i))).collect();
-    let reset = VecReset { options: VecOptions::Each(&options), ..VecReset::seeded(0) };
+    let reset = VecReset { options: Some(&options), ..VecReset::default() };
     let mut envs = vec_env(COUNT, config(AutoresetMode::Disabled))?;
     let goals = envs.reset_with(&reset)?.desired_goal().to_vec();
     assert_eq!(goals, (0..COUNT).map(goal).collect::<Vec<_>>().concat());
-    let reset = VecReset { options: VecOptions::Each(&options[1..]), ..VecReset::seeded(0) };
+    let reset = VecReset { options: Some(&options[1..]), ..VecReset::default() };
     let count = VecEnvError::Count { what: "options", actual: COUNT - 1, num_envs: COUNT };
     assert_eq!(envs.reset_with(&reset).err(), Some(count));
     Ok(())

@@ -2,7 +2,7 @@
 
 use fetch_env::{
     FetchResetOptions,
-    vec_env::{AutoresetMode, Seeds, VecConfig, VecEnv, VecOptions, VecReset},
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset},
 };
 use fetch_sim::{SimConfig, Simulator};
 
@@ -81,14 +81,10 @@ fn a_masked_reset_leaves_the_other_rows_as_they_were() -> Result {
         let mut envs = vec_env(3, VecConfig::default().with_num_threads(2).with_autoreset(mode))?;
         envs.reset(Some(0))?;
         let before = rows(envs.step(&actions(3, 0))?);
-        let options = FetchResetOptions::default().with_desired_goal([1.3, 0.7, 0.5]);
+        let options = [FetchResetOptions::default().with_desired_goal([1.3, 0.7, 0.5]); 3];
         let seeds = [Some(9), Some(7), None];
         let mask = [false, true, false];
-        let reset = VecReset {
-            seeds: Seeds::Each(&seeds),
-            mask: Some(&mask),
-            options: VecOptions::Same(&options),
-        };
+        let reset = VecReset { seeds: Some(&seeds), mask: Some(&mask), options: Some(&options) };
         let batch = envs.reset_with(&reset)?;
         assert_eq!(row_of(batch, 0), before[0]);
         assert_eq!(row_of(batch, 2), before[2]);

@@ -7,7 +7,7 @@ use fetch_env::{
     GoalObservation, NpRandom, SnapshotEnv, VecEnv,
     check::{CheckOptions, CheckReport, check_env, check_goal_env, check_snapshots},
     make_kinematic,
-    vec_env::{AutoresetMode, BatchEnv, Rows, VecConfig},
+    vec_env::{AutoresetMode, Rows, VecConfig},
     wrappers::{
         ActionRepeat, ClipAction, FilterObservation, FlattenObservation, FrameStack,
         NormalizeObservation, RecordEpisodeStatistics, RescaleAction, RunningStatistics,
@@ -39,7 +39,7 @@ where
 /// that have been written as JSON.
 fn ensure_the_same_in_a_vector<E>(make: impl Fn() -> Result<E, EnvError>) -> Result
 where
-    E: BatchEnv + SnapshotEnv<Info: Debug>,
+    E: SnapshotEnv<Observation: BatchObservation, Info: Debug> + Send + 'static,
 {
     const NUM_ENVS: usize = 3;
     let mut single = (0..NUM_ENVS).map(|_| make()).collect::<Result<Vec<E>, _>>()?;

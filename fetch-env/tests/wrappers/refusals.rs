@@ -5,11 +5,11 @@ use std::ops::Range;
 use fetch_env::{
     ActionElement, BoxSpace, Env, EnvError, EnvExt, FetchResetOptions, Reset, SnapshotEnv, Space,
     Step, TimeLimit, make_kinematic,
-    vec_env::VecEnvError,
+    spaces::SpaceError,
     wrappers::{
         FilterObservation, FlattenObservation, FrameStack, NormalizeObservation,
         RecordEpisodeStatistics, RescaleAction, Resetting, RunningStatistics, TimeAwareObservation,
-        Wrapper, WrapperError,
+        Wrapper,
     },
 };
 
@@ -20,27 +20,27 @@ fn settings_that_make_no_sense_are_refused() -> Result {
     let keys = |keys: &[&'static str]| {
         push()?.wrap(FlattenObservation::with_keys(keys.iter().copied())).map(drop)
     };
-    let key = |key: &str| Err(EnvError::from(WrapperError::Key { key: key.into() }));
+    let key = |key: &str| Err(EnvError::from(SpaceError::Key { key: key.into() }));
     assert_eq!(keys(&["observation", "image"]), key("image"));
     assert_eq!(keys(&["observation", "observation"]), key("observation"));
-    assert_eq!(keys(&[]), Err(WrapperError::Nothing.into()));
+    assert_eq!(keys(&[]), Err(SpaceError::Nothing.into()));
 
     let filter = |range: Range<usize>| push()?.wrap(FilterObservation::new(range)).map(drop);
-    assert_eq!(filter(3..26), Err(WrapperError::Element { index: 25, len: 25 }.into()));
-    assert_eq!(filter(3..3), Err(WrapperError::Nothing.into()));
+    assert_eq!(filter(3..26), Err(SpaceError::Element { index: 25, len: 25 }.into()));
+    assert_eq!(filter(3..3), Err(SpaceError::Nothing.into()));
 
-    let length = WrapperError::StatisticsLength { expected: 25, actual: 10 };
+    let length = SpaceError::StatisticsLength { expected: 25, actual: 10 };
     let refusal = push()?.wrap(NormalizeObservation::frozen(RunningStatistics::new(10))).map(drop);
     assert_eq!(refusal, Err(length.into()));
 
     for (low, high) in [(1.0, 1.0), (1.0, -1.0), (f32::NEG_INFINITY, 0.0), (0.0, f32::INFINITY)] {
-        let error = WrapperError::Bounds { low: low.into(), high: high.into() };
+        let error = SpaceError::Bounds { low: low.into(), high: high.into() };
         assert_eq!(push()?.wrap(RescaleAction::new(low, high)).map(drop), Err(error.into()));
     }
     assert!(push()?.wrap(RescaleAction::new(f32::NAN, 1.0)).is_err());
     let unbounded = Liar { action_space: BoxSpace::unbounded(1).expect("small"), ..Liar::new() };
     let refusal = unbounded.wrap(RescaleAction::new(-1.0, 1.0)).map(drop);
-    assert_eq!(refusal, Err(WrapperError::Unbounded.into()));
+    assert_eq!(refusal, Err(SpaceError::Unbounded.into()));
     Ok(())
 }
 
@@ -51,7 +51,7 @@ fn a_space_without_the_observed_vector_is_refused() {
         ..Liar::new()
     };
     let refusal = described.wrap(FrameStack::new(FRAMES)).map(drop);
-    let error = VecEnvError::ObservationSpace { key: "observation", element: "f32" };
+    let error = SpaceError::MissingPart { key: "observation", element: "f32" };
     assert_eq!(refusal, Err(error.into()));
 }
 

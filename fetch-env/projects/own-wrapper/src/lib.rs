@@ -2,7 +2,7 @@
 //! goal so far. Everything else is the wrapped environment's, above all the rewards.
 
 use fetch_env::wrappers::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
-use fetch_env::{ActionElement, Env, EnvError, GoalInfo, Reset, Space, Step};
+use fetch_env::{ActionElement, Env, EnvError, Info, Reset, Space, Step};
 
 /// Reports the smallest distance of the episode.
 #[derive(Clone, Debug)]
@@ -19,13 +19,9 @@ pub struct ClosestInfo<I> {
 }
 
 /// The common part is the environment's own.
-impl<I: GoalInfo> GoalInfo for ClosestInfo<I> {
-    fn is_success(&self) -> bool {
-        self.own.is_success()
-    }
-
-    fn distance(&self) -> f64 {
-        self.own.distance()
+impl<I: AsRef<Info>> AsRef<Info> for ClosestInfo<I> {
+    fn as_ref(&self) -> &Info {
+        self.own.as_ref()
     }
 }
 
@@ -40,13 +36,13 @@ impl Closest {
         Self { closest: f64::INFINITY }
     }
 
-    fn info<I: GoalInfo>(&mut self, own: I) -> ClosestInfo<I> {
-        self.closest = self.closest.min(own.distance());
+    fn info<I: AsRef<Info>>(&mut self, own: I) -> ClosestInfo<I> {
+        self.closest = self.closest.min(own.as_ref().distance);
         ClosestInfo { own, closest: self.closest }
     }
 }
 
-impl<E: Env<Info: GoalInfo>> Wrapper<E> for Closest {
+impl<E: Env<Info: AsRef<Info>>> Wrapper<E> for Closest {
     type Observation = E::Observation;
     type Info = ClosestInfo<E::Info>;
     type ActionSpace = E::ActionSpace;

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 
 use baselines::{Collector, RandomPolicy, buffer_config};
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
-use fetch_env::vec_env::{AutoresetMode, EpisodeStart, VecConfig, VecReset};
+use fetch_env::vec_env::{AutoresetMode, VecConfig};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     Env, EnvError, EnvExt, FetchResetOptions, GoalInfo, KinematicEnv, TimeLimit, VecEnv,
@@ -85,12 +85,11 @@ fn wrapped_environments_are_collected() -> Result {
 fn a_curriculum_moves_the_goal_farther_away_with_each_episode() -> Result {
     let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
     let mut envs = VecEnv::new([make()?], config)?;
-    let start = envs.reset_with(&VecReset::seeded(0))?.achieved_goal().to_vec();
+    let start = envs.reset(Some(0))?.achieved_goal().to_vec();
     let goal = move |episode: u64| [start[0] + 0.02 * episode as f64, start[1], start[2]];
     let choose = goal.clone();
-    envs.set_autoreset_start(move |id| EpisodeStart {
-        seed: None,
-        options: FetchResetOptions::default().with_desired_goal(choose(id.episode)),
+    envs.set_autoreset_start(move |_, episode| {
+        (None, FetchResetOptions::default().with_desired_goal(choose(episode)))
     })?;
     for episode in 1..4 {
         for _ in 0..50 {

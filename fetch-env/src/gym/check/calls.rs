@@ -3,11 +3,11 @@
 use super::report::{Failure, Outcome, ensure};
 use super::same::ensure_same_steps;
 use super::subject::{Checked, Subject, random_action, random_steps};
+use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::{ActionElement, goal::GoalEnv};
 use crate::gym::error::EnvError;
 use crate::gym::spaces::{
     Space,
-    action_space::ActionSpace,
     box_space::{BoxSpace, Element},
     element::ArrayElement,
 };

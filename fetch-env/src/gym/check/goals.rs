@@ -5,7 +5,7 @@ use goal_reward::{GoalPairs, GoalReward, goal_distance};
 use super::report::{Failure, Outcome, ensure};
 use super::same::same_bits;
 use super::subject::{Subject, random_action};
-use crate::gym::env::goal::{GoalEnv, GoalEnvExt, GoalInfo};
+use crate::gym::env::goal::{GoalEnv, GoalEnvExt};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::error::EnvError;
 use crate::gym::spaces::box_space::BoxSpace;
@@ -114,11 +114,11 @@ pub(super) fn info<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
     let mut successes = 0;
     let steps = subject.for_each_step(|transition| {
         let [achieved, desired] = transition.goals();
-        let info = &transition.step.info;
+        let info = transition.step.info.as_ref();
         let is_success = transition.env.is_success(achieved, desired);
-        ensure(info.is_success() == is_success, || format!("{info:?}, but it is {is_success}"))?;
+        ensure(info.is_success == is_success, || format!("{info:?}, but it is {is_success}"))?;
         let distance = goal_distance(achieved, desired);
-        ensure(same_bits(&[info.distance()], &[distance]), || {
+        ensure(same_bits(&[info.distance], &[distance]), || {
             format!("{info:?}, but the distance is {distance}")
         })?;
         successes += u32::from(is_success);

@@ -6,12 +6,12 @@ use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use super::report::Failure;
+use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::goal::GoalEnv;
 use crate::gym::env::observation::BatchObservation;
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::error::EnvError;
-use crate::gym::spaces::action_space::ActionSpace;
 
 /// Settings of the environment checker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,7 +1,5 @@
 //! Goal-conditioned environments: their goals, and the rewards that follow from them.
 
-use std::fmt::Debug;
-
 use goal_reward::{GoalError, GoalPairs, GoalReward};
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +12,7 @@ use super::{Env, observation::GoalObservation};
 /// `achieved_goal` and `desired_goal`, and `terminated` is
 /// [`compute_terminated`](GoalEnvExt::compute_terminated) of them. A step is `truncated` if
 /// [`compute_truncated`](GoalEnvExt::compute_truncated) says so, or at a time limit.
-pub trait GoalEnv: Env<Observation: GoalObservation, Info: GoalInfo> {
+pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
     /// The reward as a function of the goals.
     type GoalReward: GoalReward;
 
@@ -69,18 +67,9 @@ pub trait GoalEnvExt: GoalEnv {
 
 impl<E: GoalEnv + ?Sized> GoalEnvExt for E {}
 
-/// Diagnostic information that includes that of a goal-conditioned environment.
-///
-/// Wrappers may add to an [`Info`]: theirs implements this trait by the one it contains.
-pub trait GoalInfo: Clone + Debug + PartialEq {
-    /// Whether the achieved goal counts as the desired one.
-    fn is_success(&self) -> bool;
-
-    /// Euclidean distance between the two goals, in their unit: meters in the Fetch tasks.
-    fn distance(&self) -> f64;
-}
-
 /// Diagnostic information of a goal-conditioned environment.
+///
+/// The info of a wrapper that adds to it implements `AsRef<Info>`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Info {
@@ -98,12 +87,8 @@ impl Info {
     }
 }
 
-impl GoalInfo for Info {
-    fn is_success(&self) -> bool {
-        self.is_success
-    }
-
-    fn distance(&self) -> f64 {
-        self.distance
+impl AsRef<Self> for Info {
+    fn as_ref(&self) -> &Self {
+        self
     }
 }

@@ -1,5 +1,6 @@
 //! Environments in general: resets, steps and snapshots.
 
+pub(crate) mod action_space;
 pub(crate) mod goal;
 pub(crate) mod observation;
 mod pointers;
@@ -8,8 +9,9 @@ use std::fmt::Debug;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+use self::action_space::ActionSpace;
 use crate::gym::error::EnvError;
-use crate::gym::spaces::{Space, action_space::ActionSpace};
+use crate::gym::spaces::{Space, error::SpaceError};
 
 /// An environment: it is reset, takes actions, and returns observations and rewards.
 ///
@@ -19,11 +21,11 @@ pub trait Env {
     /// An observation: an owned value, never a view of state that later steps change.
     type Observation: Clone + Debug + PartialEq;
     /// Diagnostic information, not meant for learning.
-    type Info: Clone + Debug + PartialEq;
+    type Info: Clone + Debug + PartialEq + Send;
     /// The space of the actions: [`BoxSpace<f32>`](crate::BoxSpace) in the Fetch tasks.
     type ActionSpace: ActionSpace;
     /// Options of a reset.
-    type ResetOptions: Default;
+    type ResetOptions: Clone + Default + Send;
 
     /// Starts a new episode: [`reset_with`](Self::reset_with) with default options.
     ///
@@ -158,4 +160,20 @@ pub trait SnapshotEnv: Env {
     /// [`EnvError::ForeignSnapshot`] if the snapshot is of another environment; this one is then
     /// unchanged.
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError>;
+}
+
+/// Snapshot of an environment and of what is around it: a wrapper with the state `T`, or a
+/// [`VecEnv`](crate::VecEnv), which counts the environment's episodes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WrappedSnapshot<S, T> {
+    pub(crate) env: S,
+    pub(crate) wrapper: T,
+    pub(crate) reset_needed: bool,
+}
+
+impl From<SpaceError> for EnvError {
+    fn from(error: SpaceError) -> Self {
+        Self::other(error)
+    }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use crate::gym::spaces::{Space, Value, box_space::Element, element::ArrayElement};
-use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// An observation that can be a row of a [`VecStep`](crate::vec_env::VecStep).
 ///
@@ -29,12 +29,12 @@ use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 /// ```
 pub trait BatchObservation: Clone + Debug + PartialEq {
     /// Many of these observations, each part contiguous.
-    type Rows: WriteRow<Self>;
+    type Rows: Rows<Self>;
 
     /// Returns the observation as a value of its space.
     ///
     /// # Errors
-    /// [`VecEnvError::ObservationSpace`] or [`EnvError::ObservationLength`] if the observation does
+    /// [`SpaceError::MissingPart`] or [`EnvError::ObservationLength`] if the observation does
     /// not have the parts or the shape of that space.
     fn to_value(&self, space: &Space) -> Result<Value, EnvError> {
         let mut row = Self::Rows::new(space, 1)?;
@@ -60,28 +60,25 @@ pub trait GoalObservation:
     fn desired_goal(&self) -> &[f64];
 }
 
-/// Observations of many environments.
-pub trait Rows: Clone + Debug + Send {
+/// Many observations of the type `O`, row after row.
+pub trait Rows<O>: Clone + Debug + Send {
     /// Creates `num_rows` rows for observations of a space. Floating-point numbers are NaN.
     ///
     /// # Errors
-    /// [`VecEnvError::ObservationSpace`] if the rows cannot hold observations of that space.
-    fn new(space: &Space, num_rows: usize) -> Result<Self, VecEnvError>;
+    /// [`SpaceError::MissingPart`] if the rows cannot hold observations of that space.
+    fn new(space: &Space, num_rows: usize) -> Result<Self, SpaceError>;
+
+    /// Writes an observation to `row`.
+    ///
+    /// # Errors
+    /// [`EnvError::ObservationLength`] if the observation does not have the shape of its space.
+    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError>;
 
     /// Copies row `from_row` of `from`, which was made for the same space, to `row`.
     fn copy_row(&mut self, row: usize, from: &Self, from_row: usize);
 
     /// Returns a row as a value of its space.
     fn value(&self, row: usize) -> Value;
-}
-
-/// Rows that take observations of the type `O`.
-pub trait WriteRow<O>: Rows {
-    /// Writes an observation to `row`.
-    ///
-    /// # Errors
-    /// [`EnvError::ObservationLength`] if the observation does not have the shape of its space.
-    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError>;
 }
 
 /// Observations, achieved and desired goals, each row-major.
@@ -112,14 +109,20 @@ impl<T: Element> GoalRows<T> {
     }
 }
 
-impl<T: Element> Rows for GoalRows<T> {
-    fn new(space: &Space, num_rows: usize) -> Result<Self, VecEnvError> {
+impl<O: GoalObservation> Rows<O> for GoalRows<O::Element> {
+    fn new(space: &Space, num_rows: usize) -> Result<Self, SpaceError> {
         let part = |key| space.as_dict().and_then(|dict| dict.get(key));
         Ok(Self {
             observation: Matrix::new(part("observation"), "observation", num_rows)?,
             achieved_goal: Matrix::new(part("achieved_goal"), "achieved_goal", num_rows)?,
             desired_goal: Matrix::new(part("desired_goal"), "desired_goal", num_rows)?,
         })
+    }
+
+    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError> {
+        self.observation.write(row, observation.observation())?;
+        self.achieved_goal.write(row, observation.achieved_goal())?;
+        self.desired_goal.write(row, observation.desired_goal())
     }
 
     fn copy_row(&mut self, row: usize, from: &Self, from_row: usize) {
@@ -135,14 +138,6 @@ impl<T: Element> Rows for GoalRows<T> {
             ("observation", ArrayElement::value(self.observation.row(row))),
         ];
         Value::Dict(parts.map(|(key, part)| (key.into(), part)).into())
-    }
-}
-
-impl<O: GoalObservation> WriteRow<O> for GoalRows<O::Element> {
-    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError> {
-        self.observation.write(row, observation.observation())?;
-        self.achieved_goal.write(row, observation.achieved_goal())?;
-        self.desired_goal.write(row, observation.desired_goal())
     }
 }
 
@@ -170,9 +165,13 @@ impl<T> AsRef<Self> for ArrayRows<T> {
     }
 }
 
-impl<T: ArrayElement> Rows for ArrayRows<T> {
-    fn new(space: &Space, num_rows: usize) -> Result<Self, VecEnvError> {
+impl<T: ArrayElement, O: AsRef<[T]>> Rows<O> for ArrayRows<T> {
+    fn new(space: &Space, num_rows: usize) -> Result<Self, SpaceError> {
         Ok(Self(Matrix::new(Some(space), "observation", num_rows)?))
+    }
+
+    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError> {
+        self.0.write(row, observation.as_ref())
     }
 
     fn copy_row(&mut self, row: usize, from: &Self, from_row: usize) {
@@ -181,12 +180,6 @@ impl<T: ArrayElement> Rows for ArrayRows<T> {
 
     fn value(&self, row: usize) -> Value {
         T::value(self.0.row(row))
-    }
-}
-
-impl<T: ArrayElement, O: AsRef<[T]>> WriteRow<O> for ArrayRows<T> {
-    fn write_row(&mut self, row: usize, observation: &O) -> Result<(), EnvError> {
-        self.0.write(row, observation.as_ref())
     }
 }
 
@@ -208,8 +201,8 @@ struct Matrix<T> {
 
 impl<T: ArrayElement> Matrix<T> {
     /// Creates rows for members of `space`, the part `key` of an observation.
-    fn new(space: Option<&Space>, key: &'static str, num_rows: usize) -> Result<Self, VecEnvError> {
-        let error = VecEnvError::ObservationSpace { key, element: std::any::type_name::<T>() };
+    fn new(space: Option<&Space>, key: &'static str, num_rows: usize) -> Result<Self, SpaceError> {
+        let error = SpaceError::MissingPart { key, element: std::any::type_name::<T>() };
         let len = space.and_then(T::len_in).ok_or(error)?;
         Ok(Self { key, len, elements: vec![T::EMPTY; num_rows * len] })
     }

@@ -72,11 +72,11 @@ impl DiscreteSpace {
         [self.choices().sample(rng)]
     }
 
-    pub(super) const fn len(&self) -> usize {
+    pub(crate) const fn len(&self) -> usize {
         1
     }
 
-    pub(super) const fn choices(&self) -> Choices {
+    pub(crate) const fn choices(&self) -> Choices {
         Choices { n: self.n, start: self.start }
     }
 }
@@ -152,7 +152,7 @@ impl MultiDiscreteSpace {
         self.choices().map(|choices| choices.sample(rng)).collect()
     }
 
-    pub(super) fn choices(&self) -> impl Iterator<Item = Choices> + '_ {
+    pub(crate) fn choices(&self) -> impl Iterator<Item = Choices> + '_ {
         self.nvec.iter().zip(&self.start).map(|(&n, &start)| Choices { n, start })
     }
 }
@@ -207,7 +207,7 @@ impl MultiBinarySpace {
 }
 
 /// Draws 64 answers from each word, the lowest bit first.
-pub(super) fn fill<R: Rng + ?Sized>(array: &mut [bool], rng: &mut R) {
+pub(crate) fn fill<R: Rng + ?Sized>(array: &mut [bool], rng: &mut R) {
     for answers in array.chunks_mut(64) {
         let word = rng.next_u64();
         for (bit, answer) in answers.iter_mut().enumerate() {
@@ -218,9 +218,9 @@ pub(super) fn fill<R: Rng + ?Sized>(array: &mut [bool], rng: &mut R) {
 
 /// The choices of an element: `n` integers from `start` on.
 #[derive(Clone, Copy)]
-pub(super) struct Choices {
+pub(crate) struct Choices {
     n: u64,
-    pub(super) start: i64,
+    pub(crate) start: i64,
 }
 
 impl Choices {
@@ -234,17 +234,17 @@ impl Choices {
     }
 
     /// The largest choice. The sum is exact modulo 2^64, and the check keeps it in range.
-    pub(super) const fn last(self) -> i64 {
+    pub(crate) const fn last(self) -> i64 {
         self.start.wrapping_add_unsigned(self.n - 1)
     }
 
-    pub(super) const fn contains(self, choice: i64) -> bool {
+    pub(crate) const fn contains(self, choice: i64) -> bool {
         self.start <= choice && choice <= self.last()
     }
 
     /// Draws a choice by D. Lemire's method, "Fast random integer generation in an interval", 2019,
     /// on words of 64 bits: without bias, one word for nearly every draw.
-    pub(super) fn sample<R: Rng + ?Sized>(self, rng: &mut R) -> i64 {
+    pub(crate) fn sample<R: Rng + ?Sized>(self, rng: &mut R) -> i64 {
         let mut draw = || u128::from(rng.next_u64()) * u128::from(self.n);
         let mut product = draw();
         if (product as u64) < self.n {

@@ -21,7 +21,6 @@
 //! # Ok::<(), fetch_env::spaces::SpaceError>(())
 //! ```
 
-pub(crate) mod action_space;
 pub(crate) mod box_space;
 pub(crate) mod discrete;
 pub(crate) mod element;
@@ -31,7 +30,6 @@ use rand_core::Rng;
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
 pub use self::{
-    action_space::ActionSpace,
     box_space::{BoxSpace, Element},
     discrete::{DiscreteSpace, MultiBinarySpace, MultiDiscreteSpace},
     element::ArrayElement,

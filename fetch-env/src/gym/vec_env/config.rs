@@ -73,121 +73,38 @@ impl VecConfig {
     }
 }
 
-/// The reset of the environments of a [`VecEnv`](super::VecEnv).
+/// The reset of the environments of a [`VecEnv`](super::VecEnv), with one element of each list for
+/// each environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VecReset<'a, O> {
-    /// The seeds of the environments.
-    pub seeds: Seeds<'a>,
+    /// The seeds; without, and where one is `None`, the random numbers continue, as in
+    /// [`Env::reset_with`](crate::Env::reset_with).
+    pub seeds: Option<&'a [Option<u64>]>,
     /// Whether each environment is reset; without a mask all are.
     pub mask: Option<&'a [bool]>,
-    /// Options of the resets.
-    pub options: VecOptions<'a, O>,
+    /// Options of the resets; without, the default ones.
+    pub options: Option<&'a [O]>,
 }
 
 impl<O> Default for VecReset<'_, O> {
     fn default() -> Self {
-        Self { seeds: Seeds::default(), mask: None, options: VecOptions::default() }
-    }
-}
-
-impl<O> VecReset<'_, O> {
-    /// Creates a reset of all environments, the first with `seed`, the next with `seed + 1`, and so
-    /// on.
-    #[must_use]
-    pub fn seeded(seed: u64) -> Self {
-        Self { seeds: Seeds::From(seed), ..Self::default() }
-    }
-}
-
-/// The seeds of the environments of a [`VecEnv`](super::VecEnv).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Seeds<'a> {
-    /// No seeds: the random numbers continue, as in [`Env::reset_with`](crate::Env::reset_with).
-    #[default]
-    Continue,
-    /// Environment `i` gets this seed plus `i`.
-    From(u64),
-    /// One element for each environment; `None` continues its random numbers.
-    Each(&'a [Option<u64>]),
-}
-
-impl From<Option<u64>> for Seeds<'_> {
-    fn from(seed: Option<u64>) -> Self {
-        seed.map_or(Self::Continue, Self::From)
-    }
-}
-
-impl Seeds<'_> {
-    pub(super) fn of(&self, env_index: usize) -> Option<u64> {
-        match self {
-            Self::Continue => None,
-            Self::From(first) => Some(first + env_index as u64),
-            Self::Each(seeds) => seeds[env_index],
-        }
-    }
-}
-
-/// The options with which the environments of a [`VecEnv`](super::VecEnv) are reset.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum VecOptions<'a, O> {
-    /// The default options.
-    #[default]
-    Default,
-    /// The same options for every environment.
-    Same(&'a O),
-    /// One element for each environment.
-    Each(&'a [O]),
-}
-
-impl<O: Clone + Default> VecOptions<'_, O> {
-    pub(super) fn of(&self, env_index: usize) -> O {
-        match self {
-            Self::Default => O::default(),
-            Self::Same(options) => (*options).clone(),
-            Self::Each(options) => options[env_index].clone(),
-        }
+        Self { seeds: None, mask: None, options: None }
     }
 }
 
 impl<O> VecReset<'_, O> {
     pub(super) fn check(&self, num_envs: usize) -> Result<(), VecEnvError> {
-        let seeds = if let Seeds::Each(seeds) = self.seeds { Some(seeds.len()) } else { None };
-        let options =
-            if let VecOptions::Each(options) = self.options { Some(options.len()) } else { None };
-        let mask = self.mask.map(<[bool]>::len);
+        let seeds = self.seeds.map(<[_]>::len);
+        let mask = self.mask.map(<[_]>::len);
+        let options = self.options.map(<[_]>::len);
         for (what, len) in [("seeds", seeds), ("mask", mask), ("options", options)] {
             if let Some(actual) = len.filter(|&len| len != num_envs) {
                 return Err(VecEnvError::Count { what, actual, num_envs });
             }
-        }
-        if let Seeds::From(first) = self.seeds
-            && first.checked_add(num_envs as u64 - 1).is_none()
-        {
-            return Err(VecEnvError::SeedTooLarge { first, num_envs });
         }
         if self.mask.is_some_and(|mask| !mask.contains(&true)) {
             return Err(VecEnvError::EmptyMask);
         }
         Ok(())
     }
-}
-
-/// An episode of an environment of a [`VecEnv`](super::VecEnv).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct EpisodeId {
-    /// The environment.
-    pub env_index: usize,
-    /// The number of episodes that the environment has begun before this one, by whatever reset.
-    pub episode: u64,
-}
-
-/// The start of an episode, chosen by the function that
-/// [`VecEnv::set_autoreset_start`](super::VecEnv::set_autoreset_start) takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct EpisodeStart<O> {
-    /// The seed of the reset; `None` continues the random numbers.
-    pub seed: Option<u64>,
-    /// The options of the reset.
-    pub options: O,
 }

@@ -2,30 +2,15 @@
 
 use std::{fmt, sync::Arc};
 
-use super::config::{
-    AutoresetMode, EpisodeId, EpisodeStart, MAX_ENVS, VecConfig, VecReset, check_num_envs,
-};
+use super::config::{AutoresetMode, MAX_ENVS, VecConfig, VecReset, check_num_envs};
 use super::pool::Pool;
 use super::slot::{Command, Slot};
 use super::step::VecStepOf;
+use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::observation::BatchObservation;
 use crate::gym::env::{ActionElement, Env};
-use crate::gym::spaces::{Space, action_space::ActionSpace};
+use crate::gym::spaces::Space;
 use crate::gym::vec_env::error::VecEnvError;
-
-/// An environment that a [`VecEnv`] can step: its observations can be rows of a
-/// [`VecStep`](super::VecStep), and it may go to other threads.
-///
-/// Every such environment implements it.
-pub trait BatchEnv:
-    Env<Observation: BatchObservation, Info: Send, ResetOptions: Clone + Send> + Send + 'static
-{
-}
-
-impl<E> BatchEnv for E where
-    E: Env<Observation: BatchObservation, Info: Send, ResetOptions: Clone + Send> + Send + 'static
-{
-}
 
 /// Environments that are stepped together; see the [module](super).
 pub struct VecEnv<E: Env<Observation: BatchObservation>> {
@@ -42,12 +27,12 @@ pub struct VecEnv<E: Env<Observation: BatchObservation>> {
     calls: u64,
 }
 
-impl<E: BatchEnv> VecEnv<E> {
+impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// Creates a vector of environments, with the ids 0, 1, ... in order, and starts its threads.
     ///
     /// # Errors
     /// [`VecEnvError::NoEnvs`], or [`VecEnvError::TooManyEnvs`] beyond 65,536;
-    /// [`VecEnvError::ObservationSpace`] or [`VecEnvError::SpacesDiffer`] if the environments
+    /// [`SpaceError::MissingPart`] or [`VecEnvError::SpacesDiffer`] if the environments
     /// cannot share the rows of a [`VecStep`](super::VecStep); [`VecEnvError::Thread`] or
     /// [`VecEnvError::Pinning`] if the operating system refuses.
     pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
@@ -84,29 +69,28 @@ impl<E: BatchEnv> VecEnv<E> {
     }
 
     /// Sets a function that chooses seed and options of every episode that an autoreset begins: for
-    /// curricula, or to begin the same episodes on any number of threads. The default continues the
-    /// environment's random numbers with default options.
+    /// curricula, or to begin the same episodes on any number of threads. It takes the index of the
+    /// environment and the number of episodes that this one has begun before, by whatever reset. The
+    /// default continues the environment's random numbers with default options.
     ///
-    /// The worker threads call it. Its results are reproducible if they depend on nothing but the
-    /// [`EpisodeId`].
+    /// The worker threads call it. Its results are reproducible if they depend on nothing but its
+    /// arguments.
     ///
     /// # Errors
     /// [`VecEnvError::InFlight`].
     ///
     /// ```
-    /// use fetch_env::{FetchResetOptions, make_kinematic_vec};
-    /// use fetch_env::vec_env::{EpisodeStart, VecConfig};
+    /// use fetch_env::{FetchResetOptions, make_kinematic_vec, vec_env::VecConfig};
     ///
     /// let mut envs = make_kinematic_vec("FetchReach-v4", 4, VecConfig::default())?;
-    /// envs.set_autoreset_start(|id| EpisodeStart {
-    ///     seed: Some(4 * id.episode + id.env_index as u64),
-    ///     options: FetchResetOptions::default(),
+    /// envs.set_autoreset_start(|env_index, episode| {
+    ///     (Some(4 * episode + env_index as u64), FetchResetOptions::default())
     /// })?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn set_autoreset_start(
         &mut self,
-        choose: impl Fn(EpisodeId) -> EpisodeStart<E::ResetOptions> + Send + Sync + 'static,
+        choose: impl Fn(usize, u64) -> (Option<u64>, E::ResetOptions) + Send + Sync + 'static,
     ) -> Result<(), VecEnvError> {
         self.check_all_idle()?;
         let choose = Arc::new(choose);
@@ -178,21 +162,23 @@ impl<E: BatchEnv> VecEnv<E> {
     /// Resets all environments: the first with `seed`, the next with `seed + 1`, and so on.
     ///
     /// # Errors
-    /// As [`reset_with`](Self::reset_with).
+    /// [`VecEnvError::InFlight`], and as [`send_reset`](Self::send_reset).
     pub fn reset(&mut self, seed: Option<u64>) -> Result<&VecStepOf<E>, VecEnvError> {
-        self.reset_with(&VecReset { seeds: seed.into(), ..VecReset::default() })
+        self.check_all_idle()?;
+        self.send_reset(seed)?;
+        self.receive_all()
     }
 
     /// Resets the environments that the mask selects. The rows of the others stay unchanged.
     ///
     /// # Errors
-    /// [`VecEnvError::InFlight`], and as [`send_reset`](Self::send_reset).
+    /// [`VecEnvError::InFlight`], and as [`send_reset_with`](Self::send_reset_with).
     pub fn reset_with(
         &mut self,
         reset: &VecReset<'_, E::ResetOptions>,
     ) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
-        self.send_reset(reset)?;
+        self.send_reset_with(reset)?;
         self.receive_all()
     }
 
@@ -240,22 +226,52 @@ impl<E: BatchEnv> VecEnv<E> {
         Ok(())
     }
 
+    /// Starts a reset of all environments: the first with `seed`, the next with `seed + 1`, and so
+    /// on.
+    ///
+    /// # Errors
+    /// [`VecEnvError::SeedTooLarge`], [`VecEnvError::EnvInFlight`] or [`VecEnvError::WorkerLost`];
+    /// then no reset is started.
+    pub fn send_reset(&mut self, seed: Option<u64>) -> Result<(), VecEnvError> {
+        let num_envs = self.num_envs();
+        if let Some(first) = seed
+            && first.checked_add(num_envs as u64 - 1).is_none()
+        {
+            return Err(VecEnvError::SeedTooLarge { first, num_envs });
+        }
+        let seed_of = |env_index| seed.map(|first| first + env_index as u64);
+        self.lend_resets(None, |env_index| (seed_of(env_index), E::ResetOptions::default()))
+    }
+
     /// Starts a reset of the environments that the mask selects.
     ///
     /// # Errors
-    /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::SeedTooLarge`],
-    /// [`VecEnvError::EnvInFlight`] or [`VecEnvError::WorkerLost`]; then no reset is started.
-    pub fn send_reset(&mut self, reset: &VecReset<'_, E::ResetOptions>) -> Result<(), VecEnvError> {
-        self.pool.check()?;
+    /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::EnvInFlight`] or
+    /// [`VecEnvError::WorkerLost`]; then no reset is started.
+    pub fn send_reset_with(
+        &mut self,
+        reset: &VecReset<'_, E::ResetOptions>,
+    ) -> Result<(), VecEnvError> {
         reset.check(self.num_envs())?;
-        let chosen = |env_index: &usize| reset.mask.is_none_or(|mask| mask[*env_index]);
-        if let Some(env_index) =
-            (0..self.num_envs()).filter(chosen).find(|&env_index| self.idle[env_index].is_none())
-        {
+        self.lend_resets(reset.mask, |env_index| {
+            let seed = reset.seeds.and_then(|seeds| seeds[env_index]);
+            (seed, reset.options.map_or_else(Default::default, |each| each[env_index].clone()))
+        })
+    }
+
+    fn lend_resets(
+        &mut self,
+        mask: Option<&[bool]>,
+        start: impl Fn(usize) -> (Option<u64>, E::ResetOptions),
+    ) -> Result<(), VecEnvError> {
+        self.pool.check()?;
+        let is_chosen = |env_index: &usize| mask.is_none_or(|mask| mask[*env_index]);
+        let chosen = (0..self.num_envs()).filter(is_chosen);
+        if let Some(env_index) = chosen.clone().find(|&env_index| self.idle[env_index].is_none()) {
             return Err(VecEnvError::EnvInFlight { env_index });
         }
-        for env_index in (0..self.num_envs()).filter(chosen) {
-            let (seed, options) = (reset.seeds.of(env_index), reset.options.of(env_index));
+        for env_index in chosen {
+            let (seed, options) = start(env_index);
             self.lend(env_index, |slot| slot.command = Command::Reset { seed, options });
         }
         self.pool.wake();

@@ -1,10 +1,12 @@
 //! The errors of environments that are stepped together.
 
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
+
 /// Error returned when a [`VecEnv`](crate::VecEnv) cannot be made or a call is invalid.
 ///
 /// The call has then changed nothing. A failure of a single environment is not such an error: see
 /// [`VecStep::error`](crate::vec_env::VecStep::error).
-#[derive(Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VecEnvError {
     /// No environment was passed.
@@ -22,17 +24,9 @@ pub enum VecEnvError {
         /// Id of the environment.
         env_index: usize,
     },
-    /// The observation space is not that of the observations.
-    #[error(
-        "the observation space has no {key} with elements of {element}: let observation_space() \
-         describe what the environment observes"
-    )]
-    ObservationSpace {
-        /// Key of the missing part.
-        key: &'static str,
-        /// Type of its elements.
-        element: &'static str,
-    },
+    /// The observation space does not describe the observations.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
     /// Too many or too few actions.
     #[error(
         "{actual} numbers are not {rows} actions of {action_len}: pass one row per environment"
@@ -136,3 +130,9 @@ pub enum VecEnvError {
 }
 
 debug_as_display!(VecEnvError);
+
+impl From<VecEnvError> for EnvError {
+    fn from(error: VecEnvError) -> Self {
+        Self::other(error)
+    }
+}

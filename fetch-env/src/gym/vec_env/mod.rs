@@ -28,10 +28,10 @@
 //! decides which environments finish first, but not what each of them returns.
 //!
 //! ```
-//! # use fetch_env::{make_kinematic_vec, vec_env::{VecConfig, VecReset}};
+//! # use fetch_env::{make_kinematic_vec, vec_env::VecConfig};
 //! # let config = VecConfig::default().with_num_threads(2);
 //! # let mut envs = make_kinematic_vec("FetchReach-v4", 16, config)?;
-//! envs.send_reset(&VecReset::seeded(42))?;
+//! envs.send_reset(Some(42))?;
 //! for _ in 0..100 {
 //!     let ids = envs.recv(4)?.env_index().to_vec();
 //!     envs.send(&vec![0.1; 4 * 4], &ids)?;
@@ -58,10 +58,9 @@ mod snapshot;
 pub(crate) mod step;
 
 pub use self::{
-    config::{AutoresetMode, EpisodeId, EpisodeStart, Seeds, VecConfig, VecOptions, VecReset},
-    env::{BatchEnv, VecEnv},
+    config::{AutoresetMode, VecConfig, VecReset},
+    env::VecEnv,
     error::VecEnvError,
-    snapshot::VecSnapshot,
     step::{VecStep, VecStepOf},
 };
-pub use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows, WriteRow};
+pub use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows};

@@ -7,7 +7,7 @@ use std::{
     sync::Arc,
 };
 
-use super::config::{AutoresetMode, EpisodeId, EpisodeStart};
+use super::config::AutoresetMode;
 use super::pool::Job;
 use super::step::VecStepOf;
 use crate::gym::env::observation::BatchObservation;
@@ -15,7 +15,7 @@ use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::error::EnvError;
 
 /// Chooses seed and options of the episodes that autoresets begin.
-pub(super) type ChooseStart<O> = dyn Fn(EpisodeId) -> EpisodeStart<O> + Send + Sync;
+pub(super) type ChooseStart<O> = dyn Fn(usize, u64) -> (Option<u64>, O) + Send + Sync;
 
 /// An environment with its next command and its last results.
 pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
@@ -101,8 +101,7 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
         let reset = match &self.choose_start {
             None => env.reset(None)?,
             Some(choose) => {
-                let id = EpisodeId { env_index: self.env_index, episode: self.num_episodes };
-                let EpisodeStart { seed, options } = choose(id);
+                let (seed, options) = choose(self.env_index, self.num_episodes);
                 env.reset_with(seed, &options)?
             }
         };
@@ -117,10 +116,7 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
     }
 }
 
-impl<E> Job for Slot<E>
-where
-    E: Env<Observation: BatchObservation, Info: Send, ResetOptions: Send> + Send,
-{
+impl<E: Env<Observation: BatchObservation> + Send> Job for Slot<E> {
     fn run(&mut self) {
         // Clearing the row drops an info, which is the environment's code as well.
         let result = contain(|| {

@@ -1,44 +1,28 @@
-//! The state of all environments, saved and restored.
+//! Snapshots of environments that are stepped together.
 
-use serde::{Deserialize, Serialize};
+use super::env::VecEnv;
+use super::error::VecEnvError;
+use crate::gym::env::{SnapshotEnv, WrappedSnapshot, observation::BatchObservation};
+use crate::gym::np_random::MAX_COUNT;
 
-use super::env::{BatchEnv, VecEnv};
-use crate::gym::{env::SnapshotEnv, np_random::MAX_COUNT, vec_env::error::VecEnvError};
-
-/// Snapshot of a [`VecEnv`]: the state of each environment, and whether its autoreset is due.
-///
-/// `S` is an environment's own snapshot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct VecSnapshot<S> {
-    envs: Vec<EnvState<S>>,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct EnvState<S> {
-    env: S,
-    reset_is_due: bool,
-    num_episodes: u64,
-}
-
-impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
-    /// Returns the state of all environments.
+impl<E: SnapshotEnv<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
+    /// Returns the states of all environments, each with the number of episodes that it has begun
+    /// and whether an autoreset is due.
     ///
     /// # Errors
     /// [`VecEnvError::InFlight`], or [`VecEnvError::OutOfUse`] if an environment has panicked.
-    pub fn snapshot(&self) -> Result<VecSnapshot<E::Snapshot>, VecEnvError> {
+    pub fn snapshot(&self) -> Result<Vec<WrappedSnapshot<E::Snapshot, u64>>, VecEnvError> {
         self.check_all_idle()?;
         let states = self.idle.iter().flatten().map(|slot| {
             let env =
                 slot.env.as_ref().ok_or(VecEnvError::OutOfUse { env_index: slot.env_index })?;
-            Ok(EnvState {
+            Ok(WrappedSnapshot {
                 env: env.snapshot(),
-                reset_is_due: slot.reset_is_due,
-                num_episodes: slot.num_episodes,
+                wrapper: slot.num_episodes,
+                reset_needed: slot.reset_is_due,
             })
         });
-        Ok(VecSnapshot { envs: states.collect::<Result<_, VecEnvError>>()? })
+        states.collect()
     }
 
     /// Restores a snapshot of these environments or of ones made the same way. Afterwards the same
@@ -49,9 +33,12 @@ impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
     /// [`VecEnvError::InFlight`], [`VecEnvError::OutOfUse`], [`VecEnvError::Count`] if the snapshot
     /// is of another number of environments, or [`VecEnvError::ForeignSnapshot`]; nothing has
     /// changed then.
-    pub fn restore(&mut self, snapshot: &VecSnapshot<E::Snapshot>) -> Result<(), VecEnvError> {
+    pub fn restore(
+        &mut self,
+        snapshot: &[WrappedSnapshot<E::Snapshot, u64>],
+    ) -> Result<(), VecEnvError> {
         let before = self.snapshot()?;
-        let (actual, num_envs) = (snapshot.envs.len(), self.num_envs());
+        let (actual, num_envs) = (snapshot.len(), self.num_envs());
         if actual != num_envs {
             return Err(VecEnvError::Count { what: "snapshot", actual, num_envs });
         }
@@ -61,17 +48,20 @@ impl<E: BatchEnv + SnapshotEnv> VecEnv<E> {
         })
     }
 
-    fn restore_each(&mut self, snapshot: &VecSnapshot<E::Snapshot>) -> Result<(), VecEnvError> {
-        for (slot, state) in self.idle.iter_mut().flatten().zip(&snapshot.envs) {
+    fn restore_each(
+        &mut self,
+        snapshot: &[WrappedSnapshot<E::Snapshot, u64>],
+    ) -> Result<(), VecEnvError> {
+        for (slot, state) in self.idle.iter_mut().flatten().zip(snapshot) {
             let env_index = slot.env_index;
             let env = slot.env.as_mut().ok_or(VecEnvError::OutOfUse { env_index })?;
             let foreign = |reason| VecEnvError::ForeignSnapshot { env_index, reason };
-            if state.num_episodes > MAX_COUNT {
-                return Err(foreign(format!("{} episodes have not begun", state.num_episodes)));
+            if state.wrapper > MAX_COUNT {
+                return Err(foreign(format!("{} episodes have not begun", state.wrapper)));
             }
             env.restore(&state.env).map_err(|error| foreign(error.to_string()))?;
-            slot.reset_is_due = state.reset_is_due;
-            slot.num_episodes = state.num_episodes;
+            slot.reset_is_due = state.reset_needed;
+            slot.num_episodes = state.wrapper;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The results of many environments, row after row.
 
-use crate::gym::env::goal::{GoalInfo, Info};
-use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalObservation, Rows, WriteRow};
+use crate::gym::env::goal::Info;
+use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalObservation, Rows};
 use crate::gym::env::{ActionElement, Env};
 use crate::gym::spaces::{Space, element::ArrayElement};
 use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
@@ -133,19 +133,19 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
     }
 }
 
-impl<O: BatchObservation, I: GoalInfo, A> VecStep<O, I, A> {
+impl<O: BatchObservation, I: AsRef<Info>, A> VecStep<O, I, A> {
     /// Iterates over the successes of the steps: whether the goal that each row's action achieved
     /// counts as the desired one. Of a row that was reset instead, that of its first observation;
     /// false where the step failed.
     pub fn success(&self) -> impl ExactSizeIterator<Item = bool> {
-        (0..self.len).map(|row| self.step_info(row).is_some_and(GoalInfo::is_success))
+        (0..self.len).map(|row| self.step_info(row).is_some_and(|info| info.as_ref().is_success))
     }
 
     /// Iterates over the distances between the goal that each row's action achieved and the desired
     /// one. Of a row that was reset instead, that of its first observation; NaN where the step
     /// failed.
     pub fn distance(&self) -> impl ExactSizeIterator<Item = f64> {
-        (0..self.len).map(|row| self.step_info(row).map_or(f64::NAN, GoalInfo::distance))
+        (0..self.len).map(|row| self.step_info(row).map_or(f64::NAN, |info| info.as_ref().distance))
     }
 }
 

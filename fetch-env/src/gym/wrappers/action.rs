@@ -4,12 +4,10 @@ use std::num::NonZeroU32;
 
 use super::macros::keep;
 use super::wrapper::{KeepsGoals, Stateless, Wrapper};
+use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::{ActionElement, Env, Step};
-use crate::gym::spaces::{
-    action_space::ActionSpace,
-    box_space::{BoxSpace, Element},
-};
-use crate::gym::{error::EnvError, wrappers::error::WrapperError};
+use crate::gym::spaces::box_space::{BoxSpace, Element};
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Takes actions between two other bounds than the environment's.
 ///
@@ -38,7 +36,7 @@ pub struct RescaleAction<T = f32> {
 impl<T: Element> RescaleAction<T> {
     /// Rescales actions from `low` to `high`.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] unless `low < high`, both
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] unless `low < high`, both
     /// finite, and the inner environment's actions have bounds.
     #[must_use]
     pub const fn new(low: T, high: T) -> Self {
@@ -53,12 +51,12 @@ impl<T: Element, E: Env<ActionSpace = BoxSpace<T>>> Wrapper<E> for RescaleAction
     fn attach(&mut self, env: &E) -> Result<(), EnvError> {
         let inner = env.action_space();
         if !inner.is_bounded() {
-            return Err(WrapperError::Unbounded.into());
+            return Err(SpaceError::Unbounded.into());
         }
         let (low, high) = (self.low.into(), self.high.into());
         let width = high - low;
         if !(width > 0.0 && width.is_finite()) {
-            return Err(WrapperError::Bounds { low, high }.into());
+            return Err(SpaceError::Bounds { low, high }.into());
         }
         self.action = vec![self.low; inner.len()];
         self.action_space = Some(BoxSpace::uniform(inner.shape().to_vec(), self.low, self.high)?);

@@ -5,7 +5,8 @@ use std::{fmt, ops::Deref, sync::Arc};
 use crate::gym::env::observation::{ArrayRows, BatchObservation};
 use crate::gym::spaces::element::ArrayElement;
 
-/// An observation that is an array. Clones share its elements.
+/// An observation that is an array of numbers or of the bytes of pictures, row-major. Clones share
+/// its elements.
 #[derive(Clone, PartialEq)]
 pub struct SharedArray<T>(Arc<[T]>);
 
@@ -29,9 +30,12 @@ impl<T: Clone> From<&[T]> for SharedArray<T> {
     }
 }
 
+/// Shows the first hundred elements: enough of a picture.
 impl<T: fmt::Debug> fmt::Debug for SharedArray<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
+        let mut list = f.debug_list();
+        list.entries(self.iter().take(100));
+        if self.len() > 100 { list.finish_non_exhaustive() } else { list.finish() }
     }
 }
 
@@ -44,7 +48,7 @@ impl<T: ArrayElement> BatchObservation for SharedArray<T> {
 /// As long as no more than [`REMEMBERED`](Self::REMEMBERED) arrays are alive at once, each of them
 /// is allocated once.
 #[derive(Debug)]
-pub(super) struct ArrayPool<T> {
+pub(crate) struct ArrayPool<T> {
     len: usize,
     /// The last arrays, the oldest first.
     recent: Vec<SharedArray<T>>,
@@ -55,12 +59,12 @@ impl<T> ArrayPool<T> {
     const REMEMBERED: usize = 4;
 
     /// Creates a pool of arrays of `len` elements.
-    pub(super) fn new(len: usize) -> Self {
+    pub(crate) fn new(len: usize) -> Self {
         Self { len, recent: Vec::with_capacity(Self::REMEMBERED) }
     }
 
     /// The number of elements of an array.
-    pub(super) const fn len(&self) -> usize {
+    pub(crate) const fn len(&self) -> usize {
         self.len
     }
 }
@@ -68,7 +72,7 @@ impl<T> ArrayPool<T> {
 impl<T: ArrayElement> ArrayPool<T> {
     /// Returns an array that `fill` has written. Until then its elements are those of an earlier
     /// one.
-    pub(super) fn write(&mut self, fill: impl FnOnce(&mut [T])) -> SharedArray<T> {
+    pub(crate) fn write(&mut self, fill: impl FnOnce(&mut [T])) -> SharedArray<T> {
         let is_free = |array: &mut SharedArray<T>| Arc::get_mut(&mut array.0).is_some();
         let mut array = match self.recent.iter_mut().position(is_free) {
             Some(index) => self.recent.remove(index),

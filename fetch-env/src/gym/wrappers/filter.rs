@@ -5,7 +5,7 @@ use super::vector::VectorObservation;
 use super::vectors::Vectors;
 use super::wrapper::Stateless;
 use crate::gym::spaces::box_space::{BoxSpace, Element};
-use crate::gym::{error::EnvError, wrappers::error::WrapperError};
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Keeps only some elements of the observed vector: no velocities, for example.
 ///
@@ -36,24 +36,24 @@ pub struct FilterObservation<T = f64> {
 impl<T: Element> FilterObservation<T> {
     /// Keeps the elements of these indices, in this order.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] if an index exceeds the vector,
-    /// or if there are no indices, and [`EnvError::Vec`] if the observation space has no vector of
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] if an index exceeds the vector,
+    /// or if there are no indices, and [`SpaceError::MissingPart`] if the observation space has no vector of
     /// the observations' type.
     #[must_use]
     pub fn new(kept: impl IntoIterator<Item = usize>) -> Self {
         Self { kept: kept.into_iter().collect(), vectors: Vectors::new() }
     }
 
-    fn make_space(kept: &[usize], vector: &BoxSpace<T>) -> Result<BoxSpace<T>, EnvError> {
+    fn make_space(kept: &[usize], vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
         let len = vector.len();
         if let Some(&index) = kept.iter().find(|&&index| index >= len) {
-            return Err(WrapperError::Element { index, len }.into());
+            return Err(SpaceError::Element { index, len });
         }
         if kept.is_empty() {
-            return Err(WrapperError::Nothing.into());
+            return Err(SpaceError::Nothing);
         }
         let bounds = |bounds: &[_]| kept.iter().map(|&index| bounds[index]).collect();
-        Ok(BoxSpace::new(vec![kept.len()], bounds(vector.low()), bounds(vector.high()))?)
+        BoxSpace::new(vec![kept.len()], bounds(vector.low()), bounds(vector.high()))
     }
 
     fn observe<O: VectorObservation<Element = T>>(

@@ -8,7 +8,7 @@ use crate::gym::spaces::{
     Space,
     box_space::{BoxSpace, Element},
 };
-use crate::gym::{error::EnvError, wrappers::error::WrapperError};
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Turns goal-conditioned observations into single vectors of `f32`, for learners that know no
 /// goals, such as PPO.
@@ -70,7 +70,7 @@ impl Default for FlattenObservation {
 impl FlattenObservation {
     /// Takes the observation, then the desired goal.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] if the observation space lacks
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] if the observation space lacks
     /// one of them.
     #[must_use]
     pub fn new() -> Self {
@@ -79,7 +79,7 @@ impl FlattenObservation {
 
     /// Takes the parts of these keys, in this order.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Wrapper`] for an unknown key, a key that
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] for an unknown key, a key that
     /// occurs twice, or none.
     #[must_use]
     pub fn with_keys(keys: impl IntoIterator<Item: Into<String>>) -> Self {
@@ -143,7 +143,7 @@ impl<E: Env<Observation: GoalObservation>> Wrapper<E> for FlattenObservation {
         let mut parts = Vec::new();
         let (mut low, mut high) = (Vec::new(), Vec::new());
         for key in &self.keys {
-            let unknown = || WrapperError::Key { key: key.clone() };
+            let unknown = || SpaceError::Key { key: key.clone() };
             let part = Part::ALL.into_iter().find(|part| part.key() == key).ok_or_else(unknown)?;
             let space = env.observation_space().as_dict().and_then(|dict| dict.get(key));
             let len = match space {
@@ -157,7 +157,7 @@ impl<E: Env<Observation: GoalObservation>> Wrapper<E> for FlattenObservation {
             parts.push((part, len));
         }
         if low.is_empty() {
-            return Err(WrapperError::Nothing.into());
+            return Err(SpaceError::Nothing.into());
         }
         let len = low.len();
         self.observation_space = Some(BoxSpace::new(vec![len], low, high)?.into());

@@ -8,11 +8,11 @@ use super::macros::vector_wrapper;
 use super::vector::VectorObservation;
 use super::vectors::Vectors;
 use super::wrapper::SnapshotWrapper;
-use crate::gym::error::EnvError;
 use crate::gym::spaces::{
     box_space::{BoxSpace, Element},
     num_elements,
 };
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Observes the last few vectors at once, the oldest first.
 ///
@@ -45,8 +45,8 @@ pub struct FrameStack<T = f64> {
 impl<T: Element> FrameStack<T> {
     /// Stacks the last `num_frames` observations, the current one included.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Space`] if the stacked vectors have more
-    /// than 2^28 elements, and [`EnvError::Vec`] if the observation space has no vector of the
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the stacked vectors have more
+    /// than 2^28 elements, and [`SpaceError::MissingPart`] if the observation space has no vector of the
     /// observations' type.
     #[must_use]
     pub fn new(num_frames: NonZeroUsize) -> Self {
@@ -54,13 +54,13 @@ impl<T: Element> FrameStack<T> {
     }
 
     /// Makes room for the stacked vectors, and their space.
-    fn make_space(&mut self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, EnvError> {
+    fn make_space(&mut self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
         let num_frames = self.num_frames.get();
         let shape = [&[num_frames], vector.shape()].concat();
         num_elements(&shape)?;
         let (low, high) = (vector.low().repeat(num_frames), vector.high().repeat(num_frames));
         self.frames = vec![T::default(); low.len()];
-        Ok(BoxSpace::new(shape, low, high)?)
+        BoxSpace::new(shape, low, high)
     }
 
     fn observe<O: VectorObservation<Element = T>>(

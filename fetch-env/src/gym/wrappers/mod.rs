@@ -47,8 +47,7 @@
 //! ```
 
 mod action;
-mod array;
-pub(crate) mod error;
+pub(crate) mod array;
 mod filter;
 mod flatten;
 mod frame_stack;
@@ -66,7 +65,6 @@ pub(crate) mod wrapper;
 pub use self::{
     action::{ActionRepeat, ClipAction, RescaleAction},
     array::SharedArray,
-    error::WrapperError,
     filter::FilterObservation,
     flatten::FlattenObservation,
     frame_stack::FrameStack,
@@ -76,6 +74,6 @@ pub use self::{
     time_limit::TimeLimit,
     transform::{TransformObservation, TransformReward},
     vector::{GoalVector, VectorObservation},
-    wrapped::{EnvExt, Wrapped, WrappedSnapshot},
+    wrapped::{EnvExt, Wrapped},
     wrapper::{GoalWrapper, KeepsGoals, Resetting, SnapshotWrapper, Stateless, Wrapper},
 };

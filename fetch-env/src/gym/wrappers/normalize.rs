@@ -12,7 +12,7 @@ use crate::gym::spaces::{
     Space,
     box_space::{BoxSpace, Element},
 };
-use crate::gym::{error::EnvError, wrappers::error::WrapperError};
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Normalizes the observed vectors, element by element, by their running mean and variance.
 ///
@@ -120,7 +120,7 @@ impl NormalizeObservation {
 
     /// Normalizes observations by their own statistics, with an epsilon of 1e-8.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Vec`] if the observation space has no
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space has no
     /// vector of the observations' type.
     #[must_use]
     pub fn new() -> Self {
@@ -131,21 +131,24 @@ impl NormalizeObservation {
     /// Normalizes observations by statistics that stay as they are.
     ///
     /// [`wrap`](super::EnvExt::wrap) returns what it does for [`new`](Self::new), and
-    /// [`EnvError::Wrapper`] if `statistics` has another length than the observations.
+    /// [`SpaceError`] if `statistics` has another length than the observations.
     #[must_use]
     pub fn frozen(statistics: RunningStatistics) -> Self {
         Self { statistics, is_frozen: true, vectors: Vectors::new() }
     }
 
-    fn make_space<T: Element>(&mut self, vector: &BoxSpace<T>) -> Result<BoxSpace<f32>, EnvError> {
+    fn make_space<T: Element>(
+        &mut self,
+        vector: &BoxSpace<T>,
+    ) -> Result<BoxSpace<f32>, SpaceError> {
         let (expected, actual) = (vector.len(), self.statistics.mean.len());
         if !self.is_frozen {
             self.statistics = RunningStatistics::new(expected);
         } else if actual != expected {
-            return Err(WrapperError::StatisticsLength { expected, actual }.into());
+            return Err(SpaceError::StatisticsLength { expected, actual });
         }
         let (low, high) = (vec![f32::NEG_INFINITY; expected], vec![f32::INFINITY; expected]);
-        Ok(BoxSpace::new(vector.shape().to_vec(), low, high)?)
+        BoxSpace::new(vector.shape().to_vec(), low, high)
     }
 
     fn observe<O: VectorObservation>(

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::macros::keep;
 use super::wrapped::Wrapped;
 use super::wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
-use crate::gym::env::{ActionElement, Env, Reset, Step, goal::GoalInfo};
+use crate::gym::env::{ActionElement, Env, Reset, Step, goal::Info};
 use crate::gym::error::EnvError;
 
 /// Adds the return and the length of each finished episode to the info of its last step.
@@ -66,13 +66,9 @@ pub struct EpisodeInfo<I> {
     pub episode: Option<EpisodeStatistics>,
 }
 
-impl<I: GoalInfo> GoalInfo for EpisodeInfo<I> {
-    fn is_success(&self) -> bool {
-        self.info.is_success()
-    }
-
-    fn distance(&self) -> f64 {
-        self.info.distance()
+impl<I: AsRef<Info>> AsRef<Info> for EpisodeInfo<I> {
+    fn as_ref(&self) -> &Info {
+        self.info.as_ref()
     }
 }
 

@@ -6,8 +6,8 @@ use super::macros::vector_wrapper;
 use super::vector::VectorObservation;
 use super::vectors::Vectors;
 use super::wrapper::SnapshotWrapper;
-use crate::gym::error::EnvError;
 use crate::gym::spaces::box_space::{BoxSpace, Element};
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Observes how much of the episode's time has passed.
 ///
@@ -36,18 +36,18 @@ pub struct TimeAwareObservation<T = f64> {
 impl<T: Element> TimeAwareObservation<T> {
     /// Adds the time in episodes that last `max_episode_steps`.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`EnvError::Vec`] if the observation space has no
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space has no
     /// vector of the observations' type.
     #[must_use]
     pub fn new(max_episode_steps: NonZeroU32) -> Self {
         Self { max_episode_steps, elapsed_steps: 0, vectors: Vectors::new() }
     }
 
-    fn make_space(vector: &BoxSpace<T>) -> Result<BoxSpace<T>, EnvError> {
+    fn make_space(vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
         let bounds =
             |bounds: &[T], time| bounds.iter().copied().chain([T::from_f64(time)]).collect();
         let (low, high) = (bounds(vector.low(), 0.0), bounds(vector.high(), 1.0));
-        Ok(BoxSpace::new(vec![vector.len() + 1], low, high)?)
+        BoxSpace::new(vec![vector.len() + 1], low, high)
     }
 
     fn observe<O: VectorObservation<Element = T>>(

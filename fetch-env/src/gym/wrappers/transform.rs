@@ -6,7 +6,7 @@ use goal_reward::{GoalError, GoalPairs, GoalReward};
 
 use super::macros::{keep, observe};
 use super::wrapper::{GoalWrapper, Stateless, Wrapper};
-use crate::gym::env::goal::{GoalEnv, GoalInfo};
+use crate::gym::env::goal::{GoalEnv, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Env, Step};
 use crate::gym::{error::EnvError, spaces::Space};
@@ -136,7 +136,7 @@ impl<R, F: Fn(f64) -> f64, E: Env> Wrapper<E> for TransformReward<F, R> {
 
 impl<E, R, F> GoalWrapper<E> for TransformReward<F, R>
 where
-    E: GoalEnv<GoalReward = R, Observation: GoalObservation, Info: GoalInfo>,
+    E: GoalEnv<GoalReward = R, Observation: GoalObservation, Info: AsRef<Info>>,
     R: GoalReward,
     F: Fn(f64) -> f64,
 {

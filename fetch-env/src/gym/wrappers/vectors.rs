@@ -7,7 +7,7 @@ use crate::gym::spaces::{
     Space,
     box_space::{BoxSpace, Element},
 };
-use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
+use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Key of the vector in a goal-conditioned observation.
 const OBSERVATION: &str = "observation";
@@ -34,18 +34,18 @@ impl<T: Element> Vectors<T> {
     /// Prepares vectors whose space `make_space` makes of that of the observed ones.
     ///
     /// # Errors
-    /// [`EnvError::Vec`] if the observation space has no vector of the observations' type, and the
+    /// [`SpaceError::MissingPart`] if the observation space has no vector of the observations' type, and the
     /// errors of `make_space`.
     pub(super) fn attach<E: Env<Observation: VectorObservation>>(
         &mut self,
         env: &E,
         make_space: impl FnOnce(
             &BoxSpace<<E::Observation as VectorObservation>::Element>,
-        ) -> Result<BoxSpace<T>, EnvError>,
+        ) -> Result<BoxSpace<T>, SpaceError>,
     ) -> Result<(), EnvError> {
         let space = env.observation_space();
         let element = std::any::type_name::<<E::Observation as VectorObservation>::Element>();
-        let missing = || VecEnvError::ObservationSpace { key: OBSERVATION, element };
+        let missing = || SpaceError::MissingPart { key: OBSERVATION, element };
         let observed = E::Observation::vector_space(space).ok_or_else(missing)?;
         let made = make_space(observed)?;
         self.observed_len = observed.len();

@@ -1,11 +1,10 @@
 //! An environment in a wrapper.
 
-use serde::{Deserialize, Serialize};
-
 use super::wrapper::{GoalWrapper, Resetting, SnapshotWrapper, Wrapper};
-use crate::gym::env::{Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
+use crate::gym::env::action_space::ActionSpace;
+use crate::gym::env::{Env, Reset, SnapshotEnv, Step, WrappedSnapshot, goal::GoalEnv};
 use crate::gym::error::EnvError;
-use crate::gym::spaces::{Space, action_space::ActionSpace};
+use crate::gym::spaces::Space;
 
 /// Puts environments into wrappers. Every [`Env`] has it.
 pub trait EnvExt: Env + Sized {
@@ -117,15 +116,6 @@ impl<E: GoalEnv, W: GoalWrapper<E>> GoalEnv for Wrapped<E, W> {
     fn goal_reward(&self) -> &W::GoalReward {
         self.wrapper.goal_reward(&self.env)
     }
-}
-
-/// Snapshot of a [`Wrapped`] environment: the states of the environment and of the wrapper.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WrappedSnapshot<S, T> {
-    env: S,
-    wrapper: T,
-    reset_needed: bool,
 }
 
 impl<E: SnapshotEnv, W: Wrapper<E> + SnapshotWrapper> SnapshotEnv for Wrapped<E, W> {

@@ -7,11 +7,12 @@ use std::{
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::gym::env::goal::{GoalEnv, GoalInfo};
+use crate::gym::env::action_space::ActionSpace;
+use crate::gym::env::goal::{GoalEnv, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{Env, Reset, Step};
 use crate::gym::error::EnvError;
-use crate::gym::spaces::{Space, action_space::ActionSpace};
+use crate::gym::spaces::Space;
 
 /// What changes the actions, observations, rewards or infos of environments `E`.
 ///
@@ -82,7 +83,7 @@ pub trait Wrapper<E: Env> {
     /// Observation of the wrapped environment.
     type Observation: Clone + Debug + PartialEq;
     /// Diagnostic information of the wrapped environment.
-    type Info: Clone + Debug + PartialEq;
+    type Info: Clone + Debug + PartialEq + Send;
     /// The space of the actions of the wrapped environment.
     type ActionSpace: ActionSpace;
 
@@ -90,7 +91,7 @@ pub trait Wrapper<E: Env> {
     /// [`wrap`](super::EnvExt::wrap) calls this before anything else. The default does nothing.
     ///
     /// # Errors
-    /// [`EnvError::Wrapper`] or another error if `env` cannot be wrapped like this.
+    /// [`SpaceError`] or another error if `env` cannot be wrapped like this.
     fn attach(&mut self, env: &E) -> Result<(), EnvError> {
         let _ = env;
         Ok(())
@@ -178,7 +179,7 @@ impl<E> DerefMut for Resetting<'_, E> {
 
 /// A [`Wrapper`] whose environment keeps the law of [`GoalEnv`], with a reward of its own.
 pub trait GoalWrapper<E: GoalEnv>:
-    Wrapper<E, Observation: GoalObservation, Info: GoalInfo>
+    Wrapper<E, Observation: GoalObservation, Info: AsRef<Info>>
 {
     /// The reward as a function of the goals.
     type GoalReward: goal_reward::GoalReward;
@@ -193,7 +194,7 @@ pub trait KeepsGoals {}
 
 impl<E: GoalEnv, W> GoalWrapper<E> for W
 where
-    W: KeepsGoals + Wrapper<E, Observation: GoalObservation, Info: GoalInfo>,
+    W: KeepsGoals + Wrapper<E, Observation: GoalObservation, Info: AsRef<Info>>,
 {
     type GoalReward = E::GoalReward;
 

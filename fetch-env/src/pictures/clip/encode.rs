@@ -1,62 +1,10 @@
 //! The file formats of a clip: GIF and animated PNG.
 
-use std::{
-    borrow::Cow,
-    cmp::Reverse,
-    collections::HashMap,
-    io::{self, Write},
-    ops::Range,
-};
+use std::{borrow::Cow, cmp::Reverse, collections::HashMap, io::Write, ops::Range};
 
 use gif::{DisposalMethod, Frame, Repeat};
 
-/// Error returned when a clip cannot be made or written.
-#[derive(thiserror::Error)]
-#[non_exhaustive]
-pub enum ClipError {
-    /// A clip without pixels, or with too many.
-    #[error("a clip cannot have {width} x {height} pixels: pass 1 to 65535 each")]
-    Size {
-        /// Width, in pixels.
-        width: u32,
-        /// Height, in pixels.
-        height: u32,
-    },
-    /// The length of a frame does not match the size of the clip.
-    #[error("the frame has {actual} bytes: pass {expected}, which is height x width x 3")]
-    FrameLength {
-        /// Number of bytes of the clip's frames.
-        expected: usize,
-        /// Number of bytes of this frame.
-        actual: usize,
-    },
-    /// The clip is empty.
-    #[error("the clip has no frames: push one before writing it")]
-    NoFrames,
-    /// The output refused the clip.
-    #[error("the clip could not be written: check its output")]
-    Io(#[source] io::Error),
-}
-
-debug_as_display!(ClipError);
-
-impl From<gif::EncodingError> for ClipError {
-    fn from(error: gif::EncodingError) -> Self {
-        Self::Io(match error {
-            gif::EncodingError::Io(error) => error,
-            error => io::Error::other(error),
-        })
-    }
-}
-
-impl From<png::EncodingError> for ClipError {
-    fn from(error: png::EncodingError) -> Self {
-        Self::Io(match error {
-            png::EncodingError::IoError(error) => error,
-            error => io::Error::other(error),
-        })
-    }
-}
+use super::error::ClipError;
 
 /// Hundredths of a second for which a frame is shown: a control step.
 const FRAME_DELAY: u16 = 4;

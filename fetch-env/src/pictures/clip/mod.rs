@@ -1,13 +1,13 @@
 //! Episodes as moving pictures: GIF, which every viewer shows, and lossless APNG.
 //!
 //! ```
-//! use fetch_env::clip::{Caption, Clip};
+//! use fetch_env::clip::Clip;
 //!
 //! // Frames come from `env.render(&mut renderer)?`; these two have 2 x 1 pixels.
 //! let frames = [[0, 0, 0, 9, 9, 9], [0, 0, 0, 255, 9, 9]];
 //! let mut clip = Clip::new(2, 1)?;
 //! clip.push(&frames[0])?;
-//! clip.push_with_caption(&frames[1], &Caption { step: 1, reward: -1.0, distance: 0.2 })?;
+//! clip.push_with_caption(&frames[1], "step 1\nreward -1.0")?;
 //! let mut gif = Vec::new();
 //! clip.write_gif(&mut gif)?;
 //! assert!(gif.starts_with(b"GIF89a"));
@@ -15,16 +15,15 @@
 //! ```
 
 mod encode;
+mod error;
 #[cfg(feature = "render")]
 pub(crate) mod record_video;
-#[cfg(feature = "render")]
-pub(crate) mod video_options;
 
 use std::io::Write;
 
 use font8x8::legacy::BASIC_LEGACY;
 
-pub use self::encode::ClipError;
+pub use self::error::ClipError;
 
 /// Frames of one size, shown at 25 per second, the pace of the robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,14 +59,14 @@ impl Clip {
         Ok(())
     }
 
-    /// Appends a frame with step, reward and distance written in its upper left corner.
+    /// Appends a frame with lines of ASCII text written in its upper left corner.
     ///
     /// # Errors
     /// As [`push`](Self::push).
-    pub fn push_with_caption(&mut self, rgb: &[u8], caption: &Caption) -> Result<(), ClipError> {
+    pub fn push_with_caption(&mut self, rgb: &[u8], caption: &str) -> Result<(), ClipError> {
         self.push(rgb)?;
         if let Some(frame) = self.frames.last_mut() {
-            caption.draw(frame, self.size[0].into());
+            draw_text(frame, self.size[0].into(), caption);
         }
         Ok(())
     }
@@ -95,48 +94,26 @@ impl Clip {
     }
 }
 
-/// Text on a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Caption {
-    /// Number of steps since the reset.
-    pub step: u32,
-    /// Reward of the last step.
-    pub reward: f64,
-    /// Distance between achieved and desired goal, in meters.
-    pub distance: f64,
-}
-
 /// Width and height of a letter of the font, in dots.
 const LETTER: usize = 8;
 /// Width of a frame, in pixels, for each pixel of a dot; the text then leaves most of it free.
 const PIXELS_PER_DOT: usize = 240;
 
-impl Caption {
-    fn lines(&self) -> [String; 3] {
-        [
-            format!("step     {:3}", self.step),
-            format!("reward   {:6.3}", self.reward + 0.0), // turns -0 into 0
-            format!("distance {:6.3} m", self.distance),
-        ]
-    }
-
-    /// Writes the lines in white on the darkened upper left corner, as far as they fit.
-    fn draw(&self, rgb: &mut [u8], width: usize) {
-        let scale = (width / PIXELS_PER_DOT).max(1);
-        let lines = self.lines();
-        let letters = lines.iter().map(String::len).max().unwrap_or(0);
-        let (margin, line) = (LETTER / 2 * scale, (LETTER + 2) * scale);
-        let (right, bottom) =
-            (2 * margin + letters * LETTER * scale, 2 * margin + lines.len() * line);
-        for (y, row) in rgb.chunks_exact_mut(3 * width).enumerate().take(bottom) {
-            for (x, pixel) in row.chunks_exact_mut(3).enumerate().take(right) {
-                let dot = x.checked_sub(margin).zip(y.checked_sub(margin)).is_some_and(|(x, y)| {
-                    let text = lines.get(y / line).map_or("", String::as_str);
-                    is_dot(text, x / scale, y % line / scale)
-                });
-                for value in pixel {
-                    *value = if dot { 255 } else { *value / 3 };
-                }
+/// Writes lines in white on the darkened upper left corner, as far as they fit.
+fn draw_text(rgb: &mut [u8], width: usize, text: &str) {
+    let scale = (width / PIXELS_PER_DOT).max(1);
+    let lines: Vec<&str> = text.lines().collect();
+    let letters = lines.iter().map(|line| line.len()).max().unwrap_or(0);
+    let (margin, line) = (LETTER / 2 * scale, (LETTER + 2) * scale);
+    let (right, bottom) = (2 * margin + letters * LETTER * scale, 2 * margin + lines.len() * line);
+    for (y, row) in rgb.chunks_exact_mut(3 * width).enumerate().take(bottom) {
+        for (x, pixel) in row.chunks_exact_mut(3).enumerate().take(right) {
+            let dot = x.checked_sub(margin).zip(y.checked_sub(margin)).is_some_and(|(x, y)| {
+                let text = lines.get(y / line).copied().unwrap_or_default();
+                is_dot(text, x / scale, y % line / scale)
+            });
+            for value in pixel {
+                *value = if dot { 255 } else { *value / 3 };
             }
         }
     }

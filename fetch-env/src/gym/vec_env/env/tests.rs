@@ -6,7 +6,7 @@ use super::*;
 use crate::fetch::kinematic::make_kinematic;
 use crate::gym::error::EnvError;
 
-impl<E: BatchEnv> VecEnv<E> {
+impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// Replaces the threads by ones that count their allocations and return the count when the
     /// vector is dropped.
     pub(crate) fn count_allocations(&mut self) -> Vec<JoinHandle<u64>> {
@@ -27,7 +27,7 @@ fn without_one_of_its_threads_a_vector_asks_for_new_environments() -> Result<(),
     assert_eq!(envs.reset(None).err(), lost);
     assert_eq!(envs.step(&[0.0; 8]).err(), lost);
     assert_eq!(envs.send(&[0.0; 4], &[0]).err(), lost);
-    assert_eq!(envs.send_reset(&VecReset::default()).err(), lost);
+    assert_eq!(envs.send_reset(None).err(), lost);
     assert_eq!(envs.recv(1).err(), lost);
     assert_eq!(envs.snapshot().err(), lost);
     Ok(())

@@ -4,11 +4,14 @@ use std::fmt::Debug;
 
 use rand_core::Rng;
 
-use super::Space;
-use super::box_space::{BoxSpace, Element};
-use super::discrete::{Choices, DiscreteSpace, MultiBinarySpace, MultiDiscreteSpace, fill};
-use super::element::ArrayElement;
-use crate::gym::{error::EnvError, spaces::error::SpaceError};
+use crate::gym::error::EnvError;
+use crate::gym::spaces::{
+    Space,
+    box_space::{BoxSpace, Element},
+    discrete::{Choices, DiscreteSpace, MultiBinarySpace, MultiDiscreteSpace, fill},
+    element::ArrayElement,
+    error::SpaceError,
+};
 
 /// A space whose members are actions: arrays of a fixed number of elements.
 pub trait ActionSpace: Clone + Debug + PartialEq + Into<Space> + Send {
