@@ -46,7 +46,7 @@ fn the_error_for_an_unknown_name_lists_the_nearest() {
         let message = error.to_string();
         let MakeError::UnknownId { id, nearest: known } = error else { panic!("{message}") };
         assert_eq!(id, unknown);
-        assert_eq!(known[0].to_string(), nearest, "for {unknown}");
+        assert_eq!(known[0], nearest, "for {unknown}");
         assert!(message.contains(unknown) && message.contains(nearest), "{message}");
     }
 }

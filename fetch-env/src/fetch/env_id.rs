@@ -71,9 +71,10 @@ impl From<EnvId> for String {
     }
 }
 
-/// Returns the environments with the most similar names, the nearest first.
-fn nearest(id: &str) -> [EnvId; 3] {
-    let mut known = EnvId::ALL;
+/// Returns the most similar names, the nearest first.
+fn nearest(id: &str) -> [String; 3] {
+    let mut known = EnvId::ALL.map(|known| known.to_string());
     sort_by_similarity(id, &mut known);
-    [known[0], known[1], known[2]]
+    let [first, second, third, ..] = known;
+    [first, second, third]
 }

@@ -5,7 +5,6 @@ use std::convert::Infallible;
 use fetch_sim::{SimError, Task};
 use goal_reward::ThresholdError;
 
-use super::env_id::EnvId;
 use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::VecEnvError};
 
 /// Error returned when a Fetch environment cannot be configured or made.
@@ -22,8 +21,8 @@ pub enum MakeError {
     UnknownId {
         /// The name.
         id: String,
-        /// The environments with the most similar names, the nearest first.
-        nearest: [EnvId; 3],
+        /// The most similar names, the nearest first.
+        nearest: [String; 3],
     },
     /// A setting of the object in a task without one.
     #[error("{task} has no object, so {option} cannot be set: leave it out")]

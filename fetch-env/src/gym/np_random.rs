@@ -116,7 +116,7 @@ impl TryFrom<Position> for NpRandom {
 }
 
 /// Turns the upper 53 bits into a number in [0, 1).
-pub(crate) fn unit_interval(bits: u64) -> f64 {
+fn unit_interval(bits: u64) -> f64 {
     const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
     (bits >> 11) as f64 * UNIT
 }

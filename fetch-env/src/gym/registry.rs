@@ -6,9 +6,9 @@ use super::error::EnvError;
 
 /// Environments that are made by name.
 ///
-/// Names are Gymnasium's: `Name-v1` or `namespace/Name-v1`. A registry is a value; there is no
-/// the whole process, so that no library changes what another makes. All its environments are of
-/// one type, which may be a boxed trait object.
+/// Names are Gymnasium's: `Name-v1` or `namespace/Name-v1`. A registry is a value; there is none
+/// for the whole process, so that no library changes what another makes. All its environments are
+/// of one type, which may be a boxed trait object.
 ///
 /// ```
 /// use fetch_env::{Env, FetchConfig, FetchEnv, KinematicSimulator, Registry, RewardKind, Task};
@@ -193,9 +193,8 @@ fn advice(nearest: &[String]) -> String {
 }
 
 /// Sorts names by their similarity to `id`, ignoring case, the nearest first.
-pub(crate) fn sort_by_similarity(id: &str, known: &mut [impl ToString]) {
+pub(crate) fn sort_by_similarity(id: &str, known: &mut [String]) {
     let lowercase = id.to_lowercase();
-    known.sort_by_cached_key(|known| {
-        strsim::damerau_levenshtein(&lowercase, &known.to_string().to_lowercase())
-    });
+    known
+        .sort_by_cached_key(|known| strsim::damerau_levenshtein(&lowercase, &known.to_lowercase()));
 }

@@ -60,8 +60,8 @@ pub struct PixelObservation<O> {
 impl AddRenderObservation {
     /// Adds pictures as `options` describe them.
     ///
-    /// [`wrap`](crate::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the observations already have
-    /// the key `pixels`, or if the pictures have more than 2^28 bytes, and a
+    /// [`wrap`](crate::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the observations already
+    /// have the key `pixels`, or if the pictures have more than 2^28 bytes, and a
     /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
     pub fn new(options: PixelOptions) -> Self {
         Self { pictures: Pictures::new(options), observation_space: None }

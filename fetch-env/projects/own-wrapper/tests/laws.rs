@@ -8,7 +8,7 @@ use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
 use fetch_env::vec_env::{AutoresetMode, VecConfig};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    Env, EnvError, EnvExt, FetchResetOptions, GoalInfo, KinematicEnv, TimeLimit, VecEnv,
+    Env, EnvError, EnvExt, FetchResetOptions, KinematicEnv, TimeLimit, VecEnv,
     make_kinematic,
 };
 use her_relabel::HerBuffer;
@@ -61,7 +61,7 @@ fn rows_of_many_environments_have_the_richer_info() -> Result {
         let batch = envs.step(&[0.3; 8])?;
         for (row, distance) in batch.distance().enumerate() {
             let info = batch.step_info(row).ok_or("a step that failed")?;
-            assert!(info.closest <= distance && info.distance() == distance);
+            assert!(info.closest <= distance && info.own.distance == distance);
         }
     }
     // The episodes are over, and the infos of their last steps are kept.

@@ -14,6 +14,16 @@ use crate::gym::spaces::{
 };
 
 /// A space whose members are actions: arrays of a fixed number of elements.
+///
+/// ```
+/// use fetch_env::{ActionSpace, Env, NpRandom, make_kinematic};
+///
+/// let env = make_kinematic("FetchReach-v4")?;
+/// let mut action = vec![0.0; env.action_space().action_len()];
+/// env.action_space().sample_action(&mut NpRandom::new(7), &mut action)?;
+/// assert!(env.action_space().check_action(&action).is_ok());
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
 pub trait ActionSpace: Clone + Debug + PartialEq + Into<Space> + Send {
     /// An element of an action: `f32` in a [`BoxSpace<f32>`], `i64` in a
     /// [`DiscreteSpace`], `bool` in a [`MultiBinarySpace`].

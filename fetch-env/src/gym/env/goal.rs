@@ -12,6 +12,14 @@ use super::{Env, observation::GoalObservation};
 /// `achieved_goal` and `desired_goal`, and `terminated` is
 /// [`compute_terminated`](GoalEnvExt::compute_terminated) of them. A step is `truncated` if
 /// [`compute_truncated`](GoalEnvExt::compute_truncated) says so, or at a time limit.
+///
+/// ```
+/// use fetch_env::{GoalEnv, GoalReward, make_kinematic};
+///
+/// let env = make_kinematic("FetchReachDense-v4")?;
+/// assert_eq!(env.goal_reward().reward(&[0.0; 3], &[0.0, 0.3, 0.4]), -0.5);
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
 pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
     /// The reward as a function of the goals.
     type GoalReward: GoalReward;
@@ -23,6 +31,15 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
 /// The calls of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).
 ///
 /// Every [`GoalEnv`] has them; wrappers cannot forget or change one.
+///
+/// ```
+/// use fetch_env::{GoalEnvExt, make_kinematic};
+///
+/// let env = make_kinematic("FetchReach-v4")?;
+/// assert_eq!(env.compute_reward(&[0.0; 3], &[0.0, 0.0, 0.06])?, -1.0); // farther than 5 cm
+/// assert!(env.is_success(&[0.0; 3], &[0.0, 0.0, 0.04]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait GoalEnvExt: GoalEnv {
     /// Returns the reward that a step with these goals would give.
     ///

@@ -17,6 +17,25 @@ use crate::gym::spaces::{Space, error::SpaceError};
 ///
 /// The semantics are those of Gymnasium's `Env`, with errors instead of exceptions and silent
 /// misbehavior. One value is one environment; several can run on several threads.
+///
+/// ```
+/// use fetch_env::{BoxSpace, Env, EnvError, make_kinematic};
+///
+/// /// Sums the rewards of an episode in which the robot stands still.
+/// fn idle_return(mut env: impl Env<ActionSpace = BoxSpace<f32>>) -> Result<f64, EnvError> {
+///     env.reset(Some(0))?;
+///     let mut episode_return = 0.0;
+///     loop {
+///         let step = env.step(&[0.0; 4])?;
+///         episode_return += step.reward;
+///         if step.is_last() {
+///             return Ok(episode_return);
+///         }
+///     }
+/// }
+/// assert_eq!(idle_return(make_kinematic("FetchPush-v4")?)?, -50.0);
+/// # Ok::<(), EnvError>(())
+/// ```
 pub trait Env {
     /// An observation: an owned value, never a view of state that later steps change.
     type Observation: Clone + Debug + PartialEq;
@@ -146,6 +165,18 @@ impl<O, I> Step<O, I> {
 }
 
 /// An environment whose complete state can be saved and restored.
+///
+/// ```
+/// use fetch_env::{Env, SnapshotEnv, make_kinematic};
+///
+/// let mut env = make_kinematic("FetchPush-v4")?;
+/// env.reset(Some(0))?;
+/// let snapshot = env.snapshot();
+/// let step = env.step(&[0.5; 4])?;
+/// env.restore(&snapshot)?;
+/// assert_eq!(env.step(&[0.5; 4])?, step);
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
 pub trait SnapshotEnv: Env {
     /// Everything that decides the environment's future, exact to the last bit.
     type Snapshot: Clone + Debug + PartialEq + Serialize + DeserializeOwned;

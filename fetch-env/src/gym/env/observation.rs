@@ -43,7 +43,7 @@ pub trait BatchObservation: Clone + Debug + PartialEq {
     }
 }
 
-/// An observation with two goals.
+/// An observation with two goals; [`BatchObservation`] shows one.
 pub trait GoalObservation:
     BatchObservation<Rows: AsRef<GoalRows<<Self as GoalObservation>::Element>>>
 {
@@ -60,7 +60,22 @@ pub trait GoalObservation:
     fn desired_goal(&self) -> &[f64];
 }
 
-/// Many observations of the type `O`, row after row.
+/// Many observations of the type `O`, row after row. [`GoalRows`] and [`ArrayRows`] are such rows.
+///
+/// ```
+/// use fetch_env::vec_env::{BatchObservation, Rows};
+/// use fetch_env::{BoxSpace, EnvError, Space};
+///
+/// /// Writes one observation and returns it as a value of its space.
+/// fn written<O: BatchObservation>(space: &Space, observation: &O) -> Result<Space, EnvError> {
+///     let mut rows = O::Rows::new(space, 1)?;
+///     rows.write_row(0, observation)?;
+///     assert!(space.contains(&rows.value(0)));
+///     Ok(space.clone())
+/// }
+/// written(&BoxSpace::<f32>::unbounded(2)?.into(), &[1.0_f32, 2.0])?;
+/// # Ok::<(), EnvError>(())
+/// ```
 pub trait Rows<O>: Clone + Debug + Send {
     /// Creates `num_rows` rows for observations of a space. Floating-point numbers are NaN.
     ///

@@ -1,12 +1,22 @@
 //! Arrays of numbers within bounds.
 
-use rand_core::Rng;
+use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use super::{Space, element::ArrayElement, num_elements};
-use crate::gym::{np_random::unit_interval, spaces::error::SpaceError};
+use super::{Space, element::ArrayElement, error::SpaceError, num_elements};
 
 /// Precision of the numbers of a [`BoxSpace`] or an observation: `f32` or `f64`.
+///
+/// ```
+/// use fetch_env::{BoxSpace, spaces::Element};
+///
+/// /// Returns the middle of a box's first interval, in either precision.
+/// fn middle<T: Element>(space: &BoxSpace<T>) -> T {
+///     T::from_f64((space.low()[0].into() + space.high()[0].into()) / 2.0)
+/// }
+/// assert_eq!(middle(&BoxSpace::uniform(vec![2], 0.0_f32, 1.0)?), 0.5);
+/// # Ok::<(), fetch_env::spaces::SpaceError>(())
+/// ```
 pub trait Element: ArrayElement + Default + PartialOrd + Into<f64> {
     /// Negative infinity, which means no lower bound.
     const NEG_INFINITY: Self;
@@ -164,7 +174,7 @@ impl<T: Element> BoxSpace<T> {
 }
 
 fn sample_interval<T: Element, R: Rng + ?Sized>((low, high): (T, T), rng: &mut R) -> T {
-    let mut uniform = || unit_interval(rng.next_u64());
+    let mut uniform = || rng.random::<f64>();
     let value = match (low > T::NEG_INFINITY, high < T::INFINITY) {
         (true, true) => {
             let share = uniform();

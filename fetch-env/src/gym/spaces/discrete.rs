@@ -1,10 +1,9 @@
-//! Choices: one, several at once, or yes and no.
+//! Choices: one, several at once, or several between true and false.
 
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
 
-use super::num_elements;
-use crate::gym::spaces::error::SpaceError;
+use super::{error::SpaceError, num_elements};
 
 /// One of several choices, numbered from [`start`](Self::start). A member is an array of one `i64`.
 ///
@@ -18,7 +17,7 @@ use crate::gym::spaces::error::SpaceError;
 /// # Ok::<(), fetch_env::spaces::SpaceError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "Range", into = "Range")]
+#[serde(try_from = "Range")]
 pub struct DiscreteSpace {
     n: u64,
     start: i64,
@@ -83,7 +82,7 @@ impl DiscreteSpace {
 
 /// Several choices at once, each from its own range. A member is an array of `i64`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "Ranges", into = "Ranges")]
+#[serde(try_from = "Ranges")]
 pub struct MultiDiscreteSpace {
     nvec: Vec<u64>,
     start: Vec<i64>,
@@ -157,7 +156,7 @@ impl MultiDiscreteSpace {
     }
 }
 
-/// Answers of yes or no. A member is an array of `bool`, row-major.
+/// Several choices between true and false. A member is an array of `bool`, row-major.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Shape")]
 pub struct MultiBinarySpace {
@@ -198,7 +197,7 @@ impl MultiBinarySpace {
         array.len() == self.len()
     }
 
-    /// Draws a member, each element independently, both answers with the same probability.
+    /// Draws a member, each element independently, true and false with the same probability.
     pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<bool> {
         let mut array = vec![false; self.len()];
         fill(&mut array, rng);
@@ -206,12 +205,12 @@ impl MultiBinarySpace {
     }
 }
 
-/// Draws 64 answers from each word, the lowest bit first.
+/// Draws 64 elements from each word, the lowest bit first.
 pub(crate) fn fill<R: Rng + ?Sized>(array: &mut [bool], rng: &mut R) {
-    for answers in array.chunks_mut(64) {
+    for elements in array.chunks_mut(64) {
         let word = rng.next_u64();
-        for (bit, answer) in answers.iter_mut().enumerate() {
-            *answer = word >> bit & 1 == 1;
+        for (bit, element) in elements.iter_mut().enumerate() {
+            *element = word >> bit & 1 == 1;
         }
     }
 }
@@ -258,17 +257,11 @@ impl Choices {
 }
 
 /// The serialized form of a [`DiscreteSpace`].
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename = "DiscreteSpace", deny_unknown_fields)]
 struct Range {
     n: u64,
     start: i64,
-}
-
-impl From<DiscreteSpace> for Range {
-    fn from(DiscreteSpace { n, start }: DiscreteSpace) -> Self {
-        Self { n, start }
-    }
 }
 
 impl TryFrom<Range> for DiscreteSpace {
@@ -280,17 +273,11 @@ impl TryFrom<Range> for DiscreteSpace {
 }
 
 /// The serialized form of a [`MultiDiscreteSpace`].
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename = "MultiDiscreteSpace", deny_unknown_fields)]
 struct Ranges {
     nvec: Vec<u64>,
     start: Vec<i64>,
-}
-
-impl From<MultiDiscreteSpace> for Ranges {
-    fn from(MultiDiscreteSpace { nvec, start }: MultiDiscreteSpace) -> Self {
-        Self { nvec, start }
-    }
 }
 
 impl TryFrom<Ranges> for MultiDiscreteSpace {

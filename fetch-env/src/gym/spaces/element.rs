@@ -4,8 +4,16 @@ use std::fmt::Debug;
 
 use super::{Space, Value};
 
-/// An element of arrays: a number of single or double precision, a byte of an image, a choice or an
-/// answer.
+/// An element of arrays: a number of single or double precision, a byte of an image, the number of
+/// a choice, or a boolean.
+///
+/// ```
+/// use fetch_env::spaces::{ArrayElement, DiscreteSpace, Value};
+///
+/// assert_eq!(i64::value(&[3]), Value::I64(vec![3]));
+/// assert_eq!(i64::len_in(&DiscreteSpace::new(4)?.into()), Some(1));
+/// # Ok::<(), fetch_env::spaces::SpaceError>(())
+/// ```
 pub trait ArrayElement: Copy + Debug + PartialEq + Send + Sync + private::Sealed + 'static {
     /// The element of arrays without contents yet: NaN, 0 or false.
     const EMPTY: Self;

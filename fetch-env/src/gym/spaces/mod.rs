@@ -53,7 +53,7 @@ pub enum Space {
     Discrete(DiscreteSpace),
     /// Several choices at once.
     MultiDiscrete(MultiDiscreteSpace),
-    /// Answers of yes or no.
+    /// Several choices between true and false.
     MultiBinary(MultiBinarySpace),
     /// Named spaces.
     Dict(DictSpace),
@@ -72,7 +72,7 @@ pub enum Value {
     U8(Vec<u8>),
     /// An array of choices, of one element in a [`DiscreteSpace`].
     I64(Vec<i64>),
-    /// An array of answers.
+    /// An array of booleans.
     Bool(Vec<bool>),
     /// Named values.
     Dict(Vec<(String, Value)>),

@@ -70,8 +70,8 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
 
     /// Sets a function that chooses seed and options of every episode that an autoreset begins: for
     /// curricula, or to begin the same episodes on any number of threads. It takes the index of the
-    /// environment and the number of episodes that this one has begun before, by whatever reset. The
-    /// default continues the environment's random numbers with default options.
+    /// environment and the number of episodes that this one has begun before, by whatever reset.
+    /// The default continues the environment's random numbers with default options.
     ///
     /// The worker threads call it. Its results are reproducible if they depend on nothing but its
     /// arguments.

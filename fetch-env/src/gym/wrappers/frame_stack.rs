@@ -45,9 +45,9 @@ pub struct FrameStack<T = f64> {
 impl<T: Element> FrameStack<T> {
     /// Stacks the last `num_frames` observations, the current one included.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the stacked vectors have more
-    /// than 2^28 elements, and [`SpaceError::MissingPart`] if the observation space has no vector of the
-    /// observations' type.
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the stacked vectors have
+    /// more than 2^28 elements, and [`SpaceError::MissingPart`] if the observation space has no
+    /// vector of the observations' type.
     #[must_use]
     pub fn new(num_frames: NonZeroUsize) -> Self {
         Self { num_frames, frames: Vec::new(), vectors: Vectors::new() }

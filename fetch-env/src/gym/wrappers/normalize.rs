@@ -120,8 +120,8 @@ impl NormalizeObservation {
 
     /// Normalizes observations by their own statistics, with an epsilon of 1e-8.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space has no
-    /// vector of the observations' type.
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space
+    /// has no vector of the observations' type.
     #[must_use]
     pub fn new() -> Self {
         let statistics = RunningStatistics::new(0);

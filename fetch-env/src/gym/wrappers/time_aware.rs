@@ -36,8 +36,8 @@ pub struct TimeAwareObservation<T = f64> {
 impl<T: Element> TimeAwareObservation<T> {
     /// Adds the time in episodes that last `max_episode_steps`.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space has no
-    /// vector of the observations' type.
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space
+    /// has no vector of the observations' type.
     #[must_use]
     pub fn new(max_episode_steps: NonZeroU32) -> Self {
         Self { max_episode_steps, elapsed_steps: 0, vectors: Vectors::new() }

@@ -15,6 +15,15 @@ use crate::gym::spaces::{
 /// Of a [`GoalObservation`] it is the part [`observation`](GoalObservation::observation); the goals
 /// stay, so that the environment remains a [`GoalEnv`](crate::GoalEnv). Of an array it is the
 /// whole.
+///
+/// ```
+/// use fetch_env::{Env, make_kinematic, wrappers::VectorObservation};
+///
+/// let start = make_kinematic("FetchPush-v4")?.reset(Some(0))?.observation;
+/// assert_eq!(start.vector().len(), 25);
+/// assert_eq!([1.0_f32, 2.0].vector(), [1.0, 2.0]);
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
 pub trait VectorObservation: Clone + Debug + PartialEq {
     /// Precision of the vector.
     type Element: Element;

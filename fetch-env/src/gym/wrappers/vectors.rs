@@ -34,8 +34,8 @@ impl<T: Element> Vectors<T> {
     /// Prepares vectors whose space `make_space` makes of that of the observed ones.
     ///
     /// # Errors
-    /// [`SpaceError::MissingPart`] if the observation space has no vector of the observations' type, and the
-    /// errors of `make_space`.
+    /// [`SpaceError::MissingPart`] if the observation space has no vector of the observations'
+    /// type, and the errors of `make_space`.
     pub(super) fn attach<E: Env<Observation: VectorObservation>>(
         &mut self,
         env: &E,

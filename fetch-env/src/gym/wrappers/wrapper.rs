@@ -177,7 +177,9 @@ impl<E> DerefMut for Resetting<'_, E> {
     }
 }
 
-/// A [`Wrapper`] whose environment keeps the law of [`GoalEnv`], with a reward of its own.
+/// A [`Wrapper`] whose environment keeps the law of [`GoalEnv`], with a reward of its own, as
+/// [`TransformReward`](super::TransformReward) has one. One that keeps the environment's reward
+/// implements [`KeepsGoals`] instead.
 pub trait GoalWrapper<E: GoalEnv>:
     Wrapper<E, Observation: GoalObservation, Info: AsRef<Info>>
 {
@@ -189,7 +191,8 @@ pub trait GoalWrapper<E: GoalEnv>:
 }
 
 /// A [`Wrapper`] that leaves goals, rewards and the ends of episodes as they are, so that the
-/// environment's own [`goal_reward`](GoalEnv::goal_reward) still holds.
+/// environment's own [`goal_reward`](GoalEnv::goal_reward) still holds: `impl KeepsGoals for Closed
+/// {}`, as the example of [`Wrapper`] does.
 pub trait KeepsGoals {}
 
 impl<E: GoalEnv, W> GoalWrapper<E> for W
@@ -204,6 +207,29 @@ where
 }
 
 /// A [`Wrapper`] whose state can be saved and restored.
+///
+/// ```
+/// use fetch_env::{EnvError, wrappers::SnapshotWrapper};
+///
+/// /// Counts steps.
+/// struct Counter(u64);
+///
+/// impl SnapshotWrapper for Counter {
+///     type State = u64;
+///
+///     fn state(&self) -> u64 {
+///         self.0
+///     }
+///
+///     fn check_state(&self, _state: &u64) -> Result<(), EnvError> {
+///         Ok(())
+///     }
+///
+///     fn set_state(&mut self, state: &u64) {
+///         self.0 = *state;
+///     }
+/// }
+/// ```
 pub trait SnapshotWrapper {
     /// Everything that decides the wrapper's future, exact to the last bit; not its settings.
     type State: Clone + Debug + PartialEq + Serialize + DeserializeOwned;
@@ -221,7 +247,8 @@ pub trait SnapshotWrapper {
     fn set_state(&mut self, state: &Self::State);
 }
 
-/// A [`Wrapper`] whose results depend on nothing but its settings and the environment.
+/// A [`Wrapper`] whose results depend on nothing but its settings and the environment: `impl
+/// Stateless for Closed {}`, as the example of [`Wrapper`] does.
 pub trait Stateless {}
 
 impl<W: Stateless> SnapshotWrapper for W {
