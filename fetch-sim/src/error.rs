@@ -160,7 +160,7 @@ pub enum SimError {
     },
 }
 
-crate::debug::debug_as_display!(SimError);
+debug_as_display!(SimError);
 
 /// A library of MuJoCo that was not taken, or a place without one.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -85,11 +85,15 @@
 //! that was refused does not stay loaded. `library_path` returns the one that is used.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+#[macro_use]
+mod settings;
+
 mod assets;
 mod bounds;
 mod cache;
 mod config;
-mod debug;
 #[cfg(feature = "download")]
 pub mod download;
 mod error;
@@ -100,7 +104,6 @@ mod kinematic;
 #[cfg(feature = "mujoco")]
 mod mujoco;
 mod privileges;
-mod settings;
 mod simulator;
 mod task;
 
