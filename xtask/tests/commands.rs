@@ -255,7 +255,7 @@ fn a_wheel_of_mujoco_is_unpacked_whole_or_not_at_all() -> Result {
     let output = fetch("9.8.7")?;
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let unpacked = folder.path().join("fetch-env/mujoco-9.8.7").canonicalize()?;
-    assert!(stdout(&output).contains(&format!("export MUJOCO_DIR='{}'\n", unpacked.display())));
+    assert!(stdout(&output).contains(&format!("export MUJOCO_DIR={}\n", unpacked.display())));
     assert_eq!(fs::read_to_string(unpacked.join("libmujoco.so.9.8.7"))?, "library");
     assert!(!unpacked.join("not_wanted.py").exists());
 

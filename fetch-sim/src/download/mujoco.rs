@@ -50,7 +50,9 @@ pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, Downloa
 /// Returns the command by which a shell sets `MUJOCO_DIR` to a folder, whatever is in its name.
 #[must_use]
 pub fn export_line(folder: &Path) -> String {
-    format!("export MUJOCO_DIR='{}'", folder.display().to_string().replace('\'', r"'\''"))
+    let folder = folder.display().to_string();
+    // Only a NUL cannot be quoted, which no path has.
+    format!("export MUJOCO_DIR={}", shlex::try_quote(&folder).unwrap_or_default())
 }
 
 fn folder(version: &str) -> Result<PathBuf, DownloadError> {
