@@ -10,8 +10,7 @@ use fetch_env::{
     RenderError, RenderOptions, SnapshotEnv, TimeLimit, VideoError, VideoFormat, VideoOptions,
     check, make,
 };
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Result;
 
 const ACTION: [f32; 4] = [1.0, -0.5, -1.0, 1.0];
 

@@ -10,8 +10,7 @@ use fetch_env::{
     PixelOptions, PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv, TimeLimit, check,
     make,
 };
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Result;
 
 /// Whether there is OpenGL; an error if there is none although the environment variable `MUJOCO_GL`
 /// demands it.

@@ -3,7 +3,6 @@
 
 use std::{
     env,
-    error::Error,
     ffi::{CString, OsStr, c_char, c_int, c_void},
     fs::{self, Permissions},
     io::{self, Write},
@@ -15,8 +14,7 @@ use std::{
 use fetch_sim::{
     Model, MujocoSimulator, SimConfig, Task, cache_folder, library_path, reference_folder,
 };
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 unsafe extern "C" {
     fn dlopen(path: *const c_char, flags: c_int) -> *mut c_void;

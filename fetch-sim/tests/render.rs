@@ -4,15 +4,14 @@
 //! to work.
 #![cfg(all(feature = "render", not(fetch_sim_no_shim)))]
 
-use std::{env, error::Error, ffi::OsStr, fs, process::Command, thread};
+use std::{env, ffi::OsStr, fs, process::Command, thread};
 
 use fetch_sim::{
     Camera, Control, FreeCamera, MujocoSimulator, RenderError, RenderOptions, Renderer, Segment,
     SimConfig, SimError, Simulator, Task,
 };
 use nalgebra::Vector3;
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 /// In free sight of the reference's camera: the robot, which stands a little differently on every
 /// MuJoCo, hides nothing of it.

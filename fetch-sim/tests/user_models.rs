@@ -3,7 +3,6 @@
 
 use std::{
     env,
-    error::Error,
     ffi::OsString,
     fs,
     os::unix::ffi::OsStringExt,
@@ -18,8 +17,7 @@ use fetch_sim::{
     SimError, Simulator, Task,
 };
 use nalgebra::Vector3;
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 /// The least that the Fetch tasks need.
 const SCENE: &str = r#"

@@ -1,7 +1,6 @@
 //! The task runner as a user runs it, without building the lab.
 
 use std::{
-    error::Error,
     fs::{self, File},
     io::{self, Write},
     path::Path,
@@ -11,7 +10,7 @@ use std::{
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 use zip::{ZipWriter, write::SimpleFileOptions};
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const RECORDING: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/lab/tests/recordings/mujoco-2.2.2/reach-still.npz");

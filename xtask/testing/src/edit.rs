@@ -4,7 +4,7 @@ use arbitrary::Arbitrary;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
 
-use crate::tree::{Number, numbers, with_number_replaced};
+use crate::numbers::{Number, numbers, with_number_replaced};
 
 /// A serialized value: any text, or a valid value with some changes.
 #[derive(Arbitrary, Debug)]
