@@ -1,10 +1,10 @@
-//! Sources of the robot's model, and the folders of those that are files.
+//! Sources of the robot's model.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{cache, error::SimError, task::Task};
+use crate::{cache::reference_folder, error::SimError, task::Task};
 
 /// Source of the robot's model.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,7 +30,10 @@ impl ModelSource {
     pub fn scene_path(&self, task: Task) -> Result<Option<PathBuf>, SimError> {
         let folder = match self {
             Self::Builtin => return Ok(None),
-            Self::Reference => reference_folder()?.join("fetch"),
+            Self::Reference => {
+                let no_home = || SimError::NoAssets { path: "the user's cache".into() };
+                reference_folder().ok_or_else(no_home)?.join("fetch")
+            }
             Self::Folder(folder) => folder.clone(),
         };
         let path = folder.join(task.spec().scene_file);
@@ -40,25 +43,4 @@ impl ModelSource {
             Err(SimError::NoAssets { path: path.display().to_string() })
         }
     }
-}
-
-/// Returns the folder of the reference model, which need not exist: `FETCH_ASSETS_DIR` if that is
-/// set, and otherwise a folder in [`cache_folder`].
-///
-/// # Errors
-/// [`SimError::NoAssets`] if the user has no home.
-pub fn reference_folder() -> Result<PathBuf, SimError> {
-    cache::reference_folder().ok_or_else(no_home)
-}
-
-/// The folder `fetch-env` in the user's cache: `XDG_CACHE_HOME`, or `.cache` at home.
-///
-/// # Errors
-/// [`SimError::NoAssets`] if the user has no home.
-pub fn cache_folder() -> Result<PathBuf, SimError> {
-    cache::cache_folder().ok_or_else(no_home)
-}
-
-fn no_home() -> SimError {
-    SimError::NoAssets { path: "the user's cache".into() }
 }

@@ -97,8 +97,7 @@ mod config;
 #[cfg(feature = "download")]
 pub mod download;
 mod error;
-#[cfg(any(feature = "mujoco", feature = "download"))]
-#[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "a build finds it"))]
+#[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "only MuJoCo is looked for"))]
 mod installation;
 mod kinematic;
 #[cfg(feature = "mujoco")]
@@ -107,18 +106,14 @@ mod privileges;
 mod simulator;
 mod task;
 
-pub use assets::{ModelSource, cache_folder, reference_folder};
+pub use assets::ModelSource;
 pub use bounds::{LARGEST_NUMBER, Substeps};
+pub use cache::{cache_folder, reference_folder};
 pub use config::SimConfig;
 pub use error::{SimError, TriedLibrary};
 pub use kinematic::KinematicSimulator;
 #[cfg(feature = "mujoco")]
-pub use mujoco::{
-    BodyId, ContactFilter, ContactFilterCounts, Data, FetchModel, GeomId, JointId, Model,
-    MujocoSimulator, MujocoSnapshot, MujocoVersion, Pose, Shape, SiteId, VisualGeom, library_path,
-};
-#[cfg(feature = "render")]
-pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
+pub use mujoco::*;
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::{GoalSpec, ObjectSpec, Task, TaskSpec};
 

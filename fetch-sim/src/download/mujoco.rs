@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn digests_are_read_and_checked() -> Result<(), DownloadError> {
+    fn digests_are_read_and_checked() -> Result<(), String> {
         // SHA-256 of nothing, as RECORD writes it.
         let line = "a,b.h,sha256=47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU,0";
         let (name, digest) = parse_record(line).flatten().unwrap_or_default();
@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(digest, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
         check("nothing", b"", &digest)?;
         let wrong = check("something", b"1", &digest);
-        assert!(matches!(wrong, Err(DownloadError::Checksum { .. })));
+        assert!(wrong.is_err_and(|reason| reason.starts_with("something has the SHA-256 6b86b2")));
         assert_eq!(parse_record("RECORD,,"), Some(None));
         assert_eq!(parse_record("a,sha256=47DE+,1"), None);
         assert_eq!(parse_record("damaged"), None);
