@@ -17,8 +17,27 @@ pub enum ModelSource {
     /// The reference's model with the vendor's meshes, from the user's cache, where
     /// `cargo xtask assets` puts it.
     Reference,
-    /// A folder with `reach.xml`, `push.xml`, `pick_and_place.xml` and `slide.xml`, in which
-    /// bodies, joints and sites have the reference's names.
+    /// A folder with a scene for each task that you simulate (`reach.xml`, `push.xml`,
+    /// `pick_and_place.xml`, `slide.xml`) and the files that the scenes include. A scene needs
+    ///
+    /// | kind | name | tasks | because |
+    /// |---|---|---|---|
+    /// | mocap body | `robot0:mocap` | all | an action moves it |
+    /// | body | `robot0:gripper_link` | all | an action starts from its pose |
+    /// | site | `robot0:grip` | all | its position and velocity are the gripper's |
+    /// | joint | `robot0:slide0`, `robot0:slide1`, `robot0:slide2` | all | they place the base |
+    /// | joint | `robot0:r_gripper_finger_joint` | all | the right finger is observed |
+    /// | joint | `robot0:l_gripper_finger_joint` | all | the left finger is observed |
+    /// | joint | `object0:joint` | not Reach | this free joint places the object |
+    /// | site | `object0` | not Reach | its pose and velocity are the object's |
+    ///
+    /// and a weld, of any name, that holds the gripper's link at the mocap body; its offset is set
+    /// to zero, as in the reference. Each actuator must drive a slide or a hinge: its target is the
+    /// position of that joint plus [`Control::fingers`](crate::Control::fingers). A renderer moves
+    /// the site `target0`, if there is one, to the goal.
+    ///
+    /// A missing name is [`SimError::MissingName`], and a joint of another type
+    /// [`SimError::UnfitModel`].
     Folder(PathBuf),
 }
 

@@ -35,9 +35,11 @@
 //! | write another simulator | [`Simulator`] |
 //!
 //! # Features
-//! - `mujoco` (default): the physics.
-//! - `render` (default): pictures through OpenGL, which is loaded on first use.
-//! - `download`: fetches a MuJoCo and the reference's model through pip.
+//! | feature | adds | needs |
+//! |---|---|---|
+//! | `mujoco` (default) | the physics | MuJoCo 2.2 or later, and a C compiler |
+//! | `render` (default) | pictures, depth, segmentation | OpenGL (EGL or OSMesa), at run time |
+//! | `download` | downloads of MuJoCo and of the reference's model | Python 3 with pip |
 //!
 //! # Speed
 //! A `MujocoSimulator` skips collision tests that would find nothing (`ContactFilter`), unless
