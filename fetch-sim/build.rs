@@ -6,6 +6,7 @@
 //! loading MuJoCo is an error.
 
 mod find_mujoco;
+#[allow(dead_code, reason = "only MuJoCo is looked for")]
 #[path = "src/installation.rs"]
 mod installation;
 

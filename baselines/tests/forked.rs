@@ -1,16 +1,13 @@
 //! What a child meets that a process with a trainer forks.
 #![cfg(unix)]
 
-#[path = "../../fetch-env/tests/in_child/mod.rs"]
-mod in_child;
-
 use std::error::Error;
 
 use baselines::learn::{CheckpointError, TrainError, TrainSettings, Trainer};
 use fetch_env::vec_env::VecEnvError;
 use fetch_env::{Task, make_kinematic};
-use in_child::in_child;
 use tempfile::tempdir;
+use testing::in_child;
 
 #[test]
 fn a_trainer_from_before_the_fork_says_so_and_a_resumed_one_goes_on() -> Result<(), Box<dyn Error>>

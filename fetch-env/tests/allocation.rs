@@ -3,8 +3,7 @@
 use allocation_counter::measure;
 use fetch_env::{Env, EnvId, FetchEnv, GoalEnvExt, GoalObservation};
 use fetch_sim::{KinematicSimulator, SimConfig, SimError, Simulator};
-
-type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+use testing::Result;
 
 fn is_free_of_allocation<S: Simulator>(
     simulator: impl Fn(&SimConfig) -> std::result::Result<S, SimError>,

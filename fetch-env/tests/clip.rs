@@ -5,8 +5,8 @@ use std::io::Cursor;
 
 use fetch_env::clip::{Clip, ClipError, write_png};
 use proptest::prelude::*;
+use testing::Result;
 
-type Result = std::result::Result<(), Box<dyn std::error::Error>>;
 type Frames = Vec<Vec<u8>>;
 
 fn clip(width: u32, height: u32, frames: &Frames) -> Clip {

@@ -1,12 +1,9 @@
 //! Environments whose physics fails.
 
-mod faulty;
-
-use faulty::Faulty;
 use fetch_env::{Env, EnvError, EnvId, FetchEnv, SnapshotEnv};
 use fetch_sim::SimError;
-
-type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+use testing::Faulty;
+use testing::Result;
 
 fn unstable() -> SimError {
     SimError::Unstable { reason: "the gripper went down".into() }

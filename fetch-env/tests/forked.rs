@@ -1,13 +1,10 @@
 //! What a child meets that a process with environments forks.
 #![cfg(unix)]
 
-mod in_child;
-
 use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError};
 use fetch_env::{Env, KinematicEnv, make_kinematic};
-use in_child::in_child;
-
-type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+use testing::Result;
+use testing::in_child;
 
 fn envs(count: usize) -> Result<VecEnv<KinematicEnv>> {
     let envs = (0..count).map(|_| make_kinematic("FetchPush-v4"));

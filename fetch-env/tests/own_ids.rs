@@ -6,8 +6,7 @@ use fetch_env::{
     wrappers::{EpisodeInfo, RecordEpisodeStatistics},
 };
 use proptest::prelude::*;
-
-type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+use testing::Result;
 
 /// Makes one of the eight environments, and says so by its name in the error if it cannot.
 fn constructor(id: &'static str) -> impl Fn() -> std::result::Result<KinematicEnv, EnvError> {

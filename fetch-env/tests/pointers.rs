@@ -1,7 +1,5 @@
 //! Boxes of environments, references to them and environments of other crates.
 
-use std::error::Error;
-
 use fetch_env::{
     BoxSpace, Env, EnvError, FetchObservation, FetchResetOptions, GoalEnv, Info, KinematicEnv,
     Reset, Space, Step, VecEnv,
@@ -10,8 +8,8 @@ use fetch_env::{
     vec_env::VecConfig,
 };
 use goal_reward::DistanceReward;
+use testing::Result;
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 type DynGoalEnv = dyn GoalEnv<
         Observation = FetchObservation,
         Info = Info,

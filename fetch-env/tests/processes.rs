@@ -4,8 +4,7 @@
 use std::{env, fs, path::Path, process::Command};
 
 use fetch_env::{Env, EnvId, FetchObservation, GoalObservation, MujocoEnv, SnapshotEnv, make};
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Result;
 
 const SNAPSHOTS: &str = "FETCH_ENV_TEST_SNAPSHOTS";
 const STEPS: u32 = 40;

@@ -9,8 +9,7 @@ use fetch_env::{
     Env, EnvError, EnvExt, GoalEnvExt, MujocoEnv, PixelOptions, PixelsOnly, RecordVideo, RenderEnv,
     RenderError, RenderOptions, SnapshotEnv, TimeLimit, VideoFormat, check, clip::ClipError, make,
 };
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Result;
 
 const ACTION: [f32; 4] = [1.0, -0.5, -1.0, 1.0];
 

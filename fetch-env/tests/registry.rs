@@ -4,8 +4,7 @@ use fetch_env::{EnvId, FetchConfig, FetchEnv, MakeError, make_kinematic};
 use fetch_sim::{KinematicSimulator, ModelSource, SimConfig, Task};
 use goal_reward::{DistanceThreshold, RewardKind};
 use proptest::prelude::*;
-
-type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+use testing::Result;
 
 #[test]
 fn the_names_are_gymnasiums() -> Result {

@@ -12,8 +12,7 @@ use fetch_env::{
     PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, Reset,
     SimConfig, SnapshotEnv, Space, Step, check, make,
 };
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Result;
 
 /// Returns `None` without OpenGL, unless the environment variable `MUJOCO_GL` demands it.
 fn unless_blind<T>(made: std::result::Result<T, EnvError>) -> Result<Option<T>> {

@@ -9,8 +9,7 @@ use fetch_env::{
     AddRenderObservation, Env, EnvError, EnvExt, FetchEnv, MujocoSimulator, PixelOptions,
     PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv, TimeLimit, check, make,
 };
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Result;
 
 /// Whether there is OpenGL; an error if there is none although the environment variable `MUJOCO_GL`
 /// demands it.

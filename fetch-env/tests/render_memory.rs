@@ -6,8 +6,7 @@ use std::{fs, num::NonZeroU8};
 
 use fetch_env::vec_env::{VecConfig, VecEnv};
 use fetch_env::{EnvExt, PixelOptions, PixelsOnly, RenderError, RenderOptions, make};
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Result;
 
 const NUM_ENVS: usize = 50;
 

@@ -1,16 +1,13 @@
 //! What environments need of a thread's stack.
 
-mod faulty;
-
 use std::{env, hint::black_box, process::Command};
 
-use faulty::Faulty;
 use fetch_env::{
     EnvId, FetchEnv,
     vec_env::{VecConfig, VecEnv},
 };
-
-type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+use testing::Faulty;
+use testing::Result;
 
 /// Marks the process that this test starts.
 const CHILD: &str = "FETCH_ENV_TEST_SMALL_STACK";

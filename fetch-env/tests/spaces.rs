@@ -7,8 +7,7 @@ use fetch_env::{
 };
 use proptest::prelude::*;
 use rand_pcg::Pcg64;
-
-type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+use testing::Result;
 
 /// Bounds of any kind, including infinite ones.
 fn interval() -> impl Strategy<Value = (f64, f64)> {

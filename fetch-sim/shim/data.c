@@ -40,7 +40,6 @@ void fs_data_arrays(const mjModel* m, const mjData* d, fs_array arrays[FS_NUM_DA
 #undef X
 }
 
-int fs_constraint_count(const mjData* d) { return d->nefc; }
 int fs_contact_count(const mjData* d) { return d->ncon; }
 void fs_contact_geoms(const mjData* d, int contact, int geoms[2]) {
   geoms[0] = d->contact[contact].geom1;

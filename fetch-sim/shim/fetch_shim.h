@@ -184,7 +184,6 @@ void fs_set_time(mjData* d, double time);
 // Writes the arrays of the data, which keep their places as long as it lives. The address of an empty
 // array may be NULL.
 void fs_data_arrays(const mjModel* m, const mjData* d, fs_array arrays[FS_NUM_DATA_ARRAYS]);
-int fs_constraint_count(const mjData* d);
 int fs_contact_count(const mjData* d);
 void fs_contact_geoms(const mjData* d, int contact, int geoms[2]);
 // Returns how often a fault was counted since the last reset.

@@ -1,10 +1,10 @@
-//! Sources of the robot's model, and the folders of those that are files.
+//! Sources of the robot's model.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{cache, error::SimError, task::Task};
+use crate::{cache::reference_folder, error::SimError, task::Task};
 
 /// Source of the robot's model.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,8 +17,27 @@ pub enum ModelSource {
     /// The reference's model with the vendor's meshes, from the user's cache, where
     /// `cargo xtask assets` puts it.
     Reference,
-    /// A folder with `reach.xml`, `push.xml`, `pick_and_place.xml` and `slide.xml`, in which
-    /// bodies, joints and sites have the reference's names.
+    /// A folder with a scene for each task that you simulate (`reach.xml`, `push.xml`,
+    /// `pick_and_place.xml`, `slide.xml`) and the files that the scenes include. A scene needs
+    ///
+    /// | kind | name | tasks | because |
+    /// |---|---|---|---|
+    /// | mocap body | `robot0:mocap` | all | an action moves it |
+    /// | body | `robot0:gripper_link` | all | an action starts from its pose |
+    /// | site | `robot0:grip` | all | its position and velocity are the gripper's |
+    /// | joint | `robot0:slide0`, `robot0:slide1`, `robot0:slide2` | all | they place the base |
+    /// | joint | `robot0:r_gripper_finger_joint` | all | the right finger is observed |
+    /// | joint | `robot0:l_gripper_finger_joint` | all | the left finger is observed |
+    /// | joint | `object0:joint` | not Reach | this free joint places the object |
+    /// | site | `object0` | not Reach | its pose and velocity are the object's |
+    ///
+    /// and a weld, of any name, that holds the gripper's link at the mocap body; its offset is set
+    /// to zero, as in the reference. Each actuator must drive a slide or a hinge: its target is the
+    /// position of that joint plus [`Control::fingers`](crate::Control::fingers). A renderer moves
+    /// the site `target0`, if there is one, to the goal.
+    ///
+    /// A missing name is [`SimError::MissingName`], and a joint of another type
+    /// [`SimError::UnfitModel`].
     Folder(PathBuf),
 }
 
@@ -30,7 +49,10 @@ impl ModelSource {
     pub fn scene_path(&self, task: Task) -> Result<Option<PathBuf>, SimError> {
         let folder = match self {
             Self::Builtin => return Ok(None),
-            Self::Reference => reference_folder()?.join("fetch"),
+            Self::Reference => {
+                let no_home = || SimError::NoAssets { path: "the user's cache".into() };
+                reference_folder().ok_or_else(no_home)?.join("fetch")
+            }
             Self::Folder(folder) => folder.clone(),
         };
         let path = folder.join(task.spec().scene_file);
@@ -40,25 +62,4 @@ impl ModelSource {
             Err(SimError::NoAssets { path: path.display().to_string() })
         }
     }
-}
-
-/// Returns the folder of the reference model, which need not exist: `FETCH_ASSETS_DIR` if that is
-/// set, and otherwise a folder in [`cache_folder`].
-///
-/// # Errors
-/// [`SimError::NoAssets`] if the user has no home.
-pub fn reference_folder() -> Result<PathBuf, SimError> {
-    cache::reference_folder().ok_or_else(no_home)
-}
-
-/// The folder `fetch-env` in the user's cache: `XDG_CACHE_HOME`, or `.cache` at home.
-///
-/// # Errors
-/// [`SimError::NoAssets`] if the user has no home.
-pub fn cache_folder() -> Result<PathBuf, SimError> {
-    cache::cache_folder().ok_or_else(no_home)
-}
-
-fn no_home() -> SimError {
-    SimError::NoAssets { path: "the user's cache".into() }
 }

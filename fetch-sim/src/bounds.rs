@@ -14,11 +14,8 @@ pub const LARGEST_NUMBER: f64 = 1e10;
 
 /// Returns the first number that is NaN or exceeds [`LARGEST_NUMBER`].
 pub(crate) fn first_outside<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
-    numbers.into_iter().copied().find(|number| !is_inside(*number))
-}
-
-fn is_inside(number: f64) -> bool {
-    number.abs() <= LARGEST_NUMBER
+    let is_inside = |number: &f64| number.abs() <= LARGEST_NUMBER;
+    numbers.into_iter().copied().find(|number| !is_inside(number))
 }
 
 /// Checks numbers that go into a simulation.

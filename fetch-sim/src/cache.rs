@@ -1,18 +1,20 @@
 //! The folders in the user's cache, as this program may use them.
 
-mod folders;
-
 use std::path::PathBuf;
 
-use crate::privileges::are_raised;
+use crate::{installation, privileges::are_raised};
 
-/// Returns the folder of the reference's model; `None` if the user has no home, or is not trusted.
-pub(crate) fn reference_folder() -> Option<PathBuf> {
-    if are_raised() { None } else { folders::reference_folder() }
+/// Returns the folder of the reference model, which need not exist: `FETCH_ASSETS_DIR` if that is
+/// set, and otherwise a folder in [`cache_folder`]. `None` if the user has no home, or if the
+/// program has more rights than the user.
+#[must_use]
+pub fn reference_folder() -> Option<PathBuf> {
+    if are_raised() { None } else { installation::reference_folder() }
 }
 
-/// Returns the folder `fetch-env` in the user's cache; `None` if the user has no home, or is not
-/// trusted.
-pub(crate) fn cache_folder() -> Option<PathBuf> {
-    if are_raised() { None } else { folders::cache_folder() }
+/// Returns the folder `fetch-env` in the user's cache (`XDG_CACHE_HOME`, or `.cache` at home), into
+/// which models and versions of MuJoCo are downloaded. `None` as for [`reference_folder`].
+#[must_use]
+pub fn cache_folder() -> Option<PathBuf> {
+    if are_raised() { None } else { installation::cache_folder() }
 }

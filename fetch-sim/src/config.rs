@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{assets::ModelSource, bounds::Substeps, settings::settings, task::Task};
+use crate::{assets::ModelSource, bounds::Substeps, task::Task};
 
 /// Settings of a simulator.
 ///
@@ -45,13 +45,13 @@ impl SimConfig {
     settings! {
         /// Sets the number of physics steps of 0.002 s per control step. The default, 20, gives the
         /// reference's 25 Hz.
-        with_n_substeps;
+        with_n_substeps(n_substeps: Substeps);
         /// Returns the number of physics steps of 0.002 s per control step.
         n_substeps: Substeps;
 
         /// Sets whether MuJoCo skips collision tests that would find nothing. The default, true, is
         /// faster and gives the same results to the last bit.
-        with_contact_filter;
+        with_contact_filter(contact_filter: bool);
         /// Whether MuJoCo skips collision tests that would find nothing.
         contact_filter: bool;
     }

@@ -11,4 +11,3 @@ macro_rules! debug_as_display {
         }
     };
 }
-pub(crate) use debug_as_display;

@@ -107,8 +107,11 @@ pub enum SimError {
         /// The path that was looked up.
         path: String,
     },
-    /// A model lacks something that the Fetch tasks need.
-    #[error("the model has no {kind} named {name}: use a model of the Fetch tasks")]
+    /// A model has nothing of this kind and name.
+    #[error(
+        "the model has no {kind} named {name}: add it (`ModelSource::Folder` lists what the Fetch \
+         tasks need), or correct the name"
+    )]
     MissingName {
         /// Kind of object, such as `site`.
         kind: &'static str,
@@ -160,7 +163,7 @@ pub enum SimError {
     },
 }
 
-crate::debug::debug_as_display!(SimError);
+debug_as_display!(SimError);
 
 /// A library of MuJoCo that was not taken, or a place without one.
 #[derive(Clone, Debug, PartialEq, Eq)]

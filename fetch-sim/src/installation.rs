@@ -1,4 +1,5 @@
-//! Installations of MuJoCo: the variable that names one, and the files that are its library.
+//! Where MuJoCo and models are on this machine: the variables and folders that say so, and the
+//! files that are MuJoCo's library.
 //!
 //! The build script and xtask include this file by its path: it needs nothing but the standard
 //! library.
@@ -14,7 +15,24 @@ pub(crate) const NONE: &str = "none";
 /// Returns the value of `MUJOCO_DIR`: a folder, or the library's file; `None` if it is unset or
 /// empty.
 pub(crate) fn mujoco_dir() -> Option<PathBuf> {
-    env::var_os("MUJOCO_DIR").filter(|value| !value.is_empty()).map(PathBuf::from)
+    non_empty("MUJOCO_DIR")
+}
+
+/// Returns the folder of the reference's model; `None` if the user has no home.
+pub(crate) fn reference_folder() -> Option<PathBuf> {
+    non_empty("FETCH_ASSETS_DIR").or_else(|| Some(cache_folder()?.join("gymnasium-robotics-1.4.2")))
+}
+
+/// Returns the folder `fetch-env` in the user's cache; `None` if the user has no home.
+pub(crate) fn cache_folder() -> Option<PathBuf> {
+    let cache = non_empty("XDG_CACHE_HOME")
+        .filter(|path| path.is_absolute())
+        .or_else(|| Some(env::home_dir()?.join(".cache")))?;
+    Some(cache.join("fetch-env"))
+}
+
+fn non_empty(variable: &str) -> Option<PathBuf> {
+    env::var_os(variable).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
 /// Returns the libraries of an installation: the file itself, or those in the folder and its `lib`.

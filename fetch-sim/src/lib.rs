@@ -35,9 +35,11 @@
 //! | write another simulator | [`Simulator`] |
 //!
 //! # Features
-//! - `mujoco` (default): the physics.
-//! - `render` (default): pictures through OpenGL, which is loaded on first use.
-//! - `download`: fetches a MuJoCo and the reference's model through pip.
+//! | feature | adds | needs |
+//! |---|---|---|
+//! | `mujoco` (default) | the physics | MuJoCo 2.2 or later, and a C compiler |
+//! | `render` (default) | pictures, depth, segmentation | OpenGL (EGL or OSMesa), at run time |
+//! | `download` | downloads of MuJoCo and of the reference's model | Python 3 with pip |
 //!
 //! # Speed
 //! A `MujocoSimulator` skips collision tests that would find nothing (`ContactFilter`), unless
@@ -85,37 +87,35 @@
 //! that was refused does not stay loaded. `library_path` returns the one that is used.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+#[macro_use]
+mod settings;
+
 mod assets;
 mod bounds;
 mod cache;
 mod config;
-mod debug;
 #[cfg(feature = "download")]
 pub mod download;
 mod error;
-#[cfg(any(feature = "mujoco", feature = "download"))]
-#[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "a build finds it"))]
+#[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "only MuJoCo is looked for"))]
 mod installation;
 mod kinematic;
 #[cfg(feature = "mujoco")]
 mod mujoco;
 mod privileges;
-mod settings;
 mod simulator;
 mod task;
 
-pub use assets::{ModelSource, cache_folder, reference_folder};
+pub use assets::ModelSource;
 pub use bounds::{LARGEST_NUMBER, Substeps};
+pub use cache::{cache_folder, reference_folder};
 pub use config::SimConfig;
 pub use error::{SimError, TriedLibrary};
 pub use kinematic::KinematicSimulator;
 #[cfg(feature = "mujoco")]
-pub use mujoco::{
-    BodyId, ContactFilter, ContactFilterCounts, Data, FetchModel, GeomId, JointId, Model,
-    MujocoSimulator, MujocoSnapshot, MujocoVersion, Pose, Shape, SiteId, VisualGeom, library_path,
-};
-#[cfg(feature = "render")]
-pub use mujoco::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
+pub use mujoco::*;
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::{GoalSpec, ObjectSpec, Task, TaskSpec};
 

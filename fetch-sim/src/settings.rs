@@ -1,23 +1,27 @@
 //! Setters and getters of settings.
 
-/// Defines the setter and the getter of each field that is `Copy`.
+/// Defines chained setters, written `with_field(field: Type);`, and getters, written
+/// `field: Type;`, of fields that are `Copy`.
 macro_rules! settings {
-    ($(
-        $(#[$setter_doc:meta])* $setter:ident;
-        $(#[$getter_doc:meta])* $field:ident: $type:ty;
-    )*) => {$(
-        $(#[$setter_doc])*
+    () => {};
+    ($(#[$doc:meta])* $field:ident: $type:ty; $($rest:tt)*) => {
+        $(#[$doc])*
+        #[inline]
+        #[must_use]
+        pub const fn $field(&self) -> $type {
+            self.$field
+        }
+
+        settings! { $($rest)* }
+    };
+    ($(#[$doc:meta])* $setter:ident($field:ident: $type:ty); $($rest:tt)*) => {
+        $(#[$doc])*
         #[must_use]
         pub const fn $setter(mut self, $field: $type) -> Self {
             self.$field = $field;
             self
         }
 
-        $(#[$getter_doc])*
-        #[must_use]
-        pub const fn $field(&self) -> $type {
-            self.$field
-        }
-    )*};
+        settings! { $($rest)* }
+    };
 }
-pub(crate) use settings;

@@ -12,6 +12,27 @@ use crate::{error::SimError, task::Task};
 ///
 /// A failed call leaves the simulation in an unspecified but valid state: call
 /// [`reset`](Self::reset) or [`restore`](Self::restore) before anything else.
+///
+/// ```
+/// use fetch_sim::{Control, KinematicSimulator, SimConfig, SimError, Simulator, Task};
+/// use nalgebra::Vector3;
+///
+/// /// Moves the gripper by `displacement` (meters) ten times, and returns how far it got.
+/// fn reach<S: Simulator>(simulator: &mut S, displacement: Vector3<f64>) -> Result<f64, SimError> {
+///     simulator.reset(None)?;
+///     for _ in 0..10 {
+///         simulator.step(&Control { displacement, fingers: 0.0 })?;
+///     }
+///     Ok((simulator.gripper().position - simulator.settled().gripper_position).norm())
+/// }
+///
+/// let mut simulator = KinematicSimulator::new(&SimConfig::new(Task::Reach));
+/// let start = simulator.snapshot();
+/// let distance = reach(&mut simulator, Vector3::new(0.0, 0.01, 0.0))?;
+/// assert!((distance - 0.1).abs() < 1e-9);
+/// simulator.restore(&start)?; // exact to the last bit
+/// # Ok::<(), SimError>(())
+/// ```
 pub trait Simulator {
     /// The complete state of a simulation, exact to the last bit.
     type Snapshot: Clone + std::fmt::Debug + PartialEq + Serialize + DeserializeOwned;

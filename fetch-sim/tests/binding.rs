@@ -2,15 +2,13 @@
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{
-    error::Error,
     path::Path,
     sync::{Arc, Mutex},
     thread,
 };
 
 use fetch_sim::{Data, Model, MujocoVersion, SimError};
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 /// A box that falls onto a floor.
 const FALLING_BOX: &str = r#"

@@ -3,7 +3,6 @@
 
 use std::{
     env,
-    error::Error,
     ffi::{CStr, c_char, c_int, c_uint, c_void},
     mem::transmute,
     process::Command,
@@ -11,8 +10,7 @@ use std::{
 };
 
 use fetch_sim::{RenderError, RenderOptions, Renderer, SimConfig, Task};
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 type Pointer = *mut c_void;
 const NULL: Pointer = null_mut();

@@ -1,15 +1,14 @@
 //! The contact filter skips only tests that find no contact.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
-use std::{error::Error, fmt::Write, sync::Arc};
+use std::{fmt::Write, sync::Arc};
 
 use fetch_sim::{
     ContactFilterCounts, Control, Data, Model, MujocoSimulator, SimConfig, Simulator, Task,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 const SHAPES: [&str; 6] = [
     r#"type="sphere" size="0.1""#,

@@ -4,7 +4,6 @@
 
 use std::{
     env,
-    error::Error,
     fs::{self, File},
     io::{self, BufRead, BufReader, Write},
     os::unix::fs::PermissionsExt,
@@ -16,9 +15,8 @@ use std::{
 
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 use fetch_sim::download;
+use testing::Result;
 use zip::{ZipWriter, write::SimpleFileOptions};
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
 const VERSION: &str = "9.8.7";
 const FILES: [(&str, &str); 3] = [

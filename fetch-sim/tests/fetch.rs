@@ -1,15 +1,14 @@
 //! The Fetch operations on MuJoCo, with the built-in model.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
-use std::{error::Error, fs, ops::Range, path::Path, sync::Arc, thread};
+use std::{fs, ops::Range, path::Path, sync::Arc, thread};
 
 use fetch_sim::{
     Control, FetchModel, ModelSource, MujocoSimulator, MujocoVersion, SimConfig, SimError,
     Simulator, Task,
 };
 use nalgebra::Vector3;
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 fn simulator(task: Task) -> Result<MujocoSimulator, SimError> {
     MujocoSimulator::new(&SimConfig::new(task))

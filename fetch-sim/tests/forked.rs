@@ -3,47 +3,12 @@
 
 use std::{
     env,
-    error::Error,
-    ffi::{c_int, c_uint},
-    io,
-    os::unix::process::ExitStatusExt,
-    panic::{AssertUnwindSafe, catch_unwind},
-    process::ExitStatus,
     sync::atomic::{AtomicBool, Ordering::SeqCst},
     thread,
 };
 
 use fetch_sim::{MujocoSimulator, RenderError, RenderOptions, Renderer, SimConfig, Task};
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
-
-unsafe extern "C" {
-    fn fork() -> c_int;
-    fn waitpid(child: c_int, status: *mut c_int, options: c_int) -> c_int;
-    fn alarm(seconds: c_uint) -> c_uint;
-    fn _exit(status: c_int) -> !;
-}
-
-/// Runs a part of the test in a forked child, and fails if that fails, crashes or hangs.
-fn in_child(part: impl FnOnce() -> Result) -> Result {
-    // SAFETY: the child calls this crate and the C library's allocator alone, which work after a
-    // fork.
-    let child = unsafe { fork() };
-    if child == 0 {
-        // SAFETY: no handler is set, so that the signal ends a child that waits forever.
-        unsafe { alarm(120) };
-        let result = catch_unwind(AssertUnwindSafe(|| part().expect("no error in the child")));
-        // SAFETY: it ends the process without the handlers of the parent's libraries.
-        unsafe { _exit(result.is_err().into()) };
-    }
-    let mut status = 0;
-    // SAFETY: `status` is valid for writes.
-    if child < 0 || unsafe { waitpid(child, &raw mut status, 0) } != child {
-        return Err(io::Error::last_os_error().into());
-    }
-    let status = ExitStatus::from_raw(status);
-    if status.success() { Ok(()) } else { Err(format!("the child: {status}").into()) }
-}
+use testing::{Result, in_child};
 
 /// A small picture of the task, of which every renderer draws the same bytes.
 fn picture(renderer: &mut Renderer, simulator: &MujocoSimulator) -> Result<Vec<u8>, RenderError> {

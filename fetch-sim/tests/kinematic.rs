@@ -1,12 +1,9 @@
 //! The stand-in for the physics behaves as the tests of the layers above expect.
 
-use std::error::Error;
-
 use fetch_sim::{Control, KinematicSimulator, SimConfig, SimError, Simulator, Task};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 fn simulator(task: Task) -> KinematicSimulator {
     KinematicSimulator::new(&SimConfig::new(task))

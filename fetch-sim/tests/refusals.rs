@@ -1,12 +1,11 @@
 //! What is no part of a model, and no number for it, is a typed error that changes nothing.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
-use std::{error::Error, sync::Arc};
+use std::sync::Arc;
 
 use fetch_sim::{Data, Model, SimError};
 use nalgebra::{Quaternion, Vector3};
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 /// A model with one more object of each kind than `SMALL`.
 const LARGE: &str = r#"

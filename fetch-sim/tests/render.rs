@@ -4,15 +4,14 @@
 //! to work.
 #![cfg(all(feature = "render", not(fetch_sim_no_shim)))]
 
-use std::{env, error::Error, ffi::OsStr, fs, process::Command, thread};
+use std::{env, ffi::OsStr, fs, process::Command, thread};
 
 use fetch_sim::{
     Camera, Control, FreeCamera, MujocoSimulator, RenderError, RenderOptions, Renderer, Segment,
     SimConfig, SimError, Simulator, Task,
 };
 use nalgebra::Vector3;
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 /// In free sight of the reference's camera: the robot, which stands a little differently on every
 /// MuJoCo, hides nothing of it.
@@ -81,11 +80,7 @@ fn the_goal_is_drawn_at_its_position_and_the_sky_above() -> Result {
 fn depth_is_the_distance_in_meters() -> Result {
     // Straight down at the table's edge nearest to -y: its top is 2 m below, the floor 2.4 m.
     let lookat = Vector3::new(1.5, 0.45, 0.4);
-    let down = FreeCamera::default()
-        .with_lookat(lookat)
-        .with_distance(2.0)
-        .with_azimuth(90.0)
-        .with_elevation(-90.0);
+    let down = FreeCamera { lookat, distance: 2.0, azimuth: 90.0, elevation: -90.0 };
     let options = small().with_camera(Camera::Free(down));
     let Some(mut renderer) = renderer(Task::Reach, options)? else { return Ok(()) };
     let depth = renderer.depth()?;
@@ -176,7 +171,7 @@ fn invalid_options_are_rejected() -> Result {
         assert!(error.to_string().contains("external_camera_0"), "{error}");
     }
     for distance in [0.0, -1.0, f64::NAN] {
-        let camera = Camera::Free(FreeCamera::REFERENCE.with_distance(distance));
+        let camera = Camera::Free(FreeCamera { distance, ..FreeCamera::REFERENCE });
         let error = renderer.set_camera(camera).unwrap_err();
         assert!(matches!(error, RenderError::FreeCamera { field: "distance", .. }));
     }

@@ -18,8 +18,7 @@ use fetch_sim::{
     SimError, Simulator, Task,
 };
 use nalgebra::Vector3;
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 /// The least that the Fetch tasks need.
 const SCENE: &str = r#"
@@ -67,6 +66,59 @@ fn the_least_model_can_be_simulated() -> Result {
     simulator.reset(Some([1.3, 0.7]))?;
     simulator.step(&Control { displacement: Vector3::zeros(), fingers: 0.0 })?;
     assert!(simulator.object().is_some());
+    Ok(())
+}
+
+/// Returns the kind, the name and the tasks in each row of the table that
+/// [`ModelSource::Folder`] documents.
+fn documented_names() -> Vec<(&'static str, &'static str, &'static [Task])> {
+    let rows = include_str!("../src/assets.rs").lines().filter_map(|line| {
+        let row: Vec<_> = line.trim().strip_prefix("/// | ")?.split(" | ").collect();
+        let tasks = match row[2] {
+            "all" => &Task::ALL[..],
+            "not Reach" => &Task::ALL[1..],
+            _ => return None,
+        };
+        Some(row[1].split(", ").map(move |name| (row[0], name.trim_matches('`'), tasks)))
+    });
+    rows.flatten().collect()
+}
+
+#[test]
+fn every_documented_name_is_needed_and_the_built_in_model_has_them_all() -> Result {
+    let builtin = Path::new(env!("CARGO_MANIFEST_DIR")).join("model");
+    let load_without = |name: &str, task| -> Result<Arc<FetchModel>, Box<dyn Error>> {
+        let folder = tempfile::tempdir()?;
+        for entry in fs::read_dir(&builtin)? {
+            let path = entry?.path();
+            let text = fs::read_to_string(&path)?.replace(&format!("\"{name}\""), "\"other\"");
+            fs::write(folder.path().join(path.file_name().ok_or("a name")?), text)?;
+        }
+        fs::copy(folder.path().join("three_supports.xml"), folder.path().join("support.xml"))?;
+        let config = SimConfig::new(task).with_model(ModelSource::Folder(folder.path().into()));
+        Ok(FetchModel::load(&config)?)
+    };
+    let names = documented_names();
+    assert_eq!(names.len(), 10);
+    for task in Task::ALL {
+        load_without("nothing", task)?;
+    }
+    for (kind, name, tasks) in names {
+        for task in Task::ALL {
+            let loaded = load_without(name, task).map_err(|error| error.downcast::<SimError>());
+            match loaded {
+                Err(error) => {
+                    let error = *error?;
+                    let SimError::MissingName { kind: of, name: missing } = &error else {
+                        return Err(error.into());
+                    };
+                    assert!(tasks.contains(&task), "{task} needs {name}");
+                    assert!(missing == name && kind.ends_with(of), "{name}: {error}");
+                }
+                Ok(_) => assert!(!tasks.contains(&task), "{task} does not need {name}"),
+            }
+        }
+    }
     Ok(())
 }
 

@@ -1,12 +1,11 @@
 //! The visible geoms of the built-in model.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
-use std::{collections::HashSet, error::Error};
+use std::collections::HashSet;
 
 use fetch_sim::{MujocoSimulator, Shape, SimConfig, Task, VisualGeom};
 use nalgebra::{UnitQuaternion, Vector3};
-
-type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 #[test]
 fn every_scene_shows_table_robot_and_object_where_they_are_simulated() -> Result {

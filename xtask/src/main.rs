@@ -11,8 +11,6 @@
 #[macro_use(say)]
 extern crate commands;
 
-#[path = "../../fetch-sim/src/cache/folders.rs"]
-mod cache;
 mod ci;
 #[path = "../../fetch-sim/src/download/mod.rs"]
 mod download;
@@ -37,6 +35,8 @@ use anyhow::{Context, ensure};
 use commands::{COMMANDS, Program};
 
 use self::find_mujoco::find_mujoco;
+// The modules of fetch-sim that are included here name it so.
+use self::installation as cache;
 
 /// The commands that xtask runs itself.
 const OWN: [commands::Command; 9] = [

@@ -1,7 +1,6 @@
 //! The task runner as a user runs it, without building the lab.
 
 use std::{
-    error::Error,
     fs::{self, File},
     io::{self, Write},
     path::Path,
@@ -11,7 +10,7 @@ use std::{
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 use zip::{ZipWriter, write::SimpleFileOptions};
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const RECORDING: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/lab/tests/recordings/mujoco-2.2.2/reach-still.npz");
@@ -255,7 +254,7 @@ fn a_wheel_of_mujoco_is_unpacked_whole_or_not_at_all() -> Result {
     let output = fetch("9.8.7")?;
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let unpacked = folder.path().join("fetch-env/mujoco-9.8.7").canonicalize()?;
-    assert!(stdout(&output).contains(&format!("export MUJOCO_DIR='{}'\n", unpacked.display())));
+    assert!(stdout(&output).contains(&format!("export MUJOCO_DIR={}\n", unpacked.display())));
     assert_eq!(fs::read_to_string(unpacked.join("libmujoco.so.9.8.7"))?, "library");
     assert!(!unpacked.join("not_wanted.py").exists());
 

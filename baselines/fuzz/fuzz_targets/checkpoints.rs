@@ -1,12 +1,7 @@
 //! Checkpoints that are almost valid are refused, or their run goes on.
 #![no_main]
 
-#[path = "../../../fetch-env/fuzz/fuzz_targets/edit.rs"]
-mod edit;
 mod small;
-#[allow(dead_code, reason = "the tests use more of it")]
-#[path = "../../../fetch-env/tests/laws/tree.rs"]
-mod tree;
 
 use std::{
     fs,
@@ -45,7 +40,7 @@ enum Change {
     },
     Json {
         entry: u8,
-        edit: edit::Input,
+        edit: testing::Input,
     },
     /// An entry has the contents of another.
     Copied {

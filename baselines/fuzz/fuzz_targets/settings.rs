@@ -1,16 +1,11 @@
 //! Settings of training are refused, or train.
 #![no_main]
 
-#[path = "../../../fetch-env/fuzz/fuzz_targets/edit.rs"]
-mod edit;
 mod small;
-#[allow(dead_code, reason = "the tests use more of it")]
-#[path = "../../../fetch-env/tests/laws/tree.rs"]
-mod tree;
 
 use baselines::learn::{AlgorithmSettings, TrainError, TrainSettings, Trainer};
-use edit::Input;
 use libfuzzer_sys::fuzz_target;
+use testing::Input;
 use small::{Algorithm, make, settings, train};
 
 /// The most work of a run, in steps and in products of an update.

@@ -11,7 +11,7 @@ use tempfile::{TempDir, tempdir};
 use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 use crate::runs::{Kinematic, Result, ddpg, make, sac, settings};
-use crate::tree::{Number, numbers, with_number_replaced};
+use testing::{Number, numbers, with_number_replaced};
 
 pub(crate) type Entry = (String, Vec<u8>);
 

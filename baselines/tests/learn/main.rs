@@ -8,6 +8,3 @@ mod ranks;
 mod resuming;
 mod runs;
 mod settings;
-#[allow(dead_code, reason = "its other users need more of it")]
-#[path = "../../../fetch-env/tests/laws/tree.rs"]
-mod tree;

@@ -9,7 +9,7 @@ use fetch_env::Task;
 use serde_json::Value;
 
 use crate::runs::{Result, ddpg, make, sac, settings};
-use crate::tree::{Number, numbers, with_number_replaced};
+use testing::{Number, numbers, with_number_replaced};
 
 /// What is tried in the place of every fraction.
 const FRACTIONS: [f64; 10] =

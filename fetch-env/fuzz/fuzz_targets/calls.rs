@@ -2,8 +2,6 @@
 //! promise; after a failure an environment can be reset.
 #![no_main]
 
-#[path = "../../tests/faulty/mod.rs"]
-mod faulty;
 mod single;
 mod vector;
 
@@ -13,7 +11,7 @@ use std::{
 };
 
 use arbitrary::Arbitrary;
-use faulty::{Fault, Faulty};
+use testing::{Fault, Faulty};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvId, FetchEnv, FetchResetOptions, TimeLimit};
 use fetch_sim::SimError;

@@ -1,15 +1,10 @@
 //! What can be deserialized works: environments are built from it, reset, restored and stepped.
 #![no_main]
 
-mod edit;
-#[allow(dead_code, reason = "the tests use more of it")]
-#[path = "../../tests/laws/tree.rs"]
-mod tree;
-
 use std::{fmt::Debug, num::NonZeroUsize};
 
 use arbitrary::Arbitrary;
-use edit::Input;
+use testing::Input;
 use fetch_env::{
     BoxSpace, DictSpace, DiscreteSpace, Env, EnvError, EnvExt, EnvId, FetchConfig, FetchEnv,
     FetchObservation, FetchResetOptions, GoalObservation, KinematicEnv, KinematicSimulator,

@@ -224,7 +224,7 @@ mod tests {
     use super::*;
     use crate::fetch::layout::{ObservationField, observation_fields};
 
-    type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+    type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
     fn observation(task: Task) -> FetchObservation {
         let gripper = GripperState {

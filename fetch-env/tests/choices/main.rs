@@ -8,8 +8,7 @@ use fetch_env::{
     spaces::{SpaceError, Value},
 };
 use proptest::prelude::*;
-
-pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+pub(crate) use testing::Result;
 
 /// Any number of choices that `i64` can hold, the extremes included.
 fn discrete() -> impl Strategy<Value = DiscreteSpace> {

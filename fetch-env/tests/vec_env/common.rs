@@ -8,11 +8,12 @@ use fetch_env::{
 };
 use fetch_sim::{KinematicSimulator, SimConfig, Simulator, Task};
 use goal_reward::RewardKind;
+pub(crate) use testing::Result;
+use testing::bits;
 
 pub(crate) const MODES: [AutoresetMode; 3] =
     [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled];
 
-pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 pub(crate) type TestEnv<S> = Wrapped<FetchEnv<S>, TimeLimit>;
 
 /// Environments whose episodes alternate in length, so that their ends do not coincide.
@@ -61,10 +62,6 @@ pub(crate) struct Row {
     pub(crate) truncated: bool,
     pub(crate) info: (bool, u64),
     pub(crate) last: Option<(Vec<u64>, (bool, u64))>,
-}
-
-fn bits(parts: [&[f64]; 3]) -> Vec<u64> {
-    parts.concat().into_iter().map(f64::to_bits).collect()
 }
 
 fn info_bits(info: Info) -> (bool, u64) {

@@ -6,6 +6,7 @@ use std::{
     thread,
     time::Duration,
 };
+use testing::{Fault, Faulty};
 
 use fetch_env::{
     BoxSpace, Env, EnvError, FetchObservation, FetchResetOptions, Reset, Space, Step,
@@ -13,10 +14,7 @@ use fetch_env::{
 };
 use fetch_sim::{KinematicSimulator, SimConfig, SimError};
 
-use crate::{
-    common::{MODES, Result, TestEnv, actions, envs, kinematic, row_of, singles, vec_env},
-    faulty::{Fault, Faulty},
-};
+use crate::common::{MODES, Result, TestEnv, actions, envs, kinematic, row_of, singles, vec_env};
 
 /// A panic payload whose drop panics with another.
 struct Bomb;

@@ -4,8 +4,6 @@
 mod asynchronous;
 mod common;
 mod failures;
-#[path = "../faulty/mod.rs"]
-mod faulty;
 mod order;
 mod plain;
 #[cfg(feature = "her-relabel")]

@@ -6,9 +6,9 @@ use fetch_env::{
 };
 use fetch_sim::{KinematicSimulator, SimError};
 use her_relabel::{BufferConfig, Dims, HerBuffer, StartData, StepData};
+use testing::Faulty;
 
 use crate::common::{MODES, Result, TestEnv, action, envs, kinematic, vec_env};
-use crate::faulty::Faulty;
 
 const COUNT: usize = 5;
 const STEPS: usize = 40;

@@ -5,8 +5,6 @@ mod effects;
 mod laws;
 mod refusals;
 mod rewards;
-#[path = "../laws/tree.rs"]
-mod tree;
 
 use std::num::{NonZeroU32, NonZeroUsize};
 
@@ -14,8 +12,7 @@ use fetch_env::{
     EnvError, EnvExt, GoalEnv, KinematicEnv, make_kinematic,
     wrappers::{TransformReward, Wrapped},
 };
-
-type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+use testing::Result;
 
 /// The inner environment of most tests.
 fn push() -> Result<KinematicEnv, EnvError> {

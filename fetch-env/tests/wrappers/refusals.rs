@@ -1,6 +1,7 @@
 //! What wrappers refuse, and what they do after a failure.
 
 use std::ops::Range;
+use testing::with_each_number_replaced;
 
 use fetch_env::{
     ActionElement, BoxSpace, Env, EnvError, EnvExt, FetchResetOptions, Reset, SnapshotEnv, Space,
@@ -13,7 +14,7 @@ use fetch_env::{
     },
 };
 
-use super::{FRAMES, Result, STEPS, TWICE, push, tree::with_each_number_replaced};
+use super::{FRAMES, Result, STEPS, TWICE, push};
 
 #[test]
 fn settings_that_make_no_sense_are_refused() -> Result {

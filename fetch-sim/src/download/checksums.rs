@@ -4,8 +4,6 @@ use std::{fs, path::Path};
 
 use hmac_sha256::Hash;
 
-use super::error::DownloadError;
-
 /// The name of a file and its SHA-256, in hexadecimal.
 pub(super) type Listed<'a> = (&'a str, &'a str);
 
@@ -21,13 +19,16 @@ pub(super) fn are_there(folder: &Path, files: &[Listed<'_>]) -> bool {
     })
 }
 
-/// Fails unless the bytes have this SHA-256, in hexadecimal.
-pub(super) fn check(name: &str, bytes: &[u8], expected: &str) -> Result<(), DownloadError> {
+/// Checks that the bytes have this SHA-256, in hexadecimal.
+///
+/// # Errors
+/// The difference.
+pub(super) fn check(name: &str, bytes: &[u8], expected: &str) -> Result<(), String> {
     let found = hexadecimal(&Hash::hash(bytes));
     if found == expected {
         return Ok(());
     }
-    Err(DownloadError::Checksum { name: name.into(), found, expected: expected.into() })
+    Err(format!("{name} has the SHA-256 {found}, not {expected}"))
 }
 
 pub(super) fn hexadecimal(bytes: &[u8]) -> String {

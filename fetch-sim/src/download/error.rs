@@ -22,21 +22,12 @@ pub enum DownloadError {
         /// pip's message.
         reason: String,
     },
-    /// A wheel is damaged, or of something else.
+    /// A wheel is damaged, or of something else, or a file in it is not the published one.
     Wheel {
         /// The wheel.
         path: PathBuf,
         /// What is wrong with it.
         reason: String,
-    },
-    /// A file in a wheel is not the published one.
-    Checksum {
-        /// Name of the file.
-        name: String,
-        /// Its SHA-256, in hexadecimal.
-        found: String,
-        /// The SHA-256 that it should have.
-        expected: String,
     },
     /// A file or folder could not be written.
     Write {
@@ -66,9 +57,6 @@ impl fmt::Display for DownloadError {
             ),
             Self::Wheel { path, reason } => {
                 write!(f, "{} is not the right wheel ({reason}): fetch it again", path.display())
-            }
-            Self::Checksum { name, found, expected } => {
-                write!(f, "{name} has the SHA-256 {found}, not {expected}: fetch it again")
             }
             Self::Write { path, source } => {
                 write!(f, "{} cannot be written ({source}): free or unlock it", path.display())

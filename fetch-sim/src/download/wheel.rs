@@ -67,7 +67,7 @@ impl Wheel {
         sha256: &str,
     ) -> Result<Vec<u8>, DownloadError> {
         let bytes = self.read(name)?;
-        checksums::check(name, &bytes, sha256)?;
+        checksums::check(name, &bytes, sha256).map_err(|reason| self.error(reason))?;
         Ok(bytes)
     }
 

@@ -18,3 +18,19 @@ fn main() -> Result<(), learner::Failure> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn with_hindsight_it_is_solved_and_without_it_is_not() -> Result<(), learner::Failure> {
+        for seed in [1, 2] {
+            let with = learner::learn(UnitInterval::from_k(4), 500, seed)?;
+            assert!(with >= 0.95, "seed {seed}: {with}");
+            let without = learner::learn(UnitInterval::ZERO, 500, seed)?;
+            assert!(without <= 0.1, "seed {seed}: {without}");
+        }
+        Ok(())
+    }
+}

@@ -1,7 +1,6 @@
 //! The chapter's commands as a user runs them: exit codes, output and files.
 
 use std::{
-    error::Error,
     fs, io,
     path::Path,
     process::{Command, Output},
@@ -9,8 +8,7 @@ use std::{
 
 use commands::Program;
 use serde_json::{Value, json};
-
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+use testing::Result;
 
 fn chapter(arguments: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_chapter"));

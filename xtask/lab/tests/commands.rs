@@ -43,7 +43,7 @@ fn recordings_of_the_real_environment_are_reproduced() -> Result {
 /// CI fetches the reference's model and runs this comparison as a separate command.
 #[test]
 fn recordings_are_reproduced_to_the_last_bit_where_the_reference_model_is() -> Result {
-    if fetch_sim::reference_folder().is_ok_and(|folder| folder.is_dir()) {
+    if fetch_sim::reference_folder().is_some_and(|folder| folder.is_dir()) {
         output_of(lab(RECORDINGS).arg("reference"))?;
     }
     Ok(())

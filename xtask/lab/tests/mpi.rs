@@ -7,7 +7,6 @@
 mod hosts;
 
 use std::{
-    error::Error,
     fs,
     io::Read,
     path::Path,
@@ -17,8 +16,7 @@ use std::{
 };
 
 use tempfile::{TempDir, tempdir};
-
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+use testing::Result;
 
 const LAB: &str = env!("CARGO_BIN_EXE_lab");
 

@@ -1,7 +1,6 @@
 //! The pages of `play` and `report`, looked at in headless Chromium.
 
 use std::{
-    error::Error,
     fs,
     io::{self, Write},
     path::Path,
@@ -9,8 +8,7 @@ use std::{
 };
 
 use serde_json::Value;
-
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+use testing::Result;
 
 fn lab(arguments: &[&str], out: &Path) -> Result<String> {
     let output =

@@ -131,14 +131,6 @@ impl Data {
         }
     }
 
-    /// Returns the number of scalar constraints of the solver: welds, joint limits, friction and
-    /// contacts.
-    #[must_use]
-    pub fn constraint_count(&self) -> usize {
-        // SAFETY: the data is alive.
-        unsafe { ffi::fs_constraint_count(self.raw.as_ptr()) }.max(0) as usize
-    }
-
     /// Returns the pairs of geoms in contact.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = (GeomId, GeomId)> + '_ {
         // SAFETY: the data is alive.

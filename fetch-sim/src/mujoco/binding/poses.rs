@@ -15,16 +15,13 @@ use crate::{bounds::check_inside, error::SimError};
 /// A position (meters) and an orientation (w, x, y, z), in the world frame.
 pub type Pose = (Vector3<f64>, Quaternion<f64>);
 
-/// What the errors of an unknown index call a mocap body.
-const MOCAP: &str = "mocap body";
-
 impl Data {
     /// Returns the position (meters, world frame) and orientation of a mocap body.
     ///
     /// # Errors
     /// [`SimError::UnknownId`]
     pub fn mocap_pose(&self, mocap: usize) -> Result<Pose, SimError> {
-        self.pose(DataArray::MocapPos, DataArray::MocapQuat, MOCAP, mocap)
+        self.pose(DataArray::MocapPos, DataArray::MocapQuat, mocap)
     }
 
     /// Moves a mocap body.
@@ -38,7 +35,7 @@ impl Data {
         quat: Quaternion<f64>,
     ) -> Result<(), SimError> {
         check_inside("the pose of a mocap body", pos.iter().chain(&quat.coords))?;
-        self.set_pose(DataArray::MocapPos, DataArray::MocapQuat, MOCAP, mocap, (pos, quat))
+        self.set_pose(DataArray::MocapPos, DataArray::MocapQuat, mocap, (pos, quat))
     }
 
     /// Returns the position (meters, world frame) and orientation of a body.
@@ -46,12 +43,12 @@ impl Data {
     /// # Errors
     /// [`SimError::UnknownId`]
     pub fn body_pose(&self, body: BodyId) -> Result<Pose, SimError> {
-        self.pose(DataArray::Xpos, DataArray::Xquat, "body", body.0)
+        self.pose(DataArray::Xpos, DataArray::Xquat, body.0)
     }
 
     /// Overwrites a derived body pose with the one of a snapshot.
     pub(crate) fn set_body_pose(&mut self, body: BodyId, pose: Pose) -> Result<(), SimError> {
-        self.set_pose(DataArray::Xpos, DataArray::Xquat, "body", body.0, pose)
+        self.set_pose(DataArray::Xpos, DataArray::Xquat, body.0, pose)
     }
 
     /// Returns the position of a site (meters, world frame).
@@ -59,7 +56,7 @@ impl Data {
     /// # Errors
     /// [`SimError::UnknownId`]
     pub fn site_position(&self, site: SiteId) -> Result<Vector3<f64>, SimError> {
-        self.item(DataArray::SiteXpos, "site", site.0).copied().map(Vector3::from)
+        self.item(DataArray::SiteXpos, site.0).copied().map(Vector3::from)
     }
 
     /// Overwrites the derived position of a site, for a picture.
@@ -69,7 +66,7 @@ impl Data {
         site: SiteId,
         position: Vector3<f64>,
     ) -> Result<(), SimError> {
-        *self.item_mut(DataArray::SiteXpos, "site", site.0)? = position.into();
+        *self.item_mut(DataArray::SiteXpos, site.0)? = position.into();
         Ok(())
     }
 
@@ -78,7 +75,7 @@ impl Data {
     /// # Errors
     /// [`SimError::UnknownId`]
     pub fn site_rotation(&self, site: SiteId) -> Result<Matrix3<f64>, SimError> {
-        let rows: &[f64; 9] = self.item(DataArray::SiteXmat, "site", site.0)?;
+        let rows: &[f64; 9] = self.item(DataArray::SiteXmat, site.0)?;
         Ok(Matrix3::from_row_slice(rows))
     }
 
@@ -119,45 +116,46 @@ impl Data {
         &self,
         positions: DataArray,
         orientations: DataArray,
-        kind: &'static str,
         id: usize,
     ) -> Result<Pose, SimError> {
-        let &[w, x, y, z] = self.item(orientations, kind, id)?;
-        Ok((Vector3::from(*self.item(positions, kind, id)?), Quaternion::new(w, x, y, z)))
+        let &[w, x, y, z] = self.item(orientations, id)?;
+        Ok((Vector3::from(*self.item(positions, id)?), Quaternion::new(w, x, y, z)))
     }
 
     fn set_pose(
         &mut self,
         positions: DataArray,
         orientations: DataArray,
-        kind: &'static str,
         id: usize,
         (position, q): Pose,
     ) -> Result<(), SimError> {
-        *self.item_mut(positions, kind, id)? = position.into();
-        *self.item_mut(orientations, kind, id)? = [q.w, q.i, q.j, q.k];
+        *self.item_mut(positions, id)? = position.into();
+        *self.item_mut(orientations, id)? = [q.w, q.i, q.j, q.k];
         Ok(())
     }
 
     /// Returns the numbers of an object in an array that has `N` for each object of its kind.
-    fn item<const N: usize>(
-        &self,
-        array: DataArray,
-        kind: &'static str,
-        id: usize,
-    ) -> Result<&[f64; N], SimError> {
+    fn item<const N: usize>(&self, array: DataArray, id: usize) -> Result<&[f64; N], SimError> {
         let (items, _) = self.array(array).as_chunks();
-        items.get(id).ok_or(SimError::UnknownId { kind, id, count: items.len() })
+        items.get(id).ok_or_else(|| unknown(array, id, items.len()))
     }
 
     fn item_mut<const N: usize>(
         &mut self,
         array: DataArray,
-        kind: &'static str,
         id: usize,
     ) -> Result<&mut [f64; N], SimError> {
         let (items, _) = self.array_mut(array).as_chunks_mut();
         let count = items.len();
-        items.get_mut(id).ok_or(SimError::UnknownId { kind, id, count })
+        items.get_mut(id).ok_or_else(|| unknown(array, id, count))
     }
+}
+
+fn unknown(array: DataArray, id: usize, count: usize) -> SimError {
+    let kind = match array {
+        DataArray::MocapPos | DataArray::MocapQuat => "mocap body",
+        DataArray::SiteXpos | DataArray::SiteXmat => "site",
+        _ => "body",
+    };
+    SimError::UnknownId { kind, id, count }
 }

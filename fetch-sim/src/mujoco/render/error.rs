@@ -72,4 +72,4 @@ pub enum RenderError {
     Sim(#[from] SimError),
 }
 
-crate::debug::debug_as_display!(RenderError);
+debug_as_display!(RenderError);

@@ -2,8 +2,10 @@
 
 mod error;
 mod options;
+mod pictures;
 mod renderer;
 
 pub use error::RenderError;
 pub use options::{Camera, FreeCamera, RenderOptions};
-pub use renderer::{Renderer, Segment};
+pub use pictures::Segment;
+pub use renderer::Renderer;

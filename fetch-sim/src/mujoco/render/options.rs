@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::error::{MAX_SIZE, RenderError};
-use crate::settings::settings;
 
 /// Settings of a renderer. The default is the reference's: 480 x 480 pixels, 4 samples, its camera.
 ///
@@ -36,18 +35,18 @@ impl Default for RenderOptions {
 impl RenderOptions {
     settings! {
         /// Sets the width of pictures in pixels, 1 to 4096. The default, 480, is the reference's.
-        with_width;
+        with_width(width: u32);
         /// Returns the width of pictures, in pixels.
         width: u32;
 
         /// Sets the height of pictures in pixels, 1 to 4096. The default, 480, is the reference's.
-        with_height;
+        with_height(height: u32);
         /// Returns the height of pictures, in pixels.
         height: u32;
 
         /// Sets the number of samples per pixel, for smooth edges; the driver may use fewer. The
         /// default, 4, is MuJoCo's; 0 draws hard edges and is the fastest.
-        with_samples;
+        with_samples(samples: u8);
         /// Returns the number of samples per pixel.
         samples: u8;
     }
@@ -103,10 +102,14 @@ impl Default for Camera {
 /// [`REFERENCE`](Self::REFERENCE).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeCamera {
-    lookat: Vector3<f64>,
-    distance: f64,
-    azimuth: f64,
-    elevation: f64,
+    /// The point at the center of the picture, in meters.
+    pub lookat: Vector3<f64>,
+    /// Distance from that point to the camera, in meters; more than 0.
+    pub distance: f64,
+    /// Viewing direction as seen from above: degrees from the x axis, counterclockwise.
+    pub azimuth: f64,
+    /// Viewing direction relative to the horizon: degrees above it, negative to look down.
+    pub elevation: f64,
 }
 
 impl Default for FreeCamera {
@@ -124,32 +127,6 @@ impl FreeCamera {
         azimuth: 132.0,
         elevation: -14.0,
     };
-
-    settings! {
-        /// Sets the point at the center of the picture, in meters. The reference's is
-        /// (1.3, 0.75, 0.55).
-        with_lookat;
-        /// Returns the point at the center of the picture, in meters.
-        lookat: Vector3<f64>;
-
-        /// Sets the distance from that point to the camera, in meters; more than 0. The reference's
-        /// is 2.5.
-        with_distance;
-        /// Returns the distance from that point to the camera, in meters.
-        distance: f64;
-
-        /// Sets the viewing direction as seen from above: degrees from the x axis,
-        /// counterclockwise. The reference's is 132.
-        with_azimuth;
-        /// Returns the viewing direction as seen from above, in degrees from the x axis.
-        azimuth: f64;
-
-        /// Sets the viewing direction relative to the horizon: degrees above it, negative to look
-        /// down. The reference's is -14.
-        with_elevation;
-        /// Returns the viewing direction relative to the horizon, in degrees above it.
-        elevation: f64;
-    }
 
     pub(super) fn check(&self) -> Result<(), RenderError> {
         let is_bad = |&(field, value): &(_, f64)| {

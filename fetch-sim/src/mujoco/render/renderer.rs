@@ -1,4 +1,4 @@
-//! The renderer: making one, its cameras, the scene that it draws, and the pictures.
+//! The renderer: making one, its cameras, and the scene that it draws.
 
 use std::{
     ffi::{CStr, c_int},
@@ -18,7 +18,7 @@ use super::{
         binding::{
             data::Data,
             ffi::{self, RawRenderer, RawSegment},
-            ids::{GeomId, SiteId},
+            ids::SiteId,
             library::{Owned, check_as},
             model::Model,
         },
@@ -26,37 +26,9 @@ use super::{
     },
     error::RenderError,
     options::{Camera, RenderOptions},
+    pictures::Segment,
 };
 use crate::config::SimConfig;
-
-/// What a pixel shows.
-///
-/// The ids belong to the renderer's [`model`](Renderer::model), which has shapes that the
-/// simulation lacks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Segment {
-    /// No part of the model: the sky.
-    #[default]
-    Background,
-    /// A geom.
-    Geom(GeomId),
-    /// A site, such as the goal's red sphere.
-    Site(SiteId),
-    /// Something else that MuJoCo draws.
-    Other,
-}
-
-impl From<RawSegment> for Segment {
-    fn from(RawSegment { kind, id }: RawSegment) -> Self {
-        match (kind, usize::try_from(id)) {
-            (ffi::FS_BACKGROUND, _) => Self::Background,
-            (ffi::FS_SEGMENT_GEOM, Ok(id)) => Self::Geom(GeomId(id)),
-            (ffi::FS_SEGMENT_SITE, Ok(id)) => Self::Site(SiteId(id)),
-            _ => Self::Other,
-        }
-    }
-}
 
 /// Draws simulations of one model, off screen.
 ///
@@ -89,17 +61,17 @@ impl From<RawSegment> for Segment {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Renderer {
-    raw: ManuallyDrop<Owned<RawRenderer>>,
+    pub(super) raw: ManuallyDrop<Owned<RawRenderer>>,
     /// The state that is drawn.
-    data: Data,
+    pub(super) data: Data,
     config: SimConfig,
-    options: RenderOptions,
+    pub(super) options: RenderOptions,
     target: Option<SiteId>,
-    rgb: Vec<u8>,
-    depth: Vec<f32>,
-    segments: Vec<Segment>,
+    pub(super) rgb: Vec<u8>,
+    pub(super) depth: Vec<f32>,
+    pub(super) segments: Vec<Segment>,
     /// The objects to which the numbers in a segmented picture refer.
-    objects: Vec<RawSegment>,
+    pub(super) objects: Vec<RawSegment>,
 }
 
 // SAFETY: the OpenGL context is current on a thread only within a call that borrows the renderer
@@ -266,81 +238,6 @@ impl Renderer {
         // SAFETY: the data is alive, borrowed mutably, and was made from this model.
         check_as(unsafe { ffi::fs_place(model, self.data.as_ptr()) }, failed)
     }
-
-    /// Draws and returns the colors: height x width x 3 (red, green, blue).
-    ///
-    /// # Errors
-    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
-    pub fn rgb(&mut self) -> Result<&[u8], RenderError> {
-        self.draw(Picture::Rgb)?;
-        flip(&mut self.rgb, self.options.height());
-        Ok(&self.rgb)
-    }
-
-    /// Draws and returns the distance of each pixel, height x width: meters along the direction in
-    /// which the camera looks. The sky is at the farthest distance that the camera sees.
-    ///
-    /// # Errors
-    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
-    pub fn depth(&mut self) -> Result<&[f32], RenderError> {
-        self.depth.resize(self.rgb.len() / 3, 0.0);
-        self.draw(Picture::Depth)?;
-        let mut planes = [0.0; 2];
-        // SAFETY: the renderer is alive and `planes` is valid for writes.
-        let parallel = unsafe { ffi::fs_planes(self.raw.as_ptr(), &raw mut planes) } != 0;
-        let [near, far] = planes;
-        for depth in &mut self.depth {
-            *depth = if parallel {
-                near + *depth * (far - near)
-            } else {
-                near / (1.0 - *depth * (1.0 - near / far))
-            };
-        }
-        flip(&mut self.depth, self.options.height());
-        Ok(&self.depth)
-    }
-
-    /// Draws and returns what each pixel shows, height x width. Edges are hard, whatever the number
-    /// of samples.
-    ///
-    /// # Errors
-    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
-    pub fn segmentation(&mut self) -> Result<&[Segment], RenderError> {
-        self.draw(Picture::Segments)?;
-        flip(&mut self.rgb, self.options.height());
-        let room = self.objects.len();
-        // SAFETY: the renderer is alive and `objects` has room for `room` segments.
-        let count = unsafe {
-            ffi::fs_segments(self.raw.as_ptr(), self.objects.as_mut_ptr(), room as c_int)
-        };
-        if room < count as usize {
-            self.objects.resize(count as usize, RawSegment::default());
-            // SAFETY: as above.
-            unsafe { ffi::fs_segments(self.raw.as_ptr(), self.objects.as_mut_ptr(), count) };
-        }
-        self.segments.clear();
-        self.segments.extend(self.rgb.chunks_exact(3).map(|rgb| {
-            let number =
-                usize::from(rgb[0]) + 256 * usize::from(rgb[1]) + 65536 * usize::from(rgb[2]);
-            let object = number.checked_sub(1).and_then(|index| self.objects.get(index));
-            object.copied().map(Segment::from).unwrap_or_default()
-        }));
-        Ok(&self.segments)
-    }
-
-    fn draw(&mut self, picture: Picture) -> Result<(), RenderError> {
-        Self::check_process()?;
-        let (rgb, depth) = match picture {
-            Picture::Rgb | Picture::Segments => (self.rgb.as_mut_ptr(), ptr::null_mut()),
-            Picture::Depth => (ptr::null_mut(), self.depth.as_mut_ptr()),
-        };
-        let segments = c_int::from(picture == Picture::Segments);
-        let (model, data) = (self.data.model().as_ptr(), self.data.as_ptr());
-        // SAFETY: renderer, model and data are alive and belong together, and the renderer is
-        // borrowed mutably; a buffer that is not null has room for the picture.
-        let status = unsafe { ffi::fs_draw(self.raw.as_ptr(), model, data, segments, rgb, depth) };
-        check_as(status, failed)
-    }
 }
 
 impl Drop for Renderer {
@@ -359,14 +256,6 @@ impl fmt::Debug for Renderer {
     }
 }
 
-/// The part of a picture that is read back.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Picture {
-    Rgb,
-    Depth,
-    Segments,
-}
-
 fn make(model: &Model) -> Result<Owned<RawRenderer>, RenderError> {
     let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     PROCESS.store(process::id(), SeqCst);
@@ -382,16 +271,6 @@ fn make(model: &Model) -> Result<Owned<RawRenderer>, RenderError> {
     Ok(unsafe { Owned::new(raw, "a renderer") }?)
 }
 
-fn failed(message: String) -> RenderError {
+pub(super) fn failed(message: String) -> RenderError {
     RenderError::Failed { message }
-}
-
-/// Reverses the order of the rows, because OpenGL starts with the bottom one.
-fn flip<T>(pixels: &mut [T], height: u32) {
-    let height = height as usize;
-    let row = pixels.len() / height;
-    let (upper, lower) = pixels.split_at_mut(height / 2 * row);
-    for (top, bottom) in upper.chunks_exact_mut(row).zip(lower.rchunks_exact_mut(row)) {
-        top.swap_with_slice(bottom);
-    }
 }

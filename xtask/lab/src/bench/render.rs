@@ -127,10 +127,12 @@ fn opengl() -> anyhow::Result<&'static str> {
 
 /// A view straight up from above the robot, of nothing but the sky: the least that OpenGL needs for
 /// a picture. It still transforms the scene.
-const UP: FreeCamera = FreeCamera::REFERENCE
-    .with_lookat(Vector3::new(1.3, 0.75, 20.0))
-    .with_distance(10.0)
-    .with_elevation(90.0);
+const UP: FreeCamera = FreeCamera {
+    lookat: Vector3::new(1.3, 0.75, 20.0),
+    distance: 10.0,
+    elevation: 90.0,
+    ..FreeCamera::REFERENCE
+};
 
 /// The format of a square picture.
 #[derive(Clone, Copy)]

@@ -1,72 +1,36 @@
 //! A simulator that counts contacts.
 
-use fetch_sim::{
-    BodyId, Control, GripperState, MujocoSimulator, MujocoSnapshot, ObjectState, Settled, SimError,
-    Simulator, Task,
-};
+use fetch_sim::{BodyId, Control, MujocoSimulator, SimError};
+use testing::{Delegating, OnStep};
 
 /// MuJoCo's simulator, which sums the contacts of the last step over its substeps.
+pub type Counting = Delegating<MujocoSimulator, Contacts>;
+
+/// The contacts of the last step, summed over its substeps.
 #[derive(Debug)]
-pub struct Counting {
-    pub simulator: MujocoSimulator,
+pub struct Contacts {
     base: BodyId,
-    pub contacts: usize,
+    pub all: usize,
     /// Contacts between two parts of the robot.
-    pub self_contacts: usize,
+    pub of_robot: usize,
 }
 
-impl Counting {
-    pub fn new(simulator: MujocoSimulator) -> Result<Self, SimError> {
-        let base = simulator.fetch_model().model().body("robot0:base_link")?;
-        Ok(Self { simulator, base, contacts: 0, self_contacts: 0 })
-    }
+/// Returns a simulator that counts its contacts.
+pub fn counting(simulator: MujocoSimulator) -> Result<Counting, SimError> {
+    let base = simulator.fetch_model().model().body("robot0:base_link")?;
+    Ok(Delegating { simulator, on_step: Contacts { base, all: 0, of_robot: 0 } })
 }
 
-impl Simulator for Counting {
-    type Snapshot = MujocoSnapshot;
-
-    fn task(&self) -> Task {
-        self.simulator.task()
-    }
-
-    fn control_period(&self) -> f64 {
-        self.simulator.control_period()
-    }
-
-    fn settled(&self) -> Settled {
-        self.simulator.settled()
-    }
-
-    fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
-        self.simulator.reset(object_xy)
-    }
-
-    fn step(&mut self, control: &Control) -> Result<(), SimError> {
-        (self.contacts, self.self_contacts) = (0, 0);
-        self.simulator.step_inspected(control, |data| {
+impl OnStep<MujocoSimulator> for Contacts {
+    fn step(&mut self, simulator: &mut MujocoSimulator, control: &Control) -> Result<(), SimError> {
+        (self.all, self.of_robot) = (0, 0);
+        simulator.step_inspected(control, |data| {
             let model = data.model();
             let of_robot = |geom| {
                 model.geom_body(geom).and_then(|body| model.is_within(body, self.base)) == Ok(true)
             };
-            self.contacts += data.contacts().len();
-            self.self_contacts +=
-                data.contacts().filter(|&(a, b)| of_robot(a) && of_robot(b)).count();
+            self.all += data.contacts().len();
+            self.of_robot += data.contacts().filter(|&(a, b)| of_robot(a) && of_robot(b)).count();
         })
-    }
-
-    fn gripper(&self) -> GripperState {
-        self.simulator.gripper()
-    }
-
-    fn object(&self) -> Option<ObjectState> {
-        self.simulator.object()
-    }
-
-    fn snapshot(&self) -> MujocoSnapshot {
-        self.simulator.snapshot()
-    }
-
-    fn restore(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
-        self.simulator.restore(snapshot)
     }
 }

@@ -15,7 +15,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use statistics::{fisher_exact, kolmogorov_smirnov, wilcoxon};
 
-use super::{Found, Models, counting::Counting, npz::Npz};
+use super::{Found, Models, counting::counting, npz::Npz};
 use crate::shared::{
     check::{self, Check},
     choice::{ModelChoice, task_name},
@@ -229,7 +229,7 @@ fn read(path: &Path, task: Task, episodes: usize) -> anyhow::Result<Sample> {
 fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow::Result<Sample> {
     let config = EnvId { task: simulator.task(), reward: RewardKind::Dense }.config();
     let threshold = config.distance_threshold().get();
-    let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
+    let mut env = FetchEnv::new(config, counting(simulator)?)?;
     let mut sample = Sample::default();
     for episode in 0..episodes as u64 {
         let mut actions = NpRandom::new(FIRST_ACTION_SEED + episode);

@@ -114,8 +114,7 @@ mod tests {
     use zip::{ZipArchive, ZipWriter, write::SimpleFileOptions};
 
     use super::Recording;
-
-    type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+    use testing::Result;
 
     const REAL: &str =
         concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recordings/mujoco-2.2.2/reach-still.npz");

@@ -9,7 +9,11 @@ use fetch_env::{
 use fetch_sim::MujocoSimulator;
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
-use super::{counting::Counting, npz::Array, recording::Recording};
+use super::{
+    counting::{Counting, counting},
+    npz::Array,
+    recording::Recording,
+};
 
 /// Accepted deviation of two values that Python rounds differently by processor and numpy:
 /// velocities of sites, because its BLAS has its own order of summing J times qvel, and the
@@ -61,7 +65,7 @@ pub fn replay(
 ) -> anyhow::Result<Vec<EpisodeParity>> {
     // The environment was recorded without its time limit.
     let config = EnvId { task: recording.task, reward: RewardKind::Dense }.config();
-    let mut env = FetchEnv::new(config, Counting::new(simulator)?)?;
+    let mut env = FetchEnv::new(config, counting(simulator)?)?;
     (0..recording.episodes).map(|episode| replay_episode(recording, &mut env, episode)).collect()
 }
 
@@ -85,10 +89,10 @@ fn replay_episode(
         parity.bit_equal &= step.reward.to_bits() == dense.to_bits()
             && our_sparse.to_bits() == sparse.to_bits()
             && step.info.is_success == success;
-        let counted = env.simulator();
+        let counted = &env.simulator().on_step;
         let counts = |column: &Array<i32>| column.row(episode, t)[0].max(0) as usize;
-        add(&mut parity.contacts, [counted.contacts, counts(&recording.contacts)]);
-        add(&mut parity.self_contacts, [counted.self_contacts, counts(&recording.self_contacts)]);
+        add(&mut parity.contacts, [counted.all, counts(&recording.contacts)]);
+        add(&mut parity.self_contacts, [counted.of_robot, counts(&recording.self_contacts)]);
         add(&mut parity.returns, [step.reward, dense]);
     }
     Ok(parity)

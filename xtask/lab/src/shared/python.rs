@@ -55,7 +55,7 @@ impl Peers {
 
 /// Returns the interpreter of the environment of a name, with these packages.
 pub fn environment(name: &str, packages: &[&str]) -> anyhow::Result<PathBuf> {
-    let folder = cache_folder()?.join(name);
+    let folder = cache_folder().context("the user has no home: set XDG_CACHE_HOME")?.join(name);
     let python = folder.join("bin/python");
     let complete = folder.join("complete");
     let packages_in = packages.join("\n");

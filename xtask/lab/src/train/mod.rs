@@ -213,10 +213,11 @@ fn finish(
     saved?;
     if let Some(stopped) = Stopped::by(first_signal(signals, trainer.workers())?) {
         if is_first {
+            let folder = files.folder.display().to_string();
             tell(format_args!(
                 "train: {stopped} after {} steps: continue it with --resume {}",
                 trainer.counters().steps,
-                quoted(&files.folder)
+                shlex::try_quote(&folder)?
             ));
         }
         return Err(stopped.into());
@@ -243,13 +244,6 @@ fn finish(
         }
     }
     Ok(outcome)
-}
-
-/// Returns a path as a shell takes it.
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-=+,".contains(c);
-    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }
 
 /// Measures the success rate of a policy on seeds that no training has seen.

@@ -1,15 +1,13 @@
 //! The program as a user runs it.
 
 use std::{
-    error::Error,
     fs,
     path::Path,
     process::{Command, Output},
 };
 
 use serde_json::Value;
-
-pub(crate) type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+pub(crate) use testing::Result;
 
 /// Returns a command of the program, whose arguments are separated by spaces.
 pub(crate) fn lab(arguments: &str) -> Command {

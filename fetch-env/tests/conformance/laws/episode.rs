@@ -93,7 +93,7 @@ struct RecordedStart {
 pub(crate) fn goals_and_objects_start_where_the_reference_puts_them<B: Backend>() -> Result {
     // Relative to the settled gripper, whose position differs between versions of MuJoCo.
     const TOLERANCE: f64 = 1e-12;
-    let recording = include_str!("../fixtures/episode_starts.json");
+    let recording = include_str!("../../fixtures/episode_starts.json");
     let recording: Recording = serde_json::from_str(recording)?;
     for id in EnvId::ALL {
         let recorded = &recording.tasks[&id.task];

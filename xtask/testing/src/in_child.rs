@@ -1,7 +1,6 @@
 //! A part of a test in a process that was forked.
 
 use std::{
-    error::Error,
     os::unix::process::{CommandExt, ExitStatusExt},
     panic::{AssertUnwindSafe, catch_unwind},
     process::{Command, ExitStatus, abort},
@@ -11,13 +10,13 @@ use std::{
 
 use fork::{Fork, fork, waitpid};
 
+use crate::Result;
+
 /// Longer than any call here takes: a child that waits forever is ended then.
 const FOREVER: Duration = Duration::from_secs(60);
 
 /// Runs a part of a test in a forked child, and fails if that fails or hangs.
-pub(crate) fn in_child(
-    part: impl FnOnce() -> Result<(), Box<dyn Error>>,
-) -> Result<(), Box<dyn Error>> {
+pub fn in_child(part: impl FnOnce() -> Result) -> Result {
     match fork()? {
         Fork::Parent(child) => {
             let status = ExitStatus::from_raw(waitpid(child)?);

@@ -12,8 +12,10 @@ use serde_json::Value;
 
 /// A number to put in the place of another.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Number {
+pub enum Number {
+    /// A fraction.
     Float(f64),
+    /// An integer.
     Integer(u64),
 }
 
@@ -27,7 +29,7 @@ struct Tree<'a> {
 
 /// Returns copies of `value`, in each of which one of its numbers is replaced: the fractions by
 /// `fractions`, the integers by `integers`. Copies that cannot be deserialized are left out.
-pub(crate) fn with_each_number_replaced<T: Serialize + for<'de> Deserialize<'de>>(
+pub fn with_each_number_replaced<T: Serialize + for<'de> Deserialize<'de>>(
     value: &T,
     fractions: &[f64],
     integers: &[u64],
@@ -46,7 +48,7 @@ pub(crate) fn with_each_number_replaced<T: Serialize + for<'de> Deserialize<'de>
 }
 
 /// Returns the value of a tree in which one of the tree's [numbers] is replaced.
-pub(crate) fn with_number_replaced<T: for<'de> Deserialize<'de>>(
+pub fn with_number_replaced<T: for<'de> Deserialize<'de>>(
     value: &Value,
     replaced: &Value,
     number: Number,
@@ -55,7 +57,7 @@ pub(crate) fn with_number_replaced<T: for<'de> Deserialize<'de>>(
 }
 
 /// Returns all numbers of a tree.
-pub(crate) fn numbers(value: &Value) -> Vec<&Value> {
+pub fn numbers(value: &Value) -> Vec<&Value> {
     match value {
         Value::Number(_) => vec![value],
         Value::Array(values) => values.iter().flat_map(numbers).collect(),

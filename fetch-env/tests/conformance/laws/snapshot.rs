@@ -3,11 +3,9 @@
 use fetch_env::{Env, EnvError, EnvId, FetchConfig, SnapshotEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
+use testing::with_each_number_replaced;
 
-use super::{
-    Backend, Result, bits, make, make_with_config, random_steps, trajectory_bits,
-    tree::with_each_number_replaced,
-};
+use super::{Backend, Result, bits, make, make_with_config, random_steps, trajectory_bits};
 
 pub(crate) fn snapshots_survive_json_to_the_last_bit<B: Backend>() -> Result {
     for id in EnvId::ALL {

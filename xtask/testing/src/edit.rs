@@ -4,25 +4,33 @@ use arbitrary::Arbitrary;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
 
-use crate::tree::{Number, numbers, with_number_replaced};
+use crate::numbers::{Number, numbers, with_number_replaced};
 
 /// A serialized value: any text, or a valid value with some changes.
 #[derive(Arbitrary, Debug)]
 pub enum Input {
+    /// Any text.
     Text(String),
+    /// Changes of nodes, each by the node's number.
     Nodes(Vec<(u16, Node)>),
-    /// One number replaced by another, which may be NaN.
+    /// One number replaced by a fraction, which may be NaN.
     Fraction(u16, f64),
+    /// One number replaced by an integer.
     Integer(u16, u64),
 }
 
 /// What takes the place of a node.
 #[derive(Arbitrary, Debug)]
 pub enum Node {
+    /// `null`.
     Null,
+    /// A Boolean.
     Flag(bool),
+    /// A fraction; `null` if it is not finite.
     Fraction(f64),
+    /// An integer.
     Integer(u64),
+    /// A string.
     Text(String),
     /// An array loses its last element, an object its first field.
     Shorter,

@@ -6,7 +6,6 @@ pub(crate) mod episode;
 pub(crate) mod reset;
 pub(crate) mod reward;
 pub(crate) mod snapshot;
-pub(crate) mod tree;
 
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
@@ -15,6 +14,7 @@ use fetch_env::{
 };
 use fetch_sim::{KinematicSimulator, SimConfig, SimError, Simulator};
 use rand_pcg::Pcg64;
+pub(crate) use testing::Result;
 
 /// A kind of simulator to run the laws on.
 pub(crate) trait Backend {
@@ -66,7 +66,6 @@ impl Backend for Mujoco {
     }
 }
 
-pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 pub(crate) type TestEnv<B> = Wrapped<FetchEnv<<B as Backend>::Sim>, TimeLimit>;
 pub(crate) type FetchStep = Step<FetchObservation, Info>;
 
@@ -100,11 +99,11 @@ pub(crate) fn random_steps<B: Backend>(
 
 /// Returns all numbers of an observation as bits.
 pub(crate) fn bits(observation: &FetchObservation) -> Vec<u64> {
-    [observation.observation(), observation.achieved_goal(), observation.desired_goal()]
-        .concat()
-        .into_iter()
-        .map(f64::to_bits)
-        .collect()
+    testing::bits([
+        observation.observation(),
+        observation.achieved_goal(),
+        observation.desired_goal(),
+    ])
 }
 
 /// Returns a trajectory as bits.

@@ -1,0 +1,136 @@
+//! Pictures: colors, depth and segments.
+
+use std::{ffi::c_int, ptr};
+
+use super::{
+    super::binding::{
+        ffi::{self, RawSegment},
+        ids::{GeomId, SiteId},
+        library::check_as,
+    },
+    error::RenderError,
+    renderer::{Renderer, failed},
+};
+
+/// What a pixel shows.
+///
+/// The ids belong to the renderer's [`model`](Renderer::model), which has shapes that the
+/// simulation lacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Segment {
+    /// No part of the model: the sky.
+    #[default]
+    Background,
+    /// A geom.
+    Geom(GeomId),
+    /// A site, such as the goal's red sphere.
+    Site(SiteId),
+    /// Something else that MuJoCo draws.
+    Other,
+}
+
+impl From<RawSegment> for Segment {
+    fn from(RawSegment { kind, id }: RawSegment) -> Self {
+        match (kind, usize::try_from(id)) {
+            (ffi::FS_BACKGROUND, _) => Self::Background,
+            (ffi::FS_SEGMENT_GEOM, Ok(id)) => Self::Geom(GeomId(id)),
+            (ffi::FS_SEGMENT_SITE, Ok(id)) => Self::Site(SiteId(id)),
+            _ => Self::Other,
+        }
+    }
+}
+
+/// The part of a picture that is read back.
+enum Picture {
+    Rgb,
+    Depth,
+    Segments,
+}
+
+impl Renderer {
+    /// Draws and returns the colors: height x width x 3 (red, green, blue).
+    ///
+    /// # Errors
+    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
+    pub fn rgb(&mut self) -> Result<&[u8], RenderError> {
+        self.draw(Picture::Rgb)?;
+        flip(&mut self.rgb, self.options.height());
+        Ok(&self.rgb)
+    }
+
+    /// Draws and returns the distance of each pixel, height x width: meters along the direction in
+    /// which the camera looks. The sky is at the farthest distance that the camera sees.
+    ///
+    /// # Errors
+    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
+    pub fn depth(&mut self) -> Result<&[f32], RenderError> {
+        self.depth.resize(self.rgb.len() / 3, 0.0);
+        self.draw(Picture::Depth)?;
+        let mut planes = [0.0; 2];
+        // SAFETY: the renderer is alive and `planes` is valid for writes.
+        let parallel = unsafe { ffi::fs_planes(self.raw.as_ptr(), &raw mut planes) } != 0;
+        let [near, far] = planes;
+        for depth in &mut self.depth {
+            *depth = if parallel {
+                near + *depth * (far - near)
+            } else {
+                near / (1.0 - *depth * (1.0 - near / far))
+            };
+        }
+        flip(&mut self.depth, self.options.height());
+        Ok(&self.depth)
+    }
+
+    /// Draws and returns what each pixel shows, height x width. Edges are hard, whatever the number
+    /// of samples.
+    ///
+    /// # Errors
+    /// [`RenderError::Failed`] with MuJoCo's or OpenGL's message; [`RenderError::Forked`].
+    pub fn segmentation(&mut self) -> Result<&[Segment], RenderError> {
+        self.draw(Picture::Segments)?;
+        flip(&mut self.rgb, self.options.height());
+        let room = self.objects.len();
+        // SAFETY: the renderer is alive and `objects` has room for `room` segments.
+        let count = unsafe {
+            ffi::fs_segments(self.raw.as_ptr(), self.objects.as_mut_ptr(), room as c_int)
+        };
+        if room < count as usize {
+            self.objects.resize(count as usize, RawSegment::default());
+            // SAFETY: as above.
+            unsafe { ffi::fs_segments(self.raw.as_ptr(), self.objects.as_mut_ptr(), count) };
+        }
+        self.segments.clear();
+        self.segments.extend(self.rgb.chunks_exact(3).map(|rgb| {
+            let number =
+                usize::from(rgb[0]) + 256 * usize::from(rgb[1]) + 65536 * usize::from(rgb[2]);
+            let object = number.checked_sub(1).and_then(|index| self.objects.get(index));
+            object.copied().map(Segment::from).unwrap_or_default()
+        }));
+        Ok(&self.segments)
+    }
+
+    fn draw(&mut self, picture: Picture) -> Result<(), RenderError> {
+        Self::check_process()?;
+        let (segments, rgb, depth) = match picture {
+            Picture::Rgb => (0, self.rgb.as_mut_ptr(), ptr::null_mut()),
+            Picture::Depth => (0, ptr::null_mut(), self.depth.as_mut_ptr()),
+            Picture::Segments => (1, self.rgb.as_mut_ptr(), ptr::null_mut()),
+        };
+        let (model, data) = (self.data.model().as_ptr(), self.data.as_ptr());
+        // SAFETY: renderer, model and data are alive and belong together, and the renderer is
+        // borrowed mutably; a buffer that is not null has room for the picture.
+        let status = unsafe { ffi::fs_draw(self.raw.as_ptr(), model, data, segments, rgb, depth) };
+        check_as(status, failed)
+    }
+}
+
+/// Reverses the order of the rows, because OpenGL starts with the bottom one.
+fn flip<T>(pixels: &mut [T], height: u32) {
+    let height = height as usize;
+    let row = pixels.len() / height;
+    let (upper, lower) = pixels.split_at_mut(height / 2 * row);
+    for (top, bottom) in upper.chunks_exact_mut(row).zip(lower.rchunks_exact_mut(row)) {
+        top.swap_with_slice(bottom);
+    }
+}
