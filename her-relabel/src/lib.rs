@@ -80,8 +80,12 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+#[macro_use]
+mod settings;
+
 mod add;
-mod getters;
 mod normalizer;
 #[cfg(feature = "npz")]
 mod npz;

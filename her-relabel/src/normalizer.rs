@@ -3,12 +3,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::getters::getters;
 use crate::scalar::Scalar;
 
 /// Settings of a [`Normalizer`], checked by [`Normalizer::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use]
 pub struct NormalizerConfig {
     dim: usize,
     min_std: f64,
@@ -17,31 +15,26 @@ pub struct NormalizerConfig {
 
 impl NormalizerConfig {
     /// Creates settings for vectors of `dim` elements, at least 1.
+    #[must_use]
     pub const fn new(dim: usize) -> Self {
         Self { dim, min_std: 0.01, clip: 5.0 }
     }
 
-    /// Sets the smallest standard deviation to divide by, positive and finite, so that an element
-    /// that hardly varies is not inflated. The default, 0.01, is the paper's.
-    pub const fn with_min_std(mut self, min_std: f64) -> Self {
-        self.min_std = min_std;
-        self
-    }
+    settings! {
+        /// Sets the smallest standard deviation to divide by, positive and finite, so that an
+        /// element that hardly varies is not inflated. The default, 0.01, is the paper's.
+        with_min_std(min_std: f64);
 
-    /// Sets the bound to which normalized elements are clipped, positive and finite. The default,
-    /// 5, is the paper's.
-    pub const fn with_clip(mut self, clip: f64) -> Self {
-        self.clip = clip;
-        self
-    }
+        /// Sets the bound to which normalized elements are clipped, positive and finite. The
+        /// default, 5, is the paper's.
+        with_clip(clip: f64);
 
-    getters! {
         /// Returns the number of elements of a vector.
-        dim: usize,
+        dim: usize;
         /// Returns the smallest standard deviation to divide by.
-        min_std: f64,
+        min_std: f64;
         /// Returns the bound to which normalized elements are clipped.
-        clip: f64,
+        clip: f64;
     }
 }
 
@@ -338,7 +331,7 @@ impl TryFrom<Saved> for Normalizer {
 }
 
 /// Error returned by a [`Normalizer`] for invalid settings or vectors.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NormalizerError {
     /// The vectors have no elements.
@@ -389,3 +382,4 @@ pub enum NormalizerError {
     #[error("the saved sums contradict each other: use an older copy, because the data is damaged")]
     Inconsistent,
 }
+debug_as_display!(NormalizerError);

@@ -8,7 +8,7 @@ use crate::store::fields::{Field, Fields, UnknownField};
 use crate::store::storage::Storage;
 
 /// Error returned for what cannot be added. The buffer is unchanged.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AddError {
     /// The environment does not exist.
@@ -105,6 +105,7 @@ pub enum AddError {
         name: String,
     },
 }
+debug_as_display!(AddError);
 
 impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
     /// Checks everything; the values as rounded to the buffer's type `T`.

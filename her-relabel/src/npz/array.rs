@@ -201,7 +201,7 @@ fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
 }
 
 /// Error returned when episodes cannot be imported. The buffer is unchanged.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum NpzError {
     /// The archive cannot be read, or the file is not an archive.
@@ -270,3 +270,4 @@ pub enum NpzError {
         source: AddError,
     },
 }
+debug_as_display!(NpzError);

@@ -140,7 +140,7 @@ impl<R: Read> Source<R> {
 }
 
 /// Error returned when a buffer cannot be loaded.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum LoadError {
     /// The file cannot be read.
@@ -179,6 +179,7 @@ pub enum LoadError {
     #[error("the file is damaged, use an older copy: {0}")]
     Config(#[from] ConfigError),
 }
+debug_as_display!(LoadError);
 
 impl From<io::Error> for LoadError {
     fn from(error: io::Error) -> Self {

@@ -182,7 +182,7 @@ fn settings_keep_their_serialized_names() -> Result {
     let sampler = Sampler::new(9, GoalStrategy::Future, UnitInterval::from_k(1))
         .with_n_step(NStep::new(NonZeroUsize::MIN, UnitInterval::ONE))
         .with_priorities(UnitInterval::ZERO);
-    let text = r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"termination":"stored","success":false,"n_step":{"steps":1,"gamma":1.0},"prioritized":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0}"#;
+    let text = r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"termination":"stored","success":false,"n_step":{"steps":1,"gamma":1.0},"priorities":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0}"#;
     assert_eq!(serde_json::to_string(&sampler)?, text);
     assert_eq!(serde_json::from_str::<Sampler>(text)?, sampler);
     assert!(serde_json::from_str::<Sampler>(&text.replace("0.5", "1.5")).is_err());
