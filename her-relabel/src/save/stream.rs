@@ -8,9 +8,8 @@ use crate::scalar::Scalar;
 use crate::store::config::ConfigError;
 use crate::store::fields::MAX_NAME;
 
-/// The version of the file format without and with settings of still episodes. Both are read.
-pub(crate) const VERSION: u32 = 1;
-pub(crate) const VERSION_WITH_STILL: u32 = 2;
+/// The version of the file format.
+pub(crate) const VERSION: u32 = 2;
 
 /// The number of elements converted at a time, which bounds the memory that a wrong length can
 /// claim.
@@ -151,8 +150,8 @@ pub enum LoadError {
     Foreign,
     /// The file was written by another version of this crate.
     #[error(
-        "the buffer was saved in format {version} instead of {VERSION} or {VERSION_WITH_STILL}: \
-         load it with the version of her-relabel that saved it"
+        "the buffer was saved in format {version} instead of {VERSION}: load it with the version of \
+         her-relabel that saved it"
     )]
     Version {
         /// The version of the file's format.

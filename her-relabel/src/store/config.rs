@@ -35,11 +35,9 @@ pub struct Dims {
 pub struct BufferConfig {
     capacity: usize,
     dims: Dims,
-    #[serde(rename = "n_envs")]
     num_envs: usize,
     fields: Vec<Field>,
     priorities: Option<Priorities>,
-    #[serde(default)]
     still_episodes: Option<StillEpisodes>,
 }
 

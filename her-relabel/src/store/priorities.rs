@@ -13,7 +13,6 @@ const MAX_PRIORITY: f64 = 1e200;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Priorities {
     unit: PriorityUnit,
-    #[serde(rename = "new")]
     new_priority: NewPriority,
 }
 
