@@ -99,9 +99,9 @@ mod unit_interval;
 /// Crates whose types are part of this crate's interface.
 pub use {::goal_reward, ::rand_core};
 
-pub use add::arguments::{EpisodeData, FieldRows, StartData, StepData};
+pub use add::arguments::{EpisodeData, FieldRows, StartData, StepData, StepRows};
 pub use add::check::AddError;
-pub use add::record::{Recorded, RefusedRow, StepRows};
+pub use add::record::{Recorded, RefusedRow};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
 pub use npz::array::NpzError;

@@ -2,8 +2,9 @@
 
 use thiserror::Error;
 
-use crate::add::arguments::{EpisodeData, FieldRows};
+use crate::add::arguments::{EpisodeData, FieldRows, StartData, StepData, StepRows};
 use crate::scalar::Scalar;
+use crate::store::config::Dims;
 use crate::store::fields::{Field, Fields, UnknownField};
 use crate::store::storage::Storage;
 
@@ -107,8 +108,50 @@ pub enum AddError {
 }
 debug_as_display!(AddError);
 
-impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
-    /// Checks everything; the values as rounded to the buffer's type `T`.
+// All checks of numbers apply to the values as rounded to the buffer's type `T`.
+
+impl<O: Scalar, G: Scalar> StartData<'_, O, G> {
+    pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
+        check_len("observation", self.observation.len(), dims.observation)?;
+        check_len("achieved_goal", self.achieved_goal.len(), dims.goal)?;
+        check_len("desired_goal", self.desired_goal.len(), dims.goal)
+    }
+
+    pub(crate) fn check_numbers<T: Scalar>(&self) -> Result<(), AddError> {
+        check_finite::<T, O>("observation", self.observation)?;
+        check_finite::<T, G>("achieved_goal", self.achieved_goal)?;
+        check_finite::<T, G>("desired_goal", self.desired_goal)
+    }
+}
+
+impl<O: Scalar, G: Scalar, A: Scalar> StepData<'_, O, G, A> {
+    /// Checks the lengths of all but the fields.
+    pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
+        check_len("action", self.action.len(), dims.action)?;
+        check_len("next_observation", self.next_observation.len(), dims.observation)?;
+        check_len("next_achieved_goal", self.next_achieved_goal.len(), dims.goal)
+    }
+
+    /// Checks the numbers. Those of the fields are in their row `at`, and their lengths must have
+    /// been checked.
+    pub(crate) fn check_numbers<T: Scalar>(
+        &self,
+        fields: &Fields,
+        at: usize,
+    ) -> Result<(), AddError> {
+        check_finite::<T, A>("action", self.action)?;
+        check_rewards("reward", &[self.reward])?;
+        check_finite::<T, O>("next_observation", self.next_observation)?;
+        check_finite::<T, G>("next_achieved_goal", self.next_achieved_goal)?;
+        self.fields.iter().try_for_each(|(name, values)| {
+            let len = fields.place(name)?.len();
+            check_finite::<T, G>(name, &values[at * len..][..len])
+        })
+    }
+}
+
+impl<O: Scalar, G: Scalar, A: Scalar> EpisodeData<'_, O, G, A> {
+    /// Checks everything.
     pub(crate) fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), AddError> {
         let dims = storage.layout.dims();
         let steps = self.reward.len();
@@ -119,14 +162,43 @@ impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
             return Err(AddError::NotEnded);
         }
         let states = |len: usize| (steps + 1).saturating_mul(len);
-        check::<T, S>("observation", self.observation, states(dims.observation))?;
-        check::<T, S>("achieved_goal", self.achieved_goal, states(dims.goal))?;
-        check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
+        check::<T, O>("observation", self.observation, states(dims.observation))?;
+        check::<T, G>("achieved_goal", self.achieved_goal, states(dims.goal))?;
+        check::<T, G>("desired_goal", self.desired_goal, dims.goal)?;
         check::<T, A>("action", self.action, steps.saturating_mul(dims.action))?;
-        check_len("reward", self.reward.len(), steps)?;
         check_rewards("reward", self.reward)?;
         check_fields(&storage.fields, self.fields, steps)?;
-        self.fields.iter().try_for_each(|(name, values)| check_finite::<T, S>(name, values))
+        self.fields.iter().try_for_each(|(name, values)| check_finite::<T, G>(name, values))
+    }
+}
+
+impl<O, G, A> StepRows<'_, O, G, A> {
+    /// Checks the lengths of all but the fields.
+    pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
+        let n = self.env_index.len();
+        check_len("stepped", self.stepped.len(), n)?;
+        check_len("started", self.started.len(), n)?;
+        check_len("truncated", self.truncated.len(), n)?;
+        let check = |any_reads: bool, columns: &[(&str, usize, usize)]| {
+            columns.iter().try_for_each(|&(name, len, width)| {
+                let may_be_empty = !any_reads && len == 0;
+                if may_be_empty { Ok(()) } else { check_len(name, len, n.saturating_mul(width)) }
+            })
+        };
+        let steps = [
+            ("action", self.action.len(), dims.action),
+            ("reward", self.reward.len(), 1),
+            ("next_observation", self.next_observation.len(), dims.observation),
+            ("next_achieved_goal", self.next_achieved_goal.len(), dims.goal),
+            ("terminated", self.terminated.len(), 1),
+        ];
+        let starts = [
+            ("observation", self.observation.len(), dims.observation),
+            ("achieved_goal", self.achieved_goal.len(), dims.goal),
+            ("desired_goal", self.desired_goal.len(), dims.goal),
+        ];
+        check(self.stepped.contains(&true), &steps)?;
+        check(self.started.contains(&true), &starts)
     }
 }
 
@@ -157,11 +229,8 @@ fn check<T: Scalar, S: Scalar>(field: &str, values: &[S], expected: usize) -> Re
     check_finite::<T, S>(field, values)
 }
 
-/// Checks that each element is finite, also once rounded to the buffer's type `T`.
-pub(crate) fn check_finite<T: Scalar, S: Scalar>(
-    field: &str,
-    values: &[S],
-) -> Result<(), AddError> {
+/// Checks that each element is finite.
+fn check_finite<T: Scalar, S: Scalar>(field: &str, values: &[S]) -> Result<(), AddError> {
     let is_bad = |value: &S| !T::from_f64(value.to_f64()).to_f64().is_finite();
     // Without an early exit, the loop compiles to vector instructions.
     if values.iter().fold(false, |bad, value| bad | is_bad(value)) {
@@ -182,7 +251,7 @@ pub(crate) fn is_reward(reward: f64) -> bool {
 }
 
 /// Checks that each reward can be stored.
-pub(crate) fn check_rewards<S: Scalar>(field: &str, rewards: &[S]) -> Result<(), AddError> {
+fn check_rewards<S: Scalar>(field: &str, rewards: &[S]) -> Result<(), AddError> {
     let Some(index) = rewards.iter().position(|reward| !is_reward(reward.to_f64())) else {
         return Ok(());
     };
@@ -194,7 +263,7 @@ pub(crate) fn check_rewards<S: Scalar>(field: &str, rewards: &[S]) -> Result<(),
     })
 }
 
-pub(crate) fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
+fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
     if actual == expected {
         return Ok(());
     }
