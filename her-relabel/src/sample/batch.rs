@@ -20,7 +20,7 @@ use crate::store::transition_id::TransitionId;
 /// A tensor library that takes vectors can have the columns without a copy: see
 /// [`take_columns`](Self::take_columns). To draw into memory of your own, see
 /// [`Sampler::sample_into`](crate::Sampler::sample_into).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Batch<T> {
     pub(crate) columns: Columns<T>,
     /// The number of rows, which remains when the columns are taken.
@@ -33,13 +33,13 @@ pub struct Batch<T> {
     pub(crate) redraws: Redraws,
 }
 
-columns! { pub Batch {
+columns! { Batch: {
     /// The columns of a [`Batch`], owned: see [`Batch::take_columns`].
-    Columns,
+    pub struct Columns;
     /// Caller-provided buffers for columns of a [`Batch`], for
     /// [`Sampler::sample_into`](crate::Sampler::sample_into). A column without a buffer stays in
     /// the batch; [`Default`] provides none.
-    ColumnsMut,
+    pub struct ColumnsMut;
 } {
     observation: [T; observation] = T::default(),
         "observations, `len * dims.observation` elements. Empty if they are \
@@ -92,18 +92,24 @@ columns! { pub Batch {
         unless the sampler draws [by priority](crate::Sampler::with_priorities).";
 } }
 
-// Memory for drawing, without meaning between calls. The first rows of the pairs of goals are those
-// that the reward function judges.
-columns! { Scratch, ScratchRows {
-    relabeled: [Relabeled; always] = Relabeled::default();
-    achieved_pairs: [f64; goals] = 0.0;
-    desired_pairs: [f64; goals] = 0.0;
-    /// The pairs of goals whose success is judged, if the columns do not hold them as they are
-    /// stored.
-    judged_achieved: [f64; judged] = 0.0;
-    judged_desired: [f64; judged] = 0.0;
-    /// All fields, row by row.
-    field_rows: [T; fields] = T::default();
+columns! { {
+    /// Memory for drawing, without meaning between calls.
+    pub(crate) struct Scratch;
+    /// Some rows of [`Scratch`].
+    pub(crate) struct ScratchRows;
+} {
+    relabeled: [Relabeled; always] = Relabeled::default(),
+        "relabeled rows, in front.";
+    achieved_pairs: [f64; goals] = 0.0,
+        "achieved goals that the reward function judges, in front.";
+    desired_pairs: [f64; goals] = 0.0,
+        "goals for which it judges them.";
+    judged_achieved: [f64; judged] = 0.0,
+        "achieved goals whose success is judged, if no column holds them as they are stored.";
+    judged_desired: [f64; judged] = 0.0,
+        "goals for which their success is judged.";
+    field_rows: [T; fields] = T::default(),
+        "fields, row by row.";
 } }
 
 /// Memory for judging the drawn rows, without meaning between calls.
@@ -151,20 +157,6 @@ impl<T> Rows<'_, T> {
     }
 }
 
-impl<T> Default for Batch<T> {
-    fn default() -> Self {
-        Self {
-            columns: Columns::default(),
-            len: 0,
-            fields: Fields::default(),
-            field_values: Vec::new(),
-            scratch: Scratch::default(),
-            judged: Judged::default(),
-            redraws: Redraws::default(),
-        }
-    }
-}
-
 impl<T: PartialEq> PartialEq for Batch<T> {
     fn eq(&self, other: &Self) -> bool {
         let Self { columns, len, fields, field_values, .. } = self;
@@ -177,7 +169,7 @@ impl<T> Batch<T> {
     /// Removes all rows.
     pub(crate) fn clear(&mut self) {
         self.len = 0;
-        self.columns.clear();
+        self.clear_columns();
         self.field_values.clear();
     }
 }

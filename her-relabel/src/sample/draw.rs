@@ -4,7 +4,7 @@ use std::any::Any;
 
 use goal_reward::GoalReward;
 
-use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows};
+use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows, ScratchRows};
 use crate::sample::columns::Widths;
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
 use crate::sample::form::{AsStored, Form, Formed};
@@ -146,8 +146,8 @@ impl Sampler {
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
         let widths = Widths::of(self, &storage.layout, window, as_stored.is_some());
         let size = self.batch_size();
-        let columns = columns.resize_others(size, &widths, given)?;
-        let scratch = scratch.resize(size, &widths)?;
+        let columns = columns.resize(size, &widths, given)?;
+        let scratch = scratch.resize(size, &widths, ScratchRows::default())?;
         let mut rows = Rows { widths, first: 0, columns, scratch };
         let memory = (&mut rows, judged, redraws);
         match (as_stored, self.joined_goal().is_some()) {
