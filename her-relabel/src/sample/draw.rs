@@ -4,11 +4,12 @@ use std::any::Any;
 
 use goal_reward::GoalReward;
 
+use crate::sample::aim::Task;
 use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows, ScratchRows};
 use crate::sample::columns::Widths;
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
 use crate::sample::form::{AsStored, Form, Formed};
-use crate::sample::gather::{PART, gather_parts};
+use crate::sample::gather::PART;
 use crate::sample::inputs::{JoinedGoal, Normalizers};
 use crate::sample::outcome;
 use crate::sample::redraw::Redraws;
@@ -42,18 +43,13 @@ impl Sampler {
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty.
-    pub fn sample<S, T, F>(
+    pub fn sample<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         &self,
         buffer: &HerBuffer<S>,
         reward: &F,
         source: impl RandomSource,
         batch: &mut Batch<T>,
-    ) -> Result<(), SampleError>
-    where
-        S: Scalar,
-        T: Scalar,
-        F: GoalReward + ?Sized,
-    {
+    ) -> Result<(), SampleError> {
         let (normalizers, columns) = (Normalizers::default(), ColumnsMut::default());
         self.sample_into(buffer, reward, source, batch, normalizers, columns)
     }
@@ -105,7 +101,7 @@ impl Sampler {
     /// assert_eq!(batch.action(), [0.5]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn sample_into<S, T, F>(
+    pub fn sample_into<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         &self,
         buffer: &HerBuffer<S>,
         reward: &F,
@@ -113,31 +109,13 @@ impl Sampler {
         batch: &mut Batch<T>,
         normalizers: Normalizers<'_>,
         columns: ColumnsMut<'_, T>,
-    ) -> Result<(), SampleError>
-    where
-        S: Scalar,
-        T: Scalar,
-        F: GoalReward + ?Sized,
-    {
-        let draws = Draws::new(source.seed());
-        let drawn = ClearOnDrop(batch);
-        self.draw(&buffer.storage, reward, draws, &mut *drawn.0, normalizers, columns)?;
-        std::mem::forget(drawn);
-        Ok(())
-    }
-
-    fn draw<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
-        &self,
-        storage: &Storage<S>,
-        reward: &F,
-        draws: Draws,
-        batch: &mut Batch<T>,
-        normalizers: Normalizers<'_>,
-        given: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
+        let draws = Draws::new(source.seed());
+        let unfinished = ClearOnDrop(batch);
+        let batch = &mut *unfinished.0;
+        let storage = &buffer.storage;
         let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
-        let Batch { columns, scratch, judged, redraws, .. } = &mut *batch;
         let Normalizers { observation, goal } = normalizers;
         let relative = self.joined_goal() == Some(JoinedGoal::Relative);
         let form = Formed { observation, goal, relative };
@@ -146,7 +124,8 @@ impl Sampler {
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
         let widths = Widths::of(self, &storage.layout, window, as_stored.is_some());
         let size = self.batch_size();
-        let columns = columns.resize(size, &widths, given)?;
+        let Batch { scratch, judged, redraws, .. } = batch;
+        let columns = batch.columns.resize(size, &widths, columns)?;
         let scratch = scratch.resize(size, &widths, ScratchRows::default())?;
         let mut rows = Rows { widths, first: 0, columns, scratch };
         let memory = (&mut rows, judged, redraws);
@@ -160,7 +139,9 @@ impl Sampler {
             (None, _) => self.fill(storage, reward, draws, form, memory)?,
         }
         batch.len = size;
-        batch.separate_fields()
+        batch.separate_fields()?;
+        std::mem::forget(unfinished);
+        Ok(())
     }
 
     /// Draws rows and computes their outcomes.
@@ -172,6 +153,7 @@ impl Sampler {
         form: impl Form<S, T>,
         (rows, judged, redraws): (&mut Rows<'_, T>, &mut Judged, &mut Redraws),
     ) -> Result<(), SampleError> {
+        let task = Task { storage, sampler: self };
         let part = if self.parallel() && have_threads() { PART } else { usize::MAX };
         let episodes = &storage.episodes;
         let table = storage.priorities.as_ref().filter(|_| self.priorities().is_some());
@@ -179,27 +161,27 @@ impl Sampler {
         let counts = match (table, keeps_all) {
             (None, true) => {
                 let pick = |word| uniform(episodes, word);
-                gather_parts(storage, self, draws, pick, form, rows, part)
+                task.gather_parts(draws, pick, form, rows, part)
             }
             (Some(table), true) => {
                 let pick = |word| by_priority(table, episodes, word);
-                gather_parts(storage, self, draws, pick, form, rows, part)
+                task.gather_parts(draws, pick, form, rows, part)
             }
             (None, false) => {
                 let pick = |word| uniform(episodes, word);
-                let words = redraws.choose(storage, self, reward, draws, pick)?;
-                gather_parts(storage, self, words, pick, form, rows, part)
+                let words = redraws.choose(task, reward, draws, pick)?;
+                task.gather_parts(words, pick, form, rows, part)
             }
             (Some(table), false) => {
                 let pick = |word| by_priority(table, episodes, word);
-                let words = redraws.choose(storage, self, reward, draws, pick)?;
-                gather_parts(storage, self, words, pick, form, rows, part)
+                let words = redraws.choose(task, reward, draws, pick)?;
+                task.gather_parts(words, pick, form, rows, part)
             }
         };
         if let Some(beta) = self.priorities() {
             outcome::weigh(beta, storage, rows, judged)?;
         }
-        outcome::compute(storage, self, reward, form, counts, rows, judged)
+        outcome::compute(task, reward, form, counts, rows, judged)
     }
 
     /// Checks that a batch can be drawn, and returns the most steps of its rows.
