@@ -86,6 +86,7 @@ mod debug;
 mod settings;
 
 mod add;
+mod normalize;
 mod normalizer;
 #[cfg(feature = "npz")]
 mod npz;

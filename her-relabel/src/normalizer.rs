@@ -71,14 +71,14 @@ impl NormalizerConfig {
 #[serde(try_from = "Saved")]
 pub struct Normalizer {
     count: u64,
-    mean: Vec<f64>,
+    pub(crate) mean: Vec<f64>,
     /// The sums of the squared distances from the mean.
     squares: Vec<f64>,
     /// One over the standard deviation of each element.
     #[serde(skip)]
-    factors: Vec<f64>,
+    pub(crate) factors: Vec<f64>,
     min_std: f64,
-    clip: f64,
+    pub(crate) clip: f64,
 }
 
 /// A loaded normalizer before its checks.
@@ -201,94 +201,12 @@ impl Normalizer {
         Ok(())
     }
 
-    /// Normalizes vectors in place, a row-major matrix of any number of rows.
-    ///
-    /// # Errors
-    /// [`NormalizerError::WrongLength`] or [`NormalizerError::NotFinite`]; then nothing has
-    /// changed.
-    pub fn normalize<T: Scalar>(&self, rows: &mut [T]) -> Result<(), NormalizerError> {
-        self.check(rows)?;
-        for row in rows.chunks_exact_mut(self.dim()) {
-            for ((value, mean), factor) in row.iter_mut().zip(&self.mean).zip(&self.factors) {
-                *value = T::from_f64(self.element(value.to_f64(), *mean, *factor));
-            }
-        }
-        Ok(())
-    }
-
-    /// Normalizes vectors, a row-major matrix of any number of rows, into memory of the same length
-    /// and any element type: the input of a network, for example, of which the vectors are a part.
-    ///
-    /// # Errors
-    /// [`NormalizerError::WrongLength`], [`NormalizerError::WrongTarget`] or
-    /// [`NormalizerError::NotFinite`]; then nothing has been written.
-    ///
-    /// # Example
-    /// ```
-    /// use her_relabel::{Normalizer, NormalizerConfig};
-    ///
-    /// let normalizer = Normalizer::new(NormalizerConfig::new(2))?;
-    /// let mut input = [0.0_f32; 3];
-    /// normalizer.normalize_into(&[0.5_f64, 9.0], &mut input[..2])?;
-    /// assert_eq!(input, [0.5, 5.0, 0.0]);
-    /// # Ok::<(), her_relabel::NormalizerError>(())
-    /// ```
-    pub fn normalize_into<S: Scalar, T: Scalar>(
-        &self,
-        rows: &[S],
-        target: &mut [T],
-    ) -> Result<(), NormalizerError> {
-        self.check(rows)?;
-        if rows.len() != target.len() {
-            return Err(NormalizerError::WrongTarget { len: target.len(), rows: rows.len() });
-        }
-        let dim = self.dim();
-        for (target, row) in target.chunks_exact_mut(dim).zip(rows.chunks_exact(dim)) {
-            self.put(target, row);
-        }
-        Ok(())
-    }
-
-    /// Writes a normalized vector of finite elements, of the right length, to `target`.
-    #[inline(never)]
-    pub(crate) fn put<S: Scalar, T: Scalar>(&self, target: &mut [T], row: &[S]) {
-        self.put_values(target, row.iter().map(|value| value.to_f64()));
-    }
-
-    /// Writes the normalized difference of two vectors of finite elements, of the right length, to
-    /// `target`.
-    #[inline(never)]
-    pub(crate) fn put_difference<S: Scalar, G: Scalar, T: Scalar>(
-        &self,
-        target: &mut [T],
-        row: &[G],
-        subtracted: &[S],
-    ) {
-        self.put_values(target, difference(row, subtracted));
-    }
-
-    #[inline(always)]
-    fn put_values<T: Scalar>(&self, target: &mut [T], values: impl Iterator<Item = f64>) {
-        let factors = self.mean.iter().zip(&self.factors);
-        for ((target, value), (mean, factor)) in target.iter_mut().zip(values).zip(factors) {
-            *target = T::from_f64(self.element(value, *mean, *factor));
-        }
-    }
-
-    #[inline(always)]
-    fn element(&self, value: f64, mean: f64, factor: f64) -> f64 {
-        let normalized = (value - mean) * factor;
-        // As `clamp`, without its check of the bounds.
-        let low = if normalized < -self.clip { -self.clip } else { normalized };
-        if low > self.clip { self.clip } else { low }
-    }
-
     /// Computes the factors, after every change of the sums.
     fn precompute(&mut self) {
         self.factors = self.std().map(|std| 1.0 / std).collect();
     }
 
-    fn check<T: Scalar>(&self, rows: &[T]) -> Result<(), NormalizerError> {
+    pub(crate) fn check<T: Scalar>(&self, rows: &[T]) -> Result<(), NormalizerError> {
         let (len, dim) = (rows.len(), self.dim());
         if !len.is_multiple_of(dim) {
             return Err(NormalizerError::WrongLength { len, dim });
@@ -298,15 +216,6 @@ impl Normalizer {
             None => Ok(()),
         }
     }
-}
-
-/// Returns the elements of `row` minus those of `subtracted`.
-#[inline(always)]
-pub(crate) fn difference<S: Scalar, G: Scalar>(
-    row: &[G],
-    subtracted: &[S],
-) -> impl Iterator<Item = f64> {
-    row.iter().zip(subtracted).map(|(value, subtracted)| value.to_f64() - subtracted.to_f64())
 }
 
 impl TryFrom<Saved> for Normalizer {

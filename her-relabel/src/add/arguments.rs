@@ -84,10 +84,9 @@ pub struct EpisodeData<'a, O, G = O, A = O> {
 /// | same step | in the row of the episode's last step |
 /// | disabled | in the row of the reset, which the caller asks for |
 ///
-/// The element types are those of [`StepData`].
-///
-/// Only the columns that some row needs must have `n` rows: without a start, those of starts may be
-/// empty, and without a step, those of steps. [`Default`] has no rows.
+/// The columns from `action` to `terminated` and the fields are read in rows with a step, and those
+/// from `observation` to `desired_goal` in rows with a start. A column that no row needs may be
+/// empty. [`Default`] has no rows. The element types are those of [`StepData`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepRows<'a, O, G = O, A = O> {
     /// The environment of each row, `n` elements: in any order, none twice.
@@ -97,30 +96,27 @@ pub struct StepRows<'a, O, G = O, A = O> {
     pub stepped: &'a [bool],
     /// Whether an episode starts in the row, by a requested or an automatic reset, `n` elements.
     pub started: &'a [bool],
-    /// The actions taken, `n * dims.action` elements. Read in rows with a step.
+    /// The actions taken, `n * dims.action` elements.
     pub action: &'a [A],
-    /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude. Read in
-    /// rows with a step.
+    /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude.
     pub reward: &'a [G],
     /// The observations after the step, `n * dims.observation` elements: at an episode's end its
-    /// terminal observation, never the first one of the next episode. Read in rows with a step.
+    /// terminal observation, never the first one of the next episode.
     pub next_observation: &'a [O],
-    /// The goals achieved after the step, `n * dims.goal` elements. Read in rows with a step.
+    /// The goals achieved after the step, `n * dims.goal` elements.
     pub next_achieved_goal: &'a [G],
-    /// Whether the task ended with the step, `n` elements. Read in rows with a step.
+    /// Whether the task ended with the step, `n` elements.
     pub terminated: &'a [bool],
     /// Whether the episode was cut off after the step, `n` elements. In a row without a step,
     /// whether the environment failed in the middle of its episode.
     pub truncated: &'a [bool],
-    /// The first observations of episodes, `n * dims.observation` elements. Read in rows with a
-    /// start.
+    /// The first observations of episodes, `n * dims.observation` elements.
     pub observation: &'a [O],
-    /// The goals achieved in these states, `n * dims.goal` elements. Read in rows with a start.
+    /// The goals achieved in these states, `n * dims.goal` elements.
     pub achieved_goal: &'a [G],
-    /// The goals of the episodes that start, `n * dims.goal` elements. Read in rows with a start.
+    /// The goals of the episodes that start, `n * dims.goal` elements.
     pub desired_goal: &'a [G],
-    /// The fields of the configuration, by name, in any order; `n * len` elements each. Read in
-    /// rows with a step.
+    /// The fields of the configuration, by name, in any order; `n * len` elements each.
     pub fields: &'a [FieldRows<'a, G>],
 }
 

@@ -263,7 +263,7 @@ fn check_rewards<S: Scalar>(field: &str, rewards: &[S]) -> Result<(), AddError> 
     })
 }
 
-fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
+pub(crate) fn check_len(field: &str, actual: usize, expected: usize) -> Result<(), AddError> {
     if actual == expected {
         return Ok(());
     }

@@ -43,14 +43,9 @@ impl<T: Scalar> HerBuffer<T> {
         // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
         let count = read(&mut staged, bytes)?;
-        let episodes = &staged.storage.episodes;
         let mut rows = Vec::new();
-        for number in episodes.numbers() {
-            let episode = episodes.get(number);
-            rows.clear();
-            for row in episode.row(episode.start)..=episode.last_row() {
-                rows.extend_from_slice(staged.storage.tape.row(row));
-            }
+        for episode in staged.storage.episodes.iter() {
+            staged.storage.copy_episode(&episode, self.config.capacity(), &mut rows);
             self.storage.push_episode(&rows, episode.ending);
         }
         Ok(count)

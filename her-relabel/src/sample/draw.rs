@@ -64,13 +64,14 @@ impl Sampler {
     /// # Example
     /// ```
     /// use goal_reward::DistanceReward;
-    /// use her_relabel::{Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy};
-    /// use her_relabel::{HerBuffer, JoinedGoal, Normalizers, Sampler, UnitInterval};
+    /// use her_relabel::{Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy, HerBuffer};
+    /// use her_relabel::{JoinedGoal, Normalizer, NormalizerConfig, Normalizers, Sampler};
+    /// use her_relabel::UnitInterval;
     ///
     /// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
     /// let mut buffer = HerBuffer::<f64>::new(config)?;
-    /// buffer.add_episode(&EpisodeData {
-    ///     observation: &[0.0, 0.1, 1.0, 1.1],
+    /// let episode = EpisodeData {
+    ///     observation: &[0.0, 10.0, 2.0, 30.0],
     ///     achieved_goal: &[0.0, 1.0],
     ///     desired_goal: &[9.0],
     ///     action: &[0.5_f32],
@@ -78,27 +79,30 @@ impl Sampler {
     ///     terminated: true,
     ///     truncated: false,
     ///     fields: &[],
-    /// })?;
+    /// };
+    /// buffer.add_episode(&episode)?;
+    /// let mut observation = Normalizer::new(NormalizerConfig::new(2))?;
+    /// observation.update(episode.observation)?; // mean (1, 20), standard deviation (1, 10)
+    /// let normalizers = Normalizers { observation: Some(&observation), goal: None };
+    ///
     /// let sampler = Sampler::new(1, GoalStrategy::Future, UnitInterval::ONE)
-    ///     .with_joined_goal(JoinedGoal::Desired)
+    ///     .with_joined_goal(JoinedGoal::Relative)
     ///     .with_discount(UnitInterval::new(0.98)?);
-    /// // The memory of four tensors.
-    /// let (mut input, mut next_input) = ([0.0_f32; 3], [0.0_f32; 3]);
-    /// let (mut reward, mut discount) = ([0.0_f32; 1], [0.0_f32; 1]);
+    /// // The memory of three tensors.
+    /// let (mut input, mut next_input, mut discount) = ([0.0_f32; 3], [0.0; 3], [0.0; 1]);
     /// let columns = ColumnsMut {
     ///     input: &mut input,
     ///     next_input: &mut next_input,
-    ///     reward: &mut reward,
     ///     discount: &mut discount,
     ///     ..ColumnsMut::default()
     /// };
     /// let mut batch = Batch::new();
-    /// let (reward_function, none) = (DistanceReward::sparse(), Normalizers::default());
-    /// sampler.sample_into(&buffer, &reward_function, 7, &mut batch, none, columns)?;
-    /// assert_eq!(input, [0.0, 0.1, 1.0]);
-    /// assert_eq!(next_input, [1.0, 1.1, 1.0]);
-    /// assert_eq!((reward, discount), ([0.0], [0.0]));
-    /// assert_eq!(batch.action(), [0.5]);
+    /// let reward = DistanceReward::sparse();
+    /// sampler.sample_into(&buffer, &reward, 7, &mut batch, normalizers, columns)?;
+    /// // Observations are normalized; the new goal, 1, was one away before the step.
+    /// assert_eq!(input, [-1.0, -1.0, 1.0]);
+    /// assert_eq!(next_input, [1.0, 1.0, 0.0]);
+    /// assert_eq!((discount, batch.reward()), ([0.0], &[0.0][..]));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn sample_into<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(

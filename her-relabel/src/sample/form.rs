@@ -1,7 +1,8 @@
 //! The form in which observations and goals are written: as stored, or converted, joined, relative
 //! and normalized.
 
-use crate::normalizer::{Normalizer, difference};
+use crate::normalize::difference;
+use crate::normalizer::Normalizer;
 use crate::sample::batch::Rows;
 use crate::sample::copy::{convert_short, put_part, put_start, put_thrice, put_wide};
 use crate::sample::sampler::SampleError;

@@ -160,7 +160,7 @@ impl<T: Scalar> HerBuffer<T> {
         let unfinished = (0..config.num_envs())
             .map(|_| read_unfinished(&mut source, &layout, capacity))
             .collect::<Result<Vec<_>, _>>()?;
-        let finished = episodes.numbers().map(|number| episodes.get(number)).flat_map(|episode| {
+        let finished = episodes.iter().flat_map(|episode| {
             (episode.row(episode.start)..episode.last_row()).map(|number| tape.row(number))
         });
         // The last state of an episode has no reward.

@@ -136,6 +136,11 @@ impl Episodes {
         self.live.clone()
     }
 
+    /// Returns the episodes with a live transition, in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Episode> + '_ {
+        (0..self.len()).map(|at| self.at(at))
+    }
+
     /// Returns the numbers of the episodes with a live transition.
     pub(crate) fn numbers(&self) -> Range<u64> {
         self.first_episode..self.first_episode + self.len() as u64
