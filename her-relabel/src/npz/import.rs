@@ -8,8 +8,8 @@ use zip::ZipArchive;
 
 use crate::add::arguments::{EpisodeData, FieldRows};
 use crate::npz::array::{
-    ACHIEVED_GOALS, ACTIONS, Array, DESIRED_GOALS, EPISODE_LENGTHS, NpzError, OBSERVATIONS,
-    REWARDS, TERMINATED, TRUNCATED, field_array,
+    ACHIEVED_GOALS, ACTIONS, Array, COUNTS, DESIRED_GOALS, EPISODE_LENGTHS, FLAGS, FLOATS,
+    NpzError, OBSERVATIONS, REWARDS, TERMINATED, TRUNCATED, field_array,
 };
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -59,24 +59,27 @@ fn read<T: Scalar>(buffer: &mut HerBuffer<T>, bytes: &[u8]) -> Result<u64, NpzEr
     let config = buffer.config().clone();
     let Dims { observation, goal, action } = config.dims();
     let (mut lengths, mut rewards) = (another()?, another()?);
-    let mut lengths = Array::<u64>::open(&mut lengths, EPISODE_LENGTHS, 1, None)?;
-    let mut rewards = Array::open(&mut rewards, REWARDS, 1, None)?;
+    let mut lengths = Array::open(&mut lengths, EPISODE_LENGTHS, &COUNTS, 1, None)?;
+    let mut rewards = Array::open(&mut rewards, REWARDS, &FLOATS, 1, None)?;
     let (num_episodes, num_steps) = (lengths.len(), rewards.len());
     let (episodes, steps) = (Some(num_episodes), Some(num_steps));
     let states = Some(num_episodes.saturating_add(num_steps));
     let mut archives = (another()?, another()?, another()?, another()?, another()?, another()?);
-    let mut terminated = Array::open(&mut archives.0, TERMINATED, 1, episodes)?;
-    let mut truncated = Array::open(&mut archives.1, TRUNCATED, 1, episodes)?;
-    let mut observations = Array::open(&mut archives.2, OBSERVATIONS, observation, states)?;
-    let mut achieved_goals = Array::open(&mut archives.3, ACHIEVED_GOALS, goal, states)?;
-    let mut desired_goals = Array::open(&mut archives.4, DESIRED_GOALS, goal, episodes)?;
-    let mut actions = Array::open(&mut archives.5, ACTIONS, action, steps)?;
+    let mut terminated = Array::open(&mut archives.0, TERMINATED, &FLAGS, 1, episodes)?;
+    let mut truncated = Array::open(&mut archives.1, TRUNCATED, &FLAGS, 1, episodes)?;
+    let mut observations =
+        Array::open(&mut archives.2, OBSERVATIONS, &FLOATS, observation, states)?;
+    let mut achieved_goals = Array::open(&mut archives.3, ACHIEVED_GOALS, &FLOATS, goal, states)?;
+    let mut desired_goals = Array::open(&mut archives.4, DESIRED_GOALS, &FLOATS, goal, episodes)?;
+    let mut actions = Array::open(&mut archives.5, ACTIONS, &FLOATS, action, steps)?;
     let mut field_archives =
         config.fields().iter().map(|_| another()).collect::<Result<Vec<_>, _>>()?;
     let mut fields = field_archives
         .iter_mut()
         .zip(config.fields())
-        .map(|(archive, field)| Array::open(archive, &field_array(field), field.len, steps))
+        .map(|(archive, field)| {
+            Array::open(archive, &field_array(field), &FLOATS, field.len, steps)
+        })
         .collect::<Result<Vec<_>, _>>()?;
 
     let capacity = config.capacity() as u64;

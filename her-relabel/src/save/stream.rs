@@ -74,9 +74,14 @@ impl<R: Read> Source<R> {
 
     pub(crate) fn bytes<const N: usize>(&mut self) -> Result<[u8; N], LoadError> {
         let mut bytes = [0; N];
-        self.reader.read_exact(&mut bytes)?;
-        self.checksum.update(&bytes);
+        self.fill(&mut bytes)?;
         Ok(bytes)
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+        self.reader.read_exact(bytes)?;
+        self.checksum.update(bytes);
+        Ok(())
     }
 
     pub(crate) fn number(&mut self) -> Result<u64, LoadError> {
@@ -90,8 +95,7 @@ impl<R: Read> Source<R> {
             return Err(LoadError::Damaged);
         }
         let mut bytes = vec![0; len];
-        self.reader.read_exact(&mut bytes)?;
-        self.checksum.update(&bytes);
+        self.fill(&mut bytes)?;
         String::from_utf8(bytes).map_err(|_| LoadError::Damaged)
     }
 
