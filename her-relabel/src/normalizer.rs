@@ -40,16 +40,16 @@ impl NormalizerConfig {
 
 /// The running mean and standard deviation of vectors, element by element.
 ///
-/// Learners normalize the inputs of a network: [`update`](Self::update) with observations (or
-/// goals) as they come, [`merge`](Self::merge) the normalizers of several workers, and
-/// [`normalize`](Self::normalize) batches, or [let the draw normalize](crate::Normalizers) them. A
+/// Learners normalize the inputs of a network: they [`update`](Self::update) a normalizer with
+/// observations (or goals) as they come, [`merge`](Self::merge) those of several workers, and
+/// [`normalize`](Self::normalize) batches, or [let the draw do it](crate::Normalizers). A
 /// normalized element is `(x - mean) * (1 / std)`, clipped to `[-clip, clip]`. The standard
 /// deviation is that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`.
 /// Before the first update the mean is 0 and the standard deviation 1.
 ///
 /// Sums are kept in `f64`, as distances from the mean: large means cost no digits, and a merge is
 /// as exact as one pass over all vectors. Merges in a fixed order give the same bits. A normalizer
-/// can be saved with serde, and is checked when it is loaded.
+/// loaded with serde is checked.
 ///
 /// Sources: Plappert et al., *Multi-goal reinforcement learning*, 2018, appendix A, for the use and
 /// the defaults; Chan, Golub and LeVeque, *Updating formulae and a pairwise algorithm for computing
@@ -246,7 +246,7 @@ pub enum NormalizerError {
     /// The vectors have no elements.
     #[error("vectors of length 0 have nothing to normalize: set `dim` to at least 1")]
     Empty,
-    /// There is no memory for so long vectors.
+    /// There is no memory for vectors of this length.
     #[error("there is no memory for vectors of {dim} elements: reduce `dim`")]
     NoMemory {
         /// The elements of a vector.

@@ -6,8 +6,7 @@ use crate::store::buffer::HerBuffer;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Appends copies of all finished episodes of another buffer, such as one that another process
-    /// has filled, in their order. If there is no room, the oldest transitions are overwritten, as
-    /// for any other episode.
+    /// has filled, in their order. The oldest transitions make room, as for any other episode.
     ///
     /// The copies get the priority of new transitions. The other buffer has already decided which
     /// [still episodes](crate::StillEpisodes) to keep, so all of its episodes are added.

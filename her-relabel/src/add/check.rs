@@ -8,7 +8,7 @@ use crate::store::config::Dims;
 use crate::store::fields::{Field, Fields, UnknownField};
 use crate::store::storage::Storage;
 
-/// Error returned for what cannot be added. The buffer is unchanged.
+/// Error returned if something cannot be added. The buffer is unchanged.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AddError {
@@ -24,9 +24,7 @@ pub enum AddError {
         num_envs: usize,
     },
     /// Two rows of one call are of the same environment.
-    #[error(
-        "environment {env_index} has two rows: pass at most one row of each environment in a call"
-    )]
+    #[error("environment {env_index} has two rows: pass at most one row per environment")]
     RepeatedEnv {
         /// The environment.
         env_index: usize,
@@ -40,10 +38,8 @@ pub enum AddError {
         /// The environment.
         env_index: usize,
     },
-    /// A step or an end comes without an episode.
-    #[error(
-        "environment {env_index} has no episode under way: call begin_episode after every reset"
-    )]
+    /// A step is added, or an episode ended, while none is under way.
+    #[error("environment {env_index} is not in an episode: call begin_episode after every reset")]
     NoEpisode {
         /// The environment.
         env_index: usize,
@@ -55,10 +51,7 @@ pub enum AddError {
     #[error("the episode is neither terminated nor truncated: set `truncated` if it was cut off")]
     NotEnded,
     /// A vector has the wrong length.
-    #[error(
-        "`{field}` has {actual} elements instead of {expected}: check the sizes of the \
-         configuration"
-    )]
+    #[error("`{field}` has {actual} elements instead of {expected}: check the configured sizes")]
     WrongLength {
         /// The field.
         field: String,
@@ -67,7 +60,7 @@ pub enum AddError {
         /// Its length.
         actual: usize,
     },
-    /// An element is NaN or infinite, possibly only once rounded to the buffer's type.
+    /// An element is NaN or infinite, or becomes infinite when rounded to the buffer's type.
     #[error(
         "`{field}[{index}]` is {value}, which the buffer cannot store as a finite number: drop the \
          episode, or find the step that produced it"
@@ -80,7 +73,7 @@ pub enum AddError {
         /// Its value.
         value: f64,
     },
-    /// A reward is finite but so large that a sum of such rewards could be infinite in `f32`.
+    /// A reward is finite, but so large that sums of such rewards could be infinite in `f32`.
     #[error("`{field}[{index}]` is {value}: scale rewards, which may be at most 1e20 in magnitude")]
     RewardTooLarge {
         /// The field.
@@ -202,8 +195,7 @@ impl<O, G, A> StepRows<'_, O, G, A> {
     }
 }
 
-/// Checks that all fields, and nothing else, are given for `rows` steps. Their numbers are not
-/// checked.
+/// Checks that the fields of the configuration, and no others, are given for `rows` steps.
 pub(crate) fn check_fields<S>(
     fields: &Fields,
     given: &[FieldRows<'_, S>],

@@ -11,10 +11,10 @@ use crate::store::buffer::HerBuffer;
 pub struct Recorded {
     /// The number of steps added to episodes.
     pub recorded_steps: usize,
-    /// The number of steps that were not added, because their environment had no episode under way
-    /// or the buffer cannot store their numbers.
+    /// The number of steps that were not added, because no episode was under way or the buffer
+    /// cannot store their numbers.
     pub skipped_steps: usize,
-    /// The number of episodes that ended with at least one step. They can now be sampled, but for
+    /// The number of episodes that ended with at least one step. They can now be sampled, except
     /// [still ones](crate::StillEpisodes) that the buffer does not keep.
     pub finished_episodes: usize,
     /// The number of unfinished episodes that were discarded, because their environment failed or
@@ -36,29 +36,28 @@ pub struct RefusedRow {
 
 impl<T: Scalar> HerBuffer<T> {
     /// Records rows of vectorized environments, in any autoreset mode: of all environments, or of
-    /// those that an asynchronous vectorization has received. After a reset of environments, pass
-    /// rows in which episodes start; after that, every batch of rows.
+    /// those that an asynchronous vectorization has received. First pass the rows of a reset, in
+    /// which episodes start, and then those of every step.
     ///
     /// Each row is recorded in this order:
-    /// 1. A step is added to the environment's episode, which it ends if it is terminated or
-    ///    truncated. Without an episode under way, because recording began in its middle or it was
-    ///    discarded, the step is skipped.
-    /// 2. A row without a step that is truncated belongs to an environment that failed: its
-    ///    unfinished episode is discarded.
+    /// 1. A step is added to the environment's episode, and ends it if it is terminated or
+    ///    truncated. If no episode is under way, because it was discarded or recording began in its
+    ///    middle, the step is skipped.
+    /// 2. A truncated row without a step means that the environment failed: its unfinished episode
+    ///    is discarded.
     /// 3. Where an episode starts, one that is still under way ends as truncated with the steps it
     ///    has, and the new one begins.
     ///
-    /// A row whose numbers the buffer cannot store does not fail the call: the environment's
-    /// episode is discarded, and its steps are skipped until the next start. Other environments are
-    /// not affected. In the steady state, nothing is allocated.
+    /// If the buffer cannot store the numbers of a row, that environment's episode is discarded,
+    /// and its steps are skipped until the next start; the call succeeds, and other environments
+    /// are not affected. In the steady state, nothing is allocated.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`], [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error
     /// of the fields; then nothing has changed.
     ///
     /// # Example
-    /// Two environments, of which the first one ends its episode and starts another within the same
-    /// step.
+    /// The first of two environments ends its episode and starts another in the same step.
     /// ```
     /// use her_relabel::{BufferConfig, Dims, HerBuffer, StepRows};
     ///

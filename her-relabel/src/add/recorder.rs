@@ -32,8 +32,8 @@ impl<T: Scalar> Unfinished<T> {
         self.push_state(layout, step.next_observation, step.next_achieved_goal);
         let steps = self.steps(layout);
         if steps >= 2 * capacity {
-            // An endless episode must not take endless memory. Half of it is dropped at a time, so
-            // that a step moves a constant number of rows on average.
+            // Bounds the memory of an endless episode. Half of it is dropped at a time, so that a
+            // step moves a constant number of rows on average.
             self.rows.drain(..(steps - capacity) * layout.row());
         }
     }

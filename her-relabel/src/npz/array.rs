@@ -190,9 +190,7 @@ pub enum NpzError {
     )]
     Archive(#[from] io::Error),
     /// An array is missing.
-    #[error(
-        "the archive has no array `{array}`: write all arrays that HerBuffer::export_npz lists"
-    )]
+    #[error("there is no array `{array}`: write all arrays that HerBuffer::export_npz lists")]
     Missing {
         /// The array.
         array: String,

@@ -18,12 +18,10 @@ use crate::store::config::Dims;
 impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number.
     /// The archive has the form that [`export_npz`](Self::export_npz) writes, compressed or not,
-    /// with all fields of this buffer. Other arrays in it are ignored. Of
-    /// [still episodes](crate::StillEpisodes) the buffer may keep only a share, but all are
-    /// counted.
+    /// with all fields of this buffer. Other arrays are ignored. Episodes that the buffer leaves
+    /// out as [still](crate::StillEpisodes) are counted, too.
     ///
-    /// The file is read as it is when it is opened, also if another one replaces it meanwhile. An
-    /// import takes no more memory than the file and this buffer's capacity, whatever sizes the
+    /// An import takes no more memory than the file and this buffer's capacity, whatever sizes the
     /// archive claims.
     ///
     /// # Errors

@@ -11,14 +11,13 @@ use crate::store::transition_id::TransitionId;
 /// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for
 /// a network.
 ///
-/// Make a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again,
-/// which reuses its memory. A batch owns its numbers: nothing in it refers to the buffer. `T` is
-/// the type of the network, `f32` or `f64`, and need not be that of the buffer: an `f32` batch of
-/// an `f64` buffer has the nearest `f32` numbers (infinite beyond its range, where rewards never
-/// are), and its rewards are computed from the buffer's own numbers.
+/// Create a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again,
+/// which reuses its memory. `T` is the type of the network, `f32` or `f64`, and need not be that of
+/// the buffer: an `f32` batch of an `f64` buffer has the nearest `f32` numbers (infinite beyond its
+/// range, except rewards), and its rewards are computed from the buffer's own numbers.
 ///
-/// A tensor library that takes vectors can have the columns without a copy: see
-/// [`take_columns`](Self::take_columns). To draw into memory of your own, see
+/// To pass columns to a tensor library that takes vectors, without a copy, see
+/// [`take_columns`](Self::take_columns). To draw into your own memory, see
 /// [`Sampler::sample_into`](crate::Sampler::sample_into).
 #[derive(Clone, Debug, Default)]
 pub struct Batch<T> {
@@ -187,15 +186,14 @@ impl<T: Scalar> Batch<T> {
         self.len
     }
 
-    /// Returns whether there are no rows because nothing has been sampled yet.
+    /// Whether there are no rows, because nothing has been sampled yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Takes all columns out, to pass them on without a copy. The batch then has no columns until
-    /// the next draw, for which it allocates them again unless they are
-    /// [given back](Self::give_back). Its fields and its length stay.
+    /// Takes all columns out, to pass them on without a copy. The next draw allocates columns again
+    /// unless these are [given back](Self::give_back). The fields and the length stay.
     ///
     /// # Example
     /// ```
@@ -212,7 +210,7 @@ impl<T: Scalar> Batch<T> {
         std::mem::take(&mut self.columns)
     }
 
-    /// Returns columns, all or some, so that the next draw reuses their memory. This empties the
+    /// Gives columns back, all or some, so that the next draw reuses their memory. This empties the
     /// batch.
     pub fn give_back(&mut self, columns: Columns<T>) {
         self.columns = columns;
@@ -224,8 +222,8 @@ impl<T: Scalar> Batch<T> {
         self.columns.goal_source.iter().map(Option::is_some)
     }
 
-    /// Returns a field of the buffer's configuration, `len * field.len` elements; of a window of
-    /// several steps, that of the first step.
+    /// Returns a field of the buffer's configuration, `len * field.len` elements. A window of
+    /// several steps has the field of its first step.
     ///
     /// # Errors
     /// [`UnknownField`] if the sampled buffer has no such field.

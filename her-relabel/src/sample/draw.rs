@@ -31,15 +31,14 @@ impl<T> Drop for ClearOnDrop<'_, T> {
 }
 
 impl Sampler {
-    /// Draws a batch into `batch`, with random numbers from `source`: a `u64` seed, or `&mut` a
-    /// generator, of which one word is used. The same seed gives the same batch, whatever was drawn
-    /// before.
+    /// Draws a batch into `batch`, with random numbers from `source`: a `u64` seed, or a `&mut`
+    /// generator, of which one word is used. The same seed always gives the same batch of a buffer.
     ///
-    /// The batch may have another element type than the buffer.
+    /// The element type of the batch need not be that of the buffer.
     ///
-    /// `reward` is called once, with the relabeled rows only, and not at all if there are none.
-    /// Rewards are computed in `f64`, from the buffer's own numbers. If it panics, the buffer is
-    /// unharmed and the batch is empty.
+    /// `reward` is called once, with the relabeled rows, and not at all if there are none. Rewards
+    /// are computed in `f64`, from the buffer's own numbers. If `reward` panics, the batch is
+    /// empty.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty.
@@ -54,9 +53,9 @@ impl Sampler {
         self.sample_into(buffer, reward, source, batch, normalizers, columns)
     }
 
-    /// Draws a batch as [`sample`](Self::sample) does, but writes the columns for which `columns`
-    /// has memory there: into tensors or pinned memory, for example. The other columns go to
-    /// `batch`. Observations and goals are normalized by `normalizers`.
+    /// Draws a batch as [`sample`](Self::sample) does, but writes columns to the memory that
+    /// `columns` has for them, such as tensors or pinned memory, and the others to `batch`.
+    /// Observations and goals are normalized by `normalizers`.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty, and the contents of `columns` are unspecified.

@@ -81,11 +81,11 @@ impl<'a, S: Scalar> Task<'a, S> {
     /// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored
     /// rewards. The relabeled rows and their pairs of goals go to the front of their scratch memory.
     ///
-    /// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn; its
-    /// episode's record is looked up; its goal is drawn; it is copied. Each stage prefetches the memory
-    /// that the next one reads. The stages take turns row by row, because a processor has only a few
-    /// memory requests under way at a time, and would idle if many rows were planned at once. For the
-    /// same reason, the state after the window is prefetched one row later than the rest.
+    /// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn;
+    /// its episode's record is looked up; its goal is drawn; it is copied. Each stage prefetches
+    /// the memory that the next one reads. The stages take turns row by row, because a processor
+    /// has only a few memory requests in flight, and would idle if many rows were planned at once.
+    /// For the same reason, the state after the window is prefetched one row later than the rest.
     // Not inlined, so that the code around the loop takes none of its registers.
     #[inline(never)]
     fn gather<T: Scalar>(

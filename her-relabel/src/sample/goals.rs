@@ -1,4 +1,4 @@
-//! Where hindsight goals come from: strategies and mixtures of them.
+//! The strategies that choose hindsight goals, and mixtures of them.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -218,7 +218,7 @@ impl From<GoalMixture> for Vec<GoalPart> {
     }
 }
 
-/// Error returned for strategies and weights that do not make a mixture.
+/// Error returned for an invalid mixture.
 #[derive(Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MixtureError {

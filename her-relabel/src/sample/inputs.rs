@@ -1,4 +1,4 @@
-//! What networks see of the drawn rows: the goal behind observations, and the normalizers.
+//! The inputs of networks: the goal behind each observation, and the normalizers.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +11,8 @@ use crate::normalizer::Normalizer;
 pub enum JoinedGoal {
     /// The goal to pursue.
     Desired,
-    /// The goal to pursue minus the goal achieved in the state of the observation: what is still
-    /// missing. It is computed in `f64`, from the buffer's own numbers.
+    /// The goal to pursue minus the goal achieved in the state of the observation, computed in
+    /// `f64` from the buffer's own numbers.
     Relative,
 }
 
@@ -20,8 +20,8 @@ pub enum JoinedGoal {
 /// has an example.
 /// Parts without a normalizer are written as they are stored, and [`Default`] has none at all.
 ///
-/// The numbers are those of [`Normalizer::normalize_into`], bit for bit, but no second pass over
-/// the batch is needed. Rewards and success are computed from the stored goals.
+/// The numbers are those of [`Normalizer::normalize_into`], bit for bit, without a second pass over
+/// the batch. Rewards and success are computed from the stored goals.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Normalizers<'a> {
     /// Of observations, before and after the step.

@@ -58,7 +58,7 @@ fn terminate<S: Scalar, T: Scalar>(
     keeps_stored: bool,
 ) {
     let Storage { layout, tape, episodes, .. } = storage;
-    // Apart from the other memory, which is changed while the goals are read.
+    // Taken out, because the rows change while the goals are read.
     let desired_pairs = std::mem::take(&mut rows.scratch.desired_pairs);
     let goal_dim = layout.dims().goal;
     let mut first = 0;

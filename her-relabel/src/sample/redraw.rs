@@ -1,4 +1,4 @@
-//! Drawing again the rows whose goal was achieved already before the step.
+//! Drawing rows again whose goal was already achieved before the step.
 
 use goal_reward::{GoalPairs, GoalReward};
 
@@ -14,7 +14,7 @@ use crate::store::storage::Storage;
 /// The number of rows whose memory is requested at a time.
 const AHEAD: usize = 16;
 
-/// Memory for drawing again. Only the attempts have a meaning after it.
+/// Memory for drawing again, of which only the attempts are read afterwards.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Redraws {
     /// The draw, from 0, that each row is taken from.

@@ -11,15 +11,16 @@ use crate::sample::inputs::JoinedGoal;
 use crate::sample::termination::Termination;
 use crate::unit_interval::UnitInterval;
 
-/// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting
-/// for one call, use another sampler, such as `sampler.with_ratio(UnitInterval::ZERO)`.
+/// Settings of the batches that [`sample`](Self::sample) draws. To change one for a single call,
+/// derive a sampler, such as `sampler.with_ratio(UnitInterval::ZERO)`.
 ///
-/// Each row is drawn independently: first a live transition, uniformly (or by its priority) and
+/// Each row is drawn independently: first a stored transition, uniformly (or by its priority) and
 /// with replacement; then, with the probability of the ratio, a new goal by the strategy. A
 /// relabeled row gets the new goal and the reward `f(next_achieved_goal, new_goal)`. Everything
-/// else in it, and all other rows, are as they were stored, unless a setting says otherwise.
+/// else is as stored, unless a setting says otherwise.
 ///
-/// The time of a draw is proportional to the batch and does not depend on how much is stored.
+/// The time of a draw is proportional to the size of the batch and does not depend on how much is
+/// stored.
 ///
 /// # Example
 /// ```
@@ -155,8 +156,8 @@ impl Sampler {
     /// Sets windows of several steps. The default is `None`: rows of one step.
     ///
     /// A row's window begins with its transition and ends with the episode at the latest. It has
-    /// one goal, for which all of its rewards are computed if the row is relabeled; a future goal
-    /// is one of the states after the first step. [`Batch::reward`](crate::Batch::reward) is the
+    /// one goal, for which all its rewards are computed if the row is relabeled; a future goal is
+    /// one of the states after the first step. [`Batch::reward`](crate::Batch::reward) is the
     /// discounted sum of the rewards, the next observation and the flags belong to the last step,
     /// and [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the
     /// task ended. If [termination](Self::with_termination) is recomputed, a window ends with the
@@ -169,8 +170,8 @@ impl Sampler {
 
     /// Sets the discount per step, so that batches have
     /// [`Batch::discount`](crate::Batch::discount): the factor of the next value in a learner's
-    /// target, which is 0 where the task ended. With 1 it is the flag "not terminated" as a number.
-    /// There is none by default, because not every learner needs it.
+    /// target, which is 0 where the task ended. There is none by default, because not every learner
+    /// needs it.
     ///
     /// This is the discount of [`with_n_step`](Self::with_n_step): windows keep their number of
     /// steps, and without windows, rows have one step.
@@ -279,7 +280,7 @@ pub enum SampleError {
     /// Every priority is 0.
     #[error("all priorities are 0, so that none can be drawn: set a positive one")]
     ZeroPriorities,
-    /// The rows of the batch, or the steps of their windows, take more memory than there is.
+    /// There is not enough memory for the rows of the batch or the steps of their windows.
     #[error("there is no memory for a batch of this size: reduce `batch_size` or `n_step`")]
     TooLarge,
     /// A caller-provided buffer for a column has the wrong length.
@@ -309,8 +310,8 @@ pub enum SampleError {
     /// The reward function rejected the goals of the batch.
     #[error("the reward function failed on the relabeled goals: {0}")]
     Reward(#[from] GoalError),
-    /// The reward function returned NaN, infinity, or a number that is not finite in the batch's
-    /// type; or the sum of a window of its rewards is no such number.
+    /// The reward function returned a number that is not finite in the batch's type, or the sum of
+    /// a window of its rewards is not.
     #[error(
         "the reward of row {row} is {reward}, which the batch's type cannot hold as a finite \
          number: check the reward function"

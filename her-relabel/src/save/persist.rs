@@ -52,24 +52,23 @@ impl<T: Scalar> HerBuffer<T> {
     /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives
     /// the same batches as this one, seed by seed.
     ///
-    /// The file appears whole or not at all, so that a crash or a full disk leaves a previous file
-    /// as it was. A previous file's permissions stay, and a symbolic link is followed. No other
-    /// file is changed or removed.
+    /// The file appears whole or not at all: a crash or a full disk leaves a previous file as it
+    /// was. A previous file's permissions stay, and a symbolic link is followed. No other file is
+    /// changed or removed.
     ///
     /// Only a process that is killed can leave a file behind: `.NAME.xxxxxx` with six letters or
     /// digits, which you may remove. On a file system with unnamed files (`O_TMPFILE`: ext4, XFS,
-    /// Btrfs and tmpfs have them), this happens only if the kill comes between naming the new file
-    /// and renaming it.
+    /// Btrfs, tmpfs), this can happen only between naming the new file and renaming it.
     ///
     /// # Errors
-    /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] for a path that is no regular
-    /// file, such as a directory or a device.
+    /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] if the path is a directory, a
+    /// device or the like.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
         replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
     }
 
     /// Loads a buffer that [`save`](Self::save) saved. Memory is allocated only as contents are
-    /// read, so that no file can claim much more than its own size.
+    /// read, so no file can claim much more than its own size.
     ///
     /// # Errors
     /// [`LoadError`].

@@ -136,7 +136,7 @@ impl BufferConfig {
     }
 }
 
-/// Error returned for settings that no buffer can have.
+/// Error returned for invalid settings.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
@@ -167,11 +167,9 @@ pub enum ConfigError {
         /// The distance.
         distance: f64,
     },
-    /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed, or there
-    /// is no memory for so many environments.
-    #[error(
-        "there is no memory for a buffer of these sizes: reduce `capacity`, `dims` or `num_envs`"
-    )]
+    /// The rows of `capacity` transitions cannot be addressed, or there is no memory for so many
+    /// environments.
+    #[error("there is no memory for these sizes: reduce `capacity`, `dims` or `num_envs`")]
     TooLarge,
 }
 debug_as_display!(ConfigError);

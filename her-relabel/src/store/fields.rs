@@ -19,7 +19,7 @@ pub struct Field {
     pub len: usize,
 }
 
-/// Error returned for a field that the configuration does not name.
+/// Error returned for a field that is not in the configuration.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error(
     "there is no field `{name}` among [{}]: declare it with `BufferConfig::with_field`",

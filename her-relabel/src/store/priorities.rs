@@ -35,7 +35,7 @@ impl Priorities {
     }
 }
 
-/// The unit that has a priority of its own.
+/// The unit that has a priority.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PriorityUnit {
@@ -84,9 +84,7 @@ pub enum PriorityError {
         priority: f64,
     },
     /// A transition was never stored in this buffer.
-    #[error(
-        "transition {number} was never stored here: pass transitions of a batch from this buffer"
-    )]
+    #[error("transition {number} was never stored here: pass those of a batch from this buffer")]
     UnknownTransition {
         /// The number of the transition.
         number: u64,

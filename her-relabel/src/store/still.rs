@@ -4,17 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::unit_interval::UnitInterval;
 
-/// Settings that keep only a share of the still episodes: those in which the achieved goal stays
-/// within a distance of the first one.
+/// Settings that keep only a share of the still episodes, in which the achieved goal stays within a
+/// distance of the first one.
 ///
 /// In tasks that move an object, most episodes of an untrained agent do not touch it. Every goal
 /// achieved in such an episode is the same, so hindsight teaches nothing. Dropping most of them is
 /// a bias: the buffer then overrates episodes that move something.
 ///
 /// An episode is judged when it ends, by the Euclidean distance and the states that the buffer
-/// would keep of it. A still episode is kept with the probability `kept`: the decision depends on
-/// the seed and on the number of episodes that ended before it, and on nothing else. A buffer that
-/// was saved and loaded therefore makes the same decisions.
+/// would keep of it. A still episode is kept with the probability `kept`. The decision depends only
+/// on the seed and on the number of episodes that ended before, so a loaded buffer decides as the
+/// saved one would.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StillEpisodes {
     max_distance: f64,
