@@ -46,13 +46,14 @@ impl FromStr for RewardKind {
 }
 
 /// Error returned for a name that is not a [`RewardKind`].
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 #[error("`{name}` is not a kind of reward: write `sparse` or `dense`")]
 #[non_exhaustive]
 pub struct ParseRewardKindError {
     /// The rejected name.
     pub name: String,
 }
+debug_as_display!(ParseRewardKindError);
 
 /// The reward of the Fetch tasks, for goals of any dimension, with `d` their
 /// [distance](goal_distance) and `t` the threshold:

@@ -23,7 +23,7 @@ impl fmt::Display for GoalRole {
 }
 
 /// Error returned for goals that have no reward.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GoalError {
     /// A goal has no element.
@@ -69,6 +69,7 @@ pub enum GoalError {
         value: f64,
     },
 }
+debug_as_display!(GoalError);
 
 /// Checks that two goals can be compared.
 ///

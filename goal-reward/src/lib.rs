@@ -69,6 +69,9 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+
 mod distance;
 mod distance_reward;
 mod error;

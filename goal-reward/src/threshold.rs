@@ -58,7 +58,7 @@ impl From<DistanceThreshold> for f64 {
 }
 
 /// Error returned for a distance that is not a valid threshold.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, PartialEq, Error)]
 #[error(
     "the distance threshold is {value}: choose a finite number from 0 up, such as Fetch's 0.05"
 )]
@@ -67,3 +67,4 @@ pub struct ThresholdError {
     /// The rejected distance.
     pub value: f64,
 }
+debug_as_display!(ThresholdError);

@@ -148,6 +148,18 @@ fn settings_survive_serde_and_bad_ones_are_rejected() {
 }
 
 #[test]
+fn errors_print_their_message_for_debugging_too() {
+    let errors: [&dyn std::error::Error; 3] = [
+        &GoalError::PartialRow { len: 4, dim: 3 },
+        &DistanceThreshold::new(-1.0).unwrap_err(),
+        &"Dense".parse::<RewardKind>().unwrap_err(),
+    ];
+    for error in errors {
+        assert_eq!(format!("{error:?}"), error.to_string());
+    }
+}
+
+#[test]
 fn kinds_are_written_and_parsed_by_one_name() {
     for kind in [RewardKind::Sparse, RewardKind::Dense] {
         assert_eq!(kind.to_string().parse(), Ok(kind));

@@ -6,8 +6,8 @@
 //! reward with the one for that goal. The crate needs no environment: it works for any task with an
 //! achieved and a desired goal, and with any [`GoalReward`](goal_reward::GoalReward).
 //!
-//! It is not a learner, and sampling is a few percent of a training step: a faster buffer does not
-//! make a training run much faster.
+//! It is not a learner. Sampling takes a few percent of a training step, so a faster buffer does
+//! not make a training run much faster.
 //!
 //! - Episodes are added [step by step](HerBuffer::add_step), as steps of
 //!   [several environments at once](HerBuffer::record), or [whole](HerBuffer::add_episode), with
@@ -16,7 +16,7 @@
 //!   [windows](Sampler::with_n_step), with goals of any [mixture](GoalMixture) of strategies.
 //! - A [batch](Batch) has the element type of the network, on request with observations and goals
 //!   [joined](Sampler::with_joined_goal) and [normalized](Normalizers), in columns that can be
-//!   [taken](Batch::take_columns) or in [memory of the caller's](Sampler::sample_into).
+//!   [taken](Batch::take_columns) or written into [your own memory](Sampler::sample_into).
 //! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished
 //!   episodes, and continues exactly where it was. The feature `npz` exchanges episodes with numpy.
 //! - On Linux, the transitions lie in huge pages if the system provides them, which makes sampling
@@ -30,12 +30,12 @@
 //! | add the steps of many environments | [`StepRows`] |
 //! | add a finished episode | [`EpisodeData`] |
 //! | draw transitions | [`Sampler`] into a [`Batch`] |
-//! | draw into memory of your own | [`Sampler::sample_into`] with [`ColumnsMut`] |
+//! | draw into your own memory | [`Sampler::sample_into`] with [`ColumnsMut`] |
 //! | choose the new goals | [`GoalStrategy`], or several in a [`GoalMixture`] |
 //! | normalize what networks see | [`Normalizer`], as [`Normalizers`] while drawing |
 //!
 //! # Features
-//! - `npz`: episodes are written to and read from archives of numpy arrays.
+//! - `npz`: writes episodes to archives of numpy arrays, and reads them. Off by default.
 //!
 //! # Example
 //! ```
@@ -70,7 +70,7 @@
 //! let mut batch = Batch::<f32>::new();
 //! let mut random = ChaCha8Rng::seed_from_u64(7);
 //! for _ in 0..3 {
-//!     // The generator draws other rows each time; a seed in its place would draw the same.
+//!     // A generator gives other rows each time; the same seed would give the same rows.
 //!     sampler.sample(&buffer, &DistanceReward::sparse(), &mut random, &mut batch)?;
 //!     // Seen in hindsight, some steps reached their goal.
 //!     assert!(batch.reward().contains(&0.0));
@@ -80,8 +80,13 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+#[macro_use]
+mod settings;
+
 mod add;
-mod getters;
+mod normalize;
 mod normalizer;
 #[cfg(feature = "npz")]
 mod npz;
@@ -95,9 +100,9 @@ mod unit_interval;
 /// Crates whose types are part of this crate's interface.
 pub use {::goal_reward, ::rand_core};
 
-pub use add::arguments::{EpisodeData, FieldRows, StartData, StepData};
+pub use add::arguments::{EpisodeData, FieldRows, StartData, StepData, StepRows};
 pub use add::check::AddError;
-pub use add::record::{Recorded, RefusedRow, StepRows};
+pub use add::record::{Recorded, RefusedRow};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
 pub use npz::array::NpzError;
@@ -117,7 +122,7 @@ pub use store::still::StillEpisodes;
 pub use store::transition_id::TransitionId;
 pub use unit_interval::{UnitInterval, UnitIntervalError};
 
-/// The README's example, run as a test.
+/// The README's examples, run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

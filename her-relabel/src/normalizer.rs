@@ -3,12 +3,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::getters::getters;
 use crate::scalar::Scalar;
 
 /// Settings of a [`Normalizer`], checked by [`Normalizer::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use]
 pub struct NormalizerConfig {
     dim: usize,
     min_std: f64,
@@ -17,46 +15,41 @@ pub struct NormalizerConfig {
 
 impl NormalizerConfig {
     /// Creates settings for vectors of `dim` elements, at least 1.
+    #[must_use]
     pub const fn new(dim: usize) -> Self {
         Self { dim, min_std: 0.01, clip: 5.0 }
     }
 
-    /// Sets the smallest standard deviation to divide by, positive and finite, so that an element
-    /// that hardly varies is not inflated. The default, 0.01, is the paper's.
-    pub const fn with_min_std(mut self, min_std: f64) -> Self {
-        self.min_std = min_std;
-        self
-    }
+    settings! {
+        /// Sets the smallest standard deviation to divide by, positive and finite, so that an
+        /// element that hardly varies is not inflated. The default, 0.01, is the paper's.
+        with_min_std(min_std: f64);
 
-    /// Sets the bound to which normalized elements are clipped, positive and finite. The default,
-    /// 5, is the paper's.
-    pub const fn with_clip(mut self, clip: f64) -> Self {
-        self.clip = clip;
-        self
-    }
+        /// Sets the bound to which normalized elements are clipped, positive and finite. The
+        /// default, 5, is the paper's.
+        with_clip(clip: f64);
 
-    getters! {
         /// Returns the number of elements of a vector.
-        dim: usize,
+        dim: usize;
         /// Returns the smallest standard deviation to divide by.
-        min_std: f64,
+        min_std: f64;
         /// Returns the bound to which normalized elements are clipped.
-        clip: f64,
+        clip: f64;
     }
 }
 
 /// The running mean and standard deviation of vectors, element by element.
 ///
-/// Learners normalize the inputs of a network: [`update`](Self::update) with observations (or
-/// goals) as they come, [`merge`](Self::merge) the normalizers of several workers, and
-/// [`normalize`](Self::normalize) batches, or [let the draw normalize](crate::Normalizers) them. A
+/// Learners normalize the inputs of a network: they [`update`](Self::update) a normalizer with
+/// observations (or goals) as they come, [`merge`](Self::merge) those of several workers, and
+/// [`normalize`](Self::normalize) batches, or [let the draw do it](crate::Normalizers). A
 /// normalized element is `(x - mean) * (1 / std)`, clipped to `[-clip, clip]`. The standard
 /// deviation is that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`.
 /// Before the first update the mean is 0 and the standard deviation 1.
 ///
 /// Sums are kept in `f64`, as distances from the mean: large means cost no digits, and a merge is
 /// as exact as one pass over all vectors. Merges in a fixed order give the same bits. A normalizer
-/// can be saved with serde, and is checked when it is loaded.
+/// loaded with serde is checked.
 ///
 /// Sources: Plappert et al., *Multi-goal reinforcement learning*, 2018, appendix A, for the use and
 /// the defaults; Chan, Golub and LeVeque, *Updating formulae and a pairwise algorithm for computing
@@ -78,14 +71,14 @@ impl NormalizerConfig {
 #[serde(try_from = "Saved")]
 pub struct Normalizer {
     count: u64,
-    mean: Vec<f64>,
+    pub(crate) mean: Vec<f64>,
     /// The sums of the squared distances from the mean.
     squares: Vec<f64>,
     /// One over the standard deviation of each element.
     #[serde(skip)]
-    factors: Vec<f64>,
+    pub(crate) factors: Vec<f64>,
     min_std: f64,
-    clip: f64,
+    pub(crate) clip: f64,
 }
 
 /// A loaded normalizer before its checks.
@@ -208,94 +201,12 @@ impl Normalizer {
         Ok(())
     }
 
-    /// Normalizes vectors in place, a row-major matrix of any number of rows.
-    ///
-    /// # Errors
-    /// [`NormalizerError::WrongLength`] or [`NormalizerError::NotFinite`]; then nothing has
-    /// changed.
-    pub fn normalize<T: Scalar>(&self, rows: &mut [T]) -> Result<(), NormalizerError> {
-        self.check(rows)?;
-        for row in rows.chunks_exact_mut(self.dim()) {
-            for ((value, mean), factor) in row.iter_mut().zip(&self.mean).zip(&self.factors) {
-                *value = T::from_f64(self.element(value.to_f64(), *mean, *factor));
-            }
-        }
-        Ok(())
-    }
-
-    /// Normalizes vectors, a row-major matrix of any number of rows, into memory of the same length
-    /// and any element type: the input of a network, for example, of which the vectors are a part.
-    ///
-    /// # Errors
-    /// [`NormalizerError::WrongLength`], [`NormalizerError::WrongTarget`] or
-    /// [`NormalizerError::NotFinite`]; then nothing has been written.
-    ///
-    /// # Example
-    /// ```
-    /// use her_relabel::{Normalizer, NormalizerConfig};
-    ///
-    /// let normalizer = Normalizer::new(NormalizerConfig::new(2))?;
-    /// let mut input = [0.0_f32; 3];
-    /// normalizer.normalize_into(&[0.5_f64, 9.0], &mut input[..2])?;
-    /// assert_eq!(input, [0.5, 5.0, 0.0]);
-    /// # Ok::<(), her_relabel::NormalizerError>(())
-    /// ```
-    pub fn normalize_into<S: Scalar, T: Scalar>(
-        &self,
-        rows: &[S],
-        target: &mut [T],
-    ) -> Result<(), NormalizerError> {
-        self.check(rows)?;
-        if rows.len() != target.len() {
-            return Err(NormalizerError::WrongTarget { len: target.len(), rows: rows.len() });
-        }
-        let dim = self.dim();
-        for (target, row) in target.chunks_exact_mut(dim).zip(rows.chunks_exact(dim)) {
-            self.put(target, row);
-        }
-        Ok(())
-    }
-
-    /// Writes a normalized vector of finite elements, of the right length, to `target`.
-    #[inline(never)]
-    pub(crate) fn put<S: Scalar, T: Scalar>(&self, target: &mut [T], row: &[S]) {
-        self.put_values(target, row.iter().map(|value| value.to_f64()));
-    }
-
-    /// Writes the normalized difference of two vectors of finite elements, of the right length, to
-    /// `target`.
-    #[inline(never)]
-    pub(crate) fn put_difference<S: Scalar, G: Scalar, T: Scalar>(
-        &self,
-        target: &mut [T],
-        row: &[G],
-        subtracted: &[S],
-    ) {
-        self.put_values(target, difference(row, subtracted));
-    }
-
-    #[inline(always)]
-    fn put_values<T: Scalar>(&self, target: &mut [T], values: impl Iterator<Item = f64>) {
-        let factors = self.mean.iter().zip(&self.factors);
-        for ((target, value), (mean, factor)) in target.iter_mut().zip(values).zip(factors) {
-            *target = T::from_f64(self.element(value, *mean, *factor));
-        }
-    }
-
-    #[inline(always)]
-    fn element(&self, value: f64, mean: f64, factor: f64) -> f64 {
-        let normalized = (value - mean) * factor;
-        // As `clamp`, without its check of the bounds.
-        let low = if normalized < -self.clip { -self.clip } else { normalized };
-        if low > self.clip { self.clip } else { low }
-    }
-
     /// Computes the factors, after every change of the sums.
     fn precompute(&mut self) {
         self.factors = self.std().map(|std| 1.0 / std).collect();
     }
 
-    fn check<T: Scalar>(&self, rows: &[T]) -> Result<(), NormalizerError> {
+    pub(crate) fn check<T: Scalar>(&self, rows: &[T]) -> Result<(), NormalizerError> {
         let (len, dim) = (rows.len(), self.dim());
         if !len.is_multiple_of(dim) {
             return Err(NormalizerError::WrongLength { len, dim });
@@ -305,15 +216,6 @@ impl Normalizer {
             None => Ok(()),
         }
     }
-}
-
-/// Returns the elements of `row` minus those of `subtracted`.
-#[inline(always)]
-pub(crate) fn difference<S: Scalar, G: Scalar>(
-    row: &[G],
-    subtracted: &[S],
-) -> impl Iterator<Item = f64> {
-    row.iter().zip(subtracted).map(|(value, subtracted)| value.to_f64() - subtracted.to_f64())
 }
 
 impl TryFrom<Saved> for Normalizer {
@@ -338,13 +240,13 @@ impl TryFrom<Saved> for Normalizer {
 }
 
 /// Error returned by a [`Normalizer`] for invalid settings or vectors.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NormalizerError {
     /// The vectors have no elements.
     #[error("vectors of length 0 have nothing to normalize: set `dim` to at least 1")]
     Empty,
-    /// There is no memory for so long vectors.
+    /// There is no memory for vectors of this length.
     #[error("there is no memory for vectors of {dim} elements: reduce `dim`")]
     NoMemory {
         /// The elements of a vector.
@@ -389,3 +291,4 @@ pub enum NormalizerError {
     #[error("the saved sums contradict each other: use an older copy, because the data is damaged")]
     Inconsistent,
 }
+debug_as_display!(NormalizerError);

@@ -69,7 +69,7 @@ impl From<UnitInterval> for f64 {
 }
 
 /// Error returned for a number outside of the unit interval.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, PartialEq, Error)]
 #[error(
     "{value} is not a number from 0 to 1: pass one (for k relabeled goals per original one, \
      `UnitInterval::from_k`)"
@@ -79,3 +79,4 @@ pub struct UnitIntervalError {
     /// The rejected number.
     pub value: f64,
 }
+debug_as_display!(UnitIntervalError);

@@ -6,9 +6,9 @@ use std::num::NonZeroUsize;
 use allocation_counter::measure;
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy, HerBuffer, JoinedGoal, NStep,
-    Normalizer, NormalizerConfig, Normalizers, Priorities, PriorityUnit, Sampler, Scalar, StepRows,
-    Termination, UnitInterval,
+    Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalMixture, GoalStrategy, HerBuffer,
+    JoinedGoal, NStep, Normalizer, NormalizerConfig, Normalizers, Priorities, PriorityUnit,
+    Sampler, Scalar, StepRows, Termination, UnitInterval,
 };
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -68,7 +68,9 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
     let plain = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
     for sampler in [
         plain,
-        plain.with_strategy(GoalStrategy::Random).with_termination(Termination::Recomputed),
+        plain
+            .with_goals(GoalMixture::only(GoalStrategy::Random))
+            .with_termination(Termination::Recomputed),
         plain.with_n_step(n_step).with_success(true),
         plain.with_priorities(UnitInterval::ONE),
         plain.with_joined_goal(JoinedGoal::Desired).with_discount(UnitInterval::ONE),

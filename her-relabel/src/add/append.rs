@@ -1,13 +1,12 @@
 //! Adding the episodes of another buffer.
 
-use crate::add::check::AddError;
+use crate::add::check::{AddError, check_len};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Appends copies of all finished episodes of another buffer, such as one that another process
-    /// has filled, in their order. If there is no room, the oldest transitions are overwritten, as
-    /// for any other episode.
+    /// has filled, in their order. The oldest transitions make room, as for any other episode.
     ///
     /// The copies get the priority of new transitions. The other buffer has already decided which
     /// [still episodes](crate::StillEpisodes) to keep, so all of its episodes are added.
@@ -29,17 +28,9 @@ impl<T: Scalar> HerBuffer<T> {
     /// ```
     pub fn append(&mut self, other: &Self) -> Result<(), AddError> {
         self.check_same_rows(other)?;
-        let (episodes, tape) = (&other.storage.episodes, &other.storage.tape);
         let mut rows = Vec::new();
-        for number in episodes.numbers() {
-            let episode = episodes.get(number);
-            // The last steps of an episode that is longer than this buffer.
-            let most = self.config.capacity() as u64;
-            let first = episode.start.max(episode.end.saturating_sub(most));
-            rows.clear();
-            for row in episode.row(first)..=episode.last_row() {
-                rows.extend_from_slice(tape.row(row));
-            }
+        for episode in other.storage.episodes.iter() {
+            other.storage.copy_episode(&episode, self.config.capacity(), &mut rows);
             self.storage.store_episode(&rows, episode.ending);
         }
         Ok(())
@@ -47,26 +38,19 @@ impl<T: Scalar> HerBuffer<T> {
 
     fn check_same_rows(&self, other: &Self) -> Result<(), AddError> {
         let (own, others) = (self.config.dims(), other.config.dims());
-        let mut lens = vec![
-            ("observation", own.observation, others.observation),
-            ("goals", own.goal, others.goal),
-            ("action", own.action, others.action),
-        ];
+        check_len("observation", others.observation, own.observation)?;
+        check_len("goals", others.goal, own.goal)?;
+        check_len("action", others.action, own.action)?;
         let (own, others) = (self.config.fields(), other.config.fields());
         for (position, field) in own.iter().enumerate() {
             match others.get(position).filter(|other| other.name == field.name) {
-                Some(other) => lens.push((&field.name, field.len, other.len)),
+                Some(other) => check_len(&field.name, other.len, field.len)?,
                 None => return Err(AddError::MissingField { name: field.name.clone() }),
             }
         }
         if let Some(unknown) = others.get(own.len()) {
             self.storage.fields.place(&unknown.name)?;
         }
-        match lens.into_iter().find(|(_, expected, actual)| expected != actual) {
-            None => Ok(()),
-            Some((field, expected, actual)) => {
-                Err(AddError::WrongLength { field: field.to_owned(), expected, actual })
-            }
-        }
+        Ok(())
     }
 }

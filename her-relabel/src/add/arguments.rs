@@ -1,67 +1,149 @@
-//! The arguments of adding: starts, steps and episodes of one environment.
+//! The arguments of adding: starts, steps and episodes of one environment, and rows of many.
+//!
+//! `O` is the type of observations, `G` that of goals, rewards and fields, and `A` that of actions:
+//! `f32` or `f64`, independent of each other and of the type that the buffer stores.
+
+use crate::store::config::Dims;
 
 /// The name of a field and its numbers: `len` of them for one step, and a row-major matrix with
 /// `len` columns for several.
-pub type FieldRows<'a, S> = (&'a str, &'a [S]);
+pub type FieldRows<'a, G> = (&'a str, &'a [G]);
 
 /// The first state of an episode, and the episode's goal.
 ///
-/// `S` is `f32` or `f64`, independent of the type that the buffer stores.
+/// The types of observations (`O`) and goals (`G`) are `f32` or `f64`, independent of each other
+/// and of the type that the buffer stores.
 #[derive(Clone, Copy, Debug)]
-pub struct StartData<'a, S> {
+pub struct StartData<'a, O, G = O> {
     /// The observation, `dims.observation` elements.
-    pub observation: &'a [S],
+    pub observation: &'a [O],
     /// The goal achieved in this state, `dims.goal` elements.
-    pub achieved_goal: &'a [S],
+    pub achieved_goal: &'a [G],
     /// The goal of the whole episode, `dims.goal` elements.
-    pub desired_goal: &'a [S],
+    pub desired_goal: &'a [G],
 }
 
 /// One step of an environment.
 ///
-/// `S` and the type `A` of the action are `f32` or `f64`, independent of the type that the buffer
-/// stores: `f32` actions beside `f64` observations need no copy.
+/// The types of observations (`O`), of goals, rewards and fields (`G`) and of actions (`A`) are
+/// `f32` or `f64`, independent of each other and of the type that the buffer stores: `f32` actions
+/// beside `f64` observations need no copy.
 #[derive(Clone, Copy, Debug)]
-pub struct StepData<'a, S, A = S> {
+pub struct StepData<'a, O, G = O, A = O> {
     /// The action taken, `dims.action` elements.
     pub action: &'a [A],
     /// The reward for the episode's own goal, at most 1e20 in magnitude.
-    pub reward: S,
+    pub reward: G,
     /// The observation after the step, `dims.observation` elements: at an episode's end its
     /// terminal observation, never the first one of the next episode.
-    pub next_observation: &'a [S],
+    pub next_observation: &'a [O],
     /// The goal achieved after the step, `dims.goal` elements.
-    pub next_achieved_goal: &'a [S],
+    pub next_achieved_goal: &'a [G],
     /// Whether the task ended here, so that there is no later reward.
     pub terminated: bool,
     /// Whether the episode was cut off here, by a time limit for example, although the task goes
     /// on.
     pub truncated: bool,
     /// The fields of the configuration, by name, in any order.
-    pub fields: &'a [FieldRows<'a, S>],
+    pub fields: &'a [FieldRows<'a, G>],
 }
 
 /// A whole episode of `T` steps and `T + 1` states, in row-major matrices.
 ///
-/// `S` and the type `A` of the actions are `f32` or `f64`, independent of the type that the buffer
-/// stores.
+/// The element types are those of [`StepData`].
 #[derive(Clone, Copy, Debug)]
-pub struct EpisodeData<'a, S, A = S> {
+pub struct EpisodeData<'a, O, G = O, A = O> {
     /// The observations of states `0..=T`, `(T + 1) * dims.observation` elements.
-    pub observation: &'a [S],
+    pub observation: &'a [O],
     /// The goals achieved in states `0..=T`, `(T + 1) * dims.goal` elements.
-    pub achieved_goal: &'a [S],
+    pub achieved_goal: &'a [G],
     /// The goal of the episode, `dims.goal` elements.
-    pub desired_goal: &'a [S],
+    pub desired_goal: &'a [G],
     /// The actions, `T * dims.action` elements.
     pub action: &'a [A],
     /// The rewards for the episode's own goal, `T` elements of at most 1e20 in magnitude. Their
     /// number determines `T`.
-    pub reward: &'a [S],
+    pub reward: &'a [G],
     /// Whether the last step ended the task.
     pub terminated: bool,
     /// Whether the episode was cut off after the last step.
     pub truncated: bool,
     /// The fields of the configuration, by name, in any order; `T * len` elements each.
-    pub fields: &'a [FieldRows<'a, S>],
+    pub fields: &'a [FieldRows<'a, G>],
+}
+
+/// Rows of vectorized environments, for [`HerBuffer::record`](crate::HerBuffer::record): row-major,
+/// `n` rows each, one row for each of the `n` environments in `env_index`.
+///
+/// A row may hold a step, the start of an episode, or both. The three autoreset modes of Gymnasium
+/// differ in when the next episode starts:
+///
+/// | mode | `started` is set |
+/// |---|---|
+/// | next step | in the row after the episode's last step; `stepped` is not set in it |
+/// | same step | in the row of the episode's last step |
+/// | disabled | in the row of the reset, which the caller asks for |
+///
+/// The columns from `action` to `terminated` and the fields are read in rows with a step, and those
+/// from `observation` to `desired_goal` in rows with a start. A column that no row needs may be
+/// empty. [`Default`] has no rows. The element types are those of [`StepData`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StepRows<'a, O, G = O, A = O> {
+    /// The environment of each row, `n` elements: in any order, none twice.
+    pub env_index: &'a [usize],
+    /// Whether the row holds a step, `n` elements. Not set for a reset, for an environment that
+    /// failed, and for one that refused its action.
+    pub stepped: &'a [bool],
+    /// Whether an episode starts in the row, by a requested or an automatic reset, `n` elements.
+    pub started: &'a [bool],
+    /// The actions taken, `n * dims.action` elements.
+    pub action: &'a [A],
+    /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude.
+    pub reward: &'a [G],
+    /// The observations after the step, `n * dims.observation` elements: at an episode's end its
+    /// terminal observation, never the first one of the next episode.
+    pub next_observation: &'a [O],
+    /// The goals achieved after the step, `n * dims.goal` elements.
+    pub next_achieved_goal: &'a [G],
+    /// Whether the task ended with the step, `n` elements.
+    pub terminated: &'a [bool],
+    /// Whether the episode was cut off after the step, `n` elements. In a row without a step,
+    /// whether the environment failed in the middle of its episode.
+    pub truncated: &'a [bool],
+    /// The first observations of episodes, `n * dims.observation` elements.
+    pub observation: &'a [O],
+    /// The goals achieved in these states, `n * dims.goal` elements.
+    pub achieved_goal: &'a [G],
+    /// The goals of the episodes that start, `n * dims.goal` elements.
+    pub desired_goal: &'a [G],
+    /// The fields of the configuration, by name, in any order; `n * len` elements each.
+    pub fields: &'a [FieldRows<'a, G>],
+}
+
+impl<'a, O, G: Copy, A> StepRows<'a, O, G, A> {
+    /// Returns the step of the row at `at`, whose fields are those of all rows.
+    pub(crate) fn step(&self, at: usize, dims: Dims) -> StepData<'a, O, G, A> {
+        StepData {
+            action: row(self.action, at, dims.action),
+            reward: self.reward[at],
+            next_observation: row(self.next_observation, at, dims.observation),
+            next_achieved_goal: row(self.next_achieved_goal, at, dims.goal),
+            terminated: self.terminated[at],
+            truncated: self.truncated[at],
+            fields: self.fields,
+        }
+    }
+
+    /// Returns the start of the row at `at`.
+    pub(crate) fn start(&self, at: usize, dims: Dims) -> StartData<'a, O, G> {
+        StartData {
+            observation: row(self.observation, at, dims.observation),
+            achieved_goal: row(self.achieved_goal, at, dims.goal),
+            desired_goal: row(self.desired_goal, at, dims.goal),
+        }
+    }
+}
+
+fn row<S>(matrix: &[S], at: usize, len: usize) -> &[S] {
+    &matrix[at * len..][..len]
 }

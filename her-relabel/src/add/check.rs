@@ -2,13 +2,14 @@
 
 use thiserror::Error;
 
-use crate::add::arguments::{EpisodeData, FieldRows};
+use crate::add::arguments::{EpisodeData, FieldRows, StartData, StepData, StepRows};
 use crate::scalar::Scalar;
+use crate::store::config::Dims;
 use crate::store::fields::{Field, Fields, UnknownField};
 use crate::store::storage::Storage;
 
-/// Error returned for what cannot be added. The buffer is unchanged.
-#[derive(Clone, Debug, PartialEq, Error)]
+/// Error returned if something cannot be added. The buffer is unchanged.
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AddError {
     /// The environment does not exist.
@@ -23,9 +24,7 @@ pub enum AddError {
         num_envs: usize,
     },
     /// Two rows of one call are of the same environment.
-    #[error(
-        "environment {env_index} has two rows: pass at most one row of each environment in a call"
-    )]
+    #[error("environment {env_index} has two rows: pass at most one row per environment")]
     RepeatedEnv {
         /// The environment.
         env_index: usize,
@@ -39,10 +38,8 @@ pub enum AddError {
         /// The environment.
         env_index: usize,
     },
-    /// A step or an end comes without an episode.
-    #[error(
-        "environment {env_index} has no episode under way: call begin_episode after every reset"
-    )]
+    /// A step is added, or an episode ended, while none is under way.
+    #[error("environment {env_index} is not in an episode: call begin_episode after every reset")]
     NoEpisode {
         /// The environment.
         env_index: usize,
@@ -54,10 +51,7 @@ pub enum AddError {
     #[error("the episode is neither terminated nor truncated: set `truncated` if it was cut off")]
     NotEnded,
     /// A vector has the wrong length.
-    #[error(
-        "`{field}` has {actual} elements instead of {expected}: check the sizes of the \
-         configuration"
-    )]
+    #[error("`{field}` has {actual} elements instead of {expected}: check the configured sizes")]
     WrongLength {
         /// The field.
         field: String,
@@ -66,7 +60,7 @@ pub enum AddError {
         /// Its length.
         actual: usize,
     },
-    /// An element is NaN or infinite, possibly only once rounded to the buffer's type.
+    /// An element is NaN or infinite, or becomes infinite when rounded to the buffer's type.
     #[error(
         "`{field}[{index}]` is {value}, which the buffer cannot store as a finite number: drop the \
          episode, or find the step that produced it"
@@ -79,7 +73,7 @@ pub enum AddError {
         /// Its value.
         value: f64,
     },
-    /// A reward is finite but so large that a sum of such rewards could be infinite in `f32`.
+    /// A reward is finite, but so large that sums of such rewards could be infinite in `f32`.
     #[error("`{field}[{index}]` is {value}: scale rewards, which may be at most 1e20 in magnitude")]
     RewardTooLarge {
         /// The field.
@@ -105,9 +99,52 @@ pub enum AddError {
         name: String,
     },
 }
+debug_as_display!(AddError);
 
-impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
-    /// Checks everything; the values as rounded to the buffer's type `T`.
+// All checks of numbers apply to the values as rounded to the buffer's type `T`.
+
+impl<O: Scalar, G: Scalar> StartData<'_, O, G> {
+    pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
+        check_len("observation", self.observation.len(), dims.observation)?;
+        check_len("achieved_goal", self.achieved_goal.len(), dims.goal)?;
+        check_len("desired_goal", self.desired_goal.len(), dims.goal)
+    }
+
+    pub(crate) fn check_numbers<T: Scalar>(&self) -> Result<(), AddError> {
+        check_finite::<T, O>("observation", self.observation)?;
+        check_finite::<T, G>("achieved_goal", self.achieved_goal)?;
+        check_finite::<T, G>("desired_goal", self.desired_goal)
+    }
+}
+
+impl<O: Scalar, G: Scalar, A: Scalar> StepData<'_, O, G, A> {
+    /// Checks the lengths of all but the fields.
+    pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
+        check_len("action", self.action.len(), dims.action)?;
+        check_len("next_observation", self.next_observation.len(), dims.observation)?;
+        check_len("next_achieved_goal", self.next_achieved_goal.len(), dims.goal)
+    }
+
+    /// Checks the numbers. Those of the fields are in their row `at`, and their lengths must have
+    /// been checked.
+    pub(crate) fn check_numbers<T: Scalar>(
+        &self,
+        fields: &Fields,
+        at: usize,
+    ) -> Result<(), AddError> {
+        check_finite::<T, A>("action", self.action)?;
+        check_rewards("reward", &[self.reward])?;
+        check_finite::<T, O>("next_observation", self.next_observation)?;
+        check_finite::<T, G>("next_achieved_goal", self.next_achieved_goal)?;
+        self.fields.iter().try_for_each(|(name, values)| {
+            let len = fields.place(name)?.len();
+            check_finite::<T, G>(name, &values[at * len..][..len])
+        })
+    }
+}
+
+impl<O: Scalar, G: Scalar, A: Scalar> EpisodeData<'_, O, G, A> {
+    /// Checks everything.
     pub(crate) fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<(), AddError> {
         let dims = storage.layout.dims();
         let steps = self.reward.len();
@@ -118,19 +155,47 @@ impl<S: Scalar, A: Scalar> EpisodeData<'_, S, A> {
             return Err(AddError::NotEnded);
         }
         let states = |len: usize| (steps + 1).saturating_mul(len);
-        check::<T, S>("observation", self.observation, states(dims.observation))?;
-        check::<T, S>("achieved_goal", self.achieved_goal, states(dims.goal))?;
-        check::<T, S>("desired_goal", self.desired_goal, dims.goal)?;
+        check::<T, O>("observation", self.observation, states(dims.observation))?;
+        check::<T, G>("achieved_goal", self.achieved_goal, states(dims.goal))?;
+        check::<T, G>("desired_goal", self.desired_goal, dims.goal)?;
         check::<T, A>("action", self.action, steps.saturating_mul(dims.action))?;
-        check_len("reward", self.reward.len(), steps)?;
         check_rewards("reward", self.reward)?;
         check_fields(&storage.fields, self.fields, steps)?;
-        self.fields.iter().try_for_each(|(name, values)| check_finite::<T, S>(name, values))
+        self.fields.iter().try_for_each(|(name, values)| check_finite::<T, G>(name, values))
     }
 }
 
-/// Checks that all fields, and nothing else, are given for `rows` steps. Their numbers are not
-/// checked.
+impl<O, G, A> StepRows<'_, O, G, A> {
+    /// Checks the lengths of all but the fields.
+    pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
+        let n = self.env_index.len();
+        check_len("stepped", self.stepped.len(), n)?;
+        check_len("started", self.started.len(), n)?;
+        check_len("truncated", self.truncated.len(), n)?;
+        let check = |any_reads: bool, columns: &[(&str, usize, usize)]| {
+            columns.iter().try_for_each(|&(name, len, width)| {
+                let may_be_empty = !any_reads && len == 0;
+                if may_be_empty { Ok(()) } else { check_len(name, len, n.saturating_mul(width)) }
+            })
+        };
+        let steps = [
+            ("action", self.action.len(), dims.action),
+            ("reward", self.reward.len(), 1),
+            ("next_observation", self.next_observation.len(), dims.observation),
+            ("next_achieved_goal", self.next_achieved_goal.len(), dims.goal),
+            ("terminated", self.terminated.len(), 1),
+        ];
+        let starts = [
+            ("observation", self.observation.len(), dims.observation),
+            ("achieved_goal", self.achieved_goal.len(), dims.goal),
+            ("desired_goal", self.desired_goal.len(), dims.goal),
+        ];
+        check(self.stepped.contains(&true), &steps)?;
+        check(self.started.contains(&true), &starts)
+    }
+}
+
+/// Checks that the fields of the configuration, and no others, are given for `rows` steps.
 pub(crate) fn check_fields<S>(
     fields: &Fields,
     given: &[FieldRows<'_, S>],
@@ -156,11 +221,8 @@ fn check<T: Scalar, S: Scalar>(field: &str, values: &[S], expected: usize) -> Re
     check_finite::<T, S>(field, values)
 }
 
-/// Checks that each element is finite, also once rounded to the buffer's type `T`.
-pub(crate) fn check_finite<T: Scalar, S: Scalar>(
-    field: &str,
-    values: &[S],
-) -> Result<(), AddError> {
+/// Checks that each element is finite.
+fn check_finite<T: Scalar, S: Scalar>(field: &str, values: &[S]) -> Result<(), AddError> {
     let is_bad = |value: &S| !T::from_f64(value.to_f64()).to_f64().is_finite();
     // Without an early exit, the loop compiles to vector instructions.
     if values.iter().fold(false, |bad, value| bad | is_bad(value)) {
@@ -181,7 +243,7 @@ pub(crate) fn is_reward(reward: f64) -> bool {
 }
 
 /// Checks that each reward can be stored.
-pub(crate) fn check_rewards<S: Scalar>(field: &str, rewards: &[S]) -> Result<(), AddError> {
+fn check_rewards<S: Scalar>(field: &str, rewards: &[S]) -> Result<(), AddError> {
     let Some(index) = rewards.iter().position(|reward| !is_reward(reward.to_f64())) else {
         return Ok(());
     };

@@ -5,5 +5,4 @@ pub(crate) mod arguments;
 pub(crate) mod check;
 pub(crate) mod record;
 pub(crate) mod recorder;
-pub(crate) mod row;
 pub(crate) mod steps;

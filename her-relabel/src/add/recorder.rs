@@ -1,7 +1,6 @@
 //! Recording an episode as rows.
 
-use crate::add::arguments::{EpisodeData, FieldRows};
-use crate::add::row::{StartRow, StepRow};
+use crate::add::arguments::{EpisodeData, FieldRows, StartData, StepData};
 use crate::scalar::Scalar;
 use crate::store::layout::Layout;
 use crate::store::storage::{Storage, Unfinished};
@@ -11,7 +10,7 @@ impl<T: Scalar> Unfinished<T> {
     pub(crate) fn begin<O: Scalar, G: Scalar>(
         &mut self,
         layout: &Layout,
-        start: &StartRow<'_, O, G>,
+        start: &StartData<'_, O, G>,
     ) {
         self.rows.clear();
         self.push_state(layout, start.observation, start.achieved_goal);
@@ -19,30 +18,31 @@ impl<T: Scalar> Unfinished<T> {
         fill(&mut self.desired_goal, start.desired_goal);
     }
 
-    /// Adds a checked step.
+    /// Adds a checked step, whose fields are in their row `at`.
     pub(crate) fn step<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
         storage: &Storage<T>,
-        step: &StepRow<'_, O, G, A>,
+        step: &StepData<'_, O, G, A>,
+        at: usize,
     ) {
         let Storage { ref layout, capacity, .. } = *storage;
         self.set_action(layout, step.action, step.reward);
         let last = self.rows.len() - layout.row();
-        set_fields(storage, &mut self.rows[last..], step.fields, step.at);
+        set_fields(storage, &mut self.rows[last..], step.fields, at);
         self.push_state(layout, step.next_observation, step.next_achieved_goal);
         let steps = self.steps(layout);
         if steps >= 2 * capacity {
-            // An endless episode must not take endless memory. Half of it is dropped at a time, so
-            // that a step moves a constant number of rows on average.
+            // Bounds the memory of an endless episode. Half of it is dropped at a time, so that a
+            // step moves a constant number of rows on average.
             self.rows.drain(..(steps - capacity) * layout.row());
         }
     }
 
     /// Records a checked episode from beginning to end.
-    pub(crate) fn record<S: Scalar, A: Scalar>(
+    pub(crate) fn record<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
         storage: &Storage<T>,
-        episode: &EpisodeData<'_, S, A>,
+        episode: &EpisodeData<'_, O, G, A>,
     ) {
         let layout = &storage.layout;
         let dims = layout.dims();
@@ -55,7 +55,7 @@ impl<T: Scalar> Unfinished<T> {
         let mut states = states.skip(skipped);
         if let Some((observation, achieved_goal)) = states.next() {
             let desired_goal = episode.desired_goal;
-            self.begin(layout, &StartRow { observation, achieved_goal, desired_goal });
+            self.begin(layout, &StartData { observation, achieved_goal, desired_goal });
         }
         for ((action, reward), (observation, achieved_goal)) in steps.skip(skipped).zip(states) {
             self.set_action(layout, action, *reward);

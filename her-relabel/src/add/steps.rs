@@ -2,7 +2,6 @@
 
 use crate::add::arguments::{EpisodeData, StartData, StepData};
 use crate::add::check::{AddError, check_fields};
-use crate::add::row::StepRow;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::episodes::Ending;
@@ -25,18 +24,17 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`AddError::UnknownEnv`], [`AddError::EpisodeUnderWay`], or another [`AddError`] for an
     /// invalid state.
-    pub fn begin_episode<S: Scalar>(
+    pub fn begin_episode<O: Scalar, G: Scalar>(
         &mut self,
         env_index: usize,
-        start: &StartData<'_, S>,
+        start: &StartData<'_, O, G>,
     ) -> Result<(), AddError> {
         if self.is_under_way(env_index)? {
             return Err(AddError::EpisodeUnderWay { env_index });
         }
-        let start = start.row();
         start.check_lens(self.config.dims())?;
         start.check_numbers::<T>()?;
-        self.unfinished[env_index].begin(&self.storage.layout, &start);
+        self.unfinished[env_index].begin(&self.storage.layout, start);
         Ok(())
     }
 
@@ -46,17 +44,16 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or another [`AddError`] for an invalid
     /// step.
-    pub fn add_step<S: Scalar, A: Scalar>(
+    pub fn add_step<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
         env_index: usize,
-        step: &StepData<'_, S, A>,
+        step: &StepData<'_, O, G, A>,
     ) -> Result<(), AddError> {
         self.check_under_way(env_index)?;
-        let step = step.row();
         step.check_lens(self.config.dims())?;
         check_fields(&self.storage.fields, step.fields, 1)?;
-        step.check_numbers::<T>(&self.storage.fields)?;
-        self.push_step(env_index, &step);
+        step.check_numbers::<T>(&self.storage.fields, 0)?;
+        self.push_step(env_index, step, 0);
         Ok(())
     }
 
@@ -86,9 +83,9 @@ impl<T: Scalar> HerBuffer<T> {
     ///
     /// # Errors
     /// [`AddError`] if the episode is invalid.
-    pub fn add_episode<S: Scalar, A: Scalar>(
+    pub fn add_episode<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
-        episode: &EpisodeData<'_, S, A>,
+        episode: &EpisodeData<'_, O, G, A>,
     ) -> Result<(), AddError> {
         episode.check(&self.storage)?;
         self.whole.record(&self.storage, episode);
@@ -109,14 +106,16 @@ impl<T: Scalar> HerBuffer<T> {
         if self.is_under_way(env_index)? { Ok(()) } else { Err(AddError::NoEpisode { env_index }) }
     }
 
-    /// Adds a checked step to the unfinished episode. Returns whether the step ends it.
+    /// Adds a checked step, whose fields are in their row `at`, to the unfinished episode. Returns
+    /// whether the step ends it.
     pub(crate) fn push_step<O: Scalar, G: Scalar, A: Scalar>(
         &mut self,
         env_index: usize,
-        step: &StepRow<'_, O, G, A>,
+        step: &StepData<'_, O, G, A>,
+        at: usize,
     ) -> bool {
-        self.unfinished[env_index].step(&self.storage, step);
-        let StepRow { terminated, truncated, .. } = *step;
+        self.unfinished[env_index].step(&self.storage, step, at);
+        let StepData { terminated, truncated, .. } = *step;
         let ends = terminated || truncated;
         if ends {
             self.store(env_index, Ending { terminated, truncated });

@@ -31,6 +31,35 @@ const MAX_HEADER: usize = 1024;
 /// The largest number of digits in a header, so that no product of its numbers overflows.
 const MAX_DIGITS: usize = 19;
 
+/// The number of bytes of an element, and their decoder.
+type Encoding<E> = (usize, fn(&[u8]) -> E);
+
+/// The types that an array may have: in words, and each with its name in numpy's notation.
+pub(crate) struct Types<E: 'static>(&'static str, &'static [(&'static str, Encoding<E>)]);
+
+pub(crate) const FLOATS: Types<f64> = Types(
+    "float32 or float64, little-endian",
+    &[
+        ("'<f4'", (4, |bytes| f32::from_bits(word(bytes) as u32).into())),
+        ("'<f8'", (8, |bytes| f64::from_bits(word(bytes)))),
+    ],
+);
+// Negative numbers become larger than any count.
+pub(crate) const COUNTS: Types<u64> = Types(
+    "int64, uint64 or int32, little-endian",
+    &[
+        ("'<i8'", (8, word)),
+        ("'<u8'", (8, word)),
+        ("'<i4'", (4, |bytes| i64::from(word(bytes) as i32) as u64)),
+    ],
+);
+pub(crate) const FLAGS: Types<bool> = Types("bool", &[("'|b1'", (1, |bytes| word(bytes) != 0))]);
+
+/// Returns up to eight bytes as a number.
+fn word(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
+}
+
 /// An array that is read from its first row to its last.
 pub(crate) struct Array<'a, E> {
     name: String,
@@ -42,61 +71,13 @@ pub(crate) struct Array<'a, E> {
     row: Vec<u8>,
 }
 
-/// The number of bytes of an element, and their decoder.
-type Encoding<E> = (usize, fn(&[u8]) -> E);
-
-/// An element that can be read from arrays.
-pub(crate) trait Element: Sized {
-    /// The accepted types, in words.
-    const TYPES: &'static str;
-
-    /// Returns the encoding of a type in numpy's notation, if it is accepted.
-    fn encoding(dtype: &str) -> Option<Encoding<Self>>;
-}
-
-impl Element for f64 {
-    const TYPES: &'static str = "float32 or float64, little-endian";
-
-    fn encoding(dtype: &str) -> Option<Encoding<Self>> {
-        match dtype {
-            "'<f4'" => Some((4, |bytes| f32::from_bits(word(bytes) as u32).into())),
-            "'<f8'" => Some((8, |bytes| Self::from_bits(word(bytes)))),
-            _ => None,
-        }
-    }
-}
-
-impl Element for u64 {
-    const TYPES: &'static str = "int64, uint64 or int32, little-endian";
-
-    fn encoding(dtype: &str) -> Option<Encoding<Self>> {
-        match dtype {
-            // Negative numbers become larger than any count.
-            "'<i8'" | "'<u8'" => Some((8, word)),
-            "'<i4'" => Some((4, |bytes| i64::from(word(bytes) as i32) as Self)),
-            _ => None,
-        }
-    }
-}
-
-impl Element for bool {
-    const TYPES: &'static str = "bool";
-
-    fn encoding(dtype: &str) -> Option<Encoding<Self>> {
-        (dtype == "'|b1'").then_some((1, |bytes| word(bytes) != 0))
-    }
-}
-
-/// Returns up to eight bytes as a number.
-fn word(bytes: &[u8]) -> u64 {
-    bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
-}
-
-impl<'a, E: Element> Array<'a, E> {
-    /// Opens an array whose rows have `width` elements, and checks their number if it is given.
+impl<'a, E> Array<'a, E> {
+    /// Opens an array of one of the `types` whose rows have `width` elements, and checks the number
+    /// of rows if it is given.
     pub(crate) fn open<R: Read + Seek>(
         archive: &'a mut ZipArchive<R>,
         name: &str,
+        Types(expected, types): &Types<E>,
         width: usize,
         expected_rows: Option<u64>,
     ) -> Result<Self, NpzError> {
@@ -115,12 +96,10 @@ impl<'a, E: Element> Array<'a, E> {
         if header.order() == Order::Fortran && shape.len() > 1 {
             return Err(damaged(io::Error::other("it is in Fortran order")));
         }
-        let dtype = header.dtype().descr();
-        let encoding = E::encoding(&dtype).ok_or_else(|| NpzError::Type {
-            array: name.to_owned(),
-            expected: E::TYPES,
-            actual: dtype,
-        })?;
+        let actual = header.dtype().descr();
+        let Some(&(_, encoding)) = types.iter().find(|(name, _)| *name == actual) else {
+            return Err(NpzError::Type { array: name.to_owned(), expected, actual });
+        };
         if let Some(expected) = expected_rows.filter(|expected| *expected != rows) {
             let (array, actual) = (name.to_owned(), vec![rows, width as u64]);
             return Err(NpzError::Shape { array, rows: expected, width, actual });
@@ -201,7 +180,7 @@ fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
 }
 
 /// Error returned when episodes cannot be imported. The buffer is unchanged.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum NpzError {
     /// The archive cannot be read, or the file is not an archive.
@@ -211,9 +190,7 @@ pub enum NpzError {
     )]
     Archive(#[from] io::Error),
     /// An array is missing.
-    #[error(
-        "the archive has no array `{array}`: write all arrays that HerBuffer::export_npz lists"
-    )]
+    #[error("there is no array `{array}`: write all arrays that HerBuffer::export_npz lists")]
     Missing {
         /// The array.
         array: String,
@@ -270,3 +247,4 @@ pub enum NpzError {
         source: AddError,
     },
 }
+debug_as_display!(NpzError);

@@ -1,6 +1,7 @@
 //! Exporting episodes to numpy.
 
 use std::io::{self, BufWriter, Seek, Write};
+use std::ops::Range;
 use std::path::Path;
 
 use npyz::{DType, WriteOptions, WriterBuilder};
@@ -15,6 +16,7 @@ use crate::npz::quiet::Quiet;
 use crate::save::replace::replace;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
+use crate::store::config::Dims;
 use crate::store::episodes::Episode;
 use crate::store::storage::Storage;
 
@@ -54,12 +56,9 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// Errors of the writer.
     pub fn write_npz(&self, writer: impl Write + Seek) -> io::Result<()> {
-        let Storage { layout, fields, tape, .. } = &self.storage;
+        let Storage { layout, fields, .. } = &self.storage;
         let (num_episodes, num_steps) = (self.num_episodes() as u64, self.len() as u64);
-        let states = |episode: &Episode| episode.row(episode.start)..=episode.last_row();
-        let steps = |episode: &Episode| episode.row(episode.start)..episode.last_row();
         let mut archive = Archive { zip: ZipWriter::new(Quiet::new(writer)?), buffer: self };
-
         archive.array(EPISODE_LENGTHS, "<i8", &[num_episodes], |out, episode| {
             out.write_all(&(episode.end - episode.start).to_le_bytes())
         })?;
@@ -69,31 +68,23 @@ impl<T: Scalar> HerBuffer<T> {
         archive.array(TRUNCATED, "|b1", &[num_episodes], |out, episode| {
             out.write_all(&[episode.ending.truncated.into()])
         })?;
-        for (name, place) in
-            [(OBSERVATIONS, layout.observation()), (ACHIEVED_GOALS, layout.achieved_goal())]
-        {
-            let shape = [num_steps + num_episodes, place.len() as u64];
-            archive.elements(name, &shape, |out, episode| {
-                states(episode).try_for_each(|row| put(out, &tape.row(row)[place.clone()]))
-            })?;
-        }
-        let shape = [num_episodes, layout.desired_goal().len() as u64];
-        archive.elements(DESIRED_GOALS, &shape, |out, episode| {
-            put(out, &tape.row(episode.last_row())[layout.desired_goal()])
-        })?;
-        let shape = [num_steps, layout.action().len() as u64];
-        archive.elements(ACTIONS, &shape, |out, episode| {
-            steps(episode).try_for_each(|row| put(out, &tape.row(row)[layout.action()]))
-        })?;
-        archive.elements(REWARDS, &[num_steps], |out, episode| {
-            steps(episode).try_for_each(|row| put(out, &[tape.row(row)[layout.reward()]]))
-        })?;
+        let states = |episode: &Episode| episode.row(episode.start)..episode.last_row() + 1;
+        let steps = |episode: &Episode| episode.row(episode.start)..episode.last_row();
+        let last = |episode: &Episode| episode.last_row()..episode.last_row() + 1;
+        let Dims { observation, goal, action } = layout.dims();
+        let shape = |rows: u64, width: usize| [rows, width as u64];
+        let num_states = num_steps + num_episodes;
+        let observations = shape(num_states, observation);
+        archive.rows(OBSERVATIONS, &observations, states, layout.observation())?;
+        let achieved_goals = shape(num_states, goal);
+        archive.rows(ACHIEVED_GOALS, &achieved_goals, states, layout.achieved_goal())?;
+        archive.rows(DESIRED_GOALS, &shape(num_episodes, goal), last, layout.desired_goal())?;
+        archive.rows(ACTIONS, &shape(num_steps, action), steps, layout.action())?;
+        archive.rows(REWARDS, &[num_steps], steps, layout.reward()..layout.reward() + 1)?;
         for (field, place) in fields.places() {
-            let shape = [num_steps, field.len as u64];
-            archive.elements(&field_array(field), &shape, |out, episode| {
-                steps(episode)
-                    .try_for_each(|row| put(out, &tape.row(row)[layout.fields()][place.clone()]))
-            })?;
+            let start = layout.fields().start;
+            let place = start + place.start..start + place.end;
+            archive.rows(&field_array(field), &shape(num_steps, field.len), steps, place)?;
         }
         let mut written = archive.zip.finish()?;
         written.flush()?;
@@ -110,17 +101,25 @@ struct Archive<'a, T, W: Write + Seek> {
 type Out<'a, W> = BufWriter<&'a mut ZipWriter<Quiet<W>>>;
 
 impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
-    /// Writes an array of the buffer's elements, of which `write` writes those of one episode.
-    fn elements(
+    /// Writes an array of the elements at `place` in the rows that `rows` lists for each episode.
+    fn rows(
         &mut self,
         name: &str,
         shape: &[u64],
-        write: impl FnMut(&mut Out<'_, W>, &Episode) -> io::Result<()>,
+        rows: impl Fn(&Episode) -> Range<u64>,
+        place: Range<usize>,
     ) -> io::Result<()> {
         let dtype = if size_of::<T>() == size_of::<f32>() { "<f4" } else { "<f8" };
-        self.array(name, dtype, shape, write)
+        let tape = &self.buffer.storage.tape;
+        self.array(name, dtype, shape, |out, episode| {
+            let elements = rows(episode).flat_map(|row| &tape.row(row)[place.clone()]);
+            elements.copied().try_for_each(|element| {
+                out.write_all(&element.bits().to_le_bytes()[..size_of::<T>()])
+            })
+        })
     }
 
+    /// Writes an array, of which `write` writes the part of one episode.
     fn array(
         &mut self,
         name: &str,
@@ -139,18 +138,11 @@ impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
             .shape(shape)
             .writer(BufWriter::new(&mut self.zip))
             .write_header_only()?;
-        let episodes = &self.buffer.storage.episodes;
-        for number in episodes.numbers() {
-            write(&mut out, &episodes.get(number))?;
+        for episode in self.buffer.storage.episodes.iter() {
+            write(&mut out, &episode)?;
         }
         out.flush()?;
         drop(out);
         self.zip.get_ref().map_or(Ok(()), Quiet::check)
     }
-}
-
-fn put<T: Scalar>(out: &mut impl Write, elements: &[T]) -> io::Result<()> {
-    elements
-        .iter()
-        .try_for_each(|element| out.write_all(&element.bits().to_le_bytes()[..size_of::<T>()]))
 }

@@ -8,8 +8,8 @@ use zip::ZipArchive;
 
 use crate::add::arguments::{EpisodeData, FieldRows};
 use crate::npz::array::{
-    ACHIEVED_GOALS, ACTIONS, Array, DESIRED_GOALS, EPISODE_LENGTHS, NpzError, OBSERVATIONS,
-    REWARDS, TERMINATED, TRUNCATED, field_array,
+    ACHIEVED_GOALS, ACTIONS, Array, COUNTS, DESIRED_GOALS, EPISODE_LENGTHS, FLAGS, FLOATS,
+    NpzError, OBSERVATIONS, REWARDS, TERMINATED, TRUNCATED, field_array,
 };
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -18,12 +18,10 @@ use crate::store::config::Dims;
 impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number.
     /// The archive has the form that [`export_npz`](Self::export_npz) writes, compressed or not,
-    /// with all fields of this buffer. Other arrays in it are ignored. Of
-    /// [still episodes](crate::StillEpisodes) the buffer may keep only a share, but all are
-    /// counted.
+    /// with all fields of this buffer. Other arrays are ignored. Episodes that the buffer leaves
+    /// out as [still](crate::StillEpisodes) are counted, too.
     ///
-    /// The file is read as it is when it is opened, also if another one replaces it meanwhile. An
-    /// import takes no more memory than the file and this buffer's capacity, whatever sizes the
+    /// An import takes no more memory than the file and this buffer's capacity, whatever sizes the
     /// archive claims.
     ///
     /// # Errors
@@ -43,14 +41,9 @@ impl<T: Scalar> HerBuffer<T> {
         // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
         let count = read(&mut staged, bytes)?;
-        let episodes = &staged.storage.episodes;
         let mut rows = Vec::new();
-        for number in episodes.numbers() {
-            let episode = episodes.get(number);
-            rows.clear();
-            for row in episode.row(episode.start)..=episode.last_row() {
-                rows.extend_from_slice(staged.storage.tape.row(row));
-            }
+        for episode in staged.storage.episodes.iter() {
+            staged.storage.copy_episode(&episode, self.config.capacity(), &mut rows);
             self.storage.push_episode(&rows, episode.ending);
         }
         Ok(count)
@@ -64,24 +57,27 @@ fn read<T: Scalar>(buffer: &mut HerBuffer<T>, bytes: &[u8]) -> Result<u64, NpzEr
     let config = buffer.config().clone();
     let Dims { observation, goal, action } = config.dims();
     let (mut lengths, mut rewards) = (another()?, another()?);
-    let mut lengths = Array::<u64>::open(&mut lengths, EPISODE_LENGTHS, 1, None)?;
-    let mut rewards = Array::open(&mut rewards, REWARDS, 1, None)?;
+    let mut lengths = Array::open(&mut lengths, EPISODE_LENGTHS, &COUNTS, 1, None)?;
+    let mut rewards = Array::open(&mut rewards, REWARDS, &FLOATS, 1, None)?;
     let (num_episodes, num_steps) = (lengths.len(), rewards.len());
     let (episodes, steps) = (Some(num_episodes), Some(num_steps));
     let states = Some(num_episodes.saturating_add(num_steps));
     let mut archives = (another()?, another()?, another()?, another()?, another()?, another()?);
-    let mut terminated = Array::open(&mut archives.0, TERMINATED, 1, episodes)?;
-    let mut truncated = Array::open(&mut archives.1, TRUNCATED, 1, episodes)?;
-    let mut observations = Array::open(&mut archives.2, OBSERVATIONS, observation, states)?;
-    let mut achieved_goals = Array::open(&mut archives.3, ACHIEVED_GOALS, goal, states)?;
-    let mut desired_goals = Array::open(&mut archives.4, DESIRED_GOALS, goal, episodes)?;
-    let mut actions = Array::open(&mut archives.5, ACTIONS, action, steps)?;
+    let mut terminated = Array::open(&mut archives.0, TERMINATED, &FLAGS, 1, episodes)?;
+    let mut truncated = Array::open(&mut archives.1, TRUNCATED, &FLAGS, 1, episodes)?;
+    let mut observations =
+        Array::open(&mut archives.2, OBSERVATIONS, &FLOATS, observation, states)?;
+    let mut achieved_goals = Array::open(&mut archives.3, ACHIEVED_GOALS, &FLOATS, goal, states)?;
+    let mut desired_goals = Array::open(&mut archives.4, DESIRED_GOALS, &FLOATS, goal, episodes)?;
+    let mut actions = Array::open(&mut archives.5, ACTIONS, &FLOATS, action, steps)?;
     let mut field_archives =
         config.fields().iter().map(|_| another()).collect::<Result<Vec<_>, _>>()?;
     let mut fields = field_archives
         .iter_mut()
         .zip(config.fields())
-        .map(|(archive, field)| Array::open(archive, &field_array(field), field.len, steps))
+        .map(|(archive, field)| {
+            Array::open(archive, &field_array(field), &FLOATS, field.len, steps)
+        })
         .collect::<Result<Vec<_>, _>>()?;
 
     let capacity = config.capacity() as u64;

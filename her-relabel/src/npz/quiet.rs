@@ -1,13 +1,12 @@
-//! A writer for archives that fail in silence.
+//! A writer that lets an archive fail without printing.
 
 use std::cell::Cell;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// A writer that keeps its first error to itself, and from then on takes everything and writes
-/// nothing.
+/// A writer that keeps its first error, and from then on accepts everything and writes nothing.
 ///
-/// A dropped `ZipWriter` finishes its archive and prints to standard error what fails then. With
-/// this writer nothing does: the archive is finished, and [`check`](Self::check) returns the error.
+/// A dropped `ZipWriter` finishes its archive, and prints a failure to standard error. With this
+/// writer nothing fails: the archive is finished, and [`check`](Self::check) returns the error.
 pub(crate) struct Quiet<W> {
     /// `None` after an error.
     writer: Option<W>,

@@ -1,4 +1,4 @@
-//! The goal of a drawn row.
+//! What a draw reads, and the goal of a drawn row.
 
 use crate::sample::draws::{Purpose, Words};
 use crate::sample::goals::Goal;
@@ -16,23 +16,26 @@ pub(crate) struct Aim {
     pub(crate) is_relabeled: bool,
 }
 
-/// Draws the goal of `transition` in the row `row` of the batch.
-#[inline(always)]
-pub(crate) fn aim<T: Scalar>(
-    storage: &Storage<T>,
-    sampler: &Sampler,
-    words: impl Words,
-    transition: u64,
-    row: usize,
-) -> Aim {
-    let episodes = &storage.episodes;
-    let episode = episodes.of(transition);
-    let is_relabeled = unit(words.word(row, Purpose::Relabel)) < sampler.ratio().get();
-    let strategy = sampler.goals().choose(|| words.word(row, Purpose::Strategy));
-    let goals = [
-        Goal { source: transition, row: episode.last_row(), is_desired: true },
-        strategy.draw(transition, &episode, episodes, words.word(row, Purpose::Goal)),
-    ];
-    // No branch, because it would be unpredictable which rows are relabeled.
-    Aim { episode, goal: goals[usize::from(is_relabeled)], is_relabeled }
+/// What a draw reads: the stored episodes, and the settings.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Task<'a, S> {
+    pub(crate) storage: &'a Storage<S>,
+    pub(crate) sampler: &'a Sampler,
+}
+
+impl<S: Scalar> Task<'_, S> {
+    /// Draws the goal of `transition` in the row `row` of the batch.
+    #[inline(always)]
+    pub(crate) fn aim(self, words: impl Words, transition: u64, row: usize) -> Aim {
+        let (episodes, sampler) = (&self.storage.episodes, self.sampler);
+        let episode = episodes.of(transition);
+        let is_relabeled = unit(words.word(row, Purpose::Relabel)) < sampler.ratio().get();
+        let strategy = sampler.goals().choose(|| words.word(row, Purpose::Strategy));
+        let goals = [
+            Goal { source: transition, row: episode.last_row(), is_desired: true },
+            strategy.draw(transition, &episode, episodes, words.word(row, Purpose::Goal)),
+        ];
+        // No branch, because it would be unpredictable which rows are relabeled.
+        Aim { episode, goal: goals[usize::from(is_relabeled)], is_relabeled }
+    }
 }

@@ -11,16 +11,15 @@ use crate::store::transition_id::TransitionId;
 /// Sampled transitions, column by column. Each column is one contiguous row-major matrix, ready for
 /// a network.
 ///
-/// Make a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again,
-/// which reuses its memory. A batch owns its numbers: nothing in it refers to the buffer. `T` is
-/// the type of the network, `f32` or `f64`, and need not be that of the buffer: an `f32` batch of
-/// an `f64` buffer has the nearest `f32` numbers (infinite beyond its range, where rewards never
-/// are), and its rewards are computed from the buffer's own numbers.
+/// Create a batch once and pass it to [`Sampler::sample`](crate::Sampler::sample) again and again,
+/// which reuses its memory. `T` is the type of the network, `f32` or `f64`, and need not be that of
+/// the buffer: an `f32` batch of an `f64` buffer has the nearest `f32` numbers (infinite beyond its
+/// range, except rewards), and its rewards are computed from the buffer's own numbers.
 ///
-/// A tensor library that takes vectors can have the columns without a copy: see
-/// [`take_columns`](Self::take_columns). To draw into memory of your own, see
+/// To pass columns to a tensor library that takes vectors, without a copy, see
+/// [`take_columns`](Self::take_columns). To draw into your own memory, see
 /// [`Sampler::sample_into`](crate::Sampler::sample_into).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Batch<T> {
     pub(crate) columns: Columns<T>,
     /// The number of rows, which remains when the columns are taken.
@@ -33,13 +32,13 @@ pub struct Batch<T> {
     pub(crate) redraws: Redraws,
 }
 
-columns! { pub Batch {
+columns! { Batch: {
     /// The columns of a [`Batch`], owned: see [`Batch::take_columns`].
-    Columns,
+    pub struct Columns;
     /// Caller-provided buffers for columns of a [`Batch`], for
     /// [`Sampler::sample_into`](crate::Sampler::sample_into). A column without a buffer stays in
     /// the batch; [`Default`] provides none.
-    ColumnsMut,
+    pub struct ColumnsMut;
 } {
     observation: [T; observation] = T::default(),
         "observations, `len * dims.observation` elements. Empty if they are \
@@ -92,18 +91,24 @@ columns! { pub Batch {
         unless the sampler draws [by priority](crate::Sampler::with_priorities).";
 } }
 
-// Memory for drawing, without meaning between calls. The first rows of the pairs of goals are those
-// that the reward function judges.
-columns! { Scratch, ScratchRows {
-    relabeled: [Relabeled; always] = Relabeled::default();
-    achieved_pairs: [f64; goals] = 0.0;
-    desired_pairs: [f64; goals] = 0.0;
-    /// The pairs of goals whose success is judged, if the columns do not hold them as they are
-    /// stored.
-    judged_achieved: [f64; judged] = 0.0;
-    judged_desired: [f64; judged] = 0.0;
-    /// All fields, row by row.
-    field_rows: [T; fields] = T::default();
+columns! { {
+    /// Memory for drawing, without meaning between calls.
+    pub(crate) struct Scratch;
+    /// Some rows of [`Scratch`].
+    pub(crate) struct ScratchRows;
+} {
+    relabeled: [Relabeled; always] = Relabeled::default(),
+        "relabeled rows, in front.";
+    achieved_pairs: [f64; goals] = 0.0,
+        "achieved goals that the reward function judges, in front.";
+    desired_pairs: [f64; goals] = 0.0,
+        "goals for which it judges them.";
+    judged_achieved: [f64; judged] = 0.0,
+        "achieved goals whose success is judged, if no column holds them as they are stored.";
+    judged_desired: [f64; judged] = 0.0,
+        "goals for which their success is judged.";
+    field_rows: [T; fields] = T::default(),
+        "fields, row by row.";
 } }
 
 /// Memory for judging the drawn rows, without meaning between calls.
@@ -151,20 +156,6 @@ impl<T> Rows<'_, T> {
     }
 }
 
-impl<T> Default for Batch<T> {
-    fn default() -> Self {
-        Self {
-            columns: Columns::default(),
-            len: 0,
-            fields: Fields::default(),
-            field_values: Vec::new(),
-            scratch: Scratch::default(),
-            judged: Judged::default(),
-            redraws: Redraws::default(),
-        }
-    }
-}
-
 impl<T: PartialEq> PartialEq for Batch<T> {
     fn eq(&self, other: &Self) -> bool {
         let Self { columns, len, fields, field_values, .. } = self;
@@ -177,7 +168,7 @@ impl<T> Batch<T> {
     /// Removes all rows.
     pub(crate) fn clear(&mut self) {
         self.len = 0;
-        self.columns.clear();
+        self.clear_columns();
         self.field_values.clear();
     }
 }
@@ -195,52 +186,31 @@ impl<T: Scalar> Batch<T> {
         self.len
     }
 
-    /// Returns whether there are no rows because nothing has been sampled yet.
+    /// Whether there are no rows, because nothing has been sampled yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Takes all columns out, to pass them on without a copy. The batch then has no columns until
-    /// the next draw, for which it allocates them again unless they are
-    /// [given back](Self::give_back). Its fields and its length stay.
+    /// Takes all columns out, to pass them on without a copy. The next draw allocates columns again
+    /// unless these are [given back](Self::give_back). The fields and the length stay.
     ///
     /// # Example
     /// ```
-    /// use goal_reward::DistanceReward;
-    /// use her_relabel::{Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer};
-    /// use her_relabel::{JoinedGoal, Sampler, UnitInterval};
-    ///
-    /// # let dims = Dims { observation: 1, goal: 1, action: 1 };
-    /// # let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(9, dims))?;
-    /// # buffer.add_episode(&EpisodeData {
-    /// #     observation: &[10.0, 30.0],
-    /// #     achieved_goal: &[0.0, 1.0],
-    /// #     desired_goal: &[9.0],
-    /// #     action: &[1.0],
-    /// #     reward: &[-1.0],
-    /// #     terminated: false,
-    /// #     truncated: true,
-    /// #     fields: &[],
-    /// # })?;
-    /// let sampler = Sampler::new(32, GoalStrategy::Future, UnitInterval::from_k(4))
-    ///     .with_joined_goal(JoinedGoal::Desired)
-    ///     .with_discount(UnitInterval::new(0.98)?);
-    /// let mut batch = Batch::<f32>::new();
-    /// sampler.sample(&buffer, &DistanceReward::sparse(), 7, &mut batch)?;
+    /// let mut batch = her_relabel::Batch::<f32>::new();
+    /// // ... draw into the batch ...
     /// let mut columns = batch.take_columns();
     /// let input: Vec<f32> = std::mem::take(&mut columns.input);
-    /// // ... a tensor of 32 rows of 2 elements owns the input now ...
-    /// assert_eq!(input.len(), 32 * 2);
+    /// // ... a tensor owns the input now ...
+    /// # drop(input);
     /// batch.give_back(columns);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]
     pub fn take_columns(&mut self) -> Columns<T> {
         std::mem::take(&mut self.columns)
     }
 
-    /// Returns columns, all or some, so that the next draw reuses their memory. This empties the
+    /// Gives columns back, all or some, so that the next draw reuses their memory. This empties the
     /// batch.
     pub fn give_back(&mut self, columns: Columns<T>) {
         self.columns = columns;
@@ -252,8 +222,8 @@ impl<T: Scalar> Batch<T> {
         self.columns.goal_source.iter().map(Option::is_some)
     }
 
-    /// Returns a field of the buffer's configuration, `len * field.len` elements; of a window of
-    /// several steps, that of the first step.
+    /// Returns a field of the buffer's configuration, `len * field.len` elements. A window of
+    /// several steps has the field of its first step.
     ///
     /// # Errors
     /// [`UnknownField`] if the sampled buffer has no such field.

@@ -54,49 +54,62 @@ impl Widths {
     }
 }
 
-/// Defines columns by a table of `name: [element; width] = what a new row holds`, where the width
-/// names one of the [`Widths`]. With `pub`, each column also has its documentation, as a noun
-/// phrase without article, and gets an accessor of the batch.
+/// Defines columns by a table of `name: [element; width] = what a new row holds, documentation`,
+/// where the width names one of the [`Widths`], and the documentation is a noun phrase without
+/// article. With the name of a batch before the table, each column gets an accessor of the batch.
 macro_rules! columns {
-    (
-        pub $batch:ident {
-            $(#[$columns_doc:meta])* $columns:ident,
-            $(#[$rows_doc:meta])* $rows:ident $(,)?
-        } {
-            $($name:ident: [$element:ty; $width:ident] = $new:expr, $doc:expr;)*
+    ($batch:ident: { $($types:tt)* } {
+        $($name:ident: [$element:ty; $width:ident] = $new:expr, $doc:expr;)*
+    }) => {
+        columns! { { $($types)* } { $($name: [$element; $width] = $new, $doc;)* } }
+
+        impl<T: Scalar> $batch<T> {
+            $(
+                #[doc = concat!("Returns the ", $doc)]
+                #[must_use]
+                pub fn $name(&self) -> &[$element] {
+                    &self.columns.$name
+                }
+            )*
         }
-    ) => {
+
+        impl<T> $batch<T> {
+            /// Removes all rows from the columns, and keeps the memory.
+            fn clear_columns(&mut self) {
+                $(self.columns.$name.clear();)*
+            }
+        }
+    };
+
+    ({
+        $(#[$columns_doc:meta])* $vis:vis struct $columns:ident;
+        $(#[$rows_doc:meta])* $rows_vis:vis struct $rows:ident;
+    } {
+        $($name:ident: [$element:ty; $width:ident] = $new:expr, $doc:expr;)*
+    }) => {
         $(#[$columns_doc])*
-        #[derive(Clone, Debug, PartialEq)]
+        #[derive(Clone, Debug, Default, PartialEq)]
         #[non_exhaustive]
-        pub struct $columns<T> {
+        $vis struct $columns<T> {
             $(
                 #[doc = concat!("The ", $doc)]
-                pub $name: Vec<$element>,
+                $vis $name: Vec<$element>,
             )*
         }
 
         $(#[$rows_doc])*
-        #[derive(Debug)]
-        pub struct $rows<'a, T> {
+        #[derive(Debug, Default)]
+        $rows_vis struct $rows<'a, T> {
             $(
                 #[doc = concat!("The ", $doc)]
-                pub $name: &'a mut [$element],
+                $rows_vis $name: &'a mut [$element],
             )*
         }
 
-        columns! { @methods $columns, $rows { $($name: [$element; $width] = $new;)* } }
-
-        impl<T> $columns<T> {
-            /// Removes all rows, and keeps the memory.
-            pub(crate) fn clear(&mut self) {
-                $(self.$name.clear();)*
-            }
-        }
-
         impl<'a, T: Scalar> $columns<T> {
-            /// Makes room for so many rows: in `given`, for the columns for which it has memory.
-            pub(crate) fn resize_others(
+            /// Makes room for so many rows, whose contents are unspecified: in `given`, for the
+            /// columns for which it has memory.
+            pub(crate) fn resize(
                 &'a mut self,
                 rows: usize,
                 widths: &Widths,
@@ -119,61 +132,6 @@ macro_rules! columns {
                     };
                 )*
                 Ok($rows { $($name,)* })
-            }
-        }
-
-        impl<T> Default for $rows<'_, T> {
-            fn default() -> Self {
-                Self { $($name: &mut [],)* }
-            }
-        }
-
-        impl<T: Scalar> $batch<T> {
-            $(
-                #[doc = concat!("Returns the ", $doc)]
-                #[must_use]
-                pub fn $name(&self) -> &[$element] {
-                    &self.columns.$name
-                }
-            )*
-        }
-    };
-
-    ($columns:ident, $rows:ident {
-        $($(#[$doc:meta])* $name:ident: [$element:ty; $width:ident] = $new:expr;)*
-    }) => {
-        /// The memory of some columns.
-        #[derive(Clone, Debug)]
-        pub(crate) struct $columns<T> {
-            $(pub(crate) $name: Vec<$element>,)*
-        }
-
-        /// Mutable views of some consecutive rows of these columns.
-        pub(crate) struct $rows<'a, T> {
-            $(pub(crate) $name: &'a mut [$element],)*
-        }
-
-        columns! { @methods $columns, $rows { $($name: [$element; $width] = $new;)* } }
-
-        impl<T: Scalar> $columns<T> {
-            /// Makes room for so many rows, whose contents are unspecified.
-            pub(crate) fn resize(
-                &mut self,
-                rows: usize,
-                widths: &Widths,
-            ) -> Result<$rows<'_, T>, SampleError> {
-                $(resize(&mut self.$name, rows * widths.$width, $new)?;)*
-                Ok($rows { $($name: &mut self.$name,)* })
-            }
-        }
-    };
-
-    (@methods $columns:ident, $rows:ident {
-        $($name:ident: [$element:ty; $width:ident] = $new:expr;)*
-    }) => {
-        impl<T> Default for $columns<T> {
-            fn default() -> Self {
-                Self { $($name: Vec::new(),)* }
             }
         }
 

@@ -4,11 +4,12 @@ use std::any::Any;
 
 use goal_reward::GoalReward;
 
-use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows};
+use crate::sample::aim::Task;
+use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows, ScratchRows};
 use crate::sample::columns::Widths;
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
 use crate::sample::form::{AsStored, Form, Formed};
-use crate::sample::gather::{PART, gather_parts};
+use crate::sample::gather::PART;
 use crate::sample::inputs::{JoinedGoal, Normalizers};
 use crate::sample::outcome;
 use crate::sample::redraw::Redraws;
@@ -30,37 +31,31 @@ impl<T> Drop for ClearOnDrop<'_, T> {
 }
 
 impl Sampler {
-    /// Draws a batch into `batch`, with random numbers from `source`: a `u64` seed, or `&mut` a
-    /// generator, of which one word is used. The same seed gives the same batch, whatever was drawn
-    /// before.
+    /// Draws a batch into `batch`, with random numbers from `source`: a `u64` seed, or a `&mut`
+    /// generator, of which one word is used. The same seed always gives the same batch of a buffer.
     ///
-    /// The batch may have another element type than the buffer.
+    /// The element type of the batch need not be that of the buffer.
     ///
-    /// `reward` is called once, with the relabeled rows only, and not at all if there are none.
-    /// Rewards are computed in `f64`, from the buffer's own numbers. If it panics, the buffer is
-    /// unharmed and the batch is empty.
+    /// `reward` is called once, with the relabeled rows, and not at all if there are none. Rewards
+    /// are computed in `f64`, from the buffer's own numbers. If `reward` panics, the batch is
+    /// empty.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty.
-    pub fn sample<S, T, F>(
+    pub fn sample<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         &self,
         buffer: &HerBuffer<S>,
         reward: &F,
         source: impl RandomSource,
         batch: &mut Batch<T>,
-    ) -> Result<(), SampleError>
-    where
-        S: Scalar,
-        T: Scalar,
-        F: GoalReward + ?Sized,
-    {
+    ) -> Result<(), SampleError> {
         let (normalizers, columns) = (Normalizers::default(), ColumnsMut::default());
         self.sample_into(buffer, reward, source, batch, normalizers, columns)
     }
 
-    /// Draws a batch as [`sample`](Self::sample) does, but writes the columns for which `columns`
-    /// has memory there: into tensors or pinned memory, for example. The other columns go to
-    /// `batch`. Observations and goals are normalized by `normalizers`.
+    /// Draws a batch as [`sample`](Self::sample) does, but writes columns to the memory that
+    /// `columns` has for them, such as tensors or pinned memory, and the others to `batch`.
+    /// Observations and goals are normalized by `normalizers`.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty, and the contents of `columns` are unspecified.
@@ -68,13 +63,14 @@ impl Sampler {
     /// # Example
     /// ```
     /// use goal_reward::DistanceReward;
-    /// use her_relabel::{Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy};
-    /// use her_relabel::{HerBuffer, JoinedGoal, Normalizers, Sampler, UnitInterval};
+    /// use her_relabel::{Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalStrategy, HerBuffer};
+    /// use her_relabel::{JoinedGoal, Normalizer, NormalizerConfig, Normalizers, Sampler};
+    /// use her_relabel::UnitInterval;
     ///
     /// let config = BufferConfig::new(1000, Dims { observation: 2, goal: 1, action: 1 });
     /// let mut buffer = HerBuffer::<f64>::new(config)?;
-    /// buffer.add_episode(&EpisodeData {
-    ///     observation: &[0.0, 0.1, 1.0, 1.1],
+    /// let episode = EpisodeData {
+    ///     observation: &[0.0, 10.0, 2.0, 30.0],
     ///     achieved_goal: &[0.0, 1.0],
     ///     desired_goal: &[9.0],
     ///     action: &[0.5_f32],
@@ -82,30 +78,33 @@ impl Sampler {
     ///     terminated: true,
     ///     truncated: false,
     ///     fields: &[],
-    /// })?;
+    /// };
+    /// buffer.add_episode(&episode)?;
+    /// let mut observation = Normalizer::new(NormalizerConfig::new(2))?;
+    /// observation.update(episode.observation)?; // mean (1, 20), standard deviation (1, 10)
+    /// let normalizers = Normalizers { observation: Some(&observation), goal: None };
+    ///
     /// let sampler = Sampler::new(1, GoalStrategy::Future, UnitInterval::ONE)
-    ///     .with_joined_goal(JoinedGoal::Desired)
+    ///     .with_joined_goal(JoinedGoal::Relative)
     ///     .with_discount(UnitInterval::new(0.98)?);
-    /// // The memory of four tensors.
-    /// let (mut input, mut next_input) = ([0.0_f32; 3], [0.0_f32; 3]);
-    /// let (mut reward, mut discount) = ([0.0_f32; 1], [0.0_f32; 1]);
+    /// // The memory of three tensors.
+    /// let (mut input, mut next_input, mut discount) = ([0.0_f32; 3], [0.0; 3], [0.0; 1]);
     /// let columns = ColumnsMut {
     ///     input: &mut input,
     ///     next_input: &mut next_input,
-    ///     reward: &mut reward,
     ///     discount: &mut discount,
     ///     ..ColumnsMut::default()
     /// };
     /// let mut batch = Batch::new();
-    /// let (reward_function, none) = (DistanceReward::sparse(), Normalizers::default());
-    /// sampler.sample_into(&buffer, &reward_function, 7, &mut batch, none, columns)?;
-    /// assert_eq!(input, [0.0, 0.1, 1.0]);
-    /// assert_eq!(next_input, [1.0, 1.1, 1.0]);
-    /// assert_eq!((reward, discount), ([0.0], [0.0]));
-    /// assert_eq!(batch.action(), [0.5]);
+    /// let reward = DistanceReward::sparse();
+    /// sampler.sample_into(&buffer, &reward, 7, &mut batch, normalizers, columns)?;
+    /// // Observations are normalized; the new goal, 1, was one away before the step.
+    /// assert_eq!(input, [-1.0, -1.0, 1.0]);
+    /// assert_eq!(next_input, [1.0, 1.0, 0.0]);
+    /// assert_eq!((discount, batch.reward()), ([0.0], &[0.0][..]));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn sample_into<S, T, F>(
+    pub fn sample_into<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         &self,
         buffer: &HerBuffer<S>,
         reward: &F,
@@ -113,31 +112,13 @@ impl Sampler {
         batch: &mut Batch<T>,
         normalizers: Normalizers<'_>,
         columns: ColumnsMut<'_, T>,
-    ) -> Result<(), SampleError>
-    where
-        S: Scalar,
-        T: Scalar,
-        F: GoalReward + ?Sized,
-    {
-        let draws = Draws::new(source.seed());
-        let drawn = ClearOnDrop(batch);
-        self.draw(&buffer.storage, reward, draws, &mut *drawn.0, normalizers, columns)?;
-        std::mem::forget(drawn);
-        Ok(())
-    }
-
-    fn draw<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
-        &self,
-        storage: &Storage<S>,
-        reward: &F,
-        draws: Draws,
-        batch: &mut Batch<T>,
-        normalizers: Normalizers<'_>,
-        given: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
+        let draws = Draws::new(source.seed());
+        let unfinished = ClearOnDrop(batch);
+        let batch = &mut *unfinished.0;
+        let storage = &buffer.storage;
         let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
-        let Batch { columns, scratch, judged, redraws, .. } = &mut *batch;
         let Normalizers { observation, goal } = normalizers;
         let relative = self.joined_goal() == Some(JoinedGoal::Relative);
         let form = Formed { observation, goal, relative };
@@ -146,8 +127,9 @@ impl Sampler {
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
         let widths = Widths::of(self, &storage.layout, window, as_stored.is_some());
         let size = self.batch_size();
-        let columns = columns.resize_others(size, &widths, given)?;
-        let scratch = scratch.resize(size, &widths)?;
+        let Batch { scratch, judged, redraws, .. } = batch;
+        let columns = batch.columns.resize(size, &widths, columns)?;
+        let scratch = scratch.resize(size, &widths, ScratchRows::default())?;
         let mut rows = Rows { widths, first: 0, columns, scratch };
         let memory = (&mut rows, judged, redraws);
         match (as_stored, self.joined_goal().is_some()) {
@@ -160,7 +142,9 @@ impl Sampler {
             (None, _) => self.fill(storage, reward, draws, form, memory)?,
         }
         batch.len = size;
-        batch.separate_fields()
+        batch.separate_fields()?;
+        std::mem::forget(unfinished);
+        Ok(())
     }
 
     /// Draws rows and computes their outcomes.
@@ -172,6 +156,7 @@ impl Sampler {
         form: impl Form<S, T>,
         (rows, judged, redraws): (&mut Rows<'_, T>, &mut Judged, &mut Redraws),
     ) -> Result<(), SampleError> {
+        let task = Task { storage, sampler: self };
         let part = if self.parallel() && have_threads() { PART } else { usize::MAX };
         let episodes = &storage.episodes;
         let table = storage.priorities.as_ref().filter(|_| self.priorities().is_some());
@@ -179,27 +164,27 @@ impl Sampler {
         let counts = match (table, keeps_all) {
             (None, true) => {
                 let pick = |word| uniform(episodes, word);
-                gather_parts(storage, self, draws, pick, form, rows, part)
+                task.gather_parts(draws, pick, form, rows, part)
             }
             (Some(table), true) => {
                 let pick = |word| by_priority(table, episodes, word);
-                gather_parts(storage, self, draws, pick, form, rows, part)
+                task.gather_parts(draws, pick, form, rows, part)
             }
             (None, false) => {
                 let pick = |word| uniform(episodes, word);
-                let words = redraws.choose(storage, self, reward, draws, pick)?;
-                gather_parts(storage, self, words, pick, form, rows, part)
+                let words = redraws.choose(task, reward, draws, pick)?;
+                task.gather_parts(words, pick, form, rows, part)
             }
             (Some(table), false) => {
                 let pick = |word| by_priority(table, episodes, word);
-                let words = redraws.choose(storage, self, reward, draws, pick)?;
-                gather_parts(storage, self, words, pick, form, rows, part)
+                let words = redraws.choose(task, reward, draws, pick)?;
+                task.gather_parts(words, pick, form, rows, part)
             }
         };
         if let Some(beta) = self.priorities() {
             outcome::weigh(beta, storage, rows, judged)?;
         }
-        outcome::compute(storage, self, reward, form, counts, rows, judged)
+        outcome::compute(task, reward, form, counts, rows, judged)
     }
 
     /// Checks that a batch can be drawn, and returns the most steps of its rows.

@@ -10,8 +10,8 @@ use crate::unit_interval::UnitInterval;
 
 /// The source of a batch's random numbers: a seed, or a generator. Sealed.
 ///
-/// A seed always gives the same batch of the same buffer, whatever was drawn before. A generator
-/// provides one word per batch, as the seed.
+/// A seed always gives the same batch of the same buffer. A generator provides one word per batch,
+/// as the seed.
 pub trait RandomSource: sealed::Sealed {
     /// Returns the seed of a batch.
     fn seed(self) -> u64;
@@ -38,8 +38,8 @@ mod sealed {
 /// The number of words that each row of a batch may use.
 const WORDS_PER_ROW: u64 = 4;
 
-/// The random words of a batch. All are functions of one key, so that a row's words are available
-/// in any order and on any thread: each row has its own places of the key's sequence.
+/// The random words of a batch, all functions of one key: each row has its own places of the key's
+/// sequence, so that its words are available in any order and on any thread.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draws {
     key: u64,

@@ -1,8 +1,9 @@
 //! The form in which observations and goals are written: as stored, or converted, joined, relative
 //! and normalized.
 
-use crate::normalizer::{Normalizer, difference};
-use crate::sample::batch::{ColumnsMut, ScratchRows};
+use crate::normalize::difference;
+use crate::normalizer::Normalizer;
+use crate::sample::batch::Rows;
 use crate::sample::copy::{convert_short, put_part, put_start, put_thrice, put_wide};
 use crate::sample::sampler::SampleError;
 use crate::scalar::Scalar;
@@ -15,24 +16,10 @@ pub(crate) trait Form<S, T>: Copy + Sync {
     fn put(self, column: &mut [T], at: usize, part: &[S]);
 
     /// Writes the state before the step, and the goal.
-    fn put_state(
-        self,
-        columns: &mut ColumnsMut<'_, T>,
-        scratch: &mut ScratchRows<'_, T>,
-        at: usize,
-        state: State<'_, S>,
-        desired_goal: &[S],
-    );
+    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, S>, goal: &[S]);
 
     /// Writes the state after the step, with the goal of the row.
-    fn put_next<G: Scalar>(
-        self,
-        columns: &mut ColumnsMut<'_, T>,
-        scratch: &mut ScratchRows<'_, T>,
-        at: usize,
-        next: State<'_, S>,
-        desired_goal: &[G],
-    );
+    fn put_next<G: Scalar>(self, rows: &mut Rows<'_, T>, at: usize, next: State<'_, S>, goal: &[G]);
 }
 
 /// The state that a stored row begins with.
@@ -65,43 +52,25 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
     }
 
     #[inline(always)]
-    fn put_state(
-        self,
-        columns: &mut ColumnsMut<'_, T>,
-        _: &mut ScratchRows<'_, T>,
-        at: usize,
-        state: State<'_, T>,
-        desired_goal: &[T],
-    ) {
+    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, T>, goal: &[T]) {
+        let columns = &mut rows.columns;
         if JOINED {
             let (observation, input) = (state.observation(), state.layout.state().end);
             put_start(&mut columns.input[at * input..], observation);
             let end = at * input + observation.len();
-            let goal_start = at * desired_goal.len();
-            put_thrice(
-                [
-                    &mut columns.input[end..],
-                    &mut columns.next_input[end..],
-                    &mut columns.desired_goal[goal_start..],
-                ],
-                desired_goal,
-            );
+            let desired_goal = &mut columns.desired_goal[at * goal.len()..];
+            let (input, next) = (&mut columns.input[end..], &mut columns.next_input[end..]);
+            put_thrice([input, next, desired_goal], goal);
         } else {
             put_part(columns.observation, at, state.observation());
-            put_part(columns.desired_goal, at, desired_goal);
+            put_part(columns.desired_goal, at, goal);
         }
         put_part(columns.achieved_goal, at, state.achieved_goal());
     }
 
     #[inline(always)]
-    fn put_next<G: Scalar>(
-        self,
-        columns: &mut ColumnsMut<'_, T>,
-        _: &mut ScratchRows<'_, T>,
-        at: usize,
-        next: State<'_, T>,
-        _: &[G],
-    ) {
+    fn put_next<G: Scalar>(self, rows: &mut Rows<'_, T>, at: usize, next: State<'_, T>, _: &[G]) {
+        let columns = &mut rows.columns;
         if JOINED {
             put_start(&mut columns.next_input[at * next.layout.state().end..], next.observation());
         } else {
@@ -169,58 +138,51 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
     }
 
     #[inline]
-    fn put_state(
-        self,
-        columns: &mut ColumnsMut<'_, T>,
-        scratch: &mut ScratchRows<'_, T>,
-        at: usize,
-        state: State<'_, S>,
-        desired_goal: &[S],
-    ) {
-        let (observation, goal) = (state.observation().len(), desired_goal.len());
-        put_at(self.goal_columns(), columns.achieved_goal, at * goal, state.achieved_goal());
-        put_at(self.goal_columns(), columns.desired_goal, at * goal, desired_goal);
+    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, S>, goal: &[S]) {
+        let Rows { columns, scratch, .. } = rows;
+        let (observation, len) = (state.observation().len(), goal.len());
+        put_at(self.goal_columns(), columns.achieved_goal, at * len, state.achieved_goal());
+        put_at(self.goal_columns(), columns.desired_goal, at * len, goal);
         if columns.input.is_empty() {
             put_at(self.observation, columns.observation, at * observation, state.observation());
         } else {
-            let start = at * (observation + goal);
+            let start = at * (observation + len);
             let end = start + observation;
             put_at(self.observation, columns.input, start, state.observation());
             if self.relative {
-                let target = &mut columns.input[end..][..goal];
-                self.put_relative(target, desired_goal, state.achieved_goal());
+                self.put_relative(&mut columns.input[end..][..len], goal, state.achieved_goal());
             } else {
                 // The goal as it was just written, which need not be normalized again.
-                let written = &columns.desired_goal[at * goal..][..goal];
-                convert_short(&mut columns.input[end..][..goal], written);
-                convert_short(&mut columns.next_input[end..][..goal], written);
+                let written = &columns.desired_goal[at * len..][..len];
+                convert_short(&mut columns.input[end..][..len], written);
+                convert_short(&mut columns.next_input[end..][..len], written);
             }
         }
         if !scratch.judged_desired.is_empty() {
-            put_wide(scratch.judged_desired, at, desired_goal);
+            put_wide(scratch.judged_desired, at, goal);
         }
     }
 
     #[inline]
     fn put_next<G: Scalar>(
         self,
-        columns: &mut ColumnsMut<'_, T>,
-        scratch: &mut ScratchRows<'_, T>,
+        rows: &mut Rows<'_, T>,
         at: usize,
         next: State<'_, S>,
-        desired_goal: &[G],
+        goal: &[G],
     ) {
-        let (observation, goal) = (next.observation().len(), next.achieved_goal().len());
-        put_at(self.goal_columns(), columns.next_achieved_goal, at * goal, next.achieved_goal());
+        let Rows { columns, scratch, .. } = rows;
+        let (observation, len) = (next.observation().len(), next.achieved_goal().len());
+        put_at(self.goal_columns(), columns.next_achieved_goal, at * len, next.achieved_goal());
         if columns.next_input.is_empty() {
             let start = at * observation;
             put_at(self.observation, columns.next_observation, start, next.observation());
         } else {
-            let start = at * (observation + goal);
+            let start = at * (observation + len);
             put_at(self.observation, columns.next_input, start, next.observation());
             if self.relative {
-                let target = &mut columns.next_input[start + observation..][..goal];
-                self.put_relative(target, desired_goal, next.achieved_goal());
+                let target = &mut columns.next_input[start + observation..][..len];
+                self.put_relative(target, goal, next.achieved_goal());
             }
         }
         if !scratch.judged_achieved.is_empty() {

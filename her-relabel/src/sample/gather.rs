@@ -4,12 +4,12 @@ use std::iter;
 
 use prefetch_index::prefetch_index;
 
-use crate::sample::aim::{Aim, aim};
+use crate::sample::aim::{Aim, Task};
 use crate::sample::batch::{Relabeled, Rows};
 use crate::sample::copy::put_wide;
 use crate::sample::draws::{Purpose, Words};
 use crate::sample::form::{Form, State};
-use crate::sample::sampler::{NStep, Sampler};
+use crate::sample::sampler::NStep;
 use crate::scalar::Scalar;
 use crate::store::storage::Storage;
 use crate::store::transition_id::TransitionId;
@@ -48,120 +48,193 @@ pub(crate) struct Counts {
     pub(crate) pairs: usize,
 }
 
-/// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is
-/// a function of the random words of its place in the batch, so the division into parts does not
-/// change the batch.
-pub(crate) fn gather_parts<S: Scalar, T: Scalar>(
-    storage: &Storage<S>,
-    sampler: &Sampler,
-    words: impl Words,
-    pick: impl Fn(u64) -> u64 + Copy + Sync,
-    form: impl Form<S, T>,
-    rows: &mut Rows<'_, T>,
-    part: usize,
-) -> Counts {
-    if rows.len() <= part {
-        return gather(storage, sampler, words, pick, form, rows);
+impl<'a, S: Scalar> Task<'a, S> {
+    /// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is
+    /// a function of the random words of its place in the batch, so the division into parts does not
+    /// change the batch.
+    pub(crate) fn gather_parts<T: Scalar>(
+        self,
+        words: impl Words,
+        pick: impl Fn(u64) -> u64 + Copy + Sync,
+        form: impl Form<S, T>,
+        rows: &mut Rows<'_, T>,
+        part: usize,
+    ) -> Counts {
+        if rows.len() <= part {
+            return self.gather(words, pick, form, rows);
+        }
+        let middle = rows.len() / 2;
+        let (mut front, mut back) = rows.split_at(middle);
+        let (first, second) = rayon::join(
+            || self.gather_parts(words, pick, form, &mut front, part),
+            || self.gather_parts(words, pick, form, &mut back, part),
+        );
+        // The back's relabeled rows follow the front's, as in a batch of one part.
+        let (scratch, goal, goals) = (&mut rows.scratch, rows.widths.goal, rows.widths.goals);
+        scratch.relabeled.copy_within(middle..middle + second.rows, first.rows);
+        let pairs = middle * goals..middle * goals + second.pairs * goal;
+        scratch.achieved_pairs.copy_within(pairs.clone(), first.pairs * goal);
+        scratch.desired_pairs.copy_within(pairs, first.pairs * goal);
+        Counts { rows: first.rows + second.rows, pairs: first.pairs + second.pairs }
     }
-    let middle = rows.len() / 2;
-    let (mut front, mut back) = rows.split_at(middle);
-    let (first, second) = rayon::join(
-        || gather_parts(storage, sampler, words, pick, form, &mut front, part),
-        || gather_parts(storage, sampler, words, pick, form, &mut back, part),
-    );
-    // The back's relabeled rows follow the front's, as in a batch of one part.
-    let (scratch, goal, goals) = (&mut rows.scratch, rows.widths.goal, rows.widths.goals);
-    scratch.relabeled.copy_within(middle..middle + second.rows, first.rows);
-    let pairs = middle * goals..middle * goals + second.pairs * goal;
-    scratch.achieved_pairs.copy_within(pairs.clone(), first.pairs * goal);
-    scratch.desired_pairs.copy_within(pairs, first.pairs * goal);
-    Counts { rows: first.rows + second.rows, pairs: first.pairs + second.pairs }
-}
 
-/// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored
-/// rewards. The relabeled rows and their pairs of goals go to the front of their scratch memory.
-///
-/// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn; its
-/// episode's record is looked up; its goal is drawn; it is copied. Each stage prefetches the memory
-/// that the next one reads. The stages take turns row by row, because a processor has only a few
-/// memory requests under way at a time, and would idle if many rows were planned at once. For the
-/// same reason, the state after the window is prefetched one row later than the rest.
-// Not inlined, so that the code around the loop takes none of its registers.
-#[inline(never)]
-fn gather<S: Scalar, T: Scalar>(
-    storage: &Storage<S>,
-    sampler: &Sampler,
-    words: impl Words,
-    pick: impl Fn(u64) -> u64 + Copy,
-    form: impl Form<S, T>,
-    rows: &mut Rows<'_, T>,
-) -> Counts {
-    let mut counts = Counts::default();
-    let mut transitions = [0; 2 * AHEAD];
-    let mut planned = [Planned::default(); AHEAD];
-    let (episodes, len) = (&storage.episodes, rows.len());
-    for at in 0..len + 3 * AHEAD {
-        if let Some(row) = at.checked_sub(3 * AHEAD) {
-            put(storage, sampler, form, &planned[row % AHEAD], row, rows, &mut counts);
+    /// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored
+    /// rewards. The relabeled rows and their pairs of goals go to the front of their scratch memory.
+    ///
+    /// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn;
+    /// its episode's record is looked up; its goal is drawn; it is copied. Each stage prefetches
+    /// the memory that the next one reads. The stages take turns row by row, because a processor
+    /// has only a few memory requests in flight, and would idle if many rows were planned at once.
+    /// For the same reason, the state after the window is prefetched one row later than the rest.
+    // Not inlined, so that the code around the loop takes none of its registers.
+    #[inline(never)]
+    fn gather<T: Scalar>(
+        self,
+        words: impl Words,
+        pick: impl Fn(u64) -> u64 + Copy,
+        form: impl Form<S, T>,
+        rows: &mut Rows<'_, T>,
+    ) -> Counts {
+        let mut counts = Counts::default();
+        let mut transitions = [0; 2 * AHEAD];
+        let mut planned = [Planned::default(); AHEAD];
+        let (episodes, len) = (&self.storage.episodes, rows.len());
+        for at in 0..len + 3 * AHEAD {
+            if let Some(row) = at.checked_sub(3 * AHEAD) {
+                self.put(form, &planned[row % AHEAD], row, rows, &mut counts);
+            }
+            if let Some(row) = at.checked_sub(2 * AHEAD + 1).filter(|row| *row < len) {
+                prefetch(planned[row % AHEAD].next);
+            }
+            if let Some(row) = at.checked_sub(2 * AHEAD).filter(|row| *row < len) {
+                let planned = &mut planned[row % AHEAD];
+                let transition = transitions[row % (2 * AHEAD)];
+                *planned = self.plan(words, transition, rows.first + row);
+            }
+            if let Some(row) = at.checked_sub(AHEAD).filter(|row| *row < len) {
+                episodes.prefetch_record(transitions[row % (2 * AHEAD)]);
+            }
+            if at < len {
+                let transition = pick(words.word(rows.first + at, Purpose::Transition));
+                episodes.prefetch_cell(transition);
+                transitions[at % (2 * AHEAD)] = transition;
+            }
         }
-        if let Some(row) = at.checked_sub(2 * AHEAD + 1).filter(|row| *row < len) {
-            prefetch(planned[row % AHEAD].next);
-        }
-        if let Some(row) = at.checked_sub(2 * AHEAD).filter(|row| *row < len) {
-            let planned = &mut planned[row % AHEAD];
-            let transition = transitions[row % (2 * AHEAD)];
-            *planned = plan(storage, sampler, words, transition, rows.first + row);
-        }
-        if let Some(row) = at.checked_sub(AHEAD).filter(|row| *row < len) {
-            episodes.prefetch_record(transitions[row % (2 * AHEAD)]);
-        }
-        if at < len {
-            let transition = pick(words.word(rows.first + at, Purpose::Transition));
-            episodes.prefetch_cell(transition);
-            transitions[at % (2 * AHEAD)] = transition;
+        counts
+    }
+
+    /// Draws a row's goal, and prefetches all that the row is copied from except the state after its
+    /// window.
+    #[inline(always)]
+    fn plan(self, words: impl Words, transition: u64, row: usize) -> Planned<'a, S> {
+        let Storage { layout, tape, .. } = self.storage;
+        let Aim { episode, goal, is_relabeled } = self.aim(words, transition, row);
+        let goal_source = goal.source;
+        let left = episode.end - transition;
+        let steps = left.min(self.sampler.window() as u64);
+        let is_last = steps == left;
+        let row = episode.row(transition);
+        let state = tape.rows_from(row);
+        let next_at = layout.row() * steps as usize;
+        let next = match state.get(next_at..next_at + layout.state().end) {
+            Some(next) => {
+                prefetch(&state[..next_at]);
+                next
+            }
+            None => prefetch_apart(self.storage, row, steps),
+        };
+        let goal = &tape.rows_from(goal.row)[layout.goal(goal.is_desired)];
+        prefetch(goal);
+        Planned {
+            transition,
+            state,
+            row,
+            steps,
+            next,
+            goal,
+            goal_source: TransitionId::of_if(goal_source, is_relabeled),
+            terminated: is_last & episode.ending.terminated,
+            truncated: is_last & episode.ending.truncated,
         }
     }
-    counts
-}
 
-/// Draws a row's goal, and prefetches all that the row is copied from except the state after its
-/// window.
-#[inline(always)]
-fn plan<'a, T: Scalar>(
-    storage: &'a Storage<T>,
-    sampler: &Sampler,
-    words: impl Words,
-    transition: u64,
-    row: usize,
-) -> Planned<'a, T> {
-    let Storage { layout, tape, .. } = storage;
-    let Aim { episode, goal, is_relabeled } = aim(storage, sampler, words, transition, row);
-    let goal_source = goal.source;
-    let left = episode.end - transition;
-    let steps = left.min(sampler.window() as u64);
-    let is_last = steps == left;
-    let row = episode.row(transition);
-    let state = tape.rows_from(row);
-    let next_at = layout.row() * steps as usize;
-    let next = match state.get(next_at..next_at + layout.state().end) {
-        Some(next) => {
-            prefetch(&state[..next_at]);
-            next
+    /// Returns the states of a window between the first and the last.
+    fn between(self, planned: &Planned<'_, S>) -> impl Iterator<Item = &'a [S]> + use<'a, S> {
+        let row = planned.row;
+        (1..planned.steps).map(move |step| self.storage.tape.row(row + step))
+    }
+
+    /// Copies a transition to the row at `at`.
+    #[inline(always)]
+    fn put<T: Scalar>(
+        self,
+        form: impl Form<S, T>,
+        planned: &Planned<'_, S>,
+        at: usize,
+        rows: &mut Rows<'_, T>,
+        counts: &mut Counts,
+    ) {
+        let layout = &self.storage.layout;
+        let Planned { transition, state, next, goal, goal_source, .. } = *planned;
+        form.put_state(rows, at, State { layout, row: state }, goal);
+        form.put(rows.columns.action, at, &state[layout.action()]);
+        rows.columns.reward[at] = T::from_f64(state[layout.reward()].to_f64());
+        form.put_next(rows, at, State { layout, row: next }, goal);
+        if !rows.scratch.field_rows.is_empty() {
+            form.put(rows.scratch.field_rows, at, &state[layout.fields()]);
         }
-        None => prefetch_apart(storage, row, steps),
-    };
-    let goal = &tape.rows_from(goal.row)[layout.goal(goal.is_desired)];
-    prefetch(goal);
-    Planned {
-        transition,
-        state,
-        row,
-        steps,
-        next,
-        goal,
-        goal_source: TransitionId::of_if(goal_source, is_relabeled),
-        terminated: is_last & episode.ending.terminated,
-        truncated: is_last & episode.ending.truncated,
+        rows.columns.terminated[at] = planned.terminated;
+        rows.columns.truncated[at] = planned.truncated;
+        rows.columns.transition[at] = TransitionId::of(transition);
+        rows.columns.goal_source[at] = goal_source;
+        if let Some(n_step) = self.sampler.n_step() {
+            self.put_return(n_step, planned, at, rows);
+        }
+        self.put_pairs(planned, at, rows, counts);
+    }
+
+    /// Replaces the row's reward with the discounted sum of the stored rewards of its window.
+    fn put_return<T: Scalar>(
+        self,
+        n_step: NStep,
+        planned: &Planned<'_, S>,
+        at: usize,
+        rows: &mut Rows<'_, T>,
+    ) {
+        let states = iter::once(planned.state).chain(self.between(planned));
+        let rewards = states.map(|state| state[self.storage.layout.reward()].to_f64());
+        let (sum, discount) = n_step.sum(rewards);
+        rows.columns.reward[at] = T::from_f64(sum);
+        rows.columns.discount[at] = T::from_f64(if planned.terminated { 0.0 } else { discount });
+    }
+
+    /// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new
+    /// goal. They are kept only if the row is relabeled.
+    #[inline(always)]
+    fn put_pairs<T: Scalar>(
+        self,
+        planned: &Planned<'_, S>,
+        at: usize,
+        rows: &mut Rows<'_, T>,
+        counts: &mut Counts,
+    ) {
+        let achieved_goal = self.storage.layout.achieved_goal();
+        let steps = planned.steps as usize;
+        let last = counts.pairs + steps - 1;
+        put_wide(rows.scratch.achieved_pairs, last, &planned.next[achieved_goal.clone()]);
+        put_wide(rows.scratch.desired_pairs, last, planned.goal);
+        if steps > 1 {
+            for (pair, state) in (counts.pairs..).zip(self.between(planned)) {
+                put_wide(rows.scratch.achieved_pairs, pair, &state[achieved_goal.clone()]);
+                put_wide(rows.scratch.desired_pairs, pair, planned.goal);
+            }
+        }
+        rows.scratch.relabeled[counts.rows] =
+            Relabeled { row: rows.first + at, pairs: steps, used: steps };
+        // No branch, because it would be unpredictable which rows are relabeled.
+        let is_relabeled = usize::from(planned.goal_source.is_some());
+        counts.rows += is_relabeled;
+        counts.pairs += is_relabeled * steps;
     }
 }
 
@@ -181,89 +254,4 @@ fn prefetch<T>(slice: &[T]) {
 fn prefetch_apart<T: Scalar>(storage: &Storage<T>, row: u64, steps: u64) -> &[T] {
     (row..row + steps).for_each(|row| prefetch(storage.tape.row(row)));
     &storage.tape.row(row + steps)[storage.layout.state()]
-}
-
-/// Returns the states of a window between the first and the last.
-fn between<'a, T: Scalar>(
-    storage: &'a Storage<T>,
-    planned: &Planned<'_, T>,
-) -> impl Iterator<Item = &'a [T]> {
-    let row = planned.row;
-    (1..planned.steps).map(move |step| storage.tape.row(row + step))
-}
-
-/// Copies a transition to the row at `at`.
-#[inline(always)]
-fn put<S: Scalar, T: Scalar>(
-    storage: &Storage<S>,
-    sampler: &Sampler,
-    form: impl Form<S, T>,
-    planned: &Planned<'_, S>,
-    at: usize,
-    rows: &mut Rows<'_, T>,
-    counts: &mut Counts,
-) {
-    let layout = &storage.layout;
-    let Planned { transition, state, next, goal, goal_source, .. } = *planned;
-    let Rows { columns, scratch, .. } = rows;
-    form.put_state(columns, scratch, at, State { layout, row: state }, goal);
-    form.put(rows.columns.action, at, &state[layout.action()]);
-    rows.columns.reward[at] = T::from_f64(state[layout.reward()].to_f64());
-    let Rows { columns, scratch, .. } = rows;
-    form.put_next(columns, scratch, at, State { layout, row: next }, goal);
-    if !rows.scratch.field_rows.is_empty() {
-        form.put(rows.scratch.field_rows, at, &state[layout.fields()]);
-    }
-    rows.columns.terminated[at] = planned.terminated;
-    rows.columns.truncated[at] = planned.truncated;
-    rows.columns.transition[at] = TransitionId::of(transition);
-    rows.columns.goal_source[at] = goal_source;
-    if let Some(n_step) = sampler.n_step() {
-        put_return(storage, n_step, planned, at, rows);
-    }
-    put_pairs(storage, planned, at, rows, counts);
-}
-
-/// Replaces the row's reward with the discounted sum of the stored rewards of its window.
-fn put_return<S: Scalar, T: Scalar>(
-    storage: &Storage<S>,
-    n_step: NStep,
-    planned: &Planned<'_, S>,
-    at: usize,
-    rows: &mut Rows<'_, T>,
-) {
-    let states = iter::once(planned.state).chain(between(storage, planned));
-    let rewards = states.map(|state| state[storage.layout.reward()].to_f64());
-    let (sum, discount) = n_step.sum(rewards);
-    rows.columns.reward[at] = T::from_f64(sum);
-    rows.columns.discount[at] = T::from_f64(if planned.terminated { 0.0 } else { discount });
-}
-
-/// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new
-/// goal. They are kept only if the row is relabeled.
-#[inline(always)]
-fn put_pairs<S: Scalar, T: Scalar>(
-    storage: &Storage<S>,
-    planned: &Planned<'_, S>,
-    at: usize,
-    rows: &mut Rows<'_, T>,
-    counts: &mut Counts,
-) {
-    let achieved_goal = storage.layout.achieved_goal();
-    let steps = planned.steps as usize;
-    let last = counts.pairs + steps - 1;
-    put_wide(rows.scratch.achieved_pairs, last, &planned.next[achieved_goal.clone()]);
-    put_wide(rows.scratch.desired_pairs, last, planned.goal);
-    if steps > 1 {
-        for (pair, state) in (counts.pairs..).zip(between(storage, planned)) {
-            put_wide(rows.scratch.achieved_pairs, pair, &state[achieved_goal.clone()]);
-            put_wide(rows.scratch.desired_pairs, pair, planned.goal);
-        }
-    }
-    rows.scratch.relabeled[counts.rows] =
-        Relabeled { row: rows.first + at, pairs: steps, used: steps };
-    // No branch, because it would be unpredictable which rows are relabeled.
-    let is_relabeled = usize::from(planned.goal_source.is_some());
-    counts.rows += is_relabeled;
-    counts.pairs += is_relabeled * steps;
 }

@@ -1,9 +1,8 @@
-//! Where hindsight goals come from: strategies and mixtures of them.
+//! The strategies that choose hindsight goals, and mixtures of them.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::getters::getters;
 use crate::sample::draws::{below, geometric, uniform};
 use crate::split_mix::unit;
 use crate::store::episodes::{Episode, Episodes};
@@ -138,11 +137,11 @@ impl GoalPart {
         Self { strategy, weight }
     }
 
-    getters! {
+    settings! {
         /// Returns the strategy.
-        strategy: GoalStrategy,
+        strategy: GoalStrategy;
         /// Returns the weight.
-        weight: f64,
+        weight: f64;
     }
 }
 
@@ -219,8 +218,8 @@ impl From<GoalMixture> for Vec<GoalPart> {
     }
 }
 
-/// Error returned for strategies and weights that do not make a mixture.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+/// Error returned for an invalid mixture.
+#[derive(Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MixtureError {
     /// There are no parts, or too many.
@@ -242,6 +241,7 @@ pub enum MixtureError {
         total: f64,
     },
 }
+debug_as_display!(MixtureError);
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,4 @@
-//! Memory for batches, whose size comes from outside.
+//! Memory of batches, whose size the caller chooses.
 
 use crate::sample::sampler::SampleError;
 

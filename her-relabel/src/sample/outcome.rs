@@ -2,6 +2,7 @@
 
 use goal_reward::{GoalPairs, GoalReward};
 
+use crate::sample::aim::Task;
 use crate::sample::batch::{Judged, Relabeled, Rows};
 use crate::sample::copy::widen;
 use crate::sample::form::{Form, State};
@@ -18,8 +19,7 @@ use crate::unit_interval::UnitInterval;
 
 /// Computes everything in the gathered rows that depends on their goals.
 pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
-    storage: &Storage<S>,
-    sampler: &Sampler,
+    Task { storage, sampler }: Task<'_, S>,
     reward: &F,
     form: impl Form<S, T>,
     counts: Counts,
@@ -57,31 +57,31 @@ fn terminate<S: Scalar, T: Scalar>(
     terminated: &[bool],
     keeps_stored: bool,
 ) {
-    let Rows { columns, scratch, .. } = rows;
     let Storage { layout, tape, episodes, .. } = storage;
-    // Apart from the other memory, which is changed while the goals are read.
-    let desired_pairs = std::mem::take(&mut scratch.desired_pairs);
+    // Taken out, because the rows change while the goals are read.
+    let desired_pairs = std::mem::take(&mut rows.scratch.desired_pairs);
     let goal_dim = layout.dims().goal;
     let mut first = 0;
     let mut rest = terminated;
     for at in 0..counts.rows {
-        let Relabeled { row, pairs, .. } = scratch.relabeled[at];
+        let Relabeled { row, pairs, .. } = rows.scratch.relabeled[at];
         let desired_goal = &desired_pairs[first * goal_dim..][..goal_dim];
         first += pairs;
         let (terminated, later) = rest.split_at(pairs);
         rest = later;
         let end = terminated.iter().position(|terminated| *terminated);
-        columns.terminated[row] = end.is_some() || keeps_stored && columns.terminated[row];
+        rows.columns.terminated[row] =
+            end.is_some() || keeps_stored && rows.columns.terminated[row];
         let Some(used) = end.map(|end| end + 1).filter(|used| *used < pairs) else {
             continue;
         };
-        scratch.relabeled[at].used = used;
-        columns.truncated[row] = false;
-        let transition = columns.transition[row].number();
+        rows.scratch.relabeled[at].used = used;
+        rows.columns.truncated[row] = false;
+        let transition = rows.columns.transition[row].number();
         let next = tape.row(episodes.of(transition).row(transition) + used as u64);
-        form.put_next(columns, scratch, row, State { layout, row: next }, desired_goal);
+        form.put_next(rows, row, State { layout, row: next }, desired_goal);
     }
-    scratch.desired_pairs = desired_pairs;
+    rows.scratch.desired_pairs = desired_pairs;
 }
 
 /// Puts the rewards of the windows, once their lengths are final, into the relabeled rows.

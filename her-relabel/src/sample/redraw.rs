@@ -1,12 +1,12 @@
-//! Drawing again the rows whose goal was achieved already before the step.
+//! Drawing rows again whose goal was already achieved before the step.
 
 use goal_reward::{GoalPairs, GoalReward};
 
-use crate::sample::aim::aim;
+use crate::sample::aim::Task;
 use crate::sample::copy::put_wide;
 use crate::sample::draws::{Draws, MAX_DRAWS, Purpose, Redrawn, Words};
 use crate::sample::memory::{refill, resize};
-use crate::sample::sampler::{SampleError, Sampler};
+use crate::sample::sampler::SampleError;
 use crate::scalar::Scalar;
 use crate::split_mix::unit;
 use crate::store::storage::Storage;
@@ -14,7 +14,7 @@ use crate::store::storage::Storage;
 /// The number of rows whose memory is requested at a time.
 const AHEAD: usize = 16;
 
-/// Memory for drawing again. Only the attempts have a meaning after it.
+/// Memory for drawing again, of which only the attempts are read afterwards.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Redraws {
     /// The draw, from 0, that each row is taken from.
@@ -32,16 +32,15 @@ impl Redraws {
     /// The rows are drawn in rounds. In each, the reward function judges all drawn rows with one
     /// call, and those that are not kept are drawn again in the next round, at most [`MAX_DRAWS`]
     /// times in all.
-    pub(crate) fn choose<T: Scalar, F: GoalReward + ?Sized>(
+    pub(crate) fn choose<S: Scalar, F: GoalReward + ?Sized>(
         &mut self,
-        storage: &Storage<T>,
-        sampler: &Sampler,
+        task: Task<'_, S>,
         reward: &F,
         draws: Draws,
         pick: impl Fn(u64) -> u64,
     ) -> Result<Redrawn<'_>, SampleError> {
-        let (len, goal_dim) = (sampler.batch_size(), storage.layout.dims().goal);
-        let kept = sampler.already_achieved().get();
+        let (len, goal_dim) = (task.sampler.batch_size(), task.storage.layout.dims().goal);
+        let kept = task.sampler.already_achieved().get();
         refill(&mut self.attempts, len, 0)?;
         resize(&mut self.achieved, len * goal_dim, 0.0)?;
         resize(&mut self.desired, len * goal_dim, 0.0)?;
@@ -49,8 +48,7 @@ impl Redraws {
         refill(&mut self.pending, len, 0)?;
         self.pending.iter_mut().enumerate().for_each(|(at, row)| *row = at);
         for attempt in 0..MAX_DRAWS - 1 {
-            let words = draws.attempt(attempt);
-            self.draw_pairs(storage, sampler, words, &pick);
+            self.draw_pairs(task, draws.attempt(attempt), &pick);
             let count = self.pending.len();
             let (achieved, desired) =
                 (&self.achieved[..count * goal_dim], &self.desired[..count * goal_dim]);
@@ -75,14 +73,13 @@ impl Redraws {
 
     /// Writes the pairs of goals of the pending rows: the goal achieved before the step, and that
     /// of the row.
-    fn draw_pairs<T: Scalar>(
+    fn draw_pairs<S: Scalar>(
         &mut self,
-        storage: &Storage<T>,
-        sampler: &Sampler,
+        task: Task<'_, S>,
         words: Draws,
         pick: impl Fn(u64) -> u64,
     ) {
-        let Storage { layout, episodes, tape, .. } = storage;
+        let Storage { layout, episodes, tape, .. } = task.storage;
         let mut at = 0;
         // In stages, each of which requests the memory that the next one reads.
         for rows in self.pending.chunks(AHEAD) {
@@ -94,7 +91,7 @@ impl Redraws {
             transitions[..rows.len()].iter().for_each(|id| episodes.prefetch_record(*id));
             let mut goals = [(&[][..], &[][..]); AHEAD];
             for ((goals, transition), row) in goals.iter_mut().zip(transitions).zip(rows) {
-                let aim = aim(storage, sampler, words, transition, *row);
+                let aim = task.aim(words, transition, *row);
                 let state = &tape.rows_from(aim.episode.row(transition))[layout.achieved_goal()];
                 let goal = &tape.rows_from(aim.goal.row)[layout.goal(aim.goal.is_desired)];
                 prefetch_index::prefetch_index(state, 0);

@@ -6,21 +6,21 @@ use goal_reward::GoalError;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::getters::getters;
 use crate::sample::goals::{GoalMixture, GoalStrategy};
 use crate::sample::inputs::JoinedGoal;
 use crate::sample::termination::Termination;
 use crate::unit_interval::UnitInterval;
 
-/// Settings of the batches that [`sample`](Self::sample) draws. A small value: to change a setting
-/// for one call, use another sampler, such as `sampler.with_ratio(UnitInterval::ZERO)`.
+/// Settings of the batches that [`sample`](Self::sample) draws. To change one for a single call,
+/// derive a sampler, such as `sampler.with_ratio(UnitInterval::ZERO)`.
 ///
-/// Each row is drawn independently: first a live transition, uniformly (or by its priority) and
+/// Each row is drawn independently: first a stored transition, uniformly (or by its priority) and
 /// with replacement; then, with the probability of the ratio, a new goal by the strategy. A
 /// relabeled row gets the new goal and the reward `f(next_achieved_goal, new_goal)`. Everything
-/// else in it, and all other rows, are as they were stored, unless a setting says otherwise.
+/// else is as stored, unless a setting says otherwise.
 ///
-/// The time of a draw is proportional to the batch and does not depend on how much is stored.
+/// The time of a draw is proportional to the size of the batch and does not depend on how much is
+/// stored.
 ///
 /// # Example
 /// ```
@@ -57,7 +57,6 @@ use crate::unit_interval::UnitInterval;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[must_use]
 pub struct Sampler {
     batch_size: usize,
     goals: GoalMixture,
@@ -65,7 +64,6 @@ pub struct Sampler {
     termination: Termination,
     success: bool,
     n_step: Option<NStep>,
-    #[serde(rename = "prioritized")]
     priorities: Option<UnitInterval>,
     parallel: bool,
     joined_goal: Option<JoinedGoal>,
@@ -73,8 +71,9 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Creates settings for batches of `batch_size` rows, at least 1, in which the share `ratio` of
+    /// Creates a sampler of batches of `batch_size` rows, at least 1, in which the share `ratio` of
     /// the rows gets a new goal by `strategy`.
+    #[must_use]
     pub const fn new(batch_size: usize, strategy: GoalStrategy, ratio: UnitInterval) -> Self {
         Self {
             batch_size,
@@ -90,53 +89,80 @@ impl Sampler {
         }
     }
 
-    /// Sets the number of rows of a batch, at least 1.
-    pub const fn with_batch_size(mut self, batch_size: usize) -> Self {
-        self.batch_size = batch_size;
-        self
-    }
+    settings! {
+        /// Sets the number of rows of a batch, at least 1.
+        with_batch_size(batch_size: usize);
+        /// Sets the strategies of new goals.
+        with_goals(goals: GoalMixture);
+        /// Sets the average share of rows that get a new goal. As each row is drawn independently,
+        /// the share in one batch varies.
+        with_ratio(ratio: UnitInterval);
+        /// Sets what decides the termination of relabeled rows. The default is
+        /// [`Termination::Stored`], as in the paper: no learner bootstraps from a state that ended
+        /// its task.
+        with_termination(termination: Termination);
+        /// Sets whether [`Batch::success`](crate::Batch::success) is computed. Off by default,
+        /// because learning does not need it.
+        with_success(success: bool);
+        /// Sets the probability of keeping a row whose goal was already achieved before the step.
+        /// The default is 1: all rows are kept. In most tasks such rows teach a learner little,
+        /// because the next state achieves the goal whatever the action. Dropping them is a bias:
+        /// it overrates steps that change something.
+        ///
+        /// The reward function's [`is_success`](goal_reward::GoalReward::is_success) decides which
+        /// rows these are, from the goal achieved before the row's (first) step and the row's
+        /// desired goal, new or not. A row that is not kept is drawn again as a whole: transition,
+        /// goal and all. A row is drawn at most four times, and the fourth draw is always kept.
+        ///
+        /// Let `q` be the probability of a row without this setting, `p` the sum of `q` over all
+        /// rows with an achieved goal, and `k` this setting. A draw is rejected with the
+        /// probability `r = p * (1 - k)`. The probability of a row is then `q * (s + r^3)`, where
+        /// `s = 1 + r + r^2`, and that of a row with an achieved goal `q * (k * s + r^3)`.
+        ///
+        /// The [importance weights](crate::Batch::importance_weight) of prioritized draws still
+        /// correct for the priorities alone, as if no row had been drawn again. `is_success` is
+        /// called once for each of the first three draws, with all rows that are drawn.
+        with_already_achieved(already_achieved: UnitInterval);
+        /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is
+        /// the same, whatever their number, and the reward function is called on the calling
+        /// thread.
+        ///
+        /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on
+        /// one thread. So is every batch in a process that was forked after such a draw, because
+        /// the pool's threads do not exist there. If something else started the threads before the
+        /// fork, leave this off in the child.
+        with_parallel(parallel: bool);
 
-    /// Sets the only strategy of new goals.
-    pub const fn with_strategy(self, strategy: GoalStrategy) -> Self {
-        self.with_goals(GoalMixture::only(strategy))
-    }
-
-    /// Sets the strategies of new goals.
-    pub const fn with_goals(mut self, goals: GoalMixture) -> Self {
-        self.goals = goals;
-        self
-    }
-
-    /// Sets the average share of rows that get a new goal. As each row is drawn independently, it
-    /// holds for batches of any size.
-    pub const fn with_ratio(mut self, ratio: UnitInterval) -> Self {
-        self.ratio = ratio;
-        self
-    }
-
-    /// Sets what decides the termination of relabeled rows. The default is [`Termination::Stored`],
-    /// as in the paper: no learner bootstraps from a state that ended its task.
-    pub const fn with_termination(mut self, termination: Termination) -> Self {
-        self.termination = termination;
-        self
-    }
-
-    /// Sets whether [`Batch::success`](crate::Batch::success) is computed. Off by default, because
-    /// learning does not need it.
-    pub const fn with_success(mut self, success: bool) -> Self {
-        self.success = success;
-        self
+        /// Returns the number of rows of a batch.
+        batch_size: usize;
+        /// Returns the average share of rows that get a new goal.
+        ratio: UnitInterval;
+        /// Returns what decides the termination of relabeled rows.
+        termination: Termination;
+        /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
+        success: bool;
+        /// Returns the windows of several steps.
+        n_step: Option<NStep>;
+        /// Returns the exponent of the importance weights; `None` for uniform draws.
+        priorities: Option<UnitInterval>;
+        /// Returns whether batches are drawn on several threads.
+        parallel: bool;
+        /// Returns the goal that is written behind each observation.
+        joined_goal: Option<JoinedGoal>;
+        /// Returns the probability of keeping a row whose goal was already achieved.
+        already_achieved: UnitInterval;
     }
 
     /// Sets windows of several steps. The default is `None`: rows of one step.
     ///
     /// A row's window begins with its transition and ends with the episode at the latest. It has
-    /// one goal, for which all of its rewards are computed if the row is relabeled; a future goal
-    /// is one of the states after the first step. [`Batch::reward`](crate::Batch::reward) is the
+    /// one goal, for which all its rewards are computed if the row is relabeled; a future goal is
+    /// one of the states after the first step. [`Batch::reward`](crate::Batch::reward) is the
     /// discounted sum of the rewards, the next observation and the flags belong to the last step,
     /// and [`Batch::discount`](crate::Batch::discount) is the factor of the next value: 0 where the
     /// task ended. If [termination](Self::with_termination) is recomputed, a window ends with the
     /// first step that terminates.
+    #[must_use]
     pub fn with_n_step(mut self, n_step: impl Into<Option<NStep>>) -> Self {
         self.n_step = n_step.into();
         self
@@ -144,11 +170,12 @@ impl Sampler {
 
     /// Sets the discount per step, so that batches have
     /// [`Batch::discount`](crate::Batch::discount): the factor of the next value in a learner's
-    /// target, which is 0 where the task ended. With 1 it is the flag "not terminated" as a number.
-    /// By default there is none, because not every learner needs it.
+    /// target, which is 0 where the task ended. There is none by default, because not every learner
+    /// needs it.
     ///
     /// This is the discount of [`with_n_step`](Self::with_n_step): windows keep their number of
     /// steps, and without windows, rows have one step.
+    #[must_use]
     pub fn with_discount(mut self, gamma: UnitInterval) -> Self {
         let steps = self.n_step.map_or(NonZeroUsize::MIN, |n_step| n_step.steps());
         self.n_step = Some(NStep::new(steps, gamma));
@@ -157,35 +184,10 @@ impl Sampler {
 
     /// Sets the goal that is written behind each observation, as the input of a network:
     /// [`Batch::input`](crate::Batch::input) and [`Batch::next_input`](crate::Batch::next_input)
-    /// take the place of the observations. The default is `None`. No second pass over the batch is
-    /// needed.
+    /// take the place of the observations. The default is `None`.
+    #[must_use]
     pub fn with_joined_goal(mut self, joined_goal: impl Into<Option<JoinedGoal>>) -> Self {
         self.joined_goal = joined_goal.into();
-        self
-    }
-
-    /// Sets the probability of keeping a row whose goal was already achieved before the step. The
-    /// default is 1: all rows are kept. In most tasks, such rows teach a learner little, because
-    /// the next state achieves the goal whatever the action. Dropping them is a bias: it overrates
-    /// steps that change something.
-    ///
-    /// The reward function's [`is_success`](goal_reward::GoalReward::is_success) decides which rows
-    /// these are, from the goal achieved before the row's (first) step and the row's desired goal,
-    /// whether that is new or the episode's own. Such a row is kept
-    /// with the probability `kept`, and otherwise drawn again as a whole: transition, goal and all.
-    /// A row is drawn at most four times, and the fourth draw is kept in any case.
-    ///
-    /// If `q` is the probability of a row without this setting, and `p` the sum of `q` over all
-    /// rows with an achieved goal, a draw is rejected with the probability `r = p * (1 - kept)`.
-    /// The probability of a row is then `q * (s + r^3)`, where `s = 1 + r + r^2`, and that of a row
-    /// with an achieved goal `q * (kept * s + r^3)`. For the share of such rows, `p`, that is
-    /// `p * (kept * s + r^3)`.
-    ///
-    /// The [importance weights](crate::Batch::importance_weight) of prioritized draws still correct
-    /// for the priorities alone, as if no row had been drawn again. `is_success` is called once for
-    /// each of the first three draws, with all rows that are drawn.
-    pub const fn with_already_achieved(mut self, kept: UnitInterval) -> Self {
-        self.already_achieved = kept;
         self
     }
 
@@ -201,42 +203,10 @@ impl Sampler {
     ///
     /// Source: Schaul et al., *Prioritized experience replay*, 2016, section 3.4. There the highest
     /// weight is that of the whole buffer; most libraries take the batch's, as here.
+    #[must_use]
     pub fn with_priorities(mut self, beta: impl Into<Option<UnitInterval>>) -> Self {
         self.priorities = beta.into();
         self
-    }
-
-    /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is the
-    /// same, whatever their number, and the reward function is called on the calling thread.
-    ///
-    /// Off by default, because only large batches gain; one of 512 rows or fewer is drawn on one
-    /// thread. So is every batch in a process that was forked after such a draw, because the pool's
-    /// threads do not exist there. If something else started the threads before the fork, leave
-    /// this off in the child.
-    pub const fn with_parallel(mut self, parallel: bool) -> Self {
-        self.parallel = parallel;
-        self
-    }
-
-    getters! {
-        /// Returns the number of rows of a batch.
-        batch_size: usize,
-        /// Returns the average share of rows that get a new goal.
-        ratio: UnitInterval,
-        /// Returns what decides the termination of relabeled rows.
-        termination: Termination,
-        /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
-        success: bool,
-        /// Returns the windows of several steps.
-        n_step: Option<NStep>,
-        /// Returns the exponent of the importance weights; `None` for uniform draws.
-        priorities: Option<UnitInterval>,
-        /// Returns whether batches are drawn on several threads.
-        parallel: bool,
-        /// Returns the goal that is written behind each observation.
-        joined_goal: Option<JoinedGoal>,
-        /// Returns the probability of keeping a row whose goal was already achieved.
-        already_achieved: UnitInterval,
     }
 
     /// Returns the strategies of new goals.
@@ -273,11 +243,11 @@ impl NStep {
         Self { steps, gamma }
     }
 
-    getters! {
+    settings! {
         /// Returns the maximal number of steps of a window.
-        steps: NonZeroUsize,
+        steps: NonZeroUsize;
         /// Returns the discount per step.
-        gamma: UnitInterval,
+        gamma: UnitInterval;
     }
 
     /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the
@@ -292,7 +262,7 @@ impl NStep {
 }
 
 /// Error returned when no batch can be drawn.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SampleError {
     /// The batch would have no rows.
@@ -310,7 +280,7 @@ pub enum SampleError {
     /// Every priority is 0.
     #[error("all priorities are 0, so that none can be drawn: set a positive one")]
     ZeroPriorities,
-    /// The rows of the batch, or the steps of their windows, take more memory than there is.
+    /// There is not enough memory for the rows of the batch or the steps of their windows.
     #[error("there is no memory for a batch of this size: reduce `batch_size` or `n_step`")]
     TooLarge,
     /// A caller-provided buffer for a column has the wrong length.
@@ -340,8 +310,8 @@ pub enum SampleError {
     /// The reward function rejected the goals of the batch.
     #[error("the reward function failed on the relabeled goals: {0}")]
     Reward(#[from] GoalError),
-    /// The reward function returned NaN, infinity, or a number that is not finite in the batch's
-    /// type; or the sum of a window of its rewards is no such number.
+    /// The reward function returned a number that is not finite in the batch's type, or the sum of
+    /// a window of its rewards is not.
     #[error(
         "the reward of row {row} is {reward}, which the batch's type cannot hold as a finite \
          number: check the reward function"
@@ -353,3 +323,4 @@ pub enum SampleError {
         reward: f64,
     },
 }
+debug_as_display!(SampleError);

@@ -2,13 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What decides whether the task of a relabeled row has ended, so that a learner must not bootstrap
-/// there.
+/// The rule that decides whether the task of a relabeled row has ended, so that a learner must not
+/// bootstrap there.
 ///
-/// A task ends for two kinds of reasons: its goal is reached, or something happens that has nothing
-/// to do with the goal, such as the fall of a robot. A new goal changes the first kind only. A
-/// buffer stores that an episode terminated, not why, so which variant is right depends on the
-/// task:
+/// A task ends because its goal is reached, or for a reason that has nothing to do with the goal,
+/// such as the fall of a robot. A new goal changes only the former. A buffer stores that an episode
+/// terminated, not why, so the right variant depends on the task:
 ///
 /// | the task ends | choose |
 /// |---|---|
@@ -28,8 +27,7 @@ pub enum Termination {
     /// [ends the task](goal_reward::GoalReward::terminated) for the new goal.
     ///
     /// A row that terminated because it reached its own goal stays terminated, although the task
-    /// would go on for the new goal: the learner ignores what would have followed, but never
-    /// bootstraps from a terminal state.
+    /// would go on for the new goal: the learner never bootstraps from a terminal state.
     StoredOrRecomputed,
     /// The row terminates where the reward function
     /// [ends the task](goal_reward::GoalReward::terminated) for the new goal, and nowhere else.

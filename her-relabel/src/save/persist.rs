@@ -5,16 +5,16 @@
 //! 2. capacity, lengths of observation, goal and action, number of environments, number of fields;
 //! 3. for each field the length of its name in bytes, the name, and the field's length;
 //! 4. 0 without priorities, 1 or 2 for priorities of transitions or of episodes, and the new
-//!    priority (a double, negative for the highest); In version 2 follow the settings of still
-//!    episodes: the distance and the kept share (doubles), the seed, and the number of episodes
-//!    that have ended. Version 1 is written without such settings;
-//! 5. first and next live transition, first and next kept episode;
-//! 6. a record of each episode;
-//! 7. the rows of the live states;
-//! 8. for each environment the number of rows of its unfinished episode, the rows and, if there are
+//!    priority (a double, negative for the highest);
+//! 5. for still episodes the distance (a double, negative if all episodes are kept), the kept share
+//!    (a double) and the seed, and the number of episodes that have ended;
+//! 6. first and next live transition, first and next kept episode;
+//! 7. a record of each episode;
+//! 8. the rows of the live states;
+//! 9. for each environment the number of rows of its unfinished episode, the rows and, if there are
 //!    any, the desired goal;
-//! 9. with priorities, the highest one, the number of places of their tree, and all priorities;
-//! 10. the CRC-32 of everything before it (32 bits).
+//! 10. with priorities, the highest one, the number of places of their tree, and all priorities;
+//! 11. the CRC-32 of everything before it (32 bits).
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -22,7 +22,7 @@ use std::path::Path;
 
 use crate::add::check::is_reward;
 use crate::save::replace::replace;
-use crate::save::stream::{LoadError, Source, Target, VERSION, VERSION_WITH_STILL};
+use crate::save::stream::{LoadError, Source, Target, VERSION};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::{BufferConfig, Dims};
@@ -42,6 +42,9 @@ const MAGIC: [u8; 8] = *b"HERBUF\r\n";
 /// The code of [`NewPriority::Highest`].
 const HIGHEST: f64 = -1.0;
 
+/// The distance that says that all still episodes are kept.
+const ALL_KEPT: f64 = -1.0;
+
 /// The highest number of a transition: more than anyone can store, and far from overflow.
 const LAST: u64 = 1 << 60;
 
@@ -49,24 +52,23 @@ impl<T: Scalar> HerBuffer<T> {
     /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives
     /// the same batches as this one, seed by seed.
     ///
-    /// The file appears whole or not at all, so that a crash or a full disk leaves a previous file
-    /// as it was. A previous file's permissions stay, and a symbolic link is followed. No other
-    /// file is changed or removed.
+    /// The file appears whole or not at all: a crash or a full disk leaves a previous file as it
+    /// was. A previous file's permissions stay, and a symbolic link is followed. No other file is
+    /// changed or removed.
     ///
     /// Only a process that is killed can leave a file behind: `.NAME.xxxxxx` with six letters or
     /// digits, which you may remove. On a file system with unnamed files (`O_TMPFILE`: ext4, XFS,
-    /// Btrfs and tmpfs have them), this happens only if the kill comes between naming the new file
-    /// and renaming it.
+    /// Btrfs, tmpfs), this can happen only between naming the new file and renaming it.
     ///
     /// # Errors
-    /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] for a path that is no regular
-    /// file, such as a directory or a device.
+    /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] if the path is a directory, a
+    /// device or the like.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
         replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
     }
 
     /// Loads a buffer that [`save`](Self::save) saved. Memory is allocated only as contents are
-    /// read, so that no file can claim much more than its own size.
+    /// read, so no file can claim much more than its own size.
     ///
     /// # Errors
     /// [`LoadError`].
@@ -79,12 +81,11 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// Errors of the writer.
     pub fn write_to(&self, writer: impl Write) -> io::Result<()> {
-        let Storage { layout, episodes, tape, still, .. } = &self.storage;
+        let Storage { layout, episodes, tape, still, ended, .. } = &self.storage;
         let config = &self.config;
         let mut target = Target::new(writer);
         target.bytes(&MAGIC)?;
-        let version = if still.is_some() { VERSION_WITH_STILL } else { VERSION };
-        target.bytes(&version.to_le_bytes())?;
+        target.bytes(&VERSION.to_le_bytes())?;
         target.bytes(&(size_of::<T>() as u32).to_le_bytes())?;
         let (num_envs, num_fields) = (config.num_envs(), config.fields().len());
         let Dims { observation, goal, action } = config.dims();
@@ -95,11 +96,9 @@ impl<T: Scalar> HerBuffer<T> {
             target.bytes(name.as_bytes())?;
             target.number(*len as u64)?;
         }
-        target.numbers(code(config.priorities()))?;
-        if let Some(still) = still {
-            let (distance, kept) = (still.max_distance().to_bits(), still.kept().get().to_bits());
-            target.numbers([distance, kept, still.seed(), self.storage.ended])?;
-        }
+        target.numbers(priorities_code(config.priorities()))?;
+        target.numbers(still_code(*still))?;
+        target.number(*ended)?;
         let (live, kept) = (episodes.live(), episodes.numbers());
         target.numbers([live.start, live.end, kept.start, kept.end])?;
         episodes.records().try_for_each(|record| target.number(record))?;
@@ -128,21 +127,15 @@ impl<T: Scalar> HerBuffer<T> {
             return Err(LoadError::Foreign);
         }
         let version = u32::from_le_bytes(source.bytes()?);
-        if version != VERSION && version != VERSION_WITH_STILL {
+        if version != VERSION {
             return Err(LoadError::Version { version });
         }
         let actual = u32::from_le_bytes(source.bytes()?);
         if actual as usize != size_of::<T>() {
             return Err(LoadError::ElementSize { expected: size_of::<T>(), actual });
         }
-        let mut config = read_config(&mut source)?;
-        let mut ended = 0;
-        if version == VERSION_WITH_STILL {
-            let still;
-            (still, ended) = read_still(&mut source)?;
-            config = config.with_still_episodes(still);
-            config.check()?;
-        }
+        let config = read_config(&mut source)?;
+        let ended = source.number()?;
         let (layout, fields) = (Layout::new::<T>(&config)?, Fields::new(config.fields()));
         let capacity = config.capacity();
         let live = source.number()?..source.number()?;
@@ -166,7 +159,7 @@ impl<T: Scalar> HerBuffer<T> {
         let unfinished = (0..config.num_envs())
             .map(|_| read_unfinished(&mut source, &layout, capacity))
             .collect::<Result<Vec<_>, _>>()?;
-        let finished = episodes.numbers().map(|number| episodes.get(number)).flat_map(|episode| {
+        let finished = episodes.iter().flat_map(|episode| {
             (episode.row(episode.start)..episode.last_row()).map(|number| tape.row(number))
         });
         // The last state of an episode has no reward.
@@ -209,20 +202,17 @@ fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadErro
         priority => NewPriority::Given(priority),
     };
     config = config.with_priorities(unit.map(|unit| Priorities::new(unit).with_new_priority(new)));
+    let distance = f64::from_bits(source.number()?);
+    let kept = UnitInterval::new(f64::from_bits(source.number()?));
+    let still = StillEpisodes::new(distance, kept.map_err(|_| LoadError::Damaged)?)
+        .with_seed(source.number()?);
+    config = config.with_still_episodes((distance != ALL_KEPT).then_some(still));
     config.check()?;
     Ok(config)
 }
 
-/// Reads the settings of still episodes, and the number of episodes that have ended.
-fn read_still<R: Read>(source: &mut Source<R>) -> Result<(StillEpisodes, u64), LoadError> {
-    let distance = f64::from_bits(source.number()?);
-    let kept = UnitInterval::new(f64::from_bits(source.number()?));
-    let still = StillEpisodes::new(distance, kept.map_err(|_| LoadError::Damaged)?);
-    Ok((still.with_seed(source.number()?), source.number()?))
-}
-
 /// Returns the code of the settings of priorities: the unit and the new priority.
-fn code(priorities: Option<Priorities>) -> [u64; 2] {
+fn priorities_code(priorities: Option<Priorities>) -> [u64; 2] {
     let Some(settings) = priorities else { return [0, HIGHEST.to_bits()] };
     let unit = match settings.unit() {
         PriorityUnit::Transition => 1,
@@ -233,6 +223,12 @@ fn code(priorities: Option<Priorities>) -> [u64; 2] {
         NewPriority::Highest => HIGHEST,
     };
     [unit, new.to_bits()]
+}
+
+/// Returns the code of the settings of still episodes: the distance, the kept share and the seed.
+fn still_code(still: Option<StillEpisodes>) -> [u64; 3] {
+    let Some(still) = still else { return [ALL_KEPT.to_bits(), 0, 0] };
+    [still.max_distance().to_bits(), still.kept().get().to_bits(), still.seed()]
 }
 
 fn read_priorities<R: Read>(

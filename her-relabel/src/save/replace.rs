@@ -13,16 +13,16 @@ const MAX_LINKS: usize = 40;
 /// it replaces, with its permissions. If anything fails, a previous file is unchanged, and nothing
 /// else is left over. A symbolic link stays one: the file that it leads to is replaced.
 ///
-/// The last step is two: the file gets a name `.NAME.xxxxxx`, and is then renamed. A process that
-/// is killed between them leaves that file, and so does one that is killed at any time while it
-/// writes to a file system without unnamed files (`O_TMPFILE`). Nothing proves later whose such a
-/// file is, so it is the user's to remove.
+/// At the end the file gets the name `.NAME.xxxxxx`, and is then renamed. A process that is killed
+/// in between leaves that file, and so does one that is killed while it writes to a file system
+/// without unnamed files (`O_TMPFILE`). Nothing proves later whose file it is, so it is left to the
+/// user.
 pub(crate) fn replace<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
 ) -> Result<(), E> {
     let path = target_of(path)?;
-    // A path without metadata has no file yet, or cannot be opened below.
+    // Without metadata there is no file yet, or opening it below fails.
     if fs::metadata(&path).is_ok_and(|metadata| !metadata.is_file()) {
         let message = format!("{} is not a regular file: choose another path", path.display());
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message).into());
@@ -34,9 +34,8 @@ pub(crate) fn replace<E: From<io::Error>>(
     Ok(())
 }
 
-/// Removes the names other than `path` that a file has in its directory, as far as that is
-/// possible: a failed renaming leaves the temporary one. While the file is open, no other has its
-/// number.
+/// Removes the names other than `path` that a file has in its directory, if possible: a failed
+/// renaming leaves the temporary one. While the file is open, no other file has its number.
 #[cfg(unix)]
 fn remove_other_names(file: &File, path: &Path) {
     use std::os::unix::fs::MetadataExt;

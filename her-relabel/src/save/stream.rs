@@ -8,9 +8,8 @@ use crate::scalar::Scalar;
 use crate::store::config::ConfigError;
 use crate::store::fields::MAX_NAME;
 
-/// The version of the file format without and with settings of still episodes. Both are read.
-pub(crate) const VERSION: u32 = 1;
-pub(crate) const VERSION_WITH_STILL: u32 = 2;
+/// The version of the file format.
+pub(crate) const VERSION: u32 = 2;
 
 /// The number of elements converted at a time, which bounds the memory that a wrong length can
 /// claim.
@@ -75,9 +74,14 @@ impl<R: Read> Source<R> {
 
     pub(crate) fn bytes<const N: usize>(&mut self) -> Result<[u8; N], LoadError> {
         let mut bytes = [0; N];
-        self.reader.read_exact(&mut bytes)?;
-        self.checksum.update(&bytes);
+        self.fill(&mut bytes)?;
         Ok(bytes)
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+        self.reader.read_exact(bytes)?;
+        self.checksum.update(bytes);
+        Ok(())
     }
 
     pub(crate) fn number(&mut self) -> Result<u64, LoadError> {
@@ -91,8 +95,7 @@ impl<R: Read> Source<R> {
             return Err(LoadError::Damaged);
         }
         let mut bytes = vec![0; len];
-        self.reader.read_exact(&mut bytes)?;
-        self.checksum.update(&bytes);
+        self.fill(&mut bytes)?;
         String::from_utf8(bytes).map_err(|_| LoadError::Damaged)
     }
 
@@ -140,7 +143,7 @@ impl<R: Read> Source<R> {
 }
 
 /// Error returned when a buffer cannot be loaded.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum LoadError {
     /// The file cannot be read.
@@ -151,8 +154,8 @@ pub enum LoadError {
     Foreign,
     /// The file was written by another version of this crate.
     #[error(
-        "the buffer was saved in format {version} instead of {VERSION} or {VERSION_WITH_STILL}: \
-         load it with the version of her-relabel that saved it"
+        "the buffer was saved in format {version} instead of {VERSION}: load it with the version of \
+         her-relabel that saved it"
     )]
     Version {
         /// The version of the file's format.
@@ -179,6 +182,7 @@ pub enum LoadError {
     #[error("the file is damaged, use an older copy: {0}")]
     Config(#[from] ConfigError),
 }
+debug_as_display!(LoadError);
 
 impl From<io::Error> for LoadError {
     fn from(error: io::Error) -> Self {

@@ -1,10 +1,10 @@
 //! Memory for many rows.
 //!
 //! A [`Block`] is a slice of zeros on the heap, or on Linux in huge pages if the system provides
-//! them. In a table of small pages almost every random access has to look up the page's address,
-//! which takes as long as the access.
+//! them. With small pages, almost every random access has to look up the page's address, which
+//! takes as long as the access itself.
 //!
-//! The system provides the memory when it is first written. Miri knows no huge pages.
+//! The system provides the memory when it is first written. Miri does not support huge pages.
 
 #[cfg(all(target_os = "linux", not(miri)))]
 pub(crate) use huge::{Block, zeroed};
@@ -36,10 +36,10 @@ mod huge {
     impl<T> Block<T> {
         fn of_bytes(bytes: usize) -> Self {
             let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
-                // As a `Vec` does when memory runs out.
+                // As a `Vec` does if memory runs out.
                 handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<T>()))
             });
-            // Without huge pages, small ones do.
+            // If there are no huge pages, small ones serve.
             let _ = map.advise(Advice::HugePage);
             Self { map, element: PhantomData }
         }

@@ -9,15 +9,14 @@ use crate::store::transition_id::TransitionId;
 /// A replay buffer for goal-conditioned tasks that keeps the newest `capacity` transitions of
 /// finished episodes.
 ///
-/// An episode enters the buffer when it ends, with all its transitions at once. Until then its
-/// steps are kept apart, per environment, and are never sampled. *Newest* therefore refers to the
-/// order in which episodes ended, and within an episode to the order of its steps. Each state is
-/// stored once: an episode of `T` steps takes `T + 1` rows.
+/// An episode enters the buffer as a whole when it ends; until then its steps are kept apart and
+/// are never sampled. *Newest* therefore means the order in which episodes ended, and within an
+/// episode the order of its steps. Each state is stored once: an episode of `T` steps takes `T + 1`
+/// rows.
 ///
-/// [`Sampler`](crate::Sampler) draws batches from a shared reference, through which nothing
-/// changes. For one writer and concurrent readers, put the buffer into an
-/// [`RwLock`](std::sync::RwLock): readers sample side by side, and no reader ever sees half of a
-/// step. The [crate's example](crate#example) adds an episode step by step.
+/// [`Sampler`](crate::Sampler) draws batches from a shared reference. For one writer and several
+/// readers, put the buffer into an [`RwLock`](std::sync::RwLock). The
+/// [crate's example](crate#example) adds an episode step by step.
 ///
 /// # Example
 /// ```
@@ -98,7 +97,7 @@ impl<T: Scalar> HerBuffer<T> {
         (live.end - live.start) as usize
     }
 
-    /// Returns whether there is nothing to sample.
+    /// Whether there is nothing to sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.storage.episodes.live().is_empty()
@@ -110,8 +109,7 @@ impl<T: Scalar> HerBuffer<T> {
         self.storage.episodes.len()
     }
 
-    /// Returns the oldest and the newest transition that can be sampled. All numbers between them
-    /// can be, too.
+    /// Returns the oldest and the newest transition that can be sampled, as can all between them.
     #[must_use]
     pub fn transition_ids(&self) -> Option<(TransitionId, TransitionId)> {
         let live = self.storage.episodes.live();
@@ -125,10 +123,10 @@ impl<T: Scalar> HerBuffer<T> {
         self.unfinished.iter_mut().for_each(Unfinished::discard);
     }
 
-    /// Sets the priorities of transitions, or of their episodes. If a transition or an episode is
-    /// given several times, its last priority counts. Overwritten transitions are ignored.
+    /// Sets the priorities of transitions, or of their episodes. The last priority counts if one is
+    /// given several times. Overwritten transitions are ignored.
     ///
-    /// A priority is the weight of a draw itself: for the paper's prioritized replay, pass
+    /// A priority is itself the weight of a draw: for the paper's prioritized replay, pass
     /// `(|td_error| + epsilon).powf(alpha)`.
     ///
     /// # Errors

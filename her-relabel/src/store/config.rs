@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::getters::getters;
 use crate::store::fields::{Field, MAX_NAME};
 use crate::store::priorities::{NewPriority, Priorities, is_priority};
 use crate::store::still::StillEpisodes;
@@ -33,21 +32,19 @@ pub struct Dims {
 /// assert_eq!(config.num_envs(), 8);
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[must_use]
 pub struct BufferConfig {
     capacity: usize,
     dims: Dims,
-    #[serde(rename = "n_envs")]
     num_envs: usize,
     fields: Vec<Field>,
     priorities: Option<Priorities>,
-    #[serde(default)]
     still_episodes: Option<StillEpisodes>,
 }
 
 impl BufferConfig {
     /// Creates settings of a buffer that keeps up to `capacity` transitions, at least 1, with
     /// vectors of the lengths `dims`.
+    #[must_use]
     pub const fn new(capacity: usize, dims: Dims) -> Self {
         Self {
             capacity,
@@ -59,15 +56,9 @@ impl BufferConfig {
         }
     }
 
-    /// Sets the number of environments that add to the buffer side by side, at least 1. The default
-    /// is 1.
-    pub const fn with_num_envs(mut self, num_envs: usize) -> Self {
-        self.num_envs = num_envs;
-        self
-    }
-
     /// Adds a [`Field`] of `len` elements to every transition. There are none by default, because
     /// each takes memory.
+    #[must_use]
     pub fn with_field(mut self, name: impl Into<String>, len: usize) -> Self {
         self.fields.push(Field { name: name.into(), len });
         self
@@ -75,6 +66,7 @@ impl BufferConfig {
 
     /// Sets the priorities to sample by. The default is `None`, because they take memory and only
     /// [prioritized](crate::Sampler::with_priorities) samplers use them.
+    #[must_use]
     pub fn with_priorities(mut self, priorities: impl Into<Option<Priorities>>) -> Self {
         self.priorities = priorities.into();
         self
@@ -82,22 +74,27 @@ impl BufferConfig {
 
     /// Sets the share of still episodes that is kept. The default is `None`: all are kept, because
     /// leaving some out is a bias.
+    #[must_use]
     pub fn with_still_episodes(mut self, still_episodes: impl Into<Option<StillEpisodes>>) -> Self {
         self.still_episodes = still_episodes.into();
         self
     }
 
-    getters! {
+    settings! {
+        /// Sets the number of environments that add to the buffer side by side, at least 1. The
+        /// default is 1.
+        with_num_envs(num_envs: usize);
+
         /// Returns the largest number of transitions that the buffer keeps.
-        capacity: usize,
+        capacity: usize;
         /// Returns the lengths of the task's vectors.
-        dims: Dims,
+        dims: Dims;
         /// Returns the number of environments that add to the buffer side by side.
-        num_envs: usize,
+        num_envs: usize;
         /// Returns the priorities to sample by.
-        priorities: Option<Priorities>,
+        priorities: Option<Priorities>;
         /// Returns the share of still episodes that is kept.
-        still_episodes: Option<StillEpisodes>,
+        still_episodes: Option<StillEpisodes>;
     }
 
     /// Returns the additional fields of every transition.
@@ -139,8 +136,8 @@ impl BufferConfig {
     }
 }
 
-/// Error returned for settings that no buffer can have.
-#[derive(Clone, Debug, PartialEq, Error)]
+/// Error returned for invalid settings.
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// A size is 0.
@@ -170,10 +167,9 @@ pub enum ConfigError {
         /// The distance.
         distance: f64,
     },
-    /// A row of these vectors, or the rows of `capacity` transitions, cannot be addressed, or there
-    /// is no memory for so many environments.
-    #[error(
-        "there is no memory for a buffer of these sizes: reduce `capacity`, `dims` or `num_envs`"
-    )]
+    /// The rows of `capacity` transitions cannot be addressed, or there is no memory for so many
+    /// environments.
+    #[error("there is no memory for these sizes: reduce `capacity`, `dims` or `num_envs`")]
     TooLarge,
 }
+debug_as_display!(ConfigError);

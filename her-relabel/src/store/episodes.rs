@@ -37,7 +37,7 @@ pub(crate) struct Ending {
 
 /// The first stored transition of an episode, live or not, and the episode's end, in one word: no
 /// computer counts beyond 62 bits of transition number.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Record(u64);
 
 impl Record {
@@ -114,17 +114,13 @@ impl Episodes {
             // The first episode may have lost transitions. The others begin where the one before
             // them ends.
             let begins = at > 0 || record.first() <= start;
-            let Ending { terminated, truncated } = record.ending();
-            let ends = episodes.live.end < next && next <= end && (terminated || truncated);
+            let ending = record.ending();
+            let ends = episodes.live.end < next && next <= end && ending != Ending::default();
             if !(begins && ends) {
                 return None;
             }
-            let cells = episodes.live.end.div_ceil(1 << CELL_SHIFT)..next.div_ceil(1 << CELL_SHIFT);
-            episodes.cells.extend(cells.map(|_| first_episode + at as u64));
+            episodes.push(next - episodes.live.end, ending);
             episodes.records[at] = record;
-            episodes.records.push(Record::new(next, Ending::default()));
-            episodes.longest = episodes.longest.max(next - episodes.live.end);
-            episodes.live.end = next;
         }
         (episodes.live.end == end).then_some(episodes)
     }
@@ -138,6 +134,11 @@ impl Episodes {
     #[inline(always)]
     pub(crate) fn live(&self) -> Range<u64> {
         self.live.clone()
+    }
+
+    /// Returns the episodes with a live transition, in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Episode> + '_ {
+        (0..self.len()).map(|at| self.at(at))
     }
 
     /// Returns the numbers of the episodes with a live transition.

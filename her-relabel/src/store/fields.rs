@@ -19,8 +19,8 @@ pub struct Field {
     pub len: usize,
 }
 
-/// Error returned for a field that the configuration does not name.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+/// Error returned for a field that is not in the configuration.
+#[derive(Clone, PartialEq, Eq, Error)]
 #[error(
     "there is no field `{name}` among [{}]: declare it with `BufferConfig::with_field`",
     known.join(", ")
@@ -32,6 +32,7 @@ pub struct UnknownField {
     /// The names of the existing fields.
     pub known: Vec<String>,
 }
+debug_as_display!(UnknownField);
 
 /// The fields of a buffer, side by side in the order of its configuration. Cheap to clone.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,8 +3,6 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::getters::getters;
-
 /// The largest priority, far below where sums would overflow.
 const MAX_PRIORITY: f64 = 1e200;
 
@@ -13,34 +11,31 @@ const MAX_PRIORITY: f64 = 1e200;
 ///
 /// Priorities take 9 to 18 bytes per transition, or per episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[must_use]
 pub struct Priorities {
     unit: PriorityUnit,
-    #[serde(rename = "new")]
     new_priority: NewPriority,
 }
 
 impl Priorities {
     /// Creates settings that give every `unit` a priority.
+    #[must_use]
     pub const fn new(unit: PriorityUnit) -> Self {
         Self { unit, new_priority: NewPriority::Highest }
     }
 
-    /// Sets the priority of what is added. The default, [`NewPriority::Highest`], is the paper's.
-    pub const fn with_new_priority(mut self, new_priority: NewPriority) -> Self {
-        self.new_priority = new_priority;
-        self
-    }
+    settings! {
+        /// Sets the priority of what is added. The default, [`NewPriority::Highest`], is the
+        /// paper's.
+        with_new_priority(new_priority: NewPriority);
 
-    getters! {
         /// Returns what has a priority.
-        unit: PriorityUnit,
+        unit: PriorityUnit;
         /// Returns the priority of what is added.
-        new_priority: NewPriority,
+        new_priority: NewPriority;
     }
 }
 
-/// The unit that has a priority of its own.
+/// The unit that has a priority.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PriorityUnit {
@@ -66,7 +61,7 @@ pub enum NewPriority {
 }
 
 /// Error returned for priorities that cannot be set. The buffer is unchanged.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PriorityError {
     /// The buffer has no priorities.
@@ -89,14 +84,13 @@ pub enum PriorityError {
         priority: f64,
     },
     /// A transition was never stored in this buffer.
-    #[error(
-        "transition {number} was never stored here: pass transitions of a batch from this buffer"
-    )]
+    #[error("transition {number} was never stored here: pass those of a batch from this buffer")]
     UnknownTransition {
         /// The number of the transition.
         number: u64,
     },
 }
+debug_as_display!(PriorityError);
 
 /// Whether a number is a valid priority.
 pub(crate) fn is_priority(priority: f64) -> bool {

@@ -4,17 +4,11 @@ use std::ops::{Deref, DerefMut};
 
 /// Elements that are added at the back and taken from the front. Unlike those of a `VecDeque`, they
 /// always lie in one slice, in which lookups are faster.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Queue<T> {
     items: Vec<T>,
     /// The number of items that were removed.
     front: usize,
-}
-
-impl<T> Default for Queue<T> {
-    fn default() -> Self {
-        Self { items: Vec::new(), front: 0 }
-    }
 }
 
 impl<T> Deref for Queue<T> {

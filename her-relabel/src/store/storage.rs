@@ -3,7 +3,7 @@
 use crate::scalar::Scalar;
 use crate::split_mix::{unit, word_at};
 use crate::store::config::{BufferConfig, ConfigError};
-use crate::store::episodes::{Ending, Episodes};
+use crate::store::episodes::{Ending, Episode, Episodes};
 use crate::store::fields::Fields;
 use crate::store::layout::Layout;
 use crate::store::priority_table::PriorityTable;
@@ -64,6 +64,16 @@ impl<T: Scalar> Storage<T> {
         self.episodes.push(steps, ending);
         if let Some(table) = &mut self.priorities {
             table.follow(&self.episodes);
+        }
+    }
+
+    /// Replaces `rows` with those of the newest `most` steps of a stored episode, in the form that
+    /// [`push_episode`](Self::push_episode) takes.
+    pub(crate) fn copy_episode(&self, episode: &Episode, most: usize, rows: &mut Vec<T>) {
+        let first = episode.start.max(episode.end.saturating_sub(most as u64));
+        rows.clear();
+        for row in episode.row(first)..=episode.last_row() {
+            rows.extend_from_slice(self.tape.row(row));
         }
     }
 

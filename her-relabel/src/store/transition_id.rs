@@ -5,15 +5,13 @@ use std::num::NonZeroU64;
 /// The number of a stored transition.
 ///
 /// Numbers rise in the order of storing and are never reused, not even after
-/// [`HerBuffer::clear`](crate::HerBuffer::clear). The transitions of an episode have consecutive
-/// numbers.
+/// [`HerBuffer::clear`](crate::HerBuffer::clear). Those of an episode are consecutive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TransitionId(NonZeroU64);
 
 impl TransitionId {
-    /// Returns the identity of the transition with the number that [`get`](Self::get) returned, for
-    /// learners that keep plain numbers; `None` for 0. A number that was never stored is an error
-    /// where it is used.
+    /// Creates an identity from a number that [`get`](Self::get) returned, for learners that keep
+    /// plain numbers; `None` for 0. Whether it was ever stored is checked where it is used.
     #[must_use]
     pub const fn new(number: u64) -> Option<Self> {
         match NonZeroU64::new(number) {

@@ -31,9 +31,14 @@ fn every_changed_bit_is_noticed() {
 fn foreign_files_say_what_they_are() {
     let bytes = saved(&small());
     assert!(matches!(load(b"PK\x03\x04 and so on"), Err(LoadError::Foreign)));
-    let mut newer = bytes.clone();
-    newer[8] = 9;
-    assert!(matches!(load(&newer), Err(LoadError::Version { version: 9 })));
+    for version in [1, 3, 9] {
+        let mut other = bytes.clone();
+        other[8] = version;
+        let Err(LoadError::Version { version: found }) = load(&other) else {
+            panic!("format {version} is read");
+        };
+        assert_eq!(found, u32::from(version));
+    }
     let other = HerBuffer::<f32>::read_from(&bytes[..]).unwrap_err();
     assert!(matches!(other, LoadError::ElementSize { expected: 4, actual: 8 }));
     assert!(other.to_string().contains("HerBuffer<f64>"));
@@ -48,11 +53,11 @@ pub(crate) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 }
 
 /// The places of the numbers in [`small`]'s file that are not elements: the sizes, the field, and
-/// at the end the priorities.
+/// after it the settings of priorities and of still episodes, and at the end the priorities.
 fn numbers(bytes: &[u8]) -> Vec<usize> {
     let field = 16 + 6 * 8;
     let after_name = field + 8 + "value".len();
-    let head = (16..=field).step_by(8).chain((after_name..after_name + 10 * 8).step_by(8));
+    let head = (16..=field).step_by(8).chain((after_name..after_name + 14 * 8).step_by(8));
     let tail = (1..7).map(|back| bytes.len() - 4 - 8 * back);
     head.chain(tail).collect()
 }

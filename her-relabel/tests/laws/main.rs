@@ -28,6 +28,7 @@ mod choosing;
 mod common;
 mod damaged;
 mod determinism;
+mod errors;
 mod fields;
 mod format;
 mod forms;

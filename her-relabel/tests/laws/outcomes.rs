@@ -7,7 +7,8 @@ use crate::common::{
 };
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, GoalStrategy, HerBuffer, NStep, Sampler, StepData, Termination, UnitInterval,
+    Batch, GoalMixture, GoalStrategy, HerBuffer, NStep, Sampler, StepData, Termination,
+    UnitInterval,
 };
 
 /// [`Telling`] for a task that ends once its goal is reached, which tells the achieved goal from
@@ -61,7 +62,7 @@ fn outcomes_are_as_stored_unless_requested() {
 #[test]
 fn termination_and_success_are_those_of_the_new_goal() {
     // Of goals from the whole buffer, some are never reached.
-    let plain = sampler().with_strategy(GoalStrategy::Random);
+    let plain = sampler().with_goals(GoalMixture::only(GoalStrategy::Random));
     let stored = draw(&episodes(), &plain);
     let recomputed = plain.with_termination(Termination::Recomputed).with_success(true);
     let batch = draw(&episodes(), &recomputed);
@@ -96,7 +97,8 @@ fn a_window_has_one_goal_and_ends_with_its_episode() {
             [Termination::Stored, Termination::StoredOrRecomputed, Termination::Recomputed]
         {
             for strategy in [GoalStrategy::Future, GoalStrategy::Random] {
-                let sampler = sampler().with_strategy(strategy).with_termination(termination);
+                let sampler =
+                    sampler().with_goals(GoalMixture::only(strategy)).with_termination(termination);
                 let batch = draw(&episodes(), &sampler.with_n_step(n_step(steps, gamma)));
                 for row in 0..batch.len() {
                     check_window(&batch, row, steps as u32, gamma, termination);

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::{DIMS, Result, Row, Telling, add, assert_uniform, begin, buffer, rows, step};
 use her_relabel::{
-    Batch, BufferConfig, GoalStrategy, HerBuffer, SampleError, Sampler, UnitInterval,
+    Batch, BufferConfig, GoalMixture, GoalStrategy, HerBuffer, SampleError, Sampler, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -103,7 +103,7 @@ impl Model {
         assert_eq!((newest.get() - oldest.get()) as usize + 1, live.len());
         let states: BTreeSet<(u32, u32)> = live.iter().map(|(e, t, _)| (*e, *t + 1)).collect();
         for strategy in [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode] {
-            let sampler = sampler.with_strategy(strategy);
+            let sampler = sampler.with_goals(GoalMixture::only(strategy));
             sampler.sample(buffer, &Telling, 0, &mut batch).unwrap();
             let drawn = rows(&batch);
             let found: BTreeSet<Stored> = drawn.iter().map(|r| (r.episode, r.t, r.ends)).collect();
