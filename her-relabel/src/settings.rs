@@ -16,7 +16,6 @@ macro_rules! settings {
     };
     ($(#[$doc:meta])* $setter:ident($field:ident: $type:ty); $($rest:tt)*) => {
         $(#[$doc])*
-        #[must_use]
         pub const fn $setter(mut self, $field: $type) -> Self {
             self.$field = $field;
             self
