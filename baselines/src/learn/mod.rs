@@ -36,6 +36,7 @@
 
 mod adam;
 mod algorithm;
+mod algorithm_settings;
 mod checkpoint;
 mod collecting;
 mod critic;
@@ -59,12 +60,13 @@ mod trainer;
 mod vectors;
 
 pub use algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
+pub use algorithm_settings::{DdpgSettings, SacSettings};
 pub use checkpoint::{Resumed, checkpoints};
 pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
-pub use ddpg::{Ddpg, DdpgSettings};
+pub use ddpg::Ddpg;
 pub use env::LearnEnv;
 pub use error::{CheckpointError, TrainError};
-pub use sac::{Sac, SacSettings};
+pub use sac::Sac;
 pub use settings::{
     AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,
     TrainSettings,

@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::algorithm::{Algorithm, AlgorithmInit};
-use super::ddpg::{Ddpg, DdpgSettings};
+use super::algorithm_settings::{DdpgSettings, SacSettings};
+use super::ddpg::Ddpg;
 use super::error::TrainError;
 use super::range::settings;
-use super::sac::{Sac, SacSettings};
+use super::sac::Sac;
 
 /// The settings of a training run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
