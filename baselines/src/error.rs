@@ -7,7 +7,7 @@ use crate::statistics::StatisticsError;
 use crate::workers::UnreadableMessage;
 
 /// Error returned by an evaluation.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluationError {
     /// There are no episodes to take a mean of.
@@ -34,8 +34,10 @@ pub enum EvaluationError {
     Unreadable(#[from] UnreadableMessage),
 }
 
+debug_as_display!(EvaluationError);
+
 /// Error returned by a [`Collector`](crate::Collector).
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectorError {
     /// The environments could not be stepped together.
@@ -64,8 +66,10 @@ pub enum CollectorError {
     },
 }
 
+debug_as_display!(CollectorError);
+
 /// Error returned where episodes cannot be collected.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectError {
     /// The environment failed.
@@ -89,3 +93,5 @@ pub enum CollectError {
         source: AddError,
     },
 }
+
+debug_as_display!(CollectError);

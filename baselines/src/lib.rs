@@ -25,6 +25,9 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+
 mod collect;
 mod collector;
 mod error;

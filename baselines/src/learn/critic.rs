@@ -4,6 +4,7 @@
 use super::algorithm::Transitions;
 use super::network::Network;
 use super::pass::Pass;
+use super::vectors::parts_mut;
 
 /// Returns the values of actions, as a critic estimates them: a number for each row.
 pub(super) fn evaluate<'a>(
@@ -57,8 +58,7 @@ impl<const N: usize> Gradients<N> {
 
     /// Returns the parts.
     pub(super) fn parts_mut(&mut self) -> [&mut [f32]; N] {
-        let mut rest = self.numbers.as_mut_slice();
-        self.lens.map(|len| rest.split_off_mut(..len).unwrap_or_default())
+        parts_mut(&mut self.numbers, self.lens)
     }
 }
 

@@ -12,7 +12,7 @@ use crate::trained::TrainedPolicyError;
 use crate::workers::{Disagreement, UnreadableMessage};
 
 /// Error returned by a [`Trainer`](super::Trainer).
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
     /// A setting is out of its range.
@@ -142,13 +142,15 @@ pub enum TrainError {
     Unreadable(#[from] UnreadableMessage),
 }
 
+debug_as_display!(TrainError);
+
 fn resume_hint(checkpoint: Option<&PathBuf>) -> String {
     checkpoint
         .map_or_else(String::new, |path| format!("; the last checkpoint is {}", path.display()))
 }
 
 /// Error returned where a checkpoint cannot be saved or resumed.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The checkpoint cannot be written.
@@ -211,6 +213,8 @@ pub enum CheckpointError {
     #[error(transparent)]
     Train(#[from] TrainError),
 }
+
+debug_as_display!(CheckpointError);
 
 fn remove_hint(before: Option<&PathBuf>) -> String {
     before.map_or_else(String::new, |path| format!("; remove it to resume from {}", path.display()))

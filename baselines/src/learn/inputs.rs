@@ -104,35 +104,20 @@ impl Inputs {
         let (len, goal_len) = (self.observation.dim(), self.goal.dim());
         let mut goal = vec![0.0; goal_len];
         inputs.resize(seen.observations.len() / len * self.dim(), 0.0);
-        let goals = seen
-            .achieved_goals
-            .chunks_exact(goal_len)
-            .zip(seen.desired_goals.chunks_exact(goal_len));
-        let rows = seen.observations.chunks_exact(len).zip(goals);
-        for (input, (observation, (achieved, desired))) in
-            inputs.chunks_exact_mut(self.dim()).zip(rows)
-        {
+        for (row, input) in inputs.chunks_exact_mut(self.dim()).enumerate() {
+            let goals = row * goal_len..(row + 1) * goal_len;
+            let (achieved, desired) =
+                (&seen.achieved_goals[goals.clone()], &seen.desired_goals[goals]);
+            self.put_goal(achieved, desired, &mut goal);
             let (first, second) = input.split_at_mut(len);
             let normalized = self
                 .observation
-                .normalize_into(observation, first)
-                .and_then(|()| self.write_goal(achieved, desired, &mut goal, second));
+                .normalize_into(&seen.observations[row * len..][..len], first)
+                .and_then(|()| self.goal.normalize_into(&goal, second));
             if normalized.is_err() {
                 input.fill(0.0);
             }
         }
-    }
-
-    /// Writes a goal by way of `goal`, its memory before the normalization.
-    fn write_goal<G: Scalar>(
-        &self,
-        achieved: &[G],
-        desired: &[G],
-        goal: &mut [f64],
-        target: &mut [f32],
-    ) -> Result<(), NormalizerError> {
-        self.put_goal(achieved, desired, goal);
-        self.goal.normalize_into(goal, target)
     }
 
     /// Writes goals as the network sees them, before their normalization.

@@ -9,7 +9,6 @@ use her_relabel::Scalar;
 use serde::{Deserialize, Serialize};
 
 use super::algorithm::Losses;
-use super::collecting::Failure;
 use super::curve::{CurveRow, Target};
 use super::env::LearnEnv;
 use super::error::TrainError;
@@ -94,12 +93,12 @@ impl<E: LearnEnv> Trainer<E> {
         let has_learned = self.counters.updates > 0;
         let actor = has_learned.then_some(&mut *self.learner.algorithm);
         let (inputs, buffer) = (&self.replay.inputs, &mut self.replay.buffer);
-        let mut own = self
+        let own = self
             .collecting
             .collect(num_steps, actor, inputs, buffer)
             .map_err(|source| self.failed_to_collect(source))?;
-        let failure = own.take_failure();
         let num_rows = own.collected.recorded_steps;
+        let (first_failure, first_stuck) = (own.collected.first_failure, own.collected.first_stuck);
         let own = CollectedShare {
             steps: num_rows as u64,
             episodes: own.collected.finished_episodes as u64,
@@ -121,15 +120,15 @@ impl<E: LearnEnv> Trainer<E> {
             can_draw &= share.can_draw;
         }
         let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
-        match failure {
-            None => Ok(can_draw),
-            Some(Failure::OfAll(env_index, source)) => {
-                Err(TrainError::AllFailed { steps, checkpoint, env_index, source })
-            }
-            Some(Failure::ToReset(env_index, source)) => {
-                Err(TrainError::Stuck { steps, checkpoint, env_index, source })
-            }
+        if let (0, Some((env_index, error))) = (num_rows, first_failure) {
+            let source = Box::new(error);
+            return Err(TrainError::AllFailed { steps, checkpoint, env_index, source });
         }
+        if let Some((env_index, error)) = first_stuck {
+            let source = Box::new(error);
+            return Err(TrainError::Stuck { steps, checkpoint, env_index, source });
+        }
+        Ok(can_draw)
     }
 
     /// Begins an episode in each environment.
@@ -205,8 +204,8 @@ impl<E: LearnEnv> Trainer<E> {
         let row = CurveRow {
             counters: self.counters,
             success_rate: summary.success_rate,
-            return_mean: summary.episode_return_mean.value,
-            final_distance: summary.final_distance_mean.value,
+            episode_return_mean: summary.episode_return_mean.value,
+            final_distance_mean: summary.final_distance_mean.value,
             collected_success: recent.success_rate(),
             losses: recent.losses(),
         };

@@ -87,9 +87,13 @@ impl TrainedPolicy {
     /// Loads a policy from a file.
     ///
     /// # Errors
-    /// [`TrainedPolicyError`] if the file cannot be read, is damaged, or is not one of a policy.
+    /// [`TrainedPolicyError`] if the file cannot be read, is damaged, or is not a policy.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, TrainedPolicyError> {
-        Self::from_bytes(&file::read(path.as_ref())?)
+        let path = path.as_ref();
+        Self::from_bytes(&file::read(path)?).map_err(|error| TrainedPolicyError::Contents {
+            path: path.to_owned(),
+            source: Box::new(error),
+        })
     }
 
     /// Creates a policy from the contents of a file.

@@ -22,7 +22,7 @@ const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
 const MAX_LEN: usize = 1 << 30;
 
 /// Error returned where MPI cannot be started.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum MpiError {
     /// No launcher has started this process.
@@ -45,8 +45,10 @@ pub enum MpiError {
     Watch(#[from] std::io::Error),
 }
 
+debug_as_display!(MpiError);
+
 /// A process has not answered in time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("{awaited} for {} s: it is slow, stopped or unreachable", limit.as_secs_f64())]
 #[non_exhaustive]
 pub struct Late {
@@ -57,6 +59,8 @@ pub struct Late {
     /// How long it has waited.
     pub limit: Duration,
 }
+
+debug_as_display!(Late);
 
 /// What a process waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

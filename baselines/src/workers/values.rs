@@ -5,7 +5,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use super::Workers;
 
 /// A process has sent a message that cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "rank {rank} sent a message that cannot be read ({reason}): start all ranks with the same \
      program"
@@ -17,6 +17,8 @@ pub struct UnreadableMessage {
     /// What is wrong with it.
     pub reason: String,
 }
+
+debug_as_display!(UnreadableMessage);
 
 /// Sends a value to all processes, and returns the values of all. They are sent as JSON, which has
 /// no infinity and no NaN.

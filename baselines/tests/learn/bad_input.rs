@@ -59,7 +59,7 @@ impl Wrapper<Kinematic> for Faulty {
         env: &mut Resetting<'_, Kinematic>,
         seed: Option<u64>,
         options: &<Kinematic as Env>::ResetOptions,
-    ) -> std::result::Result<Reset<Observation, Self::Info>, EnvError> {
+    ) -> Result<Reset<Observation, Self::Info>, EnvError> {
         self.resets += 1;
         if self.resets > self.faults.resets {
             return Err(EnvError::other(std::io::Error::other("the table is gone")));
@@ -72,7 +72,7 @@ impl Wrapper<Kinematic> for Faulty {
         &mut self,
         env: &mut Kinematic,
         action: &[ActionElement<Kinematic>],
-    ) -> std::result::Result<Step<Observation, Self::Info>, EnvError> {
+    ) -> Result<Step<Observation, Self::Info>, EnvError> {
         self.steps += 1;
         if self.steps >= self.faults.failure {
             return Err(EnvError::other(std::io::Error::other("the robot is on fire")));
@@ -96,7 +96,7 @@ impl Stateless for Faulty {}
 
 type FaultyEnv = Wrapped<Kinematic, Faulty>;
 
-fn make_faulty(faults: Faults) -> std::result::Result<FaultyEnv, EnvError> {
+fn make_faulty(faults: Faults) -> Result<FaultyEnv, EnvError> {
     make()?.wrap(Faulty { faults, steps: 0, resets: 0 })
 }
 

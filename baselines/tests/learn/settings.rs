@@ -58,7 +58,7 @@ fn refused(settings: TrainSettings) -> Option<&'static str> {
     checked
 }
 
-fn train(settings: TrainSettings) -> std::result::Result<(), TrainError> {
+fn train(settings: TrainSettings) -> Result<(), TrainError> {
     let mut trainer = Trainer::new(make, settings, 0, 1)?;
     trainer.cycle()?;
     trainer.evaluate().map(drop)

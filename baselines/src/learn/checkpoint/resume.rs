@@ -7,10 +7,9 @@ use fetch_env::{EnvError, SnapshotEnv};
 use her_relabel::HerBuffer;
 use safetensors::{Dtype, SafeTensors};
 
-use super::Own;
-use super::contents::check_numbers;
 use super::environment::EnvMark;
 use super::load::Loaded;
+use super::{Own, check_numbers};
 use crate::learn::algorithm::{Algorithm, AlgorithmInit};
 use crate::learn::curve::Counters;
 use crate::learn::env::LearnEnv;
