@@ -1,14 +1,39 @@
 //! Episodes of a policy, collected into a hindsight replay buffer.
 
 use fetch_env::vec_env::VecEnvError;
-use fetch_env::{ActionElement, ActionSpace, GoalEnv, GoalObservation, Reset, Space};
-use her_relabel::{BufferConfig, Dims, HerBuffer, Scalar, StepRows};
+use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset, Space};
+use her_relabel::{AddError, BufferConfig, Dims, HerBuffer, Scalar, StepRows};
 
-use crate::{
-    error::CollectError,
-    evaluate::{Episode, Evaluation, Event, run_episode, seeds},
-    policy::Policy,
-};
+use crate::evaluate::{Episode, Evaluation, Event, run_episode, seeds};
+use crate::policy::Policy;
+
+/// Error returned by [`collect`].
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum CollectError {
+    /// The environment failed.
+    #[error("episode {episode} (seed {seed}) failed")]
+    Environment {
+        /// The episode, counted from 0.
+        episode: usize,
+        /// The seed of its reset.
+        seed: u64,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// The buffer rejected an episode.
+    #[error("the buffer rejected episode {episode} (seed {seed})")]
+    Buffer {
+        /// The episode, counted from 0.
+        episode: usize,
+        /// The seed of its reset.
+        seed: u64,
+        /// The buffer's error.
+        source: AddError,
+    },
+}
+
+debug_as_display!(CollectError);
 
 /// Returns the configuration of a buffer that holds `capacity` transitions of an environment.
 ///

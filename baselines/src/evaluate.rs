@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
-use fetch_env::vec_env::{BatchEnv, Seeds, VecReset, VecStepOf};
+use fetch_env::vec_env::{BatchEnv, Seeds, VecEnvError, VecReset, VecStepOf};
 use fetch_env::{
     ActionElement, ActionSpace, Env, EnvError, GoalEnv, GoalInfo, Reset, Step, VecEnv,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{error::EvaluationError, policy::Policy, statistics::Estimate};
+use crate::policy::Policy;
+use crate::statistics::{Estimate, StatisticsError};
+use crate::workers::UnreadableMessage;
 
 /// The result of one episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,11 +51,41 @@ pub struct Summary {
     pub final_distance_mean: Estimate,
 }
 
-/// The number of steps after which an episode is taken for endless.
+/// Error returned by [`evaluate`], and by what makes figures of its episodes.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum EvaluationError {
+    /// There are no episodes to take a mean of.
+    #[error("there is no episode to evaluate: run at least one")]
+    NoEpisodes,
+    /// The environment failed.
+    #[error("episode {episode} (seed {seed}) failed")]
+    Environment {
+        /// The episode, counted from 0.
+        episode: usize,
+        /// The seed of its reset.
+        seed: u64,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// The environments could not be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+    /// A return or a distance is not a finite number.
+    #[error("no mean can be taken over the episodes")]
+    Statistics(#[from] StatisticsError),
+    /// Another process sent episodes that cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] UnreadableMessage),
+}
+
+debug_as_display!(EvaluationError);
+
+/// The number of steps after which an episode counts as endless.
 pub(crate) const MAX_STEPS: usize = 100_000;
 
-/// The largest count that a snapshot or a checkpoint may have: more than any run reaches, and so
-/// little that no sum overflows.
+/// The largest count that a snapshot or a checkpoint may have: more than any run reaches, and small
+/// enough that no sum overflows.
 pub(crate) const MAX_COUNT: u64 = 1 << 40;
 
 /// Returns consecutive seeds that wrap to 0 after `u64::MAX`.
@@ -257,9 +289,8 @@ impl Evaluation {
         })
     }
 
-    /// Returns the success rate at each of other distance thresholds: as in the
-    /// environment, an episode succeeds if the distance after its last step is strictly below the
-    /// threshold.
+    /// Returns the success rate at each of these distance thresholds: as in the environment, an
+    /// episode succeeds if the distance after its last step is strictly below the threshold.
     ///
     /// # Errors
     /// [`EvaluationError::NoEpisodes`] if there are no episodes.

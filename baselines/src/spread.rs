@@ -3,8 +3,7 @@
 use fetch_env::vec_env::{BatchEnv, VecStepOf};
 use fetch_env::{ActionElement, GoalEnv, VecEnv};
 
-use crate::error::EvaluationError;
-use crate::evaluate::{Episode, Evaluation, evaluate_range};
+use crate::evaluate::{Episode, Evaluation, EvaluationError, evaluate_range};
 use crate::policy::Policy;
 use crate::workers::{UnreadableMessage, Workers, gather_values, share};
 

@@ -9,8 +9,7 @@ use super::explorer::{Explorer, Exploring};
 use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
 use super::settings::ExplorationSettings;
-use crate::collector::{Collected, Collector};
-use crate::error::CollectorError;
+use crate::collector::{Collected, Collector, CollectorError};
 use crate::evaluate::Episode;
 
 /// The environments of a run, and how actions are chosen in them.

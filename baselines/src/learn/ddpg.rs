@@ -37,7 +37,7 @@ struct Networks {
 
 debug_settings!(Ddpg);
 
-/// What a gradient is computed with, kept for its memory.
+/// What a gradient is computed with; passes and vectors are reused.
 #[derive(Default)]
 struct Work {
     actor: Pass,

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::settings::InputSettings;
 use crate::trained::InputPart;
 
-/// How observations and goals become the inputs of a network: joined, on one scale, which grows
-/// with what is collected.
+/// How observations and goals become the inputs of a network: joined, and normalized by the
+/// statistics of what was collected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Inputs {
@@ -42,7 +42,7 @@ impl<'a, T: Scalar> Seen<'a, T, T> {
 }
 
 impl Inputs {
-    /// Creates inputs of observations and goals of some lengths, not yet scaled.
+    /// Creates inputs for observations and goals of these lengths, without statistics yet.
     pub(crate) fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
         let InputSettings { relative_goal, min_std, clip } = *settings;
         let normalizer =
@@ -59,12 +59,12 @@ impl Inputs {
         self.observation.dim() + self.goal.dim()
     }
 
-    /// Whether they are those of the settings.
+    /// Whether the inputs have the form that the settings ask for.
     pub(crate) const fn have(&self, settings: &InputSettings) -> bool {
         self.relative_goal == settings.relative_goal
     }
 
-    /// Returns the goal that inputs have behind the observation.
+    /// Returns which goal follows the observation in an input.
     pub(crate) const fn joined_goal(&self) -> JoinedGoal {
         if self.relative_goal { JoinedGoal::Relative } else { JoinedGoal::Desired }
     }
@@ -92,7 +92,7 @@ impl Inputs {
         self.goal.update(&goals)
     }
 
-    /// Updates the normalizers with what others have seen.
+    /// Updates the normalizers with what another process collected.
     pub(crate) fn merge(&mut self, other: &Self) -> Result<(), NormalizerError> {
         self.observation.merge(&other.observation)?;
         self.goal.merge(&other.goal)

@@ -1,7 +1,7 @@
 //! Learning with hindsight: algorithms, their settings, and the loop that trains.
 //!
 //! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
-//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or one of your own. It takes any goal-conditioned
+//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or your own. It takes any goal-conditioned
 //! environment whose actions are a box from -1 to 1. The presets [`TrainSettings::fast`] and
 //! [`TrainSettings::authors`] have settings for the Fetch tasks.
 //!
@@ -65,7 +65,7 @@ pub use checkpoint::{Resumed, checkpoints};
 pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
 pub use ddpg::Ddpg;
 pub use env::LearnEnv;
-pub use error::{CheckpointError, TrainError};
+pub use error::{CheckpointError, RunError, TrainError};
 pub use sac::Sac;
 pub use settings::{
     AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,

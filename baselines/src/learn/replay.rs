@@ -23,7 +23,7 @@ pub(super) struct Replay<E: LearnEnv> {
     settings: InputSettings,
     /// The seed of this process.
     seed: u64,
-    /// The last batch, kept for its memory.
+    /// The last batch; its vectors are reused.
     batch: Batch<f32>,
     input: Vec<f32>,
     next_input: Vec<f32>,

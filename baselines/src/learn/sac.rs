@@ -14,7 +14,7 @@ use super::sampled::{Sampled, clamp_log_std};
 use crate::trained::LayerWeights;
 
 /// Soft actor-critic: two critics learn the value of actions plus the entropy of the policy, and an
-/// actor learns a distribution of actions. The temperature adapts itself.
+/// actor learns a distribution of actions. The temperature is learned, too.
 ///
 /// Source: Haarnoja et al., 2018, as in [`SacSettings`].
 pub struct Sac {
@@ -40,7 +40,7 @@ struct Networks {
 
 debug_settings!(Sac);
 
-/// What a gradient is computed with, kept for its memory.
+/// What a gradient is computed with; passes and vectors are reused.
 #[derive(Default)]
 struct Work {
     actor: Pass,

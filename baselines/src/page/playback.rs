@@ -17,6 +17,19 @@ use crate::{
 /// An environment whose episodes can be played back: a Fetch environment on MuJoCo, in wrappers
 /// that leave its observations alone. A wrapper of yours needs only to pass
 /// [`fetch_env`](Self::fetch_env) on.
+///
+/// ```
+/// use baselines::page::PlaybackEnv;
+/// use fetch_env::{Simulator, make};
+///
+/// /// Returns the simulated time of one step, in seconds.
+/// fn seconds_per_step(env: &impl PlaybackEnv) -> f64 {
+///     env.fetch_env().simulator().control_period()
+/// }
+///
+/// assert_eq!(seconds_per_step(&make("FetchReach-v4")?), 0.04);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait PlaybackEnv:
     GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
 {

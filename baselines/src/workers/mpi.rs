@@ -1,4 +1,4 @@
-//! The processes that an MPI launcher has started.
+//! The processes that an MPI launcher starts.
 
 use std::env;
 use std::fmt;
@@ -25,9 +25,9 @@ const MAX_LEN: usize = 1 << 30;
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum MpiError {
-    /// No launcher has started this process.
+    /// No launcher started this process.
     #[error(
-        "no MPI launcher has started this process: start it with `mpirun -n 2` before its name, or \
+        "no MPI launcher started this process: start it with `mpirun -n 2` before its name, or \
          with srun; Debian has mpirun in the package openmpi-bin"
     )]
     NoLauncher,
@@ -84,7 +84,7 @@ impl fmt::Display for Awaited {
     }
 }
 
-/// The processes that `mpirun`, `mpiexec` or `srun` has started.
+/// The processes that `mpirun`, `mpiexec` or `srun` starts.
 ///
 /// A run that has come to its end calls [`finish`](Self::finish). When the last clone is dropped
 /// without it, because of an error or a panic, MPI ends all processes, so that none waits for ever
@@ -94,7 +94,7 @@ pub struct MpiWorkers {
     session: Arc<Session>,
     rank: usize,
     size: usize,
-    /// What the other processes have sent, in the order of ranks.
+    /// What the other processes sent, in the order of ranks.
     parts: Vec<f32>,
     seconds: f64,
 }
@@ -127,7 +127,7 @@ impl MpiWorkers {
     /// Starts MPI, once in a process.
     ///
     /// When another process has not answered for `limit`, because it is slow, stopped or
-    /// unreachable, `on_late` is called, on a thread of its own. The call that waits cannot be
+    /// unreachable, `on_late` is called, on a separate thread. The call that waits cannot be
     /// interrupted: `on_late` reports the process and ends this one, upon which the launcher ends
     /// the others. The limit also holds while MPI starts, which is now, and while it ends.
     ///
@@ -311,7 +311,7 @@ fn add(sum: &mut [f32], numbers: &[f32]) {
     sum.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
 }
 
-/// Returns the rank of this process, if a launcher has started it.
+/// Returns the rank of this process, if a launcher started it.
 fn launched_rank() -> Option<usize> {
     LAUNCHERS.iter().find_map(|name| env::var(name).ok()?.parse().ok())
 }

@@ -4,7 +4,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use super::Workers;
 
-/// A process has sent a message that cannot be read.
+/// A process sent a message that cannot be read.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "rank {rank} sent a message that cannot be read ({reason}): start all ranks with the same \
@@ -12,7 +12,7 @@ use super::Workers;
 )]
 #[non_exhaustive]
 pub struct UnreadableMessage {
-    /// The process that has sent it.
+    /// The process that sent it.
     pub rank: usize,
     /// What is wrong with it.
     pub reason: String,

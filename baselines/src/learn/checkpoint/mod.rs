@@ -2,8 +2,8 @@
 //!
 //! A checkpoint is a zip archive of `state.json`, `networks.safetensors` and `environment.json`,
 //! and of `rank-0.json` and `rank-0.buffer` for each process, each with a checksum, none
-//! compressed. The first process writes it, without a name, and then gives it one, so that a run
-//! that is killed while it writes leaves the last checkpoint as it was.
+//! compressed. The first process writes it to a temporary file, which it then renames: a run that
+//! is killed while it writes leaves the last checkpoint as it was.
 
 mod archive;
 mod environment;
@@ -33,7 +33,7 @@ const STATE: &str = "state.json";
 const NETWORKS: &str = "networks.safetensors";
 const ENVIRONMENT: &str = "environment.json";
 
-/// What all processes have in common, beside the networks.
+/// The state that all processes share, except the networks.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Saved {
@@ -51,7 +51,7 @@ struct Saved {
     num_updates: u64,
 }
 
-/// What a process has for itself, beside its buffer.
+/// The state of one process, except its buffer.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Own<S> {
@@ -98,7 +98,7 @@ fn checkpoints_by_steps(folder: &Path) -> io::Result<BTreeMap<u64, PathBuf>> {
     Ok(paths)
 }
 
-/// What a checkpoint says first.
+/// The fields by which a checkpoint is recognized.
 #[derive(Deserialize)]
 struct Header {
     version: u32,
@@ -119,7 +119,7 @@ fn parse(state: &[u8]) -> Result<Saved, String> {
 }
 
 impl Saved {
-    /// Checks what all processes have in common.
+    /// Checks that a run could have left this state.
     fn check(&self) -> Result<(), String> {
         if self.num_ranks == 0 {
             return Err("it is of no process".to_owned());
@@ -142,7 +142,7 @@ impl Saved {
 }
 
 impl<S> Own<S> {
-    /// Checks what a process has for itself; environments check their snapshots themselves.
+    /// Checks the counts; environments check their snapshots themselves.
     fn check(&self) -> Result<(), String> {
         check_counts(self.explorer.counts())
     }
