@@ -6,11 +6,7 @@
 use std::{env, error::Error, fs::File, io::BufWriter};
 
 use baselines::{Policy, ScriptedPolicy};
-use fetch_env::{
-    Env, EnvId, RenderEnv, RenderOptions,
-    clip::{Caption, Clip},
-    make,
-};
+use fetch_env::{Env, EnvId, RenderEnv, RenderOptions, clip::Clip, make};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -29,19 +25,17 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let start = env.reset(Some(seed))?;
     let (mut observation, mut action) = (start.observation, [0.0; 4]);
-    let mut caption = Caption { step: 0, reward: 0.0, distance: start.info.distance };
-    loop {
-        clip.push_with_caption(env.render(&mut renderer)?, &caption)?;
+    clip.push_with_caption(env.render(&mut renderer)?, &caption(0, 0.0, start.info.distance))?;
+    for elapsed in 1.. {
         policy.act(&observation, &mut action);
         let step = env.step(&action)?;
-        observation = step.observation;
-        caption =
-            Caption { step: caption.step + 1, reward: step.reward, distance: step.info.distance };
+        let caption = caption(elapsed, step.reward, step.info.distance);
+        clip.push_with_caption(env.render(&mut renderer)?, &caption)?;
         if step.is_last() {
             break;
         }
+        observation = step.observation;
     }
-    clip.push_with_caption(env.render(&mut renderer)?, &caption)?;
 
     let file = BufWriter::new(File::create(path)?);
     if path.ends_with(".png") {
@@ -50,4 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         clip.write_gif(file)?
     }
     Ok(())
+}
+
+fn caption(step: u32, reward: f64, distance: f64) -> String {
+    let reward = reward + 0.0; // turns -0 into 0
+    format!("step     {step:3}\nreward   {reward:6.3}\ndistance {distance:6.3} m")
 }

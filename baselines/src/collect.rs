@@ -1,25 +1,50 @@
 //! Episodes of a policy, collected into a hindsight replay buffer.
 
-use fetch_env::vec_env::VecEnvError;
-use fetch_env::{ActionElement, ActionSpace, GoalEnv, GoalObservation, Reset, Space};
-use her_relabel::{BufferConfig, Dims, HerBuffer, Scalar, StepRows};
+use fetch_env::spaces::SpaceError;
+use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset, Space};
+use her_relabel::{AddError, BufferConfig, Dims, HerBuffer, Scalar, StepRows};
 
-use crate::{
-    error::CollectError,
-    evaluate::{Episode, Evaluation, Event, run_episode, seeds},
-    policy::Policy,
-};
+use crate::evaluate::{Episode, Evaluation, Event, run_episode, seeds};
+use crate::policy::Policy;
+
+/// Error returned by [`collect`].
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum CollectError {
+    /// The environment failed.
+    #[error("episode {episode} (seed {seed}) failed")]
+    Environment {
+        /// The episode, counted from 0.
+        episode: usize,
+        /// The seed of its reset.
+        seed: u64,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// The buffer rejected an episode.
+    #[error("the buffer rejected episode {episode} (seed {seed})")]
+    Buffer {
+        /// The episode, counted from 0.
+        episode: usize,
+        /// The seed of its reset.
+        seed: u64,
+        /// The buffer's error.
+        source: AddError,
+    },
+}
+
+debug_as_display!(CollectError);
 
 /// Returns the configuration of a buffer that holds `capacity` transitions of an environment.
 ///
 /// # Errors
-/// [`VecEnvError::ObservationSpace`] if the environment does not observe an observation and goals.
-pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfig, VecEnvError> {
+/// [`SpaceError::MissingPart`] if the environment does not observe an observation and goals.
+pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfig, SpaceError> {
     let dict = env.observation_space().as_dict();
     let len = |key| match dict.and_then(|dict| dict.get(key)) {
         Some(Space::BoxF32(part)) => Ok(part.len()),
         Some(Space::BoxF64(part)) => Ok(part.len()),
-        _ => Err(VecEnvError::ObservationSpace { key, element: "f32 or f64" }),
+        _ => Err(SpaceError::MissingPart { key, element: "f32 or f64" }),
     };
     let dims = Dims {
         observation: len("observation")?,

@@ -1,37 +1,54 @@
 //! Steps of many environments, collected into a hindsight replay buffer.
 
-use fetch_env::vec_env::{AutoresetMode, BatchEnv, VecEnvError, VecReset, VecSnapshot, VecStepOf};
+use fetch_env::vec_env::{AutoresetMode, VecEnvError, VecReset, VecStepOf};
 use fetch_env::{
     ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, SnapshotEnv, VecEnv,
+    WrappedSnapshot,
 };
-use her_relabel::{HerBuffer, Scalar};
+use her_relabel::{AddError, HerBuffer, Scalar};
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    error::CollectorError,
-    evaluate::{Episode, MAX_COUNT},
-    policy::Policy,
-};
+use crate::evaluate::{Episode, MAX_COUNT};
+use crate::policy::Policy;
 
 /// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
 /// buffer can store: its observations and actions are `f32` or `f64`.
 ///
-/// Every such environment implements it.
+/// Every such environment implements it. A function over any of them:
+///
+/// ```
+/// use baselines::{CollectEnv, Collector, CollectorError, Policy};
+/// use fetch_env::{ActionElement, vec_env::VecStepOf};
+/// use her_relabel::HerBuffer;
+///
+/// /// Collects steps until the buffer has `len`.
+/// fn fill<E: CollectEnv>(
+///     collector: &mut Collector<E>,
+///     policy: &mut impl Policy<VecStepOf<E>, ActionElement<E>>,
+///     buffer: &mut HerBuffer<f32>,
+///     len: usize,
+/// ) -> Result<(), CollectorError> {
+///     while buffer.len() < len {
+///         collector.collect(50, policy, buffer, |_, _| ())?;
+///     }
+///     Ok(())
+/// }
+/// ```
 pub trait CollectEnv:
-    BatchEnv
-    + GoalEnv<
+    GoalEnv<
         Observation: GoalObservation<Element: Scalar>,
         ActionSpace: ActionSpace<Element: Scalar>,
-    >
+    > + Send
+    + 'static
 {
 }
 
 impl<E> CollectEnv for E where
-    E: BatchEnv
-        + GoalEnv<
+    E: GoalEnv<
             Observation: GoalObservation<Element: Scalar>,
             ActionSpace: ActionSpace<Element: Scalar>,
-        >
+        > + Send
+        + 'static
 {
 }
 
@@ -50,7 +67,7 @@ impl<E> CollectEnv for E where
 /// collector.collect(101, &mut RandomPolicy::new(0), &mut buffer, |_, episode| {
 ///     successes += usize::from(episode.success);
 /// })?;
-/// // The autoreset between two episodes takes a step of its own.
+/// // The autoreset between two episodes takes one of the 101 steps.
 /// assert_eq!(buffer.len(), 8 * 100);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -69,7 +86,7 @@ pub struct Collector<E: CollectEnv> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CollectorSnapshot<S> {
-    envs: VecSnapshot<S>,
+    envs: Vec<WrappedSnapshot<S, u64>>,
     /// `None` for episodes without steps.
     episodes: Vec<Option<Episode>>,
 }
@@ -90,6 +107,38 @@ pub struct Collected {
     pub first_stuck: Option<(usize, EnvError)>,
 }
 
+/// Error returned by a [`Collector`].
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum CollectorError {
+    /// The environments could not be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+    /// An environment could not be reset.
+    #[error("environment {env_index} could not be reset")]
+    Environment {
+        /// The environment, counted from 0.
+        env_index: usize,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// The buffer is not one for these environments.
+    #[error(
+        "the buffer does not fit the environments: make it from buffer_config() of one of them"
+    )]
+    Buffer(#[from] AddError),
+    /// An environment returned numbers that the buffer cannot store.
+    #[error("environment {env_index} returned a number that the buffer cannot store")]
+    NotFinite {
+        /// The environment, counted from 0.
+        env_index: usize,
+        /// The number, and where it is.
+        source: AddError,
+    },
+}
+
+debug_as_display!(CollectorError);
+
 impl<E: CollectEnv> Collector<E> {
     /// Takes environments, which the first call of [`collect`](Self::collect) resets.
     #[must_use]
@@ -108,12 +157,6 @@ impl<E: CollectEnv> Collector<E> {
     #[must_use]
     pub const fn envs(&self) -> &VecEnv<E> {
         &self.envs
-    }
-
-    /// Returns the environments.
-    #[must_use]
-    pub fn into_envs(self) -> VecEnv<E> {
-        self.envs
     }
 
     /// Resets all environments, the first with `seed`, the next with `seed + 1`, and so on. Without
@@ -233,7 +276,7 @@ impl<E: CollectEnv> Collector<E> {
                 still[env_index] &= !(batch.stepped()[env_index] || batch.started()[env_index]);
                 if let (true, Some(info)) = (batch.stepped()[env_index], batch.step_info(env_index))
                 {
-                    episode.add(batch.reward()[env_index], info);
+                    episode.add(batch.reward()[env_index], info.as_ref());
                     if is_last {
                         progress(env_index, episode);
                     }

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use fetch_env::vec_env::{BatchEnv, Seeds, VecReset, VecStepOf};
-use fetch_env::{
-    ActionElement, ActionSpace, Env, EnvError, GoalEnv, GoalInfo, Reset, Step, VecEnv,
-};
+use fetch_env::vec_env::{VecEnvError, VecReset, VecStepOf};
+use fetch_env::{ActionElement, ActionSpace, Env, EnvError, GoalEnv, Info, Reset, Step, VecEnv};
 use serde::{Deserialize, Serialize};
 
-use crate::{error::EvaluationError, policy::Policy, statistics::Estimate};
+use crate::policy::Policy;
+use crate::statistics::{Estimate, StatisticsError};
+use crate::workers::UnreadableMessage;
 
 /// The result of one episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,11 +49,41 @@ pub struct Summary {
     pub final_distance_mean: Estimate,
 }
 
-/// The number of steps after which an episode is taken for endless.
+/// Error returned by [`evaluate`], and by what makes figures of its episodes.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum EvaluationError {
+    /// There are no episodes to take a mean of.
+    #[error("there is no episode to evaluate: run at least one")]
+    NoEpisodes,
+    /// The environment failed.
+    #[error("episode {episode} (seed {seed}) failed")]
+    Environment {
+        /// The episode, counted from 0.
+        episode: usize,
+        /// The seed of its reset.
+        seed: u64,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// The environments could not be stepped together.
+    #[error(transparent)]
+    Vec(#[from] VecEnvError),
+    /// A return or a distance is not a finite number.
+    #[error("no mean can be taken over the episodes")]
+    Statistics(#[from] StatisticsError),
+    /// Another process sent episodes that cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] UnreadableMessage),
+}
+
+debug_as_display!(EvaluationError);
+
+/// The number of steps after which an episode counts as endless.
 pub(crate) const MAX_STEPS: usize = 100_000;
 
-/// The largest count that a snapshot or a checkpoint may have: more than any run reaches, and so
-/// little that no sum overflows.
+/// The largest count that a snapshot or a checkpoint may have: more than any run reaches, and small
+/// enough that no sum overflows.
 pub(crate) const MAX_COUNT: u64 = 1 << 40;
 
 /// Returns consecutive seeds that wrap to 0 after `u64::MAX`.
@@ -118,7 +148,7 @@ where
         let step = env.step(&action).map_err(&failed)?;
         watch(env, Event::Step(&action, &step))?;
         let is_last = step.is_last();
-        episode.add(step.reward, &step.info);
+        episode.add(step.reward, step.info.as_ref());
         if is_last {
             return Ok(episode);
         }
@@ -146,7 +176,7 @@ pub fn evaluate_vec<E, P>(
     progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError>
 where
-    E: BatchEnv + GoalEnv,
+    E: GoalEnv + Send + 'static,
     P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
 {
     evaluate_range(envs, policy, 0..count, first_seed, progress)
@@ -162,7 +192,7 @@ pub(crate) fn evaluate_range<E, P>(
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError>
 where
-    E: BatchEnv + GoalEnv,
+    E: GoalEnv + Send + 'static,
     P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
 {
     let num_envs = envs.num_envs();
@@ -182,7 +212,7 @@ where
             source: error.clone(),
         };
         policy.reset();
-        let reset = VecReset { seeds: Seeds::Each(&seeds), ..VecReset::default() };
+        let reset = VecReset { seeds: Some(&seeds), ..VecReset::default() };
         if let Some((row, error)) = envs.reset_with(&reset)?.errors().find(|(row, _)| *row < size) {
             return Err(failed(row, error));
         }
@@ -197,7 +227,7 @@ where
                     return Err(failed(row, batch.error(row).unwrap_or(&EnvError::EpisodeOver)));
                 };
                 let episode = &mut episodes[first + row];
-                episode.add(batch.reward()[row], info);
+                episode.add(batch.reward()[row], info.as_ref());
                 if batch.terminated()[row] || batch.truncated()[row] {
                     *is_running = false;
                     progress(episode);
@@ -224,12 +254,12 @@ impl Episode {
     }
 
     /// Adds a step.
-    pub(crate) fn add(&mut self, reward: f64, info: &impl GoalInfo) {
+    pub(crate) fn add(&mut self, reward: f64, info: &Info) {
         self.episode_return += reward;
         self.episode_length += 1;
-        self.final_distance = info.distance();
-        self.success = info.is_success();
-        self.success_any |= info.is_success();
+        self.final_distance = info.distance;
+        self.success = info.is_success;
+        self.success_any |= info.is_success;
     }
 }
 
@@ -257,9 +287,8 @@ impl Evaluation {
         })
     }
 
-    /// Returns the success rate at each of other distance thresholds: as in the
-    /// environment, an episode succeeds if the distance after its last step is strictly below the
-    /// threshold.
+    /// Returns the success rate at each of these distance thresholds: as in the environment, an
+    /// episode succeeds if the distance after its last step is strictly below the threshold.
     ///
     /// # Errors
     /// [`EvaluationError::NoEpisodes`] if there are no episodes.

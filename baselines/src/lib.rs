@@ -25,9 +25,11 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[macro_use]
+mod debug;
+
 mod collect;
 mod collector;
-mod error;
 mod evaluate;
 #[cfg(feature = "learn")]
 pub mod learn;
@@ -40,10 +42,9 @@ mod statistics;
 mod trained;
 pub mod workers;
 
-pub use collect::{buffer_config, collect};
-pub use collector::{CollectEnv, Collected, Collector, CollectorSnapshot};
-pub use error::{CollectError, CollectorError, EvaluationError};
-pub use evaluate::{Episode, Evaluation, Summary, evaluate, evaluate_vec};
+pub use collect::{CollectError, buffer_config, collect};
+pub use collector::{CollectEnv, Collected, Collector, CollectorError, CollectorSnapshot};
+pub use evaluate::{Episode, Evaluation, EvaluationError, Summary, evaluate, evaluate_vec};
 pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
 pub use scripted::ScriptedPolicy;
 pub use spread::{evaluate_spread, gather_episodes};

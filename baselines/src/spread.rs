@@ -1,12 +1,11 @@
 //! Episodes spread over processes by their seeds.
 
-use fetch_env::vec_env::{BatchEnv, VecStepOf};
+use fetch_env::vec_env::VecStepOf;
 use fetch_env::{ActionElement, GoalEnv, VecEnv};
 
-use crate::error::EvaluationError;
-use crate::evaluate::{Episode, Evaluation, evaluate_range};
+use crate::evaluate::{Episode, Evaluation, EvaluationError, evaluate_range};
 use crate::policy::Policy;
-use crate::workers::{UnreadableMessage, Workers, share};
+use crate::workers::{UnreadableMessage, Workers, gather_values, share};
 
 /// Evaluates a policy as [`evaluate_vec`](crate::evaluate_vec) does, each process on its [`share`]
 /// of the seeds. All get the episodes of all, the same for any number of processes.
@@ -24,7 +23,7 @@ pub fn evaluate_spread<E, P>(
     progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError>
 where
-    E: BatchEnv + GoalEnv,
+    E: GoalEnv + Send + 'static,
     P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
 {
     let own = share(workers, count);
@@ -40,44 +39,24 @@ pub fn gather_episodes(
     workers: &mut dyn Workers,
     own: &Evaluation,
 ) -> Result<Evaluation, UnreadableMessage> {
-    // JSON has no numbers that are not finite, which an episode may have.
-    let message: Vec<u8> =
-        own.episodes.iter().flat_map(to_words).flat_map(u64::to_le_bytes).collect();
-    let mut episodes = Vec::new();
-    for (rank, message) in workers.gather(&message).iter().enumerate() {
-        let (words, rest) = message.as_chunks();
-        let words: Vec<_> = words.iter().copied().map(u64::from_le_bytes).collect();
-        let (rows, more) = words.as_chunks();
-        if !rest.is_empty() || !more.is_empty() {
-            let reason = format!("{} bytes are not those of whole episodes", message.len());
-            return Err(UnreadableMessage { rank, reason });
-        }
-        episodes.extend(rows.iter().copied().map(from_words));
-    }
-    Ok(Evaluation { episodes })
+    let own: Vec<_> = own.episodes.iter().map(to_message).collect();
+    let all = gather_values(workers, &own)?;
+    Ok(Evaluation { episodes: all.into_iter().flatten().map(from_message).collect() })
 }
 
-fn to_words(episode: &Episode) -> [u64; 5] {
-    let flags = [episode.seed.is_some(), episode.success, episode.success_any];
-    [
-        flags.iter().rev().fold(0, |bits, flag| bits << 1 | u64::from(*flag)),
-        episode.seed.unwrap_or_default(),
-        episode.episode_return.to_bits(),
-        episode.episode_length as u64,
-        episode.final_distance.to_bits(),
-    ]
+/// An episode as it is sent. JSON has no numbers that are not finite, which an episode may have:
+/// its return and its final distance are sent as their bits.
+type Message = (Option<u64>, [u64; 2], usize, [bool; 2]);
+
+fn to_message(episode: &Episode) -> Message {
+    let &Episode { seed, episode_return, episode_length, final_distance, success, success_any } =
+        episode;
+    let numbers = [episode_return, final_distance].map(f64::to_bits);
+    (seed, numbers, episode_length, [success, success_any])
 }
 
-const fn from_words(
-    [flags, seed, episode_return, episode_length, final_distance]: [u64; 5],
-) -> Episode {
-    let [has_seed, success, success_any] = [flags & 1 != 0, flags & 2 != 0, flags & 4 != 0];
-    Episode {
-        seed: if has_seed { Some(seed) } else { None },
-        episode_return: f64::from_bits(episode_return),
-        episode_length: episode_length as usize,
-        final_distance: f64::from_bits(final_distance),
-        success,
-        success_any,
-    }
+fn from_message((seed, numbers, episode_length, successes): Message) -> Episode {
+    let [episode_return, final_distance] = numbers.map(f64::from_bits);
+    let [success, success_any] = successes;
+    Episode { seed, episode_return, episode_length, final_distance, success, success_any }
 }

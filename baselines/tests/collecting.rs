@@ -1,12 +1,10 @@
 //! Episodes of environments, collected into a buffer.
 
-use std::error::Error;
-
 use baselines::{CollectError, Policy, RandomPolicy, buffer_config, collect};
 use fetch_env::{BoxSpace, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
 use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const EPISODES: usize = 4;
 const STEPS: usize = 50;

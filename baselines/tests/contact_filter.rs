@@ -4,13 +4,13 @@
 //! `FETCH_FILTER_MODEL=reference` uses the reference's model.
 #![cfg(feature = "mujoco")]
 
-use std::{env, error::Error};
+use std::env;
 
 use baselines::{Action, Policy, RandomPolicy, ScriptedPolicy};
 use fetch_env::{Env, FetchConfig, FetchObservation, ModelSource, Task, make};
 use goal_reward::RewardKind;
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 /// Drives the gripper straight at the object, or at the edge of the table if there is none, and
 /// keeps pushing.

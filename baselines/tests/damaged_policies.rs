@@ -1,6 +1,5 @@
 //! Files of policies that are damaged or forged: they are refused, or still policies.
 
-use std::error::Error;
 use std::sync::LazyLock;
 
 use baselines::{Policy, TrainedPolicy, TrainedPolicyError};
@@ -8,7 +7,7 @@ use fetch_env::{Env, FetchObservation, Task, make_kinematic};
 use proptest::{prelude::*, sample::Index};
 use serde_json::{Value, json};
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 /// A policy that learned, whose file has normalizers and several layers.
 static REAL: LazyLock<Vec<u8>> = LazyLock::new(|| {
@@ -51,7 +50,7 @@ fn observation() -> FetchObservation {
 }
 
 /// Loads a file, and lets its policy act if it is one.
-fn load_and_act(file: &[u8]) -> std::result::Result<(), TrainedPolicyError> {
+fn load_and_act(file: &[u8]) -> Result<(), TrainedPolicyError> {
     let mut policy = TrainedPolicy::from_bytes(file)?;
     policy.act(&observation(), &mut [0.0; 4]);
     policy.to_bytes().map(drop)

@@ -1,11 +1,9 @@
 //! The figures of an evaluation.
 
-use std::error::Error;
-
 use baselines::{Episode, Estimate, Evaluation, EvaluationError, evaluate};
 use fetch_env::{FetchObservation, GoalObservation, make_kinematic};
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 /// An episode of so many steps that ends at a distance.
 const fn episode(length: usize, final_distance: f64, success: bool, success_any: bool) -> Episode {
@@ -46,7 +44,7 @@ fn a_summary_has_the_means_of_the_episodes() -> Result {
 fn success_is_a_distance_strictly_below_the_threshold() -> Result {
     let rates = evaluation().success_at(&[0.005, 0.25, 0.26, 1.0, f64::INFINITY])?;
     let expected = [0, 1, 2, 3, 4].map(|successes| Estimate::share(successes, 4));
-    assert_eq!(rates, expected.into_iter().collect::<std::result::Result<Vec<_>, _>>()?);
+    assert_eq!(rates, expected.into_iter().collect::<Result<Vec<_>, _>>()?);
     Ok(())
 }
 

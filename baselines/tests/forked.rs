@@ -1,17 +1,14 @@
 //! What a child meets that a process with a trainer forks.
 #![cfg(unix)]
 
-use std::error::Error;
-
 use baselines::learn::{CheckpointError, TrainError, TrainSettings, Trainer};
 use fetch_env::vec_env::VecEnvError;
 use fetch_env::{Task, make_kinematic};
 use tempfile::tempdir;
-use testing::in_child;
+use testing::{Result, in_child};
 
 #[test]
-fn a_trainer_from_before_the_fork_says_so_and_a_resumed_one_goes_on() -> Result<(), Box<dyn Error>>
-{
+fn a_trainer_from_before_the_fork_says_so_and_a_resumed_one_goes_on() -> Result {
     let mut settings = TrainSettings::fast(Task::Reach);
     settings.schedule.evaluation_episodes = 2;
     settings.schedule.updates_per_cycle = 2;
@@ -26,7 +23,7 @@ fn a_trainer_from_before_the_fork_says_so_and_a_resumed_one_goes_on() -> Result<
     let mut trainer = Some(trainer);
     let next = |trainer: &mut Trainer<_>| -> Result<f64, TrainError> {
         trainer.cycle()?;
-        Ok(trainer.evaluate()?.final_distance)
+        Ok(trainer.evaluate()?.final_distance_mean)
     };
     in_child(|| {
         let mut before = trainer.take().ok_or("the child has it, too")?;

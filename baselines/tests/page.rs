@@ -1,7 +1,5 @@
 //! Pages that play episodes back, without a browser.
 
-use std::error::Error;
-
 use baselines::{
     Policy, RandomPolicy, ScriptedPolicy,
     page::{Axis, Document, Ink, PageError, Playback, Plot, episode_page},
@@ -12,7 +10,7 @@ use fetch_env::{
 use goal_reward::RewardKind;
 use serde_json::Value;
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 /// Fails unless every tag that is opened is closed, and nothing is loaded from elsewhere.
 fn assert_well_formed(html: &str) {

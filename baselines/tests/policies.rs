@@ -1,13 +1,11 @@
 //! The results of the policies on the real physics.
 #![cfg(feature = "mujoco")]
 
-use std::error::Error;
-
 use baselines::{Policy, RandomPolicy, ScriptedPolicy, ZeroPolicy, evaluate};
 use fetch_env::{EnvId, Task, make};
 use goal_reward::RewardKind;
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const EPISODES: usize = 40;
 

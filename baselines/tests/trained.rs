@@ -1,6 +1,6 @@
 //! Trained policies: their files, and what is refused.
 
-use std::error::Error;
+use std::error::Error as _;
 use std::fs;
 
 use allocation_counter::measure;
@@ -18,7 +18,7 @@ use goal_reward::RewardKind;
 use her_relabel::{Normalizer, NormalizerConfig};
 use proptest::prelude::*;
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 fn header() -> PolicyHeader {
     PolicyHeader {
@@ -102,8 +102,7 @@ fn a_policy_acts_the_same_alone_among_many_and_loaded() -> Result {
     assert_eq!(alone.summary()?.success_rate.value, 1.0);
     assert!(evaluate(&mut env, &mut loaded, 20, 7, |_| ())? == alone);
     let envs = (0..6).map(|_| make_kinematic("FetchReach-v4"));
-    let mut envs =
-        VecEnv::new(envs.collect::<std::result::Result<Vec<_>, _>>()?, VecConfig::default())?;
+    let mut envs = VecEnv::new(envs.collect::<Result<Vec<_>, _>>()?, VecConfig::default())?;
     assert!(evaluate_vec(&mut envs, &mut loaded, 20, 7, |_| ())? == alone);
     Ok(())
 }
@@ -193,6 +192,14 @@ fn files_of_other_kinds_are_refused() -> Result {
     assert!(matches!(missing, Err(TrainedPolicyError::Io { .. })));
     for bytes in [&b""[..], b"{}", b"\x02\0\0\0\0\0\0\0{}", &[0xff; 100]] {
         assert!(TrainedPolicy::from_bytes(bytes).is_err(), "{bytes:?}");
+    }
+    let damaged = folder.path().join("damaged");
+    fs::write(&damaged, b"{}")?;
+    for path in [folder.path().join("missing"), damaged] {
+        let error = TrainedPolicy::load(&path).expect_err("there is no policy");
+        let reason = error.source().ok_or("it has no reason")?;
+        assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+        assert_eq!(format!("{error:?}"), format!("{error}: {reason}"));
     }
     let huge = folder.path().join("huge");
     fs::File::create(&huge)?.set_len(65 << 20)?;

@@ -1,7 +1,5 @@
 //! Many environments at once: evaluation and collecting give what single environments give.
 
-use std::error::Error;
-
 use baselines::{
     Collector, CollectorError, Episode, Evaluation, EvaluationError, Policy, RandomPolicy,
     ZeroPolicy, buffer_config, evaluate, evaluate_vec,
@@ -14,7 +12,7 @@ use fetch_env::{
 };
 use her_relabel::{AddError, HerBuffer};
 
-type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const MODES: [AutoresetMode; 3] =
     [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled];
@@ -22,7 +20,7 @@ const MODES: [AutoresetMode; 3] =
 fn envs(count: usize, mode: AutoresetMode) -> Result<VecEnv<KinematicEnv>> {
     let envs = (0..count).map(|_| make_kinematic("FetchReachDense-v4"));
     let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
-    Ok(VecEnv::new(envs.collect::<std::result::Result<Vec<_>, _>>()?, config)?)
+    Ok(VecEnv::new(envs.collect::<Result<Vec<_>, _>>()?, config)?)
 }
 
 /// Moves toward the goal, more slowly the nearer it is.
@@ -152,7 +150,7 @@ impl Wrapper<KinematicEnv> for Failing {
         env: &mut Resetting<'_, KinematicEnv>,
         seed: Option<u64>,
         options: &<KinematicEnv as Env>::ResetOptions,
-    ) -> std::result::Result<Reset<FetchObservation, Self::Info>, EnvError> {
+    ) -> Result<Reset<FetchObservation, Self::Info>, EnvError> {
         self.seed = seed;
         self.check(self.reset)?;
         env.reset_with(seed, options)
@@ -162,7 +160,7 @@ impl Wrapper<KinematicEnv> for Failing {
         &mut self,
         env: &mut KinematicEnv,
         action: &[ActionElement<KinematicEnv>],
-    ) -> std::result::Result<Step<FetchObservation, Self::Info>, EnvError> {
+    ) -> Result<Step<FetchObservation, Self::Info>, EnvError> {
         self.check(self.step)?;
         env.step(action)
     }
@@ -180,7 +178,7 @@ impl KeepsGoals for Failing {}
 impl Stateless for Failing {}
 
 impl Failing {
-    fn check(&self, failing: Option<u64>) -> std::result::Result<(), EnvError> {
+    fn check(&self, failing: Option<u64>) -> Result<(), EnvError> {
         if failing.is_some() && failing == self.seed {
             return Err(EnvError::other(std::io::Error::other("it fails")));
         }
@@ -194,7 +192,7 @@ impl Failing {
     /// Evaluates seven episodes from seed 20, one at a time and three at a time, and returns the
     /// episode and the seed of the failure.
     fn failures(self) -> Result<[Option<(usize, u64)>; 2]> {
-        let failure = |evaluation: std::result::Result<Evaluation, EvaluationError>| {
+        let failure = |evaluation: Result<Evaluation, EvaluationError>| {
             let Err(EvaluationError::Environment { episode, seed, .. }) = evaluation else {
                 assert_eq!(evaluation.expect("no other error").episodes.len(), 7);
                 return None;

@@ -168,8 +168,8 @@ fuzz_target!(|input: (Algorithm, Vec<Change>)| {
     if train(&mut trainer).is_ok() {
         train(&mut again).expect("the same run");
         assert_eq!(
-            trainer.rows().last().map(|row| row.final_distance),
-            again.rows().last().map(|row| row.final_distance)
+            trainer.rows().last().map(|row| row.final_distance_mean),
+            again.rows().last().map(|row| row.final_distance_mean)
         );
     }
 });

@@ -20,32 +20,18 @@ use crate::trained::LayerWeights;
 /// use baselines::LayerWeights;
 /// use baselines::learn::{Algorithm, Losses, StateMut, Transitions};
 ///
-/// /// Clones the behavior of the buffer with a linear actor.
+/// /// Learns the mean action of the buffer, whatever it sees.
 /// #[derive(Debug)]
-/// struct Cloning {
+/// struct MeanAction {
 ///     num_inputs: usize,
-///     /// A row for each input.
-///     weights: Vec<f32>,
+///     /// One for each element of an action, before the hyperbolic tangent.
+///     biases: Vec<f32>,
 ///     num_updates: u64,
 /// }
 ///
-/// impl Cloning {
-///     fn act(&self, inputs: &[f32], actions: &mut [f32]) {
-///         let num_actions = self.weights.len() / self.num_inputs;
-///         let rows = inputs.chunks_exact(self.num_inputs);
-///         for (input, action) in rows.zip(actions.chunks_exact_mut(num_actions)) {
-///             action.fill(0.0);
-///             for (x, weights) in input.iter().zip(self.weights.chunks_exact(num_actions)) {
-///                 action.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += x * weight);
-///             }
-///             action.iter_mut().for_each(|output| *output = output.tanh());
-///         }
-///     }
-/// }
-///
-/// impl Algorithm for Cloning {
+/// impl Algorithm for MeanAction {
 ///     fn name(&self) -> &str {
-///         "cloning"
+///         "mean-action"
 ///     }
 ///
 ///     fn gamma(&self) -> f64 {
@@ -57,63 +43,50 @@ use crate::trained::LayerWeights;
 ///         batch: Transitions<'_>,
 ///         average: &mut dyn FnMut(&mut [f32]),
 ///     ) -> Losses {
-///         let mut actions = vec![0.0; batch.action.len()];
-///         self.act(batch.input, &mut actions);
-///         let num_actions = actions.len() / batch.len;
-///         let mut gradient = vec![0.0; self.weights.len()];
-///         let mut loss = 0.0;
-///         for (row, input) in batch.input.chunks_exact(self.num_inputs).enumerate() {
-///             for at in 0..num_actions {
-///                 let action = actions[row * num_actions + at];
-///                 let error = action - batch.action[row * num_actions + at];
-///                 loss += error * error / batch.len as f32;
-///                 let slope = 2.0 * error * (1.0 - action * action) / batch.len as f32;
-///                 for (x, weights) in input.iter().zip(gradient.chunks_exact_mut(num_actions)) {
-///                     weights[at] += slope * x;
-///                 }
+///         let mut gradient = vec![0.0; self.biases.len()];
+///         for action in batch.action.chunks_exact(self.biases.len()) {
+///             for ((slope, bias), action) in gradient.iter_mut().zip(&self.biases).zip(action) {
+///                 *slope += (bias.tanh() - action) / batch.len as f32;
 ///             }
 ///         }
 ///         average(&mut gradient);
-///         for (weight, slope) in self.weights.iter_mut().zip(&gradient) {
-///             *weight -= 0.1 * slope;
-///         }
+///         self.biases.iter_mut().zip(&gradient).for_each(|(bias, slope)| *bias -= 0.1 * slope);
 ///         self.num_updates += 1;
-///         Losses::new(0.0, loss, 0.0)
+///         Losses::new(0.0, gradient.iter().map(|slope| slope * slope).sum(), 0.0)
 ///     }
 ///
-///     fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
-///         self.act(inputs, actions);
-///         for (action, noise) in actions.iter_mut().zip(noise) {
-///             *action = (*action + 0.2 * noise).clamp(-1.0, 1.0);
+///     fn explore(&mut self, _inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
+///         let elements = actions.iter_mut().zip(noise).zip(self.biases.iter().cycle());
+///         for ((action, noise), bias) in elements {
+///             *action = (bias.tanh() + 0.2 * noise).clamp(-1.0, 1.0);
 ///         }
 ///     }
 ///
 ///     fn greedy_layers(&self) -> Vec<LayerWeights> {
-///         let (num_inputs, weights) = (self.num_inputs, self.weights.clone());
-///         let biases = vec![0.0; weights.len() / num_inputs];
-///         vec![LayerWeights { num_inputs, weights, biases }]
+///         let (num_inputs, biases) = (self.num_inputs, self.biases.clone());
+///         vec![LayerWeights { num_inputs, weights: vec![0.0; num_inputs * biases.len()], biases }]
 ///     }
 ///
 ///     fn state_mut(&mut self) -> StateMut<'_> {
-///         let vectors = vec![("actor.weights".to_owned(), &mut self.weights)];
+///         let vectors = vec![("actor.biases".to_owned(), &mut self.biases)];
 ///         StateMut { num_updates: &mut self.num_updates, vectors }
 ///     }
 /// }
 ///
-/// let mut cloning = Cloning { num_inputs: 1, weights: vec![0.0], num_updates: 0 };
+/// let mut algorithm = MeanAction { num_inputs: 1, biases: vec![0.0], num_updates: 0 };
 /// let batch = Transitions {
 ///     len: 2,
 ///     input: &[-1.0, 1.0],
-///     action: &[-0.5, 0.5],
+///     action: &[0.4, 0.6],
 ///     reward: &[0.0; 2],
 ///     discount: &[0.0; 2],
 ///     next_input: &[0.0; 2],
 /// };
 /// for _ in 0..200 {
-///     cloning.update(batch, &mut |_| ());
+///     algorithm.update(batch, &mut |_| ());
 /// }
 /// let mut action = [0.0];
-/// cloning.explore(&[1.0], &[0.0], &mut action);
+/// algorithm.explore(&[1.0], &[0.0], &mut action);
 /// assert!((action[0] - 0.5).abs() < 1e-3);
 /// ```
 pub trait Algorithm: Debug + Send {
@@ -126,9 +99,9 @@ pub trait Algorithm: Debug + Send {
     /// Improves the actor by one batch, and returns the losses.
     ///
     /// `average` replaces each number by its mean over all processes that share the run, and does
-    /// nothing in a run of one process. Each process has a batch of its own; they keep the same
-    /// weights because each averages its gradients before it takes a step. All of them call
-    /// `average` equally often, with as many numbers.
+    /// nothing in a run of one process. Each process has its own batch; all keep the same weights
+    /// because they average their gradients before they take a step. Each calls `average` the same
+    /// number of times, with slices of the same lengths.
     ///
     /// It runs on a rayon pool of one or two threads.
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses;
@@ -146,7 +119,10 @@ pub trait Algorithm: Debug + Send {
     fn state_mut(&mut self) -> StateMut<'_>;
 }
 
-/// What an algorithm is built for.
+/// A new algorithm, or why it could not be built.
+pub(super) type Built = Result<Box<dyn Algorithm>, TrainError>;
+
+/// What an algorithm is built for: the sizes of its networks, and its seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AlgorithmInit {
     /// The length of an input: observation and goal.
@@ -155,7 +131,7 @@ pub struct AlgorithmInit {
     pub num_actions: usize,
     /// The seed of the first weights and of all noise, the same in all processes.
     pub seed: u64,
-    /// The rank of this process, whose updates need noise of their own: 0 in a run of one process.
+    /// The rank of this process, whose updates need their own noise: 0 in a run of one process.
     pub rank: usize,
 }
 
@@ -175,7 +151,7 @@ pub struct Losses {
     pub critic: f32,
     /// The loss of the actor.
     pub actor: f32,
-    /// The value of the batch's own actions.
+    /// The value of the actions in the batch.
     pub value: f32,
 }
 
@@ -186,9 +162,8 @@ impl Losses {
         Self { critic, actor, value }
     }
 
-    /// Returns whether all are finite.
-    #[must_use]
-    pub fn are_finite(&self) -> bool {
+    /// Whether all are finite.
+    pub(super) fn are_finite(&self) -> bool {
         [self.critic, self.actor, self.value].iter().all(|loss| loss.is_finite())
     }
 }
@@ -228,7 +203,7 @@ impl Transitions<'_> {
 pub struct StateMut<'a> {
     /// The number of updates so far.
     pub num_updates: &'a mut u64,
-    /// Parameters and moments, each with a name of its own. Their lengths never change, and all
+    /// Parameters and moments, each under a unique name. Their lengths never change, and all
     /// numbers are finite; one whose name ends in `.second_moment` has none below 0.
     pub vectors: Vec<(String, &'a mut Vec<f32>)>,
 }

@@ -1,6 +1,6 @@
 //! What collects steps.
 
-use fetch_env::{EnvError, VecEnv};
+use fetch_env::VecEnv;
 use her_relabel::HerBuffer;
 
 use super::algorithm::Algorithm;
@@ -9,8 +9,7 @@ use super::explorer::{Explorer, Exploring};
 use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
 use super::settings::ExplorationSettings;
-use crate::collector::{Collected, Collector};
-use crate::error::CollectorError;
+use crate::collector::{Collected, Collector, CollectorError};
 use crate::evaluate::Episode;
 
 /// The environments of a run, and how actions are chosen in them.
@@ -28,14 +27,6 @@ pub(super) struct Steps {
     pub(super) ended: u64,
     /// The number of those that ended in success.
     pub(super) successes: u64,
-}
-
-/// Environments of this process with which a run cannot continue: the first of them, and its error.
-pub(super) enum Failure {
-    /// All have failed.
-    OfAll(usize, Box<EnvError>),
-    /// At least one could not be reset.
-    ToReset(usize, Box<EnvError>),
 }
 
 impl<E: LearnEnv> Collecting<E> {
@@ -72,18 +63,5 @@ impl<E: LearnEnv> Collecting<E> {
         let mut policy = Exploring { explorer: &mut self.explorer, actor, inputs };
         let collected = self.collector.collect(num_steps, &mut policy, buffer, count)?;
         Ok(Steps { collected, ended, successes })
-    }
-}
-
-impl Steps {
-    /// Returns what ends the run, if something does.
-    pub(super) fn take_failure(&mut self) -> Option<Failure> {
-        let Collected { recorded_steps, first_failure, first_stuck, .. } = &mut self.collected;
-        match (recorded_steps, first_failure.take()) {
-            (0, Some((env_index, error))) => Some(Failure::OfAll(env_index, Box::new(error))),
-            _ => first_stuck
-                .take()
-                .map(|(env_index, error)| Failure::ToReset(env_index, Box::new(error))),
-        }
     }
 }

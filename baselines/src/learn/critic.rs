@@ -1,11 +1,13 @@
-//! Critics: networks that value actions.
+//! What the algorithms of an actor and critics share: the values that critics estimate, gradients
+//! that processes average, and what is printed of an algorithm.
 
 use super::algorithm::Transitions;
 use super::network::Network;
 use super::pass::Pass;
+use super::vectors::parts_mut;
 
 /// Returns the values of actions, as a critic estimates them: a number for each row.
-pub(crate) fn evaluate<'a>(
+pub(super) fn evaluate<'a>(
     pass: &'a mut Pass,
     critic: &Network,
     inputs: &[f32],
@@ -23,22 +25,54 @@ pub(crate) fn evaluate<'a>(
     pass.forward(critic)
 }
 
-/// Computes the gradient of a critic's mean squared error against `targets`, by way of `slopes`.
-/// Returns the error and the mean value.
-pub(crate) fn regress(
+/// Computes the gradient of a critic's mean squared error against `targets`. Returns the error and
+/// the mean value.
+pub(super) fn regress(
     pass: &mut Pass,
     critic: &Network,
     batch: Transitions<'_>,
     targets: &[f32],
-    slopes: &mut Vec<f32>,
     gradient: &mut [f32],
 ) -> (f32, f32) {
+    let share = batch.share();
     let values = evaluate(pass, critic, batch.input, batch.action);
-    let value = values.iter().sum::<f32>() * batch.share();
+    let value = values.iter().sum::<f32>() * share;
     let errors = values.iter().zip(targets).map(|(value, target)| value - target);
-    let loss = errors.clone().map(|error| error * error).sum::<f32>() * batch.share();
-    slopes.clear();
-    slopes.extend(errors.map(|error| 2.0 * batch.share() * error));
-    pass.backward(critic, slopes, Some(gradient), 0);
+    let loss = errors.map(|error| error * error).sum::<f32>() * share;
+    let slope = |row: usize, value: f32| 2.0 * share * (value - targets[row]);
+    pass.backward(critic, slope, Some(gradient), 0);
     (loss, value)
 }
+
+/// The gradients of an update, and the losses behind them, in one vector that processes average.
+pub(super) struct Gradients<const N: usize> {
+    pub(super) numbers: Vec<f32>,
+    lens: [usize; N],
+}
+
+impl<const N: usize> Gradients<N> {
+    /// Creates parts of these lengths.
+    pub(super) fn new(lens: [usize; N]) -> Self {
+        Self { numbers: vec![0.0; lens.iter().sum()], lens }
+    }
+
+    /// Returns the parts.
+    pub(super) fn parts_mut(&mut self) -> [&mut [f32]; N] {
+        parts_mut(&mut self.numbers, self.lens)
+    }
+}
+
+/// Lets an algorithm print its settings and how often it was updated, but not its weights.
+macro_rules! debug_settings {
+    ($algorithm:ident) => {
+        impl std::fmt::Debug for $algorithm {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.debug_struct(stringify!($algorithm))
+                    .field("settings", &self.settings)
+                    .field("num_updates", &self.num_updates)
+                    .finish_non_exhaustive()
+            }
+        }
+    };
+}
+pub(super) use debug_settings;

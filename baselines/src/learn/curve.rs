@@ -51,9 +51,9 @@ pub struct CurveRow {
     /// The share of the greedy policy's episodes whose last step was a success.
     pub success_rate: Estimate,
     /// The mean sum of rewards of these episodes.
-    pub return_mean: f64,
+    pub episode_return_mean: f64,
     /// Their mean distance from the goal after the last step: meters in the Fetch tasks.
-    pub final_distance: f64,
+    pub final_distance_mean: f64,
     /// The success rate of the episodes collected since the last evaluation.
     pub collected_success: Option<f64>,
     /// The losses of the updates since the last evaluation, their mean.

@@ -7,12 +7,13 @@ use std::path::PathBuf;
 use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::{ConfigError, NormalizerError, SampleError};
 
-use crate::error::{CollectorError, EvaluationError};
+use crate::collector::CollectorError;
+use crate::evaluate::EvaluationError;
 use crate::trained::TrainedPolicyError;
 use crate::workers::{Disagreement, UnreadableMessage};
 
 /// Error returned by a [`Trainer`](super::Trainer).
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
     /// A setting is out of its range.
@@ -31,7 +32,7 @@ pub enum TrainError {
     /// An environment could not be made.
     #[error("an environment could not be made")]
     Make(#[source] EnvError),
-    /// An algorithm of your own could not be built.
+    /// Your algorithm could not be built.
     #[error("the algorithm could not be built")]
     Algorithm(#[source] Box<dyn Error + Send + Sync>),
     /// The environments could not be stepped together.
@@ -46,63 +47,15 @@ pub enum TrainError {
     /// Observations could not be normalized.
     #[error(transparent)]
     Normalize(#[from] NormalizerError),
-    /// An environment failed while collecting.
-    #[error("collecting failed after {steps} steps{}", resume_hint(.checkpoint.as_ref()))]
-    Collect {
+    /// The run failed.
+    #[error("the run failed after {steps} steps{}", resume_hint(.checkpoint.as_ref()))]
+    Run {
         /// The number of steps recorded before.
         steps: u64,
         /// The last checkpoint, from which the run can be resumed.
         checkpoint: Option<PathBuf>,
-        /// What happened, and in which environment.
-        source: Box<CollectorError>,
-    },
-    /// All environments failed in a whole cycle.
-    #[error(
-        "every environment failed after {steps} steps, environment {env_index} first: check it \
-         with fetch_env::check{}",
-        resume_hint(.checkpoint.as_ref())
-    )]
-    AllFailed {
-        /// The number of steps recorded before.
-        steps: u64,
-        /// The last checkpoint, from which the run can be resumed.
-        checkpoint: Option<PathBuf>,
-        /// The environment that failed first.
-        env_index: usize,
-        /// Its error.
-        source: Box<EnvError>,
-    },
-    /// An environment took no step in a whole cycle, because it could not be reset.
-    #[error(
-        "environment {env_index} could not be reset in a whole cycle, after {steps} steps of all: \
-         check it with fetch_env::check{}",
-        resume_hint(.checkpoint.as_ref())
-    )]
-    Stuck {
-        /// The number of steps recorded so far.
-        steps: u64,
-        /// The last checkpoint, from which the run can be resumed.
-        checkpoint: Option<PathBuf>,
-        /// The environment.
-        env_index: usize,
-        /// Its last error.
-        source: Box<EnvError>,
-    },
-    /// An environment returned a number that is not finite in an evaluation.
-    #[error(
-        "environment {env_index} returned {what} that is not finite in the evaluation after \
-         {steps} steps: check it with fetch_env::check{}",
-        resume_hint(.checkpoint.as_ref())
-    )]
-    EvaluationNotFinite {
-        /// The environment, counted from 0.
-        env_index: usize,
-        /// What is not finite.
-        what: &'static str,
-        /// The number of steps recorded before.
-        steps: u64,
-        /// The last checkpoint, from which the run can be resumed.
-        checkpoint: Option<PathBuf>,
+        /// What failed.
+        source: Box<RunError>,
     },
     /// The training has diverged, so there is no greedy policy.
     #[error(transparent)]
@@ -110,22 +63,6 @@ pub enum TrainError {
     /// An evaluation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluationError),
-    /// A loss is not a finite number.
-    #[error(
-        "the losses diverged in update {update} (critic {critic}, actor {actor}): choose smaller \
-         learning rates{}",
-        resume_hint(.checkpoint.as_ref())
-    )]
-    Diverged {
-        /// The update, counted from 1.
-        update: u64,
-        /// The critic's loss.
-        critic: f32,
-        /// The actor's loss.
-        actor: f32,
-        /// The last checkpoint, from which the run can be resumed.
-        checkpoint: Option<PathBuf>,
-    },
     /// The trainer was made before a fork: its threads are in the parent process alone.
     #[error(
         "this process was forked, and the trainer's threads are not in it: make the trainer here"
@@ -137,10 +74,68 @@ pub enum TrainError {
     /// The processes of a run do not agree.
     #[error(transparent)]
     Disagreement(#[from] Disagreement),
-    /// Another process has sent something that cannot be read.
+    /// Another process sent something that cannot be read.
     #[error(transparent)]
     Unreadable(#[from] UnreadableMessage),
 }
+
+debug_as_display!(TrainError);
+
+/// What ended a run: the source of [`TrainError::Run`].
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// Steps could not be collected.
+    #[error(transparent)]
+    Collect(#[from] CollectorError),
+    /// All environments failed in a whole cycle.
+    #[error(
+        "every environment failed, environment {env_index} first: check it with fetch_env::check"
+    )]
+    AllFailed {
+        /// The environment that failed first.
+        env_index: usize,
+        /// Its error.
+        source: EnvError,
+    },
+    /// An environment took no step in a whole cycle, because it could not be reset.
+    #[error(
+        "environment {env_index} could not be reset in a whole cycle: check it with \
+         fetch_env::check"
+    )]
+    Stuck {
+        /// The environment.
+        env_index: usize,
+        /// Its last error.
+        source: EnvError,
+    },
+    /// An environment returned a number that is not finite in an evaluation.
+    #[error(
+        "environment {env_index} returned {what} that is not finite in the evaluation: check it \
+         with fetch_env::check"
+    )]
+    EvaluationNotFinite {
+        /// The environment, counted from 0.
+        env_index: usize,
+        /// What is not finite.
+        what: &'static str,
+    },
+    /// A loss is not a finite number.
+    #[error(
+        "the losses diverged in update {update} (critic {critic}, actor {actor}): choose smaller \
+         learning rates"
+    )]
+    Diverged {
+        /// The update, counted from 1.
+        update: u64,
+        /// The critic's loss.
+        critic: f32,
+        /// The actor's loss.
+        actor: f32,
+    },
+}
+
+debug_as_display!(RunError);
 
 fn resume_hint(checkpoint: Option<&PathBuf>) -> String {
     checkpoint
@@ -148,7 +143,7 @@ fn resume_hint(checkpoint: Option<&PathBuf>) -> String {
 }
 
 /// Error returned where a checkpoint cannot be saved or resumed.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The checkpoint cannot be written.
@@ -211,6 +206,8 @@ pub enum CheckpointError {
     #[error(transparent)]
     Train(#[from] TrainError),
 }
+
+debug_as_display!(CheckpointError);
 
 fn remove_hint(before: Option<&PathBuf>) -> String {
     before.map_or_else(String::new, |path| format!("; remove it to resume from {}", path.display()))

@@ -12,7 +12,7 @@ use super::inputs::{Inputs, Seen};
 use super::settings::ExplorationSettings;
 use crate::policy::Policy;
 
-/// What the next decisions of an [`Explorer`] depend on, beside its seed and its actor.
+/// What the next decisions of an [`Explorer`] depend on, besides its seed and its actor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ExplorerState {
     /// The number of times that all environments' actions were chosen.
@@ -65,11 +65,11 @@ impl LastBatch {
 /// How the actions of all environments are chosen: those of the actor with noise, random actions
 /// and random episodes.
 ///
-/// Every decision has a stream of random numbers of its own.
+/// Each decision draws from its own stream of random numbers.
 pub(crate) struct Explorer {
     settings: ExplorationSettings,
     seed: u64,
-    /// The actor's inputs, kept for their memory.
+    /// The actor's inputs; the vector is reused.
     rows: Vec<f32>,
     state: ExplorerState,
     /// What the next decision sees instead of the batch that it gets.

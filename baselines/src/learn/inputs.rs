@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::settings::InputSettings;
 use crate::trained::InputPart;
 
-/// How observations and goals become the inputs of a network: joined, on one scale, which grows
-/// with what is collected.
+/// How observations and goals become the inputs of a network: joined, and normalized by the
+/// statistics of what was collected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Inputs {
@@ -42,7 +42,7 @@ impl<'a, T: Scalar> Seen<'a, T, T> {
 }
 
 impl Inputs {
-    /// Creates inputs of observations and goals of some lengths, not yet scaled.
+    /// Creates inputs for observations and goals of these lengths, without statistics yet.
     pub(crate) fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
         let InputSettings { relative_goal, min_std, clip } = *settings;
         let normalizer =
@@ -59,12 +59,12 @@ impl Inputs {
         self.observation.dim() + self.goal.dim()
     }
 
-    /// Whether they are those of the settings.
+    /// Whether the inputs have the form that the settings ask for.
     pub(crate) const fn have(&self, settings: &InputSettings) -> bool {
         self.relative_goal == settings.relative_goal
     }
 
-    /// Returns the goal that inputs have behind the observation.
+    /// Returns which goal follows the observation in an input.
     pub(crate) const fn joined_goal(&self) -> JoinedGoal {
         if self.relative_goal { JoinedGoal::Relative } else { JoinedGoal::Desired }
     }
@@ -92,7 +92,7 @@ impl Inputs {
         self.goal.update(&goals)
     }
 
-    /// Updates the normalizers with what others have seen.
+    /// Updates the normalizers with what another process collected.
     pub(crate) fn merge(&mut self, other: &Self) -> Result<(), NormalizerError> {
         self.observation.merge(&other.observation)?;
         self.goal.merge(&other.goal)
@@ -104,35 +104,20 @@ impl Inputs {
         let (len, goal_len) = (self.observation.dim(), self.goal.dim());
         let mut goal = vec![0.0; goal_len];
         inputs.resize(seen.observations.len() / len * self.dim(), 0.0);
-        let goals = seen
-            .achieved_goals
-            .chunks_exact(goal_len)
-            .zip(seen.desired_goals.chunks_exact(goal_len));
-        let rows = seen.observations.chunks_exact(len).zip(goals);
-        for (input, (observation, (achieved, desired))) in
-            inputs.chunks_exact_mut(self.dim()).zip(rows)
-        {
+        for (row, input) in inputs.chunks_exact_mut(self.dim()).enumerate() {
+            let goals = row * goal_len..(row + 1) * goal_len;
+            let (achieved, desired) =
+                (&seen.achieved_goals[goals.clone()], &seen.desired_goals[goals]);
+            self.put_goal(achieved, desired, &mut goal);
             let (first, second) = input.split_at_mut(len);
             let normalized = self
                 .observation
-                .normalize_into(observation, first)
-                .and_then(|()| self.write_goal(achieved, desired, &mut goal, second));
+                .normalize_into(&seen.observations[row * len..][..len], first)
+                .and_then(|()| self.goal.normalize_into(&goal, second));
             if normalized.is_err() {
                 input.fill(0.0);
             }
         }
-    }
-
-    /// Writes a goal by way of `goal`, its memory before the normalization.
-    fn write_goal<G: Scalar>(
-        &self,
-        achieved: &[G],
-        desired: &[G],
-        goal: &mut [f64],
-        target: &mut [f32],
-    ) -> Result<(), NormalizerError> {
-        self.put_goal(achieved, desired, goal);
-        self.goal.normalize_into(goal, target)
     }
 
     /// Writes goals as the network sees them, before their normalization.

@@ -1,7 +1,7 @@
 //! Learning with hindsight: algorithms, their settings, and the loop that trains.
 //!
 //! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
-//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or one of your own. It takes any goal-conditioned
+//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or your own. It takes any goal-conditioned
 //! environment whose actions are a box from -1 to 1. The presets [`TrainSettings::fast`] and
 //! [`TrainSettings::authors`] have settings for the Fetch tasks.
 //!
@@ -36,6 +36,7 @@
 
 mod adam;
 mod algorithm;
+mod algorithm_settings;
 mod checkpoint;
 mod collecting;
 mod critic;
@@ -59,12 +60,13 @@ mod trainer;
 mod vectors;
 
 pub use algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
+pub use algorithm_settings::{DdpgSettings, SacSettings};
 pub use checkpoint::{Resumed, checkpoints};
 pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
-pub use ddpg::{Ddpg, DdpgSettings};
+pub use ddpg::Ddpg;
 pub use env::LearnEnv;
-pub use error::{CheckpointError, TrainError};
-pub use sac::{Sac, SacSettings};
+pub use error::{CheckpointError, RunError, TrainError};
+pub use sac::Sac;
 pub use settings::{
     AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,
     TrainSettings,

@@ -3,7 +3,7 @@
 use rand::{Rng, RngExt};
 
 use super::algorithm::StateMut;
-use super::vectors::vectorize;
+use super::vectors::{parts, parts_mut, vectorize};
 use crate::trained::LayerWeights;
 
 /// The shape of a [`Network`].
@@ -68,7 +68,7 @@ impl Shape {
                     is_hidden,
                     is_normalized: is_hidden && self.layer_norm,
                 };
-                start += layer.len();
+                start += layer.lens().iter().sum::<usize>();
                 layer
             })
             .collect()
@@ -76,36 +76,26 @@ impl Shape {
 
     /// The number of parameters.
     pub(crate) fn len(&self) -> usize {
-        self.layers().iter().map(|layer| layer.len()).sum()
+        self.layers().iter().flat_map(|layer| layer.lens()).sum()
     }
 }
 
 impl Layer {
-    /// The number of parameters.
-    const fn len(self) -> usize {
-        (self.num_inputs + 1) * self.num_outputs + 2 * self.norm_len()
-    }
-
-    /// The number of normalized outputs.
-    const fn norm_len(self) -> usize {
-        if self.is_normalized { self.num_outputs } else { 0 }
+    /// The numbers of weights, biases, scales and shifts.
+    const fn lens(self) -> [usize; 4] {
+        let norm_len = if self.is_normalized { self.num_outputs } else { 0 };
+        [self.num_inputs * self.num_outputs, self.num_outputs, norm_len, norm_len]
     }
 
     /// Returns the parameters of this layer among all of a network.
     pub(crate) fn of(self, parameters: &[f32]) -> Parameters<'_> {
-        let own = &parameters[self.start..][..self.len()];
-        let (weights, rest) = own.split_at(self.num_inputs * self.num_outputs);
-        let (biases, rest) = rest.split_at(self.num_outputs);
-        let (scales, shifts) = rest.split_at(self.norm_len());
+        let [weights, biases, scales, shifts] = parts(&parameters[self.start..], self.lens());
         Parameters { weights, biases, scales, shifts }
     }
 
     /// Returns the gradient of this layer's parameters.
     pub(crate) fn of_mut(self, gradient: &mut [f32]) -> ParametersMut<'_> {
-        let own = &mut gradient[self.start..][..self.len()];
-        let (weights, rest) = own.split_at_mut(self.num_inputs * self.num_outputs);
-        let (biases, rest) = rest.split_at_mut(self.num_outputs);
-        let (scales, shifts) = rest.split_at_mut(self.norm_len());
+        let [weights, biases, scales, shifts] = parts_mut(&mut gradient[self.start..], self.lens());
         ParametersMut { weights, biases, scales, shifts }
     }
 }

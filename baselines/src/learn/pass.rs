@@ -22,13 +22,6 @@ pub(crate) struct Pass {
     gradients: [Vec<f32>; 2],
 }
 
-/// Returns a network's outputs for inputs, a row for each.
-pub(crate) fn run<'a>(pass: &'a mut Pass, network: &Network, inputs: &[f32]) -> &'a [f32] {
-    let width = network.shape.num_inputs();
-    pass.input_mut(inputs.len() / width, width).copy_from_slice(inputs);
-    pass.forward(network)
-}
-
 /// What a layer has computed.
 #[derive(Clone, Default)]
 struct LayerPass {
@@ -40,6 +33,13 @@ struct LayerPass {
 }
 
 impl Pass {
+    /// Returns the network's outputs for inputs, a row for each.
+    pub(crate) fn run(&mut self, network: &Network, inputs: &[f32]) -> &[f32] {
+        let width = network.shape.num_inputs();
+        self.input_mut(inputs.len() / width, width).copy_from_slice(inputs);
+        self.forward(network)
+    }
+
     /// Returns the input of a pass of `num_rows` rows of `width` numbers, for the caller to fill.
     pub(crate) fn input_mut(&mut self, num_rows: usize, width: usize) -> &mut [f32] {
         self.num_rows = num_rows;
@@ -59,20 +59,22 @@ impl Pass {
         input
     }
 
-    /// Computes the gradient of a loss from `output`, its gradient with respect to the outputs of
-    /// the last [`forward`](Self::forward): writes that of the parameters to `parameters` if given,
-    /// and returns that of the last `input_width` numbers of each row of the input.
+    /// Computes the gradient of a loss from `slope`, its derivative with respect to an output of
+    /// the last [`forward`](Self::forward), given the output's index and value: writes the gradient
+    /// of the parameters to `parameters` if given, and returns that of the last `input_width`
+    /// numbers of each row of the input.
     pub(crate) fn backward(
         &mut self,
         network: &Network,
-        output: &[f32],
+        slope: impl Fn(usize, f32) -> f32,
         mut parameters: Option<&mut [f32]>,
         input_width: usize,
     ) -> &[f32] {
         let num_rows = self.num_rows;
         let [gradient, before] = &mut self.gradients;
+        let outputs = self.layers.last().map_or(&[][..], |layer| &layer.output);
         gradient.clear();
-        gradient.extend_from_slice(output);
+        gradient.extend(outputs.iter().enumerate().map(|(index, output)| slope(index, *output)));
         for (number, layer) in network.shape.layers().into_iter().enumerate().rev() {
             let pass = &self.layers[number];
             let Parameters { weights, scales, .. } = layer.of(&network.parameters);
@@ -250,7 +252,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::super::network::{Network, Shape};
-    use super::{Pass, run};
+    use super::Pass;
 
     const ROWS: usize = 5;
 
@@ -264,13 +266,13 @@ mod tests {
             let inputs: Vec<f32> = (0..ROWS * 4).map(|_| rng.random_range(-1.0..1.0)).collect();
             let mut pass = Pass::default();
             let loss = |network: &Network, inputs: &[f32], pass: &mut Pass| -> f64 {
-                let outputs = run(pass, network, inputs);
+                let outputs = pass.run(network, inputs);
                 outputs.iter().map(|output| f64::from(*output).powi(2)).sum()
             };
-            let outputs: Vec<f32> =
-                run(&mut pass, &network, &inputs).iter().map(|y| 2.0 * y).collect();
+            pass.run(&network, &inputs);
             let mut gradient = vec![f32::NAN; network.parameters.len()];
-            let of_inputs = pass.backward(&network, &outputs, Some(&mut gradient), 3).to_vec();
+            let slope = |_, output| 2.0 * output;
+            let of_inputs = pass.backward(&network, slope, Some(&mut gradient), 3).to_vec();
             let step = 1e-3;
             let close = |computed: f32, high: f64, low: f64, what: &str| {
                 let difference = ((high - low) / (2.0 * f64::from(step))) as f32;

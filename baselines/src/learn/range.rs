@@ -24,8 +24,8 @@ macro_rules! check_range {
     };
 }
 
-/// Defines settings. What follows the type of a number is its range, which is documented, checked
-/// and named by errors.
+/// Defines settings. A number's type is followed by its range, which is documented, checked and
+/// named by errors.
 macro_rules! settings {
     (
         $(#[$of_all:meta])*

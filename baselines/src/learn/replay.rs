@@ -1,5 +1,6 @@
 //! What holds transitions and draws them.
 
+use fetch_env::vec_env::VecEnvError;
 use her_relabel::{
     Batch, ColumnsMut, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Sampler, StillEpisodes,
     UnitInterval,
@@ -23,7 +24,7 @@ pub(super) struct Replay<E: LearnEnv> {
     settings: InputSettings,
     /// The seed of this process.
     seed: u64,
-    /// The last batch, kept for its memory.
+    /// The last batch; its vectors are reused.
     batch: Batch<f32>,
     input: Vec<f32>,
     next_input: Vec<f32>,
@@ -39,7 +40,8 @@ impl<E: LearnEnv> Replay<E> {
         inputs: &InputSettings,
         seed: u64,
     ) -> Result<Self, TrainError> {
-        let mut config = buffer_config(replay.capacity, &template)?.with_num_envs(num_envs);
+        let config = buffer_config(replay.capacity, &template).map_err(VecEnvError::from)?;
+        let mut config = config.with_num_envs(num_envs);
         if let Some(still) = still_episodes(replay)? {
             let seed = seed_for(seed, Purpose::StillEpisodes, 0);
             config = config.with_still_episodes(still.with_seed(seed));

@@ -9,13 +9,11 @@ use her_relabel::Scalar;
 use serde::{Deserialize, Serialize};
 
 use super::algorithm::Losses;
-use super::collecting::Failure;
 use super::curve::{CurveRow, Target};
 use super::env::LearnEnv;
-use super::error::TrainError;
+use super::error::{RunError, TrainError};
 use super::inputs::Inputs;
 use super::trainer::Trainer;
-use crate::error::CollectorError;
 use crate::evaluate::evaluate_range;
 use crate::policy::Policy;
 use crate::spread::gather_episodes;
@@ -94,12 +92,12 @@ impl<E: LearnEnv> Trainer<E> {
         let has_learned = self.counters.updates > 0;
         let actor = has_learned.then_some(&mut *self.learner.algorithm);
         let (inputs, buffer) = (&self.replay.inputs, &mut self.replay.buffer);
-        let mut own = self
+        let own = self
             .collecting
             .collect(num_steps, actor, inputs, buffer)
-            .map_err(|source| self.failed_to_collect(source))?;
-        let failure = own.take_failure();
+            .map_err(|error| self.failed(error.into()))?;
         let num_rows = own.collected.recorded_steps;
+        let (first_failure, first_stuck) = (own.collected.first_failure, own.collected.first_stuck);
         let own = CollectedShare {
             steps: num_rows as u64,
             episodes: own.collected.finished_episodes as u64,
@@ -120,15 +118,14 @@ impl<E: LearnEnv> Trainer<E> {
             }
             can_draw &= share.can_draw;
         }
-        let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
-        match failure {
-            None => Ok(can_draw),
-            Some(Failure::OfAll(env_index, source)) => {
-                Err(TrainError::AllFailed { steps, checkpoint, env_index, source })
+        match (num_rows, first_failure, first_stuck) {
+            (0, Some((env_index, source)), _) => {
+                Err(self.failed(RunError::AllFailed { env_index, source }))
             }
-            Some(Failure::ToReset(env_index, source)) => {
-                Err(TrainError::Stuck { steps, checkpoint, env_index, source })
+            (_, _, Some((env_index, source))) => {
+                Err(self.failed(RunError::Stuck { env_index, source }))
             }
+            _ => Ok(can_draw),
         }
     }
 
@@ -136,12 +133,12 @@ impl<E: LearnEnv> Trainer<E> {
     pub(super) fn begin_episodes(&mut self) -> Result<(), TrainError> {
         self.collecting
             .begin_episodes(self.counters.steps, &mut self.replay.buffer)
-            .map_err(|source| self.failed_to_collect(source))
+            .map_err(|error| self.failed(error.into()))
     }
 
-    fn failed_to_collect(&self, source: CollectorError) -> TrainError {
+    fn failed(&self, error: RunError) -> TrainError {
         let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
-        TrainError::Collect { steps, checkpoint, source: Box::new(source) }
+        TrainError::Run { steps, checkpoint, source: Box::new(error) }
     }
 
     /// Draws and updates as often as a cycle does.
@@ -153,11 +150,15 @@ impl<E: LearnEnv> Trainer<E> {
         learner.update(numbers, replay, &mut **workers, |losses: Losses| {
             counters.updates += 1;
             if !losses.are_finite() {
-                return Err(TrainError::Diverged {
-                    update: counters.updates,
-                    critic: losses.critic,
-                    actor: losses.actor,
+                let Losses { critic, actor, .. } = losses;
+                return Err(TrainError::Run {
+                    steps: counters.steps,
                     checkpoint: last_checkpoint.clone(),
+                    source: Box::new(RunError::Diverged {
+                        update: counters.updates,
+                        critic,
+                        actor,
+                    }),
                 });
             }
             recent.add(losses);
@@ -169,8 +170,8 @@ impl<E: LearnEnv> Trainer<E> {
     /// other evaluation has.
     ///
     /// # Errors
-    /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::EvaluationNotFinite`] and
-    /// [`TrainError::Forked`].
+    /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::Forked`], and
+    /// [`TrainError::Run`] with [`RunError::EvaluationNotFinite`].
     pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
         self.learner.check_process()?;
         let count = self.settings.schedule.evaluation_episodes;
@@ -192,12 +193,7 @@ impl<E: LearnEnv> Trainer<E> {
         };
         let bad = first_bad.map(|row| (row, "an observation")).or_else(bad_reward);
         if let Some((env_index, what)) = bad {
-            return Err(TrainError::EvaluationNotFinite {
-                env_index,
-                what,
-                steps: self.counters.steps,
-                checkpoint: self.last_checkpoint.clone(),
-            });
+            return Err(self.failed(RunError::EvaluationNotFinite { env_index, what }));
         }
         self.counters.evaluations += 1;
         let summary = gather_episodes(&mut *self.workers, &evaluation)?.summary()?;
@@ -205,8 +201,8 @@ impl<E: LearnEnv> Trainer<E> {
         let row = CurveRow {
             counters: self.counters,
             success_rate: summary.success_rate,
-            return_mean: summary.episode_return_mean.value,
-            final_distance: summary.final_distance_mean.value,
+            episode_return_mean: summary.episode_return_mean.value,
+            final_distance_mean: summary.final_distance_mean.value,
             collected_success: recent.success_rate(),
             losses: recent.losses(),
         };

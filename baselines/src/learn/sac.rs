@@ -1,67 +1,20 @@
 //! Soft actor-critic.
 
-use std::fmt;
-
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::adam::{Adam, Trained};
 use super::algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
-use super::critic::{evaluate, regress};
+use super::algorithm_settings::SacSettings;
+use super::critic::{Gradients, debug_settings, evaluate, regress};
 use super::error::TrainError;
 use super::network::{Network, Shape};
-use super::pass::{Pass, run};
-use super::range::settings;
+use super::pass::Pass;
 use super::sampled::{Sampled, clamp_log_std};
 use crate::trained::LayerWeights;
 
-settings! {
-    /// Settings of [`Sac`].
-    ///
-    /// The sources are Haarnoja et al., *Soft actor-critic algorithms and applications*, 2018 (the
-    /// authors below), the Fetch settings of RL Baselines3 Zoo, and this project's own
-    /// measurements.
-    pub struct SacSettings {
-        /// The lengths of the hidden layers of actor and critics: 256, 256, the authors'.
-        pub hidden: Vec<usize> => 1..=1_024 in at most 4 layers,
-        /// Whether the critics' hidden layers are normalized: true, as in MRL (Pitis et al., 2020).
-        pub layer_norm: bool,
-        /// The factor of the actor's last weights at the start: 0.1, as in
-        /// [`DdpgSettings`](super::DdpgSettings).
-        pub last_layer_scale: f32 => 0.0..=10.0,
-        /// The learning rate of actor, critics and temperature: 0.001, the zoo's. The authors:
-        /// 0.0003.
-        pub learning_rate: f32 => 1e-9..=1.0,
-        /// The discount of a step: 0.95, the zoo's. The authors: 0.99.
-        pub gamma: f64 => 0.0..=1.0,
-        /// The fraction of the way that target networks move towards the learning ones after every
-        /// update: 0.05, the zoo's. The authors: 0.005.
-        pub target_fraction: f32 => 1e-6..=1.0,
-        /// The temperature at the start, the weight of the entropy: 0.1. Stable-Baselines3: 1.
-        pub initial_temperature: f32 => 1e-6..=1_000.0,
-        /// The entropy that the temperature aims at, for each element of an action: -1, the
-        /// authors'.
-        pub target_entropy: f32 => -100.0..=0.69,
-    }
-}
-
-impl Default for SacSettings {
-    fn default() -> Self {
-        Self {
-            hidden: vec![256, 256],
-            layer_norm: true,
-            last_layer_scale: 0.1,
-            learning_rate: 0.001,
-            gamma: 0.95,
-            target_fraction: 0.05,
-            initial_temperature: 0.1,
-            target_entropy: -1.0,
-        }
-    }
-}
-
 /// Soft actor-critic: two critics learn the value of actions plus the entropy of the policy, and an
-/// actor learns a distribution of actions. The temperature adapts itself.
+/// actor learns a distribution of actions. The temperature is learned, too.
 ///
 /// Source: Haarnoja et al., 2018, as in [`SacSettings`].
 pub struct Sac {
@@ -69,12 +22,11 @@ pub struct Sac {
     networks: Networks,
     log_temperature: Vec<f32>,
     temperature_adam: Adam,
-    critic_work: CriticWork,
-    actor_work: ActorWork,
-    exploring: Pass,
-    /// The gradients of both critics and of the actor, and the losses behind them: the critics',
-    /// the actor's, the value, and the logarithm of the actions' density.
-    gradients: Vec<f32>,
+    /// Of both critics and of the actor, and the losses: the critics', the actor's, the value, and
+    /// the logarithm of the actions' density.
+    gradients: Gradients<4>,
+    critic_work: Work,
+    actor_work: Work,
     num_updates: u64,
     seed: u64,
     rank: usize,
@@ -84,6 +36,17 @@ struct Networks {
     actor: Trained,
     critics: [Trained; 2],
     targets: [Network; 2],
+}
+
+debug_settings!(Sac);
+
+/// What a gradient is computed with; passes and vectors are reused.
+#[derive(Default)]
+struct Work {
+    actor: Pass,
+    critics: [Pass; 2],
+    sample: Sampled,
+    targets: Vec<f32>,
 }
 
 impl Sac {
@@ -102,23 +65,18 @@ impl Sac {
         let actor = Network::init(actor, *last_layer_scale, &mut rng);
         let critic = Shape::new(num_inputs + num_actions, hidden, 1, *layer_norm);
         let targets = [(); 2].map(|()| Network::init(critic.clone(), 1.0, &mut rng));
-        let networks = Networks {
-            actor: Trained::new(actor, *learning_rate),
-            critics: targets.clone().map(|critic| Trained::new(critic, *learning_rate)),
-            targets,
-        };
-        let [first, second] = &networks.critics;
-        let parts = [first, second, &networks.actor];
-        let len: usize = parts.iter().map(|part| part.network.parameters.len()).sum();
-        let num_losses = 4;
+        let critic_len = critic.len();
         Ok(Self {
-            networks,
-            gradients: vec![0.0; len + num_losses],
+            gradients: Gradients::new([critic_len, critic_len, actor.parameters.len(), 4]),
+            networks: Networks {
+                actor: Trained::new(actor, *learning_rate),
+                critics: targets.clone().map(|critic| Trained::new(critic, *learning_rate)),
+                targets,
+            },
             log_temperature: vec![settings.initial_temperature.ln()],
             temperature_adam: Adam::new(*learning_rate, 1),
-            critic_work: CriticWork::default(),
-            actor_work: ActorWork::default(),
-            exploring: Pass::default(),
+            critic_work: Work::default(),
+            actor_work: Work::default(),
             settings,
             num_updates: 0,
             seed,
@@ -136,61 +94,10 @@ impl Algorithm for Sac {
         self.settings.gamma
     }
 
-    fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
-        let Self { settings, networks, critic_work, actor_work, gradients, seed, .. } = self;
-        let num_updates = &mut self.num_updates;
-
-        // The gradients of this process.
-        let critics_len = 2 * networks.critics[0].network.parameters.len();
-        let actor_len = networks.actor.network.parameters.len();
-        let (critic_gradients, rest) = gradients.split_at_mut(critics_len);
-        let (actor_gradient, losses) = rest.split_at_mut(actor_len);
-        let temperature = self.log_temperature[0].exp();
-        *num_updates += 1;
-        // Stream 0 has drawn the first weights.
-        let first_stream = ((self.rank as u64) << 48) | (2 * *num_updates);
-        let noise = |branch: u64| {
-            let mut rng = ChaCha8Rng::seed_from_u64(*seed);
-            rng.set_stream(first_stream + branch);
-            rng
-        };
-        let ((critic_loss, value), (actor_loss, log_density)) = rayon::join(
-            || {
-                critic_work.compute_targets(batch, networks, temperature, &mut noise(0));
-                critic_work.differentiate(batch, &networks.critics, critic_gradients)
-            },
-            || {
-                let rng = &mut noise(1);
-                actor_work.differentiate(batch, networks, temperature, rng, actor_gradient)
-            },
-        );
-        losses.copy_from_slice(&[critic_loss, actor_loss, value, log_density]);
-
-        // The same step in all processes.
-        average(gradients);
-        let (critic_gradients, rest) = gradients.split_at(critics_len);
-        let (actor_gradient, losses) = rest.split_at(actor_len);
-        let Networks { actor, critics, targets } = networks;
-        rayon::join(
-            || {
-                let gradients = critic_gradients.chunks_exact(critics_len / 2);
-                for ((critic, target), gradient) in critics.iter_mut().zip(targets).zip(gradients) {
-                    critic.step(*num_updates, gradient);
-                    target.follow(&critic.network, settings.target_fraction);
-                }
-            },
-            || actor.step(*num_updates, actor_gradient),
-        );
-        let target = settings.target_entropy * batch.num_actions() as f32;
-        let slope = -(losses[3] + target);
-        self.temperature_adam.step(*num_updates, &mut self.log_temperature, &[slope]);
-        Losses::new(losses[0], losses[1], losses[2])
-    }
-
     fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
         let actor = &self.networks.actor.network;
         let num_actions = actions.len() / (inputs.len() / actor.shape.num_inputs());
-        let outputs = run(&mut self.exploring, actor, inputs).chunks_exact(2 * num_actions);
+        let outputs = self.actor_work.actor.run(actor, inputs).chunks_exact(2 * num_actions);
         let rows = actions.chunks_exact_mut(num_actions).zip(noise.chunks_exact(num_actions));
         for ((actions, noise), outputs) in rows.zip(outputs) {
             let (means, log_stds) = outputs.split_at(num_actions);
@@ -200,6 +107,47 @@ impl Algorithm for Sac {
                 *action = (mean + clamp_log_std(*log_std).exp() * noise).tanh();
             }
         }
+    }
+
+    fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
+        let Self { settings, networks, gradients, critic_work, actor_work, seed, rank, .. } = self;
+        self.num_updates += 1;
+        let num_updates = self.num_updates;
+        let temperature = self.log_temperature[0].exp();
+        // Stream 0 has drawn the first weights.
+        let first_stream = ((*rank as u64) << 48) | (2 * num_updates);
+        let noise = |branch: u64| {
+            let mut rng = ChaCha8Rng::seed_from_u64(*seed);
+            rng.set_stream(first_stream + branch);
+            rng
+        };
+        let [first, second, actor_gradient, losses] = gradients.parts_mut();
+        let ((critic_loss, value), (actor_loss, log_density)) = rayon::join(
+            || {
+                let gradients = [first, second];
+                networks.critic_gradients(batch, temperature, noise(0), critic_work, gradients)
+            },
+            || networks.actor_gradient(batch, temperature, noise(1), actor_work, actor_gradient),
+        );
+        losses.copy_from_slice(&[critic_loss, actor_loss, value, log_density]);
+        average(&mut gradients.numbers);
+
+        let [first, second, actor_gradient, losses] = gradients.parts_mut();
+        let Networks { actor, critics, targets } = networks;
+        rayon::join(
+            || {
+                let critics = critics.iter_mut().zip(targets).zip([first, second]);
+                for ((critic, target), gradient) in critics {
+                    critic.step(num_updates, gradient);
+                    target.follow(&critic.network, settings.target_fraction);
+                }
+            },
+            || actor.step(num_updates, actor_gradient),
+        );
+        let target_entropy = settings.target_entropy * batch.num_actions() as f32;
+        let slope = -(losses[3] + target_entropy);
+        self.temperature_adam.step(num_updates, &mut self.log_temperature, &[slope]);
+        Losses::new(losses[0], losses[1], losses[2])
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {
@@ -228,116 +176,70 @@ impl Algorithm for Sac {
     }
 }
 
-/// What the critics' gradients need, kept for their memory.
-#[derive(Default)]
-struct CriticWork {
-    actor: Pass,
-    critics: [Pass; 2],
-    next: Sampled,
-    targets: Vec<f32>,
-    slopes: Vec<f32>,
-}
-
-impl CriticWork {
-    /// Computes what the critics should say: the reward and the discounted soft value of the next
-    /// state.
-    fn compute_targets(
-        &mut self,
+impl Networks {
+    /// Computes the gradients of the critics' losses: their mean squared errors against the reward
+    /// and the discounted soft value of the next state. Returns the sum of the losses and the mean
+    /// value.
+    fn critic_gradients(
+        &self,
         batch: Transitions<'_>,
-        networks: &Networks,
         temperature: f32,
-        rng: &mut impl Rng,
-    ) {
+        mut rng: impl Rng,
+        work: &mut Work,
+        gradients: [&mut [f32]; 2],
+    ) -> (f32, f32) {
         let inputs = batch.next_input;
-        let outputs = run(&mut self.actor, &networks.actor.network, inputs);
-        self.next.draw(outputs, batch.num_actions(), rng);
-        let Self { critics: [first, second], next, .. } = self;
-        let [first_target, second_target] = &networks.targets;
-        let first = evaluate(first, first_target, inputs, &next.actions);
-        let second = evaluate(second, second_target, inputs, &next.actions);
-        let values = first.iter().zip(second).zip(&next.log_densities);
+        let Work { actor, critics: [first, second], sample, targets } = work;
+        sample.draw(actor.run(&self.actor.network, inputs), batch.num_actions(), &mut rng);
+        let first_values = evaluate(first, &self.targets[0], inputs, &sample.actions);
+        let second_values = evaluate(second, &self.targets[1], inputs, &sample.actions);
+        let values = first_values.iter().zip(second_values).zip(&sample.log_densities);
         let values = values.map(|((first, second), log)| first.min(*second) - temperature * log);
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
-        self.targets.clear();
-        self.targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
-    }
+        targets.clear();
+        targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
 
-    /// Computes the critics' gradients, and returns the sum of their losses and the mean value.
-    fn differentiate(
-        &mut self,
-        batch: Transitions<'_>,
-        critics: &[Trained; 2],
-        gradients: &mut [f32],
-    ) -> (f32, f32) {
         let (mut loss, mut value) = (0.0, 0.0);
-        let Self { critics: passes, targets, slopes, .. } = self;
-        let halves = gradients.chunks_exact_mut(gradients.len() / 2);
-        for ((pass, gradient), Trained { network, .. }) in
-            passes.iter_mut().zip(halves).zip(critics)
-        {
-            let own = regress(pass, network, batch, targets, slopes, gradient);
+        let passes = [first, second].into_iter().zip(&self.critics);
+        for ((pass, critic), gradient) in passes.zip(gradients) {
+            let own = regress(pass, &critic.network, batch, targets, gradient);
             loss += own.0;
             value += 0.5 * own.1;
         }
         (loss, value)
     }
-}
 
-/// What the actor's gradient needs, kept for its memory.
-#[derive(Default)]
-struct ActorWork {
-    actor: Pass,
-    critics: [Pass; 2],
-    sample: Sampled,
-    /// The gradient of the actor's outputs.
-    slopes: Vec<f32>,
-}
-
-impl ActorWork {
-    /// Computes the gradient of the actor's loss, the mean of the temperature times the logarithm
+    /// Computes the gradient of the actor's loss: the mean of the temperature times the logarithm
     /// of the density, minus the lower value. Returns the loss and the mean of the logarithms.
-    fn differentiate(
-        &mut self,
+    fn actor_gradient(
+        &self,
         batch: Transitions<'_>,
-        networks: &Networks,
         temperature: f32,
-        rng: &mut impl Rng,
+        mut rng: impl Rng,
+        work: &mut Work,
         gradient: &mut [f32],
     ) -> (f32, f32) {
-        let inputs = batch.input;
-        let (share, num_actions) = (batch.share(), batch.num_actions());
-        let actor = &networks.actor.network;
-        self.sample.draw(run(&mut self.actor, actor, inputs), num_actions, rng);
-        let Self { critics: [first_pass, second_pass], sample, .. } = self;
-        let [first, second] = networks.critics.each_ref().map(|critic| &critic.network);
+        let (inputs, share, num_actions) = (batch.input, batch.share(), batch.num_actions());
+        let Work { actor, critics: [first_pass, second_pass], sample, .. } = work;
+        sample.draw(actor.run(&self.actor.network, inputs), num_actions, &mut rng);
+        let [first, second] = self.critics.each_ref().map(|critic| &critic.network);
         let first_values = evaluate(first_pass, first, inputs, &sample.actions).to_vec();
-        let second_values = evaluate(second_pass, second, inputs, &sample.actions);
-        let pairs = || first_values.iter().zip(second_values);
+        let second_values = evaluate(second_pass, second, inputs, &sample.actions).to_vec();
         let log_density = sample.log_densities.iter().sum::<f32>() * share;
-        let values: f32 = pairs().map(|(first, second)| first.min(*second)).sum();
+        let pairs = first_values.iter().zip(&second_values);
+        let values: f32 = pairs.map(|(first, second)| first.min(*second)).sum();
         let loss = temperature * log_density - share * values;
-        let lower = |is_first: bool| {
-            let slope = move |(first, second): (&f32, &f32)| {
-                if (first <= second) == is_first { -share } else { 0.0 }
-            };
-            pairs().map(slope).collect::<Vec<f32>>()
-        };
-        let (first_outputs, second_outputs) = (lower(true), lower(false));
-        let mut slopes = first_pass.backward(first, &first_outputs, None, num_actions).to_vec();
-        let second_slopes = second_pass.backward(second, &second_outputs, None, num_actions);
-        slopes.iter_mut().zip(second_slopes).for_each(|(sum, slope)| *sum += slope);
-        self.slopes.resize(2 * slopes.len(), 0.0);
-        sample.differentiate(&slopes, temperature * share, num_actions, &mut self.slopes);
-        self.actor.backward(actor, &self.slopes, Some(gradient), 0);
-        (loss, log_density)
-    }
-}
 
-impl fmt::Debug for Sac {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Sac")
-            .field("settings", &self.settings)
-            .field("num_updates", &self.num_updates)
-            .finish_non_exhaustive()
+        let slope = |is_lower: bool| if is_lower { -share } else { 0.0 };
+        let by_first = |row: usize, value| slope(value <= second_values[row]);
+        let by_second = |row: usize, value| slope(value < first_values[row]);
+        let by_first = first_pass.backward(first, by_first, None, num_actions);
+        let by_second = second_pass.backward(second, by_second, None, num_actions);
+        let by_output = |index, _| {
+            let by_action = |index: usize| by_first[index] + by_second[index];
+            sample.slope(index, by_action, temperature * share, num_actions)
+        };
+        actor.backward(&self.actor.network, by_output, Some(gradient), 0);
+        (loss, log_density)
     }
 }

@@ -42,26 +42,27 @@ impl Sampled {
         }
     }
 
-    /// Writes the gradient of the actor's outputs, given `slopes`, the gradient of the actions, and
+    /// Returns the gradient of output `index` of the actor, given that of an action's element and
     /// `weight`, that of the logarithms of the densities.
-    pub(super) fn differentiate(
+    pub(super) fn slope(
         &self,
-        slopes: &[f32],
+        index: usize,
+        by_action: impl Fn(usize) -> f32,
         weight: f32,
         num_actions: usize,
-        outputs: &mut [f32],
-    ) {
-        for (row, outputs) in outputs.chunks_exact_mut(2 * num_actions).enumerate() {
-            let (means, log_stds) = outputs.split_at_mut(num_actions);
-            for (index, (mean, log_std)) in means.iter_mut().zip(log_stds).enumerate() {
-                let at = row * num_actions + index;
-                let action = self.actions[at];
-                // The density falls with the slope of the hyperbolic tangent, whose logarithm has
-                // the derivative -2 tanh, and with the standard deviation.
-                *mean = slopes[at] * (1.0 - action * action) + weight * 2.0 * action;
-                let by_std = *mean * self.stds[at] * self.noise[at] - weight;
-                *log_std = if self.is_free[at] { by_std } else { 0.0 };
-            }
+    ) -> f32 {
+        let (row, column) = (index / (2 * num_actions), index % (2 * num_actions));
+        let at = row * num_actions + column % num_actions;
+        let action = self.actions[at];
+        // The density falls with the slope of the hyperbolic tangent, whose logarithm has the
+        // derivative -2 tanh, and with the standard deviation.
+        let by_mean = by_action(at) * (1.0 - action * action) + weight * 2.0 * action;
+        if column < num_actions {
+            by_mean
+        } else if self.is_free[at] {
+            by_mean * self.stds[at] * self.noise[at] - weight
+        } else {
+            0.0
         }
     }
 }

@@ -1,5 +1,5 @@
-//! The seeds of a run: each use of random numbers has seeds of its own, so that no two uses share
-//! any numbers.
+//! The seeds of a run: each use of random numbers has its own seeds, so that no two uses share any
+//! numbers.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,11 +4,12 @@ use fetch_env::Task;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::algorithm::{Algorithm, AlgorithmInit};
-use super::ddpg::{Ddpg, DdpgSettings};
+use super::algorithm::{AlgorithmInit, Built};
+use super::algorithm_settings::{DdpgSettings, SacSettings};
+use super::ddpg::Ddpg;
 use super::error::TrainError;
 use super::range::settings;
-use super::sac::{Sac, SacSettings};
+use super::sac::Sac;
 
 /// The settings of a training run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,7 +32,7 @@ impl TrainSettings {
     ///
     /// Source: own measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain exploration
     /// for long horizon multi-goal reinforcement learning*, 2020). Nothing in them knows the task,
-    /// but two tasks have numbers of their own: Reach, whose episodes need no object, and Slide,
+    /// but two tasks have other numbers: Reach, whose episodes need no object, and Slide,
     /// whose object moves on after the robot has left it.
     #[must_use]
     pub fn fast(task: Task) -> Self {
@@ -127,9 +128,7 @@ impl TrainSettings {
             },
         }
     }
-}
 
-impl TrainSettings {
     /// Returns the settings of one of `size` processes.
     pub(super) fn of_one(&self, size: usize) -> Result<Self, TrainError> {
         let mut own = self.clone();
@@ -202,7 +201,7 @@ pub enum AlgorithmSettings {
     Ddpg(DdpgSettings),
     /// [`Sac`](super::Sac).
     Sac(SacSettings),
-    /// An algorithm of your own, which [`Trainer::with_algorithm`](super::Trainer::with_algorithm)
+    /// Your own algorithm, which [`Trainer::with_algorithm`](super::Trainer::with_algorithm)
     /// builds: its settings, which checkpoints and policies record.
     Other(Value),
 }
@@ -223,7 +222,7 @@ impl AlgorithmSettings {
     /// # Errors
     /// Those of [`Ddpg::new`] and [`Sac::new`], and [`TrainError::Setting`] for
     /// [`Other`](Self::Other).
-    pub fn build(&self, init: AlgorithmInit) -> Result<Box<dyn Algorithm>, TrainError> {
+    pub fn build(&self, init: AlgorithmInit) -> Built {
         Ok(match self.clone() {
             Self::Ddpg(settings) => Box::new(Ddpg::new(settings, init)?),
             Self::Sac(settings) => Box::new(Sac::new(settings, init)?),
@@ -251,7 +250,7 @@ settings! {
         /// How many transitions get a goal achieved later in their episode, for each that keeps its
         /// own: 4, the authors'.
         pub future_k: f64 => 0.0..=1_000.0,
-        /// The weight of goals pursued in other episodes, beside future goals of weight 1: 0, and 1
+        /// The weight of goals pursued in other episodes; future goals have weight 1: 0, and 1
         /// for Slide, as in MRL.
         pub past_desired: f64 => 0.0..=1_000.0,
         /// The share kept of transitions whose goal was achieved before the step: 0.2, measured,

@@ -7,7 +7,7 @@ use fetch_env::vec_env::{AutoresetMode, VecConfig};
 use fetch_env::{EnvError, VecEnv};
 use her_relabel::{Dims, HerBuffer};
 
-use super::algorithm::{Algorithm, AlgorithmInit};
+use super::algorithm::{AlgorithmInit, Built};
 use super::collecting::Collecting;
 use super::curve::{Counters, CurveRow, Recent, UpdateSeconds};
 use super::env::LearnEnv;
@@ -24,7 +24,7 @@ use crate::workers::{OneProcess, UnreadableMessage, Workers, agree, share, sum};
 /// It has three parts: what collects, what holds and draws, and what updates.
 /// [`run`](Self::run) is the loop over them.
 pub struct Trainer<E: LearnEnv> {
-    /// Tells the run from others, also from those of the same settings and seed.
+    /// Distinguishes the run from all others, even with the same settings and seed.
     pub(super) run_id: u64,
     pub(super) settings: TrainSettings,
     pub(super) seed: u64,
@@ -68,14 +68,14 @@ impl<E: LearnEnv> Trainer<E> {
 
     /// Prepares a run that several processes share, as [`new`](Self::new) does in each of them.
     ///
-    /// Each process has environments and a buffer of its own, and draws its own part of each batch;
-    /// [`per_rank`](super::ScheduleSettings::per_rank) tells how many of them. All call the same
-    /// methods of their trainers in the same order. The same number of processes gives the same
-    /// bits again, and one process those of a run without others.
+    /// Each process has its own environments and buffer, and draws its part of each batch;
+    /// [`per_rank`](super::ScheduleSettings::per_rank) decides how many. All call the same methods
+    /// of their trainers in the same order. The same number of processes gives the same bits again,
+    /// and one process those of [`new`](Self::new).
     ///
     /// # Errors
-    /// [`TrainError`] as from [`new`](Self::new), and [`TrainError::Disagreement`] if the processes
-    /// have other settings, seeds or versions of this crate.
+    /// [`TrainError`] as from [`new`](Self::new), and [`TrainError::Disagreement`] if the settings,
+    /// the seeds or the versions of this crate differ between the processes.
     pub fn with_workers(
         make: impl Fn() -> Result<E, EnvError>,
         settings: TrainSettings,
@@ -87,9 +87,8 @@ impl<E: LearnEnv> Trainer<E> {
     }
 
     /// Prepares a run with an algorithm that `build` makes of the
-    /// [settings](TrainSettings::algorithm), which are [`AlgorithmSettings::Other`] for one of your
-    /// own; otherwise as [`with_workers`](Self::with_workers), with [`OneProcess`] in a run without
-    /// others.
+    /// [settings](TrainSettings::algorithm), which are [`AlgorithmSettings::Other`] for your own;
+    /// otherwise as [`with_workers`](Self::with_workers), with [`OneProcess`] for a single process.
     ///
     /// # Errors
     /// [`TrainError`] as from [`with_workers`](Self::with_workers), and those of `build`.
@@ -99,7 +98,7 @@ impl<E: LearnEnv> Trainer<E> {
         seed: u64,
         num_threads: usize,
         mut workers: Box<dyn Workers>,
-        build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Result<Box<dyn Algorithm>, TrainError>,
+        build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Built,
     ) -> Result<Self, TrainError> {
         let mut facts = vec![
             ("version of baselines", env!("CARGO_PKG_VERSION").to_owned()),

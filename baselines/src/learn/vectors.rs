@@ -1,4 +1,4 @@
-//! Loops over numbers, compiled for the vectors of the processor.
+//! Loops over numbers, compiled for the vectors of the processor, and the parts of a vector.
 
 use pulp::{Arch, NullaryFnOnce};
 
@@ -21,4 +21,17 @@ impl<F: FnMut()> NullaryFnOnce for Loop<F> {
     fn call(mut self) {
         (self.0)();
     }
+}
+
+/// Splits numbers into parts of these lengths.
+pub(crate) fn parts<const N: usize>(mut numbers: &[f32], lens: [usize; N]) -> [&[f32]; N] {
+    lens.map(|len| numbers.split_off(..len).unwrap_or_default())
+}
+
+/// Splits numbers into parts of these lengths.
+pub(crate) fn parts_mut<const N: usize>(
+    mut numbers: &mut [f32],
+    lens: [usize; N],
+) -> [&mut [f32]; N] {
+    lens.map(|len| numbers.split_off_mut(..len).unwrap_or_default())
 }

@@ -3,7 +3,7 @@
 use fetch_env::EnvError;
 
 /// Error returned where a page, or a part of it, cannot be made.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PageError {
     /// The environment failed during the episode.
@@ -35,3 +35,5 @@ pub enum PageError {
         reason: String,
     },
 }
+
+debug_as_display!(PageError);

@@ -2,7 +2,7 @@
 
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    BoxSpace, EnvError, EnvId, FetchEnv, FetchObservation, GoalEnv, GoalInfo, GoalObservation,
+    BoxSpace, EnvError, EnvId, FetchEnv, FetchObservation, GoalEnv, GoalObservation, Info,
     ModelSource, Step, Task, TimeLimit,
 };
 use fetch_sim::{BodyId, MujocoSimulator, Shape, SimError, Simulator, VisualGeom};
@@ -17,6 +17,19 @@ use crate::{
 /// An environment whose episodes can be played back: a Fetch environment on MuJoCo, in wrappers
 /// that leave its observations alone. A wrapper of yours needs only to pass
 /// [`fetch_env`](Self::fetch_env) on.
+///
+/// ```
+/// use baselines::page::PlaybackEnv;
+/// use fetch_env::{Simulator, make};
+///
+/// /// Returns the simulated time of one step, in seconds.
+/// fn seconds_per_step(env: &impl PlaybackEnv) -> f64 {
+///     env.fetch_env().simulator().control_period()
+/// }
+///
+/// assert_eq!(seconds_per_step(&make("FetchReach-v4")?), 0.04);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait PlaybackEnv:
     GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
 {
@@ -141,7 +154,7 @@ impl Playback {
                     &step.info
                 }
             };
-            let pushed = episode.push(env.fetch_env().simulator(), &carriers, info);
+            let pushed = episode.push(env.fetch_env().simulator(), &carriers, info.as_ref());
             pushed.map_err(|error| failed(EnvError::from(error)))
         })?;
         for poses in &mut episode.bodies {
@@ -213,14 +226,14 @@ impl Recorded {
         &mut self,
         simulator: &MujocoSimulator,
         carriers: &[BodyId],
-        info: &impl GoalInfo,
+        info: &Info,
     ) -> Result<(), SimError> {
         for (poses, &body) in self.bodies.iter_mut().zip(carriers) {
             let (position, q) = simulator.data().body_pose(body)?;
             poses.extend(position.iter().chain(&[q.w, q.i, q.j, q.k]).copied().map(rounded));
         }
-        self.distances.push(rounded(info.distance()));
-        self.successes.push(info.is_success());
+        self.distances.push(rounded(info.distance));
+        self.successes.push(info.is_success);
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 /// Error returned where a [`TrainedPolicy`](crate::TrainedPolicy) cannot be loaded or used.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainedPolicyError {
     /// The file cannot be read.
@@ -16,10 +16,20 @@ pub enum TrainedPolicyError {
         source: io::Error,
     },
     /// The file is too large for a policy.
-    #[error("the file has more than {limit} bytes: it is not one of a policy")]
+    #[error("{} has more than {limit} bytes: it is not a policy", path.display())]
     TooLarge {
+        /// The file.
+        path: PathBuf,
         /// The largest size that is read.
         limit: u64,
+    },
+    /// The file's contents are not those of a policy.
+    #[error("{} is not a policy that can be loaded", path.display())]
+    Contents {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: Box<Self>,
     },
     /// The file is damaged, or not a safetensors file.
     #[error("the file is damaged, or not a safetensors file: {reason}")]
@@ -27,8 +37,8 @@ pub enum TrainedPolicyError {
         /// What is wrong.
         reason: String,
     },
-    /// The file has no header of a policy.
-    #[error("the file has no valid header of a policy under the key `policy`: {reason}")]
+    /// The file has no policy header.
+    #[error("the file has no valid policy header under the key `policy`: {reason}")]
     Header {
         /// What is wrong.
         reason: String,
@@ -75,3 +85,5 @@ pub enum TrainedPolicyError {
         actual: [usize; 3],
     },
 }
+
+debug_as_display!(TrainedPolicyError);

@@ -21,7 +21,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     let file = File::open(path).map_err(failed)?;
     file.take(LIMIT + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > LIMIT {
-        return Err(Error::TooLarge { limit: LIMIT });
+        return Err(Error::TooLarge { path: path.to_owned(), limit: LIMIT });
     }
     Ok(bytes)
 }

@@ -22,9 +22,9 @@ pub struct PolicyHeader {
     pub action_len: usize,
     /// The parts of the network's input, in their order.
     pub inputs: Vec<InputPart>,
-    /// The scale of observations; `None` if they are not normalized.
+    /// The normalizer of observations; `None` if they are not normalized.
     pub observation_normalizer: Option<Normalizer>,
-    /// The scale of goals, or of relative goals; `None` if they are not normalized.
+    /// The normalizer of goals, or of relative goals; `None` if they are not normalized.
     pub goal_normalizer: Option<Normalizer>,
     /// What trained the policy, such as `ddpg`.
     pub algorithm: String,
@@ -51,7 +51,7 @@ pub enum InputPart {
     AchievedGoal,
     /// The desired goal.
     DesiredGoal,
-    /// The way from the achieved to the desired goal: their difference.
+    /// The desired goal minus the achieved goal.
     RelativeGoal,
 }
 

@@ -1,4 +1,4 @@
-//! Trained policies: small networks that were learned once and are loaded from a file.
+//! Trained policies: small networks that are loaded from a file.
 
 pub(crate) mod error;
 pub(crate) mod file;
@@ -16,8 +16,8 @@ pub use header::{InputPart, PolicyHeader, SuccessRate};
 
 use crate::policy::Policy;
 
-/// A policy that was learned: a network with rectified linear units and a hyperbolic tangent at its
-/// end, the scale of its inputs, and where it comes from.
+/// A trained policy: a network with rectified linear units and a hyperbolic tangent at its end, the
+/// normalizers of its inputs, and how it was trained.
 ///
 /// The file is a [safetensors](https://docs.rs/safetensors) file of the tensors `layers.0.weight`,
 /// `layers.0.bias`, and so on, where a weight has a row for each input; its metadata has the
@@ -33,7 +33,7 @@ pub struct TrainedPolicy {
     work: Work,
 }
 
-/// What an action is computed from, kept for its memory.
+/// What an action is computed from; the vectors are reused.
 #[derive(Clone, Debug, Default)]
 struct Work {
     /// The way to the goal.
@@ -87,9 +87,13 @@ impl TrainedPolicy {
     /// Loads a policy from a file.
     ///
     /// # Errors
-    /// [`TrainedPolicyError`] if the file cannot be read, is damaged, or is not one of a policy.
+    /// [`TrainedPolicyError`] if the file cannot be read, is damaged, or is not a policy.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, TrainedPolicyError> {
-        Self::from_bytes(&file::read(path.as_ref())?)
+        let path = path.as_ref();
+        Self::from_bytes(&file::read(path)?).map_err(|error| TrainedPolicyError::Contents {
+            path: path.to_owned(),
+            source: Box::new(error),
+        })
     }
 
     /// Creates a policy from the contents of a file.
@@ -108,7 +112,7 @@ impl TrainedPolicy {
         file::encode(self)
     }
 
-    /// Where the policy comes from, and what it was trained for.
+    /// How the policy was trained, and for what.
     #[must_use]
     pub const fn header(&self) -> &PolicyHeader {
         &self.header
@@ -205,7 +209,7 @@ impl LayerWeights {
         Ok(())
     }
 
-    /// Writes what the layer says of inputs.
+    /// Writes the outputs of the layer for inputs.
     fn write_outputs(&self, inputs: &[f32], outputs: &mut Vec<f32>) {
         outputs.clear();
         outputs.extend_from_slice(&self.biases);
@@ -217,7 +221,7 @@ impl LayerWeights {
     }
 }
 
-/// Appends `len` numbers to an input, on the policy's scale if it has one.
+/// Appends `len` numbers to an input, normalized if the policy has a normalizer for them.
 fn push_normalized<S: Scalar>(
     (scale, len): (Option<&Normalizer>, usize),
     numbers: &[S],

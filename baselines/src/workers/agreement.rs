@@ -3,7 +3,7 @@
 use super::{Workers, gather_values};
 
 /// The processes of a run do not agree.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "rank {rank} has another {what} than rank 0: {theirs} instead of {first}; start all ranks with \
      the same program, files and flags"
@@ -19,6 +19,8 @@ pub struct Disagreement {
     /// What process 0 has.
     pub first: String,
 }
+
+debug_as_display!(Disagreement);
 
 /// Checks that all processes have the same facts, each with its name. All of them get the same
 /// answer.

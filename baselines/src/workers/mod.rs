@@ -1,7 +1,7 @@
-//! Processes that share a run: each has a rank, and they exchange what they have computed.
+//! Processes that share a run: each has a rank, and they exchange what they compute.
 //!
 //! [`OneProcess`] is a run without others. With the feature `mpi`, `MpiWorkers` are the processes
-//! that `mpirun` or `srun` has started.
+//! that `mpirun` or `srun` starts.
 //!
 #![doc = include_str!("../../MANY_MACHINES.md")]
 
@@ -24,6 +24,19 @@ pub use self::values::{UnreadableMessage, gather_values, sum};
 ///
 /// All of them call the same methods in the same order; a call returns when all have made it. In
 /// what a method returns, the processes are in the order of their ranks.
+///
+/// ```
+/// use baselines::workers::{OneProcess, UnreadableMessage, Workers, share, sum};
+///
+/// /// Adds the squares below `count`, each process its share of them.
+/// fn sum_of_squares(workers: &mut dyn Workers, count: usize) -> Result<u64, UnreadableMessage> {
+///     let own = share(workers, count).map(|number| (number * number) as u64).sum();
+///     sum(workers, own)
+/// }
+///
+/// assert_eq!(sum_of_squares(&mut OneProcess, 4)?, 14);
+/// # Ok::<(), UnreadableMessage>(())
+/// ```
 pub trait Workers: fmt::Debug + Send {
     /// The number of this process, from 0 to [`size`](Self::size) - 1. The first one writes files.
     fn rank(&self) -> usize;

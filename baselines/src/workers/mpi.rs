@@ -1,4 +1,4 @@
-//! The processes that an MPI launcher has started.
+//! The processes that an MPI launcher starts.
 
 use std::env;
 use std::fmt;
@@ -22,12 +22,12 @@ const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
 const MAX_LEN: usize = 1 << 30;
 
 /// Error returned where MPI cannot be started.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum MpiError {
-    /// No launcher has started this process.
+    /// No launcher started this process.
     #[error(
-        "no MPI launcher has started this process: start it with `mpirun -n 2` before its name, or \
+        "no MPI launcher started this process: start it with `mpirun -n 2` before its name, or \
          with srun; Debian has mpirun in the package openmpi-bin"
     )]
     NoLauncher,
@@ -45,8 +45,10 @@ pub enum MpiError {
     Watch(#[from] std::io::Error),
 }
 
+debug_as_display!(MpiError);
+
 /// A process has not answered in time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("{awaited} for {} s: it is slow, stopped or unreachable", limit.as_secs_f64())]
 #[non_exhaustive]
 pub struct Late {
@@ -57,6 +59,8 @@ pub struct Late {
     /// How long it has waited.
     pub limit: Duration,
 }
+
+debug_as_display!(Late);
 
 /// What a process waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +84,7 @@ impl fmt::Display for Awaited {
     }
 }
 
-/// The processes that `mpirun`, `mpiexec` or `srun` has started.
+/// The processes that `mpirun`, `mpiexec` or `srun` starts.
 ///
 /// A run that has come to its end calls [`finish`](Self::finish). When the last clone is dropped
 /// without it, because of an error or a panic, MPI ends all processes, so that none waits for ever
@@ -90,7 +94,7 @@ pub struct MpiWorkers {
     session: Arc<Session>,
     rank: usize,
     size: usize,
-    /// What the other processes have sent, in the order of ranks.
+    /// What the other processes sent, in the order of ranks.
     parts: Vec<f32>,
     seconds: f64,
 }
@@ -123,7 +127,7 @@ impl MpiWorkers {
     /// Starts MPI, once in a process.
     ///
     /// When another process has not answered for `limit`, because it is slow, stopped or
-    /// unreachable, `on_late` is called, on a thread of its own. The call that waits cannot be
+    /// unreachable, `on_late` is called, on a separate thread. The call that waits cannot be
     /// interrupted: `on_late` reports the process and ends this one, upon which the launcher ends
     /// the others. The limit also holds while MPI starts, which is now, and while it ends.
     ///
@@ -307,7 +311,7 @@ fn add(sum: &mut [f32], numbers: &[f32]) {
     sum.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
 }
 
-/// Returns the rank of this process, if a launcher has started it.
+/// Returns the rank of this process, if a launcher started it.
 fn launched_rank() -> Option<usize> {
     LAUNCHERS.iter().find_map(|name| env::var(name).ok()?.parse().ok())
 }

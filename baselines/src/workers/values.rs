@@ -4,19 +4,21 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use super::Workers;
 
-/// A process has sent a message that cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+/// A process sent a message that cannot be read.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "rank {rank} sent a message that cannot be read ({reason}): start all ranks with the same \
      program"
 )]
 #[non_exhaustive]
 pub struct UnreadableMessage {
-    /// The process that has sent it.
+    /// The process that sent it.
     pub rank: usize,
     /// What is wrong with it.
     pub reason: String,
 }
+
+debug_as_display!(UnreadableMessage);
 
 /// Sends a value to all processes, and returns the values of all. They are sent as JSON, which has
 /// no infinity and no NaN.

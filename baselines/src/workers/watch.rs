@@ -9,7 +9,8 @@ use super::Awaited;
 /// How often a watch looks.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// A thread that tells when a call has waited too long for another process. It ends with its watch.
+/// A thread that reports a call that has waited too long for another process. It ends with its
+/// watch.
 #[derive(Debug)]
 pub(super) struct Watch {
     wait: Arc<Mutex<Wait>>,

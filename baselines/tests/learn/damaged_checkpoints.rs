@@ -56,7 +56,7 @@ fn with(entries: &[Entry], name: &str, bytes: Vec<u8>) -> Vec<Entry> {
     entries
 }
 
-fn resume(folder: &TempDir) -> std::result::Result<Trainer<Kinematic>, CheckpointError> {
+fn resume(folder: &TempDir) -> Result<Trainer<Kinematic>, CheckpointError> {
     Trainer::resume(make, folder.path(), 1)
 }
 

@@ -42,8 +42,8 @@ fn the_exported_policy_ends_the_evaluated_episodes_to_the_last_bit() -> Result {
             let first_seed = FIRST_SEED + evaluations * count as u64;
             let exported = evaluate(&mut make()?, &mut policy, count, first_seed, |_| ())?;
             let summary = exported.summary()?;
-            assert_eq!(row.final_distance, summary.final_distance_mean.value, "{name}");
-            assert_eq!(row.return_mean, summary.episode_return_mean.value, "{name}");
+            assert_eq!(row.final_distance_mean, summary.final_distance_mean.value, "{name}");
+            assert_eq!(row.episode_return_mean, summary.episode_return_mean.value, "{name}");
         }
     }
     Ok(())

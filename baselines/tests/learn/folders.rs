@@ -77,7 +77,7 @@ fn what_was_saved_is_there_and_is_resumed() -> Result {
 }
 
 /// Makes an environment with a distance within which a goal counts as reached.
-fn make_within(meters: f64) -> std::result::Result<Kinematic, EnvError> {
+fn make_within(meters: f64) -> Result<Kinematic, EnvError> {
     let id: EnvId = "FetchReach-v4".parse()?;
     let config = id.config().with_distance_threshold(meters)?;
     let simulator = KinematicSimulator::new(config.sim());
@@ -94,7 +94,7 @@ fn checkpoints_of_another_environment_are_refused_on_any_number_of_ranks() -> Re
         let saved = on_ranks(2, |workers| {
             Trainer::with_workers(make, settings(ddpg()), 0, 1, workers)?.save(shared.path())
         });
-        saved.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;
+        saved.into_iter().collect::<Result<Vec<_>, _>>()?;
         for folder in [alone.path(), shared.path()] {
             for other in &ids {
                 let resumed = Trainer::resume(|| Ok(make_kinematic(other)?), folder, 1);

@@ -246,15 +246,14 @@ fn a_message_that_cannot_be_read_names_its_rank() {
         let disagreement = answer.unwrap_err();
         assert_eq!((disagreement.rank, disagreement.what.as_str()), (1, "program"));
     }
-    let mut evaluation = Evaluation { episodes: Vec::new() };
-    let gathered = |evaluation: &Evaluation| {
-        on_ranks(3, |workers| gather_episodes(&mut *with_cut_messages(workers), evaluation))
-    };
-    assert!(gathered(&evaluation).iter().all(|all| all.is_ok()));
     let mut env = make().expect("an environment");
-    evaluation = evaluate(&mut env, &mut ZeroPolicy, 2, 0, |_| ()).expect("episodes");
-    for gathered in gathered(&evaluation) {
-        assert_eq!(gathered.unwrap_err().rank, 1);
+    for count in [0, 2] {
+        let own = evaluate(&mut env, &mut ZeroPolicy, count, 0, |_| ()).expect("episodes");
+        for gathered in
+            on_ranks(3, |workers| gather_episodes(&mut *with_cut_messages(workers), &own))
+        {
+            assert_eq!(gathered.unwrap_err().rank, 1);
+        }
     }
     // A value that JSON cannot hold.
     let not_finite = on_ranks(2, |mut workers| {
@@ -310,7 +309,7 @@ fn a_run_ends_where_any_rank_says() {
         })?;
         Ok::<_, TrainError>(trainer.rows().len())
     });
-    assert_eq!(rows.into_iter().collect::<std::result::Result<Vec<_>, _>>().unwrap(), [2, 2]);
+    assert_eq!(rows.into_iter().collect::<Result<Vec<_>, _>>().unwrap(), [2, 2]);
 }
 
 #[test]
@@ -337,7 +336,7 @@ fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
         trainer.run(1_000, None, |_, _| ControlFlow::Continue(()))?;
         Ok::<_, CheckpointError>(outcome(&trainer).expect("the policy is finite"))
     });
-    let resumed: Vec<_> = resumed.into_iter().collect::<std::result::Result<_, _>>()?;
+    let resumed: Vec<_> = resumed.into_iter().collect::<Result<_, _>>()?;
     assert!(resumed == whole);
 
     // On other numbers of ranks, all finished episodes are there, and the run goes on.

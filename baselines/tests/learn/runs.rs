@@ -1,6 +1,5 @@
 //! Runs: they learn, and their results depend on settings and seed alone.
 
-use std::error::Error;
 use std::ops::ControlFlow;
 
 use baselines::learn::{
@@ -10,10 +9,10 @@ use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvError, FetchEnv, Task, TimeLimit, make_kinematic};
 use fetch_sim::KinematicSimulator;
 
-pub(crate) type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 pub(crate) type Kinematic = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 
-pub(crate) fn make() -> std::result::Result<Kinematic, EnvError> {
+pub(crate) fn make() -> Result<Kinematic, EnvError> {
     Ok(make_kinematic("FetchReach-v4")?)
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fetch_env::{EnvId, UnknownEnvId};
+use fetch_env::{EnvId, MakeError};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 use lexopt::{Arg::Long, Parser, ValueExt};
@@ -17,7 +17,7 @@ pub(crate) const DENSE_REACH: EnvId = EnvId { task: Task::Reach, reward: RewardK
 ///
 /// # Errors
 /// There is no such environment.
-pub fn parse_env_id(text: &str) -> Result<EnvId, UnknownEnvId> {
+pub fn parse_env_id(text: &str) -> Result<EnvId, MakeError> {
     if text == "auto" { Ok(DENSE_REACH) } else { text.parse() }
 }
 

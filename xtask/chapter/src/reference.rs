@@ -12,7 +12,7 @@ use statistics::{fisher_exact, normal_test};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RandomReference {
     /// Sum of the rewards.
-    pub return_sum: Sample,
+    pub episode_return: Sample,
     /// Distance at the end of an episode, in meters.
     pub final_distance: Sample,
     /// Episodes whose last step was a success.
@@ -33,7 +33,7 @@ pub struct Sample {
 /// One figure compared with the reference's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Name of the figure, such as `return_mean`.
+    /// Name of the figure, such as `episode_return_mean`.
     pub name: &'static str,
     /// The value measured here.
     pub measured: f64,
@@ -64,7 +64,7 @@ impl RandomReference {
             RewardKind::Sparse => sparse,
         };
         Self {
-            return_sum: Sample { mean: return_mean, sd: return_sd },
+            episode_return: Sample { mean: return_mean, sd: return_sd },
             final_distance: Sample { mean: final_distance.0, sd: final_distance.1 },
             successes,
             episodes: 400,
@@ -89,7 +89,7 @@ impl RandomReference {
         };
         let successes = evaluation.episodes.iter().filter(|e| e.success).count() as u64;
         Ok([
-            mean("return_mean", |e| e.episode_return, self.return_sum),
+            mean("episode_return_mean", |e| e.episode_return, self.episode_return),
             mean("final_distance_mean", |e| e.final_distance, self.final_distance),
             Comparison {
                 name: "success_rate",

@@ -105,7 +105,7 @@ fn report(args: &Args, buffer: &HerBuffer<f64>, evaluation: &Evaluation) -> anyh
         (name("episodes"), Metric::count(buffer.num_episodes())),
         (name("transitions"), Metric::count(buffer.len())),
         (name("success_rate"), Metric::new(value, "1")),
-        (name("return_mean"), Metric::new(summary.episode_return_mean.value, "1")),
+        (name("episode_return_mean"), Metric::new(summary.episode_return_mean.value, "1")),
     ];
     let settings = json!({
         "env_id": env_id,

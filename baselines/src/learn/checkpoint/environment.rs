@@ -1,4 +1,4 @@
-//! What the environment of a run is known by.
+//! How a checkpoint recognizes the environment of its run.
 
 use fetch_env::{BoxSpace, SnapshotEnv, Space};
 use goal_reward::GoalReward;
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::learn::env::LearnEnv;
 
-/// What tells an environment from others, without a name: a user's own environment has none.
+/// What identifies an environment. It has no id, because a user's environment has none.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EnvMark<S> {
@@ -17,7 +17,7 @@ pub(super) struct EnvMark<S> {
     snapshot: S,
 }
 
-/// What its reward says about a pair of goals.
+/// The outcome of its reward for a pair of goals.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Outcome {
@@ -29,7 +29,7 @@ struct Outcome {
 }
 
 impl<S: DeserializeOwned> EnvMark<S> {
-    /// Reads a mark, or says in which way the environment is another one.
+    /// Reads a mark, or says how the environment differs.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
         serde_json::from_slice(bytes)
             .map_err(|error| format!("its state has another form: {error}"))
@@ -48,8 +48,7 @@ impl<S: DeserializeOwned> EnvMark<S> {
         }
     }
 
-    /// Says in which way an environment is another one. One that is the same is then as it was
-    /// before its first reset.
+    /// Says how an environment differs. One that does not is then as it was before its first reset.
     pub(super) fn check<E>(&self, env: &mut E, goal_len: usize) -> Result<(), String>
     where
         E: LearnEnv + SnapshotEnv<Snapshot = S>,
@@ -80,7 +79,7 @@ impl Outcome {
     }
 }
 
-/// Returns what a reward says about goals that are from 1 mm to 50 m apart, each along one axis.
+/// Returns the outcomes for goals that are from 1 mm to 50 m apart, each along one axis.
 fn outcomes(reward: &impl GoalReward, goal_len: usize) -> Vec<Outcome> {
     let achieved = vec![0.0; goal_len];
     let outcome = |k: i32| {

@@ -22,7 +22,7 @@ pub(super) struct Loaded {
     pub(super) saved: Saved,
     pub(super) networks: Vec<u8>,
     pub(super) environment: Vec<u8>,
-    /// What the process had for itself; empty on another number of processes.
+    /// The state of the process; empty on another number of processes.
     pub(super) own: Vec<u8>,
     pub(super) buffers: Vec<Vec<u8>>,
 }
@@ -74,7 +74,7 @@ impl Loaded {
     }
 }
 
-/// Reads what a checkpoint says first.
+/// Reads the fields by which a checkpoint is recognized.
 pub(super) fn header(path: &Path) -> io::Result<Header> {
     let mut archive = ZipArchive::new(BufReader::new(File::open(path)?))?;
     Ok(serde_json::from_reader(BufReader::new(entry(&mut archive, STATE)?))?)

@@ -2,11 +2,10 @@
 //!
 //! A checkpoint is a zip archive of `state.json`, `networks.safetensors` and `environment.json`,
 //! and of `rank-0.json` and `rank-0.buffer` for each process, each with a checksum, none
-//! compressed. The first process writes it, without a name, and then gives it one, so that a run
-//! that is killed while it writes leaves the last checkpoint as it was.
+//! compressed. The first process writes it to a temporary file, which it then renames: a run that
+//! is killed while it writes leaves the last checkpoint as it was.
 
 mod archive;
-mod contents;
 mod environment;
 mod load;
 mod resume;
@@ -23,17 +22,18 @@ use super::explorer::{ExplorerState, LastBatch};
 use super::inputs::Inputs;
 use super::settings::TrainSettings;
 use crate::collector::CollectorSnapshot;
+use crate::evaluate::MAX_COUNT;
 
 pub use resume::Resumed;
 
 /// The version of the format.
-const VERSION: u32 = 3;
+const VERSION: u32 = 1;
 
 const STATE: &str = "state.json";
 const NETWORKS: &str = "networks.safetensors";
 const ENVIRONMENT: &str = "environment.json";
 
-/// What all processes have in common, beside the networks.
+/// The state that all processes share, except the networks.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Saved {
@@ -51,7 +51,7 @@ struct Saved {
     num_updates: u64,
 }
 
-/// What a process has for itself, beside its buffer.
+/// The state of one process, except its buffer.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Own<S> {
@@ -98,12 +98,11 @@ fn checkpoints_by_steps(folder: &Path) -> io::Result<BTreeMap<u64, PathBuf>> {
     Ok(paths)
 }
 
-/// What a checkpoint says first.
+/// The fields by which a checkpoint is recognized.
 #[derive(Deserialize)]
 struct Header {
     version: u32,
-    /// `None` in other versions of the format.
-    run_id: Option<u64>,
+    run_id: u64,
 }
 
 fn parse(state: &[u8]) -> Result<Saved, String> {
@@ -117,4 +116,52 @@ fn parse(state: &[u8]) -> Result<Saved, String> {
     let saved: Saved = serde_json::from_slice(state).map_err(read)?;
     saved.check()?;
     Ok(saved)
+}
+
+impl Saved {
+    /// Checks that a run could have left this state.
+    fn check(&self) -> Result<(), String> {
+        if self.num_ranks == 0 {
+            return Err("it is of no process".to_owned());
+        }
+        self.settings.check().map_err(|error| error.to_string())?;
+        for row in &self.rows {
+            check_counts(row.counters.counts())?;
+        }
+        check_counts(self.counters.counts())?;
+        check_counts(self.recent.counts())?;
+        if self.num_updates != self.counters.updates {
+            let (networks, run) = (self.num_updates, self.counters.updates);
+            return Err(format!("its networks have had {networks} updates, and its run {run}"));
+        }
+        if !self.inputs.have(&self.settings.inputs) {
+            return Err("its networks have other inputs than its settings say".to_owned());
+        }
+        Ok(())
+    }
+}
+
+impl<S> Own<S> {
+    /// Checks the counts; environments check their snapshots themselves.
+    fn check(&self) -> Result<(), String> {
+        check_counts(self.explorer.counts())
+    }
+}
+
+fn check_counts<const N: usize>(counts: [(&str, u64); N]) -> Result<(), String> {
+    match counts.iter().find(|(_, count)| *count > MAX_COUNT) {
+        Some((what, count)) => Err(format!("it is of {count} {what}")),
+        None => Ok(()),
+    }
+}
+
+/// Checks the numbers of a tensor of the networks or of their optimizers.
+fn check_numbers(tensor: &str, numbers: &[f32]) -> Result<(), String> {
+    // Means of squares.
+    let is_square = tensor.ends_with(".second_moment");
+    let is_bad = |number: &f32| !number.is_finite() || (is_square && *number < 0.0);
+    match numbers.iter().position(is_bad) {
+        Some(index) => Err(format!("the tensor {tensor} has {} at {index}", numbers[index])),
+        None => Ok(()),
+    }
 }

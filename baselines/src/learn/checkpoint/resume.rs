@@ -7,14 +7,13 @@ use fetch_env::{EnvError, SnapshotEnv};
 use her_relabel::HerBuffer;
 use safetensors::{Dtype, SafeTensors};
 
-use super::Own;
-use super::contents::check_numbers;
 use super::environment::EnvMark;
 use super::load::Loaded;
-use crate::learn::algorithm::{Algorithm, AlgorithmInit};
+use super::{Own, check_numbers};
+use crate::learn::algorithm::{AlgorithmInit, Built};
 use crate::learn::curve::Counters;
 use crate::learn::env::LearnEnv;
-use crate::learn::error::{CheckpointError as Error, TrainError};
+use crate::learn::error::CheckpointError as Error;
 use crate::learn::inputs::Inputs;
 use crate::learn::settings::AlgorithmSettings;
 use crate::learn::trainer::Trainer;
@@ -80,7 +79,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         folder: impl AsRef<Path>,
         num_threads: usize,
         mut workers: Box<dyn Workers>,
-        build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Result<Box<dyn Algorithm>, TrainError>,
+        build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Built,
     ) -> Result<(Self, Resumed), Error> {
         let Loaded { path, before, saved, networks, environment, own, buffers } =
             Loaded::read(folder.as_ref(), &mut *workers)?;

@@ -104,7 +104,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             .map_err(|source| Error::Read { path: folder.to_owned(), source })?;
         for (steps, other) in all {
             match header(&other) {
-                Ok(Header { version: VERSION, run_id: Some(run_id) }) if run_id == self.run_id => {
+                Ok(Header { version: VERSION, run_id }) if run_id == self.run_id => {
                     if steps < self.counters.steps {
                         older.push(other);
                     }

@@ -189,8 +189,8 @@ fn random(page: &mut String, task: Task) -> std::fmt::Result {
              is {:.2} with the sparse reward and {:.2} with the dense one. {} of them end in \
              success; the mean distance to the goal at the end is {:.2} m.",
             sparse.episodes,
-            sparse.return_sum.mean,
-            dense.return_sum.mean,
+            sparse.episode_return.mean,
+            dense.episode_return.mean,
             successes,
             sparse.final_distance.mean
         ),

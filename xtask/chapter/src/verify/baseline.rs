@@ -18,7 +18,7 @@ pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result
     let summary = evaluation.summary()?;
     let lengths = summary.episode_length_mean;
     let mut checks = vec![Check::new(
-        "baseline/ep_len_mean",
+        "baseline/episode_length_mean",
         lengths.value == 50.0 && lengths.low == lengths.high,
         format!("{} steps in each of {EPISODES} episodes", lengths.value),
         Metric::new(lengths.value, "steps"),
@@ -44,7 +44,7 @@ pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result
 fn chapters_range(id: EnvId, figure: &str) -> Option<(f64, f64)> {
     match (id.task, id.reward, figure) {
         (Task::Reach, _, "success_rate") => Some((0.0, 0.1)),
-        (Task::Reach, RewardKind::Dense, "return_mean") => Some((-25.0, -10.0)),
+        (Task::Reach, RewardKind::Dense, "episode_return_mean") => Some((-25.0, -10.0)),
         (Task::Reach, _, "final_distance_mean") => Some((0.05, 0.15)),
         _ => None,
     }

@@ -32,8 +32,8 @@ pub struct Point {
     pub updates: u64,
     pub seconds: f64,
     pub success_rate: f64,
-    pub return_mean: f64,
-    pub final_distance: f64,
+    pub episode_return_mean: f64,
+    pub final_distance_mean: f64,
 }
 
 /// The interquartile mean of all runs at a place of the horizontal axis.
@@ -61,8 +61,16 @@ impl Group {
     pub fn with_run(mut self, seed: u64, lines: &[CurveLine]) -> Self {
         let point = |line: &CurveLine| {
             let &CurveLine { steps, updates, seconds, success_rate, .. } = line;
-            let &CurveLine { return_mean, final_distance, .. } = line;
-            Point { seed, steps, updates, seconds, success_rate, return_mean, final_distance }
+            let &CurveLine { episode_return_mean, final_distance_mean, .. } = line;
+            Point {
+                seed,
+                steps,
+                updates,
+                seconds,
+                success_rate,
+                episode_return_mean,
+                final_distance_mean,
+            }
         };
         self.runs.insert(seed, lines.iter().map(point).collect());
         self

@@ -151,7 +151,7 @@ pub fn distributions(outcomes: &[Outcome]) -> anyhow::Result<String> {
             "return (m, summed over steps)",
             &policies,
             |episode| episode.episode_return,
-            reference.return_sum.mean,
+            reference.episode_return.mean,
         );
         let distances = histogram(
             &format!("Fetch{task}: final distance"),

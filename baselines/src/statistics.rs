@@ -5,7 +5,36 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::error::{StatisticsError as Error, check_finite, check_successes};
+/// Error returned for a sample that has no estimate.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StatisticsError {
+    /// A sample is empty.
+    #[error("a sample is empty: pass at least one value")]
+    Empty,
+    /// A value is NaN or infinite.
+    #[error("value {index} of a sample is not finite: leave it out, or find where it comes from")]
+    NotFinite {
+        /// The value, counted from 0.
+        index: usize,
+    },
+    /// The ends of an interval are beyond the largest number.
+    #[error(
+        "the values are so far apart that no number is as large as the ends of their interval: \
+         divide them by a constant"
+    )]
+    TooFarApart,
+    /// There are more successes than trials.
+    #[error("{successes} of {trials} trials succeeded: pass the successes first, then the trials")]
+    MoreSuccesses {
+        /// The number of successes.
+        successes: u64,
+        /// The number of trials.
+        trials: u64,
+    },
+}
+
+debug_as_display!(StatisticsError);
 
 /// An estimate with its 95 % confidence interval.
 ///
@@ -48,10 +77,9 @@ impl Estimate {
     /// Returns the mean of a sample with Student's interval, which is unbounded for a single value.
     ///
     /// # Errors
-    /// [`StatisticsError::Empty`](Error::Empty), [`StatisticsError::NotFinite`](Error::NotFinite),
-    /// and [`StatisticsError::TooFarApart`](Error::TooFarApart) if no number is as large as an end
-    /// of the interval.
-    pub fn mean(sample: &[f64]) -> Result<Self, Error> {
+    /// [`StatisticsError::Empty`], [`StatisticsError::NotFinite`], and
+    /// [`StatisticsError::TooFarApart`] if no number is as large as an end of the interval.
+    pub fn mean(sample: &[f64]) -> Result<Self, StatisticsError> {
         check_finite(sample)?;
         let (sample, unit) = scaled(sample);
         let count = sample.len() as f64;
@@ -65,7 +93,7 @@ impl Estimate {
         let is_bounded = half_width.is_finite();
         let [value, low, high] = [value, low, high].map(|number| number * unit);
         if is_bounded && !(low.is_finite() && high.is_finite()) {
-            return Err(Error::TooFarApart);
+            return Err(StatisticsError::TooFarApart);
         }
         Ok(Self { value, low, high })
     }
@@ -77,9 +105,8 @@ impl Estimate {
     /// precipice", NeurIPS (2021), for the runs of one task.
     ///
     /// # Errors
-    /// [`StatisticsError::Empty`](Error::Empty) and
-    /// [`StatisticsError::NotFinite`](Error::NotFinite).
-    pub fn interquartile_mean(sample: &[f64], seed: u64) -> Result<Self, Error> {
+    /// [`StatisticsError::Empty`] and [`StatisticsError::NotFinite`].
+    pub fn interquartile_mean(sample: &[f64], seed: u64) -> Result<Self, StatisticsError> {
         check_finite(sample)?;
         let (sample, unit) = scaled(sample);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -105,10 +132,16 @@ impl Estimate {
     /// inference", JASA 22 (1927).
     ///
     /// # Errors
-    /// [`StatisticsError::Empty`](Error::Empty) if `count` is 0, and
-    /// [`StatisticsError::MoreSuccesses`](Error::MoreSuccesses) than `count`.
-    pub fn share(successes: usize, count: usize) -> Result<Self, Error> {
-        check_successes(successes as u64, count as u64)?;
+    /// [`StatisticsError::Empty`] if `count` is 0, and
+    /// [`StatisticsError::MoreSuccesses`] than `count`.
+    pub fn share(successes: usize, count: usize) -> Result<Self, StatisticsError> {
+        if count == 0 {
+            return Err(StatisticsError::Empty);
+        }
+        if successes > count {
+            let (successes, trials) = (successes as u64, count as u64);
+            return Err(StatisticsError::MoreSuccesses { successes, trials });
+        }
         let n = count as f64;
         let p = successes as f64 / n;
         let z = Normal::standard().inverse_cdf(0.5 + 0.5 * CONFIDENCE);
@@ -119,6 +152,17 @@ impl Estimate {
         let low = if successes == 0 { 0.0 } else { (center - half_width).clamp(0.0, p) };
         let high = if successes == count { 1.0 } else { (center + half_width).clamp(p, 1.0) };
         Ok(Self { value: p, low, high })
+    }
+}
+
+/// Checks that a sample has values, all of them finite.
+fn check_finite(sample: &[f64]) -> Result<(), StatisticsError> {
+    if sample.is_empty() {
+        return Err(StatisticsError::Empty);
+    }
+    match sample.iter().position(|value| !value.is_finite()) {
+        Some(index) => Err(StatisticsError::NotFinite { index }),
+        None => Ok(()),
     }
 }
 

@@ -1,0 +1,132 @@
+//! The settings of the algorithms.
+
+use super::range::settings;
+
+settings! {
+    /// Settings of [`Ddpg`](super::Ddpg).
+    ///
+    /// The sources are the authors of Fetch (Plappert et al., *Multi-goal reinforcement learning*,
+    /// 2018, and `her/experiment/config.py` of openai/baselines) and this project's own
+    /// measurements. The defaults are those of the preset `fast`.
+    pub struct DdpgSettings {
+        /// The lengths of the hidden layers of actor and critic: 256, 256. The authors: 256, 256,
+        /// 256.
+        pub hidden: Vec<usize> => 1..=1_024 in at most 4 layers,
+        /// Whether the critic's hidden layers are normalized: false, the authors'; measured, Push
+        /// learns later with it, and updates take a quarter longer. MRL (Pitis et al., 2020): true.
+        pub layer_norm: bool,
+        /// The factor of the actor's last weights at the start: 0.1, measured, because an actor
+        /// that starts saturated never starts. The authors: 1.
+        pub last_layer_scale: f32 => 0.0..=10.0,
+        /// The learning rate of the actor: 0.002, measured. The authors, and for Reach and Slide:
+        /// 0.001.
+        pub actor_learning_rate: f32 => 1e-9..=1.0,
+        /// The learning rate of the critic: 0.002, measured. The authors, and for Reach and Slide:
+        /// 0.001.
+        pub critic_learning_rate: f32 => 1e-9..=1.0,
+        /// The discount of a step: 0.95, measured. The authors, and for Slide: 0.98, which is 1 - 1
+        /// / 50 steps.
+        pub gamma: f64 => 0.0..=1.0,
+        /// The fraction of the way that target networks move towards the learning ones: 0.05, the
+        /// authors'.
+        pub target_fraction: f32 => 1e-6..=1.0,
+        /// The number of updates between two such moves: 1, measured. The authors: 40.
+        pub target_interval: u64 => 1..=1_000_000,
+        /// The fraction of the way that the actor that is evaluated moves towards the learning one
+        /// after every update: 0.005, measured, because single updates make single states better
+        /// and others worse; 1 for Reach, and 0.0003 for Slide, where success rates vary by 0.1
+        /// with 0.005. The authors: 1, which is the learning actor.
+        pub average_fraction: f32 => 1e-6..=1.0,
+        /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, 0.5
+        /// for Reach, and 0.01 for Slide, as in MRL (Pitis et al., 2020). The authors: 1.
+        pub action_l2: f32 => 0.0..=1_000.0,
+        /// Whether targets are clipped to `[-1 / (1 - gamma), 0]`, the values that rewards of -1
+        /// and 0 can have: true, the authors'. Other rewards need false.
+        pub clip_targets: bool,
+        /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as
+        /// in MRL.
+        pub noise: f32 => 0.0..=10.0,
+    }
+}
+
+impl Default for DdpgSettings {
+    fn default() -> Self {
+        Self {
+            hidden: vec![256, 256],
+            layer_norm: false,
+            last_layer_scale: 0.1,
+            actor_learning_rate: 0.002,
+            critic_learning_rate: 0.002,
+            gamma: 0.95,
+            target_fraction: 0.05,
+            target_interval: 1,
+            average_fraction: 0.005,
+            action_l2: 0.05,
+            clip_targets: true,
+            noise: 0.2,
+        }
+    }
+}
+
+impl DdpgSettings {
+    /// The authors' settings.
+    #[must_use]
+    pub fn authors() -> Self {
+        Self {
+            hidden: vec![256; 3],
+            last_layer_scale: 1.0,
+            actor_learning_rate: 0.001,
+            critic_learning_rate: 0.001,
+            gamma: 0.98,
+            target_interval: 40,
+            average_fraction: 1.0,
+            action_l2: 1.0,
+            ..Self::default()
+        }
+    }
+}
+
+settings! {
+    /// Settings of [`Sac`](super::Sac).
+    ///
+    /// The sources are Haarnoja et al., *Soft actor-critic algorithms and applications*, 2018 (the
+    /// authors below), the Fetch settings of RL Baselines3 Zoo, and this project's own
+    /// measurements.
+    pub struct SacSettings {
+        /// The lengths of the hidden layers of actor and critics: 256, 256, the authors'.
+        pub hidden: Vec<usize> => 1..=1_024 in at most 4 layers,
+        /// Whether the critics' hidden layers are normalized: true, as in MRL (Pitis et al., 2020).
+        pub layer_norm: bool,
+        /// The factor of the actor's last weights at the start: 0.1, as in
+        /// [`DdpgSettings`].
+        pub last_layer_scale: f32 => 0.0..=10.0,
+        /// The learning rate of actor, critics and temperature: 0.001, the zoo's. The authors:
+        /// 0.0003.
+        pub learning_rate: f32 => 1e-9..=1.0,
+        /// The discount of a step: 0.95, the zoo's. The authors: 0.99.
+        pub gamma: f64 => 0.0..=1.0,
+        /// The fraction of the way that target networks move towards the learning ones after every
+        /// update: 0.05, the zoo's. The authors: 0.005.
+        pub target_fraction: f32 => 1e-6..=1.0,
+        /// The temperature at the start, the weight of the entropy: 0.1. Stable-Baselines3: 1.
+        pub initial_temperature: f32 => 1e-6..=1_000.0,
+        /// The entropy that the temperature aims at, for each element of an action: -1, the
+        /// authors'.
+        pub target_entropy: f32 => -100.0..=0.69,
+    }
+}
+
+impl Default for SacSettings {
+    fn default() -> Self {
+        Self {
+            hidden: vec![256, 256],
+            layer_norm: true,
+            last_layer_scale: 0.1,
+            learning_rate: 0.001,
+            gamma: 0.95,
+            target_fraction: 0.05,
+            initial_temperature: 0.1,
+            target_entropy: -1.0,
+        }
+    }
+}
