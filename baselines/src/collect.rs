@@ -63,9 +63,9 @@ pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfi
 ///
 /// # Errors
 /// [`CollectError`]. The buffer then holds the episodes before the one that failed.
-pub fn collect<E, P, T>(
+pub fn collect<E, T: Scalar>(
     env: &mut E,
-    policy: &mut P,
+    policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
     count: usize,
     first_seed: u64,
     buffer: &mut HerBuffer<T>,
@@ -77,8 +77,6 @@ where
             Observation: GoalObservation<Element: Scalar>,
             ActionSpace: ActionSpace<Element: Scalar>,
         >,
-    P: Policy<E::Observation, ActionElement<E>> + ?Sized,
-    T: Scalar,
 {
     let env_ids = &[buffer_env];
     let mut episodes = Vec::new();

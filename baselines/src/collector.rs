@@ -236,17 +236,13 @@ impl<E: CollectEnv> Collector<E> {
     /// [`CollectorError::Vec`] if the environments are in flight, [`CollectorError::Buffer`] if the
     /// buffer does not fit them, [`CollectorError::NotFinite`] if it cannot store an environment's
     /// numbers.
-    pub fn collect<T, P>(
+    pub fn collect<T: Scalar>(
         &mut self,
         num_steps: usize,
-        policy: &mut P,
+        policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
         buffer: &mut HerBuffer<T>,
         mut progress: impl FnMut(usize, &Episode),
-    ) -> Result<Collected, CollectorError>
-    where
-        T: Scalar,
-        P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
-    {
+    ) -> Result<Collected, CollectorError> {
         if !self.has_started {
             self.reset(None, buffer)?;
         }

@@ -97,17 +97,13 @@ pub(crate) fn seeds(first_seed: u64) -> impl Iterator<Item = u64> {
 /// # Errors
 /// [`EvaluationError::Environment`] if a reset or a step fails, or with [`EnvError::Endless`] if an
 /// episode has not ended after 100,000 steps.
-pub fn evaluate<E, P>(
+pub fn evaluate<E: GoalEnv>(
     env: &mut E,
-    policy: &mut P,
+    policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
     count: usize,
     first_seed: u64,
     mut progress: impl FnMut(&Episode),
-) -> Result<Evaluation, EvaluationError>
-where
-    E: GoalEnv,
-    P: Policy<E::Observation, ActionElement<E>> + ?Sized,
-{
+) -> Result<Evaluation, EvaluationError> {
     let mut episodes = Vec::new();
     for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| EvaluationError::Environment { episode, seed, source };
@@ -126,17 +122,13 @@ pub(crate) enum Event<'a, E: Env> {
 
 /// Runs an episode until it is terminated or truncated, and calls `watch` with the environment
 /// after each event. `failed` converts the environment's errors.
-pub(crate) fn run_episode<E, P, X>(
+pub(crate) fn run_episode<E: GoalEnv, X>(
     env: &mut E,
-    policy: &mut P,
+    policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
     seed: u64,
     failed: impl Fn(EnvError) -> X,
     mut watch: impl FnMut(&E, Event<'_, E>) -> Result<(), X>,
-) -> Result<Episode, X>
-where
-    E: GoalEnv,
-    P: Policy<E::Observation, ActionElement<E>> + ?Sized,
-{
+) -> Result<Episode, X> {
     policy.reset();
     let start = env.reset(Some(seed)).map_err(&failed)?;
     watch(env, Event::Start(&start))?;
@@ -168,33 +160,25 @@ where
 /// # Errors
 /// [`EvaluationError::Environment`] if a reset or a step fails; [`EvaluationError::Vec`] if the
 /// environments are in flight.
-pub fn evaluate_vec<E, P>(
+pub fn evaluate_vec<E: GoalEnv + Send + 'static>(
     envs: &mut VecEnv<E>,
-    policy: &mut P,
+    policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
     count: usize,
     first_seed: u64,
     progress: impl FnMut(&Episode),
-) -> Result<Evaluation, EvaluationError>
-where
-    E: GoalEnv + Send + 'static,
-    P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
-{
+) -> Result<Evaluation, EvaluationError> {
     evaluate_range(envs, policy, 0..count, first_seed, progress)
 }
 
 /// Runs the episodes of a range as [`evaluate_vec`] does: a part of an evaluation whose first
 /// episode has the seed `first_seed`.
-pub(crate) fn evaluate_range<E, P>(
+pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
     envs: &mut VecEnv<E>,
-    policy: &mut P,
+    policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
     range: Range<usize>,
     first_seed: u64,
     mut progress: impl FnMut(&Episode),
-) -> Result<Evaluation, EvaluationError>
-where
-    E: GoalEnv + Send + 'static,
-    P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
-{
+) -> Result<Evaluation, EvaluationError> {
     let num_envs = envs.num_envs();
     let len = envs.single_action_space().action_len();
     let mut actions = vec![ActionElement::<E>::default(); num_envs * len];

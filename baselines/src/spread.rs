@@ -14,18 +14,14 @@ use crate::workers::{UnreadableMessage, Workers, gather_values, share};
 /// As [`evaluate_vec`](crate::evaluate_vec), in the process where it happens, with the number of
 /// the episode among all. That process does not take part in the exchange of results, for which the
 /// others then wait: it has to end the run. [`EvaluationError::Unreadable`] in all processes.
-pub fn evaluate_spread<E, P>(
+pub fn evaluate_spread<E: GoalEnv + Send + 'static>(
     workers: &mut dyn Workers,
     envs: &mut VecEnv<E>,
-    policy: &mut P,
+    policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
     count: usize,
     first_seed: u64,
     progress: impl FnMut(&Episode),
-) -> Result<Evaluation, EvaluationError>
-where
-    E: GoalEnv + Send + 'static,
-    P: Policy<VecStepOf<E>, ActionElement<E>> + ?Sized,
-{
+) -> Result<Evaluation, EvaluationError> {
     let own = share(workers, count);
     let evaluation = evaluate_range(envs, policy, own, first_seed, progress)?;
     Ok(gather_episodes(workers, &evaluation)?)

@@ -53,7 +53,7 @@ impl LastBatch {
         }
     }
 
-    fn seen(&self) -> Seen<'_, f64, f64> {
+    fn seen(&self) -> Seen<'_, f64> {
         Seen {
             observations: &self.observations,
             achieved_goals: &self.achieved_goals,

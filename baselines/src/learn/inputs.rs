@@ -6,7 +6,7 @@ use her_relabel::{
 use serde::{Deserialize, Serialize};
 
 use super::settings::InputSettings;
-use crate::trained::InputPart;
+use crate::trained::{InputPart, push_normalized};
 
 /// How observations and goals become the inputs of a network: joined, and normalized by the
 /// statistics of what was collected.
@@ -21,16 +21,16 @@ pub(crate) struct Inputs {
 
 /// Observations and goals, a row for each input.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen<'a, S, G> {
+pub(crate) struct Seen<'a, T> {
     /// The observations, `(len, dims.observation)`.
-    pub(crate) observations: &'a [S],
+    pub(crate) observations: &'a [T],
     /// The achieved goals, `(len, dims.goal)`.
-    pub(crate) achieved_goals: &'a [G],
+    pub(crate) achieved_goals: &'a [T],
     /// The desired goals, `(len, dims.goal)`.
-    pub(crate) desired_goals: &'a [G],
+    pub(crate) desired_goals: &'a [T],
 }
 
-impl<'a, T: Scalar> Seen<'a, T, T> {
+impl<'a, T: Scalar> Seen<'a, T> {
     /// What networks see before the steps of a batch.
     pub(crate) fn before(batch: &'a Batch<T>) -> Self {
         Self {
@@ -82,13 +82,10 @@ impl Inputs {
     }
 
     /// Updates the normalizers with observations and goals.
-    pub(crate) fn update<S: Scalar, G: Scalar>(
-        &mut self,
-        seen: Seen<'_, S, G>,
-    ) -> Result<(), NormalizerError> {
+    pub(crate) fn update<T: Scalar>(&mut self, seen: Seen<'_, T>) -> Result<(), NormalizerError> {
         self.observation.update(seen.observations)?;
         let mut goals = vec![0.0; seen.desired_goals.len()];
-        self.put_goal(seen.achieved_goals, seen.desired_goals, &mut goals);
+        self.put_goals(seen, &mut goals);
         self.goal.update(&goals)
     }
 
@@ -99,30 +96,22 @@ impl Inputs {
     }
 
     /// Writes inputs, a row for each observation: the observation and then its goal, normalized.
-    /// Rows with a number that is not finite become 0.
-    pub(crate) fn write<S: Scalar, G: Scalar>(&self, seen: Seen<'_, S, G>, inputs: &mut Vec<f32>) {
+    pub(crate) fn write<T: Scalar>(&self, seen: Seen<'_, T>, inputs: &mut Vec<f32>) {
         let (len, goal_len) = (self.observation.dim(), self.goal.dim());
-        let mut goal = vec![0.0; goal_len];
-        inputs.resize(seen.observations.len() / len * self.dim(), 0.0);
-        for (row, input) in inputs.chunks_exact_mut(self.dim()).enumerate() {
-            let goals = row * goal_len..(row + 1) * goal_len;
-            let (achieved, desired) =
-                (&seen.achieved_goals[goals.clone()], &seen.desired_goals[goals]);
-            self.put_goal(achieved, desired, &mut goal);
-            let (first, second) = input.split_at_mut(len);
-            let normalized = self
-                .observation
-                .normalize_into(&seen.observations[row * len..][..len], first)
-                .and_then(|()| self.goal.normalize_into(&goal, second));
-            if normalized.is_err() {
-                input.fill(0.0);
-            }
+        let mut goals = vec![0.0; seen.desired_goals.len()];
+        self.put_goals(seen, &mut goals);
+        let observations = seen.observations.chunks_exact(len);
+        inputs.clear();
+        for (observation, goal) in observations.zip(goals.chunks_exact(goal_len)) {
+            push_normalized((Some(&self.observation), len), observation, inputs);
+            push_normalized((Some(&self.goal), goal_len), goal, inputs);
         }
     }
 
     /// Writes goals as the network sees them, before their normalization.
-    fn put_goal<G: Scalar>(&self, achieved: &[G], desired: &[G], goal: &mut [f64]) {
-        for ((goal, achieved), desired) in goal.iter_mut().zip(achieved).zip(desired) {
+    fn put_goals<T: Scalar>(&self, seen: Seen<'_, T>, goals: &mut [f64]) {
+        let pairs = seen.achieved_goals.iter().zip(seen.desired_goals);
+        for (goal, (achieved, desired)) in goals.iter_mut().zip(pairs) {
             *goal = desired.to_f64() - if self.relative_goal { achieved.to_f64() } else { 0.0 };
         }
     }

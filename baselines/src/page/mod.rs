@@ -32,11 +32,11 @@ use crate::policy::Policy;
 /// # Errors
 /// [`PageError::Environment`] if a reset or a step fails; [`PageError::ForeignModel`] if the
 /// environment does not simulate the built-in model.
-pub fn episode_page<E, P>(env: &mut E, policy: &mut P, seed: u64) -> Result<String, PageError>
-where
-    E: PlaybackEnv,
-    P: Policy + ?Sized,
-{
+pub fn episode_page(
+    env: &mut impl PlaybackEnv,
+    policy: &mut (impl Policy + ?Sized),
+    seed: u64,
+) -> Result<String, PageError> {
     let playback = Playback::record(env, policy, seed, |_, _, _| ())?;
     let mut page = Document::new(playback.title());
     page.push(&playback.html()?);

@@ -112,16 +112,12 @@ impl Playback {
     /// # Errors
     /// [`PageError::Environment`] if a reset or a step fails; [`PageError::ForeignModel`] if the
     /// environment does not simulate the built-in model.
-    pub fn record<E, P>(
+    pub fn record<E: PlaybackEnv>(
         env: &mut E,
-        policy: &mut P,
+        policy: &mut (impl Policy + ?Sized),
         seed: u64,
         mut watch: impl FnMut(usize, &[f32], &Step<FetchObservation, E::Info>),
-    ) -> Result<Self, PageError>
-    where
-        E: PlaybackEnv,
-        P: Policy + ?Sized,
-    {
+    ) -> Result<Self, PageError> {
         let failed = |source| PageError::Environment { seed, source };
         let config = env.fetch_env().config();
         if *config.sim().model() != ModelSource::Builtin {

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use safetensors::{Dtype, SafeTensors, tensor::TensorView};
+use safetensors::{Dtype, SafeTensorError, SafeTensors, tensor::TensorView};
 
 use super::{LayerWeights, PolicyHeader, TrainedPolicy, TrainedPolicyError as Error};
 
@@ -27,7 +27,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
-    let format = |error: safetensors::SafeTensorError| Error::Format { reason: error.to_string() };
+    let format = |error: SafeTensorError| Error::Format { reason: error.to_string() };
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(format)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(format)?;
     let text = metadata.metadata().as_ref().and_then(|entries| entries.get(KEY));
@@ -62,20 +62,25 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
     for (number, layer) in policy.layers.iter().enumerate() {
         let LayerWeights { num_inputs, weights, biases } = layer;
         let shape = vec![*num_inputs, biases.len()];
-        tensors.push((name(number, "weight"), shape, to_bytes(weights)));
-        tensors.push((name(number, "bias"), vec![biases.len()], to_bytes(biases)));
+        tensors.push((name(number, "weight"), shape, weights.as_slice()));
+        tensors.push((name(number, "bias"), vec![biases.len()], biases));
     }
-    let views = tensors.iter().map(|(name, shape, bytes)| {
-        TensorView::new(Dtype::F32, shape.clone(), bytes).map(|view| (name.as_str(), view))
-    });
-    let views = views.collect::<Result<Vec<_>, _>>().map_err(|error| failed(error.to_string()))?;
     let metadata = HashMap::from([(KEY.to_owned(), header)]);
-    safetensors::serialize(views, Some(metadata)).map_err(|error| failed(error.to_string()))
+    to_bytes(tensors, Some(metadata)).map_err(|error| failed(error.to_string()))
 }
 
-/// Returns the bytes of numbers in a safetensors file.
-pub(crate) fn to_bytes(numbers: &[f32]) -> Vec<u8> {
-    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+/// Returns a safetensors file of tensors, each with its name and its shape.
+pub(crate) fn to_bytes(
+    tensors: Vec<(String, Vec<usize>, &[f32])>,
+    metadata: Option<HashMap<String, String>>,
+) -> Result<Vec<u8>, SafeTensorError> {
+    let bytes = |numbers: &[f32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    let tensors: Vec<(_, _, Vec<u8>)> =
+        tensors.into_iter().map(|(name, shape, numbers)| (name, shape, bytes(numbers))).collect();
+    let views = tensors.iter().map(|(name, shape, bytes)| {
+        TensorView::new(Dtype::F32, shape.clone(), bytes).map(|view| (name, view))
+    });
+    safetensors::serialize(views.collect::<Result<Vec<_>, _>>()?, metadata)
 }
 
 /// Returns the numbers of bytes in a safetensors file.

@@ -27,8 +27,8 @@ pub enum Resumed {
     /// With the bits of a run that was never stopped.
     Exactly,
     /// On another number of processes. Networks, optimizers, normalizers, counters and finished
-    /// episodes are those of the checkpoint. Unfinished episodes are lost, the environments begin
-    /// others, and all following random numbers are others.
+    /// episodes are those of the checkpoint. Unfinished episodes are lost: the environments begin
+    /// new ones, and all later random numbers differ.
     OnOtherRanks {
         /// The number of processes that wrote the checkpoint.
         before: usize,

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use atomic_write_file::AtomicWriteFile;
 use fetch_env::SnapshotEnv;
-use safetensors::{Dtype, tensor::TensorView};
 
 use super::archive::Archive;
 use super::environment::EnvMark;
@@ -155,16 +154,9 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// Returns the number of updates, and the vectors of the algorithm's state as a file.
     fn encode_networks(&mut self) -> io::Result<(u64, Vec<u8>)> {
         let state = self.learner.algorithm.state_mut();
-        let vectors: Vec<_> = state
-            .vectors
-            .iter()
-            .map(|(name, vector)| (name, vector.len(), to_bytes(vector)))
-            .collect();
-        let views = vectors.iter().map(|(name, len, bytes)| {
-            TensorView::new(Dtype::F32, vec![*len], bytes).map(|view| (name.as_str(), view))
-        });
-        let views = views.collect::<Result<Vec<_>, _>>().map_err(io::Error::other)?;
-        let file = safetensors::serialize(views, None).map_err(io::Error::other)?;
+        let vectors = state.vectors.into_iter();
+        let tensors = vectors.map(|(name, vector)| (name, vec![vector.len()], vector.as_slice()));
+        let file = to_bytes(tensors.collect(), None).map_err(io::Error::other)?;
         Ok((*state.num_updates, file))
     }
 }
