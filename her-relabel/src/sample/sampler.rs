@@ -139,13 +139,13 @@ impl Sampler {
         ratio: UnitInterval;
         /// Returns what decides the termination of relabeled rows.
         termination: Termination;
-        /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
+        /// Whether [`Batch::success`](crate::Batch::success) is computed.
         success: bool;
         /// Returns the windows of several steps.
         n_step: Option<NStep>;
         /// Returns the exponent of the importance weights; `None` for uniform draws.
         priorities: Option<UnitInterval>;
-        /// Returns whether batches are drawn on several threads.
+        /// Whether batches are drawn on several threads.
         parallel: bool;
         /// Returns the goal that is written behind each observation.
         joined_goal: Option<JoinedGoal>;
