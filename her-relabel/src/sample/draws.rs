@@ -12,6 +12,16 @@ use crate::unit_interval::UnitInterval;
 ///
 /// A seed always gives the same batch of the same buffer. A generator provides one word per batch,
 /// as the seed.
+///
+/// # Example
+/// ```
+/// use her_relabel::RandomSource;
+/// use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
+///
+/// assert_eq!(7_u64.seed(), 7);
+/// let mut random = ChaCha8Rng::seed_from_u64(7);
+/// assert_ne!((&mut random).seed(), (&mut random).seed());
+/// ```
 pub trait RandomSource: sealed::Sealed {
     /// Returns the seed of a batch.
     fn seed(self) -> u64;
