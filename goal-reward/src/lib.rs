@@ -63,8 +63,8 @@ mod threshold;
 
 pub use distance::goal_distance;
 pub use distance_reward::{DistanceReward, ParseRewardKindError, RewardKind};
-pub use error::{GoalError, GoalRole, check_goals};
-pub use pairs::GoalPairs;
+pub use error::{GoalError, GoalRole};
+pub use pairs::{GoalPairs, check_goals};
 pub use reward::GoalReward;
 pub use threshold::{DistanceThreshold, ThresholdError};
 

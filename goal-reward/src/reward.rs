@@ -3,8 +3,8 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use crate::error::{GoalError, check_goals};
-use crate::pairs::GoalPairs;
+use crate::error::GoalError;
+use crate::pairs::{GoalPairs, check_goals};
 
 /// The reward of a goal-conditioned task: a pure function of the achieved and the desired goal.
 ///
