@@ -26,8 +26,8 @@ impl fmt::Display for GoalRole {
 #[derive(Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GoalError {
-    /// A goal has no element.
-    #[error("a goal has no element: pass goals with at least one")]
+    /// A goal is empty.
+    #[error("a goal is empty: pass goals of at least one element")]
     Empty,
     /// The two goals, or the two sides of a batch, have different lengths.
     #[error("achieved_goal has {achieved} elements and desired_goal {desired}: pass equally many")]
