@@ -1,4 +1,4 @@
-//! Errors in goals, and the checks that find them.
+//! Errors in goals.
 
 use std::fmt;
 
@@ -26,8 +26,8 @@ impl fmt::Display for GoalRole {
 #[derive(Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GoalError {
-    /// A goal has no element.
-    #[error("a goal has no element: pass goals with at least one")]
+    /// A goal is empty.
+    #[error("a goal is empty: pass goals of at least one element")]
     Empty,
     /// The two goals, or the two sides of a batch, have different lengths.
     #[error("achieved_goal has {achieved} elements and desired_goal {desired}: pass equally many")]
@@ -70,36 +70,3 @@ pub enum GoalError {
     },
 }
 debug_as_display!(GoalError);
-
-/// Checks that two goals can be compared.
-///
-/// # Errors
-/// [`GoalError::LengthMismatch`], [`GoalError::Empty`], or [`GoalError::NotFinite`] for the first
-/// element that is NaN or infinite, the achieved goal's first.
-pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), GoalError> {
-    let (achieved, desired) = (achieved_goal.len(), desired_goal.len());
-    if achieved != desired {
-        return Err(GoalError::LengthMismatch { achieved, desired });
-    }
-    if achieved == 0 {
-        return Err(GoalError::Empty);
-    }
-    check_finite(GoalRole::Achieved, achieved_goal, achieved)?;
-    check_finite(GoalRole::Desired, desired_goal, desired)
-}
-
-/// Returns an error for the first element of goals of `dim` elements that is not finite.
-pub(crate) fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<(), GoalError> {
-    // Block by block without a branch inside, so that the compiler vectorizes it.
-    const BLOCK: usize = 64;
-    let is_bad = |block: &[f64]| block.iter().fold(false, |bad, value| bad | !value.is_finite());
-    if !goals.chunks(BLOCK).any(is_bad) {
-        return Ok(());
-    }
-    match goals.iter().position(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(at) => {
-            Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value: goals[at] })
-        }
-    }
-}

@@ -23,8 +23,9 @@
 //! |---|---|
 //! | compute the reward of the Fetch tasks | [`DistanceReward`] |
 //! | compute many rewards at once | [`GoalReward::reward_batch`] with [`GoalPairs`] |
+//! | measure a distance as numpy does | [`goal_distance`] |
 //! | refuse goals that are not finite | [`GoalReward::try_reward`] |
-//! | write a reward of your own | [`GoalReward`] |
+//! | write your own reward | [`GoalReward`] |
 //!
 //! # Example
 //! ```
@@ -47,25 +48,6 @@
 //! assert!(error.to_string().contains("desired_goal[1] is NaN"));
 //! # Ok::<(), goal_reward::GoalError>(())
 //! ```
-//!
-//! # Custom rewards
-//! Implement [`GoalReward`] with two methods; the batched, checked and termination forms follow.
-//! ```
-//! use goal_reward::GoalReward;
-//!
-//! /// Bit flipping: every bit must be as desired.
-//! struct AllBits;
-//!
-//! impl GoalReward for AllBits {
-//!     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
-//!         if self.is_success(achieved_goal, desired_goal) { 0.0 } else { -1.0 }
-//!     }
-//!     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
-//!         achieved_goal == desired_goal
-//!     }
-//! }
-//! assert_eq!(AllBits.try_reward(&[1.0, 0.0], &[1.0, 1.0]), Ok(-1.0));
-//! ```
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
@@ -81,8 +63,8 @@ mod threshold;
 
 pub use distance::goal_distance;
 pub use distance_reward::{DistanceReward, ParseRewardKindError, RewardKind};
-pub use error::{GoalError, GoalRole, check_goals};
-pub use pairs::GoalPairs;
+pub use error::{GoalError, GoalRole};
+pub use pairs::{GoalPairs, check_goals};
 pub use reward::GoalReward;
 pub use threshold::{DistanceThreshold, ThresholdError};
 

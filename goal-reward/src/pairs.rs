@@ -1,6 +1,6 @@
-//! A batch of achieved and desired goals.
+//! A batch of achieved and desired goals, and the checks of goals.
 
-use crate::error::{GoalError, GoalRole, check_finite};
+use crate::error::{GoalError, GoalRole};
 
 /// A batch of pairs of goals: two borrowed row-major matrices of `len` rows and `dim` columns.
 ///
@@ -25,16 +25,16 @@ impl<'a> GoalPairs<'a> {
     /// allowed.
     ///
     /// # Errors
-    /// [`GoalError::Empty`] if `dim` is 0, [`GoalError::LengthMismatch`] if the matrices differ in
-    /// size, [`GoalError::PartialRow`] if the last goal is incomplete. The values are not checked;
+    /// [`GoalError::LengthMismatch`] if the matrices differ in size, [`GoalError::Empty`] if `dim`
+    /// is 0, [`GoalError::PartialRow`] if the last goal is incomplete. The values are not checked;
     /// see [`check_finite`](Self::check_finite).
     pub fn new(achieved: &'a [f64], desired: &'a [f64], dim: usize) -> Result<Self, GoalError> {
-        if dim == 0 {
-            return Err(GoalError::Empty);
-        }
         if achieved.len() != desired.len() {
             let (achieved, desired) = (achieved.len(), desired.len());
             return Err(GoalError::LengthMismatch { achieved, desired });
+        }
+        if dim == 0 {
+            return Err(GoalError::Empty);
         }
         if !achieved.len().is_multiple_of(dim) {
             return Err(GoalError::PartialRow { len: achieved.len(), dim });
@@ -117,4 +117,25 @@ impl<'a> GoalPairs<'a> {
         let expected = self.len();
         if actual == expected { Ok(()) } else { Err(GoalError::OutputLength { expected, actual }) }
     }
+}
+
+/// Checks that two goals can be compared.
+///
+/// # Errors
+/// [`GoalError::LengthMismatch`], [`GoalError::Empty`], or [`GoalError::NotFinite`] for the first
+/// element that is NaN or infinite, the achieved goal's first.
+pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), GoalError> {
+    GoalPairs::new(achieved_goal, desired_goal, achieved_goal.len())?.check_finite()
+}
+
+/// Returns an error for the first element of goals of `dim` elements that is not finite.
+fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<(), GoalError> {
+    // Block by block without a branch inside, so that the compiler vectorizes it.
+    const BLOCK: usize = 64;
+    let is_bad = |block: &[f64]| block.iter().fold(false, |bad, value| bad | !value.is_finite());
+    if !goals.chunks(BLOCK).any(is_bad) {
+        return Ok(());
+    }
+    let Some(at) = goals.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+    Err(GoalError::NotFinite { role, row: at / dim, index: at % dim, value: goals[at] })
 }

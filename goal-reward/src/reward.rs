@@ -3,8 +3,8 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use crate::error::{GoalError, check_goals};
-use crate::pairs::GoalPairs;
+use crate::error::GoalError;
+use crate::pairs::{GoalPairs, check_goals};
 
 /// The reward of a goal-conditioned task: a pure function of the achieved and the desired goal.
 ///
@@ -19,6 +19,25 @@ use crate::pairs::GoalPairs;
 ///
 /// Methods without `try_` do not check the goals: they must neither panic nor count a goal that is
 /// NaN, infinite or of the wrong length as a success.
+///
+/// # Example
+/// ```
+/// use goal_reward::GoalReward;
+///
+/// /// Bit flipping: every bit must be as desired.
+/// struct AllBits;
+///
+/// impl GoalReward for AllBits {
+///     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
+///         if self.is_success(achieved_goal, desired_goal) { 0.0 } else { -1.0 }
+///     }
+///     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+///         achieved_goal == desired_goal
+///     }
+/// }
+/// assert_eq!(AllBits.try_reward(&[1.0, 0.0], &[1.0, 1.0])?, -1.0);
+/// # Ok::<(), goal_reward::GoalError>(())
+/// ```
 pub trait GoalReward {
     /// Returns the reward for achieving `achieved_goal` when the goal is `desired_goal`.
     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64;
@@ -79,19 +98,6 @@ pub trait GoalReward {
     fn try_reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> Result<f64, GoalError> {
         check_goals(achieved_goal, desired_goal)?;
         Ok(self.reward(achieved_goal, desired_goal))
-    }
-
-    /// Returns [`is_success`](Self::is_success) after [`check_goals`].
-    ///
-    /// # Errors
-    /// As [`check_goals`].
-    fn try_is_success(
-        &self,
-        achieved_goal: &[f64],
-        desired_goal: &[f64],
-    ) -> Result<bool, GoalError> {
-        check_goals(achieved_goal, desired_goal)?;
-        Ok(self.is_success(achieved_goal, desired_goal))
     }
 
     /// Calls [`reward_batch`](Self::reward_batch) after [`GoalPairs::check_finite`].

@@ -5,6 +5,16 @@ use std::fmt;
 /// An element type of the buffer: `f32` or `f64`. Sealed.
 ///
 /// Rewards are computed in `f64`, to which `f32` elements are widened exactly.
+///
+/// # Example
+/// ```
+/// use her_relabel::Scalar;
+///
+/// fn mean<T: Scalar>(rewards: &[T]) -> f64 {
+///     rewards.iter().map(|reward| reward.to_f64()).sum::<f64>() / rewards.len() as f64
+/// }
+/// assert_eq!(mean(&[-1.0_f32, 0.0]), -0.5);
+/// ```
 pub trait Scalar:
     sealed::Sealed + Copy + Default + PartialEq + fmt::Debug + Send + Sync + 'static
 {

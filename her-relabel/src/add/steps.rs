@@ -14,9 +14,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// [`AddError::UnknownEnv`].
     pub fn unfinished_steps(&self, env_index: usize) -> Result<Option<usize>, AddError> {
         let is_under_way = self.is_under_way(env_index)?;
-        let steps =
-            self.unfinished[env_index].steps(&self.storage.layout).min(self.config.capacity());
-        Ok(is_under_way.then_some(steps))
+        let steps = self.unfinished[env_index].steps(&self.storage.layout);
+        Ok(is_under_way.then_some(steps.min(self.config.capacity())))
     }
 
     /// Begins an episode of an environment, after its reset.

@@ -1,7 +1,7 @@
 //! Importing episodes from numpy.
 
 use std::fs;
-use std::io::Cursor;
+use std::io::{self, Cursor};
 use std::path::Path;
 
 use zip::ZipArchive;
@@ -52,33 +52,29 @@ impl<T: Scalar> HerBuffer<T> {
 
 /// Adds the episodes of an archive, whose arrays are read side by side.
 fn read<T: Scalar>(buffer: &mut HerBuffer<T>, bytes: &[u8]) -> Result<u64, NpzError> {
-    let another =
-        || ZipArchive::new(Cursor::new(bytes)).map_err(|error| NpzError::Archive(error.into()));
+    let archive = ZipArchive::new(Cursor::new(bytes)).map_err(io::Error::from)?;
     let config = buffer.config().clone();
     let Dims { observation, goal, action } = config.dims();
-    let (mut lengths, mut rewards) = (another()?, another()?);
-    let mut lengths = Array::open(&mut lengths, EPISODE_LENGTHS, &COUNTS, 1, None)?;
-    let mut rewards = Array::open(&mut rewards, REWARDS, &FLOATS, 1, None)?;
+    // One for each array, because a reader borrows its archive.
+    let mut archives = [(); 8].map(|()| archive.clone());
+    let [lengths, rewards, terminated, truncated, states, achieved, desired, actions] =
+        &mut archives;
+    let mut lengths = Array::open(lengths, EPISODE_LENGTHS, &COUNTS, 1, None)?;
+    let mut rewards = Array::open(rewards, REWARDS, &FLOATS, 1, None)?;
     let (num_episodes, num_steps) = (lengths.len(), rewards.len());
     let (episodes, steps) = (Some(num_episodes), Some(num_steps));
-    let states = Some(num_episodes.saturating_add(num_steps));
-    let mut archives = (another()?, another()?, another()?, another()?, another()?, another()?);
-    let mut terminated = Array::open(&mut archives.0, TERMINATED, &FLAGS, 1, episodes)?;
-    let mut truncated = Array::open(&mut archives.1, TRUNCATED, &FLAGS, 1, episodes)?;
-    let mut observations =
-        Array::open(&mut archives.2, OBSERVATIONS, &FLOATS, observation, states)?;
-    let mut achieved_goals = Array::open(&mut archives.3, ACHIEVED_GOALS, &FLOATS, goal, states)?;
-    let mut desired_goals = Array::open(&mut archives.4, DESIRED_GOALS, &FLOATS, goal, episodes)?;
-    let mut actions = Array::open(&mut archives.5, ACTIONS, &FLOATS, action, steps)?;
-    let mut field_archives =
-        config.fields().iter().map(|_| another()).collect::<Result<Vec<_>, _>>()?;
-    let mut fields = field_archives
-        .iter_mut()
-        .zip(config.fields())
-        .map(|(archive, field)| {
-            Array::open(archive, &field_array(field), &FLOATS, field.len, steps)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+    let num_states = Some(num_episodes.saturating_add(num_steps));
+    let mut terminated = Array::open(terminated, TERMINATED, &FLAGS, 1, episodes)?;
+    let mut truncated = Array::open(truncated, TRUNCATED, &FLAGS, 1, episodes)?;
+    let mut observations = Array::open(states, OBSERVATIONS, &FLOATS, observation, num_states)?;
+    let mut achieved_goals = Array::open(achieved, ACHIEVED_GOALS, &FLOATS, goal, num_states)?;
+    let mut desired_goals = Array::open(desired, DESIRED_GOALS, &FLOATS, goal, episodes)?;
+    let mut actions = Array::open(actions, ACTIONS, &FLOATS, action, steps)?;
+    let mut archives = vec![archive; config.fields().len()];
+    let mut fields = Vec::new();
+    for (archive, field) in archives.iter_mut().zip(config.fields()) {
+        fields.push(Array::open(archive, &field_array(field), &FLOATS, field.len, steps)?);
+    }
 
     let capacity = config.capacity() as u64;
     let mut found = 0;

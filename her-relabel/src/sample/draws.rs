@@ -8,11 +8,21 @@ use crate::store::priorities::PriorityUnit;
 use crate::store::priority_table::PriorityTable;
 use crate::unit_interval::UnitInterval;
 
-/// The source of a batch's random numbers: a seed, or a generator. Sealed.
+/// The source of a batch's random numbers: a seed, or a generator.
 ///
 /// A seed always gives the same batch of the same buffer. A generator provides one word per batch,
 /// as the seed.
-pub trait RandomSource: sealed::Sealed {
+///
+/// # Example
+/// ```
+/// use her_relabel::RandomSource;
+/// use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
+///
+/// assert_eq!(7_u64.seed(), 7);
+/// let mut random = ChaCha8Rng::seed_from_u64(7);
+/// assert_ne!((&mut random).seed(), (&mut random).seed());
+/// ```
+pub trait RandomSource {
     /// Returns the seed of a batch.
     fn seed(self) -> u64;
 }
@@ -27,12 +37,6 @@ impl<R: Rng + ?Sized> RandomSource for &mut R {
     fn seed(self) -> u64 {
         self.next_u64()
     }
-}
-
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for u64 {}
-    impl<R: rand_core::Rng + ?Sized> Sealed for &mut R {}
 }
 
 /// The number of words that each row of a batch may use.

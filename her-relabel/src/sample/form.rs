@@ -90,7 +90,7 @@ pub(crate) struct Formed<'a> {
 }
 
 impl Formed<'_> {
-    /// Returns whether nothing is normalized or relative.
+    /// Whether nothing is normalized or relative.
     pub(crate) fn is_plain(&self) -> bool {
         self.observation.is_none() && self.goal.is_none() && !self.relative
     }

@@ -49,9 +49,9 @@ pub(crate) struct Counts {
 }
 
 impl<'a, S: Scalar> Task<'a, S> {
-    /// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row is
-    /// a function of the random words of its place in the batch, so the division into parts does not
-    /// change the batch.
+    /// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row
+    /// is a function of the random words of its place in the batch, so the division into parts does
+    /// not change the batch.
     pub(crate) fn gather_parts<T: Scalar>(
         self,
         words: impl Words,
@@ -78,8 +78,9 @@ impl<'a, S: Scalar> Task<'a, S> {
         Counts { rows: first.rows + second.rows, pairs: first.pairs + second.pairs }
     }
 
-    /// Draws rows and copies their transitions, which `pick` chooses by random words, with the stored
-    /// rewards. The relabeled rows and their pairs of goals go to the front of their scratch memory.
+    /// Draws rows and copies their transitions, which `pick` chooses by random words, with the
+    /// stored rewards. The relabeled rows and their pairs of goals go to the front of their scratch
+    /// memory.
     ///
     /// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn;
     /// its episode's record is looked up; its goal is drawn; it is copied. Each stage prefetches
@@ -123,8 +124,8 @@ impl<'a, S: Scalar> Task<'a, S> {
         counts
     }
 
-    /// Draws a row's goal, and prefetches all that the row is copied from except the state after its
-    /// window.
+    /// Draws a row's goal, and prefetches all that the row is copied from except the state after
+    /// its window.
     #[inline(always)]
     fn plan(self, words: impl Words, transition: u64, row: usize) -> Planned<'a, S> {
         let Storage { layout, tape, .. } = self.storage;
@@ -208,8 +209,8 @@ impl<'a, S: Scalar> Task<'a, S> {
         rows.columns.discount[at] = T::from_f64(if planned.terminated { 0.0 } else { discount });
     }
 
-    /// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the new
-    /// goal. They are kept only if the row is relabeled.
+    /// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the
+    /// new goal. They are kept only if the row is relabeled.
     #[inline(always)]
     fn put_pairs<T: Scalar>(
         self,

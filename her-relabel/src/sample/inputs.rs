@@ -16,9 +16,9 @@ pub enum JoinedGoal {
     Relative,
 }
 
-/// The normalizers of a draw, which [`Sampler::sample_into`](crate::Sampler::sample_into) borrows; it
-/// has an example.
-/// Parts without a normalizer are written as they are stored, and [`Default`] has none at all.
+/// The normalizers of a draw, which [`Sampler::sample_into`](crate::Sampler::sample_into) borrows;
+/// it has an example. Parts without a normalizer are written as they are stored, and [`Default`]
+/// has none at all.
 ///
 /// The numbers are those of [`Normalizer::normalize_into`], bit for bit, without a second pass over
 /// the batch. Rewards and success are computed from the stored goals.

@@ -42,15 +42,13 @@ use crate::unit_interval::UnitInterval;
 ///     truncated: true,
 ///     fields: &[],
 /// })?;
-/// let sampler = Sampler::new(32, GoalStrategy::Final, UnitInterval::ONE);
+/// // Prioritized replay, with the last achieved goal in every row.
+/// let sampler = Sampler::new(32, GoalStrategy::Final, UnitInterval::ONE)
+///     .with_priorities(UnitInterval::new(0.4)?);
 /// let mut batch = Batch::<f32>::new();
 /// let mut random = ChaCha8Rng::seed_from_u64(1);
 /// sampler.sample(&buffer, &DistanceReward::sparse(), &mut random, &mut batch)?;
 /// assert!(batch.desired_goal().iter().all(|goal| *goal == 2.0));
-///
-/// // Prioritized replay.
-/// let prioritized = sampler.with_priorities(UnitInterval::new(0.4)?);
-/// prioritized.sample(&buffer, &DistanceReward::sparse(), &mut random, &mut batch)?;
 /// // ... a learner computes its errors from the batch, weighted by batch.importance_weight() ...
 /// let errors = [0.5_f32; 32];
 /// buffer.set_priorities(batch.transition(), &errors.map(|error| error.abs().powf(0.6)))?;
@@ -139,13 +137,13 @@ impl Sampler {
         ratio: UnitInterval;
         /// Returns what decides the termination of relabeled rows.
         termination: Termination;
-        /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
+        /// Whether [`Batch::success`](crate::Batch::success) is computed.
         success: bool;
         /// Returns the windows of several steps.
         n_step: Option<NStep>;
         /// Returns the exponent of the importance weights; `None` for uniform draws.
         priorities: Option<UnitInterval>;
-        /// Returns whether batches are drawn on several threads.
+        /// Whether batches are drawn on several threads.
         parallel: bool;
         /// Returns the goal that is written behind each observation.
         joined_goal: Option<JoinedGoal>;

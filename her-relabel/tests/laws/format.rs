@@ -62,8 +62,8 @@ fn files_are_read_and_written_byte_by_byte() -> Result {
     let config = BufferConfig::new(8, DIMS);
     let still = StillEpisodes::new(0.125, UnitInterval::new(0.75)?).with_seed(5);
     for (config, file) in [
-        (config.clone(), &include_bytes!("../data/all_episodes.her")[..]),
-        (config.with_still_episodes(still), include_bytes!("../data/still_episodes.her")),
+        (config.clone(), &include_bytes!("all_episodes.her")[..]),
+        (config.with_still_episodes(still), include_bytes!("still_episodes.her")),
     ] {
         let buffer = everything(config)?;
         let mut written = Vec::new();

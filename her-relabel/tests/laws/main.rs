@@ -13,7 +13,7 @@
 //! 6. A cleared buffer is empty, and environments do not mix: `ring`, `vectorized`.
 //! 7. A loaded buffer equals the saved one, even in the middle of an episode; a wrong file is an
 //!    error, and a crash leaves the old file: `saving`, `damaged`, and for numpy archives
-//!    `tests/npz.rs`.
+//!    `tests/npz`.
 //! 8. A seed determines a batch, on any number of threads: `determinism`, `priorities`.
 //! 9. A window has one goal, for all its rewards, and ends with the episode: `outcomes`.
 //! 10. Weight 0 is never drawn, and weights of overwritten transitions are ignored: `priorities`.

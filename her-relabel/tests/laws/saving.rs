@@ -174,14 +174,22 @@ fn settings_keep_their_serialized_names() -> Result {
         .with_num_envs(2)
         .with_field("value", 1)
         .with_priorities(Priorities::new(PriorityUnit::Episode));
-    let text = r#"{"capacity":400,"dims":{"observation":2,"goal":3,"action":1},"num_envs":2,"fields":[{"name":"value","len":1}],"priorities":{"unit":"episode","new_priority":"highest"},"still_episodes":null}"#;
+    let text = concat!(
+        r#"{"capacity":400,"dims":{"observation":2,"goal":3,"action":1},"num_envs":2,"#,
+        r#""fields":[{"name":"value","len":1}],"#,
+        r#""priorities":{"unit":"episode","new_priority":"highest"},"still_episodes":null}"#
+    );
     assert_eq!(serde_json::to_string(&config)?, text);
     assert_eq!(serde_json::from_str::<BufferConfig>(text)?, config);
 
     let sampler = Sampler::new(9, GoalStrategy::Future, UnitInterval::from_k(1))
         .with_n_step(NStep::new(NonZeroUsize::MIN, UnitInterval::ONE))
         .with_priorities(UnitInterval::ZERO);
-    let text = r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"termination":"stored","success":false,"n_step":{"steps":1,"gamma":1.0},"priorities":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0}"#;
+    let text = concat!(
+        r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"#,
+        r#""termination":"stored","success":false,"n_step":{"steps":1,"gamma":1.0},"#,
+        r#""priorities":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0}"#
+    );
     assert_eq!(serde_json::to_string(&sampler)?, text);
     assert_eq!(serde_json::from_str::<Sampler>(text)?, sampler);
     assert!(serde_json::from_str::<Sampler>(&text.replace("0.5", "1.5")).is_err());
