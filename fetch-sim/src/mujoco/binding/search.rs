@@ -142,7 +142,7 @@ fn loaded(file: Option<&PathBuf>) -> Place {
         name: "this process",
         files: file.into_iter().cloned().collect(),
         is_loaded: true,
-        if_empty: "no other code in it has loaded one".into(),
+        if_empty: "no other code has loaded one".into(),
     }
 }
 

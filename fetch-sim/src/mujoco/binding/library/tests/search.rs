@@ -218,7 +218,7 @@ fn libraries_that_do_not_fit_are_passed_over_and_do_not_stay() -> Result {
         "the path of the build: ".into(),
         "does not exist".into(),
         "the cache: ".into(),
-        "this process: nothing else in it has loaded one".into(),
+        "this process: no other code has loaded one".into(),
         format!(
             "the system: {}/libmujoco.so: it is not a library",
             places.path("system").display()
