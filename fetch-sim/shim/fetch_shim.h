@@ -119,10 +119,10 @@ fs_status fs_load(const char* path, int* version);
 // Returns the path from which MuJoCo was loaded, or NULL if the system does not know it. Valid as long
 // as the program.
 const char* fs_library_path(void);
-// Returns the path of the MuJoCo that somebody else loaded for the whole process, or NULL if nobody did.
+// Returns the path of the MuJoCo that other code loaded for the whole process, or NULL if none did.
 // Valid as long as that library is loaded.
 const char* fs_global_library_path(void);
-// Returns the path of the MuJoCo of this name that somebody else loaded for a part of the process alone,
+// Returns the path of the MuJoCo of this name that other code loaded for a part of the process alone,
 // or NULL if nobody did. Valid as long as that library is loaded.
 const char* fs_others_library_path(const char* name);
 // Opens a plugin of the loaded library, whose name in the system is `library_name`. It fails, and the

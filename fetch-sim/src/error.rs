@@ -33,7 +33,7 @@ pub enum SimError {
         reason: String,
     },
     /// A buffer of the physics engine overflowed, so that its result is not the model's.
-    #[error("the physics ran out of room ({reason}): give the model larger sizes, and reset")]
+    #[error("the physics ran out of memory ({reason}): set larger sizes in the model, and reset")]
     BufferFull {
         /// The buffer.
         reason: String,
@@ -90,7 +90,7 @@ pub enum SimError {
         rust: String,
     },
     /// A model could not be read or compiled.
-    #[error("the model {name} could not be loaded ({reason}): correct its file")]
+    #[error("the model {name} could not be loaded ({reason}): correct the file")]
     Model {
         /// File name of the model.
         name: String,
@@ -126,8 +126,8 @@ pub enum SimError {
         /// What is wrong with it.
         reason: &'static str,
     },
-    /// An id is not one of this model's.
-    #[error("the model has no {kind} with the id {id}, it has {count}: use an id of this model")]
+    /// An id is of another model.
+    #[error("no {kind} has the id {id}, the model has {count}: use an id of this model")]
     UnknownId {
         /// Kind of object, such as `site`.
         kind: &'static str,
@@ -136,8 +136,8 @@ pub enum SimError {
         /// The number of such objects in the model.
         count: usize,
     },
-    /// A slice has not the length that the model asks for.
-    #[error("{what} takes {expected} numbers, not {actual}: give it as many")]
+    /// A slice has another length than the model needs.
+    #[error("{what} takes {expected} numbers, not {actual}: pass {expected}")]
     WrongLength {
         /// What the slice is for.
         what: &'static str,

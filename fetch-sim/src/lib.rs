@@ -65,26 +65,26 @@
 //!    to the folder that has both, as they may to `/tmp`;
 //! 2. the path that the build found, which has the very library that the program was tested with;
 //! 3. the cache in which `cargo xtask mujoco` and the feature `download` put that version;
-//! 4. this process, in which somebody else may have loaded that version;
+//! 4. this process, in which other code may have loaded that version;
 //! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and
 //!    `/usr`.
 //!
-//! A program that has loaded a MuJoCo for the whole process, such as one that links it, keeps that
-//! one, wherever others are: they would call its functions.
+//! If a MuJoCo is loaded for the whole process, for example because the program links it, that one
+//! is used: any other would call its functions.
 //!
-//! Loading a library runs its code, so each file is looked at before:
+//! Loading a library runs its code, so each file is checked first:
 //! - It and all folders above it belong to the process's user or to root, and nobody else may write
-//!   to them. Sticky folders such as `/tmp` may be shared, and a group with the number of the owner
-//!   is taken for the owner's own.
-//! - The version in its name, and in the name that it gives itself, is that of the headers. (Of a
-//!   library without one, the version is known after it was loaded.)
-//! - It is as long as its tables say: to load a file that is cut would end the process.
+//!   to them. Sticky folders such as `/tmp` may be shared, and a group whose number is the owner's
+//!   counts as the owner's private group.
+//! - The version in its file name and in its SONAME is that of the headers. (The version of a
+//!   library without one is checked after loading it.)
+//! - It is complete: loading a truncated file would end the process.
 //!
-//! A program that has more rights than the user who started it (set-user-ID, set-group-ID,
-//! capabilities) ignores the variables above, and that user's cache.
+//! A program with more rights than the user who started it (set-user-ID, set-group-ID,
+//! capabilities) ignores the variables above and that user's cache.
 //!
-//! If none fits, [`SimError::Library`] lists what was tried and why each was refused; a library
-//! that was refused does not stay loaded. `library_path` returns the one that is used.
+//! If no library fits, [`SimError::Library`] lists what was tried and why it was refused. A refused
+//! library does not stay loaded. `library_path` returns the one that is used.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 #[macro_use]

@@ -32,7 +32,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use commands::{COMMANDS, Program};
+use commands::{COMMANDS, Listed, Program};
 
 use self::find_mujoco::find_mujoco;
 // The modules of fetch-sim that are included here name it so.
@@ -125,11 +125,12 @@ fn main() -> ExitCode {
 }
 
 fn overview() -> String {
-    let lines = COMMANDS.map(|command| format!("  {:<16} {}\n", command.name, command.about));
+    let line = |command: &Listed| format!("  {:<16} {}\n", command.name, command.about);
+    let lines: String = COMMANDS.iter().map(line).collect();
     format!(
         "The commands of the Fetch environments\n\nUsage: cargo xtask <COMMAND>\n\nCommands:\n{}\n\
          `cargo xtask help <COMMAND>` lists the arguments of a command.",
-        lines.concat()
+        lines
     )
 }
 

@@ -1,4 +1,4 @@
-//! Errors of fetching.
+//! Errors of downloading.
 
 use std::{error::Error, fmt, io, path::PathBuf};
 
@@ -10,7 +10,7 @@ use std::{error::Error, fmt, io, path::PathBuf};
 pub enum DownloadError {
     /// The user has no home, and so no cache.
     NoCache,
-    /// The text is no version of MuJoCo.
+    /// The text is not a version of MuJoCo.
     Version {
         /// The text.
         version: String,
@@ -48,18 +48,25 @@ impl fmt::Display for DownloadError {
                 )
             }
             Self::Version { version } => {
-                write!(f, "{version:?} is no version of MuJoCo: give three numbers, such as 3.6.0")
+                write!(
+                    f,
+                    "{version:?} is not a version of MuJoCo: give three numbers, such as 3.6.0"
+                )
             }
             Self::Pip { requirement, reason } => write!(
                 f,
-                "pip could not fetch {requirement} ({reason}): run it again, or give the wheel's \
+                "pip could not download {requirement} ({reason}): try again, or pass the wheel's \
                  file"
             ),
             Self::Wheel { path, reason } => {
-                write!(f, "{} is not the right wheel ({reason}): fetch it again", path.display())
+                write!(f, "{} is not the right wheel ({reason}): download it again", path.display())
             }
             Self::Write { path, source } => {
-                write!(f, "{} cannot be written ({source}): free or unlock it", path.display())
+                write!(
+                    f,
+                    "{} cannot be written ({source}): free some space, or change its permissions",
+                    path.display()
+                )
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Downloading MuJoCo and the reference's model into the user's cache (feature `download`).
 //!
 //! Python's pip downloads them from PyPI, or from the index, mirror or folder that it is configured
-//! for; every file is checked by its SHA-256, also when it is looked for again. One process writes
-//! at a time, and removes what one that was killed has left. Nothing is printed. The same from the
-//! command line: `cargo run -p fetch-sim --example download --features download`.
+//! for. The SHA-256 of every file is checked, again on each call. One process writes at a time, and
+//! cleans up after one that was killed. Nothing is printed. From the command line:
+//! `cargo run -p fetch-sim --example download --features download`.
 //!
 //! xtask includes these files by their path, because it must build within seconds and where
 //! fetch-sim cannot.

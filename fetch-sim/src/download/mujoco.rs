@@ -18,8 +18,8 @@ use crate::{cache, installation::version_in_name};
 /// The list of the files that were unpacked, which is written last.
 const LIST: &str = "SHA256SUMS";
 
-/// Fetches a version of MuJoCo, such as `3.6.0`, into the user's cache unless it is there, whole
-/// and as published, and returns its folder.
+/// Downloads a version of MuJoCo, such as `3.6.0`, into the user's cache, unless a complete copy
+/// is there, and returns its folder.
 ///
 /// To build with it, set `MUJOCO_DIR` to the folder, as [`export_line`] does. A program that was
 /// built with the headers of this version finds the library by itself.
@@ -36,8 +36,8 @@ pub fn mujoco(version: &str) -> Result<PathBuf, DownloadError> {
     Ok(folder)
 }
 
-/// As [`mujoco`], from the wheel of that version at a path: of the package `mujoco`, and from 4.0
-/// on of `mujoco-core`.
+/// Unpacks a version of MuJoCo from a wheel of the package `mujoco`, or from 4.0 on of
+/// `mujoco-core`, and returns its folder, as [`mujoco`] does.
 ///
 /// # Errors
 /// As [`mujoco`].
@@ -47,7 +47,7 @@ pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, Downloa
     Ok(folder)
 }
 
-/// Returns the command by which a shell sets `MUJOCO_DIR` to a folder, whatever is in its name.
+/// Returns the shell command that sets `MUJOCO_DIR` to a folder, with its name quoted.
 #[must_use]
 pub fn export_line(folder: &Path) -> String {
     let folder = folder.display().to_string();

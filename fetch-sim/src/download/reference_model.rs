@@ -19,9 +19,9 @@ const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
 /// Fetch's files below [`FOLDER_IN_WHEEL`], as `sha256sum` lists them.
 const FILES: &str = include_str!("reference_model.sha256");
 
-/// Fetches the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless it is
-/// there complete and as published, and returns its folder. Files of the model that are there with
-/// other contents are replaced, and other files stay.
+/// Downloads the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless a
+/// complete copy is there, and returns its folder. Files of the model with other contents are
+/// replaced, and other files stay.
 ///
 /// Its meshes are under CC BY-NC-SA 4.0: not for commercial use.
 ///
@@ -36,7 +36,8 @@ pub fn reference_model() -> Result<PathBuf, DownloadError> {
     Ok(folder)
 }
 
-/// As [`reference_model`], from the wheel of gymnasium-robotics 1.4.2 at a path.
+/// Unpacks the reference's model from a wheel of gymnasium-robotics 1.4.2, and returns its folder,
+/// as [`reference_model`] does.
 ///
 /// # Errors
 /// As [`reference_model`].

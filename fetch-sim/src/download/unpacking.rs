@@ -1,5 +1,5 @@
-//! Putting files into a folder of the user's: one process at a time, each file whole or not at all,
-//! and with nothing left over, even by a process that was killed, once another one has come.
+//! Putting files into a folder: one process at a time, each file whole or not at all. The next
+//! process removes what one that was killed has left over.
 
 use std::{
     fs::{self, File},
@@ -10,9 +10,9 @@ use std::{
 
 use super::error::DownloadError;
 
-/// Name of the folder, in the one to be filled, with all that is unfinished: the file that is being
-/// written, and what pip downloads. It has a file that is locked as long as it is in use, so what
-/// is in it without that was left by a process that was killed.
+/// Name of the folder, in the one to be filled, for everything unfinished: the file that is being
+/// written, and what pip downloads. A file in it is locked while it is in use; if that is unlocked,
+/// a process that was killed left the rest.
 const STAGING: &str = ".fetch-sim-unpacking";
 const LOCK: &str = "lock";
 const UNFINISHED: &str = "unfinished";
@@ -39,7 +39,7 @@ impl<'a> Unpacking<'a> {
             return Ok(());
         }
         let unpacking = Self::begin(folder)?;
-        // Another process may have done it meanwhile.
+        // Another process may have completed it while this one waited.
         if is_complete() { Ok(()) } else { put(&unpacking) }
     }
 
@@ -54,7 +54,7 @@ impl<'a> Unpacking<'a> {
         Ok(unpacking)
     }
 
-    /// Creates a folder for what is needed only for now.
+    /// Creates a folder for temporary files.
     pub(super) fn downloads(&self) -> Result<PathBuf, DownloadError> {
         let downloads = self.staging.join(DOWNLOADS);
         fs::create_dir(&downloads).map_err(|source| cannot_write(&downloads, source))?;
@@ -74,7 +74,7 @@ impl<'a> Unpacking<'a> {
             .map_err(|source| cannot_write(&path, source))
     }
 
-    /// Nothing more can be done where this fails: the next process tries again.
+    /// If this fails, the next process tries again.
     fn remove_unfinished(&self) {
         let _ = fs::remove_file(self.staging.join(UNFINISHED));
         let _ = fs::remove_dir_all(self.staging.join(DOWNLOADS));
@@ -104,7 +104,7 @@ fn lock(staging: &Path) -> io::Result<File> {
         let lock = File::options().write(true).create(true).truncate(false).open(&path);
         match lock.and_then(|lock| lock.lock().map(|()| lock)) {
             Ok(lock) if is_at(&lock, &path) => return Ok(lock),
-            // The process that had it has removed it when it was ready.
+            // The process that held the lock removed the file when it was done.
             Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error),

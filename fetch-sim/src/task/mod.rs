@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use self::spec::{GoalSpec, ObjectSpec, TaskSpec};
 use self::{pick_and_place::PICK_AND_PLACE, push::PUSH, reach::REACH, slide::SLIDE};
 
-/// The four Fetch tasks, each with a scene of its own.
+/// The four Fetch tasks, each with its scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Task {

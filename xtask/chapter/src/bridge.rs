@@ -4,21 +4,14 @@ use commands::Command;
 use fetch_env::make;
 use lexopt::Parser;
 
-use crate::{choice::Flags, rewards::Comparison};
+use crate::choice::{Flags, usage};
+use crate::rewards::Comparison;
 
 const STEPS: usize = 100;
 const GOALS_PER_STEP: usize = 5;
 const TOLERANCE: f64 = 1e-10;
 
-pub(crate) const COMMAND: Command = Command {
-    name: "bridge",
-    usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
-
-  --env-id <ID>  Environment, or auto for FetchReachDense-v4 [default: auto]
-  --seed <N>     Seed of resets, actions and goals [default: 42]
-  --json <FILE>  Also write the figures as JSON",
-    run,
-};
+pub(crate) const COMMAND: Command = Command { name: "bridge", usage: usage!(42), run };
 
 fn run(arguments: Parser) -> anyhow::Result<bool> {
     let flags = Flags::parse(arguments, 42)?;

@@ -28,6 +28,22 @@ pub(crate) struct Flags {
     json: Option<PathBuf>,
 }
 
+/// The usage of these flags, given the default of `--seed`.
+macro_rules! usage {
+    ($seed:literal) => {
+        concat!(
+            "[--env-id <ID>] [--seed <N>] [--json <FILE>]
+
+  --env-id <ID>  Environment, or auto for FetchReachDense-v4 [default: auto]
+  --seed <N>     Seed of resets, actions and goals [default: ",
+            $seed,
+            "]
+  --json <FILE>  Also write the figures as JSON"
+        )
+    };
+}
+pub(crate) use usage;
+
 impl Flags {
     /// Parses the flags; `seed` is the default of `--seed`.
     pub(crate) fn parse(mut arguments: Parser, seed: u64) -> anyhow::Result<Self> {

@@ -5,21 +5,14 @@ use commands::Command;
 use fetch_env::{EnvId, make};
 use lexopt::Parser;
 
-use crate::{choice::Flags, rewards::Comparison};
+use crate::choice::{Flags, usage};
+use crate::rewards::Comparison;
 
 const TOLERANCE: f64 = 1e-6;
 const STEPS: usize = 500;
 const RANDOM_GOALS: usize = 3;
 
-pub(crate) const COMMAND: Command = Command {
-    name: "reward-check",
-    usage: "[--env-id <ID>] [--seed <N>] [--json <FILE>]
-
-  --env-id <ID>  Environment, or auto for FetchReachDense-v4 [default: auto]
-  --seed <N>     Seed of resets, actions and goals [default: 0]
-  --json <FILE>  Also write the figures as JSON",
-    run,
-};
+pub(crate) const COMMAND: Command = Command { name: "reward-check", usage: usage!(0), run };
 
 fn run(arguments: Parser) -> anyhow::Result<bool> {
     let flags = Flags::parse(arguments, 0)?;

@@ -22,82 +22,59 @@ pub struct Listed {
     pub about: &'static str,
 }
 
-use Program::{Chapter, Lab, Xtask};
+/// Declares the commands of each program.
+macro_rules! commands {
+    ($($program:ident { $($name:literal: $about:literal,)* })*) => {
+        /// All commands of `cargo xtask`, in the order in which its help lists them.
+        pub const COMMANDS: &[Listed] = &[
+            $($(Listed { program: Program::$program, name: $name, about: $about },)*)*
+        ];
+    };
+}
 
-/// All commands of `cargo xtask`, in the order in which its help lists them.
-pub const COMMANDS: [Listed; 27] = [
-    command(Chapter, "verify", "Verify every claim of the chapter by stepping the environments"),
-    command(
-        Chapter,
-        "bridge",
-        "Compare hand-computed rewards with the environment's, step by step",
-    ),
-    command(Chapter, "describe", "Write the observation and action spaces as JSON"),
-    command(
-        Chapter,
-        "reward-check",
-        "Check that step, compute_reward and the distance formula agree",
-    ),
-    command(Chapter, "random-episodes", "Run a random policy and write its results as JSON"),
-    command(Chapter, "all", "Run describe, reward-check and random-episodes"),
-    command(Chapter, "exercise", "Answer one of the chapter's exercises, 1 to 4"),
-    command(Chapter, "doctor", "Look for the usual problems, and say how to fix them"),
-    command(Chapter, "task-pages", "Write a page for each task from the tables in the code"),
-    command(
-        Lab,
-        "parity",
-        "Compare with the real environment: recorded, live, pictures, samples, policies",
-    ),
-    command(Lab, "bench", "Measure speed and memory"),
-    command(Lab, "figures", "Draw the chapter's pictures, and Slide's"),
-    command(Lab, "report", "Write one page with checks, baselines, plots and playbacks"),
-    command(Lab, "play", "Write a page that plays one episode back"),
-    command(Lab, "collect", "Run a policy, and save its episodes"),
-    command(Lab, "train", "Train a policy, with its learning curve and a page"),
-    command(
-        Lab,
-        "learning-curves",
-        "Gather runs, say when they reached their targets, and draw their curves",
-    ),
-    command(
-        Lab,
-        "soak",
-        "Step, save and draw environments for a long time, and look for what they leave behind",
-    ),
-    command(Xtask, "assets", "Fetch the reference's model into the cache"),
-    command(Xtask, "mujoco", "Fetch another version of MuJoCo into the cache"),
-    command(
-        Xtask,
-        "fuzz",
-        "Fuzz what is loaded, and sequences of calls of the replay buffer and of environments",
-    ),
-    command(Xtask, "sanitize", "Run tests under sanitizers, Valgrind and Miri"),
-    command(Xtask, "mutants", "Change the code in small ways, and look whether a test notices"),
-    command(Xtask, "packages", "Check that the crates are ready to be published"),
-    command(
-        Xtask,
-        "projects",
-        "Test the projects that use the crates from outside, and the README's first program",
-    ),
-    command(
-        Xtask,
-        "test",
-        "Run all tests that need nothing but Rust and MuJoCo, and list what that leaves out",
-    ),
-    command(Xtask, "ci", "Run what continuous integration runs: `test`, and then what needs more"),
-];
-
-const fn command(program: Program, name: &'static str, about: &'static str) -> Listed {
-    Listed { program, name, about }
+commands! {
+    Chapter {
+        "verify": "Verify every claim of the chapter by stepping the environments",
+        "bridge": "Compare hand-computed rewards with the environment's, step by step",
+        "describe": "Write the observation and action spaces as JSON",
+        "reward-check": "Check that step, compute_reward and the distance formula agree",
+        "random-episodes": "Run a random policy and write its results as JSON",
+        "all": "Run describe, reward-check and random-episodes",
+        "exercise": "Answer one of the chapter's exercises, 1 to 4",
+        "doctor": "Look for the usual problems, and say how to fix them",
+        "task-pages": "Write a page for each task from the tables in the code",
+    }
+    Lab {
+        "parity": "Compare with the real environment: recorded, live, pictures, samples, policies",
+        "bench": "Measure speed and memory",
+        "figures": "Draw the chapter's figures, and Slide's",
+        "report": "Write one page with checks, baselines, plots and playbacks",
+        "play": "Write a page that plays one episode back",
+        "collect": "Run a policy, and save its episodes",
+        "train": "Train a policy, with its learning curve and a page",
+        "learning-curves": "Report when runs reached their targets, and plot their curves",
+        "soak": "Step, save and render environments for a long time, and look for leaks",
+    }
+    Xtask {
+        "assets": "Fetch the reference's model into the cache",
+        "mujoco": "Fetch another version of MuJoCo into the cache",
+        "fuzz": "Fuzz loading, and sequences of calls to the replay buffer and to environments",
+        "sanitize": "Run tests under sanitizers, Valgrind and Miri",
+        "mutants": "Change the code in small ways, and check that a test fails",
+        "packages": "Check that the crates are ready to be published",
+        "projects": "Test projects that depend on the crates, and the README's first program",
+        "test": "Run all tests that need only Rust and MuJoCo, and list what was left out",
+        "ci": "Run what continuous integration runs: `test`, then everything that needs more",
+    }
 }
 
 /// Returns the command of a name.
 #[must_use]
 pub fn find(name: &str) -> Option<Listed> {
-    COMMANDS.into_iter().find(|command| command.name == name)
+    COMMANDS.iter().copied().find(|command| command.name == name)
 }
 
 /// Returns the commands of a program.
 pub fn of(program: Program) -> impl Iterator<Item = Listed> {
-    COMMANDS.into_iter().filter(move |command| command.program == program)
+    COMMANDS.iter().copied().filter(move |command| command.program == program)
 }

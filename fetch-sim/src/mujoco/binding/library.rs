@@ -118,12 +118,12 @@ fn path_of_loaded(file: &Path) -> PathBuf {
     path.canonicalize().unwrap_or(path)
 }
 
-/// Returns the path of the library that somebody else loaded for the whole process.
+/// Returns the path of the library that other code loaded for the whole process.
 fn path_of_global() -> Option<PathBuf> {
     rust_path(ffi::fs_global_library_path())
 }
 
-/// Returns the path of the library of this name that somebody else loaded for itself.
+/// Returns the path of the library of this name that other code loaded for itself.
 fn path_of_others(name: &str) -> Option<PathBuf> {
     let name = c_path(name.as_ref()).ok()?;
     // SAFETY: the name is a C string.

@@ -1,5 +1,5 @@
-//! The file of a library, looked at before it is loaded: loading runs its code, and a file that is
-//! cut would end the process.
+//! The file of a library, checked before it is loaded: loading runs its code, and a truncated file
+//! would end the process.
 
 use std::{
     fs::File,
@@ -20,11 +20,11 @@ pub(crate) struct LibraryFile {
 }
 
 impl LibraryFile {
-    /// Looks at a library without loading it.
+    /// Checks a library without loading it.
     ///
     /// # Errors
-    /// The reason not to load it: it is missing, others than this process's user and root may have
-    /// written it, or it is not whole.
+    /// The reason not to load it: it is missing or truncated, or users other than this one and root
+    /// may have written it.
     pub(crate) fn look_at(file: &Path) -> Result<Self, String> {
         let path = file.canonicalize().map_err(|error| error.to_string())?;
         trust::check(&path)?;
@@ -33,16 +33,16 @@ impl LibraryFile {
     }
 }
 
-/// Returns the name that an ELF library gives itself, after a check that it is not cut.
+/// Returns the name that an ELF library gives itself, after a check that it is complete.
 fn own_name(path: &Path) -> Result<Option<String>, String> {
     let length = || File::open(path)?.metadata().map(|metadata| metadata.len());
     let length = length().map_err(|error| error.to_string())?;
     parse(path, length).map_err(|error| match error {
-        ParseError::BadMagic(_) => "it is no library".into(),
+        ParseError::BadMagic(_) => "it is not a library".into(),
         ParseError::IOError(error) if error.kind() != io::ErrorKind::UnexpectedEof => {
             error.to_string()
         }
-        _ => format!("it is cut or damaged ({length} bytes)"),
+        _ => format!("it is truncated or damaged ({length} bytes)"),
     })
 }
 

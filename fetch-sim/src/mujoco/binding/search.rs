@@ -16,8 +16,7 @@ use crate::{
 /// A search for the library of one version.
 pub(crate) struct Search {
     pub(crate) version: MujocoVersion,
-    /// The library that somebody else loaded for the whole process, whose functions any other would
-    /// call.
+    /// The library that other code loaded for the whole process: any other would call its functions.
     pub(crate) global: Option<PathBuf>,
     /// Value of `MUJOCO_DIR`.
     pub(crate) mujoco_dir: Option<PathBuf>,
@@ -26,7 +25,7 @@ pub(crate) struct Search {
     pub(crate) of_build: Option<PathBuf>,
     /// The folder `fetch-env` in the user's cache.
     pub(crate) cache: Option<PathBuf>,
-    /// The library of this version that somebody else loaded, for a part of the process alone.
+    /// The library of this version that other code loaded for itself.
     pub(crate) of_others: Option<PathBuf>,
     /// The folders of the system's libraries.
     pub(crate) system: Vec<PathBuf>,
@@ -44,7 +43,7 @@ pub(crate) struct Place {
 }
 
 impl Search {
-    /// Returns the search of this process, in which somebody else may have loaded libraries.
+    /// Returns the search of this process, in which other code may have loaded libraries.
     pub(crate) fn of_process(
         version: MujocoVersion,
         global: Option<PathBuf>,
@@ -66,9 +65,9 @@ impl Search {
 
     /// Returns the places, in the order in which they are tried.
     ///
-    /// A library that the whole process has is the only one. So is the user's wish: another one in
-    /// its stead would hide a mistake. Else what lies beside the program comes before the library
-    /// of the build, which comes before those that merely have the same version.
+    /// A library that is loaded for the whole process is the only place, and so is `MUJOCO_DIR`,
+    /// because using another library would hide a mistake. Otherwise what lies beside the program
+    /// comes before the library of the build, and that before those with the same version.
     pub(crate) fn places(&self) -> Vec<Place> {
         if let Some(global) = &self.global {
             return vec![loaded(Some(global))];
@@ -128,7 +127,7 @@ impl Search {
     }
 
     /// Returns the system's libraries by the names that they may have. They are not left to the
-    /// system's loader to find, so that they are looked at before it runs their code.
+    /// system's loader to find, so that they are checked before their code runs.
     fn libraries_of_system(&self) -> Vec<PathBuf> {
         let without_version = if cfg!(target_vendor = "apple") { "dylib" } else { "so" };
         let names = [self.version.library_name(), format!("libmujoco.{without_version}")];
@@ -137,13 +136,13 @@ impl Search {
     }
 }
 
-/// The place of a library that somebody else has loaded.
+/// The place of a library that other code has loaded.
 fn loaded(file: Option<&PathBuf>) -> Place {
     Place {
         name: "this process",
         files: file.into_iter().cloned().collect(),
         is_loaded: true,
-        if_empty: "nothing else in it has loaded one".into(),
+        if_empty: "no other code has loaded one".into(),
     }
 }
 

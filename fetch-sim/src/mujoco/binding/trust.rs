@@ -40,7 +40,7 @@ pub(crate) fn check(file: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether others may put files into a folder. What cannot be looked at counts as shared.
+/// Whether others may put files into a folder. A folder that cannot be inspected counts as shared.
 pub(crate) fn is_shared(folder: &Path) -> bool {
     look_at(folder).map_or(true, |seen| is_writable_by_others(&seen))
 }

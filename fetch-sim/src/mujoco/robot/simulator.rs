@@ -47,7 +47,7 @@ pub struct MujocoSnapshot {
 }
 
 impl MujocoSimulator {
-    /// Creates a simulator with a model of its own, in the settled state.
+    /// Loads a model, and creates a simulator of it in the settled state.
     ///
     /// # Errors
     /// As [`FetchModel::load`].

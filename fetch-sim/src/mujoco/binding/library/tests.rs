@@ -63,7 +63,7 @@ fn every_function_of_mujoco_is_called_under_the_guard() {
     let shim = Path::new(env!("CARGO_MANIFEST_DIR")).join("shim");
     let read = |name: &str| fs::read_to_string(shim.join(name)).expect("a source of the shim");
     let mut listed = words(&read("internal.h"), "X(", ')');
-    assert!(listed.remove("mj_version"), "the library is looked at before it is loaded");
+    assert!(listed.remove("mj_version"), "the library is checked before it is loaded");
     let sources =
         ["library.c", "model.c", "data.c", "render.c", "gl_context.c", "contact_filter.c"];
     let called: BTreeSet<_> =

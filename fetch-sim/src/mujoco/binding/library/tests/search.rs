@@ -218,8 +218,11 @@ fn libraries_that_do_not_fit_are_passed_over_and_do_not_stay() -> Result {
         "the path of the build: ".into(),
         "does not exist".into(),
         "the cache: ".into(),
-        "this process: nothing else in it has loaded one".into(),
-        format!("the system: {}/libmujoco.so: it is no library", places.path("system").display()),
+        "this process: no other code has loaded one".into(),
+        format!(
+            "the system: {}/libmujoco.so: it is not a library",
+            places.path("system").display()
+        ),
         format!("cargo xtask mujoco {}", MujocoVersion::of_shim()),
         "fetch_sim::download::mujoco(".into(),
     ] {
@@ -281,7 +284,7 @@ fn a_library_that_is_cut_is_refused() -> Result {
     for length in [0, 3, 63, 64, 1000, 200_000, library.len() / 2, library.len() - 1] {
         fs::write(&path, &library[..length])?;
         let refused = places.refusal(None)?;
-        let reason = format!("libmujoco.so: it is cut or damaged ({length} bytes)");
+        let reason = format!("libmujoco.so: it is truncated or damaged ({length} bytes)");
         assert!(refused.contains(&reason), "{refused}");
     }
     Ok(())
