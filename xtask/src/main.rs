@@ -79,9 +79,9 @@ const OWN: [commands::Command; 9] = [
 
   --crate <CRATE>  Only this crate: goal-reward, her-relabel, fetch-baselines, fetch-env or
                    statistics
-  --shard <K/N>    Only the part K, from 0, of N
-  --commits <N>    Only what the last N commits have changed
-  --at-most <N>    At most so many mutants of each crate, spread over the code",
+  --shard <K/N>    Only part K of N, counted from 0
+  --commits <N>    Only what the last N commits changed
+  --at-most <N>    At most N mutants of each crate, spread over the code",
         run: mutants::run,
     },
     commands::Command {

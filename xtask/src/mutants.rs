@@ -1,4 +1,4 @@
-//! `mutants`: changes the code in small ways, and looks whether a test notices.
+//! `mutants`: changes the code in small ways, and checks that a test fails.
 
 use std::{
     collections::BTreeSet,
@@ -15,10 +15,10 @@ use crate::tools::{ROOT, tool};
 
 const MUTANTS: (&str, &str) = ("cargo-mutants", "27.1.0");
 
-/// The share of mutants that tests must notice.
+/// The share of mutants that tests must catch.
 const CAUGHT: f64 = 0.97;
 
-/// The crates that are tested so, and what of them.
+/// The crates, and which mutants of them are tested.
 const CRATES: [(&str, &str); 5] = [
     ("goal-reward", "-p goal-reward"),
     // Prefetching changes nothing but the time. `plain::` is built only where there are no huge
@@ -39,7 +39,7 @@ const CRATES: [(&str, &str); 5] = [
     ("statistics", "-p statistics"),
 ];
 
-/// The mutants that no test can notice, with the reason why each is equivalent to the code.
+/// The mutants that no test can catch, with the reason why each is equivalent to the code.
 const EQUIVALENT: &str = include_str!("../equivalent_mutants.txt");
 
 /// Which mutants to test.

@@ -47,7 +47,7 @@ fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
         .find_map(|line| line.strip_prefix("rust-version = \"")?.strip_suffix('"'))
         .context("the root Cargo.toml has no rust-version")?;
     if !install_toolchain(version, &[])? {
-        say!("rustup cannot install Rust {version}, so nothing was built with it")?;
+        say!("rustup cannot install Rust {version}, so the build with it was skipped")?;
         return Ok(true);
     }
     let mut check = on_toolchain(version, "check");
@@ -61,7 +61,7 @@ fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
 fn has_the_known_interface(bless: bool) -> anyhow::Result<bool> {
     let program = tool(PUBLIC_API)?;
     if !install_toolchain(NIGHTLY, &[])? {
-        say!("rustup cannot install {NIGHTLY}, so no interface was compared")?;
+        say!("rustup cannot install {NIGHTLY}, so public interfaces were not compared")?;
         return Ok(true);
     }
     let mut is_known = true;

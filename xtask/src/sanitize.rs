@@ -82,7 +82,7 @@ fn memory(cases: u32) -> anyhow::Result<bool> {
 /// ThreadSanitizer over the vectorized environments.
 fn threads(_: u32) -> anyhow::Result<bool> {
     if !install_toolchain(NIGHTLY, &["rust-src"])? {
-        say!("rustup cannot install {NIGHTLY}, so no race was looked for")?;
+        say!("rustup cannot install {NIGHTLY}, so the check for races was skipped")?;
         return Ok(true);
     }
     let mut test = on_toolchain(NIGHTLY, "test");
@@ -96,7 +96,7 @@ fn threads(_: u32) -> anyhow::Result<bool> {
 /// happens.
 fn miri(_: u32) -> anyhow::Result<bool> {
     if !install_toolchain(NIGHTLY, &["miri", "rust-src"])? {
-        say!("rustup cannot install {NIGHTLY}, so nothing was interpreted")?;
+        say!("rustup cannot install {NIGHTLY}, so Miri was skipped")?;
         return Ok(true);
     }
     // It takes a minute for what others do in milliseconds.

@@ -39,7 +39,7 @@ fn test(mut arguments: Parser) -> anyhow::Result<bool> {
     if !run_stage(&TESTS, &[])? {
         return Ok(false);
     }
-    say!("== all passed. Left out, and run by `cargo xtask ci`:")?;
+    say!("== all passed. `cargo xtask ci` also runs:")?;
     say_steps(steps_of(&STAGES), &others)?;
     Ok(true)
 }
@@ -73,7 +73,7 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
         say!("== all passed")?;
         return Ok(true);
     }
-    say!("== all passed that could run. Left out:")?;
+    say!("== everything that could run passed. Skipped:")?;
     say_steps(steps_of(&stages).filter(|step| step.lacks(&missing)), &missing)?;
     Ok(true)
 }

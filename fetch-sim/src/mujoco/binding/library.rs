@@ -26,7 +26,7 @@ impl MujocoVersion {
     /// [`SimError::BuiltWithoutMujoco`], [`SimError::Library`], [`SimError::MujocoDir`] or
     /// [`SimError::ShimMismatch`].
     pub fn of_library() -> Result<Self, SimError> {
-        load_once().map(|()| Self::of_shim())
+        load_once().map(|_| Self::of_shim())
     }
 }
 
@@ -35,15 +35,12 @@ impl MujocoVersion {
 /// # Errors
 /// As [`MujocoVersion::of_library`].
 pub fn library_path() -> Result<PathBuf, SimError> {
-    loaded().cloned()
+    load_once().cloned()
 }
 
-/// Loads MuJoCo on the first call; later calls return the same result.
-pub(crate) fn load_once() -> Result<(), SimError> {
-    loaded().map(|_| ())
-}
-
-fn loaded() -> Result<&'static PathBuf, SimError> {
+/// Loads MuJoCo on the first call, and returns the path of its library; later calls return the same
+/// result.
+pub(crate) fn load_once() -> Result<&'static PathBuf, SimError> {
     static LOADED: OnceLock<Result<PathBuf, SimError>> = OnceLock::new();
     let load = || {
         if ffi::IS_MISSING {
@@ -51,8 +48,9 @@ fn loaded() -> Result<&'static PathBuf, SimError> {
         }
         compare(&items_of_shim(), ffi::ITEMS)?;
         let version = MujocoVersion::of_shim();
+        let global = rust_path(ffi::fs_global_library_path());
         let others = path_of_others(&version.library_name());
-        load(&Search::of_process(version, path_of_global(), others))
+        load(&Search::of_process(version, global, others))
     };
     LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
 }
@@ -116,11 +114,6 @@ fn path_of_loaded(file: &Path) -> PathBuf {
     // SAFETY: the library is loaded.
     let path = rust_path(unsafe { ffi::fs_library_path() }).unwrap_or_else(|| file.to_path_buf());
     path.canonicalize().unwrap_or(path)
-}
-
-/// Returns the path of the library that other code loaded for the whole process.
-fn path_of_global() -> Option<PathBuf> {
-    rust_path(ffi::fs_global_library_path())
 }
 
 /// Returns the path of the library of this name that other code loaded for itself.

@@ -98,8 +98,14 @@ impl Default for Camera {
     }
 }
 
-/// A camera that looks at a point of the world, upright. The default is
-/// [`REFERENCE`](Self::REFERENCE).
+/// A camera that looks at a point of the world, upright.
+///
+/// ```
+/// use fetch_sim::FreeCamera;
+///
+/// let closer = FreeCamera { distance: 1.5, ..FreeCamera::REFERENCE };
+/// # assert_eq!(closer.azimuth, 132.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeCamera {
     /// The point at the center of the picture, in meters.
@@ -110,12 +116,6 @@ pub struct FreeCamera {
     pub azimuth: f64,
     /// Viewing direction relative to the horizon: degrees above it, negative to look down.
     pub elevation: f64,
-}
-
-impl Default for FreeCamera {
-    fn default() -> Self {
-        Self::REFERENCE
-    }
 }
 
 impl FreeCamera {
