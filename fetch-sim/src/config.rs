@@ -17,6 +17,7 @@ use crate::{assets::ModelSource, bounds::Substeps, task::Task};
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[must_use]
 pub struct SimConfig {
     task: Task,
     n_substeps: Substeps,
@@ -32,7 +33,6 @@ const fn on() -> bool {
 
 impl SimConfig {
     /// Returns the reference's settings of a task: 20 substeps (25 Hz control), the built-in model.
-    #[must_use]
     pub const fn new(task: Task) -> Self {
         Self {
             task,
@@ -57,7 +57,6 @@ impl SimConfig {
     }
 
     /// Sets the source of the robot's model. The default is the built-in one, which needs no files.
-    #[must_use]
     pub fn with_model(mut self, model: ModelSource) -> Self {
         self.model = model;
         self

@@ -184,7 +184,6 @@ impl FetchConfig {
     }
 
     /// The settings of the simulator.
-    #[must_use]
     pub const fn sim(&self) -> &SimConfig {
         &self.sim
     }

@@ -48,7 +48,6 @@ impl PixelOptions {
     }
 
     /// The options of the renderer.
-    #[must_use]
     pub const fn render(&self) -> &RenderOptions {
         &self.render
     }

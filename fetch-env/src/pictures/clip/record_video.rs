@@ -137,7 +137,6 @@ impl RecordVideo {
     }
 
     /// The options of the renderer.
-    #[must_use]
     pub const fn render(&self) -> &RenderOptions {
         &self.render
     }

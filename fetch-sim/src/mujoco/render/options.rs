@@ -19,6 +19,7 @@ use super::error::{MAX_SIZE, RenderError};
 /// # assert_ne!(options, RenderOptions::default());
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct RenderOptions {
     width: u32,
     height: u32,
@@ -52,7 +53,6 @@ impl RenderOptions {
     }
 
     /// Sets the camera. The default is the reference's, [`FreeCamera::REFERENCE`].
-    #[must_use]
     pub fn with_camera(mut self, camera: Camera) -> Self {
         self.camera = camera;
         self

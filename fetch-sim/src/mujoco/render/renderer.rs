@@ -153,7 +153,6 @@ impl Renderer {
     }
 
     /// Returns the renderer's settings, with its current camera.
-    #[must_use]
     pub const fn options(&self) -> &RenderOptions {
         &self.options
     }

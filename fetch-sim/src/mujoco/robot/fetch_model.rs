@@ -83,7 +83,6 @@ impl FetchModel {
     }
 
     /// Returns the settings of the model.
-    #[must_use]
     pub const fn config(&self) -> &SimConfig {
         &self.config
     }
