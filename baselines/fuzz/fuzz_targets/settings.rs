@@ -5,8 +5,8 @@ mod small;
 
 use baselines::learn::{AlgorithmSettings, TrainError, TrainSettings, Trainer};
 use libfuzzer_sys::fuzz_target;
-use testing::Input;
 use small::{Algorithm, make, settings, train};
+use testing::Input;
 
 /// The most work of a run, in steps and in products of an update.
 const MOST_STEPS: usize = 1_000;

@@ -11,11 +11,11 @@ use std::{
 };
 
 use arbitrary::Arbitrary;
-use testing::{Fault, Faulty};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvId, FetchEnv, FetchResetOptions, TimeLimit};
 use fetch_sim::SimError;
 use libfuzzer_sys::fuzz_target;
+use testing::{Fault, Faulty};
 
 type TestEnv = Wrapped<FetchEnv<Faulty>, TimeLimit>;
 

@@ -4,7 +4,6 @@
 use std::{fmt::Debug, num::NonZeroUsize};
 
 use arbitrary::Arbitrary;
-use testing::Input;
 use fetch_env::{
     BoxSpace, DictSpace, DiscreteSpace, Env, EnvError, EnvExt, EnvId, FetchConfig, FetchEnv,
     FetchObservation, FetchResetOptions, GoalObservation, KinematicEnv, KinematicSimulator,
@@ -15,6 +14,7 @@ use fetch_env::{
 };
 use libfuzzer_sys::fuzz_target;
 use serde::{Serialize, de::DeserializeOwned};
+use testing::Input;
 
 /// The kind of the value.
 #[derive(Arbitrary, Debug)]

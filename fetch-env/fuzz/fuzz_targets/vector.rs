@@ -3,10 +3,7 @@
 use arbitrary::Arbitrary;
 use fetch_env::{
     EnvError, EnvId, FetchObservation,
-    vec_env::{
-        AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset,
-        VecStep,
-    },
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset, VecStep},
 };
 
 use crate::{Kind, Options, TestEnv, make};

@@ -40,7 +40,8 @@ impl PixelsOnly {
     /// Observes pictures as `options` describe them.
     ///
     /// [`wrap`](crate::EnvExt::wrap) returns a [`RenderError`](fetch_sim::RenderError) without
-    /// OpenGL and for invalid options, and [`SpaceError::TooLarge`] if the pictures have more than
+    /// OpenGL and for invalid options, and
+    /// [`SpaceError::TooLarge`](crate::spaces::SpaceError::TooLarge) if the pictures have more than
     /// 2^28 bytes.
     #[must_use]
     pub fn new(options: PixelOptions) -> Self {

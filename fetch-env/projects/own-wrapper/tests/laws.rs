@@ -8,8 +8,7 @@ use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
 use fetch_env::vec_env::{AutoresetMode, VecConfig};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    Env, EnvError, EnvExt, FetchResetOptions, KinematicEnv, TimeLimit, VecEnv,
-    make_kinematic,
+    Env, EnvError, EnvExt, FetchResetOptions, KinematicEnv, TimeLimit, VecEnv, make_kinematic,
 };
 use her_relabel::HerBuffer;
 use own_wrapper::Closest;

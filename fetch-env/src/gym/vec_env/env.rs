@@ -32,9 +32,10 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     ///
     /// # Errors
     /// [`VecEnvError::NoEnvs`], or [`VecEnvError::TooManyEnvs`] beyond 65,536;
-    /// [`SpaceError::MissingPart`] or [`VecEnvError::SpacesDiffer`] if the environments
-    /// cannot share the rows of a [`VecStep`](super::VecStep); [`VecEnvError::Thread`] or
-    /// [`VecEnvError::Pinning`] if the operating system refuses.
+    /// [`SpaceError::MissingPart`](crate::spaces::SpaceError::MissingPart) or
+    /// [`VecEnvError::SpacesDiffer`] if the environments cannot share the rows of a
+    /// [`VecStep`](super::VecStep); [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if the
+    /// operating system refuses.
     pub fn new(envs: impl IntoIterator<Item = E>, config: VecConfig) -> Result<Self, VecEnvError> {
         // One too many is enough to refuse them, even if the iterator never ends.
         let envs: Vec<E> = envs.into_iter().take(MAX_ENVS + 1).collect();

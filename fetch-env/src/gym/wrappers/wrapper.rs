@@ -91,7 +91,8 @@ pub trait Wrapper<E: Env> {
     /// [`wrap`](super::EnvExt::wrap) calls this before anything else. The default does nothing.
     ///
     /// # Errors
-    /// [`SpaceError`] or another error if `env` cannot be wrapped like this.
+    /// [`SpaceError`](crate::spaces::SpaceError) or another error if `env` cannot be wrapped like
+    /// this.
     fn attach(&mut self, env: &E) -> Result<(), EnvError> {
         let _ = env;
         Ok(())
