@@ -1,4 +1,4 @@
-//! Models of a user's: what MuJoCo or the Fetch tasks cannot use is a typed error.
+//! Users' models: what MuJoCo or the Fetch tasks cannot use is a typed error.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{

@@ -74,29 +74,21 @@ pub trait RenderEnv: Env {
 }
 
 /// Implements [`RenderEnv`] for pointers to environments.
-macro_rules! forward_render {
-    ($($type:ty: [$($bound:tt)*] |$outer:ident| $inner:expr;)*) => {$(
-        impl<E: $crate::pictures::render::RenderEnv $($bound)*> $crate::pictures::render::RenderEnv for $type {
-            fn sim_config(&self) -> &fetch_sim::SimConfig {
-                let $outer = self;
-                $inner.sim_config()
+macro_rules! forward {
+    ($($pointer:ty),*) => {$(
+        impl<E: RenderEnv + ?Sized> RenderEnv for $pointer {
+            fn sim_config(&self) -> &SimConfig {
+                (**self).sim_config()
             }
 
-            fn update_scene(
-                &self,
-                renderer: &mut fetch_sim::Renderer,
-            ) -> Result<(), $crate::gym::error::EnvError> {
-                let $outer = self;
-                $inner.update_scene(renderer)
+            fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError> {
+                (**self).update_scene(renderer)
             }
         }
     )*};
 }
 
-forward_render! {
-    Box<E>: [+ ?Sized] |env| (**env);
-    &mut E: [+ ?Sized] |env| (**env);
-}
+forward!(Box<E>, &mut E);
 
 impl<E: RenderEnv, W: Wrapper<E>> RenderEnv for Wrapped<E, W> {
     fn sim_config(&self) -> &SimConfig {

@@ -28,7 +28,7 @@ pub enum ClipError {
     #[error("the clip has no frames: push one before writing it")]
     NoFrames,
     /// The output refused the clip.
-    #[error("the clip could not be written: check its output")]
+    #[error("the clip could not be written ({0}): check its output")]
     Io(#[source] io::Error),
     /// The name prefix of videos is a path.
     #[error("{name_prefix:?} cannot begin a file's name: leave out / \\ : and NUL")]
