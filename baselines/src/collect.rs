@@ -2,7 +2,7 @@
 
 use fetch_env::spaces::SpaceError;
 use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset, Space};
-use her_relabel::{AddError, BufferConfig, Dims, HerBuffer, Scalar, StepRows};
+use her_relabel::{AddError, BufferConfig, Dims, HerBuffer, Scalar, StartData, StepData};
 
 use crate::evaluate::{Episode, Evaluation, Event, run_episode, seeds};
 use crate::policy::Policy;
@@ -78,40 +78,35 @@ where
             ActionSpace: ActionSpace<Element: Scalar>,
         >,
 {
-    let env_ids = &[buffer_env];
     let mut episodes = Vec::new();
     for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| CollectError::Environment { episode, seed, source };
-        let rejected = |source| CollectError::Buffer { episode, seed, source };
         let result = run_episode(env, policy, seed, failed, |_, event| {
-            let rows = match event {
-                Event::Start(Reset { observation, .. }) => StepRows {
-                    env_index: env_ids,
-                    stepped: &[false],
-                    started: &[true],
-                    truncated: &[false],
-                    observation: observation.observation(),
-                    achieved_goal: observation.achieved_goal(),
-                    desired_goal: observation.desired_goal(),
-                    ..StepRows::default()
-                },
-                Event::Step(actions, step) => StepRows {
-                    env_index: env_ids,
-                    stepped: &[true],
-                    started: &[false],
-                    action: actions,
-                    reward: &[step.reward],
-                    next_observation: step.observation.observation(),
-                    next_achieved_goal: step.observation.achieved_goal(),
-                    terminated: &[step.terminated],
-                    truncated: &[step.truncated],
-                    ..StepRows::default()
-                },
+            let added = match event {
+                Event::Start(Reset { observation, .. }) => {
+                    // If an episode is under way there, it is cut off.
+                    let _ = buffer.end_episode(buffer_env);
+                    let start = StartData {
+                        observation: observation.observation(),
+                        achieved_goal: observation.achieved_goal(),
+                        desired_goal: observation.desired_goal(),
+                    };
+                    buffer.begin_episode(buffer_env, &start)
+                }
+                Event::Step(action, step) => {
+                    let step = StepData {
+                        action,
+                        reward: step.reward,
+                        next_observation: step.observation.observation(),
+                        next_achieved_goal: step.observation.achieved_goal(),
+                        terminated: step.terminated,
+                        truncated: step.truncated,
+                        fields: &[],
+                    };
+                    buffer.add_step(buffer_env, &step)
+                }
             };
-            match buffer.record(&rows).map_err(rejected)?.first_refusal {
-                None => Ok(()),
-                Some(refused) => Err(rejected(refused.error)),
-            }
+            added.map_err(|source| CollectError::Buffer { episode, seed, source })
         });
         if result.is_err() {
             // Whether an episode was under way does not matter.
