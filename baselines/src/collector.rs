@@ -153,7 +153,7 @@ impl<E: CollectEnv> Collector<E> {
         }
     }
 
-    /// The environments.
+    /// Returns the environments.
     #[must_use]
     pub const fn envs(&self) -> &VecEnv<E> {
         &self.envs

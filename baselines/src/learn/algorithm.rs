@@ -90,10 +90,10 @@ use crate::trained::LayerWeights;
 /// assert!((action[0] - 0.5).abs() < 1e-3);
 /// ```
 pub trait Algorithm: Debug + Send {
-    /// The name of the algorithm, such as `ddpg`, which policies and checkpoints record.
+    /// Returns the name of the algorithm, such as `ddpg`, which policies and checkpoints record.
     fn name(&self) -> &str;
 
-    /// The discount of a step, from 0 to 1. The [`Transitions`] of an update have it.
+    /// Returns the discount of a step, from 0 to 1. The [`Transitions`] of an update have it.
     fn gamma(&self) -> f64;
 
     /// Improves the actor by one batch, and returns the losses.
@@ -187,12 +187,12 @@ pub struct Transitions<'a> {
 }
 
 impl Transitions<'_> {
-    /// The number of elements of an action.
+    /// Returns the number of elements of an action.
     pub(crate) const fn num_actions(&self) -> usize {
         self.action.len() / self.len
     }
 
-    /// The weight of a transition in a mean over the batch.
+    /// Returns the weight of a transition in a mean over the batch.
     pub(crate) const fn share(&self) -> f32 {
         1.0 / self.len as f32
     }

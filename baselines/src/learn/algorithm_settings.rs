@@ -69,7 +69,7 @@ impl Default for DdpgSettings {
 }
 
 impl DdpgSettings {
-    /// The authors' settings.
+    /// Returns the authors' settings.
     #[must_use]
     pub fn authors() -> Self {
         Self {

@@ -26,7 +26,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// The counts, each with its name.
+    /// Returns the counts, each with its name.
     pub(super) const fn counts(&self) -> [(&'static str, u64); 6] {
         let Self {
             steps, episodes, demonstrations, discarded_episodes, updates, evaluations, ..
@@ -106,13 +106,13 @@ impl Recent {
         self.successes += successes;
     }
 
-    /// The counts, each with its name.
+    /// Returns the counts, each with its name.
     pub(super) const fn counts(&self) -> [(&'static str, u64); 3] {
         let Self { episodes, successes, updates, .. } = *self;
         [("episodes", episodes), ("successes", successes), ("updates", updates)]
     }
 
-    /// The success rate of the episodes.
+    /// Returns the success rate of the episodes.
     pub(super) fn success_rate(&self) -> Option<f64> {
         (self.episodes > 0).then(|| self.successes as f64 / self.episodes as f64)
     }
@@ -124,7 +124,7 @@ impl Recent {
         self.value += f64::from(losses.value);
     }
 
-    /// The mean of the losses.
+    /// Returns the mean of the losses.
     pub(super) fn losses(&self) -> Option<Losses> {
         let mean = |sum: f64| (sum / self.updates as f64) as f32;
         let losses =

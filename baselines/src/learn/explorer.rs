@@ -24,7 +24,7 @@ pub(crate) struct ExplorerState {
 }
 
 impl ExplorerState {
-    /// The counts, each with its name.
+    /// Returns the counts, each with its name.
     pub(crate) const fn counts(&self) -> [(&'static str, u64); 2] {
         [("decisions", self.decisions), ("episodes", self.episodes)]
     }

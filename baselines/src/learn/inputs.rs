@@ -31,7 +31,7 @@ pub(crate) struct Seen<'a, T> {
 }
 
 impl<'a, T: Scalar> Seen<'a, T> {
-    /// What networks see before the steps of a batch.
+    /// Returns what networks see before the steps of a batch.
     pub(crate) fn before(batch: &'a Batch<T>) -> Self {
         Self {
             observations: batch.observation(),
@@ -54,7 +54,7 @@ impl Inputs {
         })
     }
 
-    /// The length of an input.
+    /// Returns the length of an input.
     pub(crate) fn dim(&self) -> usize {
         self.observation.dim() + self.goal.dim()
     }
@@ -74,7 +74,7 @@ impl Inputs {
         Normalizers { observation: Some(&self.observation), goal: Some(&self.goal) }
     }
 
-    /// The parts of an input.
+    /// Returns the parts of an input.
     pub(crate) fn parts(&self) -> Vec<InputPart> {
         let goal =
             if self.relative_goal { InputPart::RelativeGoal } else { InputPart::DesiredGoal };

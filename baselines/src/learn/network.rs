@@ -49,7 +49,7 @@ impl Shape {
         Self { sizes: [&[inputs], hidden, &[outputs]].concat(), layer_norm }
     }
 
-    /// The length of an input.
+    /// Returns the length of an input.
     pub(crate) fn num_inputs(&self) -> usize {
         self.sizes[0]
     }
@@ -74,14 +74,14 @@ impl Shape {
             .collect()
     }
 
-    /// The number of parameters.
+    /// Returns the number of parameters.
     pub(crate) fn len(&self) -> usize {
         self.layers().iter().flat_map(|layer| layer.lens()).sum()
     }
 }
 
 impl Layer {
-    /// The numbers of weights, biases, scales and shifts.
+    /// Returns the numbers of weights, biases, scales and shifts.
     const fn lens(self) -> [usize; 4] {
         let norm_len = if self.is_normalized { self.num_outputs } else { 0 };
         [self.num_inputs * self.num_outputs, self.num_outputs, norm_len, norm_len]

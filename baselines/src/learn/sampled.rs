@@ -67,7 +67,8 @@ impl Sampled {
     }
 }
 
-/// The logarithm of the slope of the hyperbolic tangent, in a form that stays exact far from 0.
+/// Returns the logarithm of the slope of the hyperbolic tangent, in a form that stays exact far
+/// from 0.
 fn log_slope(unbounded: f32) -> f32 {
     let size = unbounded.abs();
     2.0 * (std::f32::consts::LN_2 - size - (-2.0 * size).exp().ln_1p())

@@ -28,7 +28,7 @@ pub struct TrainSettings {
 }
 
 impl TrainSettings {
-    /// The settings that this project found to learn soonest on a few cores.
+    /// Returns the settings that this project found to learn soonest on a few cores.
     ///
     /// Source: own measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain exploration
     /// for long horizon multi-goal reinforcement learning*, 2020). Nothing in them knows the task,
@@ -95,7 +95,7 @@ impl TrainSettings {
         }
     }
 
-    /// The settings of the authors, in one process.
+    /// Returns the settings of the authors, in one process.
     ///
     /// Source: `her/experiment/config.py` of openai/baselines, with two episodes and 40 updates a
     /// cycle.
@@ -207,7 +207,7 @@ pub enum AlgorithmSettings {
 }
 
 impl AlgorithmSettings {
-    /// The name of the variant: `ddpg`, `sac` or `other`.
+    /// Returns the name of the variant: `ddpg`, `sac` or `other`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {

@@ -154,36 +154,36 @@ impl<E: LearnEnv> Trainer<E> {
         })
     }
 
-    /// The time that updates have taken.
+    /// Returns the time that updates have taken.
     #[must_use]
     pub const fn update_seconds(&self) -> UpdateSeconds {
         self.learner.seconds
     }
 
-    /// The processes that share the run.
+    /// Returns the processes that share the run.
     pub fn workers(&mut self) -> &mut dyn Workers {
         &mut *self.workers
     }
 
-    /// What has happened so far.
+    /// Returns what has happened so far.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// The rows of the learning curve so far.
+    /// Returns the rows of the learning curve so far.
     #[must_use]
     pub fn rows(&self) -> &[CurveRow] {
         &self.rows
     }
 
-    /// The settings.
+    /// Returns the settings.
     #[must_use]
     pub const fn settings(&self) -> &TrainSettings {
         &self.settings
     }
 
-    /// The seed.
+    /// Returns the seed.
     #[must_use]
     pub const fn seed(&self) -> u64 {
         self.seed

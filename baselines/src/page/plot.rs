@@ -65,7 +65,7 @@ impl Ink {
     const PROPERTIES: [&'static str; 8] =
         ["text", "faint", "rule", "area", "blue", "orange", "red", "teal"];
 
-    /// The color that stands for this one until the drawing is finished.
+    /// Returns the color that stands for this one until the drawing is finished.
     const fn placeholder(self) -> RGBColor {
         RGBColor(1, 2, self as u8)
     }

@@ -89,7 +89,7 @@ pub(crate) fn from_bytes(bytes: &[u8]) -> impl Iterator<Item = f32> + '_ {
     chunks.iter().map(|chunk| f32::from_le_bytes(*chunk))
 }
 
-/// The name of a tensor.
+/// Returns the name of a tensor.
 pub(super) fn name(layer: usize, part: &str) -> String {
     format!("layers.{layer}.{part}")
 }

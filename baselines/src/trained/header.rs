@@ -95,7 +95,7 @@ impl PolicyHeader {
         Ok(())
     }
 
-    /// The length of the network's input.
+    /// Returns the length of the network's input.
     pub(crate) fn input_len(&self) -> usize {
         let len = |part: &InputPart| match part {
             InputPart::Observation => self.observation_len,

@@ -112,7 +112,7 @@ impl TrainedPolicy {
         file::encode(self)
     }
 
-    /// How the policy was trained, and for what.
+    /// Returns how the policy was trained, and for what.
     #[must_use]
     pub const fn header(&self) -> &PolicyHeader {
         &self.header

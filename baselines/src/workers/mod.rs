@@ -38,10 +38,11 @@ pub use self::values::{UnreadableMessage, gather_values, sum};
 /// # Ok::<(), UnreadableMessage>(())
 /// ```
 pub trait Workers: fmt::Debug + Send {
-    /// The number of this process, from 0 to [`size`](Self::size) - 1. The first one writes files.
+    /// Returns the number of this process, from 0 to [`size`](Self::size) - 1. The first one writes
+    /// files.
     fn rank(&self) -> usize;
 
-    /// The number of processes.
+    /// Returns the number of processes.
     fn size(&self) -> usize;
 
     /// Replaces each number by its mean over all processes. All have as many numbers, and all get
@@ -52,7 +53,7 @@ pub trait Workers: fmt::Debug + Send {
     /// sent to this one. There are as many `messages` as processes.
     fn exchange(&mut self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
 
-    /// The time spent in these methods so far, waiting included, in seconds.
+    /// Returns the time spent in these methods so far, waiting included, in seconds.
     fn seconds(&self) -> f64;
 
     /// Sends a message to all processes, and returns the messages of all.

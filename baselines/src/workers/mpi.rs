@@ -164,7 +164,7 @@ impl MpiWorkers {
         self.session.is_finished.store(true, Ordering::Release);
     }
 
-    /// The ranks of the other processes.
+    /// Returns the ranks of the other processes.
     fn others(&self) -> impl Iterator<Item = usize> + use<> {
         let rank = self.rank;
         (0..self.size).filter(move |other| *other != rank)

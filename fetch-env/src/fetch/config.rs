@@ -177,43 +177,44 @@ impl FetchConfig {
         Ok(self)
     }
 
-    /// The task.
+    /// Returns the task.
     #[must_use]
     pub const fn task(&self) -> Task {
         self.sim.task()
     }
 
-    /// The settings of the simulator.
+    /// Returns the settings of the simulator.
     pub const fn sim(&self) -> &SimConfig {
         &self.sim
     }
 
-    /// Duration of a control step, in seconds.
+    /// Returns the duration of a control step, in seconds.
     #[must_use]
     pub fn control_period(&self) -> f64 {
         f64::from(self.sim.n_substeps().get()) * PHYSICS_TIME_STEP
     }
 
-    /// The reward as a function of the goals.
+    /// Returns the reward as a function of the goals.
     pub const fn distance_reward(&self) -> DistanceReward {
         DistanceReward::new(self.reward, self.distance_threshold)
     }
 
     settings! {
-        /// The kind of reward.
+        /// Returns the kind of reward.
         reward: RewardKind;
-        /// The distance within which a goal counts as reached.
+        /// Returns the distance within which a goal counts as reached.
         distance_threshold: DistanceThreshold;
-        /// Largest distance of the object's start in x and y, in meters; `None` without an object.
+        /// Returns the largest distance of the object's start in x and y, in meters; `None` without
+        /// an object.
         object_range: Option<f64>;
-        /// Largest distance of a goal along each axis, in meters.
+        /// Returns the largest distance of a goal along each axis, in meters.
         target_range: f64;
-        /// Offset of every goal, in meters; with an object, z has no effect.
+        /// Returns the offset of every goal, in meters; with an object, z has no effect.
         target_offset: [f64; 3];
         /// Whether half of the goals are raised by up to 0.45 m; always false without an object,
         /// whose goals are in the air anyway.
         target_in_the_air: bool;
-        /// The number of steps after which an episode is truncated.
+        /// Returns the number of steps after which an episode is truncated.
         max_episode_steps: NonZeroU32;
     }
 

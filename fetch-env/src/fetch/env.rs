@@ -90,26 +90,26 @@ impl<S: Simulator> FetchEnv<S> {
         Wrapped::attached(self, limit)
     }
 
-    /// The settings of the environment.
+    /// Returns the settings of the environment.
     pub const fn config(&self) -> &FetchConfig {
         &self.config
     }
 
-    /// The simulator. There is no mutable access, because the environment owns the simulator's
-    /// state.
+    /// Returns the simulator. There is no mutable access, because the environment owns the
+    /// simulator's state.
     #[must_use]
     pub const fn simulator(&self) -> &S {
         &self.simulator
     }
 
-    /// The goal of the episode, in meters; `None` until a reset.
+    /// Returns the goal of the episode, in meters; `None` until a reset.
     #[must_use]
     pub const fn desired_goal(&self) -> Option<[f64; 3]> {
         self.goal
     }
 
-    /// The seed of the random numbers, whether the caller or the operating system provided it;
-    /// `None` before the first reset.
+    /// Returns the seed of the random numbers, whether the caller or the operating system provided
+    /// it; `None` before the first reset.
     #[must_use]
     pub fn np_random_seed(&self) -> Option<u64> {
         self.random.as_ref().map(NpRandom::initial_seed)

@@ -116,31 +116,32 @@ impl FetchObservation {
         if task.has_object() { OBJECT_LEN } else { REACH_LEN }
     }
 
-    /// Position of the gripper, in meters.
+    /// Returns the position of the gripper, in meters.
     #[must_use]
     pub fn grip_position(&self) -> [f64; 3] {
         self.take(const { [start(&REACH, "grip_pos"), start(&OBJECT, "grip_pos")] })
     }
 
-    /// Velocity of the gripper, in meters per control step.
+    /// Returns the velocity of the gripper, in meters per control step.
     #[must_use]
     pub fn grip_velocity(&self) -> [f64; 3] {
         self.take(const { [start(&REACH, "grip_velp"), start(&OBJECT, "grip_velp")] })
     }
 
-    /// Positions of the right and left finger joint, in meters.
+    /// Returns the positions of the right and left finger joint, in meters.
     #[must_use]
     pub fn finger_positions(&self) -> [f64; 2] {
         self.take(const { [start(&REACH, "gripper_state"), start(&OBJECT, "gripper_state")] })
     }
 
-    /// Position of the object, in meters; `None` in Reach.
+    /// Returns the position of the object, in meters; `None` in Reach.
     #[must_use]
     pub fn object_position(&self) -> Option<[f64; 3]> {
         self.take_of_object(const { start(&OBJECT, "object_pos") })
     }
 
-    /// Velocity of the object minus the gripper's, in meters per control step; `None` in Reach.
+    /// Returns the velocity of the object minus the gripper's, in meters per control step; `None`
+    /// in Reach.
     #[must_use]
     pub fn object_relative_velocity(&self) -> Option<[f64; 3]> {
         self.take_of_object(const { start(&OBJECT, "object_velp") })

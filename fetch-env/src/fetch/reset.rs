@@ -34,9 +34,9 @@ impl FetchResetOptions {
     }
 
     settings! {
-        /// The goal, in meters in the world frame; `None` if it is drawn.
+        /// Returns the goal, in meters in the world frame; `None` if it is drawn.
         desired_goal: Option<[f64; 3]>;
-        /// The object's start: x and y in meters in the world frame; `None` if it is drawn.
+        /// Returns the object's start: x and y in meters in the world frame; `None` if it is drawn.
         object_position: Option<[f64; 2]>;
     }
 

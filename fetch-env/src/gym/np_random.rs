@@ -52,8 +52,8 @@ impl NpRandom {
         Ok(Self::new(seed))
     }
 
-    /// The seed with which the generator was made: always the same number, however many were drawn.
-    /// To draw a seed, pass on the generator itself, or its next `u64`.
+    /// Returns the seed with which the generator was made: always the same number, however many
+    /// were drawn. To draw a seed, pass on the generator itself, or its next `u64`.
     #[must_use]
     pub const fn initial_seed(&self) -> u64 {
         self.seed

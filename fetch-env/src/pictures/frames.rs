@@ -47,13 +47,13 @@ impl PixelOptions {
         with_channels_first(channels_first: bool);
     }
 
-    /// The options of the renderer.
+    /// Returns the options of the renderer.
     pub const fn render(&self) -> &RenderOptions {
         &self.render
     }
 
     settings! {
-        /// The number of frames in an observation.
+        /// Returns the number of frames in an observation.
         frame_stack: NonZeroU8;
         /// Whether the channels are the first axis, and not the last.
         channels_first: bool;

@@ -17,7 +17,7 @@ pub struct PixelRows<R> {
 }
 
 impl<R> PixelRows<R> {
-    /// The pictures of the first `num_rows` rows.
+    /// Returns the pictures of the first `num_rows` rows.
     #[must_use]
     pub fn pixels(&self, num_rows: usize) -> &[u8] {
         self.pixels.array(num_rows)
@@ -38,13 +38,14 @@ impl<R> AsRef<ArrayRows<u8>> for PixelRows<R> {
 
 /// The pictures of observations that have them or are nothing else.
 impl<O: BatchObservation<Rows: AsRef<ArrayRows<u8>>>, I, A> VecStep<O, I, A> {
-    /// The pictures: `len` rows.
+    /// Returns the pictures: `len` rows.
     #[must_use]
     pub fn pixels(&self) -> &[u8] {
         self.observation_rows().as_ref().array(self.len())
     }
 
-    /// The pictures to which the actions led, the last of each episode included: `len` rows.
+    /// Returns the pictures to which the actions led, the last of each episode included: `len`
+    /// rows.
     #[must_use]
     pub fn next_pixels(&self) -> &[u8] {
         self.next_observation_rows().as_ref().array(self.len())

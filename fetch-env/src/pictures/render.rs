@@ -23,7 +23,8 @@ use crate::gym::{env::Env, error::EnvError};
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 pub trait RenderEnv: Env {
-    /// Task and model of the pictures. Environments that have them in common share renderers.
+    /// Returns the task and model of the pictures. Environments that have them in common share
+    /// renderers.
     fn sim_config(&self) -> &SimConfig;
 
     /// Creates a renderer for environments with this task and model.

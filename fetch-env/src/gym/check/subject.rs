@@ -41,11 +41,11 @@ impl CheckOptions {
         /// only its own rules may. The default, 50, is that of the Fetch environments.
         with_max_episode_steps(max_episode_steps: Option<NonZeroU32>);
 
-        /// The seed of the episodes.
+        /// Returns the seed of the episodes.
         seed: u64;
-        /// The number of random steps in each check that steps.
+        /// Returns the number of random steps in each check that steps.
         num_steps: u32;
-        /// The number of steps after which the environment must truncate an episode.
+        /// Returns the number of steps after which the environment must truncate an episode.
         max_episode_steps: Option<NonZeroU32>;
     }
 }
@@ -75,7 +75,7 @@ pub(super) struct Transition<'a, E: Env> {
 }
 
 impl<E: GoalEnv> Transition<'_, E> {
-    /// The achieved and the desired goal after the step.
+    /// Returns the achieved and the desired goal after the step.
     pub(super) fn goals(&self) -> [&[f64]; 2] {
         [self.step.observation.achieved_goal(), self.step.observation.desired_goal()]
     }

@@ -29,7 +29,7 @@ pub trait ActionSpace: Clone + Debug + PartialEq + Into<Space> + Send {
     /// [`DiscreteSpace`], `bool` in a [`MultiBinarySpace`].
     type Element: ArrayElement + Default;
 
-    /// The number of elements of an action.
+    /// Returns the number of elements of an action.
     fn action_len(&self) -> usize;
 
     /// Checks an action as [`Env::step`](crate::Env::step) does: its length, and that each element

@@ -24,7 +24,7 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
     /// The reward as a function of the goals.
     type GoalReward: GoalReward;
 
-    /// The reward as a function of the goals, as a hindsight buffer needs it.
+    /// Returns the reward as a function of the goals, as a hindsight buffer needs it.
     fn goal_reward(&self) -> &Self::GoalReward;
 }
 

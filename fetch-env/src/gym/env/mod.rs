@@ -83,10 +83,10 @@ pub trait Env {
         action: &[<Self::ActionSpace as ActionSpace>::Element],
     ) -> Result<Step<Self::Observation, Self::Info>, EnvError>;
 
-    /// The space of the actions that [`step`](Self::step) expects.
+    /// Returns the space of the actions that [`step`](Self::step) expects.
     fn action_space(&self) -> &Self::ActionSpace;
 
-    /// The space of all observations.
+    /// Returns the space of all observations.
     fn observation_space(&self) -> &Space;
 }
 

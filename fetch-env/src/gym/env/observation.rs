@@ -50,13 +50,13 @@ pub trait GoalObservation:
     /// Precision of the observation: `f32` or `f64`. Goals are `f64`, as rewards are.
     type Element: Element;
 
-    /// The part of the state that a policy sees.
+    /// Returns the part of the state that a policy sees.
     fn observation(&self) -> &[Self::Element];
 
-    /// The goal that the state achieves.
+    /// Returns the goal that the state achieves.
     fn achieved_goal(&self) -> &[f64];
 
-    /// The goal to achieve; constant throughout an episode.
+    /// Returns the goal to achieve; constant throughout an episode.
     fn desired_goal(&self) -> &[f64];
 }
 
@@ -105,19 +105,19 @@ pub struct GoalRows<T> {
 }
 
 impl<T: Element> GoalRows<T> {
-    /// The observations of the first `num_rows` rows.
+    /// Returns the observations of the first `num_rows` rows.
     #[must_use]
     pub fn observation(&self, num_rows: usize) -> &[T] {
         self.observation.rows(num_rows)
     }
 
-    /// The achieved goals of the first `num_rows` rows.
+    /// Returns the achieved goals of the first `num_rows` rows.
     #[must_use]
     pub fn achieved_goal(&self, num_rows: usize) -> &[f64] {
         self.achieved_goal.rows(num_rows)
     }
 
-    /// The desired goals of the first `num_rows` rows.
+    /// Returns the desired goals of the first `num_rows` rows.
     #[must_use]
     pub fn desired_goal(&self, num_rows: usize) -> &[f64] {
         self.desired_goal.rows(num_rows)
@@ -167,7 +167,7 @@ impl<T> AsRef<Self> for GoalRows<T> {
 pub struct ArrayRows<T>(Matrix<T>);
 
 impl<T: ArrayElement> ArrayRows<T> {
-    /// The arrays of the first `num_rows` rows.
+    /// Returns the arrays of the first `num_rows` rows.
     #[must_use]
     pub fn array(&self, num_rows: usize) -> &[T] {
         self.0.rows(num_rows)

@@ -96,13 +96,13 @@ impl<T: Element> BoxSpace<T> {
         Self::uniform(vec![len], T::NEG_INFINITY, T::INFINITY)
     }
 
-    /// The length of each axis.
+    /// Returns the length of each axis.
     #[must_use]
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// The number of elements.
+    /// Returns the number of elements.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.low.len()
@@ -114,13 +114,13 @@ impl<T: Element> BoxSpace<T> {
         self.low.is_empty()
     }
 
-    /// The lower bounds, row-major; negative infinity where there is none.
+    /// Returns the lower bounds, row-major; negative infinity where there is none.
     #[must_use]
     pub fn low(&self) -> &[T] {
         &self.low
     }
 
-    /// The upper bounds, row-major; infinity where there is none.
+    /// Returns the upper bounds, row-major; infinity where there is none.
     #[must_use]
     pub fn high(&self) -> &[T] {
         &self.high
@@ -167,7 +167,7 @@ impl<T: Element> BoxSpace<T> {
         Ok(())
     }
 
-    /// The lower and upper bound of each element.
+    /// Returns the lower and upper bound of each element.
     pub(crate) fn intervals(&self) -> impl Iterator<Item = (T, T)> + '_ {
         self.low.iter().copied().zip(self.high.iter().copied())
     }
@@ -189,12 +189,13 @@ fn sample_interval<T: Element, R: Rng + ?Sized>((low, high): (T, T), rng: &mut R
     T::from_f64(value.clamp(low.into(), high.into()))
 }
 
-/// Inverse of the exponential distribution function of `share` in [0, 1).
+/// Returns the inverse of the exponential distribution function of `share` in [0, 1).
 fn exponential(share: f64) -> f64 {
     -(-share).ln_1p()
 }
 
-/// The transform of Box and Muller, "A note on the generation of random normal deviates", 1958.
+/// Returns the transform of Box and Muller, "A note on the generation of random normal deviates",
+/// 1958.
 fn standard_normal(radius: f64, angle: f64) -> f64 {
     (2.0 * exponential(radius)).sqrt() * (std::f64::consts::TAU * angle).cos()
 }

@@ -42,19 +42,19 @@ impl DiscreteSpace {
         Ok(Self { n, start })
     }
 
-    /// The number of choices.
+    /// Returns the number of choices.
     #[must_use]
     pub const fn n(&self) -> u64 {
         self.n
     }
 
-    /// The smallest choice.
+    /// Returns the smallest choice.
     #[must_use]
     pub const fn start(&self) -> i64 {
         self.start
     }
 
-    /// The largest choice.
+    /// Returns the largest choice.
     #[must_use]
     pub const fn last(&self) -> i64 {
         self.choices().last()
@@ -115,19 +115,19 @@ impl MultiDiscreteSpace {
         Ok(space)
     }
 
-    /// The number of choices of each element.
+    /// Returns the number of choices of each element.
     #[must_use]
     pub fn nvec(&self) -> &[u64] {
         &self.nvec
     }
 
-    /// The smallest choice of each element.
+    /// Returns the smallest choice of each element.
     #[must_use]
     pub fn start(&self) -> &[i64] {
         &self.start
     }
 
-    /// The number of elements.
+    /// Returns the number of elements.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.nvec.len()
@@ -173,13 +173,13 @@ impl MultiBinarySpace {
         Ok(Self { shape })
     }
 
-    /// The length of each axis.
+    /// Returns the length of each axis.
     #[must_use]
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// The number of elements.
+    /// Returns the number of elements.
     #[must_use]
     pub fn len(&self) -> usize {
         self.shape.iter().product()
@@ -232,7 +232,7 @@ impl Choices {
         Ok(())
     }
 
-    /// The largest choice. The sum is exact modulo 2^64, and the check keeps it in range.
+    /// Returns the largest choice. The sum is exact modulo 2^64, and the check keeps it in range.
     pub(crate) const fn last(self) -> i64 {
         self.start.wrapping_add_unsigned(self.n - 1)
     }

@@ -233,13 +233,13 @@ impl ImageSpace {
         Ok(Self { shape })
     }
 
-    /// The length of each axis.
+    /// Returns the length of each axis.
     #[must_use]
     pub const fn shape(&self) -> [usize; 3] {
         self.shape
     }
 
-    /// The number of bytes.
+    /// Returns the number of bytes.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.shape[0] * self.shape[1] * self.shape[2]

@@ -58,9 +58,9 @@ impl VecConfig {
         /// core. The default is false: pinning helps only if nothing else runs on the machine.
         with_pin_threads(pin_threads: bool);
 
-        /// The number of worker threads; 0 for one per core.
+        /// Returns the number of worker threads; 0 for one per core.
         num_threads: usize;
-        /// When the next episode starts.
+        /// Returns when the next episode starts.
         autoreset: AutoresetMode;
         /// Whether each worker thread keeps to its own core.
         pin_threads: bool;

@@ -101,37 +101,37 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         Ok(())
     }
 
-    /// The number of environments.
+    /// Returns the number of environments.
     #[must_use]
     pub fn num_envs(&self) -> usize {
         self.idle.len()
     }
 
-    /// The number of worker threads.
+    /// Returns the number of worker threads.
     #[must_use]
     pub fn num_threads(&self) -> usize {
         self.pool.threads()
     }
 
-    /// When the next episode of an environment starts.
+    /// Returns when the next episode of an environment starts.
     #[must_use]
     pub const fn autoreset_mode(&self) -> AutoresetMode {
         self.autoreset
     }
 
-    /// The action space of each environment.
+    /// Returns the action space of each environment.
     #[must_use]
     pub const fn single_action_space(&self) -> &E::ActionSpace {
         &self.action_space
     }
 
-    /// The observation space of each environment.
+    /// Returns the observation space of each environment.
     #[must_use]
     pub const fn single_observation_space(&self) -> &Space {
         &self.observation_space
     }
 
-    /// The number of environments that were sent to and not yet received.
+    /// Returns the number of environments that were sent to and not yet received.
     #[must_use]
     pub const fn in_flight(&self) -> usize {
         self.in_flight
@@ -153,7 +153,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.idle.get_mut(env_index)?.as_mut()?.env.as_mut()
     }
 
-    /// The results of the last call of [`step`](Self::step), [`reset`](Self::reset) or
+    /// Returns the results of the last call of [`step`](Self::step), [`reset`](Self::reset) or
     /// [`recv`](Self::recv).
     #[must_use]
     pub const fn last_step(&self) -> &VecStepOf<E> {

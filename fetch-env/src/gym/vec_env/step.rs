@@ -48,7 +48,7 @@ macro_rules! columns {
 }
 
 impl<O: BatchObservation, I, A> VecStep<O, I, A> {
-    /// The number of rows.
+    /// Returns the number of rows.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.len
@@ -61,9 +61,9 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
     }
 
     columns! {
-        /// The environment of each row.
+        /// Returns the environment of each row.
         env_index: [usize],
-        /// The rewards; NaN where the step failed.
+        /// Returns the rewards; NaN where the step failed.
         reward: [f64],
         /// Whether each task has ended.
         terminated: [bool],
@@ -74,11 +74,11 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
         stepped: [bool],
         /// Whether each observation is the first of an episode that this call began.
         started: [bool],
-        /// The info of each row; in rows with a [`final_info`](Self::final_info) the next
+        /// Returns the info of each row; in rows with a [`final_info`](Self::final_info) the next
         /// episode's, as in Gymnasium. `None` where the step failed, unless the environment was
         /// reset in the same step.
         info: [Option<I>],
-        /// The info of the last step of each episode that ended in its row, if
+        /// Returns the info of the last step of each episode that ended in its row, if
         /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has already begun the next
         /// one.
         final_info: [Option<I>],
@@ -93,19 +93,20 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
         info.filter(|_| !has_failed)
     }
 
-    /// The actions taken: `len` rows. Those of rows that did not step mean nothing.
+    /// Returns the actions taken: `len` rows. Those of rows that did not step mean nothing.
     #[must_use]
     pub fn action(&self) -> &[A] {
         &self.action[..self.len * self.action_len]
     }
 
-    /// The observations, for types of rows that have no getters here; the first `len` rows count.
+    /// Returns the observations, for types of rows that have no getters here; the first `len` rows
+    /// count.
     #[must_use]
     pub const fn observation_rows(&self) -> &O::Rows {
         &self.observation
     }
 
-    /// The observations to which the actions led; the first `len` rows count.
+    /// Returns the observations to which the actions led; the first `len` rows count.
     ///
     /// They are the [observations](Self::observation_rows), except where
     /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has already begun the next
@@ -151,38 +152,38 @@ impl<O: BatchObservation, I: AsRef<Info>, A> VecStep<O, I, A> {
 
 /// The parts of goal-conditioned observations.
 impl<O: GoalObservation, I, A> VecStep<O, I, A> {
-    /// The observations: `len` rows.
+    /// Returns the observations: `len` rows.
     #[must_use]
     pub fn observation(&self) -> &[O::Element] {
         self.observation.as_ref().observation(self.len)
     }
 
-    /// The achieved goals: `len` rows.
+    /// Returns the achieved goals: `len` rows.
     #[must_use]
     pub fn achieved_goal(&self) -> &[f64] {
         self.observation.as_ref().achieved_goal(self.len)
     }
 
-    /// The desired goals: `len` rows.
+    /// Returns the desired goals: `len` rows.
     #[must_use]
     pub fn desired_goal(&self) -> &[f64] {
         self.observation.as_ref().desired_goal(self.len)
     }
 
-    /// The observations to which the actions led, the last of each episode included: `len` rows, as
-    /// a replay buffer needs them.
+    /// Returns the observations to which the actions led, the last of each episode included: `len`
+    /// rows, as a replay buffer needs them.
     #[must_use]
     pub fn next_observation(&self) -> &[O::Element] {
         self.next_observation_rows().as_ref().observation(self.len)
     }
 
-    /// The goals that the actions achieved: `len` rows.
+    /// Returns the goals that the actions achieved: `len` rows.
     #[must_use]
     pub fn next_achieved_goal(&self) -> &[f64] {
         self.next_observation_rows().as_ref().achieved_goal(self.len)
     }
 
-    /// The goals for which the actions were taken: `len` rows.
+    /// Returns the goals for which the actions were taken: `len` rows.
     #[must_use]
     pub fn next_desired_goal(&self) -> &[f64] {
         self.next_observation_rows().as_ref().desired_goal(self.len)
@@ -195,13 +196,14 @@ where
     T: ArrayElement,
     O: AsRef<[T]> + BatchObservation<Rows = ArrayRows<T>>,
 {
-    /// The observations: `len` rows.
+    /// Returns the observations: `len` rows.
     #[must_use]
     pub fn array(&self) -> &[T] {
         self.observation.array(self.len)
     }
 
-    /// The observations to which the actions led, the last of each episode included: `len` rows.
+    /// Returns the observations to which the actions led, the last of each episode included: `len`
+    /// rows.
     #[must_use]
     pub fn next_array(&self) -> &[T] {
         self.next_observation_rows().array(self.len)

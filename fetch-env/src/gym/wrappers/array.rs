@@ -63,7 +63,7 @@ impl<T> ArrayPool<T> {
         Self { len, recent: Vec::with_capacity(Self::REMEMBERED) }
     }
 
-    /// The number of elements of an array.
+    /// Returns the number of elements of an array.
     pub(crate) const fn len(&self) -> usize {
         self.len
     }

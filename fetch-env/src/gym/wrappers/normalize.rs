@@ -74,19 +74,19 @@ impl RunningStatistics {
         Self { count: 1e-4, mean: vec![0.0; len], variance: vec![1.0; len] }
     }
 
-    /// The number of vectors, plus 0.0001.
+    /// Returns the number of vectors, plus 0.0001.
     #[must_use]
     pub const fn count(&self) -> f64 {
         self.count
     }
 
-    /// The mean of each element.
+    /// Returns the mean of each element.
     #[must_use]
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// The variance of each element, that of the population.
+    /// Returns the variance of each element, that of the population.
     #[must_use]
     pub fn variance(&self) -> &[f64] {
         &self.variance
@@ -171,7 +171,7 @@ impl NormalizeObservation {
 }
 
 impl<E> Wrapped<E, NormalizeObservation> {
-    /// The statistics of the observations so far.
+    /// Returns the statistics of the observations so far.
     #[must_use]
     pub const fn statistics(&self) -> &RunningStatistics {
         &self.wrapper.statistics

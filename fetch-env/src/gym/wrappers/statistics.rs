@@ -38,7 +38,7 @@ impl RecordEpisodeStatistics {
 }
 
 impl<E> Wrapped<E, RecordEpisodeStatistics> {
-    /// The return and the length of the episode so far.
+    /// Returns the return and the length of the episode so far.
     #[must_use]
     pub const fn so_far(&self) -> EpisodeStatistics {
         self.wrapper.0

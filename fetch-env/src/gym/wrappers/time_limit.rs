@@ -42,13 +42,13 @@ impl TimeLimit {
 }
 
 impl<E> Wrapped<E, TimeLimit> {
-    /// The number of steps after which an episode is truncated.
+    /// Returns the number of steps after which an episode is truncated.
     #[must_use]
     pub const fn max_episode_steps(&self) -> NonZeroU32 {
         self.wrapper.max_episode_steps
     }
 
-    /// The number of steps taken in this episode; 0 before the first reset.
+    /// Returns the number of steps taken in this episode; 0 before the first reset.
     #[must_use]
     pub const fn elapsed_steps(&self) -> u32 {
         self.wrapper.elapsed_steps

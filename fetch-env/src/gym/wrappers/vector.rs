@@ -30,7 +30,7 @@ pub trait VectorObservation: Clone + Debug + PartialEq {
     /// The observation with another vector.
     type Replaced<T: Element>: Clone + Debug + PartialEq;
 
-    /// The vector.
+    /// Returns the vector.
     fn vector(&self) -> &[Self::Element];
 
     /// Replaces the vector.
@@ -78,7 +78,7 @@ pub struct GoalVector<O, T> {
 }
 
 impl<O, T> GoalVector<O, T> {
-    /// The observation with the vector that it had before.
+    /// Returns the observation with the vector that it had before.
     #[must_use]
     pub const fn original(&self) -> &O {
         &self.original

@@ -59,7 +59,7 @@ impl<T: Element> Vectors<T> {
         self.observation_space.as_ref().unwrap_or_else(|| env.observation_space())
     }
 
-    /// The number of elements of a new vector.
+    /// Returns the number of elements of a new vector.
     pub(super) const fn len(&self) -> usize {
         self.pool.len()
     }

@@ -47,14 +47,14 @@ impl<E, W> Wrapped<E, W> {
         Self { env, wrapper, reset_needed: true }
     }
 
-    /// The wrapped environment. There is no mutable access, because the wrapper would miss a step
-    /// there.
+    /// Returns the wrapped environment. There is no mutable access, because the wrapper would miss
+    /// a step there.
     #[must_use]
     pub const fn inner(&self) -> &E {
         &self.env
     }
 
-    /// The wrapper without the environment.
+    /// Returns the wrapper without the environment.
     #[must_use]
     pub const fn wrapper(&self) -> &W {
         &self.wrapper

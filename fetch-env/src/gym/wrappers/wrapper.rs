@@ -122,10 +122,10 @@ pub trait Wrapper<E: Env> {
         action: &[<Self::ActionSpace as ActionSpace>::Element],
     ) -> Result<Step<Self::Observation, Self::Info>, EnvError>;
 
-    /// The space of the actions that [`step`](Self::step) expects.
+    /// Returns the space of the actions that [`step`](Self::step) expects.
     fn action_space<'a>(&'a self, env: &'a E) -> &'a Self::ActionSpace;
 
-    /// The space of all observations.
+    /// Returns the space of all observations.
     fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space;
 }
 
@@ -187,7 +187,7 @@ pub trait GoalWrapper<E: GoalEnv>:
     /// The reward as a function of the goals.
     type GoalReward: goal_reward::GoalReward;
 
-    /// The reward as a function of the goals.
+    /// Returns the reward as a function of the goals.
     fn goal_reward<'a>(&'a self, env: &'a E) -> &'a Self::GoalReward;
 }
 

@@ -112,19 +112,19 @@ impl RecordVideo {
         /// Sets the file format. The default is GIF.
         with_format(format: VideoFormat);
 
-        /// The number of frames after which a video ends.
+        /// Returns the number of frames after which a video ends.
         max_frames: Option<NonZeroU32>;
-        /// The file format.
+        /// Returns the file format.
         format: VideoFormat;
     }
 
-    /// The folder of the videos.
+    /// Returns the folder of the videos.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The start of the file names.
+    /// Returns the start of the file names.
     #[must_use]
     pub fn name_prefix(&self) -> &str {
         &self.name_prefix
@@ -136,12 +136,12 @@ impl RecordVideo {
         (self.episodes)(episode)
     }
 
-    /// The options of the renderer.
+    /// Returns the options of the renderer.
     pub const fn render(&self) -> &RenderOptions {
         &self.render
     }
 
-    /// The file of an episode's video, by the number of the episode from 0:
+    /// Returns the file of an episode's video, by the number of the episode from 0:
     /// `{folder}/{name_prefix}-episode-{episode}.{extension}`.
     #[must_use]
     pub fn path(&self, episode: u64) -> PathBuf {
@@ -171,7 +171,7 @@ pub enum VideoFormat {
 }
 
 impl VideoFormat {
-    /// The extension of its files, without a dot: `gif` or `png`.
+    /// Returns the extension of its files, without a dot: `gif` or `png`.
     #[must_use]
     pub const fn extension(self) -> &'static str {
         match self {
@@ -182,7 +182,7 @@ impl VideoFormat {
 }
 
 impl<E> Wrapped<E, RecordVideo> {
-    /// The number of episodes that have begun. The last of them has this number less one.
+    /// Returns the number of episodes that have begun. The last of them has this number less one.
     #[must_use]
     pub const fn num_episodes(&self) -> u64 {
         self.wrapper().num_episodes

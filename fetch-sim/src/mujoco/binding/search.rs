@@ -16,7 +16,8 @@ use crate::{
 /// A search for the library of one version.
 pub(crate) struct Search {
     pub(crate) version: MujocoVersion,
-    /// The library that other code loaded for the whole process: any other would call its functions.
+    /// The library that other code loaded for the whole process: any other would call its
+    /// functions.
     pub(crate) global: Option<PathBuf>,
     /// Value of `MUJOCO_DIR`.
     pub(crate) mujoco_dir: Option<PathBuf>,
@@ -136,7 +137,7 @@ impl Search {
     }
 }
 
-/// The place of a library that other code has loaded.
+/// Returns the place of a library that other code has loaded.
 fn loaded(file: Option<&PathBuf>) -> Place {
     Place {
         name: "this process",
