@@ -4,8 +4,9 @@ mod error;
 mod options;
 mod pictures;
 mod renderer;
+mod segment;
 
 pub use error::RenderError;
 pub use options::{Camera, FreeCamera, RenderOptions};
-pub use pictures::Segment;
 pub use renderer::Renderer;
+pub use segment::Segment;

@@ -26,7 +26,7 @@ use super::{
     },
     error::RenderError,
     options::{Camera, RenderOptions},
-    pictures::Segment,
+    segment::Segment,
 };
 use crate::config::SimConfig;
 
