@@ -94,7 +94,7 @@ pub use ::fetch_sim::MujocoSimulator;
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use ::fetch_sim::{KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task};
 pub use ::goal_reward::{
-    DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind,
+    DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, ThresholdError,
 };
 #[cfg(feature = "mujoco")]
 pub use fetch::make::{MujocoEnv, make, make_vec};

@@ -91,16 +91,16 @@ pub trait GoalReward {
         pairs.map_into(out, |achieved, desired| self.truncated(achieved, desired))
     }
 
-    /// Returns the [`reward`](Self::reward) after [`check_goals`].
+    /// Checks the goals and returns their [`reward`](Self::reward).
     ///
     /// # Errors
-    /// As [`check_goals`].
+    /// [`GoalError`] if the goals are empty, differ in length or are not finite.
     fn try_reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> Result<f64, GoalError> {
         check_goals(achieved_goal, desired_goal)?;
         Ok(self.reward(achieved_goal, desired_goal))
     }
 
-    /// Calls [`reward_batch`](Self::reward_batch) after [`GoalPairs::check_finite`].
+    /// Checks the goals and writes [`reward`](Self::reward) of every pair to `out`.
     ///
     /// # Errors
     /// [`GoalError::NotFinite`] or [`GoalError::OutputLength`]; `out` is then left unchanged.

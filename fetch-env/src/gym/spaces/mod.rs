@@ -3,7 +3,7 @@
 //! No array has more than 2^28 elements, such as 255 stacked pictures of 640 x 480, or 2 GiB of
 //! `f64`: a space that is read from a file allocates no more when it is sampled.
 //!
-//! Samples come from any generator of [`rand_core`]; [`NpRandom`](crate::NpRandom) is one that
+//! Samples come from any generator of `rand_core`; [`NpRandom`](crate::NpRandom) is one that
 //! needs no further crate. A seed decides the sample. The distributions are Gymnasium's, the
 //! numbers are not: numpy draws them by other methods.
 //!
