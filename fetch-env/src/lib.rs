@@ -133,8 +133,7 @@ pub use pictures::clip::record_video::{RecordVideo, VideoFormat};
 pub use pictures::{
     frames::PixelOptions,
     pixel_rows::PixelRows,
-    pixels::{AddRenderObservation, PixelObservation},
-    pixels_only::PixelsOnly,
+    pixels::{AddRenderObservation, PixelObservation, PixelsOnly},
     render::RenderEnv,
 };
 

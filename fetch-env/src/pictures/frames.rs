@@ -6,9 +6,9 @@ use fetch_sim::RenderOptions;
 use serde::{Deserialize, Serialize};
 
 use super::{pool::RendererPool, render::RenderEnv};
-use crate::gym::error::EnvError;
-use crate::gym::spaces::{ImageSpace, error::SpaceError};
+use crate::gym::spaces::{ImageSpace, Space, error::SpaceError};
 use crate::gym::wrappers::array::{ArrayPool, SharedArray};
+use crate::gym::{env::Env, error::EnvError};
 
 /// Settings of pictures as observations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,18 +45,16 @@ impl PixelOptions {
         /// default, false, is height, width and channels, as in Gymnasium. The channels are red,
         /// green and blue of the oldest frame, then of the next.
         with_channels_first(channels_first: bool);
+
+        /// Returns the number of frames in an observation.
+        frame_stack: NonZeroU8;
+        /// Whether the channels are the first axis, and not the last.
+        channels_first: bool;
     }
 
     /// Returns the options of the renderer.
     pub const fn render(&self) -> &RenderOptions {
         &self.render
-    }
-
-    settings! {
-        /// Returns the number of frames in an observation.
-        frame_stack: NonZeroU8;
-        /// Whether the channels are the first axis, and not the last.
-        channels_first: bool;
     }
 
     /// Returns the space of the pictures.
@@ -79,6 +77,8 @@ impl PixelOptions {
 pub(super) struct Pictures {
     options: PixelOptions,
     /// `None` without an environment.
+    observation_space: Option<Space>,
+    /// `None` without an environment.
     renderers: Option<Arc<RendererPool>>,
     /// The last frames, oldest first.
     frames: VecDeque<Box<[u8]>>,
@@ -87,21 +87,34 @@ pub(super) struct Pictures {
 
 impl Pictures {
     pub(super) fn new(options: PixelOptions) -> Self {
-        Self { options, renderers: None, frames: VecDeque::new(), pool: ArrayPool::new(0) }
+        let (observation_space, renderers, frames) = (None, None, VecDeque::new());
+        Self { options, observation_space, renderers, frames, pool: ArrayPool::new(0) }
     }
 
-    /// Prepares pictures of `env`, and returns their space.
+    /// Prepares pictures of `env`. `make_space` makes the space of the observations from those of
+    /// the state and of the pictures.
     ///
     /// # Errors
-    /// As [`RenderEnv::renderer`], and [`SpaceError::TooLarge`] if they have more than 2^28 bytes.
-    pub(super) fn attach<E: RenderEnv>(&mut self, env: &E) -> Result<ImageSpace, EnvError> {
+    /// As [`RenderEnv::renderer`] and `make_space`, and [`SpaceError::TooLarge`] if the pictures
+    /// have more than 2^28 bytes.
+    pub(super) fn attach<E: RenderEnv>(
+        &mut self,
+        env: &E,
+        make_space: impl FnOnce(&Space, ImageSpace) -> Result<Space, SpaceError>,
+    ) -> Result<(), EnvError> {
         let image_space = self.options.image_space()?;
         let count = usize::from(self.options.frame_stack.get());
         self.renderers = Some(RendererPool::shared(env, self.options.render.clone())?);
         let frame = vec![0; image_space.len() / count].into_boxed_slice();
         self.frames = vec![frame; count].into();
         self.pool = ArrayPool::new(image_space.len());
-        Ok(image_space)
+        self.observation_space = Some(make_space(env.observation_space(), image_space)?);
+        Ok(())
+    }
+
+    /// Returns the space of the observations.
+    pub(super) fn observation_space<'a, E: Env>(&'a self, env: &'a E) -> &'a Space {
+        self.observation_space.as_ref().unwrap_or_else(|| env.observation_space())
     }
 
     /// Draws the state after a reset into all frames, and stacks them.
@@ -158,29 +171,6 @@ impl Pictures {
         }
     }
 }
-
-/// Implements `SnapshotWrapper` for a wrapper with pictures: the state is the frames that later
-/// observations show again. Without stacked frames there are none to keep.
-macro_rules! snapshot_pictures {
-    ($wrapper:ty) => {
-        impl crate::gym::wrappers::wrapper::SnapshotWrapper for $wrapper {
-            type State = Vec<Vec<u8>>;
-
-            fn state(&self) -> Vec<Vec<u8>> {
-                self.pictures.later_frames()
-            }
-
-            fn check_state(&self, state: &Vec<Vec<u8>>) -> Result<(), crate::gym::error::EnvError> {
-                self.pictures.check_later_frames(state)
-            }
-
-            fn set_state(&mut self, state: &Vec<Vec<u8>>) {
-                self.pictures.set_later_frames(state);
-            }
-        }
-    };
-}
-pub(super) use snapshot_pictures;
 
 fn stack(frames: &VecDeque<Box<[u8]>>, channels_first: bool, out: &mut [u8]) {
     let channels = 3 * frames.len();

@@ -9,8 +9,6 @@ pub(crate) mod pixel_rows;
 #[cfg(feature = "render")]
 pub(crate) mod pixels;
 #[cfg(feature = "render")]
-pub(crate) mod pixels_only;
-#[cfg(feature = "render")]
 pub(crate) mod pool;
 #[cfg(feature = "render")]
 pub(crate) mod render;

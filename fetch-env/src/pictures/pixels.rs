@@ -1,6 +1,6 @@
-//! Observations with pictures.
+//! Observations with pictures, or of pictures alone.
 
-use super::frames::{Pictures, PixelOptions, snapshot_pictures};
+use super::frames::{Pictures, PixelOptions};
 use super::render::RenderEnv;
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Reset, Step};
@@ -8,7 +8,7 @@ use crate::gym::spaces::{DictSpace, ImageSpace, Space};
 use crate::gym::wrappers::{
     array::SharedArray,
     macros::keep,
-    wrapper::{KeepsGoals, Resetting, Wrapper},
+    wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper},
 };
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
@@ -36,11 +36,7 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 #[derive(Debug)]
-pub struct AddRenderObservation {
-    pictures: Pictures,
-    /// `None` without an environment.
-    observation_space: Option<Space>,
-}
+pub struct AddRenderObservation(Pictures);
 
 /// Key of the pictures in the space.
 pub(super) const PIXELS: &str = "pixels";
@@ -60,11 +56,11 @@ pub struct PixelObservation<O> {
 impl AddRenderObservation {
     /// Adds pictures as `options` describe them.
     ///
-    /// [`wrap`](crate::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the observations already
-    /// have the key `pixels`, or if the pictures have more than 2^28 bytes, and a
-    /// [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
+    /// [`wrap`](crate::EnvExt::wrap) returns [`SpaceError::DuplicateKey`] if the observations
+    /// already have the key `pixels`, [`SpaceError::TooLarge`] if the pictures have more than 2^28
+    /// bytes, and a [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
     pub fn new(options: PixelOptions) -> Self {
-        Self { pictures: Pictures::new(options), observation_space: None }
+        Self(Pictures::new(options))
     }
 }
 
@@ -79,44 +75,105 @@ fn with_pixels(state: &Space, image: ImageSpace) -> Result<Space, SpaceError> {
     Ok(DictSpace::new(spaces)?.into())
 }
 
-impl<E: RenderEnv> Wrapper<E> for AddRenderObservation {
-    type Observation = PixelObservation<E::Observation>;
-    keep!(Info, ActionSpace);
+/// Observes pictures of the environment and nothing else.
+///
+/// It is [`AddRenderObservation`](crate::AddRenderObservation) without the state, for policies that
+/// only see: a [`VecStep`](crate::vec_env::VecStep) of many has one row of bytes for each
+/// environment.
+///
+/// ```
+/// use fetch_env::vec_env::{VecConfig, VecEnv};
+/// use fetch_env::{EnvExt, PixelOptions, PixelsOnly, make};
+///
+/// let pixels = || PixelsOnly::new(PixelOptions::default());
+/// let env = || make("FetchPickAndPlace-v4")?.wrap(pixels());
+/// if let Ok(envs) = (0..4).map(|_| env()).collect::<Result<Vec<_>, _>>() {
+///     let mut envs = VecEnv::new(envs, VecConfig::default())?;
+///     assert_eq!(envs.reset(Some(0))?.pixels().len(), 4 * 84 * 84 * 3);
+/// }
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+#[derive(Debug)]
+pub struct PixelsOnly(Pictures);
 
-    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
-        let image_space = self.pictures.attach(env)?;
-        self.observation_space = Some(with_pixels(env.observation_space(), image_space)?);
-        Ok(())
-    }
-
-    fn reset(
-        &mut self,
-        env: &mut Resetting<'_, E>,
-        seed: Option<u64>,
-        options: &E::ResetOptions,
-    ) -> Result<Reset<Self::Observation, E::Info>, EnvError> {
-        let reset = env.reset_with(seed, options)?;
-        let pixels = self.pictures.first(&**env)?;
-        reset.try_map_observation(|state| Ok(PixelObservation { pixels, state }))
-    }
-
-    fn step(
-        &mut self,
-        env: &mut E,
-        action: &[ActionElement<E>],
-    ) -> Result<Step<Self::Observation, E::Info>, EnvError> {
-        let step = env.step(action)?;
-        let pixels = self.pictures.next(env)?;
-        step.try_map_observation(|state| Ok(PixelObservation { pixels, state }))
-    }
-
-    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
-        self.observation_space.as_ref().unwrap_or_else(|| env.observation_space())
+impl PixelsOnly {
+    /// Observes pictures as `options` describe them.
+    ///
+    /// [`wrap`](crate::EnvExt::wrap) returns a [`RenderError`](fetch_sim::RenderError) without
+    /// OpenGL and for invalid options, and [`SpaceError::TooLarge`] if the pictures have more than
+    /// 2^28 bytes.
+    #[must_use]
+    pub fn new(options: PixelOptions) -> Self {
+        Self(Pictures::new(options))
     }
 }
 
+/// Implements what wrappers with pictures have in common. The last two arguments are functions: of
+/// the spaces of the state and of the pictures, and of the two themselves. The state of a wrapper is
+/// the frames that later observations show again. Without stacked frames there are none to keep.
+macro_rules! picture_wrapper {
+    ($wrapper:ty, $observation:ty, $make_space:expr, $observe:expr) => {
+        impl<E: RenderEnv> Wrapper<E> for $wrapper {
+            type Observation = $observation;
+            keep!(Info, ActionSpace);
+
+            fn attach(&mut self, env: &E) -> Result<(), EnvError> {
+                self.0.attach(env, $make_space)
+            }
+
+            fn reset(
+                &mut self,
+                env: &mut Resetting<'_, E>,
+                seed: Option<u64>,
+                options: &E::ResetOptions,
+            ) -> Result<Reset<Self::Observation, E::Info>, EnvError> {
+                let reset = env.reset_with(seed, options)?;
+                let pixels = self.0.first(&**env)?;
+                reset.try_map_observation(|state| Ok($observe(state, pixels)))
+            }
+
+            fn step(
+                &mut self,
+                env: &mut E,
+                action: &[ActionElement<E>],
+            ) -> Result<Step<Self::Observation, E::Info>, EnvError> {
+                let step = env.step(action)?;
+                let pixels = self.0.next(env)?;
+                step.try_map_observation(|state| Ok($observe(state, pixels)))
+            }
+
+            fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+                self.0.observation_space(env)
+            }
+        }
+
+        impl SnapshotWrapper for $wrapper {
+            type State = Vec<Vec<u8>>;
+
+            fn state(&self) -> Self::State {
+                self.0.later_frames()
+            }
+
+            fn check_state(&self, state: &Self::State) -> Result<(), EnvError> {
+                self.0.check_later_frames(state)
+            }
+
+            fn set_state(&mut self, state: &Self::State) {
+                self.0.set_later_frames(state);
+            }
+        }
+    };
+}
+
+picture_wrapper!(
+    AddRenderObservation,
+    PixelObservation<E::Observation>,
+    with_pixels,
+    |state, pixels| PixelObservation { pixels, state }
+);
+picture_wrapper!(PixelsOnly, SharedArray<u8>, |_, image| Ok(image.into()), |_, pixels| pixels);
+
 impl KeepsGoals for AddRenderObservation {}
-snapshot_pictures!(AddRenderObservation);
 
 /// The vectors are those of the state; the pixels are a field.
 impl<O: GoalObservation> GoalObservation for PixelObservation<O> {

@@ -36,8 +36,8 @@ pub struct RescaleAction<T = f32> {
 impl<T: Element> RescaleAction<T> {
     /// Rescales actions from `low` to `high`.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] unless `low < high`, both
-    /// finite, and the inner environment's actions have bounds.
+    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] unless `low < high`, both finite,
+    /// and the inner environment's actions have bounds.
     #[must_use]
     pub const fn new(low: T, high: T) -> Self {
         Self { low, high, action_space: None, action: Vec::new() }

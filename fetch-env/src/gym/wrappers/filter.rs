@@ -36,9 +36,8 @@ pub struct FilterObservation<T = f64> {
 impl<T: Element> FilterObservation<T> {
     /// Keeps the elements of these indices, in this order.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] if an index exceeds the vector, or if
-    /// there are no indices, and [`SpaceError::MissingPart`] if the observation space has no vector
-    /// of the observations' type.
+    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] if an index exceeds the vector, if
+    /// there are no indices, or if the observation space has no vector of the observations' type.
     #[must_use]
     pub fn new(kept: impl IntoIterator<Item = usize>) -> Self {
         Self { kept: kept.into_iter().collect(), vectors: Vectors::new() }

@@ -70,8 +70,8 @@ impl Default for FlattenObservation {
 impl FlattenObservation {
     /// Takes the observation, then the desired goal.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] if the observation space lacks
-    /// one of them.
+    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] if the observation space lacks one
+    /// of them.
     #[must_use]
     pub fn new() -> Self {
         Self::with_keys(Part::DEFAULT.map(Part::key))
@@ -79,8 +79,8 @@ impl FlattenObservation {
 
     /// Takes the parts of these keys, in this order.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError`] for an unknown key, a key that
-    /// occurs twice, or none.
+    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] for an unknown key, a key that occurs
+    /// twice, or none.
     #[must_use]
     pub fn with_keys(keys: impl IntoIterator<Item: Into<String>>) -> Self {
         let keys = keys.into_iter().map(Into::into).collect();

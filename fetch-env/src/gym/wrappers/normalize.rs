@@ -131,7 +131,7 @@ impl NormalizeObservation {
     /// Normalizes observations by statistics that stay as they are.
     ///
     /// [`wrap`](super::EnvExt::wrap) returns what it does for [`new`](Self::new), and
-    /// [`SpaceError`] if `statistics` has another length than the observations.
+    /// a [`SpaceError`] if `statistics` has another length than the observations.
     #[must_use]
     pub fn frozen(statistics: RunningStatistics) -> Self {
         Self { statistics, is_frozen: true, vectors: Vectors::new() }
