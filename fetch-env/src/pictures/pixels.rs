@@ -109,8 +109,8 @@ impl PixelsOnly {
 }
 
 /// Implements what wrappers with pictures have in common. The last two arguments are functions: of
-/// the spaces of the state and of the pictures, and of the two themselves. The state of a wrapper is
-/// the frames that later observations show again. Without stacked frames there are none to keep.
+/// the spaces of the state and of the pictures, and of the two themselves. The state of a wrapper
+/// is the frames that later observations show again. Without stacked frames there are none to keep.
 macro_rules! picture_wrapper {
     ($wrapper:ty, $observation:ty, $make_space:expr, $observe:expr) => {
         impl<E: RenderEnv> Wrapper<E> for $wrapper {
