@@ -1,7 +1,13 @@
 //! The Rust side of the contract in `shim/fetch_shim.h`, which documents every item: the numbers
 //! and structs that it shares with the shim, and the shim's functions.
 
+#[cfg(fetch_sim_no_shim)]
+mod nothing;
+
 use std::ffi::{c_char, c_int, c_longlong};
+
+#[cfg(fetch_sim_no_shim)]
+use self::nothing::Nothing;
 
 /// An item of the contract: the name of a number (with its value and size), of a struct (with 0 and
 /// its size) or of a field of one (with its offset and size).
@@ -160,8 +166,8 @@ opaque! {
 pub(crate) const IS_MISSING: bool = cfg!(fetch_sim_no_shim);
 
 /// Declares the functions of the shim. A build without it has functions with the same signatures
-/// that do nothing and return zero; loading MuJoCo fails before any of them is called, and none of
-/// them makes an object.
+/// that do nothing; loading MuJoCo fails before any of them is called, and none of them makes an
+/// object.
 macro_rules! functions {
     (
         safe { $($(#[$safe_attribute:meta])* fn $safe:ident() -> $safe_result:ty;)* }
@@ -181,16 +187,14 @@ macro_rules! functions {
             #[cfg(fetch_sim_no_shim)]
             $(#[$safe_attribute])*
             pub(crate) extern "C" fn $safe() -> $safe_result {
-                // SAFETY: the result is a number or a pointer, which may be zero.
-                unsafe { std::mem::zeroed() }
+                Nothing::NOTHING
             }
         )*
         $(
             #[cfg(fetch_sim_no_shim)]
             $(#[$attribute])*
             pub(crate) unsafe extern "C" fn $name($(_: $type),*) $(-> $result)? {
-                // SAFETY: as above, or there is no result.
-                unsafe { std::mem::zeroed() }
+                Nothing::NOTHING
             }
         )*
     };
