@@ -33,8 +33,12 @@ fn arrays_are_written_and_copied_row_by_row() -> Result {
         written_and_copied(&space, &[[0.0_f32, 10.0], [1.0, 11.0], [2.0, 12.0]])?;
     assert_eq!(rows.array(3), [0.0, 10.0, 1.0, 11.0, 2.0, 12.0]);
     assert_eq!(reversed.array(2), [2.0, 12.0, 1.0, 11.0]);
-    let unwritten: ArrayRows<f32> = Rows::<[f32; 2]>::new(&space, 3)?;
-    assert!(unwritten.array(3).iter().all(|element| element.is_nan()));
+    // The rows beside the copied one stay unwritten.
+    let mut other: ArrayRows<f32> = Rows::<[f32; 2]>::new(&space, 3)?;
+    Rows::<[f32; 2]>::copy_row(&mut other, 1, &rows, 2);
+    assert_eq!(other.array(3)[2..4], [2.0, 12.0]);
+    let beside = [&other.array(3)[..2], &other.array(3)[4..]].concat();
+    assert!(beside.iter().all(|element| element.is_nan()));
     Ok(())
 }
 
