@@ -272,6 +272,6 @@ impl crate::pictures::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator>
 
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {
         let goal = self.goal.ok_or(EnvError::ResetNeeded)?;
-        Ok(renderer.update_scene(&self.simulator, Some(Vector3::from(goal)))?)
+        Ok(renderer.update_scene(&self.simulator, &[Vector3::from(goal)])?)
     }
 }
