@@ -49,8 +49,8 @@ pub enum ModelSource {
     /// The built-in model with additions and changes.
     Extended(Extension),
     /// A scene of the task, held in memory; [`builtin_files`](crate::builtin_files) returns files
-    /// to start from. It is loaded as the built-in model is: for physics without visual shapes,
-    /// and without MuJoCo 3's midphase, which steps faster than the same files in a folder.
+    /// to start from. It is loaded as the built-in model is: for physics without visual shapes, and
+    /// without MuJoCo 3's midphase. The same files in a folder step slower.
     Files(ModelFiles),
 }
 

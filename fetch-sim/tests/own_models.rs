@@ -101,19 +101,18 @@ fn sections_are_added_one_after_another_and_may_repeat() -> Result {
     Ok(())
 }
 
-/// A model of ten more blocks needs about 600 constraints on MuJoCo 2, and the built-in one has
-/// room for 288.
+/// On MuJoCo 2 the built-in model has room for 288 constraints; each block needs 16 more.
 #[test]
 fn a_model_with_more_has_room_for_more_contacts() -> Result {
     let block = |i: u32| {
-        let (x, y) = (1.12 + 0.08 * f64::from(i % 5), 0.85 + 0.08 * f64::from(i / 5));
+        let (x, y) = (1.12 + 0.08 * f64::from(i % 4), 0.83 + 0.075 * f64::from(i / 4));
         format!(
             r#"<body name="block{i}" pos="{x} {y} 0.43"><freejoint/>
                <geom type="box" size="0.03 0.03 0.03" mass="1"/></body>"#
         )
     };
-    let blocks: String = (0..10).map(block).collect();
-    let xml = format!(r#"<size njmax="1000" nconmax="300"/><worldbody>{blocks}</worldbody>"#);
+    let blocks: String = (0..16).map(block).collect();
+    let xml = format!("<worldbody>{blocks}</worldbody>");
     let mut simulator = simulator(Extension::default().with_xml(&xml))?;
     simulator.reset(None)?;
     for _ in 0..10 {
@@ -154,12 +153,13 @@ fn the_object_stands_on_the_table_whatever_its_form() -> Result {
             simulator.reset(None)?;
             let object = simulator.object().ok_or("an object")?;
             let height = object.position.z - 0.4;
-            assert!((height - half_height).abs() < 2e-3, "{task}, {shape:?}: at {height} m");
-            assert_eq!(simulator.settled().object_height, Some(object.position.z));
+            assert!((height - half_height).abs() < 3e-3, "{task}, {shape:?}: at {height} m");
+            let settled = simulator.settled().object_height.ok_or("a height")?;
+            assert!((settled - object.position.z).abs() < 1e-3, "{task}, {shape:?}: {settled} m");
             assert!(object.linear_velocity.norm() < 0.1, "{task}, {shape:?}: {object:?}");
             let [x, y, _] = task.spec().object.ok_or("an object")?.dropped_at;
             let moved = object.position.xy() - nalgebra::Vector2::new(x, y);
-            assert!(moved.norm() < 1e-3, "{task}, {shape:?}: moved by {moved:?}");
+            assert!(moved.norm() < 5e-3, "{task}, {shape:?}: moved by {moved:?}");
         }
     }
     Ok(())

@@ -90,7 +90,8 @@ impl FetchModel {
     /// # Errors
     /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
     /// compiled, [`SimError::MissingName`] or [`SimError::UnfitModel`] if it is not a model of the
-    /// task, [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`]
+    /// task, [`SimError::OutOfRange`] or [`SimError::NoObject`] if an
+    /// [`Extension`](crate::Extension) does not fit, [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`]
     /// if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
         Self::settle(scene::load(config, scene::PHYSICS)?, config).map(Arc::new)

@@ -23,6 +23,9 @@ pub(crate) const PICTURE: &str =
 pub(crate) const SMALL_PICTURE: &str =
     r#"<visual><quality numslices="8" numstacks="4" numquads="1"/></visual>"#;
 
+/// File name of an extended scene.
+const EXTENSION: &str = "extension.xml";
+
 /// Torsional and rolling friction of the object, which are MuJoCo's defaults.
 const OTHER_FRICTION: &str = "0.005 0.0001";
 
@@ -86,6 +89,11 @@ pub fn builtin_files(task: Task) -> ModelFiles {
 /// Returns the files of the built-in model with additions and changes.
 fn extended(task: Task, extension: &Extension) -> Result<ModelFiles, SimError> {
     extension.check()?;
+    // MuJoCo would drop what follows it.
+    if extension.xml().contains("</mujoco") {
+        let reason = "it ends the root element: add its sections without one".into();
+        return Err(SimError::Model { name: EXTENSION.into(), reason });
+    }
     let builtin = builtin_files(task);
     let mut added = extension.xml().to_owned();
     let mut changed = None;
@@ -109,7 +117,7 @@ fn extended(task: Task, extension: &Extension) -> Result<ModelFiles, SimError> {
         ("object.xml", Some(object)) => (name, object.as_str()),
         _ => (name, contents),
     });
-    Ok([("extension.xml", main.as_str())].into_iter().chain(files).collect())
+    Ok([(EXTENSION, main.as_str())].into_iter().chain(files).collect())
 }
 
 /// Returns the geom of an object, and the site at its center.

@@ -10,7 +10,7 @@ use super::{
     observer::{Frame, Observer, still_state},
     snapshot::MujocoSnapshot,
 };
-use crate::mujoco::binding::{data::Data, version::MujocoVersion};
+use crate::mujoco::binding::{data::Data, poses::Pose, version::MujocoVersion};
 use crate::{
     bounds::{check_inside, check_object_position},
     config::SimConfig,
@@ -103,7 +103,7 @@ impl MujocoSimulator {
     /// (meters) and `orientation` are those of the body's frame in the world frame.
     ///
     /// Everything shown afterwards is up to date, also what a step leaves one substep old. A reset
-    /// takes all bodies back to where the scene settled.
+    /// takes free bodies back to where they settled, and mocap bodies to where the model has them.
     ///
     /// ```
     /// use fetch_sim::{Extension, ModelSource, MujocoSimulator, SimConfig, Simulator, Task};
@@ -217,24 +217,28 @@ impl MujocoSimulator {
         Ok(())
     }
 
+    fn set_mocap_poses(&mut self, poses: &[Pose]) -> Result<(), SimError> {
+        let mut poses = poses.iter().enumerate();
+        poses.try_for_each(|(mocap, &(position, orientation))| {
+            self.data.set_mocap_pose(mocap, position, orientation)
+        })
+    }
+
     /// Returns to a snapshot that has passed the check.
     fn return_to(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
-        let ids = &self.fetch.ids;
         self.data.reset()?;
         self.data.set_time(snapshot.time)?;
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qvel_mut().copy_from_slice(&snapshot.qvel);
         self.data.ctrl_mut().copy_from_slice(&snapshot.ctrl);
-        for (mocap, &(position, orientation)) in snapshot.mocap_poses.iter().enumerate() {
-            self.data.set_mocap_pose(mocap, position, orientation)?;
-        }
+        self.set_mocap_poses(&snapshot.mocap_poses)?;
         self.data.forward()?;
         // `forward` has recomputed what the next step starts from: overwrite it with the
-        // snapshot's. That includes the object's quaternion, because normalizing it twice changes
-        // its bits.
+        // snapshot's. That includes quaternions, because normalizing them twice changes their bits.
+        self.set_mocap_poses(&snapshot.mocap_poses)?;
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
-        self.data.set_body_pose(ids.gripper_link, snapshot.gripper_link_pose)?;
+        self.data.set_body_pose(self.fetch.ids.gripper_link, snapshot.gripper_link_pose)?;
         self.gripper = snapshot.gripper;
         self.object = snapshot.object;
         self.moving.copy_from_slice(&snapshot.moving);
