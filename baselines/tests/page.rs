@@ -41,7 +41,7 @@ fn a_page_holds_the_episode() -> Result {
     // The same episode, stepped here.
     let mut env = make(id)?;
     let start = env.reset(Some(3))?.observation;
-    let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start);
+    let (mut policy, mut observation) = (ScriptedPolicy::new(id.task), start.clone());
     let (mut rewards, mut action) = (Vec::new(), [0.0; 4]);
     loop {
         policy.act(&observation, &mut action);

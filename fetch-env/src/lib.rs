@@ -25,14 +25,15 @@
 //!         action[axis] = (distance / 0.05) as f32;
 //!     }
 //!     let step = env.step(&action)?;
-//!     observation = step.observation;
 //!     // The law on which hindsight relabeling relies.
-//!     let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+//!     let next = &step.observation;
+//!     let (achieved, desired) = (next.achieved_goal(), next.desired_goal());
 //!     assert_eq!(step.reward, env.compute_reward(achieved, desired)?);
 //!     if step.is_last() {
 //!         assert!(step.truncated && !step.terminated && step.info.is_success);
 //!         break;
 //!     }
+//!     observation = step.observation;
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -100,13 +101,15 @@ pub use ::goal_reward::{
 pub use fetch::make::{MujocoEnv, make, make_vec};
 pub use fetch::{
     config::FetchConfig,
-    env::{FetchEnv, FetchSnapshot},
+    env::FetchEnv,
     env_id::EnvId,
     error::MakeError,
     kinematic::{KinematicEnv, make_kinematic, make_kinematic_vec},
     layout::{ObservationField, observation_fields},
     observation::FetchObservation,
     reset::FetchResetOptions,
+    snapshot::FetchSnapshot,
+    task::FetchTask,
 };
 pub use gym::{
     check,

@@ -90,6 +90,7 @@ impl Comparison {
         for t in 0..steps as u64 {
             policy.act(&observation, &mut action);
             let step = env.step(&action)?;
+            let is_last = step.is_last();
             observation = step.observation;
             let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
             let agree = formula_agrees(env, achieved, desired, Some(step.reward), tolerance)?;
@@ -105,7 +106,7 @@ impl Comparison {
                 let agree = formula_agrees(env, achieved, &goals.sample(), None, tolerance)?;
                 mismatches.goals += usize::from(!agree);
             }
-            if step.is_last() {
+            if is_last {
                 observation = env.reset(Some(seed + t + 1))?.observation;
             }
         }
