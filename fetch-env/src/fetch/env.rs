@@ -328,7 +328,8 @@ impl<R: GoalReward, T: FetchTask<fetch_sim::MujocoSimulator>> crate::pictures::r
 
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {
         let goal = self.goal.as_deref().ok_or(EnvError::ResetNeeded)?;
-        let goal = self.task.goal_positions(goal).first().copied().map(Vector3::from);
-        Ok(renderer.update_scene(&self.simulator, goal)?)
+        let positions = self.task.goal_positions(goal);
+        let goals: Vec<_> = positions.into_iter().map(Vector3::from).collect();
+        Ok(renderer.update_scene(&self.simulator, &goals)?)
     }
 }
