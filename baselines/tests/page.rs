@@ -73,7 +73,8 @@ fn a_page_holds_the_episode() -> Result {
 fn pages_of_ones_own_are_put_together() -> Result {
     let mut seen = Vec::new();
     let mut env = make("FetchReach-v4")?;
-    let playback = Playback::record(&mut env, &mut RandomPolicy::new(1), 1, |step, _, _| {
+    let mut policy = RandomPolicy::new(env.action_space(), 1);
+    let playback = Playback::record(&mut env, &mut policy, 1, |step, _, _| {
         seen.push(step);
     })?;
     assert_eq!(seen, (1..=50).collect::<Vec<_>>());
@@ -132,7 +133,8 @@ fn bad_input_is_an_error() -> Result {
     let foreign =
         FetchConfig::new(Task::Reach, RewardKind::Sparse).with_model(ModelSource::Reference);
     if let Ok(mut env) = make(foreign) {
-        let error = Playback::record(&mut env, &mut RandomPolicy::new(0), 0, |_, _, _| ()).err();
+        let mut policy = RandomPolicy::new(env.action_space(), 0);
+        let error = Playback::record(&mut env, &mut policy, 0, |_, _, _| ()).err();
         assert!(matches!(error, Some(PageError::ForeignModel)), "{error:?}");
     }
     Ok(())
