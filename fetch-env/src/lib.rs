@@ -94,7 +94,9 @@ pub use ::her_relabel;
 pub use ::fetch_sim::MujocoSimulator;
 #[cfg(feature = "render")]
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
-pub use ::fetch_sim::{KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task};
+pub use ::fetch_sim::{
+    Extension, KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task,
+};
 pub use ::goal_reward::{
     DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, ThresholdError,
 };
