@@ -1,6 +1,6 @@
 //! Steps of many environments, collected into a hindsight replay buffer.
 
-use fetch_env::vec_env::{AutoresetMode, VecEnvError, VecReset, VecStepOf};
+use fetch_env::vec_env::{AutoresetMode, VecEnvError, VecReset};
 use fetch_env::{
     ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, SnapshotEnv, VecEnv,
     WrappedSnapshot,
@@ -8,8 +8,8 @@ use fetch_env::{
 use her_relabel::{AddError, HerBuffer, Scalar};
 use serde::{Deserialize, Serialize};
 
-use crate::evaluate::{Episode, MAX_COUNT};
-use crate::policy::Policy;
+use crate::evaluate::{Episode, MAX_COUNT, check_vec_policy};
+use crate::policy::{PolicyError, VecPolicy};
 
 /// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
 /// buffer can store: its observations and actions are `f32` or `f64`.
@@ -17,14 +17,14 @@ use crate::policy::Policy;
 /// Every such environment implements it. A function over any of them:
 ///
 /// ```
-/// use baselines::{CollectEnv, Collector, CollectorError, Policy};
-/// use fetch_env::{ActionElement, vec_env::VecStepOf};
+/// use baselines::{CollectEnv, Collector, CollectorError, VecPolicy};
+/// use fetch_env::ActionElement;
 /// use her_relabel::HerBuffer;
 ///
 /// /// Collects steps until the buffer has `len`.
 /// fn fill<E: CollectEnv>(
 ///     collector: &mut Collector<E>,
-///     policy: &mut impl Policy<VecStepOf<E>, ActionElement<E>>,
+///     policy: &mut impl VecPolicy<E::Observation, E::Info, ActionElement<E>>,
 ///     buffer: &mut HerBuffer<f32>,
 ///     len: usize,
 /// ) -> Result<(), CollectorError> {
@@ -56,15 +56,16 @@ impl<E> CollectEnv for E where
 ///
 /// ```
 /// use baselines::{Collector, RandomPolicy, buffer_config};
-/// use fetch_env::{VecEnv, make_kinematic, vec_env::VecConfig};
+/// use fetch_env::{Env, VecEnv, make_kinematic, vec_env::VecConfig};
 /// use her_relabel::HerBuffer;
 ///
 /// let envs = (0..8).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
 /// let config = buffer_config(100_000, &envs[0])?.with_num_envs(envs.len());
+/// let mut policy = RandomPolicy::new(envs[0].action_space(), 0);
 /// let mut buffer = HerBuffer::<f32>::new(config)?;
 /// let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
 /// let mut successes = 0;
-/// collector.collect(101, &mut RandomPolicy::new(0), &mut buffer, |_, episode| {
+/// collector.collect(101, &mut policy, &mut buffer, |_, episode| {
 ///     successes += usize::from(episode.success);
 /// })?;
 /// // The autoreset between two episodes takes one of the 101 steps.
@@ -111,6 +112,9 @@ pub struct Collected {
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectorError {
+    /// The policy is not one for these environments.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
     /// The environments could not be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),
@@ -233,16 +237,17 @@ impl<E: CollectEnv> Collector<E> {
     /// environment that fails loses its episode and begins the next one.
     ///
     /// # Errors
-    /// [`CollectorError::Vec`] if the environments are in flight, [`CollectorError::Buffer`] if the
-    /// buffer does not fit them, [`CollectorError::NotFinite`] if it cannot store an environment's
-    /// numbers.
+    /// [`CollectorError::Policy`] if the policy does not fit the environments,
+    /// [`CollectorError::Vec`] if they are in flight, [`CollectorError::Buffer`] if the buffer does
+    /// not fit them, [`CollectorError::NotFinite`] if it cannot store an environment's numbers.
     pub fn collect<T: Scalar>(
         &mut self,
         num_steps: usize,
-        policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
+        policy: &mut (impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
         buffer: &mut HerBuffer<T>,
         mut progress: impl FnMut(usize, &Episode),
     ) -> Result<Collected, CollectorError> {
+        check_vec_policy(&self.envs, policy)?;
         if !self.has_started {
             self.reset(None, buffer)?;
         }
@@ -250,7 +255,7 @@ impl<E: CollectEnv> Collector<E> {
         // Those that have taken no step and begun no episode.
         let mut still = vec![num_steps > 0; self.envs.num_envs()];
         for _ in 0..num_steps {
-            policy.act(self.envs.last_step(), &mut self.actions);
+            policy.act_all(self.envs.last_step(), &mut self.actions);
             let batch = self.envs.step(&self.actions)?;
             let recorded = buffer.record(&batch.into())?;
             collected.recorded_steps += recorded.recorded_steps;

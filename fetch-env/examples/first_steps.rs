@@ -21,10 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         let [dx, dy, dz] = [0, 1, 2].map(|axis| ((desired[axis] - achieved[axis]) / 0.05) as f32);
         let step = env.step(&[dx, dy, dz, 0.0])?;
-        observation = step.observation;
-
         // The reward follows from the two goals alone: hindsight relabeling relies on that.
-        let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+        let (achieved, desired) =
+            (step.observation.achieved_goal(), step.observation.desired_goal());
         assert_eq!(step.reward, env.compute_reward(achieved, desired)?);
         if step.is_last() {
             println!(
@@ -33,6 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             );
             return Ok(());
         }
+        observation = step.observation;
     }
 }
 

@@ -1,6 +1,6 @@
 //! The eight Fetch environments of gymnasium-robotics 1.4.2, goal-conditioned, native in Rust.
 //!
-//! A [`FetchEnv`] consists of settings, a simulator and a reward. The traits say what an
+//! A [`FetchEnv`] consists of settings, a simulator, a reward and a task. The traits say what an
 //! environment does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals,
 //! [`SnapshotEnv`] saves and restores its state. [`TimeLimit`] ends its episodes. The semantics are
 //! Gymnasium's, with typed errors instead of exceptions and silent misbehavior. [`check`] tests
@@ -25,14 +25,15 @@
 //!         action[axis] = (distance / 0.05) as f32;
 //!     }
 //!     let step = env.step(&action)?;
-//!     observation = step.observation;
 //!     // The law on which hindsight relabeling relies.
-//!     let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+//!     let next = &step.observation;
+//!     let (achieved, desired) = (next.achieved_goal(), next.desired_goal());
 //!     assert_eq!(step.reward, env.compute_reward(achieved, desired)?);
 //!     if step.is_last() {
 //!         assert!(step.truncated && !step.terminated && step.info.is_success);
 //!         break;
 //!     }
+//!     observation = step.observation;
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -42,6 +43,7 @@
 //! |---|---|
 //! | make a Fetch environment by its id | `make`, or [`make_kinematic`] without MuJoCo |
 //! | change its settings | [`FetchConfig`], of an [`EnvId`], which `make` takes too |
+//! | change its reward, its goals, or what it observes | [`FetchEnv::with_goal_reward`], [`FetchTask`] |
 //! | reset and step any environment | [`Env`] |
 //! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
 //! | save and restore its state | [`SnapshotEnv`] |
@@ -92,7 +94,9 @@ pub use ::her_relabel;
 pub use ::fetch_sim::MujocoSimulator;
 #[cfg(feature = "render")]
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
-pub use ::fetch_sim::{KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task};
+pub use ::fetch_sim::{
+    Extension, KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task,
+};
 pub use ::goal_reward::{
     DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, ThresholdError,
 };
@@ -100,13 +104,15 @@ pub use ::goal_reward::{
 pub use fetch::make::{MujocoEnv, make, make_vec};
 pub use fetch::{
     config::FetchConfig,
-    env::{FetchEnv, FetchSnapshot},
+    env::FetchEnv,
     env_id::EnvId,
     error::MakeError,
     kinematic::{KinematicEnv, make_kinematic, make_kinematic_vec},
     layout::{ObservationField, observation_fields},
     observation::FetchObservation,
     reset::FetchResetOptions,
+    snapshot::FetchSnapshot,
+    task::FetchTask,
 };
 pub use gym::{
     check,

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::algorithm::Algorithm;
 use super::inputs::{Inputs, Seen};
 use super::settings::ExplorationSettings;
-use crate::policy::Policy;
+use crate::policy::VecPolicy;
 
 /// What the next decisions of an [`Explorer`] depend on, besides its seed and its actor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -147,8 +147,8 @@ pub(crate) struct Exploring<'a> {
     pub(crate) inputs: &'a Inputs,
 }
 
-impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for Exploring<'_> {
-    fn act(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
+impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
+    fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
         let Self { explorer, actor, inputs } = self;
         let last = explorer.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
         explorer.begin_episodes(&last.started);

@@ -15,7 +15,7 @@ use super::error::{RunError, TrainError};
 use super::inputs::Inputs;
 use super::trainer::Trainer;
 use crate::evaluate::evaluate_range;
-use crate::policy::Policy;
+use crate::policy::VecPolicy;
 use crate::spread::gather_episodes;
 use crate::workers::{agree, gather_values, share, sum};
 
@@ -181,7 +181,7 @@ impl<E: LearnEnv> Trainer<E> {
         let mut first_bad = None;
         let mut greedy = |batch: &VecStepOf<E>, actions: &mut [f32]| {
             first_bad = first_bad.or_else(|| first_not_finite(batch));
-            policy.act(batch, actions);
+            policy.act_all(batch, actions);
         };
         let own = share(&*self.workers, count);
         let envs = &mut self.evaluation_envs;

@@ -1,18 +1,18 @@
 //! The Fetch environment: settings, a simulator and a reward.
 
-use fetch_sim::{Control, LARGEST_NUMBER, Settled, SimConfig, Simulator, Substeps};
+use fetch_sim::{Control, Simulator, Task};
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
 use super::config::FetchConfig;
 use super::error::MakeError;
-use super::observation::FetchObservation;
-use super::reset::{FetchResetOptions, Start};
+use super::observation::{FetchObservation, Goal};
+use super::reset::{FetchResetOptions, draw_object_position};
+use super::task::FetchTask;
 use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
 use crate::gym::env::observation::GoalObservation;
-use crate::gym::env::{Env, Reset, SnapshotEnv, Step};
+use crate::gym::env::{Env, Reset, Step};
 use crate::gym::spaces::{DictSpace, Space, box_space::BoxSpace};
 use crate::gym::{
     error::EnvError,
@@ -23,26 +23,29 @@ use crate::gym::{
 /// Largest displacement of the gripper along an axis in one step, in meters.
 const MAX_DISPLACEMENT: f32 = 0.05;
 
-/// A Fetch environment: settings, a simulator and a reward.
+/// A Fetch environment: settings, a simulator, a reward and a task.
 ///
 /// Actions are `[dx, dy, dz, fingers]`, each clipped to [-1, 1] in single precision. The first
 /// three displace the gripper's target by up to 5 cm along the world's axes. The last opens
 /// (positive) or closes the fingers; it has no effect in tasks that hold them closed. Observations
 /// are [`FetchObservation`]s.
 ///
+/// The reward may be any [`GoalReward`] ([`with_goal_reward`](Self::with_goal_reward)), and the
+/// task one of your own ([`with_task`](Self::with_task)).
+///
 /// Episodes never end by themselves; [`TimeLimit`] ends them.
 #[derive(Clone, Debug)]
-pub struct FetchEnv<S> {
-    config: FetchConfig,
-    reward: DistanceReward,
-    simulator: S,
-    settled: Settled,
+pub struct FetchEnv<S, R = DistanceReward, T = Task> {
+    pub(super) config: FetchConfig,
+    reward: R,
+    pub(super) task: T,
+    pub(super) simulator: S,
     action_space: BoxSpace<f32>,
     observation_space: Space,
     /// `None` until the first reset.
-    random: Option<NpRandom>,
+    pub(super) random: Option<NpRandom>,
     /// `None` until a reset.
-    goal: Option<[f64; 3]>,
+    pub(super) goal: Option<Goal>,
 }
 
 impl<S: Simulator> FetchEnv<S> {
@@ -65,21 +68,90 @@ impl<S: Simulator> FetchEnv<S> {
         if settled.object_height.is_some() != task.has_object() {
             return mismatch(format!("the object's settled height is {:?}", settled.object_height));
         }
-        let vector = |len| BoxSpace::<f64>::unbounded(len).map(Space::from);
-        let observation_space = DictSpace::new([
-            ("achieved_goal", vector(3)?),
-            ("desired_goal", vector(3)?),
-            ("observation", vector(FetchObservation::len_of(task))?),
-        ])?;
         Ok(Self {
             reward: config.distance_reward(),
-            config,
-            simulator,
-            settled,
             action_space: BoxSpace::uniform(vec![4], -1.0, 1.0)?,
-            observation_space: observation_space.into(),
+            observation_space: observation_space::<S>(&config, &task)?,
+            config,
+            task,
+            simulator,
             random: None,
             goal: None,
+        })
+    }
+}
+
+/// Returns the space of what is observed of a task.
+fn observation_space<S: Simulator>(
+    config: &FetchConfig,
+    task: &impl FetchTask<S>,
+) -> Result<Space, MakeError> {
+    if task.goal_len() == 0 {
+        return Err(MakeError::EmptyGoal);
+    }
+    let vector = |len| BoxSpace::<f64>::unbounded(len).map(Space::from);
+    let len = FetchObservation::len_of(config.task()) + task.extra_len();
+    let space = DictSpace::new([
+        ("achieved_goal", vector(task.goal_len())?),
+        ("desired_goal", vector(task.goal_len())?),
+        ("observation", vector(len)?),
+    ])?;
+    Ok(space.into())
+}
+
+impl<S, R, T> FetchEnv<S, R, T> {
+    /// Sets the reward, also its success, termination and truncation, for which the
+    /// configuration's [`DistanceReward`] then no longer counts.
+    ///
+    /// ```
+    /// use fetch_env::{Env, GoalEnvExt, GoalReward, make_kinematic};
+    /// use fetch_env::goal_reward::goal_distance;
+    ///
+    /// /// 1 within 3 cm, and 0 elsewhere.
+    /// struct Near;
+    ///
+    /// impl GoalReward for Near {
+    ///     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
+    ///         f64::from(self.is_success(achieved_goal, desired_goal))
+    ///     }
+    ///     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+    ///         goal_distance(achieved_goal, desired_goal) < 0.03
+    ///     }
+    /// }
+    ///
+    /// let mut env = make_kinematic("FetchReach-v4")?.into_inner().with_goal_reward(Near);
+    /// env.reset(Some(0))?;
+    /// assert_eq!(env.step(&[0.0; 4])?.reward, 0.0);
+    /// assert_eq!(env.compute_reward(&[0.0; 3], &[0.0, 0.0, 0.02])?, 1.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_goal_reward<Q: GoalReward>(self, reward: Q) -> FetchEnv<S, Q, T> {
+        let Self { config, task, simulator, action_space, observation_space, random, goal, .. } =
+            self;
+        FetchEnv { config, reward, task, simulator, action_space, observation_space, random, goal }
+    }
+
+    /// Sets the task: its goals, and what is observed beside the robot and the object. An episode
+    /// of the task before is given up.
+    ///
+    /// # Errors
+    /// [`MakeError::EmptyGoal`] if goals have no elements.
+    pub fn with_task<U: FetchTask<S>>(self, task: U) -> Result<FetchEnv<S, R, U>, MakeError>
+    where
+        S: Simulator,
+    {
+        let Self { config, reward, simulator, action_space, random, .. } = self;
+        let observation_space = observation_space(&config, &task)?;
+        let goal = None;
+        Ok(FetchEnv {
+            config,
+            reward,
+            task,
+            simulator,
+            action_space,
+            observation_space,
+            random,
+            goal,
         })
     }
 
@@ -102,10 +174,10 @@ impl<S: Simulator> FetchEnv<S> {
         &self.simulator
     }
 
-    /// Returns the goal of the episode, in meters; `None` until a reset.
+    /// Returns the goal of the episode, in meters in the built-in tasks; `None` until a reset.
     #[must_use]
-    pub const fn desired_goal(&self) -> Option<[f64; 3]> {
-        self.goal
+    pub fn desired_goal(&self) -> Option<&[f64]> {
+        self.goal.as_deref()
     }
 
     /// Returns the seed of the random numbers, whether the caller or the operating system provided
@@ -114,25 +186,57 @@ impl<S: Simulator> FetchEnv<S> {
     pub fn np_random_seed(&self) -> Option<u64> {
         self.random.as_ref().map(NpRandom::initial_seed)
     }
+}
 
+impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
     /// Returns the current observation, which the last reset or step returned, or which the
     /// restored environment had.
     ///
     /// # Errors
-    /// [`EnvError::ResetNeeded`] before a reset and after a failure.
+    /// [`EnvError::ResetNeeded`] before a reset and after a failure, and what the task returns.
     pub fn observe(&self) -> Result<FetchObservation, EnvError> {
-        let goal = self.goal.ok_or(EnvError::ResetNeeded)?;
-        Ok(FetchObservation::new(
-            &self.simulator.gripper(),
-            self.simulator.object().as_ref(),
-            goal,
-            self.simulator.control_period(),
-        ))
+        let goal = self.goal.as_ref().ok_or(EnvError::ResetNeeded)?;
+        self.observe_with(goal)
+    }
+
+    /// Returns the points that pictures mark as the goal, in meters in the world frame; empty until
+    /// a reset.
+    #[must_use]
+    pub fn goal_positions(&self) -> Vec<[f64; 3]> {
+        self.goal.as_deref().map_or_else(Vec::new, |goal| self.task.goal_positions(goal))
+    }
+
+    fn observe_with(&self, goal: &Goal) -> Result<FetchObservation, EnvError> {
+        let Self { simulator, task, .. } = self;
+        let (gripper, object) = (simulator.gripper(), simulator.object());
+        let period = simulator.control_period();
+        let mut observation = FetchObservation::new(&gripper, object.as_ref(), period);
+        task.achieved_goal(simulator, observation.set_goals(goal))?;
+        task.observe_extra(simulator, observation.add_extra(task.extra_len()))?;
+        Ok(observation)
     }
 
     fn info(&self, observation: &FetchObservation) -> Info {
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         Info::new(self.is_success(achieved, desired), goal_distance(achieved, desired))
+    }
+
+    /// Draws a start, and begins an episode there. `random` is left after all draws.
+    fn begin_episode(
+        &mut self,
+        options: &FetchResetOptions,
+        random: &mut NpRandom,
+    ) -> Result<Goal, EnvError> {
+        let gripper = self.simulator.settled().gripper_position.xy().into();
+        let draw = |range| draw_object_position(range, gripper, random);
+        let drawn = self.config.object_range().map(draw);
+        self.simulator.reset(options.object_position().or(drawn))?;
+        let mut goal = Goal::from_elem(0.0, self.task.goal_len());
+        self.task.begin_episode(&self.config, &mut self.simulator, random, &mut goal)?;
+        if let Some(desired_goal) = options.desired_goal() {
+            goal.copy_from_slice(desired_goal);
+        }
+        Ok(goal)
     }
 
     /// Turns an action into the command of a control step.
@@ -151,7 +255,7 @@ impl<S: Simulator> FetchEnv<S> {
     }
 }
 
-impl<S: Simulator> Env for FetchEnv<S> {
+impl<S: Simulator, R: GoalReward, T: FetchTask<S>> Env for FetchEnv<S, R, T> {
     type Observation = FetchObservation;
     type Info = Info;
     type ActionSpace = BoxSpace<f32>;
@@ -162,29 +266,31 @@ impl<S: Simulator> Env for FetchEnv<S> {
         seed: Option<u64>,
         options: &FetchResetOptions,
     ) -> Result<Reset<FetchObservation, Info>, EnvError> {
-        options.check(self.config.task())?;
+        options.check(self.config.task(), self.task.goal_len())?;
         let mut random = match (seed, &self.random) {
             (Some(seed), _) => NpRandom::new(seed),
             (None, Some(random)) => random.clone(),
             (None, None) => NpRandom::from_entropy()?,
         };
-        let start = Start::draw(&self.config, &self.settled, &mut random);
-        self.random = Some(random);
+        // The goal is absent until all has succeeded, so that a failure demands another reset.
         self.goal = None;
-        self.simulator.reset(options.object_position().or(start.object_position))?;
-        self.goal = Some(options.desired_goal().unwrap_or(start.desired_goal));
-        let observation = self.observe()?;
-        Ok(Reset { observation, info: self.info(&observation) })
+        let goal = self.begin_episode(options, &mut random);
+        self.random = Some(random);
+        let goal = goal?;
+        let observation = self.observe_with(&goal)?;
+        self.goal = Some(goal);
+        Ok(Reset { info: self.info(&observation), observation })
     }
 
     fn step(&mut self, action: &[f32]) -> Result<Step<FetchObservation, Info>, EnvError> {
-        let goal = self.goal.ok_or(EnvError::ResetNeeded)?;
+        if self.goal.is_none() {
+            return Err(EnvError::ResetNeeded);
+        }
         let control = self.control(action)?;
-        // The goal is absent until the simulation succeeds, so that a failure demands a reset.
-        self.goal = None;
+        let goal = self.goal.take().ok_or(EnvError::ResetNeeded)?;
         self.simulator.step(&control)?;
+        let observation = self.observe_with(&goal)?;
         self.goal = Some(goal);
-        let observation = self.observe()?;
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         Ok(Step {
             reward: self.reward.reward(achieved, desired),
@@ -204,74 +310,26 @@ impl<S: Simulator> Env for FetchEnv<S> {
     }
 }
 
-impl<S: Simulator> GoalEnv for FetchEnv<S> {
-    type GoalReward = DistanceReward;
+impl<S: Simulator, R: GoalReward, T: FetchTask<S>> GoalEnv for FetchEnv<S, R, T> {
+    type GoalReward = R;
 
-    fn goal_reward(&self) -> &DistanceReward {
+    fn goal_reward(&self) -> &R {
         &self.reward
     }
 }
 
-impl<S: Simulator> SnapshotEnv for FetchEnv<S> {
-    type Snapshot = FetchSnapshot<S::Snapshot>;
-
-    fn snapshot(&self) -> Self::Snapshot {
-        FetchSnapshot {
-            sim: self.config.sim().clone(),
-            simulator: self.simulator.snapshot(),
-            random: self.random.clone(),
-            goal: self.goal,
-        }
-    }
-
-    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
-        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
-        let (theirs, ours) = (&snapshot.sim, self.config.sim());
-        if theirs.task() != ours.task() {
-            return foreign(format!("it is of {}, this is {}", theirs.task(), ours.task()));
-        }
-        let (theirs, ours) = (theirs.n_substeps(), ours.n_substeps());
-        if theirs != ours {
-            let [theirs, ours] = [theirs, ours].map(Substeps::get);
-            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
-        }
-        let is_valid = |number: &f64| number.abs() <= LARGEST_NUMBER;
-        if snapshot.goal.is_some_and(|goal| !goal.iter().all(is_valid)) {
-            return foreign(format!("its goal is {:?}", snapshot.goal));
-        }
-        if snapshot.goal.is_some() && snapshot.random.is_none() {
-            return foreign("it has a goal but no random numbers".into());
-        }
-        self.simulator.restore(&snapshot.simulator)?;
-        self.random.clone_from(&snapshot.random);
-        self.goal = snapshot.goal;
-        Ok(())
-    }
-}
-
-/// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
-///
-/// `S` is the simulator's own snapshot. Formats that write every bit of a number preserve it
-/// exactly; serde_json needs its feature `float_roundtrip`. A snapshot fits every environment whose
-/// simulator is made the same way (task, model, number of substeps), whatever its rewards and
-/// ranges.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FetchSnapshot<S> {
-    sim: SimConfig,
-    simulator: S,
-    random: Option<NpRandom>,
-    goal: Option<[f64; 3]>,
-}
-
 #[cfg(feature = "render")]
-impl crate::pictures::render::RenderEnv for FetchEnv<fetch_sim::MujocoSimulator> {
-    fn sim_config(&self) -> &SimConfig {
+impl<R: GoalReward, T: FetchTask<fetch_sim::MujocoSimulator>> crate::pictures::render::RenderEnv
+    for FetchEnv<fetch_sim::MujocoSimulator, R, T>
+{
+    fn sim_config(&self) -> &fetch_sim::SimConfig {
         self.config.sim()
     }
 
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {
-        let goal = self.goal.ok_or(EnvError::ResetNeeded)?;
-        Ok(renderer.update_scene(&self.simulator, &[Vector3::from(goal)])?)
+        let goal = self.goal.as_deref().ok_or(EnvError::ResetNeeded)?;
+        let positions = self.task.goal_positions(goal);
+        let goals: Vec<_> = positions.into_iter().map(Vector3::from).collect();
+        Ok(renderer.update_scene(&self.simulator, &goals)?)
     }
 }

@@ -1,6 +1,7 @@
 //! Environments on the stand-in for the physics, alone or many at once.
 
-use fetch_sim::KinematicSimulator;
+use fetch_sim::{KinematicSimulator, Task};
+use goal_reward::DistanceReward;
 
 use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
 use crate::gym::vec_env::config::{VecConfig, check_num_envs};
@@ -10,8 +11,9 @@ use crate::gym::{
     wrappers::{TimeLimit, Wrapped},
 };
 
-/// The environments that [`make_kinematic`] makes.
-pub type KinematicEnv = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
+/// The environments that [`make_kinematic`] makes, or those with your own reward and task.
+pub type KinematicEnv<R = DistanceReward, T = Task> =
+    Wrapped<FetchEnv<KinematicSimulator, R, T>, TimeLimit>;
 
 /// Creates an environment as `make` does on MuJoCo, but on the [stand-in](KinematicSimulator) for
 /// the physics, to test code that uses environments on machines without MuJoCo.
@@ -63,7 +65,7 @@ impl Registry<KinematicEnv> {
 #[cfg(test)]
 mod tests {
     use allocation_counter::measure;
-    use fetch_sim::{SimConfig, SimError, Simulator, Task};
+    use fetch_sim::{SimConfig, SimError, Simulator};
     use goal_reward::RewardKind;
 
     use super::*;

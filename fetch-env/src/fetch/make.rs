@@ -6,7 +6,8 @@ use std::{
     thread,
 };
 
-use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError};
+use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError, Task};
+use goal_reward::DistanceReward;
 
 use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
 use crate::gym::registry::Registry;
@@ -18,8 +19,9 @@ use crate::gym::vec_env::{
 };
 use crate::gym::wrappers::{TimeLimit, Wrapped};
 
-/// The environments that [`make`] makes.
-pub type MujocoEnv = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
+/// The environments that [`make`] makes, or those with your own reward and task.
+pub type MujocoEnv<R = DistanceReward, T = Task> =
+    Wrapped<FetchEnv<MujocoSimulator, R, T>, TimeLimit>;
 
 /// Creates an environment on MuJoCo, as Gymnasium's `make` does.
 ///
@@ -50,9 +52,22 @@ pub type MujocoEnv = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 pub fn make(
     config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
 ) -> Result<MujocoEnv, MakeError> {
-    let config = config.try_into().map_err(Into::into)?;
-    let model = shared_model(config.sim())?;
-    Ok(FetchEnv::new(config, MujocoSimulator::from_model(model)?)?.time_limited())
+    Ok(FetchEnv::on_mujoco(config)?.time_limited())
+}
+
+impl FetchEnv<MujocoSimulator> {
+    /// Creates an environment on MuJoCo as [`make`] does, but without a time limit, to give it a
+    /// reward and a task of your own.
+    ///
+    /// # Errors
+    /// As [`make`].
+    pub fn on_mujoco(
+        config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
+    ) -> Result<Self, MakeError> {
+        let config = config.try_into().map_err(Into::into)?;
+        let model = shared_model(config.sim())?;
+        Self::new(config, MujocoSimulator::from_model(model)?)
+    }
 }
 
 /// Creates `num_envs` environments that are stepped together; see [`vec_env`](crate::vec_env).

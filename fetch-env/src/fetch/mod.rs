@@ -10,3 +10,5 @@ pub(crate) mod layout;
 pub(crate) mod make;
 pub(crate) mod observation;
 pub(crate) mod reset;
+pub(crate) mod snapshot;
+pub(crate) mod task;

@@ -3,6 +3,7 @@
 use fetch_sim::{GripperState, ObjectState, Task};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
 use super::layout::{OBJECT, REACH, start};
 use crate::gym::env::observation::GoalObservation;
@@ -13,11 +14,15 @@ const REACH_LEN: usize = REACH[REACH.len() - 1].range.end;
 /// Number of elements of an observation with an object.
 const OBJECT_LEN: usize = OBJECT[OBJECT.len() - 1].range.end;
 
+/// A goal, which is inline up to eight elements, so that an observation needs no allocation.
+pub(super) type Goal = SmallVec<[f64; 8]>;
+
 /// Observation of a Fetch environment.
 ///
 /// `achieved_goal` (3 elements, meters) is the gripper's position in Reach and the object's
-/// elsewhere; `desired_goal` (3 elements, meters) is the episode's goal. `observation` holds, in
-/// the world frame (x forward from the base, y to its left, z up),
+/// elsewhere; `desired_goal` (3 elements, meters) is the episode's goal. In a task of your own they
+/// are what its [`FetchTask`](super::task::FetchTask) says. `observation` holds, in the world frame
+/// (x forward from the base, y to its left, z up),
 ///
 /// | Push, PickAndPlace, Slide | Reach | name | unit | meaning |
 /// |---|---|---|---|---|
@@ -33,33 +38,21 @@ const OBJECT_LEN: usize = OBJECT[OBJECT.len() - 1].range.end;
 ///
 /// A step is a control step: velocities per step are velocities per second times
 /// [`control_period`](fetch_sim::Simulator::control_period), 0.04 s by default.
-/// [`observation_fields`](super::layout::observation_fields) returns the table at run time.
+/// [`observation_fields`](super::layout::observation_fields) returns the table at run time. The
+/// extra elements of a task of your own follow these.
 ///
 /// Source: `_get_obs` of gymnasium-robotics 1.4.2; its own table says "m/s".
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Saved")]
 pub struct FetchObservation {
-    observation: Vector,
-    achieved_goal: [f64; 3],
-    desired_goal: [f64; 3],
+    has_object: bool,
+    observation: Elements,
+    achieved_goal: Goal,
+    desired_goal: Goal,
 }
 
-/// The elements, stored inline, so that an observation needs no allocation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
-enum Vector {
-    Reach([f64; REACH_LEN]),
-    Object([f64; OBJECT_LEN]),
-}
-
-impl Vector {
-    fn as_slice(&self) -> &[f64] {
-        match self {
-            Self::Reach(elements) => elements,
-            Self::Object(elements) => elements,
-        }
-    }
-}
+/// The elements, inline up to 64, so that an observation needs no allocation.
+type Elements = SmallVec<[f64; 64]>;
 
 /// Writes values to the places that a layout gives their fields.
 macro_rules! arrange {
@@ -76,38 +69,57 @@ fn put<const N: usize>(elements: &mut [f64], start: usize, values: [f64; N]) {
 }
 
 impl FetchObservation {
+    /// Creates an observation with the elements of the table, and without goals.
     pub(super) fn new(
         gripper: &GripperState,
         object: Option<&ObjectState>,
-        desired_goal: [f64; 3],
         control_period: f64,
     ) -> Self {
         let grip_pos = gripper.position;
         let grip_velp = gripper.velocity * control_period;
         let gripper_vel = gripper.finger_velocities.map(|velocity| velocity * control_period);
-        let Some(object) = object else {
-            let observation = arrange! { REACH:
+        let observation = if let Some(object) = object {
+            let elements: [f64; OBJECT_LEN] = arrange! { OBJECT:
+                "grip_pos" = grip_pos.into(),
+                "object_pos" = object.position.into(),
+                "object_rel_pos" = (object.position - grip_pos).into(),
+                "gripper_state" = gripper.finger_positions,
+                "object_rot" = matrix_to_euler(&object.rotation),
+                "object_velp" = (object.linear_velocity * control_period - grip_velp).into(),
+                "object_velr" = (object.angular_velocity * control_period).into(),
+                "grip_velp" = grip_velp.into(),
+                "gripper_vel" = gripper_vel,
+            };
+            Elements::from_slice(&elements)
+        } else {
+            let elements: [f64; REACH_LEN] = arrange! { REACH:
                 "grip_pos" = grip_pos.into(),
                 "gripper_state" = gripper.finger_positions,
                 "grip_velp" = grip_velp.into(),
                 "gripper_vel" = gripper_vel,
             };
-            let observation = Vector::Reach(observation);
-            return Self { observation, achieved_goal: grip_pos.into(), desired_goal };
+            Elements::from_slice(&elements)
         };
-        let observation = arrange! { OBJECT:
-            "grip_pos" = grip_pos.into(),
-            "object_pos" = object.position.into(),
-            "object_rel_pos" = (object.position - grip_pos).into(),
-            "gripper_state" = gripper.finger_positions,
-            "object_rot" = matrix_to_euler(&object.rotation),
-            "object_velp" = (object.linear_velocity * control_period - grip_velp).into(),
-            "object_velr" = (object.angular_velocity * control_period).into(),
-            "grip_velp" = grip_velp.into(),
-            "gripper_vel" = gripper_vel,
-        };
-        let observation = Vector::Object(observation);
-        Self { observation, achieved_goal: object.position.into(), desired_goal }
+        Self {
+            has_object: object.is_some(),
+            observation,
+            achieved_goal: Goal::new(),
+            desired_goal: Goal::new(),
+        }
+    }
+
+    /// Sets the desired goal, and returns room for an achieved goal of the same length.
+    pub(super) fn set_goals(&mut self, desired_goal: &Goal) -> &mut [f64] {
+        self.desired_goal = Goal::from_slice(desired_goal);
+        self.achieved_goal.resize(desired_goal.len(), 0.0);
+        &mut self.achieved_goal
+    }
+
+    /// Adds `len` elements after those of the table, and returns them.
+    pub(super) fn add_extra(&mut self, len: usize) -> &mut [f64] {
+        let start = self.observation.len();
+        self.observation.resize(start + len, 0.0);
+        &mut self.observation[start..]
     }
 
     /// Returns the number of elements of a task's `observation`.
@@ -149,14 +161,12 @@ impl FetchObservation {
 
     /// Copies the elements from an index on; the index depends on whether there is an object.
     fn take<const N: usize>(&self, [reach, object]: [usize; 2]) -> [f64; N] {
-        match &self.observation {
-            Vector::Reach(elements) => std::array::from_fn(|i| elements[reach + i]),
-            Vector::Object(elements) => std::array::from_fn(|i| elements[object + i]),
-        }
+        let start = if self.has_object { object } else { reach };
+        std::array::from_fn(|i| self.observation[start + i])
     }
 
     fn take_of_object(&self, start: usize) -> Option<[f64; 3]> {
-        matches!(self.observation, Vector::Object(_)).then(|| self.take([0, start]))
+        self.has_object.then(|| self.take([0, start]))
     }
 }
 
@@ -168,7 +178,7 @@ impl GoalObservation for FetchObservation {
     type Element = f64;
 
     fn observation(&self) -> &[f64] {
-        self.observation.as_slice()
+        &self.observation
     }
 
     fn achieved_goal(&self) -> &[f64] {
@@ -199,21 +209,30 @@ fn matrix_to_euler(matrix: &Matrix3<f64>) -> [f64; 3] {
     }
 }
 
-impl From<Vector> for Vec<f64> {
-    fn from(vector: Vector) -> Self {
-        vector.as_slice().into()
-    }
+/// A loaded observation before its checks.
+#[derive(Deserialize)]
+#[serde(rename = "FetchObservation", deny_unknown_fields)]
+struct Saved {
+    has_object: bool,
+    observation: Elements,
+    achieved_goal: Goal,
+    desired_goal: Goal,
 }
 
-impl TryFrom<Vec<f64>> for Vector {
+impl TryFrom<Saved> for FetchObservation {
     type Error = String;
 
-    fn try_from(elements: Vec<f64>) -> Result<Self, String> {
-        let len = elements.len();
-        let reach = elements.as_slice().try_into().map(Self::Reach);
-        reach.or_else(|_| elements.as_slice().try_into().map(Self::Object)).map_err(|_| {
-            format!("an observation has {REACH_LEN} or {OBJECT_LEN} elements, not {len}")
-        })
+    fn try_from(saved: Saved) -> Result<Self, String> {
+        let Saved { has_object, observation, achieved_goal, desired_goal } = saved;
+        let (len, least) = (observation.len(), if has_object { OBJECT_LEN } else { REACH_LEN });
+        if len < least {
+            return Err(format!("this observation has at least {least} elements, not {len}"));
+        }
+        let goals = [achieved_goal.len(), desired_goal.len()];
+        if goals[0] == 0 || goals[0] != goals[1] {
+            return Err(format!("the goals have the same length, at least 1, not {goals:?}"));
+        }
+        Ok(Self { has_object, observation, achieved_goal, desired_goal })
     }
 }
 
@@ -241,7 +260,10 @@ mod tests {
             angular_velocity: Vector3::new(4.0, 5.0, 6.0),
         };
         let object = task.has_object().then_some(&object);
-        FetchObservation::new(&gripper, object, [1.0, 0.9, 0.8], 0.04)
+        let mut observation = FetchObservation::new(&gripper, object, 0.04);
+        let goal = Goal::from_slice(&[1.0, 0.9, 0.8]);
+        observation.set_goals(&goal).copy_from_slice(&[1.2, 0.8, 0.4]);
+        observation
     }
 
     #[test]
@@ -264,9 +286,20 @@ mod tests {
             let json = serde_json::to_string(&observation)?;
             assert_eq!(serde_json::from_str::<FetchObservation>(&json)?, observation);
         }
-        let json = r#"{"observation":[1.0],"achieved_goal":[0,0,0],"desired_goal":[0,0,0]}"#;
-        let refusal = serde_json::from_str::<FetchObservation>(json).expect_err("1 element");
-        assert!(refusal.to_string().contains("10 or 25 elements, not 1"), "{refusal}");
+        for (json, reason) in [
+            (
+                r#"{"has_object":false,"observation":[1],"achieved_goal":[0],"desired_goal":[0]}"#,
+                "at least 10 elements, not 1",
+            ),
+            (
+                r#"{"has_object":false,"observation":[0,1,2,3,4,5,6,7,8,9],
+                    "achieved_goal":[0],"desired_goal":[0,0]}"#,
+                "not [1, 2]",
+            ),
+        ] {
+            let refusal = serde_json::from_str::<FetchObservation>(json).expect_err(reason);
+            assert!(refusal.to_string().contains(reason), "{refusal}");
+        }
         Ok(())
     }
 

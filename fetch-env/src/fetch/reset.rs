@@ -1,29 +1,37 @@
-//! Resets of a Fetch environment: their options, and the start drawn for an episode.
+//! Resets of a Fetch environment: their options, and where the object starts.
 
-use fetch_sim::{Settled, SimError, Task};
+use fetch_sim::{SimError, Task};
 use serde::{Deserialize, Serialize};
 
-use super::config::{FetchConfig, MAX_METERS, MAX_TARGET_RISE, MIN_OBJECT_DISTANCE, first_too_far};
+use super::config::{MAX_METERS, MIN_OBJECT_DISTANCE, first_too_far};
+use super::observation::Goal;
 use crate::gym::{error::EnvError, np_random::NpRandom};
 
 /// Options of the reset of a Fetch environment.
 ///
 /// A reset draws what the options leave open. It also draws what they set, and then replaces it, so
 /// that the stream of random numbers is the same with and without options. It refuses coordinates
-/// beyond 1,000 m, as [`FetchConfig`] does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// beyond 1,000 m, as [`FetchConfig`](super::config::FetchConfig) does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[must_use]
 pub struct FetchResetOptions {
-    desired_goal: Option<[f64; 3]>,
+    desired_goal: Option<Goal>,
     object_position: Option<[f64; 2]>,
 }
 
 impl FetchResetOptions {
-    /// Sets the goal, in meters in the world frame. By default it is drawn.
-    pub const fn with_desired_goal(mut self, meters: [f64; 3]) -> Self {
-        self.desired_goal = Some(meters);
+    /// Sets the goal, in meters in the world frame: three elements in the built-in tasks. By
+    /// default it is drawn.
+    pub fn with_desired_goal(mut self, meters: impl AsRef<[f64]>) -> Self {
+        self.desired_goal = Some(Goal::from_slice(meters.as_ref()));
         self
+    }
+
+    /// Returns the goal, in meters in the world frame; `None` if it is drawn.
+    #[must_use]
+    pub fn desired_goal(&self) -> Option<&[f64]> {
+        self.desired_goal.as_deref()
     }
 
     /// Sets the object's start: x and y in meters in the world frame, even off the table or under
@@ -34,18 +42,21 @@ impl FetchResetOptions {
     }
 
     settings! {
-        /// Returns the goal, in meters in the world frame; `None` if it is drawn.
-        desired_goal: Option<[f64; 3]>;
         /// Returns the object's start: x and y in meters in the world frame; `None` if it is drawn.
         object_position: Option<[f64; 2]>;
     }
 
-    pub(super) fn check(&self, task: Task) -> Result<(), EnvError> {
+    pub(super) fn check(&self, task: Task, goal_len: usize) -> Result<(), EnvError> {
         if self.object_position.is_some() && !task.has_object() {
             return Err(SimError::NoObject { task }.into());
         }
+        let desired_goal = self.desired_goal().unwrap_or_default();
+        if self.desired_goal.is_some() && desired_goal.len() != goal_len {
+            let (expected, actual) = (goal_len, desired_goal.len());
+            return Err(EnvError::OptionLength { option: "desired_goal", expected, actual });
+        }
         for (option, numbers) in [
-            ("desired_goal", self.desired_goal.as_slice().as_flattened()),
+            ("desired_goal", desired_goal),
             ("object_position", self.object_position.as_slice().as_flattened()),
         ] {
             if let Some((index, value)) = first_too_far(numbers) {
@@ -56,41 +67,14 @@ impl FetchResetOptions {
     }
 }
 
-/// The start of an episode.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(test, derive(Deserialize))]
-pub(super) struct Start {
-    pub(super) object_position: Option<[f64; 2]>,
-    pub(super) desired_goal: [f64; 3],
-}
-
-impl Start {
-    /// Draws a start in the reference's order: the object's position, then the goal.
-    ///
-    /// Source: `_reset_sim` and `_sample_goal` of gymnasium-robotics 1.4.2.
-    pub(super) fn draw(config: &FetchConfig, settled: &Settled, random: &mut NpRandom) -> Self {
-        let gripper: [f64; 3] = settled.gripper_position.into();
-        let object_position =
-            config.object_range().map(|range| draw_object(range, [gripper[0], gripper[1]], random));
-
-        let range = config.target_range();
-        let offset = config.target_offset();
-        let mut goal = gripper.map(|coordinate| coordinate + random.uniform(-range, range));
-        for (coordinate, offset) in goal.iter_mut().zip(offset) {
-            *coordinate += offset;
-        }
-        if let Some(height) = settled.object_height {
-            goal[2] = height;
-            if config.target_in_the_air() && random.random() < 0.5 {
-                goal[2] += random.uniform(0.0, MAX_TARGET_RISE);
-            }
-        }
-        Self { object_position, desired_goal: goal }
-    }
-}
-
 /// Draws positions of the object around the gripper until one is far enough away.
-fn draw_object(range: f64, gripper: [f64; 2], random: &mut NpRandom) -> [f64; 2] {
+///
+/// Source: `_reset_sim` of gymnasium-robotics 1.4.2.
+pub(super) fn draw_object_position(
+    range: f64,
+    gripper: [f64; 2],
+    random: &mut NpRandom,
+) -> [f64; 2] {
     loop {
         let place = gripper.map(|coordinate| coordinate + random.uniform(-range, range));
         // Subtracting the gripper again keeps the rounding of the sum, as the reference does.
@@ -105,10 +89,29 @@ fn draw_object(range: f64, gripper: [f64; 2], random: &mut NpRandom) -> [f64; 2]
 mod tests {
     use std::collections::HashMap;
 
+    use fetch_sim::Settled;
     use goal_reward::RewardKind;
     use proptest::prelude::*;
 
     use super::*;
+    use crate::fetch::{config::FetchConfig, task::draw_goal};
+
+    /// The start of an episode.
+    #[derive(Debug, PartialEq, Deserialize)]
+    struct Start {
+        object_position: Option<[f64; 2]>,
+        desired_goal: [f64; 3],
+    }
+
+    impl Start {
+        /// Draws a start in the reference's order.
+        fn draw(config: &FetchConfig, settled: &Settled, random: &mut NpRandom) -> Self {
+            let gripper = settled.gripper_position.xy().into();
+            let draw = |range| draw_object_position(range, gripper, random);
+            let object_position = config.object_range().map(draw);
+            Self { object_position, desired_goal: draw_goal(config, settled, random) }
+        }
+    }
 
     #[derive(Deserialize)]
     struct Recording {

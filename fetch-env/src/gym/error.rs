@@ -76,6 +76,16 @@ pub enum EnvError {
         /// The largest valid value.
         most: f64,
     },
+    /// A reset option of the wrong length.
+    #[error("the reset option {option} has {actual} elements: pass {expected}")]
+    OptionLength {
+        /// Name of the option.
+        option: &'static str,
+        /// Number of elements that the environment takes.
+        expected: usize,
+        /// Number of elements of the option.
+        actual: usize,
+    },
     /// A snapshot of another environment.
     #[error(
         "the snapshot does not fit this environment ({reason}): restore it into one made the same \

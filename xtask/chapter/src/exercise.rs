@@ -110,11 +110,12 @@ impl Trajectory {
             policy.act(&observation, &mut action);
             let d = dense.step(&action)?;
             let s = sparse.step(&action)?;
+            let is_last = d.is_last();
             observation = d.observation;
             let distance = d.info.distance;
             same &= observation == s.observation && d.reward == -distance;
             steps.push(StepRewards { distance, dense: d.reward, sparse: s.reward });
-            if d.is_last() {
+            if is_last {
                 return Ok(Self { steps, same });
             }
         }
@@ -124,7 +125,8 @@ impl Trajectory {
 /// Exercise 2: dense and sparse rewards along one trajectory.
 fn rewards(seed: u64) -> anyhow::Result<bool> {
     say!("Exercise 2: FetchReachDense-v4 and FetchReach-v4, seed {seed}, the same random actions")?;
-    let Trajectory { steps, same } = Trajectory::of(&mut RandomPolicy::new(seed), seed)?;
+    let mut policy = RandomPolicy::new(make(DENSE_REACH)?.action_space(), seed);
+    let Trajectory { steps, same } = Trajectory::of(&mut policy, seed)?;
     say!("  step  distance     dense  sparse")?;
     for (t, step) in (1..).zip(&steps) {
         say!("  {t:4}  {:.4} m  {:8.4}  {:6}", step.distance, step.dense, step.sparse)?;
@@ -166,10 +168,10 @@ fn push(seed: u64) -> anyhow::Result<bool> {
         field.range.end - 1
     )?;
     say!("(b) achieved_goal is the object's position: {tracks_object}.")?;
-    let mut last = first;
-    for _ in 0..50 {
-        last = env.step(&[0.0; 4])?.observation;
+    for _ in 0..49 {
+        env.step(&[0.0; 4])?;
     }
+    let last = env.step(&[0.0; 4])?.observation;
     let position = |goal: &[f64]| Vector3::from_column_slice(goal);
     let moved = (position(last.achieved_goal()) - position(first.achieved_goal())).norm();
     say!("(c) After 50 steps of [0, 0, 0, 0] the object has moved by {:.3} mm.", 1e3 * moved)?;

@@ -83,13 +83,14 @@ impl Comparison {
     /// Takes random steps and compares their rewards.
     pub(crate) fn run(self, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Mismatches> {
         let Self { steps, goals_per_step, tolerance } = self;
-        let (mut policy, mut action) = (RandomPolicy::new(seed), [0.0; 4]);
+        let (mut policy, mut action) = (RandomPolicy::new(env.action_space(), seed), [0.0; 4]);
         let mut goals = GoalSampler::new(seed);
         let mut observation = env.reset(Some(seed))?.observation;
         let mut mismatches = Mismatches::default();
         for t in 0..steps as u64 {
             policy.act(&observation, &mut action);
             let step = env.step(&action)?;
+            let is_last = step.is_last();
             observation = step.observation;
             let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
             let agree = formula_agrees(env, achieved, desired, Some(step.reward), tolerance)?;
@@ -105,7 +106,7 @@ impl Comparison {
                 let agree = formula_agrees(env, achieved, &goals.sample(), None, tolerance)?;
                 mismatches.goals += usize::from(!agree);
             }
-            if step.is_last() {
+            if is_last {
                 observation = env.reset(Some(seed + t + 1))?.observation;
             }
         }

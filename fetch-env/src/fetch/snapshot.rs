@@ -1,0 +1,65 @@
+//! Snapshots of a Fetch environment.
+
+use fetch_sim::{LARGEST_NUMBER, SimConfig, Simulator, Substeps};
+use goal_reward::GoalReward;
+use serde::{Deserialize, Serialize};
+
+use super::{env::FetchEnv, observation::Goal, task::FetchTask};
+use crate::gym::{env::SnapshotEnv, error::EnvError, np_random::NpRandom};
+
+/// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
+///
+/// `S` is the simulator's own snapshot. Formats that write every bit of a number preserve it
+/// exactly; serde_json needs its feature `float_roundtrip`. A snapshot fits every environment whose
+/// simulator is made the same way (task, model, number of substeps) and whose goals have the same
+/// length, whatever its rewards and ranges.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FetchSnapshot<S> {
+    sim: SimConfig,
+    simulator: S,
+    random: Option<NpRandom>,
+    goal: Option<Goal>,
+}
+
+impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R, T> {
+    type Snapshot = FetchSnapshot<S::Snapshot>;
+
+    fn snapshot(&self) -> Self::Snapshot {
+        FetchSnapshot {
+            sim: self.config.sim().clone(),
+            simulator: self.simulator.snapshot(),
+            random: self.random.clone(),
+            goal: self.goal.clone(),
+        }
+    }
+
+    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
+        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
+        let (theirs, ours) = (&snapshot.sim, self.config.sim());
+        if theirs.task() != ours.task() {
+            return foreign(format!("it is of {}, this is {}", theirs.task(), ours.task()));
+        }
+        let (theirs, ours) = (theirs.n_substeps(), ours.n_substeps());
+        if theirs != ours {
+            let [theirs, ours] = [theirs, ours].map(Substeps::get);
+            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
+        }
+        if let Some(goal) = &snapshot.goal {
+            let (theirs, ours) = (goal.len(), self.task.goal_len());
+            if theirs != ours {
+                return foreign(format!("its goal has {theirs} elements, this one's {ours}"));
+            }
+            if !goal.iter().all(|number| number.abs() <= LARGEST_NUMBER) {
+                return foreign(format!("its goal is {goal:?}"));
+            }
+            if snapshot.random.is_none() {
+                return foreign("it has a goal but no random numbers".into());
+            }
+        }
+        self.simulator.restore(&snapshot.simulator)?;
+        self.random.clone_from(&snapshot.random);
+        self.goal.clone_from(&snapshot.goal);
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! What a task adds to the robot: its goals, and more to observe.
+
+use fetch_sim::{Settled, Simulator, Task};
+
+use super::config::{FetchConfig, MAX_TARGET_RISE};
+use crate::gym::{error::EnvError, np_random::NpRandom};
+
+/// The task of a [`FetchEnv`](super::env::FetchEnv): how goals are drawn, which one a state
+/// achieves, and what is observed beside the robot and the object.
+///
+/// [`Task`] implements it for the built-in tasks. A task of your own is a type of yours, in
+/// [`FetchEnv::with_task`](super::env::FetchEnv::with_task). It has no state: what an episode
+/// changes is in the simulator and in the goal, so that a snapshot has all of it.
+///
+/// ```
+/// use fetch_env::{
+///     EnvError, FetchConfig, FetchEnv, FetchTask, KinematicSimulator, NpRandom, RewardKind,
+///     Simulator, Task,
+/// };
+///
+/// /// Move the gripper to a point on a circle of 10 cm around its start.
+/// #[derive(Clone, Debug)]
+/// struct Circle;
+///
+/// impl<S: Simulator> FetchTask<S> for Circle {
+///     fn goal_len(&self) -> usize {
+///         3
+///     }
+///
+///     fn begin_episode(
+///         &self,
+///         _config: &FetchConfig,
+///         simulator: &mut S,
+///         random: &mut NpRandom,
+///         desired_goal: &mut [f64],
+///     ) -> Result<(), EnvError> {
+///         let start = simulator.settled().gripper_position;
+///         let angle = random.uniform(0.0, std::f64::consts::TAU);
+///         desired_goal.copy_from_slice(&[
+///             start.x + 0.1 * angle.cos(),
+///             start.y + 0.1 * angle.sin(),
+///             start.z,
+///         ]);
+///         Ok(())
+///     }
+///
+///     fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError> {
+///         achieved_goal.copy_from_slice(simulator.gripper().position.as_slice());
+///         Ok(())
+///     }
+/// }
+///
+/// let config = FetchConfig::new(Task::Reach, RewardKind::Sparse);
+/// let simulator = KinematicSimulator::new(config.sim());
+/// let env = FetchEnv::new(config, simulator)?.with_task(Circle)?.time_limited();
+/// # let options = fetch_env::check::CheckOptions::default();
+/// # assert!(fetch_env::check::check_goal_env(|| Ok(env.clone()), &options).passed());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait FetchTask<S: Simulator> {
+    /// Returns the number of elements of a goal, at least 1.
+    fn goal_len(&self) -> usize;
+
+    /// Returns the number of elements that [`observe_extra`](Self::observe_extra) writes: 0 by
+    /// default.
+    fn extra_len(&self) -> usize {
+        0
+    }
+
+    /// Begins an episode: places what the task has added to the scene, and draws the goal.
+    ///
+    /// The simulator has just been reset, with the object where the
+    /// [configuration](FetchConfig::object_range) has it drawn. Draw all random numbers from
+    /// `random`, which a seed decides.
+    ///
+    /// # Errors
+    /// Any [`EnvError`], which the reset then returns.
+    fn begin_episode(
+        &self,
+        config: &FetchConfig,
+        simulator: &mut S,
+        random: &mut NpRandom,
+        desired_goal: &mut [f64],
+    ) -> Result<(), EnvError>;
+
+    /// Writes the goal that the current state achieves.
+    ///
+    /// # Errors
+    /// Any [`EnvError`], which the reset or the step then returns.
+    fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError>;
+
+    /// Writes the elements that follow those of
+    /// [`FetchObservation`](super::observation::FetchObservation)'s table.
+    ///
+    /// # Errors
+    /// Any [`EnvError`], which the reset or the step then returns.
+    fn observe_extra(&self, simulator: &S, extra: &mut [f64]) -> Result<(), EnvError> {
+        let _ = (simulator, extra);
+        Ok(())
+    }
+
+    /// Returns the points that pictures mark as the goal, in meters in the world frame. By default
+    /// every three elements of the goal are one.
+    fn goal_positions(&self, desired_goal: &[f64]) -> Vec<[f64; 3]> {
+        desired_goal.as_chunks().0.to_vec()
+    }
+}
+
+/// The built-in tasks: the gripper's position is the goal in Reach, and the object's elsewhere.
+impl<S: Simulator> FetchTask<S> for Task {
+    fn goal_len(&self) -> usize {
+        3
+    }
+
+    fn begin_episode(
+        &self,
+        config: &FetchConfig,
+        simulator: &mut S,
+        random: &mut NpRandom,
+        desired_goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        desired_goal.copy_from_slice(&draw_goal(config, &simulator.settled(), random));
+        Ok(())
+    }
+
+    fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError> {
+        let object = simulator.object().filter(|_| self.has_object());
+        let position =
+            object.map_or_else(|| simulator.gripper().position, |object| object.position);
+        achieved_goal.copy_from_slice(position.as_slice());
+        Ok(())
+    }
+}
+
+/// Draws a goal.
+///
+/// Source: `_sample_goal` of gymnasium-robotics 1.4.2.
+pub(super) fn draw_goal(
+    config: &FetchConfig,
+    settled: &Settled,
+    random: &mut NpRandom,
+) -> [f64; 3] {
+    let range = config.target_range();
+    let gripper: [f64; 3] = settled.gripper_position.into();
+    let mut goal = gripper.map(|coordinate| coordinate + random.uniform(-range, range));
+    for (coordinate, offset) in goal.iter_mut().zip(config.target_offset()) {
+        *coordinate += offset;
+    }
+    if let Some(height) = settled.object_height {
+        goal[2] = height;
+        if config.target_in_the_air() && random.random() < 0.5 {
+            goal[2] += random.uniform(0.0, MAX_TARGET_RISE);
+        }
+    }
+    goal
+}
