@@ -124,7 +124,7 @@ impl Playback {
             return Err(PageError::ForeignModel);
         }
         let id = EnvId { task: config.task(), reward: config.reward() };
-        let geoms = VisualGeom::of_builtin(id.task).map_err(|e| failed(EnvError::from(e)))?;
+        let geoms = VisualGeom::of(config.sim()).map_err(|e| failed(EnvError::from(e)))?;
         let (mut carriers, mut meshes) = (Vec::new(), Vec::new());
         let shapes = geoms
             .iter()
