@@ -1,7 +1,7 @@
 //! Invalid calls are errors and change nothing.
 
 use fetch_env::{
-    EnvError, FetchResetOptions, make_kinematic,
+    Env, EnvError, FetchResetOptions, make_kinematic,
     vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset},
 };
 
