@@ -5,7 +5,7 @@ use fetch_env::{
     ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, SnapshotEnv, VecEnv,
     WrappedSnapshot,
 };
-use her_relabel::{AddError, HerBuffer, Scalar};
+use her_relabel::{AddError, HerBuffer, RefusedRow, Scalar};
 use serde::{Deserialize, Serialize};
 
 use crate::evaluate::{Episode, MAX_COUNT, check_vec_policy};
@@ -128,7 +128,8 @@ pub enum CollectorError {
     },
     /// The buffer is not one for these environments.
     #[error(
-        "the buffer does not fit the environments: make it from buffer_config() of one of them"
+        "the buffer does not fit the environments: make it from buffer_config() of one of them, \
+         and pass it to reset() before the first steps that it takes"
     )]
     Buffer(#[from] AddError),
     /// An environment returned numbers that the buffer cannot store.
@@ -142,6 +143,12 @@ pub enum CollectorError {
 }
 
 debug_as_display!(CollectorError);
+
+impl From<RefusedRow> for CollectorError {
+    fn from(RefusedRow { env_index, error, .. }: RefusedRow) -> Self {
+        Self::NotFinite { env_index, source: error }
+    }
+}
 
 impl<E: CollectEnv> Collector<E> {
     /// Takes environments, which the first call of [`collect`](Self::collect) resets.
@@ -166,6 +173,8 @@ impl<E: CollectEnv> Collector<E> {
     /// Resets all environments, the first with `seed`, the next with `seed + 1`, and so on. Without
     /// a seed their random numbers continue.
     ///
+    /// Steps that go to another buffer than before need a reset with that buffer first.
+    ///
     /// # Errors
     /// [`CollectorError`] as [`collect`](Self::collect).
     pub fn reset<T: Scalar>(
@@ -174,10 +183,11 @@ impl<E: CollectEnv> Collector<E> {
         buffer: &mut HerBuffer<T>,
     ) -> Result<(), CollectorError> {
         let batch = self.envs.reset(seed)?;
-        buffer.record(&batch.into())?;
+        let recorded = buffer.record(&batch.into())?;
         if let Some((env_index, error)) = batch.errors().next() {
             return Err(CollectorError::Environment { env_index, source: error.clone() });
         }
+        recorded.check()?;
         for (env_index, episode) in (0..).zip(&mut self.episodes) {
             *episode = Episode::new(seed.map(|seed| seed.wrapping_add(env_index)));
         }
@@ -261,12 +271,7 @@ impl<E: CollectEnv> Collector<E> {
             collected.recorded_steps += recorded.recorded_steps;
             collected.finished_episodes += recorded.finished_episodes;
             collected.discarded_episodes += recorded.discarded_episodes;
-            if let Some(refused) = recorded.first_refusal {
-                return Err(CollectorError::NotFinite {
-                    env_index: refused.env_index,
-                    source: refused.error,
-                });
-            }
+            recorded.check()?;
             if collected.first_failure.is_none() {
                 let failure = batch.errors().next();
                 collected.first_failure =
@@ -303,7 +308,7 @@ impl<E: CollectEnv> Collector<E> {
             ends.map(|(terminated, truncated)| *terminated || *truncated).collect();
         if mask.contains(&true) {
             let reset = VecReset { mask: Some(&mask), ..VecReset::default() };
-            buffer.record(&self.envs.reset_with(&reset)?.into())?;
+            buffer.record(&self.envs.reset_with(&reset)?.into())?.check()?;
         }
         Ok(())
     }

@@ -152,7 +152,7 @@ fn an_extended_model_is_played_back() -> Result {
     let mut env = make(config)?;
     let mut policy = RandomPolicy::new(env.action_space(), 0);
     let episode = episode_in(&episode_page(&mut env, &mut policy, 0)?)?;
-    let shapes = episode["scene"]["shapes"].as_array().ok_or("no shapes")?;
+    let shapes = episode["shapes"].as_array().ok_or("no shapes")?;
     assert!(shapes.iter().any(|shape| shape["size"][0] == 0.0123), "{shapes:?}");
     Ok(())
 }

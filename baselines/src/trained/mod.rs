@@ -228,7 +228,7 @@ impl LayerWeights {
 }
 
 /// Appends `len` numbers to an input, normalized if the policy has a normalizer for them.
-pub(crate) fn push_normalized<S: Scalar>(
+fn push_normalized<S: Scalar>(
     (scale, len): (Option<&Normalizer>, usize),
     numbers: &[S],
     input: &mut Vec<f32>,
