@@ -46,7 +46,8 @@ impl Extension {
     ///
     /// Positions are meters in the world frame, and angles are radians. The table's top is at a
     /// height of 0.4 m. A body with a free joint settles along with the scene before the first
-    /// reset; a mocap body stays where it is placed. The materials `table`, `object`, `white`,
+    /// reset; a mocap body stays where it is placed. Physics lacks the shapes that collide with
+    /// nothing, and may lack their mass: give their body an `<inertial>`. The materials `table`, `object`, `white`,
     /// `blue`, `gray`, `dark` and `red` are there to use. Sections that hold for the whole model
     /// (`<compiler>`, `<option>`, `<default>`) change the robot, too. An added actuator must drive
     /// a slide or a hinge, and is commanded as the fingers are.

@@ -1,8 +1,6 @@
 //! Models of one's own: the built-in one with additions and changes, and files held in memory.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
-use std::fs;
-
 use fetch_sim::{
     Control, Extension, FetchModel, ModelFiles, ModelSource, MujocoSimulator, ObjectShape,
     SimConfig, SimError, Simulator, Task, VisualGeom, builtin_files,
@@ -72,36 +70,6 @@ fn all_sources_in_memory_are_loaded_without_visual_shapes() -> Result {
     for source in [ModelSource::Extended(extension), files] {
         assert_eq!(count(&builtin.clone().with_model(source))?, (simulated, visible + 1));
     }
-    Ok(())
-}
-
-/// A folder is loaded as it is, with all visual shapes.
-#[test]
-fn a_visual_shape_weighs_as_much_as_in_a_folder() -> Result {
-    let pendulum = r#"
-        <body name="pendulum" pos="1.3 0.75 2">
-          <joint name="pendulum" axis="0 1 0" damping="0.1"/>
-          <geom size="0.01" pos="0.1 0 0" mass="0.1"/>
-          <geom size="0.02" pos="-0.2 0 0.1" mass="1" contype="0" conaffinity="0"/>
-        </body>
-      </worldbody>"#;
-    let files = builtin_files(Task::Push);
-    let scene = files.get("push.xml").ok_or("a scene")?.replace("</worldbody>", pendulum);
-    let files = files.with_file("push.xml", scene);
-    let folder = tempfile::tempdir()?;
-    for (name, contents) in files.iter() {
-        fs::write(folder.path().join(name), contents)?;
-    }
-    let angle = |source| -> Result<f64, SimError> {
-        let fetch = FetchModel::load(&SimConfig::new(Task::Push).with_model(source))?;
-        let at = fetch.model().qpos_address(fetch.model().joint("pendulum")?)?;
-        Ok(fetch.start().0[at])
-    };
-    let expected = angle(ModelSource::Folder(folder.path().into()))?;
-    assert!(expected.abs() > 0.1, "it swings by {expected}");
-    assert!((angle(ModelSource::Files(files))? - expected).abs() < 1e-9);
-    let extension = Extension::default().with_xml(&format!("<worldbody>{pendulum}"));
-    assert!((angle(ModelSource::Extended(extension))? - expected).abs() < 1e-9);
     Ok(())
 }
 

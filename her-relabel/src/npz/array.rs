@@ -1,13 +1,14 @@
 //! The arrays of an archive of episodes, reading them row by row, and the error of importing them.
 
-use std::io::{self, BufReader, Read, Seek};
+use std::io::{self, BufReader, Read};
 
-use npyz::{NpyHeader, Order};
+use flate2::bufread::DeflateDecoder;
+use rawzip::{CompressionMethod, ZipSliceArchive};
 use thiserror::Error;
-use zip::ZipArchive;
-use zip::result::ZipError;
 
 use crate::add::check::AddError;
+use crate::npz::header::Header;
+use crate::npz::io_error;
 use crate::store::fields::Field;
 
 // The names of the arrays, of which `HerBuffer::export_npz` lists the contents.
@@ -25,12 +26,6 @@ pub(crate) fn field_array(field: &Field) -> String {
     format!("fields_{}", field.name)
 }
 
-/// The largest size of an array's header in bytes, about ten times what numpy writes.
-const MAX_HEADER: usize = 1024;
-
-/// The largest number of digits in a header, so that no product of its numbers overflows.
-const MAX_DIGITS: usize = 19;
-
 /// The number of bytes of an element, and their decoder.
 type Encoding<E> = (usize, fn(&[u8]) -> E);
 
@@ -40,25 +35,28 @@ pub(crate) struct Types<E: 'static>(&'static str, &'static [(&'static str, Encod
 pub(crate) const FLOATS: Types<f64> = Types(
     "float32 or float64, little-endian",
     &[
-        ("'<f4'", (4, |bytes| f32::from_bits(word(bytes) as u32).into())),
-        ("'<f8'", (8, |bytes| f64::from_bits(word(bytes)))),
+        ("<f4", (4, |bytes| f32::from_bits(word(bytes) as u32).into())),
+        ("<f8", (8, |bytes| f64::from_bits(word(bytes)))),
     ],
 );
 // Negative numbers become larger than any count.
 pub(crate) const COUNTS: Types<u64> = Types(
     "int64, uint64 or int32, little-endian",
     &[
-        ("'<i8'", (8, word)),
-        ("'<u8'", (8, word)),
-        ("'<i4'", (4, |bytes| i64::from(word(bytes) as i32) as u64)),
+        ("<i8", (8, word)),
+        ("<u8", (8, word)),
+        ("<i4", (4, |bytes| i64::from(word(bytes) as i32) as u64)),
     ],
 );
-pub(crate) const FLAGS: Types<bool> = Types("bool", &[("'|b1'", (1, |bytes| word(bytes) != 0))]);
+pub(crate) const FLAGS: Types<bool> = Types("bool", &[("|b1", (1, |bytes| word(bytes) != 0))]);
 
 /// Returns up to eight bytes as a number.
 fn word(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
 }
+
+/// An archive in memory.
+pub(crate) type Archive<'a> = ZipSliceArchive<&'a [u8]>;
 
 /// An array that is read from its first row to its last.
 pub(crate) struct Array<'a, E> {
@@ -74,31 +72,27 @@ pub(crate) struct Array<'a, E> {
 impl<'a, E> Array<'a, E> {
     /// Opens an array of one of the `types` whose rows have `width` elements, and checks the number
     /// of rows if it is given.
-    pub(crate) fn open<R: Read + Seek>(
-        archive: &'a mut ZipArchive<R>,
+    pub(crate) fn open(
+        archive: &'a Archive<'a>,
         name: &str,
         Types(expected, types): &Types<E>,
         width: usize,
         expected_rows: Option<u64>,
     ) -> Result<Self, NpzError> {
         let damaged = |source| NpzError::Array { array: name.to_owned(), source };
-        let file = archive.by_name(&format!("{name}.npy")).map_err(|error| match error {
-            ZipError::FileNotFound => NpzError::Missing { array: name.to_owned() },
-            error => damaged(error.into()),
-        })?;
-        let mut reader = BufReader::new(file);
-        let header = read_header(&mut reader).map_err(damaged)?;
-        let shape = header.shape().to_vec();
+        let mut reader = BufReader::new(open_file(archive, name)?);
+        let Header { descr, fortran_order, shape } = Header::read(&mut reader).map_err(damaged)?;
         let rows = shape.first().copied().unwrap_or_default();
-        if rows.checked_mul(width as u64) != Some(header.len()) || shape.is_empty() {
+        let len = shape.iter().try_fold(1, |len: u64, dim| len.checked_mul(*dim));
+        if len.is_none() || rows.checked_mul(width as u64) != len || shape.is_empty() {
             return Err(NpzError::Shape { array: name.to_owned(), rows, width, actual: shape });
         }
-        if header.order() == Order::Fortran && shape.len() > 1 {
+        if fortran_order && shape.len() > 1 {
             return Err(damaged(io::Error::other("it is in Fortran order")));
         }
-        let actual = header.dtype().descr();
-        let Some(&(_, encoding)) = types.iter().find(|(name, _)| *name == actual) else {
-            return Err(NpzError::Type { array: name.to_owned(), expected, actual });
+        let Some(&(_, encoding)) = types.iter().find(|(name, _)| *name == descr) else {
+            let (array, actual) = (name.to_owned(), format!("'{descr}'"));
+            return Err(NpzError::Type { array, expected, actual });
         };
         if let Some(expected) = expected_rows.filter(|expected| *expected != rows) {
             let (array, actual) = (name.to_owned(), vec![rows, width as u64]);
@@ -154,29 +148,33 @@ impl<'a, E> Array<'a, E> {
     }
 }
 
-/// Reads the header of an array, from its first byte, if it is the plain header of a matrix.
-/// Parsing any other could take unbounded memory and stack.
-fn read_header(file: &mut impl Read) -> io::Result<NpyHeader> {
-    let mut header = vec![0; 8];
-    file.read_exact(&mut header)?;
-    // From version 2 on, the length has four bytes instead of two.
-    let size = if header[6] < 2 { 2 } else { 4 };
-    let mut len = [0; 4];
-    file.read_exact(&mut len[..size])?;
-    header.extend(&len[..size]);
-    let start = header.len();
-    let len = u32::from_le_bytes(len) as usize;
-    if len > MAX_HEADER {
-        return Err(io::Error::other("its header is too long"));
+/// Opens the file of an array, the last one with its name, as numpy does.
+fn open_file<'a>(archive: &'a Archive<'a>, name: &str) -> Result<Box<dyn Read + 'a>, NpzError> {
+    let path = format!("{name}.npy");
+    let mut found = None;
+    let mut files = archive.entries();
+    while let Some(file) = files.next_entry().map_err(io_error)? {
+        if file.file_path().as_bytes() == path.as_bytes() {
+            found = Some((file.wayfinder(), file.compression_method()));
+        }
     }
-    header.resize(start + len, 0);
-    file.read_exact(&mut header[start..])?;
-    let count = |is_it: fn(&u8) -> bool| header[start..].iter().filter(|byte| is_it(byte)).count();
-    let opened = count(|byte| matches!(byte, b'(' | b'[' | b'{'));
-    if !header[start..].is_ascii() || count(u8::is_ascii_digit) > MAX_DIGITS || opened > 2 {
-        return Err(io::Error::other("its header is not that of a plain matrix"));
+    let array = name.to_owned();
+    let Some((place, compression)) = found else { return Err(NpzError::Missing { array }) };
+    let file = match archive.get_entry(place) {
+        Ok(file) => file,
+        Err(error) => return Err(NpzError::Array { array, source: io_error(error) }),
+    };
+    // These readers compare the size and the checksum at the end.
+    match compression {
+        CompressionMethod::STORE => Ok(Box::new(file.verifying_reader(file.data()))),
+        CompressionMethod::DEFLATE => {
+            Ok(Box::new(file.verifying_reader(DeflateDecoder::new(file.data()))))
+        }
+        _ => {
+            let source = io::Error::other("its compression is none of numpy's");
+            Err(NpzError::Array { array, source })
+        }
     }
-    NpyHeader::from_reader(header.as_slice())
 }
 
 /// Error returned when episodes cannot be imported. The buffer is unchanged.

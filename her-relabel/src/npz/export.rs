@@ -1,18 +1,18 @@
 //! Exporting episodes to numpy.
 
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use npyz::{DType, WriteOptions, WriterBuilder};
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
+use rawzip::time::UtcDateTime;
+use rawzip::{ZipArchiveWriter, ZipDataWriter, ZipEntryWriter};
 
 use crate::npz::array::{
     ACHIEVED_GOALS, ACTIONS, DESIRED_GOALS, EPISODE_LENGTHS, OBSERVATIONS, REWARDS, TERMINATED,
     TRUNCATED, field_array,
 };
-use crate::npz::quiet::Quiet;
+use crate::npz::header::Header;
+use crate::npz::io_error;
 use crate::save::replace::replace;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -55,10 +55,10 @@ impl<T: Scalar> HerBuffer<T> {
     ///
     /// # Errors
     /// Errors of the writer.
-    pub fn write_npz(&self, writer: impl Write + Seek) -> io::Result<()> {
+    pub fn write_npz(&self, writer: impl Write) -> io::Result<()> {
         let Storage { layout, fields, .. } = &self.storage;
         let (num_episodes, num_steps) = (self.num_episodes() as u64, self.len() as u64);
-        let mut archive = Archive { zip: ZipWriter::new(Quiet::new(writer)?), buffer: self };
+        let mut archive = Archive { zip: ZipArchiveWriter::new(writer), buffer: self };
         archive.array(EPISODE_LENGTHS, "<i8", &[num_episodes], |out, episode| {
             out.write_all(&(episode.end - episode.start).to_le_bytes())
         })?;
@@ -86,21 +86,23 @@ impl<T: Scalar> HerBuffer<T> {
             let place = start + place.start..start + place.end;
             archive.rows(&field_array(field), &shape(num_steps, field.len), steps, place)?;
         }
-        let mut written = archive.zip.finish()?;
-        written.flush()?;
-        written.check()
+        archive.zip.finish().map_err(io_error)?.flush()
     }
 }
 
+/// The time of all arrays, the first that an archive can express, in seconds since 1970: archives
+/// of the same episodes are the same.
+const TIME: i64 = 315_532_800;
+
 /// The writer of an archive.
-struct Archive<'a, T, W: Write + Seek> {
-    zip: ZipWriter<Quiet<W>>,
+struct Archive<'a, T, W> {
+    zip: ZipArchiveWriter<W>,
     buffer: &'a HerBuffer<T>,
 }
 
-type Out<'a, W> = BufWriter<&'a mut ZipWriter<Quiet<W>>>;
+type Out<'a, 'b, W> = BufWriter<ZipDataWriter<&'a mut ZipEntryWriter<'b, W>>>;
 
-impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
+impl<T: Scalar, W: Write> Archive<'_, T, W> {
     /// Writes an array of the elements at `place` in the rows that `rows` lists for each episode.
     fn rows(
         &mut self,
@@ -125,24 +127,22 @@ impl<T: Scalar, W: Write + Seek> Archive<'_, T, W> {
         name: &str,
         dtype: &str,
         shape: &[u64],
-        mut write: impl FnMut(&mut Out<'_, W>, &Episode) -> io::Result<()>,
+        mut write: impl FnMut(&mut Out<'_, '_, W>, &Episode) -> io::Result<()>,
     ) -> io::Result<()> {
-        // As numpy.savez does; compression hardly shrinks sensor values.
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .large_file(true);
-        self.zip.start_file(format!("{name}.npy"), options)?;
-        let dtype = dtype.parse().map_err(io::Error::other)?;
-        let mut out = WriteOptions::new_header_only()
-            .dtype(DType::new_scalar(dtype))
-            .shape(shape)
-            .writer(BufWriter::new(&mut self.zip))
-            .write_header_only()?;
+        // Not compressed, as by numpy.savez: compression hardly shrinks sensor values.
+        let file = self.zip.new_file(format!("{name}.npy"));
+        let file = file.last_modified(UtcDateTime::from_unix(TIME));
+        let (mut file, data) = file.start().map_err(io_error)?;
+        let header =
+            Header { descr: dtype.to_owned(), fortran_order: false, shape: shape.to_vec() };
+        let mut out = BufWriter::new(data.wrap(&mut file));
+        out.write_all(&header.to_bytes()?)?;
         for episode in self.buffer.storage.episodes.iter() {
             write(&mut out, &episode)?;
         }
-        out.flush()?;
-        drop(out);
-        self.zip.get_ref().map_or(Ok(()), Quiet::check)
+        let data = out.into_inner().map_err(IntoInnerError::into_error)?;
+        let (_, descriptor) = data.finish().map_err(io_error)?;
+        file.finish(descriptor).map_err(io_error)?;
+        Ok(())
     }
 }

@@ -1,16 +1,16 @@
 //! Importing episodes from numpy.
 
 use std::fs;
-use std::io::{self, Cursor};
 use std::path::Path;
 
-use zip::ZipArchive;
+use rawzip::ZipArchive;
 
 use crate::add::arguments::{EpisodeData, FieldRows};
 use crate::npz::array::{
     ACHIEVED_GOALS, ACTIONS, Array, COUNTS, DESIRED_GOALS, EPISODE_LENGTHS, FLAGS, FLOATS,
     NpzError, OBSERVATIONS, REWARDS, TERMINATED, TRUNCATED, field_array,
 };
+use crate::npz::io_error;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
@@ -52,27 +52,22 @@ impl<T: Scalar> HerBuffer<T> {
 
 /// Adds the episodes of an archive, whose arrays are read side by side.
 fn read<T: Scalar>(buffer: &mut HerBuffer<T>, bytes: &[u8]) -> Result<u64, NpzError> {
-    let archive = ZipArchive::new(Cursor::new(bytes)).map_err(io::Error::from)?;
+    let archive = &ZipArchive::from_slice(bytes).map_err(io_error)?;
     let config = buffer.config().clone();
     let Dims { observation, goal, action } = config.dims();
-    // One for each array, because a reader borrows its archive.
-    let mut archives = [(); 8].map(|()| archive.clone());
-    let [lengths, rewards, terminated, truncated, states, achieved, desired, actions] =
-        &mut archives;
-    let mut lengths = Array::open(lengths, EPISODE_LENGTHS, &COUNTS, 1, None)?;
-    let mut rewards = Array::open(rewards, REWARDS, &FLOATS, 1, None)?;
+    let mut lengths = Array::open(archive, EPISODE_LENGTHS, &COUNTS, 1, None)?;
+    let mut rewards = Array::open(archive, REWARDS, &FLOATS, 1, None)?;
     let (num_episodes, num_steps) = (lengths.len(), rewards.len());
     let (episodes, steps) = (Some(num_episodes), Some(num_steps));
     let num_states = Some(num_episodes.saturating_add(num_steps));
-    let mut terminated = Array::open(terminated, TERMINATED, &FLAGS, 1, episodes)?;
-    let mut truncated = Array::open(truncated, TRUNCATED, &FLAGS, 1, episodes)?;
-    let mut observations = Array::open(states, OBSERVATIONS, &FLOATS, observation, num_states)?;
-    let mut achieved_goals = Array::open(achieved, ACHIEVED_GOALS, &FLOATS, goal, num_states)?;
-    let mut desired_goals = Array::open(desired, DESIRED_GOALS, &FLOATS, goal, episodes)?;
-    let mut actions = Array::open(actions, ACTIONS, &FLOATS, action, steps)?;
-    let mut archives = vec![archive; config.fields().len()];
+    let mut terminated = Array::open(archive, TERMINATED, &FLAGS, 1, episodes)?;
+    let mut truncated = Array::open(archive, TRUNCATED, &FLAGS, 1, episodes)?;
+    let mut observations = Array::open(archive, OBSERVATIONS, &FLOATS, observation, num_states)?;
+    let mut achieved_goals = Array::open(archive, ACHIEVED_GOALS, &FLOATS, goal, num_states)?;
+    let mut desired_goals = Array::open(archive, DESIRED_GOALS, &FLOATS, goal, episodes)?;
+    let mut actions = Array::open(archive, ACTIONS, &FLOATS, action, steps)?;
     let mut fields = Vec::new();
-    for (archive, field) in archives.iter_mut().zip(config.fields()) {
+    for field in config.fields() {
         fields.push(Array::open(archive, &field_array(field), &FLOATS, field.len, steps)?);
     }
 

@@ -2,5 +2,15 @@
 
 pub(crate) mod array;
 pub(crate) mod export;
+mod header;
 pub(crate) mod import;
-mod quiet;
+
+use std::io;
+
+/// Returns an archive's error as one of its reader or writer.
+fn io_error(error: rawzip::Error) -> io::Error {
+    match error.into_kind() {
+        rawzip::ErrorKind::IO(error) => error,
+        kind => io::Error::new(io::ErrorKind::InvalidData, rawzip::Error::from(kind)),
+    }
+}
