@@ -5,13 +5,14 @@
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 
 use baselines::{RandomPolicy, buffer_config, collect};
-use fetch_env::{GoalEnv, NpRandom, make};
+use fetch_env::{Env, GoalEnv, NpRandom, make};
 use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut env = make("FetchPush-v4")?;
     let mut buffer = HerBuffer::<f32>::new(buffer_config(100_000, &env)?)?;
-    collect(&mut env, &mut RandomPolicy::new(1), 20, 1, &mut buffer, 0, |_| ())?;
+    let mut policy = RandomPolicy::new(env.action_space(), 1);
+    collect(&mut env, &mut policy, 20, 1, &mut buffer, 0, |_| ())?;
     println!("{} transitions of {} episodes", buffer.len(), buffer.num_episodes());
 
     let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));

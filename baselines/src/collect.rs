@@ -1,16 +1,20 @@
 //! Episodes of a policy, collected into a hindsight replay buffer.
 
 use fetch_env::spaces::SpaceError;
-use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset, Space};
-use her_relabel::{AddError, BufferConfig, Dims, HerBuffer, Scalar, StartData, StepData};
+use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset};
+use her_relabel::{AddError, BufferConfig, HerBuffer, Scalar, StartData, StepData};
 
-use crate::evaluate::{Episode, Evaluation, Event, run_episode, seeds};
-use crate::policy::Policy;
+use crate::evaluate::{Episode, Evaluation, Event, check_policy, run_episode, seeds};
+use crate::lengths::dims_of;
+use crate::policy::{Policy, PolicyError};
 
 /// Error returned by [`collect`].
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectError {
+    /// The policy is not one for this environment.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
     /// The environment failed.
     #[error("episode {episode} (seed {seed}) failed")]
     Environment {
@@ -40,17 +44,7 @@ debug_as_display!(CollectError);
 /// # Errors
 /// [`SpaceError::MissingPart`] if the environment does not observe an observation and goals.
 pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfig, SpaceError> {
-    let dict = env.observation_space().as_dict();
-    let len = |key| match dict.and_then(|dict| dict.get(key)) {
-        Some(Space::BoxF32(part)) => Ok(part.len()),
-        Some(Space::BoxF64(part)) => Ok(part.len()),
-        _ => Err(SpaceError::MissingPart { key, element: "f32 or f64" }),
-    };
-    let dims = Dims {
-        observation: len("observation")?,
-        goal: len("desired_goal")?,
-        action: env.action_space().action_len(),
-    };
+    let dims = dims_of(env.observation_space(), env.action_space().action_len())?;
     Ok(BufferConfig::new(capacity, dims))
 }
 
@@ -78,6 +72,7 @@ where
             ActionSpace: ActionSpace<Element: Scalar>,
         >,
 {
+    check_policy(env, policy)?;
     let mut episodes = Vec::new();
     for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| CollectError::Environment { episode, seed, source };

@@ -1,15 +1,15 @@
 //! Steps of many environments, collected into a hindsight replay buffer.
 
-use fetch_env::vec_env::{AutoresetMode, VecEnvError, VecReset, VecStepOf};
+use fetch_env::vec_env::{AutoresetMode, VecEnvError, VecReset};
 use fetch_env::{
     ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, SnapshotEnv, VecEnv,
     WrappedSnapshot,
 };
-use her_relabel::{AddError, HerBuffer, Scalar};
+use her_relabel::{AddError, HerBuffer, RefusedRow, Scalar};
 use serde::{Deserialize, Serialize};
 
-use crate::evaluate::{Episode, MAX_COUNT};
-use crate::policy::Policy;
+use crate::evaluate::{Episode, MAX_COUNT, check_vec_policy};
+use crate::policy::{PolicyError, VecPolicy};
 
 /// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
 /// buffer can store: its observations and actions are `f32` or `f64`.
@@ -17,14 +17,14 @@ use crate::policy::Policy;
 /// Every such environment implements it. A function over any of them:
 ///
 /// ```
-/// use baselines::{CollectEnv, Collector, CollectorError, Policy};
-/// use fetch_env::{ActionElement, vec_env::VecStepOf};
+/// use baselines::{CollectEnv, Collector, CollectorError, VecPolicy};
+/// use fetch_env::ActionElement;
 /// use her_relabel::HerBuffer;
 ///
 /// /// Collects steps until the buffer has `len`.
 /// fn fill<E: CollectEnv>(
 ///     collector: &mut Collector<E>,
-///     policy: &mut impl Policy<VecStepOf<E>, ActionElement<E>>,
+///     policy: &mut impl VecPolicy<E::Observation, E::Info, ActionElement<E>>,
 ///     buffer: &mut HerBuffer<f32>,
 ///     len: usize,
 /// ) -> Result<(), CollectorError> {
@@ -56,15 +56,16 @@ impl<E> CollectEnv for E where
 ///
 /// ```
 /// use baselines::{Collector, RandomPolicy, buffer_config};
-/// use fetch_env::{VecEnv, make_kinematic, vec_env::VecConfig};
+/// use fetch_env::{Env, VecEnv, make_kinematic, vec_env::VecConfig};
 /// use her_relabel::HerBuffer;
 ///
 /// let envs = (0..8).map(|_| make_kinematic("FetchPush-v4")).collect::<Result<Vec<_>, _>>()?;
 /// let config = buffer_config(100_000, &envs[0])?.with_num_envs(envs.len());
+/// let mut policy = RandomPolicy::new(envs[0].action_space(), 0);
 /// let mut buffer = HerBuffer::<f32>::new(config)?;
 /// let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
 /// let mut successes = 0;
-/// collector.collect(101, &mut RandomPolicy::new(0), &mut buffer, |_, episode| {
+/// collector.collect(101, &mut policy, &mut buffer, |_, episode| {
 ///     successes += usize::from(episode.success);
 /// })?;
 /// // The autoreset between two episodes takes one of the 101 steps.
@@ -111,6 +112,9 @@ pub struct Collected {
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectorError {
+    /// The policy is not one for these environments.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
     /// The environments could not be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),
@@ -124,7 +128,8 @@ pub enum CollectorError {
     },
     /// The buffer is not one for these environments.
     #[error(
-        "the buffer does not fit the environments: make it from buffer_config() of one of them"
+        "the buffer does not fit the environments: make it from buffer_config() of one of them, \
+         and pass it to reset() before the first steps that it takes"
     )]
     Buffer(#[from] AddError),
     /// An environment returned numbers that the buffer cannot store.
@@ -138,6 +143,12 @@ pub enum CollectorError {
 }
 
 debug_as_display!(CollectorError);
+
+impl From<RefusedRow> for CollectorError {
+    fn from(RefusedRow { env_index, error, .. }: RefusedRow) -> Self {
+        Self::NotFinite { env_index, source: error }
+    }
+}
 
 impl<E: CollectEnv> Collector<E> {
     /// Takes environments, which the first call of [`collect`](Self::collect) resets.
@@ -162,6 +173,8 @@ impl<E: CollectEnv> Collector<E> {
     /// Resets all environments, the first with `seed`, the next with `seed + 1`, and so on. Without
     /// a seed their random numbers continue.
     ///
+    /// Steps that go to another buffer than before need a reset with that buffer first.
+    ///
     /// # Errors
     /// [`CollectorError`] as [`collect`](Self::collect).
     pub fn reset<T: Scalar>(
@@ -170,10 +183,11 @@ impl<E: CollectEnv> Collector<E> {
         buffer: &mut HerBuffer<T>,
     ) -> Result<(), CollectorError> {
         let batch = self.envs.reset(seed)?;
-        buffer.record(&batch.into())?;
+        let recorded = buffer.record(&batch.into())?;
         if let Some((env_index, error)) = batch.errors().next() {
             return Err(CollectorError::Environment { env_index, source: error.clone() });
         }
+        recorded.check()?;
         for (env_index, episode) in (0..).zip(&mut self.episodes) {
             *episode = Episode::new(seed.map(|seed| seed.wrapping_add(env_index)));
         }
@@ -233,16 +247,17 @@ impl<E: CollectEnv> Collector<E> {
     /// environment that fails loses its episode and begins the next one.
     ///
     /// # Errors
-    /// [`CollectorError::Vec`] if the environments are in flight, [`CollectorError::Buffer`] if the
-    /// buffer does not fit them, [`CollectorError::NotFinite`] if it cannot store an environment's
-    /// numbers.
+    /// [`CollectorError::Policy`] if the policy does not fit the environments,
+    /// [`CollectorError::Vec`] if they are in flight, [`CollectorError::Buffer`] if the buffer does
+    /// not fit them, [`CollectorError::NotFinite`] if it cannot store an environment's numbers.
     pub fn collect<T: Scalar>(
         &mut self,
         num_steps: usize,
-        policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
+        policy: &mut (impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
         buffer: &mut HerBuffer<T>,
         mut progress: impl FnMut(usize, &Episode),
     ) -> Result<Collected, CollectorError> {
+        check_vec_policy(&self.envs, policy)?;
         if !self.has_started {
             self.reset(None, buffer)?;
         }
@@ -250,18 +265,13 @@ impl<E: CollectEnv> Collector<E> {
         // Those that have taken no step and begun no episode.
         let mut still = vec![num_steps > 0; self.envs.num_envs()];
         for _ in 0..num_steps {
-            policy.act(self.envs.last_step(), &mut self.actions);
+            policy.act_all(self.envs.last_step(), &mut self.actions);
             let batch = self.envs.step(&self.actions)?;
             let recorded = buffer.record(&batch.into())?;
             collected.recorded_steps += recorded.recorded_steps;
             collected.finished_episodes += recorded.finished_episodes;
             collected.discarded_episodes += recorded.discarded_episodes;
-            if let Some(refused) = recorded.first_refusal {
-                return Err(CollectorError::NotFinite {
-                    env_index: refused.env_index,
-                    source: refused.error,
-                });
-            }
+            recorded.check()?;
             if collected.first_failure.is_none() {
                 let failure = batch.errors().next();
                 collected.first_failure =
@@ -298,7 +308,7 @@ impl<E: CollectEnv> Collector<E> {
             ends.map(|(terminated, truncated)| *terminated || *truncated).collect();
         if mask.contains(&true) {
             let reset = VecReset { mask: Some(&mask), ..VecReset::default() };
-            buffer.record(&self.envs.reset_with(&reset)?.into())?;
+            buffer.record(&self.envs.reset_with(&reset)?.into())?.check()?;
         }
         Ok(())
     }

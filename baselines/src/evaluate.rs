@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use fetch_env::vec_env::{VecEnvError, VecReset, VecStepOf};
+use fetch_env::vec_env::{VecEnvError, VecReset};
 use fetch_env::{ActionElement, ActionSpace, Env, EnvError, GoalEnv, Info, Reset, Step, VecEnv};
 use serde::{Deserialize, Serialize};
 
-use crate::policy::Policy;
+use crate::policy::{Policy, PolicyError, VecPolicy};
 use crate::statistics::{Estimate, StatisticsError};
 use crate::workers::UnreadableMessage;
 
@@ -56,6 +56,9 @@ pub enum EvaluationError {
     /// There are no episodes to take a mean of.
     #[error("there is no episode to evaluate: run at least one")]
     NoEpisodes,
+    /// The policy is not one for this environment.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
     /// The environment failed.
     #[error("episode {episode} (seed {seed}) failed")]
     Environment {
@@ -95,6 +98,7 @@ pub(crate) fn seeds(first_seed: u64) -> impl Iterator<Item = u64> {
 /// is terminated or truncated, and calls `progress` after each.
 ///
 /// # Errors
+/// [`EvaluationError::Policy`] if the policy does not fit the environment;
 /// [`EvaluationError::Environment`] if a reset or a step fails, or with [`EnvError::Endless`] if an
 /// episode has not ended after 100,000 steps.
 pub fn evaluate<E: GoalEnv>(
@@ -104,6 +108,7 @@ pub fn evaluate<E: GoalEnv>(
     first_seed: u64,
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError> {
+    check_policy(env, policy)?;
     let mut episodes = Vec::new();
     for (episode, seed) in (0..count).zip(seeds(first_seed)) {
         let failed = |source| EvaluationError::Environment { episode, seed, source };
@@ -112,6 +117,23 @@ pub fn evaluate<E: GoalEnv>(
         episodes.push(result);
     }
     Ok(Evaluation { episodes })
+}
+
+/// Checks that a policy fits an environment.
+pub(crate) fn check_policy<E: Env>(
+    env: &E,
+    policy: &(impl Policy<E::Observation, ActionElement<E>> + ?Sized),
+) -> Result<(), PolicyError> {
+    policy.check_spaces(env.observation_space(), &env.action_space().clone().into())
+}
+
+/// Checks that a policy fits many environments.
+pub(crate) fn check_vec_policy<E: GoalEnv + Send + 'static>(
+    envs: &VecEnv<E>,
+    policy: &(impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
+) -> Result<(), PolicyError> {
+    let action_space = envs.single_action_space().clone().into();
+    policy.check_spaces(envs.single_observation_space(), &action_space)
 }
 
 /// An event of an episode.
@@ -158,11 +180,12 @@ pub(crate) fn run_episode<E: GoalEnv, X>(
 /// are abandoned, and [`AutoresetMode`](fetch_env::vec_env::AutoresetMode) does not matter.
 ///
 /// # Errors
+/// [`EvaluationError::Policy`] if the policy does not fit the environments;
 /// [`EvaluationError::Environment`] if a reset or a step fails; [`EvaluationError::Vec`] if the
 /// environments are in flight.
 pub fn evaluate_vec<E: GoalEnv + Send + 'static>(
     envs: &mut VecEnv<E>,
-    policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
+    policy: &mut (impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
     count: usize,
     first_seed: u64,
     progress: impl FnMut(&Episode),
@@ -174,11 +197,12 @@ pub fn evaluate_vec<E: GoalEnv + Send + 'static>(
 /// episode has the seed `first_seed`.
 pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
     envs: &mut VecEnv<E>,
-    policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
+    policy: &mut (impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
     range: Range<usize>,
     first_seed: u64,
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError> {
+    check_vec_policy(envs, policy)?;
     let num_envs = envs.num_envs();
     let len = envs.single_action_space().action_len();
     let mut actions = vec![ActionElement::<E>::default(); num_envs * len];
@@ -195,7 +219,7 @@ pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
             seed: seeds[row].unwrap_or_default(),
             source: error.clone(),
         };
-        policy.reset();
+        policy.reset_all();
         let reset = VecReset { seeds: Some(&seeds), ..VecReset::default() };
         if let Some((row, error)) = envs.reset_with(&reset)?.errors().find(|(row, _)| *row < size) {
             return Err(failed(row, error));
@@ -203,7 +227,7 @@ pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
         episodes.extend(seeds[..size].iter().map(|seed| Episode::new(*seed)));
         let mut running = vec![true; size];
         while running.contains(&true) {
-            policy.act(envs.last_step(), &mut actions);
+            policy.act_all(envs.last_step(), &mut actions);
             let batch = envs.step(&actions)?;
             for (row, is_running) in running.iter_mut().enumerate().filter(|(_, running)| **running)
             {

@@ -11,6 +11,7 @@
 //! | to | use |
 //! |---|---|
 //! | act | a [`Policy`]: [`RandomPolicy`], [`ZeroPolicy`], [`ScriptedPolicy`], [`TrainedPolicy`] |
+//! | act in many environments at once | a [`VecPolicy`] |
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
 //! | fill a replay buffer | [`collect`], or a [`Collector`] of many environments |
 //! | train a policy | `learn::Trainer` |
@@ -33,6 +34,7 @@ mod collector;
 mod evaluate;
 #[cfg(feature = "learn")]
 pub mod learn;
+mod lengths;
 #[cfg(feature = "page")]
 pub mod page;
 mod policy;
@@ -45,7 +47,7 @@ pub mod workers;
 pub use collect::{CollectError, buffer_config, collect};
 pub use collector::{CollectEnv, Collected, Collector, CollectorError, CollectorSnapshot};
 pub use evaluate::{Episode, Evaluation, EvaluationError, Summary, evaluate, evaluate_vec};
-pub use policy::{Action, Policy, RandomPolicy, ZeroPolicy};
+pub use policy::{Action, Policy, PolicyError, RandomPolicy, VecPolicy, ZeroPolicy};
 pub use scripted::ScriptedPolicy;
 pub use spread::{evaluate_spread, gather_episodes};
 pub use statistics::{Estimate, StatisticsError};

@@ -1,10 +1,9 @@
 //! Episodes spread over processes by their seeds.
 
-use fetch_env::vec_env::VecStepOf;
 use fetch_env::{ActionElement, GoalEnv, VecEnv};
 
 use crate::evaluate::{Episode, Evaluation, EvaluationError, evaluate_range};
-use crate::policy::Policy;
+use crate::policy::VecPolicy;
 use crate::workers::{UnreadableMessage, Workers, gather_values, share};
 
 /// Evaluates a policy as [`evaluate_vec`](crate::evaluate_vec) does, each process on its [`share`]
@@ -17,7 +16,7 @@ use crate::workers::{UnreadableMessage, Workers, gather_values, share};
 pub fn evaluate_spread<E: GoalEnv + Send + 'static>(
     workers: &mut dyn Workers,
     envs: &mut VecEnv<E>,
-    policy: &mut (impl Policy<VecStepOf<E>, ActionElement<E>> + ?Sized),
+    policy: &mut (impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
     count: usize,
     first_seed: u64,
     progress: impl FnMut(&Episode),

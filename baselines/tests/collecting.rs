@@ -1,7 +1,9 @@
 //! Episodes of environments, collected into a buffer.
 
 use baselines::{CollectError, Policy, RandomPolicy, buffer_config, collect};
-use fetch_env::{BoxSpace, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic};
+use fetch_env::{
+    BoxSpace, Env, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic,
+};
 use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -14,8 +16,8 @@ fn check<E: GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
     mut env: E,
 ) -> Result {
     let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &env)?)?;
-    let collected =
-        collect(&mut env, &mut RandomPolicy::new(3), EPISODES, 10, &mut buffer, 0, |_| ())?;
+    let mut policy = RandomPolicy::new(env.action_space(), 3);
+    let collected = collect(&mut env, &mut policy, EPISODES, 10, &mut buffer, 0, |_| ())?;
     assert_eq!(collected.episodes.len(), EPISODES);
     assert_eq!((buffer.len(), buffer.num_episodes()), (EPISODES * STEPS, EPISODES));
 
@@ -36,7 +38,7 @@ fn check<E: GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
     assert!(batch.truncated().contains(&true));
 
     // The first transition of the first episode is the environment's.
-    let mut policy = RandomPolicy::new(3);
+    let mut policy = RandomPolicy::new(env.action_space(), 3);
     let start = env.reset(Some(10))?.observation;
     let mut action = [0.0; 4];
     policy.act(&start, &mut action);
@@ -73,7 +75,7 @@ fn a_buffer_that_does_not_fit_is_an_error() -> Result {
     let mut reach = make_kinematic("FetchReach-v4")?;
     let mut push = make_kinematic("FetchPush-v4")?;
     let mut buffer = HerBuffer::<f32>::new(buffer_config(1000, &reach)?)?;
-    let mut policy = RandomPolicy::new(0);
+    let mut policy = RandomPolicy::new(reach.action_space(), 0);
     let error = collect(&mut push, &mut policy, usize::MAX, 5, &mut buffer, 0, |_| ()).err();
     let Some(CollectError::Buffer { episode: 0, seed: 5, source }) = error else {
         return Err(format!("{error:?}").into());

@@ -7,7 +7,7 @@
 use std::env;
 
 use baselines::{Action, Policy, RandomPolicy, ScriptedPolicy};
-use fetch_env::{Env, FetchConfig, FetchObservation, ModelSource, Task, make};
+use fetch_env::{BoxSpace, Env, FetchConfig, FetchObservation, ModelSource, Task, make};
 use goal_reward::RewardKind;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -44,10 +44,10 @@ impl Policy for Wild {
     }
 }
 
-fn policies(task: Task) -> [(&'static str, Box<dyn Policy>); 4] {
-    let wild = Wild { random: RandomPolicy::new(2), action: [0.0; 4], steps: 0 };
+fn policies(task: Task, space: &BoxSpace<f32>) -> [(&'static str, Box<dyn Policy>); 4] {
+    let wild = Wild { random: RandomPolicy::new(space, 2), action: [0.0; 4], steps: 0 };
     [
-        ("random", Box::new(RandomPolicy::new(1))),
+        ("random", Box::new(RandomPolicy::new(space, 1))),
         ("scripted", Box::new(ScriptedPolicy::new(task))),
         ("chase", Box::new(Chase)),
         ("wild", Box::new(wild)),
@@ -71,7 +71,8 @@ fn steps_are_the_same_with_and_without_it() -> Result {
         let config = FetchConfig::new(task, RewardKind::Sparse).with_model(model());
         let make = |filter| make(config.clone().with_contact_filter(filter));
         let (mut filtered, mut plain) = (make(true)?, make(false)?);
-        for (kind, mut policy) in policies(task) {
+        let space = filtered.action_space().clone();
+        for (kind, mut policy) in policies(task, &space) {
             for episode in 0..episodes()? {
                 let place = format!("{task}, {kind}, episode {episode}");
                 let reset = filtered.reset(Some(episode))?;

@@ -2,7 +2,7 @@
 #![cfg(feature = "mujoco")]
 
 use baselines::{Policy, RandomPolicy, ScriptedPolicy, ZeroPolicy, evaluate};
-use fetch_env::{EnvId, Task, make};
+use fetch_env::{Env, EnvId, Task, make};
 use goal_reward::RewardKind;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -45,16 +45,10 @@ fn equal_seeds_give_equal_episodes_and_others_do_not() -> Result {
     let run = |seed| -> Result<_> {
         let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
         let mut env = make(id)?;
-        Ok(evaluate(&mut env, &mut RandomPolicy::new(seed), 3, 7, |_| ())?)
+        let mut policy = RandomPolicy::new(env.action_space(), seed);
+        Ok(evaluate(&mut env, &mut policy, 3, 7, |_| ())?)
     };
     assert_eq!(run(1)?, run(1)?);
     assert_ne!(run(1)?, run(2)?);
-    Ok(())
-}
-
-/// A scripted policy in the wrong environment holds still.
-#[test]
-fn a_policy_of_another_task_does_no_harm() -> Result {
-    assert!(success_rate(Task::Reach, &mut ScriptedPolicy::new(Task::Push))? < 0.2);
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use baselines::{
     Collector, CollectorError, Episode, Evaluation, EvaluationError, Policy, RandomPolicy,
-    ZeroPolicy, buffer_config, evaluate, evaluate_vec,
+    VecPolicy, ZeroPolicy, buffer_config, evaluate, evaluate_vec,
 };
 use fetch_env::wrappers::{KeepsGoals, Resetting, Stateless, Wrapped, Wrapper};
 use fetch_env::{
@@ -91,14 +91,12 @@ fn every_step_is_collected_in_every_autoreset_mode() -> Result {
 
 #[test]
 fn one_policy_serves_one_environment_and_many() -> Result {
-    fn act<O>(policy: &mut impl Policy<O>, observation: &O, action: &mut [f32]) {
-        policy.act(observation, action);
-    }
     let mut envs = envs(2, AutoresetMode::NextStep)?;
     envs.reset(Some(0))?;
     let (mut one, mut all) = ([0.0; 8], [0.0; 8]);
-    act(&mut RandomPolicy::new(1), &(), &mut one);
-    act(&mut RandomPolicy::new(1), envs.last_step(), &mut all);
+    let policy = RandomPolicy::new(envs.single_action_space(), 1);
+    policy.clone().act(&(), &mut one);
+    policy.clone().act_all(envs.last_step(), &mut all);
     assert_eq!(one, all);
     Ok(())
 }
@@ -108,7 +106,8 @@ fn a_buffer_for_fewer_environments_is_an_error() -> Result {
     let config = buffer_config(100, &make_kinematic("FetchReach-v4")?)?.with_num_envs(2);
     let mut buffer = HerBuffer::<f32>::new(config)?;
     let mut collector = Collector::new(envs(3, AutoresetMode::NextStep)?);
-    let error = collector.collect(1, &mut RandomPolicy::new(0), &mut buffer, |_, _| ()).err();
+    let mut policy = RandomPolicy::new(collector.envs().single_action_space(), 0);
+    let error = collector.collect(1, &mut policy, &mut buffer, |_, _| ()).err();
     let Some(CollectorError::Buffer(AddError::UnknownEnv { env_index: 2, .. })) = error else {
         return Err(format!("{error:?}").into());
     };

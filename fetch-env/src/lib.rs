@@ -1,6 +1,6 @@
 //! The eight Fetch environments of gymnasium-robotics 1.4.2, goal-conditioned, native in Rust.
 //!
-//! A [`FetchEnv`] consists of settings, a simulator and a reward. The traits say what an
+//! A [`FetchEnv`] consists of settings, a simulator, a reward and a task. The traits say what an
 //! environment does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals,
 //! [`SnapshotEnv`] saves and restores its state. [`TimeLimit`] ends its episodes. The semantics are
 //! Gymnasium's, with typed errors instead of exceptions and silent misbehavior. [`check`] tests
@@ -43,6 +43,7 @@
 //! |---|---|
 //! | make a Fetch environment by its id | `make`, or [`make_kinematic`] without MuJoCo |
 //! | change its settings | [`FetchConfig`], of an [`EnvId`], which `make` takes too |
+//! | change its reward, its goals, or what it observes | [`FetchEnv::with_goal_reward`], [`FetchTask`] |
 //! | reset and step any environment | [`Env`] |
 //! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
 //! | save and restore its state | [`SnapshotEnv`] |
@@ -93,7 +94,9 @@ pub use ::her_relabel;
 pub use ::fetch_sim::MujocoSimulator;
 #[cfg(feature = "render")]
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
-pub use ::fetch_sim::{KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task};
+pub use ::fetch_sim::{
+    Extension, KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task,
+};
 pub use ::goal_reward::{
     DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, ThresholdError,
 };

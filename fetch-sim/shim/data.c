@@ -31,6 +31,11 @@ fs_status fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* 
   FS_GUARDED(NULL, mj->mj_jacSite(m, d, translation, rotation, site));
 }
 
+fs_status fs_body_jacobian(const mjModel* m, const mjData* d, int body, double* translation,
+                           double* rotation) {
+  FS_GUARDED(NULL, mj->mj_jacBody(m, d, translation, rotation, body));
+}
+
 double fs_time(const mjData* d) { return d->time; }
 void fs_set_time(mjData* d, double time) { d->time = time; }
 

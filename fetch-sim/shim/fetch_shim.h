@@ -32,15 +32,16 @@
 #define FS_MODEL_ARRAYS(X)                                                                         \
   X(FS_JNT_QPOSADR, jnt_qposadr, m->njnt) X(FS_JNT_DOFADR, jnt_dofadr, m->njnt)                    \
   X(FS_BODY_MOCAPID, body_mocapid, m->nbody) X(FS_BODY_PARENTID, body_parentid, m->nbody)          \
-  X(FS_GEOM_BODYID, geom_bodyid, m->ngeom)
+  X(FS_BODY_JNTADR, body_jntadr, m->nbody) X(FS_GEOM_BODYID, geom_bodyid, m->ngeom)                \
+  X(FS_SITE_BODYID, site_bodyid, m->nsite)
 
 // Arrays of a simulation's data, and their lengths.
 #define FS_DATA_ARRAYS(X)                                                                          \
   X(FS_QPOS, qpos, m->nq) X(FS_QVEL, qvel, m->nv) X(FS_CTRL, ctrl, m->nu)                          \
   X(FS_MOCAP_POS, mocap_pos, 3 * m->nmocap) X(FS_MOCAP_QUAT, mocap_quat, 4 * m->nmocap)            \
   X(FS_QACC_WARMSTART, qacc_warmstart, m->nv) X(FS_XPOS, xpos, 3 * m->nbody)                       \
-  X(FS_XQUAT, xquat, 4 * m->nbody) X(FS_SITE_XPOS, site_xpos, 3 * m->nsite)                        \
-  X(FS_SITE_XMAT, site_xmat, 9 * m->nsite)
+  X(FS_XQUAT, xquat, 4 * m->nbody) X(FS_XMAT, xmat, 9 * m->nbody)                                  \
+  X(FS_SITE_XPOS, site_xpos, 3 * m->nsite) X(FS_SITE_XMAT, site_xmat, 9 * m->nsite)
 
 // Warnings that MuJoCo counts and that make a simulation useless.
 #define FS_FAULTS(X)                                                                               \
@@ -91,9 +92,12 @@ enum { FS_SEGMENTS(FS_ENUMERATOR) };
 
 #define FS_SEGMENT(X, s) X(s, int, kind) X(s, int, id)
 
+// Positions, 3 numbers each, at which a picture shows copies of a site, or red spheres if the id is -1.
+#define FS_GOALS(X, s) X(s, int, site) X(s, int, count) X(s, const double*, positions)
+
 #define FS_STRUCTS(X)                                                                              \
   X(fs_sizes, FS_SIZES) X(fs_visual_geom, FS_VISUAL_GEOM) X(fs_filter_counts, FS_FILTER_COUNTS)    \
-  X(fs_array, FS_ARRAY) X(fs_segment, FS_SEGMENT)
+  X(fs_array, FS_ARRAY) X(fs_segment, FS_SEGMENT) X(fs_goals, FS_GOALS)
 #define FS_FIELD(s, type, name, ...) type name __VA_ARGS__;
 #define FS_STRUCT(s, FIELDS) typedef struct { FIELDS(FS_FIELD, s) } s;
 FS_STRUCTS(FS_STRUCT)
@@ -151,8 +155,8 @@ int fs_actuator_joint(const mjModel* m, int actuator);
 // Returns an array of the model, and its length. Valid as long as the model.
 const int* fs_model_array(const mjModel* m, int array, int* len);
 
-// Overwrites the first `count` numbers of every weld's data.
-void fs_set_weld_data(mjModel* m, const double* values, int count);
+// Overwrites the first `count` numbers of the data of every weld of a body.
+void fs_set_weld_data(mjModel* m, int body, const double* values, int count);
 // Lowers the number of constraints and of stack entries (8 bytes each) for which every mjData of
 // 2.x reserves memory. Later versions allocate as needed.
 void fs_limit_sizes(mjModel* m, int njmax, int nstack);
@@ -176,8 +180,10 @@ fs_status fs_reset(const mjModel* m, mjData* d);
 fs_status fs_forward(const mjModel* m, mjData* d, fs_filter* filter);
 fs_status fs_step(const mjModel* m, mjData* d, fs_filter* filter, int count);
 
-// Writes a site's Jacobians, 3 x nv each, at the positions last computed.
+// Write the Jacobians, 3 x nv each, of a site and of a body's frame, at the positions last computed.
 fs_status fs_site_jacobian(const mjModel* m, const mjData* d, int site, double* translation,
+                           double* rotation);
+fs_status fs_body_jacobian(const mjModel* m, const mjData* d, int body, double* translation,
                            double* rotation);
 double fs_time(const mjData* d);
 void fs_set_time(mjData* d, double time);
@@ -227,12 +233,12 @@ void fs_set_free_camera(fs_renderer* r, const double numbers[6]);
 // Selects a camera of the model.
 void fs_set_fixed_camera(fs_renderer* r, int id);
 
-// Draws placed data, which does not change, and reads the picture: width x height pixels, the
-// bottom row first. `rgb` and `depth` (from 0, near, to 1, far) may be NULL. With `segments` a
+// Draws placed data, which does not change, with more spheres for goals, and reads the picture: width x
+// height pixels, the bottom row first. `rgb` and `depth` (from 0, near, to 1, far) may be NULL. With `segments` a
 // pixel's number, red + 256 green + 65536 blue, is 0 for the background, and otherwise 1 + the index
 // of its object in fs_segments.
-fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
-                  unsigned char* rgb, float* depth);
+fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, const fs_goals* goals,
+                  int segments, unsigned char* rgb, float* depth);
 // Writes the distances of the near and the far plane in the last picture (meters), and returns whether
 // its camera projects in parallel.
 int fs_planes(const fs_renderer* r, float planes[2]);

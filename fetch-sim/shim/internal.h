@@ -32,10 +32,10 @@ typedef void (*fs_handler)(const char*);
 #define FS_FUNCTIONS(X)                                                                            \
   FS_VFS_FUNCTIONS(X)                                                                              \
   X(mj_version) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_loadXML) X(mj_deleteModel) X(mj_makeData)    \
-  X(mj_deleteData) X(mj_resetData) X(mj_step) X(mj_forward) X(mj_jacSite) X(mj_name2id)            \
-  X(mj_id2name) X(mj_kinematics) X(mj_comPos) X(mj_camlight) X(mju_malloc) X(mju_free)             \
+  X(mj_deleteData) X(mj_resetData) X(mj_step) X(mj_forward) X(mj_jacSite) X(mj_jacBody)            \
+  X(mj_name2id) X(mj_id2name) X(mj_kinematics) X(mj_comPos) X(mj_camlight) X(mju_malloc) X(mju_free)             \
   X(mjv_defaultCamera) X(mjv_defaultOption) X(mjv_defaultPerturb) X(mjv_defaultScene)              \
-  X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext)    \
+  X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjv_initGeom) X(mjr_defaultContext) X(mjr_makeContext)    \
   X(mjr_freeContext) X(mjr_setBuffer) X(mjr_render) X(mjr_readPixels)
 
 // MuJoCo's functions. Any of them may call mju_error, which ends the process unless its handler jumps

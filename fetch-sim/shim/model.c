@@ -110,9 +110,11 @@ const int* fs_model_array(const mjModel* m, int array, int* len) {
 
 // ---------------------------------------------------------------------------------------- changes
 
-void fs_set_weld_data(mjModel* m, const double* values, int count) {
+void fs_set_weld_data(mjModel* m, int body, const double* values, int count) {
   for (int i = 0; i < (int)m->neq; i++) {
-    if (m->eq_type[i] == mjEQ_WELD) memcpy(m->eq_data + mjNEQDATA * i, values, (size_t)count * sizeof *values);
+    if (m->eq_type[i] != mjEQ_WELD) continue;
+    const int welded = m->eq_obj1id[i] == body || m->eq_obj2id[i] == body;
+    if (welded) memcpy(m->eq_data + mjNEQDATA * i, values, (size_t)count * sizeof *values);
   }
 }
 

@@ -112,22 +112,41 @@ void fs_set_fixed_camera(fs_renderer* r, int id) {
 
 // --------------------------------------------------------------------------------------- pictures
 
-static fs_status draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
-                      unsigned char* rgb, float* depth) {
+static void add_goals(const fs_functions* mj, mjvScene* scene, const fs_goals* goals) {
+  static const double size[3] = {0.02, 0.02, 0.02};
+  static const double center[3] = {0, 0, 0};
+  static const float red[4] = {1, 0, 0, 1};
+  mjvGeom shown;
+  mj->mjv_initGeom(&shown, mjGEOM_SPHERE, size, center, NULL, red);
+  for (int i = 0; i < scene->ngeom; i++) {
+    const mjvGeom* geom = scene->geoms + i;
+    if (geom->objtype == mjOBJ_SITE && geom->objid == goals->site) shown = *geom;
+  }
+  if (goals->count > scene->maxgeom - scene->ngeom) fs_on_error("there are too many goals to draw");
+  for (int i = 0; i < goals->count; i++) {
+    shown.segid = scene->ngeom;
+    for (int axis = 0; axis < 3; axis++) shown.pos[axis] = (float)goals->positions[3 * i + axis];
+    scene->geoms[scene->ngeom++] = shown;
+  }
+}
+
+static fs_status draw(fs_renderer* r, const mjModel* m, const mjData* d, const fs_goals* goals,
+                      int segments, unsigned char* rgb, float* depth) {
   FS_GUARDED(NULL, {
     mj->mjr_setBuffer(mjFB_OFFSCREEN, &r->context);
     mj->mjv_updateScene(m, (mjData*)d, &r->option, &r->perturb, &r->camera, mjCAT_ALL, &r->scene);
+    if (goals->count > 0) add_goals(mj, &r->scene, goals);
     r->scene.flags[mjRND_SEGMENT] = r->scene.flags[mjRND_IDCOLOR] = (mjtByte)segments;
     mj->mjr_render(r->viewport, &r->scene, &r->context);
     mj->mjr_readPixels(rgb, depth, r->viewport, &r->context);
   });
 }
 
-fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, int segments,
-                  unsigned char* rgb, float* depth) {
+fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, const fs_goals* goals,
+                  int segments, unsigned char* rgb, float* depth) {
   fs_gl_outer outer;
   if (fs_gl_enter(r->gl, &outer) != FS_OK) return FS_FAILED;
-  const fs_status status = draw(r, m, d, segments, rgb, depth);
+  const fs_status status = draw(r, m, d, goals, segments, rgb, depth);
   fs_gl_leave(&outer);
   return status;
 }

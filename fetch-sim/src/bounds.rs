@@ -28,6 +28,19 @@ pub(crate) fn check_inside<'a>(
     outside.map_or(Ok(()), |value| Err(SimError::OutOfRange { what, value, least, most }))
 }
 
+/// Checks that a number lies between two others.
+#[cfg(feature = "mujoco")]
+pub(crate) fn check_between(
+    what: &'static str,
+    value: f64,
+    [least, most]: [f64; 2],
+) -> Result<(), SimError> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(SimError::OutOfRange { what, value, least, most })
+}
+
 /// Checks the place of an object, in meters.
 pub(crate) fn check_object_position(xy: [f64; 2]) -> Result<(), SimError> {
     check_inside("the object's position", &xy)

@@ -8,8 +8,11 @@ use crate::task::Task;
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
-    /// The scene has no object to place.
-    #[error("the {task} scene has no object: reset it without an object position")]
+    /// The scene has no object to place or to change.
+    #[error(
+        "the {task} scene has no object: reset it without an object position, and leave \
+             the object out of its `Extension`"
+    )]
     NoObject {
         /// Task of the scene.
         task: Task,
@@ -109,8 +112,8 @@ pub enum SimError {
     },
     /// A model has nothing of this kind and name.
     #[error(
-        "the model has no {kind} named {name}: add it (`ModelSource::Folder` lists what the Fetch \
-         tasks need), or correct the name"
+        "the model has no {kind} named {name}: add it (`ModelSource` lists what the Fetch tasks \
+         need), or correct the name"
     )]
     MissingName {
         /// Kind of object, such as `site`.
@@ -124,6 +127,14 @@ pub enum SimError {
         /// The part of the model, such as `the joint object0:joint`.
         object: String,
         /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A body of the model cannot be shown or placed as an object.
+    #[error("the body {body} {reason}")]
+    UnfitBody {
+        /// The body's name.
+        body: String,
+        /// Why not, and what to do.
         reason: &'static str,
     },
     /// An id is of another model.

@@ -28,11 +28,50 @@
 //! | to | use |
 //! |---|---|
 //! | simulate the robot of a task | `MujocoSimulator`, or [`KinematicSimulator`] without MuJoCo |
-//! | change its model or its settings | [`SimConfig`], [`ModelSource`] |
+//! | change its settings | [`SimConfig`] |
+//! | add to its model, or change its object | [`Extension`] |
+//! | edit its model, or bring your own scene | `builtin_files`, [`ModelFiles`], [`ModelSource`] |
+//! | show and place further objects | `MujocoSimulator::object_state`, `place_object` |
 //! | step the robot | [`Simulator::step`] with a [`Control`] |
 //! | simulate a model of your own | `Model`, then `Data` |
 //! | draw a simulation | `Renderer` |
 //! | write another simulator | [`Simulator`] |
+//!
+//! # A model of your own
+//! An [`Extension`] adds bodies, geoms, sites and other sections of MJCF to the built-in model, and
+//! changes the object's form, size, mass and friction. The result is loaded as the built-in model
+//! is, shared, restored and drawn. Here are a second block, and a wall that is placed anew after
+//! each reset:
+//! ```
+//! # #[cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))] {
+//! use fetch_sim::{Extension, ModelSource, MujocoSimulator, SimConfig, Simulator, Task};
+//! use nalgebra::{UnitQuaternion, Vector3};
+//!
+//! let extension = Extension::default().with_object_mass(0.5).with_xml(
+//!     r#"<worldbody>
+//!          <body name="block" pos="1.2 0.9 0.425">
+//!            <freejoint/>
+//!            <geom type="box" size="0.025 0.025 0.025" mass="2" material="blue"/>
+//!          </body>
+//!          <body name="wall" mocap="true">
+//!            <geom type="box" size="0.01 0.15 0.05"/>
+//!          </body>
+//!        </worldbody>"#,
+//! );
+//! let config = SimConfig::new(Task::Push).with_model(ModelSource::Extended(extension));
+//! let mut simulator = MujocoSimulator::new(&config)?;
+//! simulator.reset(Some([1.30, 0.60]))?;
+//! let level = UnitQuaternion::identity();
+//! simulator.place_object("block", Vector3::new(1.40, 0.60, 0.425), level)?;
+//! simulator.place_object("wall", Vector3::new(1.35, 0.75, 0.45), level)?;
+//! assert_eq!(simulator.object_state("block")?.position.x, 1.40);
+//! # }
+//! # Ok::<(), fetch_sim::SimError>(())
+//! ```
+//! What an extension cannot change, such as the table or the robot, is in the files that
+//! `builtin_files` returns: edit them and simulate them as [`ModelSource::Files`], or bring your own
+//! scene. [`ModelSource`] lists the names that it needs. If a simulation on MuJoCo 2 runs out of
+//! room for contacts ([`SimError::BufferFull`]), add `<size njmax="1000" nconmax="300"/>`.
 //!
 //! # Features
 //! | feature | adds | needs |
@@ -99,11 +138,14 @@ mod config;
 #[cfg(feature = "download")]
 pub mod download;
 mod error;
+mod extension;
 #[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "only MuJoCo is looked for"))]
 mod installation;
 mod kinematic;
+mod model_files;
 #[cfg(feature = "mujoco")]
 mod mujoco;
+mod object;
 mod privileges;
 mod simulator;
 mod task;
@@ -113,9 +155,12 @@ pub use bounds::{LARGEST_NUMBER, Substeps};
 pub use cache::{cache_folder, reference_folder};
 pub use config::SimConfig;
 pub use error::{SimError, TriedLibrary};
+pub use extension::Extension;
 pub use kinematic::KinematicSimulator;
+pub use model_files::ModelFiles;
 #[cfg(feature = "mujoco")]
 pub use mujoco::*;
+pub use object::ObjectShape;
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::{GoalSpec, ObjectSpec, Task, TaskSpec};
 

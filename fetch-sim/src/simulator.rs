@@ -131,7 +131,7 @@ impl GripperState {
 }
 
 /// State of the object.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObjectState {
     /// Position of the object's center, in meters.
     pub position: Vector3<f64>,

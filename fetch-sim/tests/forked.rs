@@ -12,7 +12,7 @@ use testing::{Result, in_child};
 
 /// A small picture of the task, of which every renderer draws the same bytes.
 fn picture(renderer: &mut Renderer, simulator: &MujocoSimulator) -> Result<Vec<u8>, RenderError> {
-    renderer.update_scene(simulator, None)?;
+    renderer.update_scene(simulator, &[])?;
     renderer.rgb().map(<[u8]>::to_vec)
 }
 

@@ -7,10 +7,10 @@
 use std::{env, ffi::OsStr, fs, process::Command, thread};
 
 use fetch_sim::{
-    Camera, Control, FreeCamera, MujocoSimulator, RenderError, RenderOptions, Renderer, Segment,
-    SimConfig, SimError, Simulator, Task,
+    Camera, Control, Extension, FreeCamera, ModelSource, MujocoSimulator, RenderError,
+    RenderOptions, Renderer, Segment, SimConfig, SimError, Simulator, Task, builtin_files,
 };
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use testing::Result;
 
 /// In free sight of the reference's camera: the robot, which stands a little differently on every
@@ -63,16 +63,90 @@ fn with_control(
 fn the_goal_is_drawn_at_its_position_and_the_sky_above() -> Result {
     let Some(mut renderer) = renderer(Task::Push, RenderOptions::default())? else { return Ok(()) };
     let simulator = simulator(Task::Push)?;
-    renderer.update_scene(&simulator, Some(GOAL))?;
+    renderer.update_scene(&simulator, &[GOAL])?;
     let near = renderer.rgb()?.to_vec();
     assert_eq!(near.len(), 480 * 480 * 3);
     assert!((50..80).contains(&red(&near)), "{} red pixels", red(&near));
     let [r, g, b] = near[..3] else { panic!("a pixel") };
     assert!(g > r && g > b, "the sky is green, the top row is {r} {g} {b}");
-    renderer.update_scene(&simulator, Some(GOAL - Vector3::new(0.0, 0.0, 5.0)))?;
+    renderer.update_scene(&simulator, &[GOAL - Vector3::new(0.0, 0.0, 5.0)])?;
     assert_eq!(red(renderer.rgb()?), 0, "below the floor and out of the picture");
-    renderer.update_scene(&simulator, Some(GOAL))?;
+    renderer.update_scene(&simulator, &[GOAL])?;
     assert_eq!(renderer.rgb()?, near, "the same scene gives the same bytes");
+    Ok(())
+}
+
+/// Returns the number of pixels that show a site.
+fn sites(segments: &[Segment]) -> usize {
+    segments.iter().filter(|segment| matches!(segment, Segment::Site(_))).count()
+}
+
+#[test]
+fn every_goal_is_drawn_as_the_first_one_is() -> Result {
+    let options = RenderOptions::default().with_width(240).with_height(240).with_samples(0);
+    let Some(mut renderer) = renderer(Task::Push, options)? else { return Ok(()) };
+    let simulator = simulator(Task::Push)?;
+    let mut draw = |goals: &[Vector3<f64>]| -> Result<Vec<Segment>> {
+        renderer.update_scene(&simulator, goals)?;
+        let _ = renderer.rgb()?;
+        Ok(renderer.segmentation()?.to_vec())
+    };
+    let other = GOAL - Vector3::new(0.0, 0.2, 0.0);
+    let [first, second] = [draw(&[GOAL])?, draw(&[other])?];
+    let both = draw(&[GOAL, other])?;
+    for ((both, first), second) in both.iter().zip(&first).zip(&second) {
+        let expected = if matches!(first, Segment::Site(_)) { first } else { second };
+        assert_eq!(both, expected, "each is where it is alone, and the rest as without it");
+    }
+    assert!(sites(&first) > 10 && sites(&both) == sites(&first) + sites(&second));
+    assert_eq!(draw(&[GOAL])?, first, "the second one is gone");
+    let nowhere = draw(&[])?;
+    assert_ne!(nowhere, first, "without goals the sphere stays where the model has it");
+    let many = vec![GOAL; 5000];
+    let refused = renderer.update_scene(&simulator, &many).and_then(|()| renderer.rgb().map(drop));
+    assert!(matches!(refused, Err(RenderError::Failed { .. })), "{refused:?}");
+    Ok(())
+}
+
+#[test]
+fn models_of_ones_own_are_drawn_with_their_own_goals() -> Result {
+    let tower = r#"
+        <worldbody>
+          <body name="tower" mocap="true" pos="1.3 0.75 5">
+            <geom name="tower" type="box" size="0.05 0.05 0.3"/>
+          </body>
+          <site name="target1" size="0.05" pos="1.3 0.75 5" rgba="0 0 1 1"/>
+        </worldbody>"#;
+    let files = builtin_files(Task::Push);
+    let scene = files.get("push.xml").ok_or("a scene")?;
+    let scene = scene.replace("</mujoco>", &format!("{tower}</mujoco>"));
+    let sources = [
+        ModelSource::Extended(Extension::default().with_xml(tower)),
+        ModelSource::Files(files.with_file("push.xml", scene)),
+    ];
+    let mut pictures = Vec::new();
+    for source in sources {
+        let config = SimConfig::new(Task::Push).with_model(source);
+        let mut renderer = match Renderer::new(&config, small()) {
+            Err(RenderError::NoOpenGl { .. }) if env::var_os("MUJOCO_GL").is_none() => {
+                return Ok(());
+            }
+            made => made?,
+        };
+        let mut simulator = MujocoSimulator::new(&config)?;
+        let model = renderer.model();
+        let geom = Segment::Geom(model.geom("tower")?);
+        let target = Segment::Site(model.site("target1")?);
+        renderer.update_scene(&simulator, &[])?;
+        assert!(!renderer.segmentation()?.contains(&geom), "out of sight");
+        let at = Vector3::new(1.3, 0.9, 0.7);
+        simulator.place_object("tower", at, UnitQuaternion::identity())?;
+        renderer.update_scene(&simulator, &[GOAL, Vector3::new(1.3, 0.5, 0.7)])?;
+        let segments = renderer.segmentation()?;
+        assert!(segments.contains(&geom) && segments.contains(&target));
+        pictures.push(renderer.rgb()?.to_vec());
+    }
+    assert!(pictures[0] == pictures[1]);
     Ok(())
 }
 
@@ -99,7 +173,7 @@ fn segmentation_distinguishes_geoms_and_sites_with_hard_edges() -> Result {
     let mut hard = try_renderer(Task::Push, wide.with_samples(0))?;
     let simulator = simulator(Task::Push)?;
     for renderer in [&mut smooth, &mut hard] {
-        renderer.update_scene(&simulator, Some(GOAL))?;
+        renderer.update_scene(&simulator, &[GOAL])?;
     }
     let segments = smooth.segmentation()?.to_vec();
     assert_eq!(segments, hard.segmentation()?);
@@ -128,7 +202,7 @@ fn rendering_changes_no_bit_of_the_simulation() -> Result {
                     (simulator.snapshot(), contacts)
                 };
                 let before = state();
-                renderer.update_scene(simulator, Some(GOAL))?;
+                renderer.update_scene(simulator, &[GOAL])?;
                 renderer.rgb()?;
                 renderer.depth()?;
                 renderer.segmentation()?;
@@ -175,7 +249,7 @@ fn invalid_options_are_rejected() -> Result {
         let error = renderer.set_camera(camera).unwrap_err();
         assert!(matches!(error, RenderError::FreeCamera { field: "distance", .. }));
     }
-    let error = renderer.update_scene(&simulator(Task::Push)?, None).unwrap_err();
+    let error = renderer.update_scene(&simulator(Task::Push)?, &[]).unwrap_err();
     assert!(matches!(error, RenderError::OtherModel { .. }), "{error}");
     assert_eq!(renderer.rgb()?, before, "as it was");
     Ok(())
@@ -233,7 +307,7 @@ fn in_a_process_with(variable: &str, value: impl AsRef<OsStr>) -> Result<Vec<u8>
 fn answer_with_a_picture() -> Result {
     let answer = match try_renderer(Task::PickAndPlace, RenderOptions::default()) {
         Ok(mut renderer) => {
-            renderer.update_scene(&simulator(Task::PickAndPlace)?, Some(GOAL))?;
+            renderer.update_scene(&simulator(Task::PickAndPlace)?, &[GOAL])?;
             renderer.rgb()?.to_vec()
         }
         Err(error) => error.to_string().into_bytes(),
@@ -286,7 +360,7 @@ fn ten_thousand_pictures_and_a_hundred_renderers_leave_no_memory_behind() -> Res
     let one_round = |pictures: usize| -> Result {
         let mut renderer = try_renderer(Task::Push, small())?;
         for _ in 0..pictures {
-            renderer.update_scene(&simulator, Some(GOAL))?;
+            renderer.update_scene(&simulator, &[GOAL])?;
             renderer.rgb()?;
         }
         Ok(())

@@ -2,8 +2,8 @@
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{
+    collections::BTreeSet,
     env,
-    error::Error,
     ffi::OsString,
     fs,
     os::unix::ffi::OsStringExt,
@@ -15,7 +15,7 @@ use std::{
 
 use fetch_sim::{
     ContactFilter, Control, Data, FetchModel, Model, ModelSource, MujocoSimulator, SimConfig,
-    SimError, Simulator, Task,
+    SimError, Simulator, Task, builtin_files,
 };
 use nalgebra::Vector3;
 use testing::Result;
@@ -70,7 +70,7 @@ fn the_least_model_can_be_simulated() -> Result {
 }
 
 /// Returns the kind, the name and the tasks in each row of the table that
-/// [`ModelSource::Folder`] documents.
+/// [`ModelSource`] documents.
 fn documented_names() -> Vec<(&'static str, &'static str, &'static [Task])> {
     let rows = include_str!("../src/assets.rs").lines().filter_map(|line| {
         let row: Vec<_> = line.trim().strip_prefix("/// | ")?.split(" | ").collect();
@@ -86,17 +86,11 @@ fn documented_names() -> Vec<(&'static str, &'static str, &'static [Task])> {
 
 #[test]
 fn every_documented_name_is_needed_and_the_built_in_model_has_them_all() -> Result {
-    let builtin = Path::new(env!("CARGO_MANIFEST_DIR")).join("model");
-    let load_without = |name: &str, task| -> Result<Arc<FetchModel>, Box<dyn Error>> {
-        let folder = tempfile::tempdir()?;
-        for entry in fs::read_dir(&builtin)? {
-            let path = entry?.path();
-            let text = fs::read_to_string(&path)?.replace(&format!("\"{name}\""), "\"other\"");
-            fs::write(folder.path().join(path.file_name().ok_or("a name")?), text)?;
-        }
-        fs::copy(folder.path().join("three_supports.xml"), folder.path().join("support.xml"))?;
-        let config = SimConfig::new(task).with_model(ModelSource::Folder(folder.path().into()));
-        Ok(FetchModel::load(&config)?)
+    let load_without = |name: &str, task| {
+        let files = builtin_files(task);
+        let renamed = |text: &str| text.replace(&format!("\"{name}\""), "\"other\"");
+        let files = files.iter().map(|(file, text)| (file, renamed(text))).collect();
+        FetchModel::load(&SimConfig::new(task).with_model(ModelSource::Files(files)))
     };
     let names = documented_names();
     assert_eq!(names.len(), 10);
@@ -105,21 +99,25 @@ fn every_documented_name_is_needed_and_the_built_in_model_has_them_all() -> Resu
     }
     for (kind, name, tasks) in names {
         for task in Task::ALL {
-            let loaded = load_without(name, task).map_err(|error| error.downcast::<SimError>());
-            match loaded {
-                Err(error) => {
-                    let error = *error?;
-                    let SimError::MissingName { kind: of, name: missing } = &error else {
-                        return Err(error.into());
-                    };
+            match load_without(name, task) {
+                Err(SimError::MissingName { kind: of, name: missing }) => {
                     assert!(tasks.contains(&task), "{task} needs {name}");
-                    assert!(missing == name && kind.ends_with(of), "{name}: {error}");
+                    assert!(missing == name && kind.ends_with(of), "{name}: the {of} {missing}");
                 }
+                Err(error) => return Err(error.into()),
                 Ok(_) => assert!(!tasks.contains(&task), "{task} does not need {name}"),
             }
         }
     }
     Ok(())
+}
+
+#[test]
+fn no_other_name_is_needed() {
+    let least: BTreeSet<_> =
+        SCENE.split("name=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    let documented: BTreeSet<_> = documented_names().iter().map(|(_, name, _)| *name).collect();
+    assert_eq!(least, documented, "`the_least_model_can_be_simulated` loads it");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use testing::Result;
 #[test]
 fn every_scene_shows_table_robot_and_object_where_they_are_simulated() -> Result {
     for task in Task::ALL {
-        let geoms = VisualGeom::of_builtin(task)?;
+        let geoms = VisualGeom::of(&SimConfig::new(task))?;
         let simulator = MujocoSimulator::new(&SimConfig::new(task))?;
         let model = simulator.data().model();
         let on = |name: &str| -> Result<Vec<&VisualGeom>> {
@@ -41,7 +41,7 @@ const BLUE: [f32; 4] = [0.086, 0.506, 0.767, 1.0];
 
 #[test]
 fn every_mesh_is_a_closed_surface_that_faces_outwards() -> Result {
-    let geoms = VisualGeom::of_builtin(Task::Push)?;
+    let geoms = VisualGeom::of(&SimConfig::new(Task::Push))?;
     let meshes: Vec<_> = geoms.iter().filter_map(|geom| triangles_of(geom)).collect();
     assert_eq!(meshes.len(), 9, "as many as `model/hulls.xml` has");
     for triangles in meshes {
@@ -64,7 +64,7 @@ fn every_mesh_is_a_closed_surface_that_faces_outwards() -> Result {
 
 #[test]
 fn forearm_wrist_and_palm_are_where_the_links_are() -> Result {
-    let geoms = VisualGeom::of_builtin(Task::Push)?;
+    let geoms = VisualGeom::of(&SimConfig::new(Task::Push))?;
     let simulator = MujocoSimulator::new(&SimConfig::new(Task::Push))?;
     // Links, their colors, and the bounding box of the corners in `model/hulls.xml` (meters, in the
     // link's frame).

@@ -33,6 +33,7 @@
 //! | draw into your own memory | [`Sampler::sample_into`] with [`ColumnsMut`] |
 //! | choose the new goals | [`GoalStrategy`], or several in a [`GoalMixture`] |
 //! | normalize what networks see | [`Normalizer`], as [`Normalizers`] while drawing |
+//! | show a network that acts the same | [`Normalizers::write_input`] with [`StateRows`] |
 //!
 //! # Features
 //! - `npz`: writes episodes to archives of numpy arrays, and reads them. Off by default.
@@ -106,6 +107,7 @@ pub use add::record::{Recorded, RefusedRow};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
 pub use npz::array::NpzError;
+pub use sample::acting::{InputError, StateRows};
 pub use sample::batch::{Batch, Columns, ColumnsMut};
 pub use sample::draws::RandomSource;
 pub use sample::goals::{GoalMixture, GoalPart, GoalStrategy, MixtureError};

@@ -37,7 +37,7 @@ fn add(buffer: &mut HerBuffer<f32>, is_last: bool) {
         ..StepRows::default()
     };
     if buffer.unfinished_steps(0).unwrap().is_none() {
-        buffer.record(&starts).unwrap();
+        buffer.record(&starts).unwrap().check().unwrap();
     }
     let steps = StepRows {
         stepped: &[true; NUM_ENVS],

@@ -1,16 +1,16 @@
 //! How actions are chosen while collecting.
 
 use fetch_env::{GoalObservation, vec_env::VecStep};
-use her_relabel::{Dims, Scalar};
+use her_relabel::{Dims, Scalar, StateRows};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::algorithm::Algorithm;
-use super::inputs::{Inputs, Seen};
+use super::inputs::Inputs;
 use super::settings::ExplorationSettings;
-use crate::policy::Policy;
+use crate::policy::VecPolicy;
 
 /// What the next decisions of an [`Explorer`] depend on, besides its seed and its actor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,11 +53,11 @@ impl LastBatch {
         }
     }
 
-    fn seen(&self) -> Seen<'_, f64> {
-        Seen {
-            observations: &self.observations,
-            achieved_goals: &self.achieved_goals,
-            desired_goals: &self.desired_goals,
+    fn states(&self) -> StateRows<'_, f64> {
+        StateRows {
+            observation: &self.observations,
+            achieved_goal: &self.achieved_goals,
+            desired_goal: &self.desired_goals,
         }
     }
 }
@@ -147,8 +147,8 @@ pub(crate) struct Exploring<'a> {
     pub(crate) inputs: &'a Inputs,
 }
 
-impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for Exploring<'_> {
-    fn act(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
+impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
+    fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
         let Self { explorer, actor, inputs } = self;
         let last = explorer.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
         explorer.begin_episodes(&last.started);
@@ -159,8 +159,9 @@ impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for Exploring
         let noise: Vec<f32> = actions.iter().map(|_| rng.sample(StandardNormal)).collect();
         if let Some(actor) = actor
             && state.is_random.contains(&false)
+            // Always, because the numbers of a last batch are finite.
+            && inputs.write(&last.states(), rows).is_ok()
         {
-            inputs.write(last.seen(), rows);
             actor.explore(rows, &noise, actions);
         }
         let len = actions.len() / state.is_random.len();

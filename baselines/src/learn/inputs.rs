@@ -1,12 +1,13 @@
 //! The inputs of a network: normalized observations and goals.
 
 use her_relabel::{
-    Batch, Dims, JoinedGoal, Normalizer, NormalizerConfig, NormalizerError, Normalizers, Scalar,
+    Dims, InputError, JoinedGoal, Normalizer, NormalizerConfig, NormalizerError, Normalizers,
+    Scalar, StateRows,
 };
 use serde::{Deserialize, Serialize};
 
 use super::settings::InputSettings;
-use crate::trained::{InputPart, push_normalized};
+use crate::trained::InputPart;
 
 /// How observations and goals become the inputs of a network: joined, and normalized by the
 /// statistics of what was collected.
@@ -17,28 +18,6 @@ pub(crate) struct Inputs {
     /// Of relative goals, if inputs have them.
     pub(crate) goal: Normalizer,
     relative_goal: bool,
-}
-
-/// Observations and goals, a row for each input.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen<'a, T> {
-    /// The observations, `(len, dims.observation)`.
-    pub(crate) observations: &'a [T],
-    /// The achieved goals, `(len, dims.goal)`.
-    pub(crate) achieved_goals: &'a [T],
-    /// The desired goals, `(len, dims.goal)`.
-    pub(crate) desired_goals: &'a [T],
-}
-
-impl<'a, T: Scalar> Seen<'a, T> {
-    /// Returns what networks see before the steps of a batch.
-    pub(crate) fn before(batch: &'a Batch<T>) -> Self {
-        Self {
-            observations: batch.observation(),
-            achieved_goals: batch.achieved_goal(),
-            desired_goals: batch.desired_goal(),
-        }
-    }
 }
 
 impl Inputs {
@@ -82,10 +61,17 @@ impl Inputs {
     }
 
     /// Updates the normalizers with observations and goals.
-    pub(crate) fn update<T: Scalar>(&mut self, seen: Seen<'_, T>) -> Result<(), NormalizerError> {
-        self.observation.update(seen.observations)?;
-        let mut goals = vec![0.0; seen.desired_goals.len()];
-        self.put_goals(seen, &mut goals);
+    pub(crate) fn update<T: Scalar>(
+        &mut self,
+        states: &StateRows<'_, T>,
+    ) -> Result<(), NormalizerError> {
+        self.observation.update(states.observation)?;
+        if !self.relative_goal {
+            return self.goal.update(states.desired_goal);
+        }
+        let pairs = states.desired_goal.iter().zip(states.achieved_goal);
+        let goals: Vec<f64> =
+            pairs.map(|(desired, achieved)| desired.to_f64() - achieved.to_f64()).collect();
         self.goal.update(&goals)
     }
 
@@ -95,24 +81,15 @@ impl Inputs {
         self.goal.merge(&other.goal)
     }
 
-    /// Writes inputs, a row for each observation: the observation and then its goal, normalized.
-    pub(crate) fn write<T: Scalar>(&self, seen: Seen<'_, T>, inputs: &mut Vec<f32>) {
-        let (len, goal_len) = (self.observation.dim(), self.goal.dim());
-        let mut goals = vec![0.0; seen.desired_goals.len()];
-        self.put_goals(seen, &mut goals);
-        let observations = seen.observations.chunks_exact(len);
-        inputs.clear();
-        for (observation, goal) in observations.zip(goals.chunks_exact(goal_len)) {
-            push_normalized((Some(&self.observation), len), observation, inputs);
-            push_normalized((Some(&self.goal), goal_len), goal, inputs);
-        }
-    }
-
-    /// Writes goals as the network sees them, before their normalization.
-    fn put_goals<T: Scalar>(&self, seen: Seen<'_, T>, goals: &mut [f64]) {
-        let pairs = seen.achieved_goals.iter().zip(seen.desired_goals);
-        for (goal, (achieved, desired)) in goals.iter_mut().zip(pairs) {
-            *goal = desired.to_f64() - if self.relative_goal { achieved.to_f64() } else { 0.0 };
-        }
+    /// Replaces `inputs` with those of some states, a row for each: the observation and then its
+    /// goal, normalized.
+    pub(crate) fn write<T: Scalar>(
+        &self,
+        states: &StateRows<'_, T>,
+        inputs: &mut Vec<f32>,
+    ) -> Result<(), InputError> {
+        let dims = Dims { observation: self.observation.dim(), goal: self.goal.dim(), action: 0 };
+        inputs.resize(states.observation.len() / dims.observation * self.dim(), 0.0);
+        self.normalizers().write_input(self.joined_goal(), dims, states, inputs)
     }
 }

@@ -5,15 +5,15 @@ use std::ops::RangeInclusive;
 use fetch_env::vec_env::VecEnvError;
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, ColumnsMut, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Sampler, StillEpisodes,
-    UnitInterval,
+    Batch, ColumnsMut, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Sampler, StateRows,
+    StillEpisodes, UnitInterval,
 };
 
 use super::algorithm::Transitions;
 use super::demonstrated::Demonstrated;
 use super::env::LearnEnv;
 use super::error::{RunError, TrainError};
-use super::inputs::{Inputs, Seen};
+use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
 use super::settings::{InputSettings, ReplaySettings};
 use crate::collect::buffer_config;
@@ -94,7 +94,11 @@ impl<E: LearnEnv> Replay<E> {
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
         let mut seen = Inputs::new(&self.settings, self.buffer.config().dims())?;
-        seen.update(Seen::before(&batch))?;
+        seen.update(&StateRows {
+            observation: batch.observation(),
+            achieved_goal: batch.achieved_goal(),
+            desired_goal: batch.desired_goal(),
+        })?;
         Ok(Some(seen))
     }
 

@@ -16,7 +16,7 @@ use super::inputs::Inputs;
 use super::seeds::Purpose;
 use super::trainer::Trainer;
 use crate::evaluate::evaluate_range;
-use crate::policy::Policy;
+use crate::policy::VecPolicy;
 use crate::spread::gather_episodes;
 use crate::workers::{agree, gather_values, share, sum};
 
@@ -151,7 +151,9 @@ impl<E: LearnEnv> Trainer<E> {
 
     /// Takes in the scale of demonstrations that no update has seen.
     fn see_demonstrations(&mut self) -> Result<(), TrainError> {
-        let num_rows = std::mem::take(&mut self.replay.demonstrated.unseen);
+        let unseen = std::mem::take(&mut self.replay.demonstrated.unseen);
+        // Some may have made room already.
+        let num_rows = unseen.min(self.replay.buffer.len() as u64);
         let (purpose, number) = (Purpose::DemonstratedNormalizers, self.counters.updates);
         let seen = self.replay.seen(num_rows as usize, purpose, number);
         let seen = seen.map_err(|error| self.failed(error))?;
@@ -254,7 +256,7 @@ impl<E: LearnEnv> Trainer<E> {
         let mut first_bad = None;
         let mut greedy = |batch: &VecStepOf<E>, actions: &mut [f32]| {
             first_bad = first_bad.or_else(|| first_not_finite(batch));
-            policy.act(batch, actions);
+            policy.act_all(batch, actions);
         };
         let own = share(&*self.workers, count);
         let envs = &mut self.evaluation_envs;

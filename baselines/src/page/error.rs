@@ -1,11 +1,16 @@
 //! The error of making a page.
 
-use fetch_env::EnvError;
+use fetch_env::{EnvError, SimError};
+
+use crate::policy::PolicyError;
 
 /// Error returned where a page, or a part of it, cannot be made.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PageError {
+    /// The policy is not one for this environment.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
     /// The environment failed during the episode.
     #[error("the episode with seed {seed} failed")]
     Environment {
@@ -14,14 +19,20 @@ pub enum PageError {
         /// The environment's error.
         source: EnvError,
     },
-    /// The environment simulates a model whose shapes are not known.
-    #[error("the playback knows only the built-in model's shapes: play the episode on that model")]
-    ForeignModel,
     /// The model has a shape that the playback cannot draw.
     #[error("the playback cannot draw {shape}: leave it out of the model")]
     Shape {
         /// The shape.
         shape: String,
+    },
+    /// The simulator's model or a pose cannot be read.
+    #[error(transparent)]
+    Simulator(#[from] SimError),
+    /// What an environment shows of a state cannot be played back.
+    #[error("the scene cannot be shown: {reason}")]
+    Scene {
+        /// What is wrong.
+        reason: String,
     },
     /// The episode cannot be written as JSON.
     #[error("the episode cannot be written as JSON")]

@@ -1,6 +1,7 @@
 //! Self-contained HTML pages that play episodes back (feature `page`).
 //!
-//! [`episode_page`] turns an environment and a policy into a page. You build other pages from a
+//! [`episode_page`] turns an environment and a policy into a page; [`PlaybackEnv`] says how an
+//! environment of yours is shown. You build other pages from a
 //! [`Document`], [`Playback`]s, [`Plot`]s and [`table`]s. A page loads nothing from elsewhere, and
 //! follows the reader's preference for light or dark.
 //!
@@ -14,15 +15,24 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bodies;
+mod columns;
 mod document;
 mod error;
+mod frames;
+mod pictures;
 mod playback;
 mod plot;
+mod rounding;
+mod scene;
 
 pub use document::{Column, Document, escape, table};
 pub use error::PageError;
-pub use playback::{Playback, PlaybackEnv};
+pub use playback::Playback;
 pub use plot::{Axis, Ink, Plot};
+pub use scene::{PlaybackEnv, Scene};
+
+use fetch_env::ActionElement;
 
 use crate::policy::Policy;
 
@@ -30,11 +40,10 @@ use crate::policy::Policy;
 /// that plays it back.
 ///
 /// # Errors
-/// [`PageError::Environment`] if a reset or a step fails; [`PageError::ForeignModel`] if the
-/// environment does not simulate the built-in model.
-pub fn episode_page(
-    env: &mut impl PlaybackEnv,
-    policy: &mut (impl Policy + ?Sized),
+/// As [`Playback::record`] and [`Playback::html`].
+pub fn episode_page<E: PlaybackEnv>(
+    env: &mut E,
+    policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
     seed: u64,
 ) -> Result<String, PageError> {
     let playback = Playback::record(env, policy, seed, |_, _, _| ())?;

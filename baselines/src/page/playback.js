@@ -1,6 +1,6 @@
-// Plays recorded episodes: every figure of class "playback" holds its episode as JSON, and WebGL 2
-// draws it from boxes, balls, cylinders and meshes. Lengths are in meters unless stated otherwise, z
-// is up, and quaternions are w x y z.
+// Plays recorded episodes: every figure of class "playback" holds its episode as JSON. It has
+// pictures, or WebGL 2 draws it from boxes, balls, cylinders and meshes. Lengths are then in meters
+// unless stated otherwise, z is up, and quaternions are w x y z.
 "use strict";
 (() => {
   const VERTEX = `#version 300 es
@@ -66,8 +66,10 @@
       return cross(ab, ac);
     });
     const near = (n, m) => dot(n, m) > 0.8 * Math.hypot(...n) * Math.hypot(...m);
+    const around = corners.map(() => []);
+    triangles.forEach((triangle, i) => triangle.forEach((corner) => around[corner].push(i)));
     return triangles.flatMap((triangle, i) => triangle.flatMap((corner) => {
-      const met = normals.filter((n, j) => triangles[j].includes(corner) && near(n, normals[i]));
+      const met = around[corner].map((j) => normals[j]).filter((n) => near(n, normals[i]));
       return [...corners[corner], ...[0, 1, 2].map((k) => met.reduce((sum, n) => sum + n[k], 0))];
     }));
   };
@@ -196,7 +198,7 @@
           multiply(quaternion, shape.quaternion),
         );
       }
-      draw(goal, episode.goal, [1, 0, 0, 0]);
+      for (const position of episode.goals) draw(goal, position, [1, 0, 0, 0]);
     };
   };
 
@@ -252,30 +254,63 @@
     });
   };
 
+  // Returns a function that shows a frame of an episode in a canvas which the reader can turn; null
+  // without WebGL 2.
+  const scene = (canvas, episode) => {
+    const gl = canvas.getContext("webgl2", { antialias: true });
+    if (!gl) return null;
+    const paint = painter(gl, canvas, episode);
+    const orbit = { azimuth: 132 * Math.PI / 180, elevation: -14 * Math.PI / 180, ...episode.view };
+    let shown = 0;
+    const redraw = () => paint(shown, orbit);
+    orbitBy(canvas, orbit, redraw);
+    const fit = () => {
+      const pixels = Math.min(window.devicePixelRatio || 1, 2);
+      canvas.width = Math.max(1, Math.round(canvas.clientWidth * pixels));
+      canvas.height = Math.max(1, Math.round(canvas.clientHeight * pixels));
+      redraw();
+    };
+    new ResizeObserver(fit).observe(canvas);
+    fit();
+    return (frame) => {
+      shown = frame;
+      redraw();
+    };
+  };
+
+  // Returns a function that shows the picture of a frame.
+  const pictures = (image, episode) => (frame) => {
+    image.src = episode.pictures[frame];
+  };
+
   const start = (figure) => {
     const find = (selector) => figure.querySelector(selector);
-    const [canvas, button, slider, told] =
-      ["canvas", "button", "input", "output"].map((selector) => find(selector));
+    const [button, slider, told] =
+      ["button", "input", "output"].map((selector) => find(selector));
     const episode = JSON.parse(find("script").textContent);
-    const gl = canvas.getContext("webgl2", { antialias: true });
-    if (!gl) {
+    // A hidden canvas has no size.
+    figure.classList.add("ready");
+    const draw = episode.pictures ? pictures(find("img"), episode) : scene(find("canvas"), episode);
+    if (!draw) {
+      figure.classList.remove("ready");
       find(".missing").textContent = "This browser has no WebGL 2, which the playback needs.";
       return;
     }
-    const paint = painter(gl, canvas, episode);
-    const orbit = { azimuth: 132 * Math.PI / 180, elevation: -14 * Math.PI / 180, ...episode.view };
-    const last = episode.distances.length - 1;
+    const last = episode.successes.length - 1;
     let frame = 0, playing = false;
 
-    const redraw = () => paint(frame, orbit);
+    // A number that is not finite is null.
+    const decimals = (number) => (number === null ? "–" : number.toFixed(3).replace("-", "−"));
     const show = (number) => {
       frame = Math.min(last, Math.max(0, number));
       slider.value = frame;
-      const reward = frame ? episode.rewards[frame - 1].toFixed(3).replace(/\.000$/, "") : "–";
-      const reached = episode.successes[frame] ? " · reached" : "";
-      told.textContent = `step ${frame} of ${last} · reward ${reward.replace("-", "−")} · ` +
-        `distance ${episode.distances[frame].toFixed(3)} m${reached}`;
-      redraw();
+      const reward = decimals(frame ? episode.rewards[frame - 1] : null).replace(/\.000$/, "");
+      const distance = episode.distances[frame];
+      const parts = [`step ${frame} of ${last}`, `reward ${reward}`];
+      if (distance !== null) parts.push(`distance ${decimals(distance)}${episode.unit}`);
+      if (episode.successes[frame]) parts.push("reached");
+      told.textContent = parts.join(" · ");
+      draw(frame);
     };
     const pause = () => {
       playing = false;
@@ -304,21 +339,11 @@
       }
     };
 
-    figure.classList.add("ready");
     button.addEventListener("click", () => (playing ? pause() : play()));
     slider.addEventListener("input", () => {
       pause();
       show(Number(slider.value));
     });
-    orbitBy(canvas, orbit, redraw);
-    const fit = () => {
-      const pixels = Math.min(window.devicePixelRatio || 1, 2);
-      canvas.width = Math.max(1, Math.round(canvas.clientWidth * pixels));
-      canvas.height = Math.max(1, Math.round(canvas.clientHeight * pixels));
-      redraw();
-    };
-    new ResizeObserver(fit).observe(canvas);
-    fit();
     window.addEventListener("hashchange", goToFragment);
     show(0);
     goToFragment();

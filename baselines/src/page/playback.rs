@@ -1,55 +1,18 @@
-//! The figure that plays an episode back, and what it is drawn from.
+//! The figure that plays an episode back.
 
-use fetch_env::wrappers::Wrapped;
-use fetch_env::{
-    BoxSpace, EnvError, EnvId, FetchEnv, FetchObservation, GoalEnv, GoalObservation, Info,
-    ModelSource, Step, Task, TimeLimit,
-};
-use fetch_sim::{BodyId, MujocoSimulator, Shape, SimError, Simulator, VisualGeom};
+use fetch_env::{ActionElement, EnvError, Step};
 use serde::Serialize;
 
-use super::{document::escape, error::PageError};
+use super::{
+    document::escape, error::PageError, frames::Frames, rounding::rounded, scene::PlaybackEnv,
+};
 use crate::{
-    evaluate::{Event, run_episode},
+    evaluate::{Event, check_policy, run_episode},
     policy::Policy,
 };
 
-/// An environment whose episodes can be played back: a Fetch environment on MuJoCo, in wrappers
-/// that leave its observations alone. A wrapper of yours needs only to pass
-/// [`fetch_env`](Self::fetch_env) on.
-///
-/// ```
-/// use baselines::page::PlaybackEnv;
-/// use fetch_env::{Simulator, make};
-///
-/// /// Returns the simulated time of one step, in seconds.
-/// fn seconds_per_step(env: &impl PlaybackEnv) -> f64 {
-///     env.fetch_env().simulator().control_period()
-/// }
-///
-/// assert_eq!(seconds_per_step(&make("FetchReach-v4")?), 0.04);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub trait PlaybackEnv:
-    GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
-{
-    /// Returns the environment below all wrappers.
-    fn fetch_env(&self) -> &FetchEnv<MujocoSimulator>;
-}
-
-impl PlaybackEnv for FetchEnv<MujocoSimulator> {
-    fn fetch_env(&self) -> &FetchEnv<MujocoSimulator> {
-        self
-    }
-}
-
-impl<E: PlaybackEnv> PlaybackEnv for Wrapped<E, TimeLimit> {
-    fn fetch_env(&self) -> &FetchEnv<MujocoSimulator> {
-        self.inner().fetch_env()
-    }
-}
-
-/// A recorded episode as a figure to play, turn and zoom (WebGL 2).
+/// A recorded episode as a figure: to play, turn and zoom (WebGL 2), to play as pictures, or as
+/// plots, as the environment's [`scene`](PlaybackEnv::scene) says.
 #[derive(Clone, Debug)]
 pub struct Playback {
     title: String,
@@ -57,52 +20,17 @@ pub struct Playback {
 }
 
 /// The JSON that `playback.js` reads.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 struct Recorded {
-    /// Duration of a step, in seconds.
-    period: f64,
-    goal: [f64; 3],
-    view: View,
-    shapes: Vec<DrawnShape>,
-    meshes: Vec<Mesh>,
-    /// For each body that carries a shape, its position and quaternion in every frame, one after
-    /// the other; only the first frame's for a body at rest.
-    bodies: Vec<Vec<f64>>,
     /// One for each step.
     rewards: Vec<f64>,
     /// One for each frame: the first after the reset, the others after each step.
     distances: Vec<f64>,
     successes: Vec<bool>,
-}
-
-/// The point at which the camera looks, and its distance from it (meters).
-#[derive(Clone, Debug, Default, Serialize)]
-struct View {
-    at: [f64; 3],
-    distance: f64,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct DrawnShape {
-    shape: &'static str,
-    size: [f64; 3],
-    /// Index in `meshes` of a mesh.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mesh: Option<usize>,
-    rgba: [f64; 4],
-    /// Index of its body in `bodies`.
-    body: usize,
-    position: [f64; 3],
-    quaternion: [f64; 4],
-}
-
-/// Triangles that share their corners.
-#[derive(Clone, Debug, Default, Serialize)]
-struct Mesh {
-    /// In tenths of a millimeter.
-    corners: Vec<[i32; 3]>,
-    /// Three indices in `corners` each.
-    triangles: Vec<[usize; 3]>,
+    /// The unit of distances, with a space before it; empty if it is not known.
+    unit: &'static str,
+    #[serde(flatten)]
+    frames: Frames,
 }
 
 impl Playback {
@@ -110,55 +38,44 @@ impl Playback {
     /// after each step with its number, counted from 1, its action and its outcome.
     ///
     /// # Errors
-    /// [`PageError::Environment`] if a reset or a step fails; [`PageError::ForeignModel`] if the
-    /// environment does not simulate the built-in model.
+    /// [`PageError::Policy`] if the policy does not fit the environment; [`PageError::Environment`]
+    /// if a reset or a step fails; [`PageError::Shape`], [`PageError::Simulator`] or
+    /// [`PageError::Scene`] if a state cannot be shown.
     pub fn record<E: PlaybackEnv>(
         env: &mut E,
-        policy: &mut (impl Policy + ?Sized),
+        policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
         seed: u64,
-        mut watch: impl FnMut(usize, &[f32], &Step<FetchObservation, E::Info>),
+        mut watch: impl FnMut(usize, &[ActionElement<E>], &Step<E::Observation, E::Info>),
     ) -> Result<Self, PageError> {
-        let failed = |source| PageError::Environment { seed, source };
-        let config = env.fetch_env().config();
-        if *config.sim().model() != ModelSource::Builtin {
-            return Err(PageError::ForeignModel);
-        }
-        let id = EnvId { task: config.task(), reward: config.reward() };
-        let geoms = VisualGeom::of_builtin(id.task).map_err(|e| failed(EnvError::from(e)))?;
-        let (mut carriers, mut meshes) = (Vec::new(), Vec::new());
-        let shapes = geoms
-            .iter()
-            .map(|geom| DrawnShape::new(geom, index_of(&mut carriers, geom.body), &mut meshes))
-            .collect::<Result<_, PageError>>()?;
-        let mut episode = Recorded {
-            period: env.fetch_env().simulator().control_period(),
-            view: View::of(id.task),
-            shapes,
-            meshes,
-            bodies: vec![Vec::new(); carriers.len()],
-            ..Recorded::default()
-        };
+        check_policy(env, policy)?;
+        let failed = |source: EnvError| PageError::Environment { seed, source };
+        let mut recorded: Option<Recorded> = None;
         run_episode(env, policy, seed, failed, |env, event| {
-            let info = match event {
+            let (observation, info) = match event {
                 Event::Start(reset) => {
-                    episode.goal.copy_from_slice(reset.observation.desired_goal());
-                    &reset.info
+                    let episode = Recorded::new(Frames::new(env, &reset.observation)?);
+                    recorded = Some(episode);
+                    (&reset.observation, reset.info.as_ref())
                 }
                 Event::Step(action, step) => {
-                    episode.rewards.push(rounded(step.reward));
-                    watch(episode.rewards.len(), action, step);
-                    &step.info
+                    if let Some(Recorded { rewards, .. }) = &mut recorded {
+                        rewards.push(rounded(step.reward));
+                        watch(rewards.len(), action, step);
+                    }
+                    (&step.observation, step.info.as_ref())
                 }
             };
-            let pushed = episode.push(env.fetch_env().simulator(), &carriers, info.as_ref());
-            pushed.map_err(|error| failed(EnvError::from(error)))
-        })?;
-        for poses in &mut episode.bodies {
-            if poses.chunks_exact(7).all(|pose| pose == &poses[..7]) {
-                poses.truncate(7);
+            if let Some(episode) = &mut recorded {
+                episode.distances.push(rounded(info.distance));
+                episode.successes.push(info.is_success);
+                episode.frames.push(env, observation)?;
             }
-        }
-        Ok(Self { title: format!("{id}, seed {seed}"), episode })
+            Ok(())
+        })?;
+        // Every episode begins with a reset.
+        let mut episode = recorded.ok_or_else(|| failed(EnvError::ResetNeeded))?;
+        episode.frames.finish();
+        Ok(Self { title: format!("{}, seed {seed}", env.title()), episode })
     }
 
     /// Sets the title. The default names the environment and the seed.
@@ -179,15 +96,19 @@ impl Playback {
         self.episode.rewards.len()
     }
 
-    /// Returns the result of the episode in words: its return and how far from the goal it ended.
+    /// Returns the result of the episode in words: its return, how far from the goal it ended if
+    /// goals have a distance, and whether it reached the goal.
     #[must_use]
     pub fn outcome(&self) -> String {
-        let Recorded { rewards, distances, successes, .. } = &self.episode;
+        let Recorded { rewards, distances, successes, unit, .. } = &self.episode;
+        let distance = distances.last().filter(|distance| distance.is_finite());
         format!(
-            "{} steps, return {:.2}, {:.3} m from the goal at the end{}",
+            "{} steps, return {:.2}{}{}",
             rewards.len(),
             rewards.iter().sum::<f64>(),
-            distances.last().copied().unwrap_or(f64::NAN),
+            distance.map_or(String::new(), |distance| format!(
+                ", {distance:.3}{unit} from the goal at the end"
+            )),
             if successes.last() == Some(&true) { ": reached" } else { "" },
         )
     }
@@ -195,21 +116,44 @@ impl Playback {
     /// Returns the figure, with the episode within it, for a [`Document`](super::Document).
     ///
     /// # Errors
-    /// [`PageError::Json`] if the episode cannot be written.
+    /// [`PageError::Json`] if the episode cannot be written; [`PageError::Plot`] if a plot cannot
+    /// be drawn.
     pub fn html(&self) -> Result<String, PageError> {
+        let (title, outcome) = (escape(&self.title), escape(&self.outcome()));
+        let caption = format!("<figcaption><strong>{title}</strong>: {outcome}.");
+        let (screen, needs, hint) = match &self.episode.frames {
+            Frames::Bodies(bodies) => {
+                let canvas = format!(
+                    "<canvas tabindex=\"0\" role=\"img\" aria-label=\"{title}; drag, or press the \
+                     arrow keys, to turn the view\"></canvas>"
+                );
+                let goals = match bodies.num_goals() {
+                    0 => "",
+                    1 => " The red ball is the goal.",
+                    _ => " The red balls are the goal.",
+                };
+                let turn = "Drag to turn; pinch, or press + and \u{2212}, to zoom.";
+                (canvas, "JavaScript and WebGL 2", format!("{goals} {turn}"))
+            }
+            Frames::Pictures(_) => (format!("<img alt=\"{title}\">"), "JavaScript", String::new()),
+            Frames::Columns(columns) => {
+                let Recorded { rewards, distances, .. } = &self.episode;
+                let plots = columns.html(rewards, distances)?;
+                return Ok(format!(
+                    "<figure class=\"columns\">\n{caption}</figcaption>\n{plots}</figure>"
+                ));
+            }
+        };
         // A browser ends a script at the first "</", wherever it stands.
         let json = serde_json::to_string(&self.episode)?.replace('<', "\\u003c");
-        let (title, outcome) = (escape(&self.title), escape(&self.outcome()));
         let last = self.num_steps();
         Ok(format!(
             r#"<figure class="playback">
-<canvas tabindex="0" role="img" \
-aria-label="{title}; drag, or press the arrow keys, to turn the view"></canvas>
+{screen}
 <div class="controls"><button type="button">Play</button><input \
 type="range" min="0" max="{last}" step="1" value="0" aria-label="Step"><output></output></div>
-<p class="missing">The playback needs JavaScript and WebGL 2.</p>
-<figcaption><strong>{title}</strong>: {outcome}. The red ball is the goal. Drag to turn; pinch, or \
-press + and −, to zoom.</figcaption>
+<p class="missing">The playback needs {needs}.</p>
+{caption}{hint}</figcaption>
 <script type="application/json">{json}</script>
 </figure>"#
         ))
@@ -217,85 +161,10 @@ press + and −, to zoom.</figcaption>
 }
 
 impl Recorded {
-    /// Adds a frame.
-    fn push(
-        &mut self,
-        simulator: &MujocoSimulator,
-        carriers: &[BodyId],
-        info: &Info,
-    ) -> Result<(), SimError> {
-        for (poses, &body) in self.bodies.iter_mut().zip(carriers) {
-            let (position, q) = simulator.data().body_pose(body)?;
-            poses.extend(position.iter().chain(&[q.w, q.i, q.j, q.k]).copied().map(rounded));
-        }
-        self.distances.push(rounded(info.distance));
-        self.successes.push(info.is_success);
-        Ok(())
+    /// Returns an episode without steps.
+    fn new(frames: Frames) -> Self {
+        let unit = if matches!(frames, Frames::Bodies(_)) { " m" } else { "" };
+        let (rewards, distances, successes) = (Vec::new(), Vec::new(), Vec::new());
+        Self { rewards, distances, successes, unit, frames }
     }
-}
-
-impl View {
-    /// Looks at a scene as the reference does, from somewhat farther: to show the whole robot, and
-    /// all of Slide's long table.
-    const fn of(task: Task) -> Self {
-        match task {
-            Task::Slide => Self { at: [1.1, 0.75, 0.42], distance: 2.9 },
-            _ => Self { at: [1.0, 0.75, 0.46], distance: 2.5 },
-        }
-    }
-}
-
-impl DrawnShape {
-    fn new(geom: &VisualGeom, body: usize, meshes: &mut Vec<Mesh>) -> Result<Self, PageError> {
-        let mut mesh = None;
-        let (shape, size) = match &geom.shape {
-            Shape::Plane { half_size: [x, y] } => ("plane", [*x, *y, 0.0]),
-            Shape::Sphere { radius } => ("sphere", [*radius, 0.0, 0.0]),
-            Shape::Capsule { radius, half_length } => ("capsule", [*radius, *half_length, 0.0]),
-            Shape::Ellipsoid { radii } => ("ellipsoid", *radii),
-            Shape::Cylinder { radius, half_length } => ("cylinder", [*radius, *half_length, 0.0]),
-            Shape::Box { half_size } => ("box", *half_size),
-            Shape::Mesh { triangles } => {
-                mesh = Some(meshes.len());
-                meshes.push(Mesh::new(triangles));
-                ("mesh", [0.0; 3])
-            }
-            other => return Err(PageError::Shape { shape: format!("{other:?}") }),
-        };
-        let q = geom.orientation;
-        Ok(Self {
-            shape,
-            size,
-            mesh,
-            rgba: geom.rgba.map(|channel| rounded(channel.into())),
-            body,
-            position: geom.position.map(rounded).into(),
-            quaternion: [q.w, q.i, q.j, q.k].map(rounded),
-        })
-    }
-}
-
-impl Mesh {
-    fn new(triangles: &[[[f64; 3]; 3]]) -> Self {
-        let mut corners = Vec::new();
-        let tenths = |corner: [f64; 3]| corner.map(|meters| (meters * 1e4).round() as i32);
-        let triangles = triangles
-            .iter()
-            .map(|triangle| triangle.map(|corner| index_of(&mut corners, tenths(corner))))
-            .collect();
-        Self { corners, triangles }
-    }
-}
-
-/// Returns the index of an item, adding it if it is new.
-fn index_of<T: PartialEq>(items: &mut Vec<T>, item: T) -> usize {
-    items.iter().position(|known| *known == item).unwrap_or_else(|| {
-        items.push(item);
-        items.len() - 1
-    })
-}
-
-/// Rounds to a hundredth of a millimeter, which is far less than a pixel.
-fn rounded(value: f64) -> f64 {
-    (value * 1e5).round() / 1e5
 }

@@ -1,12 +1,57 @@
 //! What a controller sees and what it commands.
 
-use fetch_env::{FetchObservation, GoalObservation};
+use fetch_env::{FetchObservation, GoalObservation, ObservationField, Task};
+use her_relabel::Scalar;
 use nalgebra::Vector3;
 
 use crate::policy::Action;
 
 /// Seconds of a control step. Observed velocities are per step.
 const CONTROL_PERIOD: f64 = 0.04;
+
+/// The number of elements of an action.
+pub(super) const ACTION_LEN: usize = 4;
+
+/// The number of elements of a position, with which a goal begins.
+const POSITION_LEN: usize = 3;
+
+/// Where a task's observations have the columns that its controller reads: the indices of their
+/// first elements. Observations of other tasks may go on after the columns of this one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Columns {
+    gripper: usize,
+    gripper_velocity: usize,
+    object: Option<ObjectColumns>,
+    /// The number of all columns of the task.
+    len: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct ObjectColumns {
+    position: usize,
+    relative_velocity: usize,
+}
+
+impl Columns {
+    pub(super) fn of(task: Task) -> Self {
+        let start = |name| ObservationField::find(task, name).map(|field| field.range.start);
+        let object = start("object_pos").zip(start("object_velp"));
+        let len = FetchObservation::len_of(task);
+        Self {
+            // Every task has both fields.
+            gripper: start("grip_pos").unwrap_or(len),
+            gripper_velocity: start("grip_velp").unwrap_or(len),
+            object: object
+                .map(|(position, relative_velocity)| ObjectColumns { position, relative_velocity }),
+            len,
+        }
+    }
+
+    /// Returns the least lengths of observation, goal and action that the controller needs.
+    pub(super) const fn lengths(&self) -> [usize; 3] {
+        [self.len, POSITION_LEN, ACTION_LEN]
+    }
+}
 
 /// The parts of an observation.
 #[derive(Clone, Copy, Debug)]
@@ -24,19 +69,37 @@ pub(super) struct ObjectView {
 }
 
 impl View {
-    pub(super) fn new(observation: &FetchObservation) -> Self {
-        let object = observation.object_position().zip(observation.object_relative_velocity());
-        Self {
-            gripper: observation.grip_position().into(),
-            goal: Vector3::from_column_slice(observation.desired_goal()),
-            object: object.map(|(position, velocity)| ObjectView {
-                position: position.into(),
-                // The observed velocity is relative to the gripper's.
-                velocity: (Vector3::from(velocity) + Vector3::from(observation.grip_velocity()))
-                    / CONTROL_PERIOD,
-            }),
+    /// Returns what a controller sees of an observation; `None` if the observation does not have
+    /// its columns.
+    pub(super) fn new<O: GoalObservation<Element: Scalar>>(
+        columns: &Columns,
+        observation: &O,
+    ) -> Option<Self> {
+        let elements = observation.observation();
+        if elements.len() < columns.len {
+            return None;
         }
+        let gripper_velocity = vector(elements, columns.gripper_velocity)?;
+        let object = |object: &ObjectColumns| {
+            Some(ObjectView {
+                position: vector(elements, object.position)?,
+                // The observed velocity is relative to the gripper's.
+                velocity: (vector(elements, object.relative_velocity)? + gripper_velocity)
+                    / CONTROL_PERIOD,
+            })
+        };
+        Some(Self {
+            gripper: vector(elements, columns.gripper)?,
+            goal: vector(observation.desired_goal(), 0)?,
+            object: columns.object.as_ref().and_then(object),
+        })
     }
+}
+
+/// Returns three elements from `start` on.
+fn vector<S: Scalar>(elements: &[S], start: usize) -> Option<Vector3<f64>> {
+    let elements = elements.get(start..start + POSITION_LEN)?;
+    Some(Vector3::from_iterator(elements.iter().map(|element| element.to_f64())))
 }
 
 /// An action before it is clipped.

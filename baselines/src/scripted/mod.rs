@@ -5,13 +5,15 @@ mod pick_and_place;
 mod push;
 mod slide;
 
-use fetch_env::{FetchObservation, Task};
+use fetch_env::{GoalObservation, Space, Task};
+use her_relabel::Scalar;
 
 use self::{
-    control::{Command, OPEN, View},
+    control::{ACTION_LEN, Columns, Command, OPEN, View},
     pick_and_place::Phase,
 };
-use crate::policy::Policy;
+use crate::lengths::lengths_of;
+use crate::policy::{Policy, PolicyError};
 
 /// A policy that solves a task by a few rules, with gains found by trial.
 ///
@@ -21,9 +23,14 @@ use crate::policy::Policy;
 /// | Push | goes behind the object, as seen from the goal, and pushes, more slowly near the goal |
 /// | PickAndPlace | comes from above, grasps, carries |
 /// | Slide | goes behind the puck, and strikes it at the speed at which friction stops it at the goal |
+///
+/// It acts on every observation that begins with the task's
+/// [columns](fetch_env::observation_fields) and whose goal begins with a position, as those of a
+/// task of your own do that adds columns.
 #[derive(Clone, Debug)]
 pub struct ScriptedPolicy {
     task: Task,
+    columns: Columns,
     /// The state of PickAndPlace; the other tasks need none.
     phase: Phase,
 }
@@ -32,25 +39,40 @@ impl ScriptedPolicy {
     /// Returns the policy for a task.
     #[must_use]
     pub fn new(task: Task) -> Self {
-        Self { task, phase: Phase::default() }
+        Self { task, columns: Columns::of(task), phase: Phase::default() }
     }
 }
 
-impl Policy for ScriptedPolicy {
+impl<O: GoalObservation<Element: Scalar>> Policy<O> for ScriptedPolicy {
+    fn check_spaces(
+        &self,
+        observation_space: &Space,
+        action_space: &Space,
+    ) -> Result<(), PolicyError> {
+        let actual = lengths_of(observation_space, action_space)?;
+        let expected = self.columns.lengths();
+        let has_columns = actual.iter().zip(&expected).all(|(actual, least)| actual >= least);
+        if has_columns && actual[2] == ACTION_LEN {
+            return Ok(());
+        }
+        Err(PolicyError::Scripted { task: self.task, expected, actual })
+    }
+
     fn reset(&mut self) {
         self.phase = Phase::default();
     }
 
-    fn act(&mut self, observation: &FetchObservation, action: &mut [f32]) {
-        let view = View::new(observation);
-        let command = match (self.task, view.object) {
-            (Task::Reach, _) => Command::toward(view.goal - view.gripper, OPEN),
-            (Task::Push, Some(object)) => push::act(&view, &object),
-            (Task::PickAndPlace, Some(object)) => self.phase.act(&view, &object),
-            (Task::Slide, Some(object)) => slide::act(&view, &object),
-            // This policy was made for another task: there is no object to move.
-            (_, None) => Command::HOLD,
-        };
-        action.copy_from_slice(&command.action());
+    fn act(&mut self, observation: &O, action: &mut [f32]) {
+        let command = View::new(&self.columns, observation).and_then(|view| match self.task {
+            Task::Reach => Some(Command::toward(view.goal - view.gripper, OPEN)),
+            Task::Push => Some(push::act(&view, &view.object?)),
+            Task::PickAndPlace => Some(self.phase.act(&view, &view.object?)),
+            Task::Slide => Some(slide::act(&view, &view.object?)),
+        });
+        // An observation without the columns is refused by the check of spaces.
+        let command = command.unwrap_or(Command::HOLD);
+        for (element, value) in action.iter_mut().zip(command.action()) {
+            *element = value;
+        }
     }
 }

@@ -8,13 +8,14 @@ mod shipped;
 use std::mem;
 use std::path::Path;
 
-use fetch_env::{FetchObservation, GoalObservation, vec_env::VecStep};
+use fetch_env::{GoalObservation, Space, vec_env::VecStep};
 use her_relabel::{Normalizer, Scalar};
 
 pub use error::TrainedPolicyError;
 pub use header::{InputPart, PolicyHeader, SuccessRate};
 
-use crate::policy::Policy;
+use crate::lengths::lengths_of;
+use crate::policy::{Policy, PolicyError, VecPolicy};
 
 /// A trained policy: a network with rectified linear units and a hyperbolic tangent at its end, the
 /// normalizers of its inputs, and how it was trained.
@@ -145,6 +146,11 @@ impl TrainedPolicy {
         Err(TrainedPolicyError::Environment { env_id: env_id.clone(), expected, actual })
     }
 
+    fn check_fit(&self, observation: &Space, action: &Space) -> Result<(), PolicyError> {
+        let [observation, goal, action] = lengths_of(observation, action)?;
+        Ok(self.check_lengths(observation, goal, action)?)
+    }
+
     /// Writes the greedy action for one observation and its goals.
     fn write_action<S: Scalar>(
         &mut self,
@@ -222,7 +228,7 @@ impl LayerWeights {
 }
 
 /// Appends `len` numbers to an input, normalized if the policy has a normalizer for them.
-pub(crate) fn push_normalized<S: Scalar>(
+fn push_normalized<S: Scalar>(
     (scale, len): (Option<&Normalizer>, usize),
     numbers: &[S],
     input: &mut Vec<f32>,
@@ -244,8 +250,16 @@ pub(crate) fn push_normalized<S: Scalar>(
     }
 }
 
-impl Policy for TrainedPolicy {
-    fn act(&mut self, observation: &FetchObservation, action: &mut [f32]) {
+impl<O: GoalObservation<Element: Scalar>> Policy<O> for TrainedPolicy {
+    fn check_spaces(
+        &self,
+        observation_space: &Space,
+        action_space: &Space,
+    ) -> Result<(), PolicyError> {
+        self.check_fit(observation_space, action_space)
+    }
+
+    fn act(&mut self, observation: &O, action: &mut [f32]) {
         self.write_action(
             observation.observation(),
             observation.achieved_goal(),
@@ -255,9 +269,17 @@ impl Policy for TrainedPolicy {
     }
 }
 
-/// Chooses the actions of many environments, a row for each: the same as one at a time.
-impl<O: GoalObservation<Element: Scalar>, I> Policy<VecStep<O, I>> for TrainedPolicy {
-    fn act(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
+/// Chooses the same actions as one at a time.
+impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for TrainedPolicy {
+    fn check_spaces(
+        &self,
+        observation_space: &Space,
+        action_space: &Space,
+    ) -> Result<(), PolicyError> {
+        self.check_fit(observation_space, action_space)
+    }
+
+    fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
         let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
         let observations = batch.observation().chunks_exact(observation_len);
         let achieved = batch.achieved_goal().chunks_exact(goal_len);

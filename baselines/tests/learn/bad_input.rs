@@ -224,8 +224,8 @@ fn a_failed_episode_has_its_number_among_those_of_all_ranks() {
     };
     let spread = on_ranks(2, |mut workers| {
         let envs: Vec<_> = (0..3).map(|_| make_faulty(faults).expect("an environment")).collect();
+        let mut policy = RandomPolicy::new(envs[0].action_space(), 0);
         let mut envs = VecEnv::new(envs, VecConfig::default()).expect("environments of one kind");
-        let mut policy = RandomPolicy::new(0);
         numbers(
             evaluate_spread(&mut *workers, &mut envs, &mut policy, 10, 100, |_| ()).unwrap_err(),
         )

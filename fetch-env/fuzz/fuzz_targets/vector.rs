@@ -65,6 +65,7 @@ pub fn run(setup: &Setup, calls: &[Call]) {
         in_flight: vec![false; num_envs],
         out_of_use: vec![false; num_envs],
         was_reset: vec![false; num_envs],
+        reset_was_sent: vec![false; num_envs],
     };
     for call in calls.iter().take(40) {
         vector.call(call);
@@ -77,7 +78,9 @@ struct Vector {
     envs: VecEnv<TestEnv>,
     in_flight: Vec<bool>,
     out_of_use: Vec<bool>,
+    /// Whether a reset has succeeded, and whether one was asked for.
     was_reset: Vec<bool>,
+    reset_was_sent: Vec<bool>,
 }
 
 impl Vector {
@@ -94,10 +97,14 @@ impl Vector {
                 match self.envs.step(&actions).cloned() {
                     Ok(batch) => {
                         assert!(is_idle && actions.len() == 4 * num_envs);
+                        assert!(!self.reset_was_sent.contains(&false));
                         self.look_at(&batch);
                     }
                     Err(VecEnvError::InFlight { .. }) => assert!(!is_idle),
                     Err(VecEnvError::ActionCount { .. }) => assert!(actions.len() != 4 * num_envs),
+                    Err(VecEnvError::ResetNeeded { env_index }) => {
+                        assert!(!self.reset_was_sent[env_index]);
+                    }
                     Err(error) => panic!("{error}"),
                 }
             }
@@ -105,8 +112,12 @@ impl Vector {
                 let ids: Vec<usize> = ids.iter().map(|id| usize::from(*id % 5)).collect();
                 match self.envs.send(&actions.get(ids.len()), &ids) {
                     Ok(()) => ids.iter().for_each(|id| {
+                        assert!(self.reset_was_sent[*id]);
                         assert!(!std::mem::replace(&mut self.in_flight[*id], true));
                     }),
+                    Err(VecEnvError::ResetNeeded { env_index }) => {
+                        assert!(!self.reset_was_sent[env_index]);
+                    }
                     Err(VecEnvError::UnknownEnv { env_index, .. }) => {
                         assert!(env_index >= num_envs)
                     }
@@ -121,6 +132,7 @@ impl Vector {
             Call::Reset(seed) => match self.envs.reset(*seed).cloned() {
                 Ok(batch) => {
                     assert!(is_idle);
+                    self.reset_was_sent.fill(true);
                     self.look_at(&batch);
                 }
                 Err(VecEnvError::InFlight { .. }) => assert!(!is_idle),
@@ -143,6 +155,7 @@ impl Vector {
                 match self.envs.send_reset_with(&reset) {
                     Ok(()) => {
                         (0..num_envs).filter(|env_index| chosen(*env_index)).for_each(|env_index| {
+                            self.reset_was_sent[env_index] = true;
                             assert!(!std::mem::replace(&mut self.in_flight[env_index], true));
                         })
                     }
@@ -167,6 +180,7 @@ impl Vector {
                 Ok(snapshot) => {
                     assert_eq!(self.envs.restore(&snapshot), Ok(()));
                     assert_eq!(self.envs.snapshot(), Ok(snapshot));
+                    self.reset_was_sent.clone_from(&self.was_reset);
                 }
                 Err(VecEnvError::InFlight { .. }) => assert!(!is_idle),
                 Err(VecEnvError::OutOfUse { env_index }) => assert!(self.out_of_use[env_index]),

@@ -13,7 +13,7 @@ use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{Env, Reset, Step};
-use crate::gym::spaces::{DictSpace, Space, box_space::BoxSpace, error::SpaceError};
+use crate::gym::spaces::{DictSpace, Space, box_space::BoxSpace};
 use crate::gym::{
     error::EnvError,
     np_random::NpRandom,
@@ -85,7 +85,10 @@ impl<S: Simulator> FetchEnv<S> {
 fn observation_space<S: Simulator>(
     config: &FetchConfig,
     task: &impl FetchTask<S>,
-) -> Result<Space, SpaceError> {
+) -> Result<Space, MakeError> {
+    if task.goal_len() == 0 {
+        return Err(MakeError::EmptyGoal);
+    }
     let vector = |len| BoxSpace::<f64>::unbounded(len).map(Space::from);
     let len = FetchObservation::len_of(config.task()) + task.extra_len();
     let space = DictSpace::new([
@@ -132,7 +135,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
     /// of the task before is given up.
     ///
     /// # Errors
-    /// [`MakeError::Space`] if goals have no elements.
+    /// [`MakeError::EmptyGoal`] if goals have no elements.
     pub fn with_task<U: FetchTask<S>>(self, task: U) -> Result<FetchEnv<S, R, U>, MakeError>
     where
         S: Simulator,
@@ -325,7 +328,8 @@ impl<R: GoalReward, T: FetchTask<fetch_sim::MujocoSimulator>> crate::pictures::r
 
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {
         let goal = self.goal.as_deref().ok_or(EnvError::ResetNeeded)?;
-        let goal = self.task.goal_positions(goal).first().copied().map(Vector3::from);
-        Ok(renderer.update_scene(&self.simulator, goal)?)
+        let positions = self.task.goal_positions(goal);
+        let goals: Vec<_> = positions.into_iter().map(Vector3::from).collect();
+        Ok(renderer.update_scene(&self.simulator, &goals)?)
     }
 }

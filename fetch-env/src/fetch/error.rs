@@ -67,6 +67,9 @@ pub enum MakeError {
         /// The largest valid value.
         most: u32,
     },
+    /// A task whose goals have no elements.
+    #[error("the task's goals have no elements: let goal_len() return at least 1")]
+    EmptyGoal,
     /// A simulator made from other settings than the configuration's.
     #[error(
         "the simulator does not fit the configuration ({reason}): make it from the configuration's \

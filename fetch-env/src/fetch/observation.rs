@@ -110,7 +110,7 @@ impl FetchObservation {
 
     /// Sets the desired goal, and returns room for an achieved goal of the same length.
     pub(super) fn set_goals(&mut self, desired_goal: &Goal) -> &mut [f64] {
-        self.desired_goal.clone_from(desired_goal);
+        self.desired_goal = Goal::from_slice(desired_goal);
         self.achieved_goal.resize(desired_goal.len(), 0.0);
         &mut self.achieved_goal
     }

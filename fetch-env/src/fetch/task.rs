@@ -53,7 +53,8 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 /// let config = FetchConfig::new(Task::Reach, RewardKind::Sparse);
 /// let simulator = KinematicSimulator::new(config.sim());
 /// let env = FetchEnv::new(config, simulator)?.with_task(Circle)?.time_limited();
-/// # fetch_env::check::check_goal_env(|| Ok(env.clone()))?;
+/// # let options = fetch_env::check::CheckOptions::default();
+/// # assert!(fetch_env::check::check_goal_env(|| Ok(env.clone()), &options).passed());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait FetchTask<S: Simulator> {

@@ -1,7 +1,7 @@
 //! Invalid calls are errors and change nothing.
 
 use fetch_env::{
-    EnvError, FetchResetOptions, make_kinematic,
+    Env, EnvError, FetchResetOptions, make_kinematic,
     vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError, VecReset},
 };
 
@@ -99,17 +99,32 @@ fn pinned_threads_work_or_say_that_they_cannot() -> Result {
 }
 
 #[test]
-fn a_step_before_the_reset_is_an_error_in_its_row() -> Result {
+fn a_step_before_the_reset_is_refused() -> Result {
     for mode in [AutoresetMode::NextStep, AutoresetMode::SameStep, AutoresetMode::Disabled] {
         let mut envs = vec_env(2, VecConfig::default().with_autoreset(mode))?;
+        let new = envs.snapshot()?;
+        let needed = |env_index| Some(VecEnvError::ResetNeeded { env_index });
         for _ in 0..2 {
-            let batch = envs.step(&actions(2, 0))?;
-            let needed = EnvError::ResetNeeded;
-            assert_eq!(batch.errors().collect::<Vec<_>>(), [(0, &needed), (1, &needed)]);
-            assert!(batch.reward()[0].is_nan() && batch.observation()[0].is_nan());
+            assert_eq!(envs.step(&actions(2, 0)).err(), needed(0));
+            assert_eq!(envs.send(&actions(1, 0), &[1]).err(), needed(1));
+            assert_eq!(envs.in_flight(), 0);
+            // A reset behind the vector's back shows no observation to act on.
+            envs.env_mut(0).ok_or("it is idle")?.reset(Some(0))?;
         }
+        // An environment that was reset waits for the others.
+        let first = VecReset { mask: Some(&[true, false]), ..VecReset::default() };
+        envs.reset_with(&first)?;
+        assert_eq!(envs.step(&actions(2, 0)).err(), needed(1));
+        envs.send(&actions(1, 0), &[0])?;
+        assert!(envs.recv(1)?.stepped()[0]);
         envs.reset(Some(0))?;
         assert_eq!(envs.step(&actions(2, 0))?.errors().count(), 0);
+        let running = envs.snapshot()?;
+        envs.restore(&new)?;
+        assert_eq!(envs.step(&actions(2, 0)).err(), needed(0));
+        let mut other = vec_env(2, VecConfig::default().with_autoreset(mode))?;
+        other.restore(&running)?;
+        assert_eq!(other.step(&actions(2, 1))?.errors().count(), 0);
     }
     Ok(())
 }

@@ -85,7 +85,7 @@ fn a_recorded_vector_stores_what_its_environments_do_alone() -> Result {
         let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
         let (mut envs, mut buffer, mut by_hand) =
             (vec_env(COUNT, config)?, buffer()?, ByHand::new()?);
-        buffer.record(&envs.reset(Some(4))?.into())?;
+        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
         for (env_index, seed) in (0..COUNT).zip(4..) {
             by_hand.begin(env_index, Some(seed))?;
         }
@@ -93,11 +93,11 @@ fn a_recorded_vector_stores_what_its_environments_do_alone() -> Result {
             let actions: Vec<f32> =
                 (0..COUNT).flat_map(|env_index| action(env_index, step)).collect();
             let batch = envs.step(&actions)?;
-            buffer.record(&batch.into())?;
+            buffer.record(&batch.into())?.check()?;
             let over: Vec<bool> = batch.truncated().to_vec();
             if mode == AutoresetMode::Disabled && over.contains(&true) {
                 let reset = VecReset { mask: Some(&over), ..VecReset::default() };
-                buffer.record(&envs.reset_with(&reset)?.into())?;
+                buffer.record(&envs.reset_with(&reset)?.into())?.check()?;
             }
             for env_index in 0..COUNT {
                 by_hand.act(env_index, &action(env_index, step), mode)?;
@@ -120,7 +120,7 @@ fn rows_are_recorded_in_the_order_in_which_they_arrive() -> Result {
         let mut started = [false; COUNT];
         for _ in 0..100 {
             let batch = envs.recv(2)?;
-            buffer.record(&batch.into())?;
+            buffer.record(&batch.into())?.check()?;
             let env_index = batch.env_index().to_vec();
             let mut actions = Vec::new();
             for &env_index in &env_index {
@@ -153,7 +153,7 @@ fn a_failed_environment_loses_its_own_episode_only() -> Result {
         let simulator = |config: &fetch_sim::SimConfig| Faulty::new(config, fault);
         let mut envs = VecEnv::new(envs(COUNT, simulator)?, config)?;
         let mut buffer = buffer()?;
-        buffer.record(&envs.reset(Some(4))?.into())?;
+        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
         let with = |third: [f32; 4]| [STAY, STAY, third, STAY, STAY].concat();
         for _ in 0..2 {
             assert_eq!(buffer.record(&envs.step(&with(STAY))?.into())?.recorded_steps, COUNT);
@@ -172,7 +172,7 @@ fn a_failed_environment_loses_its_own_episode_only() -> Result {
             assert_eq!(buffer.unfinished_steps(env_index)?, Some(4));
         }
         // The next episode of the environment, if it has one, is recorded from its start.
-        buffer.record(&envs.step(&with(STAY))?.into())?;
+        buffer.record(&envs.step(&with(STAY))?.into())?.check()?;
         let unfinished = buffer.unfinished_steps(2)?;
         let goes_on = envs.env(2).is_some() && mode != AutoresetMode::Disabled;
         match mode {
@@ -188,9 +188,9 @@ fn a_step_whose_reset_fails_is_recorded() -> Result {
     let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
     let mut envs = VecEnv::new([ResetsOnce(envs(1, kinematic)?.remove(0), true)], config)?;
     let mut buffer = buffer()?;
-    buffer.record(&envs.reset(Some(0))?.into())?;
+    buffer.record(&envs.reset(Some(0))?.into())?.check()?;
     for _ in 0..5 {
-        buffer.record(&envs.step(&[0.1; 4])?.into())?;
+        buffer.record(&envs.step(&[0.1; 4])?.into())?.check()?;
     }
     let batch = envs.last_step();
     assert_eq!(batch.error(0), Some(&EnvError::other("no second episode")));

@@ -81,7 +81,7 @@ fn a_masked_reset_leaves_the_other_rows_as_they_were() -> Result {
         let mut envs = vec_env(3, VecConfig::default().with_num_threads(2).with_autoreset(mode))?;
         envs.reset(Some(0))?;
         let before = rows(envs.step(&actions(3, 0))?);
-        let options = [FetchResetOptions::default().with_desired_goal([1.3, 0.7, 0.5]); 3];
+        let options = vec![FetchResetOptions::default().with_desired_goal([1.3, 0.7, 0.5]); 3];
         let seeds = [Some(9), Some(7), None];
         let mask = [false, true, false];
         let reset = VecReset { seeds: Some(&seeds), mask: Some(&mask), options: Some(&options) };

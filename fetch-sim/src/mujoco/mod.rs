@@ -19,6 +19,8 @@ pub use binding::{
 pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use robot::{
     fetch_model::FetchModel,
-    simulator::{MujocoSimulator, MujocoSnapshot},
+    scene::builtin_files,
+    simulator::MujocoSimulator,
+    snapshot::MujocoSnapshot,
     visual_geoms::{Shape, VisualGeom},
 };

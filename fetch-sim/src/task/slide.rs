@@ -1,6 +1,7 @@
 //! FetchSlide: hit a puck so that it slides to a point out of reach.
 
 use super::spec::{GoalSpec, ObjectSpec, TaskSpec};
+use crate::object::ObjectShape;
 
 pub(super) const SLIDE: TaskSpec = TaskSpec {
     name: "Slide",
@@ -12,6 +13,9 @@ pub(super) const SLIDE: TaskSpec = TaskSpec {
     gripper_start: [0.996_119_83, 0.748_905_87, 0.412_666_18],
     block_gripper: true,
     object: Some(ObjectSpec {
+        shape: ObjectShape::Cylinder { radius: 0.025, half_length: 0.02 },
+        mass: 2.0,
+        friction: 0.1,
         dropped_at: [1.7, 1.1, 0.41],
         settled_at: [1.7, 1.1, 0.414_018_943_520_539_75],
         range: 0.1,

@@ -1,5 +1,7 @@
 //! The description of a task: every number in which the tasks differ.
 
+use crate::object::ObjectShape;
+
 /// Everything that distinguishes one Fetch task from the others.
 ///
 /// [`Task::spec`](super::Task::spec) returns it. Positions are in meters in the world frame (x
@@ -34,6 +36,12 @@ pub struct TaskSpec {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ObjectSpec {
+    /// Its form.
+    pub shape: ObjectShape,
+    /// Its mass, in kilograms.
+    pub mass: f64,
+    /// Its coefficient of sliding friction.
+    pub friction: f64,
     /// Position from which the object falls onto the table while the scene settles.
     pub dropped_at: [f64; 3],
     /// Position of the object's center once the scene has settled.
@@ -49,6 +57,9 @@ pub struct ObjectSpec {
 impl ObjectSpec {
     /// The cube of Push and PickAndPlace.
     pub(super) const CUBE: Self = Self {
+        shape: ObjectShape::Box { half_size: [0.025; 3] },
+        mass: 2.0,
+        friction: 1.0,
         dropped_at: [1.25, 0.53, 0.4],
         settled_at: [1.25, 0.53, 0.424_699_749_459_536],
         range: 0.15,

@@ -33,6 +33,8 @@ enum Op {
 struct Model {
     finished: Vec<(u8, u8)>,
     under_way: [Option<(u8, u8)>; NUM_ENVS],
+    /// Whether the last episode of each environment was discarded.
+    discarded: [bool; NUM_ENVS],
     episodes: u8,
 }
 
@@ -46,6 +48,11 @@ impl Model {
         self.finished.extend((0..len).map(|t| (episode, t)));
     }
 
+    /// Whether a step of the environment can be recorded or skipped.
+    fn has_begun(&self, env: usize) -> bool {
+        self.under_way[env].is_some() || self.discarded[env]
+    }
+
     /// Returns the row of an environment, whose effects on the environment's episode it follows.
     fn row(
         &mut self,
@@ -56,6 +63,7 @@ impl Model {
         let (episode, t) = under_way.unwrap_or_default();
         let ends = ends || t == u8::MAX - 1;
         let is_refused = steps && !is_finite && under_way.is_some();
+        self.discarded[env] |= is_refused || (!steps && ends);
         match under_way {
             Some(_) if is_refused || (!steps && ends) => self.under_way[env] = None,
             Some(_) if steps && ends => {
@@ -66,6 +74,7 @@ impl Model {
             _ => {}
         }
         let start = starts.then(|| self.next());
+        self.discarded[env] &= !starts;
         if let Some(start) = start
             && let Some((episode, len)) = self.under_way[env].replace((start, 0))
         {
@@ -96,6 +105,7 @@ impl Model {
                 let begun = begin(buffer, env, episode);
                 assert_eq!(begun.is_ok(), self.under_way[env].is_none());
                 self.under_way[env].get_or_insert((episode, 0));
+                self.discarded[env] = false;
             }
             Op::End(env) => {
                 let ended = self.under_way[usize::from(env)].take();
@@ -108,13 +118,27 @@ impl Model {
                 let discarded = self.under_way[usize::from(env)].take();
                 let result = buffer.discard_episode(usize::from(env));
                 assert_eq!(result.is_ok(), discarded.is_some());
+                self.discarded[usize::from(env)] |= discarded.is_some();
             }
             Op::Whole(len) => {
                 let episode = self.next();
                 add_whole(buffer, episode, len.max(1));
                 self.finish(episode, len.max(1));
             }
-            Op::Record(flags) => {
+            Op::Record(mut flags) => {
+                if let Some(env_index) =
+                    (0..NUM_ENVS).find(|env| flags[*env].0 && !self.has_begun(*env))
+                {
+                    let row = |(steps, ends, ..): (bool, bool, bool, bool)| {
+                        let step = steps.then_some((0, 0));
+                        Row { step, ends, start: None, is_finite: true }
+                    };
+                    let refused = record(buffer, &flags.map(row));
+                    assert_eq!(refused, Err(AddError::NoEpisode { env_index }));
+                    for (env, flags) in flags.iter_mut().enumerate() {
+                        flags.0 &= self.has_begun(env);
+                    }
+                }
                 let rows = [0, 1].map(|env| self.row(env, flags[env]));
                 let recorded = record(buffer, &rows).expect("rows of the right lengths");
                 assert_eq!(recorded.first_refusal.is_some(), rows.iter().any(|row| !row.is_finite));
@@ -127,7 +151,8 @@ impl Model {
             }
             Op::Clear => {
                 buffer.clear();
-                *self = Self { episodes: self.episodes, ..Self::default() };
+                let discarded = [0, 1].map(|env| self.has_begun(env));
+                *self = Self { episodes: self.episodes, discarded, ..Self::default() };
             }
             Op::SaveAndLoad => {
                 let mut bytes = Vec::new();

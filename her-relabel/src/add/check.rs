@@ -39,7 +39,10 @@ pub enum AddError {
         env_index: usize,
     },
     /// A step is added, or an episode ended, while none is under way.
-    #[error("environment {env_index} is not in an episode: call begin_episode after every reset")]
+    #[error(
+        "environment {env_index} is not in an episode: call begin_episode after every reset, or \
+         record the rows of the reset before those of its steps"
+    )]
     NoEpisode {
         /// The environment.
         env_index: usize,

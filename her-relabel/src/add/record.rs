@@ -1,18 +1,23 @@
 //! Recording the rows of vectorized environments.
 
+use thiserror::Error;
+
 use crate::add::arguments::StepRows;
 use crate::add::check::{AddError, check_fields};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 
 /// The result of [`HerBuffer::record`]. Every row with a step is either recorded or skipped.
+///
+/// [`check`](Self::check) turns a row that the buffer refused into an error.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
+#[must_use = "the buffer may have refused a row: call `check`, or read `first_refusal`"]
 pub struct Recorded {
     /// The number of steps added to episodes.
     pub recorded_steps: usize,
-    /// The number of steps that were not added, because no episode was under way or the buffer
-    /// cannot store their numbers.
+    /// The number of steps that were not added, because the buffer cannot store their numbers or
+    /// has discarded the beginning of their episode.
     pub skipped_steps: usize,
     /// The number of episodes that ended with at least one step. They can now be sampled, except
     /// [still ones](crate::StillEpisodes) that the buffer does not keep.
@@ -24,8 +29,20 @@ pub struct Recorded {
     pub first_refusal: Option<RefusedRow>,
 }
 
+impl Recorded {
+    /// Returns an error if the buffer refused a row. Environments that failed are not such rows:
+    /// they report their errors themselves.
+    ///
+    /// # Errors
+    /// [`RefusedRow`].
+    pub fn check(self) -> Result<(), RefusedRow> {
+        self.first_refusal.map_or(Ok(()), Err)
+    }
+}
+
 /// A row whose numbers the buffer cannot store.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq, Error)]
+#[error("environment {env_index} has numbers that cannot be stored: {error}")]
 #[non_exhaustive]
 pub struct RefusedRow {
     /// The environment.
@@ -33,6 +50,7 @@ pub struct RefusedRow {
     /// The first number that cannot be stored, by its place in the row.
     pub error: AddError,
 }
+debug_as_display!(RefusedRow);
 
 impl<T: Scalar> HerBuffer<T> {
     /// Records rows of vectorized environments, in any autoreset mode: of all environments, or of
@@ -41,10 +59,9 @@ impl<T: Scalar> HerBuffer<T> {
     ///
     /// Each row is recorded in this order:
     /// 1. A step is added to the environment's episode, and ends it if it is terminated or
-    ///    truncated. If no episode is under way, because it was discarded or recording began in its
-    ///    middle, the step is skipped.
+    ///    truncated. If the episode was discarded, the step is skipped.
     /// 2. A truncated row without a step means that the environment failed: its unfinished episode
-    ///    is discarded.
+    ///    is discarded. Steps before its next start are skipped.
     /// 3. Where an episode starts, one that is still under way ends as truncated with the steps it
     ///    has, and the new one begins.
     ///
@@ -53,8 +70,10 @@ impl<T: Scalar> HerBuffer<T> {
     /// are not affected. In the steady state, nothing is allocated.
     ///
     /// # Errors
-    /// [`AddError::UnknownEnv`], [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error
-    /// of the fields; then nothing has changed.
+    /// [`AddError::NoEpisode`] if a row has a step of an environment that has begun no episode since
+    /// the last one ended: the rows of its reset were not recorded. [`AddError::UnknownEnv`],
+    /// [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error of the fields. Nothing has
+    /// changed then.
     ///
     /// # Example
     /// The first of two environments ends its episode and starts another in the same step.
@@ -73,7 +92,7 @@ impl<T: Scalar> HerBuffer<T> {
     ///     desired_goal: &[5.0, 6.0],
     ///     ..StepRows::default()
     /// };
-    /// buffer.record(&reset)?;
+    /// buffer.record(&reset)?.check()?;
     /// let step = StepRows {
     ///     stepped: &[true, true],
     ///     started: &[true, false],
@@ -102,6 +121,7 @@ impl<T: Scalar> HerBuffer<T> {
             check_fields(&self.storage.fields, rows.fields, rows.env_index.len())?;
         }
         self.check_envs(rows.env_index)?;
+        self.check_begun(rows.env_index, rows.stepped)?;
         let mut recorded = Recorded::default();
         for (at, &env_index) in rows.env_index.iter().enumerate() {
             if let Err(error) = self.record_row(rows, at, env_index, &mut recorded) {
@@ -127,6 +147,19 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
+    /// Checks that every environment with a step is in an episode, or in one that was discarded.
+    fn check_begun(&self, rows: &[usize], stepped: &[bool]) -> Result<(), AddError> {
+        let mut steps = rows.iter().zip(stepped).filter(|(_, stepped)| **stepped);
+        let has_begun = |env_index: usize| {
+            let episode = &self.unfinished[env_index];
+            episode.is_under_way() || episode.is_discarded
+        };
+        match steps.find(|(env_index, _)| !has_begun(**env_index)) {
+            Some((&env_index, _)) => Err(AddError::NoEpisode { env_index }),
+            None => Ok(()),
+        }
+    }
+
     /// Records the row at `at`, of environment `env_index`. An error is the first refusal of its
     /// numbers.
     fn record_row<O: Scalar, G: Scalar, A: Scalar>(
@@ -138,7 +171,8 @@ impl<T: Scalar> HerBuffer<T> {
     ) -> Result<(), AddError> {
         let dims = self.config.dims();
         let mut refusal = Ok(());
-        if rows.stepped[at] && self.unfinished[env_index].is_under_way() {
+        let is_under_way = self.unfinished[env_index].is_under_way();
+        if rows.stepped[at] && is_under_way {
             let step = rows.step(at, dims);
             refusal = step.check_numbers::<T>(&self.storage.fields, at);
             if refusal.is_ok() {
@@ -151,8 +185,8 @@ impl<T: Scalar> HerBuffer<T> {
             }
         } else if rows.stepped[at] {
             recorded.skipped_steps += 1;
-        } else if rows.truncated[at] && self.unfinished[env_index].is_under_way() {
-            recorded.discarded_episodes += 1;
+        } else if rows.truncated[at] {
+            recorded.discarded_episodes += usize::from(is_under_way);
             self.unfinished[env_index].discard();
         }
         if !rows.started[at] {
@@ -162,8 +196,13 @@ impl<T: Scalar> HerBuffer<T> {
             recorded.finished_episodes += usize::from(self.cut_off(env_index));
         }
         let start = rows.start(at, dims);
-        refusal.and(start.check_numbers::<T>().map(|()| {
-            self.unfinished[env_index].begin(&self.storage.layout, &start);
-        }))
+        let refused_start = start.check_numbers::<T>();
+        let unfinished = &mut self.unfinished[env_index];
+        if refused_start.is_ok() {
+            unfinished.begin(&self.storage.layout, &start);
+        } else {
+            unfinished.discard();
+        }
+        refusal.and(refused_start)
     }
 }

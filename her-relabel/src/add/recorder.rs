@@ -13,6 +13,7 @@ impl<T: Scalar> Unfinished<T> {
         start: &StartData<'_, O, G>,
     ) {
         self.rows.clear();
+        self.is_discarded = false;
         self.push_state(layout, start.observation, start.achieved_goal);
         self.desired_goal.resize(layout.dims().goal, T::default());
         fill(&mut self.desired_goal, start.desired_goal);

@@ -67,7 +67,8 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Forgets the unfinished episode of an environment.
+    /// Forgets the unfinished episode of an environment. [`record`](Self::record) skips the rest of
+    /// its steps.
     ///
     /// # Errors
     /// [`AddError::UnknownEnv`] or [`AddError::NoEpisode`].
@@ -129,7 +130,7 @@ impl<T: Scalar> HerBuffer<T> {
         if has_steps {
             self.store(env_index, Ending { terminated: false, truncated: true });
         } else {
-            self.unfinished[env_index].discard();
+            self.unfinished[env_index].end();
         }
         has_steps
     }
@@ -139,6 +140,6 @@ impl<T: Scalar> HerBuffer<T> {
         let unfinished = &mut self.unfinished[env_index];
         let rows = unfinished.finish(&self.storage);
         self.storage.push_episode(rows, ending);
-        unfinished.discard();
+        unfinished.end();
     }
 }

@@ -119,14 +119,38 @@ impl Formed<'_> {
         }
     }
 
+    /// Writes an observation and the goal behind it to `target`, which holds no more.
+    pub(crate) fn put_input<O: Scalar, G: Scalar, T: Scalar>(
+        &self,
+        target: &mut [T],
+        observation: &[O],
+        achieved_goal: &[G],
+        desired_goal: &[G],
+    ) {
+        let end = observation.len();
+        put_at(self.observation, target, 0, observation);
+        if self.relative {
+            self.put_relative(&mut target[end..], desired_goal, achieved_goal);
+        } else {
+            put_at(self.goal, target, end, desired_goal);
+        }
+    }
+
+    /// Returns the length of the vectors and that of their normalizer, if they differ.
+    pub(crate) fn wrong_dim(&self, dims: Dims) -> Option<(usize, usize)> {
+        let pairs = [(self.observation, dims.observation), (self.goal, dims.goal)];
+        pairs.into_iter().find_map(|(normalizer, expected)| {
+            let actual = normalizer?.dim();
+            (actual != expected).then_some((expected, actual))
+        })
+    }
+
     /// Checks the dimensions of the normalizers.
     pub(crate) fn check(&self, dims: Dims) -> Result<(), SampleError> {
-        let pairs = [(self.observation, dims.observation), (self.goal, dims.goal)];
-        let wrong = pairs.into_iter().find_map(|(normalizer, expected)| {
-            let actual = normalizer?.dim();
-            (actual != expected).then_some(SampleError::NormalizerDim { expected, actual })
-        });
-        wrong.map_or(Ok(()), Err)
+        match self.wrong_dim(dims) {
+            Some((expected, actual)) => Err(SampleError::NormalizerDim { expected, actual }),
+            None => Ok(()),
+        }
     }
 }
 

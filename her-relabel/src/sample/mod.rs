@@ -1,5 +1,6 @@
 //! Drawing batches from a buffer.
 
+pub(crate) mod acting;
 pub(crate) mod aim;
 pub(crate) mod batch;
 pub(crate) mod columns;

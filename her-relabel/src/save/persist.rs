@@ -11,8 +11,8 @@
 //! 6. first and next live transition, first and next kept episode;
 //! 7. a record of each episode;
 //! 8. the rows of the live states;
-//! 9. for each environment the number of rows of its unfinished episode, the rows and, if there are
-//!    any, the desired goal;
+//! 9. for each environment the number of rows of its unfinished episode (all bits set if it was
+//!    discarded), the rows and, if there are any, the desired goal;
 //! 10. with priorities, the highest one, the number of places of their tree, and all priorities;
 //! 11. the CRC-32 of everything before it (32 bits).
 
@@ -44,6 +44,9 @@ const HIGHEST: f64 = -1.0;
 
 /// The distance that says that all still episodes are kept.
 const ALL_KEPT: f64 = -1.0;
+
+/// The number of rows of an unfinished episode that was discarded.
+const DISCARDED: u64 = u64::MAX;
 
 /// The highest number of a transition: more than anyone can store, and far from overflow.
 const LAST: u64 = 1 << 60;
@@ -103,8 +106,9 @@ impl<T: Scalar> HerBuffer<T> {
         target.numbers([live.start, live.end, kept.start, kept.end])?;
         episodes.records().try_for_each(|record| target.number(record))?;
         tape.rows().try_for_each(|row| target.elements(row))?;
-        for Unfinished { rows, desired_goal } in &self.unfinished {
-            target.number((rows.len() / layout.row()) as u64)?;
+        for Unfinished { rows, desired_goal, is_discarded } in &self.unfinished {
+            let num_rows = (rows.len() / layout.row()) as u64;
+            target.number(if *is_discarded { DISCARDED } else { num_rows })?;
             if !rows.is_empty() {
                 target.elements(rows)?;
                 target.elements(desired_goal)?;
@@ -257,7 +261,12 @@ fn read_unfinished<T: Scalar, R: Read>(
     capacity: usize,
 ) -> Result<Unfinished<T>, LoadError> {
     let mut unfinished = Unfinished::default();
-    let [num_rows] = source.sizes()?;
+    let num_rows = source.number()?;
+    if num_rows == DISCARDED {
+        unfinished.is_discarded = true;
+        return Ok(unfinished);
+    }
+    let num_rows = usize::try_from(num_rows).map_err(|_| LoadError::Damaged)?;
     if num_rows > capacity.saturating_mul(2) {
         return Err(LoadError::Damaged);
     }

@@ -120,7 +120,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// Forgets everything, including unfinished episodes. The memory is kept for later transitions.
     pub fn clear(&mut self) {
         self.storage.clear();
-        self.unfinished.iter_mut().for_each(Unfinished::discard);
+        let under_way = self.unfinished.iter_mut().filter(|episode| episode.is_under_way());
+        under_way.for_each(Unfinished::discard);
     }
 
     /// Sets the priorities of transitions, or of their episodes. The last priority counts if one is

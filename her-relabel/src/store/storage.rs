@@ -108,6 +108,8 @@ fn keeps<T: Scalar>(still: &StillEpisodes, number: u64, layout: &Layout, rows: &
 pub(crate) struct Unfinished<T> {
     pub(crate) rows: Vec<T>,
     pub(crate) desired_goal: Vec<T>,
+    /// Whether the episode was discarded, so that the rest of its steps is expected.
+    pub(crate) is_discarded: bool,
 }
 
 impl<T: Scalar> Unfinished<T> {
@@ -120,8 +122,14 @@ impl<T: Scalar> Unfinished<T> {
         (self.rows.len() / layout.row()).saturating_sub(1)
     }
 
-    /// Forgets the episode.
+    /// Forgets the episode, whose other steps may still come.
     pub(crate) fn discard(&mut self) {
+        self.rows.clear();
+        self.is_discarded = true;
+    }
+
+    /// Forgets an episode that has ended.
+    pub(crate) fn end(&mut self) {
         self.rows.clear();
     }
 }

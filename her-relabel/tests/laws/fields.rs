@@ -60,7 +60,7 @@ fn add_vectorized(buffer: &mut HerBuffer<f64>, episodes: &[u32], len: u32) {
         desired_goal: &flat(&|episode| desired_goal(episode).to_vec()),
         ..StepRows::default()
     };
-    buffer.record(&starts).unwrap();
+    buffer.record(&starts).unwrap().check().unwrap();
     for t in 0..len {
         let log_probs = flat(&|episode| log_prob(episode, t).to_vec());
         let latents = flat(&|episode| latent(episode, t).to_vec());

@@ -20,8 +20,11 @@
 //! 11. Goals are not rounded before the threshold: `relabeling`.
 //! 12. The reward is called once, for the relabeled rows, and may panic: `relabeling`.
 //! 13. Readers beside a writer see no torn row: `determinism`.
+//! 14. A step without a start is refused where it is recorded: `vectorized`.
+//! 15. A network that acts sees the bits that it learns from: `acting`.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+mod acting;
 mod adding;
 mod appending;
 mod choosing;

@@ -94,6 +94,11 @@ fn record(buffer: &mut HerBuffer<f64>, rows: &[Row]) -> Result<Recorded, AddErro
     buffer.record(&Columns::new(rows).rows())
 }
 
+/// Records rows whose numbers can be stored.
+fn record_all(buffer: &mut HerBuffer<f64>, rows: &[Row]) -> Result {
+    Ok(record(buffer, rows)?.check()?)
+}
+
 fn buffer() -> HerBuffer<f64> {
     HerBuffer::new(BufferConfig::new(40, DIMS).with_num_envs(NUM_ENVS)).unwrap()
 }
@@ -120,9 +125,12 @@ fn add_apart(buffer: &mut HerBuffer<f64>, row: &Row, counts: &mut Recorded) {
             counts.recorded_steps += 1;
             counts.finished_episodes += usize::from(row.terminated || row.truncated);
         }
-        None if row.truncated && under_way => {
+        None if row.truncated => {
+            if !under_way {
+                begin(buffer, env, 0).unwrap();
+            }
             buffer.discard_episode(env).unwrap();
-            counts.discarded_episodes += 1;
+            counts.discarded_episodes += usize::from(under_way);
         }
         None => {}
     }
@@ -131,8 +139,9 @@ fn add_apart(buffer: &mut HerBuffer<f64>, row: &Row, counts: &mut Recorded) {
             buffer.end_episode(env).unwrap();
             counts.finished_episodes += usize::from(steps > 0);
         }
-        if !row.bad_start {
-            begin(buffer, env, episode).unwrap();
+        begin(buffer, env, episode).unwrap();
+        if row.bad_start {
+            buffer.discard_episode(env).unwrap();
         }
     }
 }
@@ -216,7 +225,6 @@ proptest! {
     #[test]
     fn rows_of_any_mode_and_order_are_calls_of_one_environment_at_a_time(
         mode in prop::sample::select(vec![Mode::NextStep, Mode::SameStep, Mode::Disabled]),
-        is_reset_first in any::<bool>(),
         calls in prop::collection::vec(
             (
                 Just((0..NUM_ENVS).collect::<Vec<_>>()).prop_shuffle(),
@@ -228,11 +236,9 @@ proptest! {
     ) {
         let (mut together, mut apart) = (buffer(), buffer());
         let mut envs = Envs::default();
-        if is_reset_first {
-            let resets: Vec<Row> = (0..NUM_ENVS).map(|env| envs.reset(env)).collect();
-            record(&mut together, &resets)?;
-            resets.iter().for_each(|row| add_apart(&mut apart, row, &mut Recorded::default()));
-        }
+        let resets: Vec<Row> = (0..NUM_ENVS).map(|env| envs.reset(env)).collect();
+        prop_assert_eq!(record(&mut together, &resets)?, Recorded::default());
+        resets.iter().for_each(|row| add_apart(&mut apart, row, &mut Recorded::default()));
         for (order, count, events) in calls {
             let rows: Vec<Row> =
                 order[..count].iter().map(|env| envs.row(*env, mode, events[*env])).collect();
@@ -255,6 +261,8 @@ proptest! {
     ) {
         let (mut together, mut apart) = (buffer(), buffer());
         let mut states = [(0, 0); NUM_ENVS];
+        // Whether the last episode of each environment was discarded.
+        let mut discarded = [false; NUM_ENVS];
         for (call, flags) in (1..).zip(calls) {
             let rows: Vec<Row> = flags.into_iter().enumerate().map(|(env, flags)| {
                 let [stepped, terminated, truncated, started, bad_step, bad_start] = flags;
@@ -274,8 +282,27 @@ proptest! {
                     bad_start,
                 }
             }).collect();
-            record(&mut together, &rows)?;
-            rows.iter().for_each(|row| add_apart(&mut apart, row, &mut Recorded::default()));
+            let is_unbegun = |row: &&Row| {
+                let under_way = together.unfinished_steps(row.env).unwrap().is_some();
+                row.step.is_some() && !under_way && !discarded[row.env]
+            };
+            if let Some(&Row { env: env_index, .. }) = rows.iter().find(is_unbegun) {
+                let refused = record(&mut together, &rows);
+                prop_assert_eq!(refused, Err(AddError::NoEpisode { env_index }));
+                continue;
+            }
+            let mut expected = Recorded::default();
+            for row in &rows {
+                let env = row.env;
+                let was_under_way = apart.unfinished_steps(env)?.is_some();
+                add_apart(&mut apart, row, &mut expected);
+                let is_lost = row.step.map_or(row.truncated, |_| was_under_way && row.bad_step);
+                let is_kept = row.start.is_none() && (is_lost || discarded[env]);
+                discarded[env] = is_kept || (row.start.is_some() && row.bad_start);
+            }
+            let mut recorded = record(&mut together, &rows)?;
+            recorded.first_refusal = None;
+            prop_assert_eq!(recorded, expected);
         }
         prop_assert_eq!(saved(&together), saved(&apart));
     }
@@ -285,7 +312,7 @@ proptest! {
 fn every_mode_records_the_same_episodes() -> Result {
     let record_in = |mode| -> Result<Vec<u8>> {
         let (mut buffer, mut envs) = (buffer(), Envs::default());
-        record(&mut buffer, &[envs.reset(0)])?;
+        record_all(&mut buffer, &[envs.reset(0)])?;
         while envs.episodes < 9 {
             // Episodes of three steps, terminated and truncated in turns. 20 resets, 9 goes on.
             let event = match (envs.over[0], envs.states[0].1) {
@@ -293,7 +320,7 @@ fn every_mode_records_the_same_episodes() -> Result {
                 (false, 2) => 1 + 2 * (envs.states[0].0 % 2) as u8,
                 (false, _) => 9,
             };
-            record(&mut buffer, &[envs.row(0, mode, event)])?;
+            record_all(&mut buffer, &[envs.row(0, mode, event)])?;
         }
         buffer.discard_episode(0)?;
         assert_eq!((buffer.num_episodes(), buffer.len()), (8, 24));
@@ -316,19 +343,23 @@ fn step_row(env: usize, state: (u32, u32)) -> Row {
 #[test]
 fn a_failed_environment_loses_its_episode_and_nobody_else_s() -> Result {
     let mut buffer = buffer();
-    record(&mut buffer, &[reset_row(0, 1), reset_row(1, 2), reset_row(2, 3)])?;
-    record(&mut buffer, &[step_row(0, (1, 0)), step_row(1, (2, 0)), step_row(2, (3, 0))])?;
+    record_all(&mut buffer, &[reset_row(0, 1), reset_row(1, 2), reset_row(2, 3)])?;
+    record_all(&mut buffer, &[step_row(0, (1, 0)), step_row(1, (2, 0)), step_row(2, (3, 0))])?;
     let failed = Row { env: 1, truncated: true, ..Row::default() };
     let recorded = record(&mut buffer, &[step_row(0, (1, 1)), failed, step_row(2, (3, 1))])?;
     assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (2, 1));
     assert_eq!(recorded.first_refusal, None);
     let steps = |buffer: &HerBuffer<f64>| [0, 1, 2].map(|env| buffer.unfinished_steps(env));
     assert_eq!(steps(&buffer), [Ok(Some(2)), Ok(None), Ok(Some(2))]);
-    // Its steps are skipped until its next start.
-    let recorded = record(&mut buffer, &[step_row(1, (2, 2))])?;
-    assert_eq!((recorded.recorded_steps, recorded.skipped_steps), (0, 1));
-    record(&mut buffer, &[reset_row(1, 4)])?;
-    record(&mut buffer, &[step_row(1, (4, 0))])?;
+    // Its steps are skipped until its next start, also in a loaded copy.
+    let mut loaded = HerBuffer::read_from(&saved(&buffer)[..])?;
+    for buffer in [&mut buffer, &mut loaded] {
+        let recorded = record(buffer, &[step_row(1, (2, 2))])?;
+        assert_eq!((recorded.recorded_steps, recorded.skipped_steps), (0, 1));
+    }
+    assert_eq!(saved(&buffer), saved(&loaded));
+    record_all(&mut buffer, &[reset_row(1, 4)])?;
+    record_all(&mut buffer, &[step_row(1, (4, 0))])?;
     assert_eq!(steps(&buffer), [Ok(Some(2)), Ok(Some(1)), Ok(Some(2))]);
     Ok(())
 }
@@ -336,11 +367,12 @@ fn a_failed_environment_loses_its_episode_and_nobody_else_s() -> Result {
 #[test]
 fn a_row_that_cannot_be_stored_is_reported_and_discards_one_episode() -> Result {
     let mut buffer = buffer();
-    record(&mut buffer, &[reset_row(0, 1), reset_row(1, 2), reset_row(2, 3)])?;
+    record_all(&mut buffer, &[reset_row(0, 1), reset_row(1, 2), reset_row(2, 3)])?;
     let bad = |env, episode| Row { bad_step: true, ..step_row(env, (episode, 0)) };
     let recorded = record(&mut buffer, &[step_row(1, (2, 0)), bad(2, 3), bad(0, 1)])?;
-    let refusal = recorded.first_refusal.ok_or("no refusal")?;
+    let refusal = recorded.clone().check().expect_err("a refusal");
     assert_eq!(refusal.env_index, 2);
+    assert!(refusal.to_string().starts_with("environment 2 has numbers"), "{refusal}");
     assert!(
         matches!(&refusal.error, AddError::NotFinite { field, index: 0, .. } if field == "reward")
     );
@@ -357,10 +389,43 @@ fn a_row_that_cannot_be_stored_is_reported_and_discards_one_episode() -> Result 
 }
 
 #[test]
+fn a_step_of_an_episode_that_has_not_begun_is_refused_where_it_is_recorded() -> Result {
+    let mut buffer = buffer();
+    let refused = |env_index| Err(AddError::NoEpisode { env_index });
+    let rows = [step_row(3, (1, 0)), step_row(1, (2, 0))];
+    assert_eq!(record(&mut buffer, &rows), refused(3));
+    // The rows before it are not recorded either.
+    record_all(&mut buffer, &[reset_row(3, 1)])?;
+    assert_eq!(record(&mut buffer, &rows), refused(1));
+    assert_eq!(buffer.unfinished_steps(3), Ok(Some(0)));
+    // A start in the same row begins the episode after the step.
+    let both = Row { start: Some(4), ..step_row(1, (2, 0)) };
+    assert_eq!(record(&mut buffer, &[both]), refused(1));
+    // Nor is a step after the end of an episode, whoever ended it.
+    let last = Row { truncated: true, ..step_row(3, (1, 0)) };
+    record_all(&mut buffer, &[last])?;
+    assert_eq!(record(&mut buffer, &rows), refused(3));
+    record_all(&mut buffer, &[reset_row(3, 5), reset_row(1, 6)])?;
+    buffer.end_episode(3)?;
+    assert_eq!(record(&mut buffer, &rows), refused(3));
+    // What was discarded has begun.
+    buffer.discard_episode(1)?;
+    let recorded = record(&mut buffer, &[step_row(1, (6, 0))])?;
+    assert_eq!((recorded.recorded_steps, recorded.skipped_steps), (0, 1));
+    record_all(&mut buffer, &[reset_row(1, 7)])?;
+    buffer.clear();
+    assert_eq!(record(&mut buffer, &[step_row(1, (7, 0))])?.skipped_steps, 1);
+    assert_eq!(record(&mut buffer, &rows), refused(3));
+    let error = record(&mut buffer, &rows).unwrap_err();
+    assert!(error.to_string().contains("record the rows of the reset"), "{error}");
+    Ok(())
+}
+
+#[test]
 fn a_reset_in_the_middle_keeps_the_steps_before_it() -> Result {
     let mut buffer = buffer();
-    record(&mut buffer, &[reset_row(3, 1)])?;
-    record(&mut buffer, &[step_row(3, (1, 0))])?;
+    record_all(&mut buffer, &[reset_row(3, 1)])?;
+    record_all(&mut buffer, &[step_row(3, (1, 0))])?;
     let recorded = record(&mut buffer, &[reset_row(3, 2)])?;
     assert_eq!((recorded.finished_episodes, recorded.discarded_episodes), (1, 0));
     // An episode without steps leaves no trace.
@@ -376,9 +441,9 @@ fn a_reset_in_the_middle_keeps_the_steps_before_it() -> Result {
 fn a_clone_of_rows_has_the_same_rows() -> Result {
     let columns = Columns::new(&[reset_row(0, 1), reset_row(1, 2)]);
     let [mut one, mut other] = [buffer(), buffer()];
-    one.record(&columns.rows())?;
+    one.record(&columns.rows())?.check()?;
     let clone = Some(&columns.rows()).cloned().ok_or("a clone")?;
-    other.record(&clone)?;
+    other.record(&clone)?.check()?;
     assert_eq!(saved(&one), saved(&other));
     assert_eq!(one.unfinished_steps(1)?, Some(0));
     Ok(())
@@ -387,7 +452,7 @@ fn a_clone_of_rows_has_the_same_rows() -> Result {
 #[test]
 fn wrong_lengths_and_environments_change_nothing() -> Result {
     let mut buffer = buffer();
-    record(&mut buffer, &[reset_row(0, 1), reset_row(1, 2)])?;
+    record_all(&mut buffer, &[reset_row(0, 1), reset_row(1, 2)])?;
     let before = saved(&buffer);
     let columns =
         Columns::new(&[step_row(0, (1, 0)), Row { start: Some(3), ..step_row(1, (2, 0)) }]);
@@ -422,7 +487,7 @@ fn wrong_lengths_and_environments_change_nothing() -> Result {
     let unknown = buffer.record(&StepRows { fields: &[("value", &[0.0; 2])], ..good });
     assert!(matches!(unknown, Err(AddError::UnknownField(_))));
     assert_eq!(saved(&buffer), before);
-    buffer.record(&good)?;
+    buffer.record(&good)?.check()?;
     // Columns that no row reads may be empty.
     let flags = &[false; 2][..];
     let idle: StepRows<'_, f64> = StepRows {

@@ -38,14 +38,16 @@ pub(crate) struct List {
     pub(crate) capacity: usize,
     pub(crate) finished: Vec<Episode>,
     pub(crate) under_way: Vec<Option<Episode>>,
+    /// Whether the last episode of each environment was discarded.
+    pub(crate) discarded: Vec<bool>,
     pub(crate) priorities: Option<Priorities>,
     highest: f64,
 }
 
 impl List {
     pub(crate) fn new(capacity: usize, num_envs: usize, priorities: Option<Priorities>) -> Self {
-        let under_way = vec![None; num_envs];
-        Self { capacity, finished: Vec::new(), under_way, priorities, highest: 1.0 }
+        let (under_way, discarded) = (vec![None; num_envs], vec![false; num_envs]);
+        Self { capacity, finished: Vec::new(), under_way, discarded, priorities, highest: 1.0 }
     }
 
     /// All stored transitions, oldest first: the episode and the step.
@@ -80,8 +82,14 @@ impl List {
         }
     }
 
+    /// Whether a step of the environment can be recorded or skipped.
+    pub(crate) fn has_begun(&self, env: usize) -> bool {
+        self.under_way[env].is_some() || self.discarded[env]
+    }
+
     pub(crate) fn clear(&mut self) {
         self.finished.clear();
+        self.discarded = (0..self.under_way.len()).map(|env| self.has_begun(env)).collect();
         self.under_way.fill(None);
         self.highest = 1.0;
     }

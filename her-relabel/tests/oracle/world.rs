@@ -2,7 +2,8 @@
 
 use her_relabel::rand_core::Rng;
 use her_relabel::{
-    BufferConfig, Dims, EpisodeData, FieldRows, HerBuffer, Scalar, StartData, StepData, StepRows,
+    AddError, BufferConfig, Dims, EpisodeData, FieldRows, HerBuffer, Scalar, StartData, StepData,
+    StepRows,
 };
 use proptest::sample::Index;
 use rand_chacha::ChaCha8Rng;
@@ -81,6 +82,7 @@ impl World {
         start.desired_goal = stored::<S>(&start.desired_goal);
         start.states = start.states.iter().map(round_state::<S>).collect();
         self.list.under_way[env] = Some(start);
+        self.list.discarded[env] = false;
     }
 
     fn step_in_list<S: Scalar>(&mut self, env: usize, taken: &Taken, next: &State) {
@@ -104,6 +106,7 @@ impl World {
                 let env = env % num_envs;
                 let discarded = self.list.under_way[env].take();
                 assert_eq!(buffer.discard_episode(env).is_ok(), discarded.is_some());
+                self.list.discarded[env] |= discarded.is_some();
             }
             Event::Whole(len, flags) => self.whole(buffer, *len, *flags),
             Event::Record(rows) => self.record(buffer, &rows[..num_envs]),
@@ -217,6 +220,26 @@ impl World {
     /// Records a row of each environment, the last environment first. What must not be read is NaN.
     fn record<S: Scalar>(&mut self, buffer: &mut HerBuffer<S>, rows: &[[bool; 4]]) {
         let env_ids: Vec<usize> = (0..rows.len()).rev().collect();
+        let is_unbegun = |env: &usize| rows[*env][0] && !self.list.has_begun(*env);
+        if let Some(env_index) = env_ids.iter().copied().find(is_unbegun) {
+            let refused = self.record_rows(buffer, &env_ids, rows);
+            assert_eq!(refused, Err(AddError::NoEpisode { env_index }));
+            // The others' rows and the starts, without the steps that are refused.
+            let mut rows = rows.to_vec();
+            for (env, row) in rows.iter_mut().enumerate() {
+                row[0] &= self.list.has_begun(env);
+            }
+            return self.record(buffer, &rows);
+        }
+        self.record_rows(buffer, &env_ids, rows).unwrap();
+    }
+
+    fn record_rows<S: Scalar>(
+        &mut self,
+        buffer: &mut HerBuffer<S>,
+        env_ids: &[usize],
+        rows: &[[bool; 4]],
+    ) -> Result<(), AddError> {
         let lives: Vec<Life> =
             rows.iter().map(|_| (self.taken(), self.state(), self.start())).collect();
         let flag = |at: usize| -> Vec<bool> { env_ids.iter().map(|env| rows[*env][at]).collect() };
@@ -232,7 +255,7 @@ impl World {
             .map(|at| column(stepped, &|(taken, ..)| taken.fields[at].clone()))
             .collect();
         let columns = StepRows {
-            env_index: &env_ids,
+            env_index: env_ids,
             stepped: &flag(stepped),
             started: &flag(started),
             action: &column(stepped, &|(taken, ..)| taken.action.clone()),
@@ -246,8 +269,8 @@ impl World {
             desired_goal: &column(started, &|(.., start)| start.desired_goal.clone()),
             fields: &self.named(&fields),
         };
-        buffer.record(&columns).unwrap();
-        for env in env_ids {
+        buffer.record(&columns)?.check().unwrap();
+        for &env in env_ids {
             let ([stepped, terminated, truncated, started], (taken, next, start)) =
                 (rows[env], &lives[env]);
             if stepped && self.list.under_way[env].is_some() {
@@ -257,12 +280,14 @@ impl World {
                 }
             } else if !stepped && truncated {
                 self.list.under_way[env] = None;
+                self.list.discarded[env] = true;
             }
             if started {
                 self.list.end(env, false, true);
                 self.begin_in_list::<S>(env, start);
             }
         }
+        Ok(())
     }
 
     fn prioritize<S: Scalar>(&mut self, buffer: &mut HerBuffer<S>, changes: &[(Index, u8)]) {

@@ -125,7 +125,8 @@ impl Trajectory {
 /// Exercise 2: dense and sparse rewards along one trajectory.
 fn rewards(seed: u64) -> anyhow::Result<bool> {
     say!("Exercise 2: FetchReachDense-v4 and FetchReach-v4, seed {seed}, the same random actions")?;
-    let Trajectory { steps, same } = Trajectory::of(&mut RandomPolicy::new(seed), seed)?;
+    let mut policy = RandomPolicy::new(make(DENSE_REACH)?.action_space(), seed);
+    let Trajectory { steps, same } = Trajectory::of(&mut policy, seed)?;
     say!("  step  distance     dense  sparse")?;
     for (t, step) in (1..).zip(&steps) {
         say!("  {t:4}  {:.4} m  {:8.4}  {:6}", step.distance, step.dense, step.sparse)?;

@@ -7,7 +7,7 @@ use std::{
 
 use baselines::{Evaluation, RandomPolicy, Summary, evaluate};
 use commands::Command;
-use fetch_env::{EnvId, make};
+use fetch_env::{Env, EnvId, make};
 use lexopt::{Arg::Long, Parser, ValueExt};
 use serde::Serialize;
 
@@ -96,6 +96,7 @@ pub(crate) fn random_episodes(
 }
 
 pub(crate) fn evaluate_random(id: EnvId, seed: u64, count: usize) -> anyhow::Result<Evaluation> {
-    let mut policy = RandomPolicy::new(seed);
-    Ok(evaluate(&mut make(id)?, &mut policy, count, seed, |_| ())?)
+    let mut env = make(id)?;
+    let mut policy = RandomPolicy::new(env.action_space(), seed);
+    Ok(evaluate(&mut env, &mut policy, count, seed, |_| ())?)
 }

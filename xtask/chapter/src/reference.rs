@@ -104,7 +104,7 @@ impl RandomReference {
 #[cfg(test)]
 mod tests {
     use baselines::{RandomPolicy, ScriptedPolicy, evaluate};
-    use fetch_env::{EnvId, make};
+    use fetch_env::{Env, EnvId, make};
 
     use super::*;
 
@@ -115,7 +115,8 @@ mod tests {
         let id = EnvId { task: Task::Reach, reward: RewardKind::Dense };
         let mut env = make(id)?;
         let reference = RandomReference::new(id.task, id.reward);
-        let random = evaluate(&mut env, &mut RandomPolicy::new(0), EPISODES, 0, |_| ())?;
+        let mut policy = RandomPolicy::new(env.action_space(), 0);
+        let random = evaluate(&mut env, &mut policy, EPISODES, 0, |_| ())?;
         let compared = reference.compare(&random)?;
         assert!(compared.iter().all(|figure| figure.p_value > 1e-4), "{compared:?}");
         let scripted = evaluate(&mut env, &mut ScriptedPolicy::new(id.task), EPISODES, 0, |_| ())?;

@@ -83,7 +83,7 @@ impl Comparison {
     /// Takes random steps and compares their rewards.
     pub(crate) fn run(self, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Mismatches> {
         let Self { steps, goals_per_step, tolerance } = self;
-        let (mut policy, mut action) = (RandomPolicy::new(seed), [0.0; 4]);
+        let (mut policy, mut action) = (RandomPolicy::new(env.action_space(), seed), [0.0; 4]);
         let mut goals = GoalSampler::new(seed);
         let mut observation = env.reset(Some(seed))?.observation;
         let mut mismatches = Mismatches::default();

@@ -6,7 +6,7 @@ use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect, gather_episodes,
     workers::{Workers, share},
 };
-use fetch_env::{EnvId, make};
+use fetch_env::{Env, EnvId, make};
 use her_relabel::HerBuffer;
 use serde_json::json;
 
@@ -65,13 +65,13 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
     let steps = env.max_episode_steps().get() as usize;
     let config = buffer_config(args.episodes.get().saturating_mul(steps), &env)?;
     let mut buffer = HerBuffer::<f64>::new(config.clone())?;
-    let mut policy = policy_of(&args.policy, &env, args.env_id.task, args.seed)?;
+    let mut policy = policy_of(&args.policy, &env, args.seed)?;
     let bar = progress::bar(own.len(), "episodes");
     let mut evaluation = Evaluation { episodes: Vec::new() };
     for episode in own {
         let seed = args.seed.wrapping_add(episode as u64);
         // The actions of an episode depend on its seed alone.
-        let mut random = RandomPolicy::new(seed);
+        let mut random = RandomPolicy::new(env.action_space(), seed);
         let policy: &mut dyn Policy =
             if args.policy == "random" { &mut random } else { &mut *policy };
         let one = collect(&mut env, policy, 1, seed, &mut buffer, 0, |_| bar.inc(1))?;

@@ -34,7 +34,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env_id, args.seed);
     let mut env = make(id)?;
-    let mut policy = policy_of(&args.policy, &env, id.task, seed)?;
+    let mut policy = policy_of(&args.policy, &env, seed)?;
     if args.verbose {
         say!("  step   reward  distance  achieved goal            action")?;
     }

@@ -11,7 +11,7 @@ use std::{
 use anyhow::{Context, ensure};
 use baselines::{Collector, CollectorSnapshot, RandomPolicy, buffer_config};
 use fetch_env::{
-    EnvId, MujocoEnv, RenderEnv, RenderOptions, Renderer, SnapshotEnv, VecEnv, make,
+    Env, EnvId, MujocoEnv, RenderEnv, RenderOptions, Renderer, SnapshotEnv, VecEnv, make,
     vec_env::VecConfig,
 };
 use fetch_sim::{SimConfig, Task};
@@ -107,8 +107,8 @@ fn one_round(task: Task, seed: u64, file: &Path, draws: bool) -> anyhow::Result<
     let envs = (0..ENVS).map(make).collect::<Result<Vec<_>, _>>()?;
     let config = buffer_config(ENVS * STEPS, &envs[0])?.with_num_envs(ENVS);
     let mut buffer = HerBuffer::<f32>::new(config)?;
+    let mut policy = RandomPolicy::new(envs[0].action_space(), seed);
     let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
-    let mut policy = RandomPolicy::new(seed);
     collector.reset(Some(seed), &mut buffer)?;
     for _ in 0..PARTS {
         let collected = collector.collect(STEPS / PARTS, &mut policy, &mut buffer, |_, _| ())?;

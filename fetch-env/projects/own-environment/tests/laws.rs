@@ -2,9 +2,9 @@
 
 use std::num::NonZeroU32;
 
-use baselines::{Collector, Policy, buffer_config};
+use baselines::{Collector, VecPolicy, buffer_config};
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
-use fetch_env::vec_env::{AutoresetMode, VecConfig, VecStepOf};
+use fetch_env::vec_env::{AutoresetMode, VecConfig, VecStep};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     DistanceReward, Env, EnvError, EnvExt, GoalEnv, GoalObservation, GoalReward, TimeLimit, VecEnv,
@@ -42,8 +42,8 @@ fn toward_goal(observation: &PuckObservation, force: &mut [f32]) {
 /// The same policy for all rows of a batch.
 struct TowardGoals;
 
-impl Policy<VecStepOf<Wrapped<PuckEnv, TimeLimit>>> for TowardGoals {
-    fn act(&mut self, batch: &VecStepOf<Wrapped<PuckEnv, TimeLimit>>, forces: &mut [f32]) {
+impl VecPolicy<PuckObservation> for TowardGoals {
+    fn act_all(&mut self, batch: &VecStep<PuckObservation>, forces: &mut [f32]) {
         let states = batch.observation().chunks_exact(4);
         let rows = states.zip(batch.desired_goal().chunks_exact(2));
         for (force, (state, goal)) in forces.chunks_exact_mut(2).zip(rows) {
@@ -102,10 +102,10 @@ fn recording_by_hand_stores_what_a_collector_collects() -> Result {
         let mut recorded = make_buffer()?;
         let mut envs = make_vec(autoreset)?;
         let mut forces = [0.0; 2 * NUM_ENVS];
-        recorded.record(&envs.reset(Some(1))?.into())?;
+        recorded.record(&envs.reset(Some(1))?.into())?.check()?;
         for _ in 0..NUM_STEPS {
-            TowardGoals.act(envs.last_step(), &mut forces);
-            recorded.record(&envs.step(&forces)?.into())?;
+            TowardGoals.act_all(envs.last_step(), &mut forces);
+            recorded.record(&envs.step(&forces)?.into())?.check()?;
         }
         assert_eq!(recorded.len(), 2 * NUM_ENVS * LIMIT.get() as usize);
         assert_eq!(draw(&recorded)?, draw(&collected)?);

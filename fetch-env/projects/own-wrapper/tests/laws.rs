@@ -72,9 +72,10 @@ fn rows_of_many_environments_have_the_richer_info() -> Result {
 fn wrapped_environments_are_collected() -> Result {
     let envs = [make()?, make()?];
     let mut buffer = HerBuffer::<f32>::new(buffer_config(1000, &envs[0])?.with_num_envs(2))?;
+    let mut policy = RandomPolicy::new(envs[0].action_space(), 0);
     let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
     let mut episodes = 0;
-    collector.collect(102, &mut RandomPolicy::new(0), &mut buffer, |_, _| episodes += 1)?;
+    collector.collect(102, &mut policy, &mut buffer, |_, _| episodes += 1)?;
     assert_eq!((buffer.len(), episodes), (200, 4));
     Ok(())
 }

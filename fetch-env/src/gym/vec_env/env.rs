@@ -147,7 +147,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// Returns an environment to change, as [`env`](Self::env) does.
     ///
     /// The vector does not learn of resets and steps made here: its next step has the results of
-    /// the next call, and an autoreset that is due stays due.
+    /// the next call, an autoreset that is due stays due, and the first reset is still needed.
     #[must_use]
     pub fn env_mut(&mut self, env_index: usize) -> Option<&mut E> {
         self.idle.get_mut(env_index)?.as_mut()?.env.as_mut()
@@ -186,11 +186,13 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// Takes one action in every environment: row `i` of `actions` in environment `i`.
     ///
     /// # Errors
-    /// [`VecEnvError::ActionCount`], [`VecEnvError::InFlight`] or [`VecEnvError::WorkerLost`]. The
-    /// error of a single environment is in its row.
+    /// [`VecEnvError::ResetNeeded`] before the first reset, [`VecEnvError::ActionCount`],
+    /// [`VecEnvError::InFlight`] or [`VecEnvError::WorkerLost`]; then no environment has taken a
+    /// step. The error of a single environment is in its row.
     pub fn step(&mut self, actions: &[ActionElement<E>]) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
         self.check_actions(actions, self.num_envs())?;
+        self.idle.iter().flatten().try_for_each(|slot| slot.check_reset())?;
         for env_index in 0..self.num_envs() {
             self.lend_action(env_index, actions, env_index);
         }
@@ -201,6 +203,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// Starts a step in some environments: row `k` of `actions` in environment `env_index[k]`.
     ///
     /// # Errors
+    /// [`VecEnvError::ResetNeeded`] for an environment that was never reset,
     /// [`VecEnvError::ActionCount`], [`VecEnvError::UnknownEnv`], [`VecEnvError::EnvInFlight`] or
     /// [`VecEnvError::WorkerLost`]; then no step is started.
     pub fn send(
@@ -215,9 +218,8 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
             let num_envs = self.num_envs();
             let slot =
                 self.idle.get(env_index).ok_or(VecEnvError::UnknownEnv { env_index, num_envs })?;
-            if slot.is_none() || self.named_in[env_index] == self.calls {
-                return Err(VecEnvError::EnvInFlight { env_index });
-            }
+            let slot = slot.as_ref().filter(|_| self.named_in[env_index] != self.calls);
+            slot.ok_or(VecEnvError::EnvInFlight { env_index })?.check_reset()?;
             self.named_in[env_index] = self.calls;
         }
         for (row, &env_index) in env_index.iter().enumerate() {
@@ -273,7 +275,10 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         }
         for env_index in chosen {
             let (seed, options) = start(env_index);
-            self.lend(env_index, |slot| slot.command = Command::Reset { seed, options });
+            self.lend(env_index, |slot| {
+                slot.was_reset = true;
+                slot.command = Command::Reset { seed, options };
+            });
         }
         self.pool.wake();
         Ok(())

@@ -47,6 +47,15 @@ pub enum VecEnvError {
         /// Number of environments.
         num_envs: usize,
     },
+    /// A step of an environment that was never reset.
+    #[error(
+        "environment {env_index} was never reset: call reset() or send_reset() before its first \
+         step"
+    )]
+    ResetNeeded {
+        /// Id of the environment.
+        env_index: usize,
+    },
     /// The environment is in flight, or named twice in one call.
     #[error(
         "environment {env_index} is in flight: send to it once, and again after recv() returns it"

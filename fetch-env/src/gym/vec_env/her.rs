@@ -1,6 +1,6 @@
-//! The results of many environments as rows of a hindsight replay buffer.
+//! The results of many environments as rows of a hindsight replay buffer, and of a network's input.
 
-use her_relabel::StepRows;
+use her_relabel::{StateRows, StepRows};
 
 use super::step::VecStep;
 use crate::gym::env::observation::GoalObservation;
@@ -18,9 +18,9 @@ use crate::gym::env::observation::GoalObservation;
 /// let mut envs = make_kinematic_vec("FetchPush-v4", 4, VecConfig::default())?;
 /// let dims = Dims { observation: 25, goal: 3, action: 4 };
 /// let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10_000, dims).with_num_envs(4))?;
-/// buffer.record(&envs.reset(Some(42))?.into())?;
+/// buffer.record(&envs.reset(Some(42))?.into())?.check()?;
 /// for _ in 0..50 {
-///     buffer.record(&envs.step(&[0.1; 4 * 4])?.into())?;
+///     buffer.record(&envs.step(&[0.1; 4 * 4])?.into())?.check()?;
 /// }
 /// assert_eq!(buffer.len(), 4 * 50);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -44,6 +44,35 @@ where
             achieved_goal: step.achieved_goal(),
             desired_goal: step.desired_goal(),
             fields: &[],
+        }
+    }
+}
+
+/// The states in which the next actions are taken, as the rows that
+/// [`Normalizers::write_input`](her_relabel::Normalizers::write_input) takes.
+///
+/// ```
+/// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};
+/// use her_relabel::{Dims, JoinedGoal, Normalizers};
+///
+/// let mut envs = make_kinematic_vec("FetchPush-v4", 4, VecConfig::default())?;
+/// let dims = Dims { observation: 25, goal: 3, action: 4 };
+/// let normalizers = Normalizers::default(); // or those of a learner
+/// let mut input = vec![0.0_f32; 4 * 28];
+/// let states = envs.reset(Some(42))?.into();
+/// normalizers.write_input(JoinedGoal::Desired, dims, &states, &mut input)?;
+/// assert_eq!(f64::from(input[0]), f64::from(envs.last_step().observation()[0] as f32));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+impl<'a, O, I, A> From<&'a VecStep<O, I, A>> for StateRows<'a, O::Element, f64>
+where
+    O: GoalObservation,
+{
+    fn from(step: &'a VecStep<O, I, A>) -> Self {
+        Self {
+            observation: step.observation(),
+            achieved_goal: step.achieved_goal(),
+            desired_goal: step.desired_goal(),
         }
     }
 }

@@ -13,6 +13,7 @@ use super::step::VecStepOf;
 use crate::gym::env::observation::BatchObservation;
 use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::error::EnvError;
+use crate::gym::vec_env::error::VecEnvError;
 
 /// Chooses seed and options of the episodes that autoresets begin.
 pub(super) type ChooseStart<O> = dyn Fn(usize, u64) -> (Option<u64>, O) + Send + Sync;
@@ -28,6 +29,8 @@ pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
     pub(super) action: Box<[ActionElement<E>]>,
     /// The results of this environment alone: one row.
     pub(super) row: VecStepOf<E>,
+    /// Whether a reset was ever asked for.
+    pub(super) was_reset: bool,
     /// Whether the next step begins an episode, or is refused without an autoreset.
     pub(super) reset_is_due: bool,
     /// The number of episodes that have begun.
@@ -49,9 +52,16 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
             command: Command::Step,
             action: row.action().into(),
             row,
+            was_reset: false,
             reset_is_due: false,
             num_episodes: 0,
         }
+    }
+
+    /// Checks that the environment can be expected to take a step.
+    pub(super) fn check_reset(&self) -> Result<(), VecEnvError> {
+        let Self { env_index, was_reset, .. } = *self;
+        if was_reset { Ok(()) } else { Err(VecEnvError::ResetNeeded { env_index }) }
     }
 
     fn obey(&mut self) -> Result<(), EnvError> {

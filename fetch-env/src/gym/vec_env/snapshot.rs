@@ -60,6 +60,7 @@ impl<E: SnapshotEnv<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
                 return Err(foreign(format!("{} episodes have not begun", state.wrapper)));
             }
             env.restore(&state.env).map_err(|error| foreign(error.to_string()))?;
+            slot.was_reset = state.wrapper > 0;
             slot.reset_is_due = state.reset_needed;
             slot.num_episodes = state.wrapper;
         }

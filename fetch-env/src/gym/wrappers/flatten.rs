@@ -28,7 +28,7 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// let observation = env.reset(Some(0))?.observation;
 /// assert_eq!(observation.len(), 25 + 3);
 /// let goal = env.inner().inner().desired_goal().ok_or("no goal")?;
-/// assert_eq!(observation[25..], goal.map(|x| x as f32));
+/// assert!(observation[25..].iter().zip(goal).all(|(to, from)| *to == *from as f32));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -24,7 +24,7 @@ pub(crate) fn observations_are_made_as_documented<B: Backend>() -> Result {
         let mut env = make::<B>(id)?;
         env.reset(Some(3))?;
         for step in 0..20 {
-            let observation = random_steps::<B>(&mut env, step, 1)?[0].observation;
+            let observation = random_steps::<B>(&mut env, step, 1)?.remove(0).observation;
             let get = |name| field(id.task, &observation, name);
             let simulator = env.inner().simulator();
             assert_eq!(simulator.control_period(), PERIOD, "{id}");
@@ -139,8 +139,7 @@ pub(crate) fn an_episode_lasts_fifty_steps_and_is_never_terminated<B: Backend>()
         let mut env = make::<B>(id)?;
         // Reaching the goal at the start must not end the episode.
         let start = env.reset(Some(0))?.observation;
-        let options =
-            FetchResetOptions::default().with_desired_goal(start.achieved_goal().try_into()?);
+        let options = FetchResetOptions::default().with_desired_goal(start.achieved_goal());
         let start = env.reset_with(Some(0), &options)?;
         assert!(start.info.is_success, "{id}: {start:?}");
         for elapsed in 1..=50 {

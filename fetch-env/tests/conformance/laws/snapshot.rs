@@ -58,7 +58,7 @@ pub(crate) fn a_restored_environment_observes_what_it_did<B: Backend>() -> Resul
         let mut env = make::<B>(id)?;
         assert_eq!(env.inner().observe(), Err(EnvError::ResetNeeded));
         env.reset(Some(24))?;
-        let seen = random_steps::<B>(&mut env, 24, 9)?[8].observation;
+        let seen = random_steps::<B>(&mut env, 24, 9)?.remove(8).observation;
         let snapshot = env.snapshot();
         random_steps::<B>(&mut env, 25, 9)?;
         env.restore(&snapshot)?;

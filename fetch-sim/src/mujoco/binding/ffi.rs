@@ -58,7 +58,7 @@ contract! {
     numbers {
         FS_OK = 0, FS_FAILED = 1, FS_WARNED = 2,
 
-        FS_NUM_DATA_ARRAYS = 10,
+        FS_NUM_DATA_ARRAYS = 11,
 
         FS_PLANE = 0, FS_SPHERE = 1, FS_CAPSULE = 2, FS_ELLIPSOID = 3, FS_CYLINDER = 4, FS_BOX = 5,
         FS_MESH = 6, FS_OTHER_SHAPE = 7,
@@ -74,14 +74,15 @@ contract! {
         /// Integer arrays of a model.
         ModelArray {
             JntQposadr = FS_JNT_QPOSADR, JntDofadr = FS_JNT_DOFADR, BodyMocapid = FS_BODY_MOCAPID,
-            BodyParentid = FS_BODY_PARENTID, GeomBodyid = FS_GEOM_BODYID,
+            BodyParentid = FS_BODY_PARENTID, BodyJntadr = FS_BODY_JNTADR,
+            GeomBodyid = FS_GEOM_BODYID, SiteBodyid = FS_SITE_BODYID,
         }
 
         /// Arrays of a simulation's data.
         DataArray {
             Qpos = FS_QPOS, Qvel = FS_QVEL, Ctrl = FS_CTRL, MocapPos = FS_MOCAP_POS,
             MocapQuat = FS_MOCAP_QUAT, QaccWarmstart = FS_QACC_WARMSTART, Xpos = FS_XPOS,
-            Xquat = FS_XQUAT, SiteXpos = FS_SITE_XPOS, SiteXmat = FS_SITE_XMAT,
+            Xquat = FS_XQUAT, Xmat = FS_XMAT, SiteXpos = FS_SITE_XPOS, SiteXmat = FS_SITE_XMAT,
         }
 
         /// Warnings that make a simulation useless.
@@ -120,6 +121,9 @@ contract! {
 
         /// An array of a simulation's data.
         pub(crate) RawArray = fs_array { first: *mut f64, len: usize, }
+
+        /// Positions at which a picture shows copies of a site.
+        pub(crate) RawGoals = fs_goals { site: c_int, count: c_int, positions: *const f64, }
 
         /// What a pixel shows.
         pub(crate) RawSegment = fs_segment { kind: c_int, id: c_int, }
@@ -245,7 +249,7 @@ functions! {
         ) -> c_int;
         fn fs_actuator_joint(m: *const RawModel, actuator: c_int) -> c_int;
         fn fs_model_array(m: *const RawModel, array: c_int, len: *mut c_int) -> *const c_int;
-        fn fs_set_weld_data(m: *mut RawModel, values: *const f64, count: c_int);
+        fn fs_set_weld_data(m: *mut RawModel, body: c_int, values: *const f64, count: c_int);
         fn fs_limit_sizes(m: *mut RawModel, njmax: c_int, nstack: c_int);
         fn fs_disable_midphase(m: *mut RawModel);
         fn fs_get_visual_geom(m: *const RawModel, geom: c_int, out: *mut RawVisualGeom);
@@ -265,6 +269,13 @@ functions! {
             m: *const RawModel,
             d: *const RawData,
             site: c_int,
+            translation: *mut f64,
+            rotation: *mut f64,
+        ) -> c_int;
+        fn fs_body_jacobian(
+            m: *const RawModel,
+            d: *const RawData,
+            body: c_int,
             translation: *mut f64,
             rotation: *mut f64,
         ) -> c_int;
@@ -303,6 +314,7 @@ functions! {
             r: *mut RawRenderer,
             m: *const RawModel,
             d: *const RawData,
+            goals: *const RawGoals,
             segments: c_int,
             rgb: *mut u8,
             depth: *mut f32,

@@ -50,6 +50,11 @@ ids! {
     SiteId: Site, site, site_name;
 }
 
+impl BodyId {
+    /// The world, in which all bodies are.
+    pub(crate) const WORLD: Self = Self(0);
+}
+
 impl Model {
     /// Returns the index of a camera.
     #[cfg(feature = "render")]
@@ -139,17 +144,35 @@ impl Model {
         Ok(BodyId(body as usize))
     }
 
+    /// Returns the body to which a site is fixed.
+    pub(crate) fn site_body(&self, site: SiteId) -> Result<BodyId, SimError> {
+        let body = self.property(ModelArray::SiteBodyid, ObjectKind::Site, site.0)?;
+        Ok(BodyId(body as usize))
+    }
+
+    /// Returns the parent of a body; the world's is the world.
+    pub(crate) fn parent(&self, body: BodyId) -> Result<BodyId, SimError> {
+        let parent = self.property(ModelArray::BodyParentid, ObjectKind::Body, body.0)?;
+        Ok(BodyId(parent as usize))
+    }
+
+    /// Returns the first joint with which a body moves relative to its parent, if it has any.
+    pub(crate) fn first_joint(&self, body: BodyId) -> Result<Option<JointId>, SimError> {
+        let joint = self.property(ModelArray::BodyJntadr, ObjectKind::Body, body.0)?;
+        Ok(usize::try_from(joint).ok().map(JointId))
+    }
+
     /// Whether a body is `ancestor` or one of its descendants.
     ///
     /// # Errors
     /// [`SimError::UnknownId`]
     pub fn is_within(&self, mut body: BodyId, ancestor: BodyId) -> Result<bool, SimError> {
         loop {
-            let parent = self.property(ModelArray::BodyParentid, ObjectKind::Body, body.0)?;
-            if body == ancestor || body.0 == 0 {
+            let parent = self.parent(body)?;
+            if body == ancestor || body == BodyId::WORLD {
                 return Ok(body == ancestor);
             }
-            body = BodyId(parent as usize);
+            body = parent;
         }
     }
 

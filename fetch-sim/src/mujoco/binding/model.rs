@@ -178,11 +178,13 @@ impl Model {
         unsafe { ffi::fs_disable_midphase(self.raw.as_ptr()) };
     }
 
-    /// Overwrites the leading numbers of every weld's data (`eq_data`).
-    pub(crate) fn set_weld_data(&mut self, values: &[f64; 7]) {
+    /// Overwrites the leading numbers of the data (`eq_data`) of every weld of the body with
+    /// this index.
+    pub(crate) fn set_weld_data(&mut self, body: usize, values: &[f64; 7]) {
+        let (model, body) = (self.raw.as_ptr(), body as c_int);
         // SAFETY: the model is alive and not shared (`&mut`); `eq_data` has at least 7 numbers for
         // each constraint in every version (7 until 2.2.0, and 11 since).
-        unsafe { ffi::fs_set_weld_data(self.raw.as_ptr(), values.as_ptr(), 7) };
+        unsafe { ffi::fs_set_weld_data(model, body, values.as_ptr(), 7) };
     }
 }
 

@@ -51,6 +51,12 @@ impl Data {
         self.set_pose(DataArray::Xpos, DataArray::Xquat, body.0, pose)
     }
 
+    /// Returns the orientation of a body: its columns are the body's axes in the world frame.
+    pub(crate) fn body_rotation(&self, body: BodyId) -> Result<Matrix3<f64>, SimError> {
+        let rows: &[f64; 9] = self.item(DataArray::Xmat, body.0)?;
+        Ok(Matrix3::from_row_slice(rows))
+    }
+
     /// Returns the position of a site (meters, world frame).
     ///
     /// # Errors
@@ -91,25 +97,49 @@ impl Data {
         translation: &mut [f64],
         rotation: &mut [f64],
     ) -> Result<(), SimError> {
-        let model = self.model();
-        let (what, expected) = ("a Jacobian", 3 * model.nv());
-        for actual in [translation.len(), rotation.len()] {
-            if actual != expected {
-                return Err(SimError::WrongLength { what, expected, actual });
-            }
-        }
+        self.check_jacobians([translation, rotation])?;
         self.site_position(site)?;
         // SAFETY: the data is alive and of this model, the site is one of its sites, and both
         // slices have room for 3 x nv numbers.
         check(unsafe {
             ffi::fs_site_jacobian(
-                model.as_ptr(),
+                self.model().as_ptr(),
                 self.as_ptr(),
                 site.0 as c_int,
                 translation.as_mut_ptr(),
                 rotation.as_mut_ptr(),
             )
         })
+    }
+
+    /// Writes the Jacobians of a body's frame, as [`site_jacobian`](Self::site_jacobian) writes a
+    /// site's.
+    pub(crate) fn body_jacobian(
+        &self,
+        body: BodyId,
+        translation: &mut [f64],
+        rotation: &mut [f64],
+    ) -> Result<(), SimError> {
+        self.check_jacobians([translation, rotation])?;
+        self.body_pose(body)?;
+        // SAFETY: the data is alive and of this model, the body is one of its bodies, and both
+        // slices have room for 3 x nv numbers.
+        check(unsafe {
+            ffi::fs_body_jacobian(
+                self.model().as_ptr(),
+                self.as_ptr(),
+                body.0 as c_int,
+                translation.as_mut_ptr(),
+                rotation.as_mut_ptr(),
+            )
+        })
+    }
+
+    fn check_jacobians(&self, jacobians: [&[f64]; 2]) -> Result<(), SimError> {
+        let (what, expected) = ("a Jacobian", 3 * self.model().nv());
+        let mut lengths = jacobians.into_iter().map(<[f64]>::len);
+        let wrong = lengths.find(|&actual| actual != expected);
+        wrong.map_or(Ok(()), |actual| Err(SimError::WrongLength { what, expected, actual }))
     }
 
     fn pose(

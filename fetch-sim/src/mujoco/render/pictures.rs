@@ -4,7 +4,7 @@ use std::{ffi::c_int, ptr};
 
 use super::{
     super::binding::{
-        ffi::{self, RawSegment},
+        ffi::{self, RawGoals, RawSegment},
         library::check_as,
     },
     error::RenderError,
@@ -88,10 +88,18 @@ impl Renderer {
             Picture::Depth => (0, ptr::null_mut(), self.depth.as_mut_ptr()),
             Picture::Segments => (1, self.rgb.as_mut_ptr(), ptr::null_mut()),
         };
-        let (model, data) = (self.data.model().as_ptr(), self.data.as_ptr());
+        let (raw, model, data) =
+            (self.raw.as_ptr(), self.data.model().as_ptr(), self.data.as_ptr());
+        let goals = RawGoals {
+            site: self.target(0).map_or(-1, |site| site.0 as c_int),
+            count: c_int::try_from(self.goals.len()).unwrap_or(c_int::MAX),
+            positions: self.goals.as_ptr().cast(),
+        };
         // SAFETY: renderer, model and data are alive and belong together, and the renderer is
-        // borrowed mutably; a buffer that is not null has room for the picture.
-        let status = unsafe { ffi::fs_draw(self.raw.as_ptr(), model, data, segments, rgb, depth) };
+        // borrowed mutably; the goals are valid for reads of at most `count` positions, and a
+        // buffer that is not null has room for the picture.
+        let status =
+            unsafe { ffi::fs_draw(raw, model, data, &raw const goals, segments, rgb, depth) };
         check_as(status, failed)
     }
 }

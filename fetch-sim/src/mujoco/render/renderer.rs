@@ -53,7 +53,7 @@ use crate::config::SimConfig;
 /// let simulator = MujocoSimulator::new(&config)?;
 /// // An error if there is no OpenGL.
 /// if let Ok(mut renderer) = Renderer::new(&config, RenderOptions::default()) {
-///     renderer.update_scene(&simulator, Some(Vector3::new(1.4, 0.8, 0.6)))?;
+///     renderer.update_scene(&simulator, &[Vector3::new(1.4, 0.8, 0.6)])?;
 ///     assert_eq!(renderer.rgb()?.len(), 480 * 480 * 3);
 /// }
 /// # }
@@ -65,7 +65,10 @@ pub struct Renderer {
     pub(super) data: Data,
     config: SimConfig,
     pub(super) options: RenderOptions,
-    target: Option<SiteId>,
+    /// The site `target{i}`, if there is one, for each i.
+    targets: Vec<Option<SiteId>>,
+    /// The goals that have no site.
+    pub(super) goals: Vec<[f64; 3]>,
     pub(super) rgb: Vec<u8>,
     pub(super) depth: Vec<f32>,
     pub(super) segments: Vec<Segment>,
@@ -122,7 +125,8 @@ impl Renderer {
         unsafe {
             ffi::fs_prepare_model(model.as_mut_ptr(), width as c_int, height as c_int, samples);
         }
-        let target = model.site("target0").ok();
+        let target = |i| model.site(&format!("target{i}")).ok();
+        let targets = (0..model.nsite()).map(target).collect();
         let data = Data::new(Arc::new(model))?;
         let camera = options.camera().clone();
         let mut renderer = Self {
@@ -130,7 +134,8 @@ impl Renderer {
             data,
             config: config.clone(),
             options,
-            target,
+            targets,
+            goals: Vec::new(),
             rgb: vec![0; 3 * width as usize * height as usize],
             depth: Vec::new(),
             segments: Vec::new(),
@@ -200,15 +205,16 @@ impl Renderer {
         Ok(())
     }
 
-    /// Copies the poses of a simulation, and the position of its goal (meters), for the next
-    /// pictures. Without a goal the red sphere stays where the model has it.
+    /// Copies the poses of a simulation, and the positions of its goals (meters), for the next
+    /// pictures. Goal `i` is shown by the site `target{i}` if the model has it, and otherwise by a
+    /// sphere like that of `target0`. A site without a goal stays where the model has it.
     ///
     /// # Errors
     /// [`RenderError::OtherModel`] if the simulation is of another task or model.
     pub fn update_scene(
         &mut self,
         simulator: &MujocoSimulator,
-        desired_goal: Option<Vector3<f64>>,
+        goals: &[Vector3<f64>],
     ) -> Result<(), RenderError> {
         let theirs = simulator.fetch_model().config();
         let differs = theirs.task() != self.config.task() || theirs.model() != self.config.model();
@@ -224,10 +230,19 @@ impl Renderer {
             to.set_mocap_pose(mocap, position, orientation)?;
         }
         self.place()?;
-        if let (Some(site), Some(position)) = (self.target, desired_goal) {
-            self.data.set_site_position(site, position)?;
+        self.goals.clear();
+        for (i, &goal) in goals.iter().enumerate() {
+            match self.target(i) {
+                Some(site) => self.data.set_site_position(site, goal)?,
+                None => self.goals.push(goal.into()),
+            }
         }
         Ok(())
+    }
+
+    /// Returns the site of a goal, if the model has one.
+    pub(super) fn target(&self, goal: usize) -> Option<SiteId> {
+        self.targets.get(goal).copied().flatten()
     }
 
     /// Computes from the positions in `data` what is drawn.

@@ -4,19 +4,30 @@ use std::sync::Arc;
 
 use nalgebra::{Quaternion, Vector3};
 
-use super::scene;
+use super::{
+    bodies::{Bodies, FREE},
+    scene,
+};
 use crate::mujoco::binding::{
     data::Data,
     ids::{BodyId, JointId, SiteId},
     model::Model,
 };
-use crate::{config::SimConfig, error::SimError, simulator::Settled, task::Task};
+use crate::{
+    assets::ModelSource, config::SimConfig, error::SimError, simulator::Settled, task::Task,
+};
 
 /// Orientation of the gripper, pointing down: deliberately not of unit length, as in the reference.
 pub(crate) const GRIPPER_DOWN: Quaternion<f64> = Quaternion::new(1.0, 0.0, 1.0, 0.0);
 
 /// First displacement of the gripper from where the joints put it (meters).
 const GRIPPER_OFFSET: Vector3<f64> = Vector3::new(-0.498, 0.005, -0.431);
+
+/// The body to which the gripper is welded.
+const MOCAP: &str = "robot0:mocap";
+
+/// Height of the table, in meters.
+const TABLE_TOP: f64 = 0.4;
 
 const BASE_JOINTS: [&str; 3] = ["robot0:slide0", "robot0:slide1", "robot0:slide2"];
 
@@ -38,6 +49,7 @@ pub struct FetchModel {
     pub(crate) config: SimConfig,
     pub(crate) model: Arc<Model>,
     pub(crate) ids: Ids,
+    pub(super) bodies: Bodies,
     pub(crate) settled: Settled,
     /// The time after a reset, in seconds.
     pub(crate) start_time: f64,
@@ -50,6 +62,7 @@ pub struct FetchModel {
 pub(crate) struct Ids {
     pub(crate) grip: SiteId,
     pub(crate) gripper_link: BodyId,
+    /// The index of the mocap body among all.
     pub(crate) mocap: usize,
     /// Position and velocity addresses of the right and the left finger.
     pub(crate) fingers: [JointAddress; 2],
@@ -67,6 +80,7 @@ pub(crate) struct JointAddress {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectIds {
     pub(crate) site: SiteId,
+    pub(crate) joint: JointId,
     pub(crate) qpos: usize,
 }
 
@@ -76,7 +90,8 @@ impl FetchModel {
     /// # Errors
     /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
     /// compiled, [`SimError::MissingName`] or [`SimError::UnfitModel`] if it is not a model of the
-    /// task, [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`]
+    /// task, [`SimError::OutOfRange`] or [`SimError::NoObject`] if an
+    /// [`Extension`](crate::Extension) does not fit, [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`]
     /// if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
         Self::settle(scene::load(config, scene::PHYSICS)?, config).map(Arc::new)
@@ -102,20 +117,31 @@ impl FetchModel {
     /// Does what the reference does when it is constructed: sets joints and welds, moves the
     /// gripper once, and simulates 200 time steps.
     fn settle(mut model: Model, config: &SimConfig) -> Result<Self, SimError> {
-        model.limit_sizes(MAX_CONSTRAINTS, MAX_STACK);
+        // Other models have the room that MuJoCo gives them, or that they ask for.
+        if matches!(config.model(), ModelSource::Builtin | ModelSource::Reference) {
+            model.limit_sizes(MAX_CONSTRAINTS, MAX_STACK);
+        }
+        let mocap = model.body(MOCAP)?;
         // The weld holds the gripper at the mocap body's pose. The offset is 0, and only the real
         // part of the orientation is overwritten, because the reference's numbers are meant for an
         // older layout of a weld's data.
-        model.set_weld_data(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        model.set_weld_data(mocap.0, &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         let model = Arc::new(model);
         let spec = config.task().spec();
-        let ids = Ids::resolve(&model, config.task())?;
+        let ids = Ids::resolve(&model, mocap, config.task())?;
+        let object = ids.object.map(|object| object.joint);
+        let bodies = Bodies::resolve(&model, ids.gripper_link, mocap, object)?;
         let mut data = Data::new(Arc::clone(&model))?;
         for (joint, value) in BASE_JOINTS.into_iter().zip(spec.base_position) {
             data.qpos_mut()[address(&model, model.joint(joint)?, AXIS)?.qpos] = value;
         }
         if let (Some(ids), Some(object)) = (ids.object, spec.object) {
-            let [x, y, z] = object.dropped_at;
+            let [x, y, mut z] = object.dropped_at;
+            if let ModelSource::Extended(extension) = config.model()
+                && let Some(shape) = extension.object_shape()
+            {
+                z = TABLE_TOP + shape.half_height();
+            }
             data.qpos_mut()[ids.qpos..][..7].copy_from_slice(&[x, y, z, 1.0, 0.0, 0.0, 0.0]);
         }
         data.forward()?;
@@ -133,6 +159,7 @@ impl FetchModel {
             config: config.clone(),
             model,
             ids,
+            bodies,
             settled,
             start_time: data.time(),
             start_qpos: data.qpos().to_vec(),
@@ -142,23 +169,23 @@ impl FetchModel {
 }
 
 impl Ids {
-    fn resolve(model: &Model, task: Task) -> Result<Self, SimError> {
-        let mocap = "robot0:mocap";
+    fn resolve(model: &Model, mocap: BodyId, task: Task) -> Result<Self, SimError> {
         let actuated = |joint: Option<JointId>| -> Result<usize, SimError> {
             let object = "an actuator".into();
             let joint = joint.ok_or(SimError::UnfitModel { object, reason: "drives no joint" })?;
             Ok(address(model, joint, AXIS)?.qpos)
         };
         let object = || -> Result<_, SimError> {
-            let joint = address(model, model.joint("object0:joint")?, FREE)?;
-            Ok(ObjectIds { site: model.site("object0")?, qpos: joint.qpos })
+            let joint = model.joint("object0:joint")?;
+            let JointAddress { qpos, .. } = address(model, joint, FREE)?;
+            Ok(ObjectIds { site: model.site("object0")?, joint, qpos })
         };
         Ok(Self {
             grip: model.site("robot0:grip")?,
             gripper_link: model.body("robot0:gripper_link")?,
             mocap: model
-                .mocap_index(model.body(mocap)?)?
-                .ok_or_else(|| SimError::MissingName { kind: "mocap body", name: mocap.into() })?,
+                .mocap_index(mocap)?
+                .ok_or_else(|| SimError::MissingName { kind: "mocap body", name: MOCAP.into() })?,
             fingers: [
                 address(model, model.joint("robot0:r_gripper_finger_joint")?, AXIS)?,
                 address(model, model.joint("robot0:l_gripper_finger_joint")?, AXIS)?,
@@ -171,9 +198,6 @@ impl Ids {
 
 /// Coordinates of a slide or a hinge.
 const AXIS: usize = 1;
-
-/// Coordinates of a free joint: a position and a quaternion.
-const FREE: usize = 7;
 
 /// Returns the addresses of a joint that must have a number of coordinates.
 fn address(model: &Model, joint: JointId, coordinates: usize) -> Result<JointAddress, SimError> {

@@ -1,6 +1,9 @@
 //! The robot of the Fetch tasks on MuJoCo.
 
+mod bodies;
 pub(crate) mod fetch_model;
+mod observer;
 pub(crate) mod scene;
 pub(crate) mod simulator;
+pub(crate) mod snapshot;
 pub(crate) mod visual_geoms;

@@ -1,14 +1,18 @@
-//! The MuJoCo implementation of the simulator trait, and its snapshot.
+//! The MuJoCo implementation of the simulator trait.
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
+use nalgebra::{UnitQuaternion, Vector3};
 
-use super::fetch_model::{FetchModel, GRIPPER_DOWN, ObjectIds};
-use crate::mujoco::binding::{data::Data, ids::SiteId, poses::Pose, version::MujocoVersion};
+use super::{
+    bodies::{FREE, Placed, Shown},
+    fetch_model::{FetchModel, GRIPPER_DOWN},
+    observer::{Frame, Observer, still_state},
+    snapshot::MujocoSnapshot,
+};
+use crate::mujoco::binding::{data::Data, poses::Pose, version::MujocoVersion};
 use crate::{
-    bounds::{check_object_position, first_outside},
+    bounds::{check_inside, check_object_position},
     config::SimConfig,
     error::SimError,
     simulator::{Control, GripperState, ObjectState, Settled, Simulator},
@@ -20,30 +24,11 @@ use crate::{
 pub struct MujocoSimulator {
     fetch: Arc<FetchModel>,
     data: Data,
-    /// Room for one site's Jacobians, `[3][nv]` each.
-    jacobians: [Vec<f64>; 2],
+    observer: Observer,
     gripper: GripperState,
     object: Option<ObjectState>,
-}
-
-/// The complete state of a [`MujocoSimulator`].
-///
-/// In addition to MuJoCo's integration state it holds the derived quantities that outlive a step,
-/// as the last step computed them: the next action starts from the gripper's pose, and the
-/// environment observes the states. Those of PickAndPlace are one substep older than `qpos`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MujocoSnapshot {
-    config: SimConfig,
-    mujoco: String,
-    time: f64,
-    qpos: Vec<f64>,
-    qvel: Vec<f64>,
-    ctrl: Vec<f64>,
-    qacc_warmstart: Vec<f64>,
-    mocap_pose: Pose,
-    gripper_link_pose: Pose,
-    gripper: GripperState,
-    object: Option<ObjectState>,
+    /// The states of the model's other bodies that move.
+    moving: Vec<ObjectState>,
 }
 
 impl MujocoSimulator {
@@ -62,11 +47,11 @@ impl MujocoSimulator {
     pub fn from_model(fetch: Arc<FetchModel>) -> Result<Self, SimError> {
         let mut data = Data::new(Arc::clone(fetch.model()))?;
         data.set_contact_filter(fetch.config.contact_filter())?;
-        let jacobian = vec![0.0; 3 * fetch.model().nv()];
         let mut simulator = Self {
+            observer: Observer::new(fetch.model().nv()),
+            moving: vec![ObjectState::default(); fetch.bodies.moving.len()],
             fetch,
             data,
-            jacobians: [jacobian.clone(), jacobian],
             gripper: GripperState::default(),
             object: None,
         };
@@ -92,6 +77,79 @@ impl MujocoSimulator {
     #[must_use]
     pub const fn data_mut(&mut self) -> &mut Data {
         &mut self.data
+    }
+
+    /// Returns the state of a body of the scene, as [`object`](Simulator::object) shows the task's
+    /// object: of the site on the body that has its name, or else of the body's frame. Use it for
+    /// the further objects of a model of your own.
+    ///
+    /// # Errors
+    /// [`SimError::MissingName`] if the model has no body of this name, [`SimError::UnfitBody`] if
+    /// it is a part of the robot.
+    pub fn object_state(&self, name: &str) -> Result<ObjectState, SimError> {
+        let body = self.fetch.bodies.get(name)?;
+        match body.shown {
+            Shown::Object => self.object.ok_or(SimError::NoObject { task: self.task() }),
+            Shown::Moving(index) => Ok(self.moving[index]),
+            Shown::Still(frame) => still_state(&self.data, frame),
+            Shown::Robot => Err(body.unfit(
+                "is a part of the robot: use `gripper()`, or `data().body_pose()`, which may show \
+                 a link one substep later after a restored snapshot",
+            )),
+        }
+    }
+
+    /// Places a body that has a free joint, at rest, or a mocap body, such as a wall. `position`
+    /// (meters) and `orientation` are those of the body's frame in the world frame.
+    ///
+    /// Everything shown afterwards is up to date, also what a step leaves one substep old. A reset
+    /// takes free bodies back to where they settled, and mocap bodies to where the model has them.
+    ///
+    /// ```
+    /// use fetch_sim::{Extension, ModelSource, MujocoSimulator, SimConfig, Simulator, Task};
+    /// use nalgebra::{UnitQuaternion, Vector3};
+    ///
+    /// let wall = Extension::default().with_xml(
+    ///     r#"<worldbody>
+    ///          <body name="wall" mocap="true"><geom type="box" size="0.01 0.1 0.05"/></body>
+    ///        </worldbody>"#,
+    /// );
+    /// let config = SimConfig::new(Task::Push).with_model(ModelSource::Extended(wall));
+    /// # #[cfg(not(fetch_sim_no_shim))] {
+    /// let mut simulator = MujocoSimulator::new(&config)?;
+    /// simulator.reset(Some([1.30, 0.60]))?;
+    /// let across = UnitQuaternion::from_euler_angles(0.0, 0.0, 0.5);
+    /// simulator.place_object("wall", Vector3::new(1.35, 0.75, 0.45), across)?;
+    /// assert_eq!(simulator.object_state("wall")?.position.x, 1.35);
+    /// # }
+    /// # Ok::<(), fetch_sim::SimError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SimError::MissingName`] if the model has no body of this name, [`SimError::UnfitBody`] if
+    /// it cannot be placed, [`SimError::OutOfRange`] if a number is NaN or exceeds
+    /// [`LARGEST_NUMBER`](crate::LARGEST_NUMBER); the simulation is then unchanged. Otherwise as
+    /// [`Data::forward`].
+    pub fn place_object(
+        &mut self,
+        name: &str,
+        position: Vector3<f64>,
+        orientation: UnitQuaternion<f64>,
+    ) -> Result<(), SimError> {
+        check_inside("the pose of a body", position.iter().chain(&orientation.coords))?;
+        match self.fetch.bodies.get(name)?.placed()? {
+            Placed::Joint { qpos, dof } => {
+                let ([x, y, z], q) = (position.into(), orientation);
+                let coordinates: [f64; FREE] = [x, y, z, q.w, q.i, q.j, q.k];
+                self.data.qpos_mut()[qpos..][..FREE].copy_from_slice(&coordinates);
+                self.data.qvel_mut()[dof..][..6].fill(0.0);
+            }
+            Placed::Mocap(mocap) => {
+                self.data.set_mocap_pose(mocap, position, orientation.into_inner())?;
+            }
+        }
+        self.data.forward()?;
+        self.observe()
     }
 
     /// Does a [`step`](Simulator::step) and calls `inspect` with the simulation after every
@@ -143,99 +201,48 @@ impl MujocoSimulator {
 
     fn observe(&mut self) -> Result<(), SimError> {
         let fetch = Arc::clone(&self.fetch);
-        let (velocity, _) = self.site_velocity(fetch.ids.grip)?;
+        let (velocity, _) = self.observer.velocity(&self.data, Frame::Site(fetch.ids.grip))?;
         self.gripper = GripperState {
             position: self.data.site_position(fetch.ids.grip)?,
             velocity,
             finger_positions: fetch.ids.fingers.map(|finger| self.data.qpos()[finger.qpos]),
             finger_velocities: fetch.ids.fingers.map(|finger| self.data.qvel()[finger.dof]),
         };
-        let mut object = |object: ObjectIds| -> Result<_, SimError> {
-            let (linear_velocity, angular_velocity) = self.site_velocity(object.site)?;
-            Ok(ObjectState {
-                position: self.data.site_position(object.site)?,
-                rotation: self.data.site_rotation(object.site)?,
-                linear_velocity,
-                angular_velocity,
-            })
-        };
-        self.object = fetch.ids.object.map(&mut object).transpose()?;
+        let mut observe = |frame| self.observer.state(&self.data, frame);
+        self.object =
+            fetch.ids.object.map(|object| observe(Frame::Site(object.site))).transpose()?;
+        for (state, &frame) in self.moving.iter_mut().zip(&fetch.bodies.moving) {
+            *state = observe(frame)?;
+        }
         Ok(())
     }
 
-    /// Returns the linear and angular velocity of a site: its Jacobians, as old as its position,
-    /// times `qvel`.
-    fn site_velocity(&mut self, site: SiteId) -> Result<(Vector3<f64>, Vector3<f64>), SimError> {
-        let [translation, rotation] = &mut self.jacobians;
-        self.data.site_jacobian(site, translation, rotation)?;
-        let qvel = self.data.qvel();
-        let times_qvel = |jacobian: &[f64]| {
-            Vector3::from_iterator(
-                jacobian
-                    .chunks_exact(qvel.len())
-                    .map(|row| row.iter().zip(qvel).map(|(j, v)| j * v).sum()),
-            )
-        };
-        Ok((times_qvel(translation), times_qvel(rotation)))
-    }
-
-    fn check_snapshot(&self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
-        let foreign = |reason: String| Err(SimError::ForeignSnapshot { reason });
-        let config = &self.fetch.config;
-        if !snapshot.config.same_physics(config) {
-            return foreign(format!("it is of {:?}, this is of {config:?}", snapshot.config));
-        }
-        let version = MujocoVersion::of_shim().to_string();
-        if snapshot.mujoco != version {
-            return foreign(format!("it is of MuJoCo {}, this is of {version}", snapshot.mujoco));
-        }
-        let fits = snapshot.qpos.len() == self.data.qpos().len()
-            && snapshot.qvel.len() == self.data.qvel().len()
-            && snapshot.qacc_warmstart.len() == self.data.qacc_warmstart().len()
-            && snapshot.ctrl.len() == self.data.ctrl().len()
-            && snapshot.object.is_some() == config.task().has_object();
-        if !fits {
-            return foreign("its arrays have other lengths".into());
-        }
-        match first_outside(snapshot.numbers()) {
-            None => Ok(()),
-            Some(number) => foreign(format!("it has the number {number}")),
-        }
+    fn set_mocap_poses(&mut self, poses: &[Pose]) -> Result<(), SimError> {
+        let mut poses = poses.iter().enumerate();
+        poses.try_for_each(|(mocap, &(position, orientation))| {
+            self.data.set_mocap_pose(mocap, position, orientation)
+        })
     }
 
     /// Returns to a snapshot that has passed the check.
     fn return_to(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
-        let ids = &self.fetch.ids;
         self.data.reset()?;
         self.data.set_time(snapshot.time)?;
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qvel_mut().copy_from_slice(&snapshot.qvel);
         self.data.ctrl_mut().copy_from_slice(&snapshot.ctrl);
-        let (position, orientation) = snapshot.mocap_pose;
-        self.data.set_mocap_pose(ids.mocap, position, orientation)?;
+        self.set_mocap_poses(&snapshot.mocap_poses)?;
         self.data.forward()?;
         // `forward` has recomputed what the next step starts from: overwrite it with the
-        // snapshot's. That includes the object's quaternion, because normalizing it twice changes
-        // its bits.
+        // snapshot's. That includes quaternions, because normalizing them twice changes their bits.
+        self.set_mocap_poses(&snapshot.mocap_poses)?;
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qacc_warmstart_mut().copy_from_slice(&snapshot.qacc_warmstart);
-        self.data.set_body_pose(ids.gripper_link, snapshot.gripper_link_pose)?;
+        self.data.set_body_pose(self.fetch.ids.gripper_link, snapshot.gripper_link_pose)?;
         self.gripper = snapshot.gripper;
         self.object = snapshot.object;
+        self.moving.copy_from_slice(&snapshot.moving);
         Ok(())
-    }
-}
-
-impl MujocoSnapshot {
-    fn numbers(&self) -> impl Iterator<Item = &f64> {
-        let poses = [&self.mocap_pose, &self.gripper_link_pose].into_iter();
-        [&self.qpos, &self.qvel, &self.ctrl, &self.qacc_warmstart]
-            .into_iter()
-            .flatten()
-            .chain([&self.time])
-            .chain(poses.flat_map(|(at, orientation)| at.iter().chain(&orientation.coords)))
-            .chain(self.gripper.numbers())
-            .chain(self.object.iter().flat_map(ObjectState::numbers))
     }
 }
 
@@ -287,6 +294,7 @@ impl Simulator for MujocoSimulator {
 
     fn snapshot(&self) -> MujocoSnapshot {
         let ids = &self.fetch.ids;
+        let mocap_pose = |mocap| self.data.mocap_pose(mocap).expect("an id of this model");
         MujocoSnapshot {
             config: self.fetch.config.clone(),
             mujoco: MujocoVersion::of_shim().to_string(),
@@ -295,15 +303,16 @@ impl Simulator for MujocoSimulator {
             qvel: self.data.qvel().to_vec(),
             ctrl: self.data.ctrl().to_vec(),
             qacc_warmstart: self.data.qacc_warmstart().to_vec(),
-            mocap_pose: self.data.mocap_pose(ids.mocap).expect("an id of this model"),
+            mocap_poses: (0..self.data.model().nmocap()).map(mocap_pose).collect(),
             gripper_link_pose: self.data.body_pose(ids.gripper_link).expect("an id of this model"),
             gripper: self.gripper,
             object: self.object,
+            moving: self.moving.clone(),
         }
     }
 
     fn restore(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
-        self.check_snapshot(snapshot)?;
+        snapshot.check(&self.fetch.config, &self.data, self.moving.len())?;
         let before = self.snapshot();
         self.return_to(snapshot).inspect_err(|_| {
             // MuJoCo refuses some states of valid numbers. It takes its own state back, unless a

@@ -1,4 +1,4 @@
-//! The visible geoms of the built-in scenes, for programs that draw them without MuJoCo.
+//! The visible geoms of a scene, for programs that draw them without MuJoCo.
 
 use std::ffi::c_int;
 
@@ -10,7 +10,7 @@ use crate::mujoco::binding::{
     ids::BodyId,
     model::Model,
 };
-use crate::{config::SimConfig, error::SimError, task::Task};
+use crate::{config::SimConfig, error::SimError};
 
 /// The first group that viewers hide: the built-in model's shapes that only collide are in it.
 const HIDDEN_GROUPS: c_int = 3;
@@ -78,20 +78,23 @@ pub enum Shape {
 }
 
 impl VisualGeom {
-    /// Returns the visible geoms of a task's built-in scene, including the robot but not the goal.
+    /// Returns the visible geoms of the configured scene, including the robot but not the goal.
     /// Their bodies are those of the model that [`FetchModel::load`](crate::FetchModel::load)
-    /// returns, although that model itself has no purely visual geoms.
+    /// returns, although that model itself may have no purely visual geoms. Geoms of other forms,
+    /// such as height fields, are left out.
     ///
     /// # Errors
-    /// [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if
+    /// [`SimError::NoAssets`], [`SimError::Model`], [`SimError::OutOfRange`] or
+    /// [`SimError::NoObject`] if the model cannot be loaded; [`SimError::Library`],
+    /// [`SimError::MujocoDir`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if
     /// MuJoCo cannot be used.
-    pub fn of_builtin(task: Task) -> Result<Vec<Self>, SimError> {
-        let model = scene::load(&SimConfig::new(task), scene::PICTURE)?;
-        Ok((0..model.ngeom()).filter_map(|geom| Self::of(&model, geom)).collect())
+    pub fn of(config: &SimConfig) -> Result<Vec<Self>, SimError> {
+        let model = scene::load(config, scene::PICTURE)?;
+        Ok((0..model.ngeom()).filter_map(|geom| Self::of_geom(&model, geom)).collect())
     }
 
     /// Returns `None` if the geom is hidden or has another form.
-    fn of(model: &Model, geom: usize) -> Option<Self> {
+    fn of_geom(model: &Model, geom: usize) -> Option<Self> {
         let mut raw = RawVisualGeom::default();
         assert!(geom < model.ngeom(), "a geom of another model");
         // SAFETY: the model is alive, the geom is one of its geoms, and `raw` is valid for writes.

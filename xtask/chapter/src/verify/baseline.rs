@@ -1,7 +1,7 @@
 //! Section 2.9: the random baseline, compared with the real environment's.
 
 use baselines::{RandomPolicy, evaluate};
-use fetch_env::{EnvId, MujocoEnv};
+use fetch_env::{Env, EnvId, MujocoEnv};
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
@@ -14,7 +14,8 @@ const EPISODES: usize = 100;
 const LEAST_P_VALUE: f64 = 1e-4;
 
 pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
-    let evaluation = evaluate(env, &mut RandomPolicy::new(seed), EPISODES, seed, |_| ())?;
+    let mut policy = RandomPolicy::new(env.action_space(), seed);
+    let evaluation = evaluate(env, &mut policy, EPISODES, seed, |_| ())?;
     let summary = evaluation.summary()?;
     let lengths = summary.episode_length_mean;
     let mut checks = vec![Check::new(

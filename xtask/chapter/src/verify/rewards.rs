@@ -56,7 +56,7 @@ pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result
 }
 
 fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
-    let mut policy = RandomPolicy::new(seed);
+    let mut policy = RandomPolicy::new(env.action_space(), seed);
     let mut goals = GoalSampler::new(seed);
     let first = env.reset(Some(seed))?.observation;
     let mut action = [0.0; 4];
@@ -81,7 +81,8 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
 /// environment's, for original goals and for goals achieved later.
 fn hindsight(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let mut buffer = HerBuffer::<f64>::new(buffer_config(50 * EPISODES, env)?)?;
-    collect(env, &mut RandomPolicy::new(seed), EPISODES, seed, &mut buffer, 0, |_| ())?;
+    let mut policy = RandomPolicy::new(env.action_space(), seed);
+    collect(env, &mut policy, EPISODES, seed, &mut buffer, 0, |_| ())?;
     let sampler = Sampler::new(BATCH, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();
     sampler.sample(&buffer, env.goal_reward(), seed, &mut batch)?;

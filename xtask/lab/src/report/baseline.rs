@@ -23,8 +23,9 @@ pub struct Outcome {
 
 impl Outcome {
     fn of(id: EnvId, policy: PolicyChoice, episodes: usize, seed: u64) -> anyhow::Result<Self> {
-        let mut watched = Watched { policy: policy.policy(id.task, seed)?, ranges: Ranges::new() };
-        let evaluation = evaluate(&mut make(id)?, &mut watched, episodes, seed, |_| ())?;
+        let mut env = make(id)?;
+        let mut watched = Watched { policy: policy.policy(&env, seed)?, ranges: Ranges::new() };
+        let evaluation = evaluate(&mut env, &mut watched, episodes, seed, |_| ())?;
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
     }
 

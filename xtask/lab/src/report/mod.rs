@@ -117,8 +117,9 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
     for task in Task::ALL {
         let id = EnvId { task, reward: RewardKind::Sparse };
         for choice in [PolicyChoice::Scripted, PolicyChoice::Trained] {
-            let mut policy = choice.policy(task, seed)?;
-            let playback = Playback::record(&mut make(id)?, &mut *policy, seed, |_, _, _| ())?;
+            let mut env = make(id)?;
+            let mut policy = choice.policy(&env, seed)?;
+            let playback = Playback::record(&mut env, &mut *policy, seed, |_, _, _| ())?;
             let title = format!("{id}, {} policy, seed {seed}", flag_name(choice));
             html += &playback.with_title(&title).html()?;
         }

@@ -5,12 +5,13 @@ use baselines::{
     page::{Axis, Ink, Plot},
 };
 use chapter::Trajectory;
-use fetch_env::Task;
+use fetch_env::{Env, Task, make};
 use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 
 /// Three plots: over distance, along a random and along a successful trajectory.
 pub fn section(seed: u64) -> anyhow::Result<String> {
-    let random = Trajectory::of(&mut RandomPolicy::new(seed), seed)?;
+    let mut policy = RandomPolicy::new(make("FetchReach-v4")?.action_space(), seed);
+    let random = Trajectory::of(&mut policy, seed)?;
     let scripted = Trajectory::of(&mut ScriptedPolicy::new(Task::Reach), seed)?;
     let plots = [
         over_distance(),

@@ -2,7 +2,7 @@
 
 use baselines::page::{Axis, Ink, Plot};
 use fetch_env::{Env, EnvId, GoalObservation, Task, make};
-use fetch_sim::{Shape, VisualGeom};
+use fetch_sim::{Shape, SimConfig, VisualGeom};
 use goal_reward::RewardKind;
 
 const RESETS: usize = 400;
@@ -45,7 +45,7 @@ impl Workspace {
         }
         let data = env.inner().simulator().data();
         let body = data.model().body("table0")?;
-        let geoms = VisualGeom::of_builtin(task)?;
+        let geoms = VisualGeom::of(&SimConfig::new(task))?;
         let half_size = geoms
             .iter()
             .find_map(|geom| match geom.shape {

@@ -1,11 +1,10 @@
 //! The flags `--model` and `--policy`.
 
 use anyhow::ensure;
-use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy, buffer_config};
+use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy};
 use clap::ValueEnum;
-use fetch_env::MujocoEnv;
+use fetch_env::{Env, MujocoEnv};
 use fetch_sim::{ModelSource, Task};
-use her_relabel::Dims;
 use serde::{Deserialize, Serialize};
 
 /// Returns the name of a task in the names of files and arrays: that of its scene.
@@ -48,10 +47,11 @@ pub enum PolicyChoice {
 }
 
 impl PolicyChoice {
-    /// Returns the policy for a task; only the random one needs the seed.
-    pub fn policy(self, task: Task, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+    /// Returns the policy for an environment; only the random one needs the seed.
+    pub fn policy(self, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+        let task = env.inner().config().task();
         Ok(match self {
-            Self::Random => Box::new(RandomPolicy::new(seed)),
+            Self::Random => Box::new(RandomPolicy::new(env.action_space(), seed)),
             Self::Scripted => Box::new(ScriptedPolicy::new(task)),
             Self::Trained => Box::new(TrainedPolicy::shipped(task)?),
             Self::Zero => Box::new(ZeroPolicy),
@@ -60,22 +60,14 @@ impl PolicyChoice {
 }
 
 /// Returns the policy that a name or a file stands for.
-pub fn policy_of(
-    text: &str,
-    env: &MujocoEnv,
-    task: Task,
-    seed: u64,
-) -> anyhow::Result<Box<dyn Policy>> {
+pub fn policy_of(text: &str, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
     if let Ok(choice) = PolicyChoice::from_str(text, false) {
-        return choice.policy(task, seed);
+        return choice.policy(env, seed);
     }
     ensure!(
         text.contains(['.', '/']),
         "there is no policy {text}: choose random, scripted, trained, zero or the file of a \
          trained one"
     );
-    let policy = TrainedPolicy::load(text)?;
-    let Dims { observation, goal, action } = buffer_config(1, env)?.dims();
-    policy.check_lengths(observation, goal, action)?;
-    Ok(Box::new(policy))
+    Ok(Box::new(TrainedPolicy::load(text)?))
 }

@@ -137,7 +137,7 @@ pub fn together(
         VecConfig::default().with_num_threads(threads).with_autoreset(AutoresetMode::SameStep);
     let mut envs = VecEnv::new(envs?, config)?;
     envs.reset(Some(SEED))?;
-    let actions = random_actions((num_envs + 1) * STEPS).into_flattened();
+    let actions = random_actions((num_envs + 1) * STEPS)?.into_flattened();
     Ok(move || {
         for actions in actions.chunks_exact(4 * num_envs).take(STEPS) {
             let batch = envs.step(actions)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use baselines::{Policy, RandomPolicy};
-use fetch_env::{Env, FetchConfig, FetchEnv, MujocoEnv};
+use fetch_env::{BoxSpace, Env, FetchConfig, FetchEnv, MujocoEnv};
 use fetch_sim::{FetchModel, MujocoSimulator};
 
 /// Steps of an episode.
@@ -25,7 +25,7 @@ pub struct Episodes {
 impl Episodes {
     pub fn new(config: FetchConfig) -> anyhow::Result<Arc<Self>> {
         let model = FetchModel::load(config.sim())?;
-        let actions = random_actions(EPISODES * STEPS);
+        let actions = random_actions(EPISODES * STEPS)?;
         let mut episodes = Self { config, model, starts: Vec::new(), actions };
         let mut env = episodes.env()?;
         for episode in 0..EPISODES {
@@ -57,9 +57,9 @@ impl Episodes {
 }
 
 /// Draws actions uniformly from the action space.
-pub fn random_actions(count: usize) -> Vec<[f32; 4]> {
-    let mut policy = RandomPolicy::new(SEED);
+pub fn random_actions(count: usize) -> anyhow::Result<Vec<[f32; 4]>> {
+    let mut policy = RandomPolicy::new(&BoxSpace::uniform(vec![4], -1.0, 1.0)?, SEED);
     let mut actions = vec![[0.0; 4]; count];
     policy.act(&(), actions.as_flattened_mut());
-    actions
+    Ok(actions)
 }

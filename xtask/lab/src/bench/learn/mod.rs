@@ -10,7 +10,7 @@ use baselines::{
     learn::{Algorithm, AlgorithmInit, Ddpg, DdpgSettings, TrainSettings, Transitions},
 };
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
-use fetch_env::{Task, VecEnv, make_kinematic, vec_env::VecConfig};
+use fetch_env::{Env, Task, VecEnv, make_kinematic, vec_env::VecConfig};
 use goal_reward::DistanceReward;
 use her_relabel::{
     Batch, ColumnsMut, Dims, GoalStrategy, HerBuffer, JoinedGoal, Normalizer, NormalizerConfig,
@@ -126,8 +126,9 @@ impl Replay {
         let config = buffer_config(100_000, &envs[0])?.with_num_envs(envs.len());
         let dims = config.dims();
         let mut buffer = HerBuffer::new(config)?;
+        let mut policy = RandomPolicy::new(envs[0].action_space(), 0);
         let mut collector = Collector::new(VecEnv::new(envs, VecConfig::default())?);
-        collector.collect(1_020, &mut RandomPolicy::new(0), &mut buffer, |_, _| ())?;
+        collector.collect(1_020, &mut policy, &mut buffer, |_, _| ())?;
         let TrainSettings { replay, inputs, .. } = TrainSettings::fast(Task::Push);
         let ratio = UnitInterval::from_k(4);
         let sampler = Sampler::new(BATCH, GoalStrategy::Future, ratio)

@@ -1,0 +1,51 @@
+//! The error of a policy in the wrong environment.
+
+use std::error::Error;
+
+use fetch_env::{Space, Task, spaces::SpaceError};
+
+use crate::trained::error::TrainedPolicyError;
+
+/// Error returned where a policy does not fit an environment.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum PolicyError {
+    /// A [`TrainedPolicy`](crate::TrainedPolicy) was trained for other lengths.
+    #[error(transparent)]
+    Trained(#[from] TrainedPolicyError),
+    /// The environment does not have the columns that a
+    /// [`ScriptedPolicy`](crate::ScriptedPolicy) reads, or takes other actions.
+    #[error(
+        "the scripted policy of {task} needs at least {} columns of observation, at least {} of \
+         a goal and {} elements of an action, not {actual:?}: choose the script of a task whose \
+         columns the observation begins with",
+        expected[0], expected[1], expected[2]
+    )]
+    Scripted {
+        /// The task of the script.
+        task: Task,
+        /// The lengths of observation, goal and action that it needs.
+        expected: [usize; 3],
+        /// Those of the environment.
+        actual: [usize; 3],
+    },
+    /// A [`RandomPolicy`](crate::RandomPolicy) draws from another action space.
+    #[error(
+        "the random policy draws from {expected:?}, and the environment takes {actual:?}: make \
+         the policy from the environment's action_space()"
+    )]
+    ActionSpace {
+        /// The space of the policy.
+        expected: Box<Space>,
+        /// The space of the environment.
+        actual: Box<Space>,
+    },
+    /// The environment does not observe numbers and goals.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
+    /// The error of a policy of your own.
+    #[error(transparent)]
+    Other(Box<dyn Error + Send + Sync>),
+}
+
+debug_as_display!(PolicyError);

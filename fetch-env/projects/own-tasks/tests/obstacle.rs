@@ -1,0 +1,78 @@
+//! Pushing around a wall, as its example defines it.
+
+#[allow(dead_code, reason = "the example's own main")]
+#[path = "../examples/obstacle.rs"]
+mod obstacle;
+
+use std::error::Error;
+
+use baselines::{Policy, ScriptedPolicy, page::episode_page};
+use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
+use fetch_env::{Env, GoalEnv, GoalObservation, GoalReward, Task};
+
+use obstacle::obstacle;
+
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
+
+#[test]
+fn it_passes_every_check() {
+    let options = CheckOptions::default();
+    let report = check_goal_env(obstacle, &options).and(check_snapshots(obstacle, &options));
+    assert!(report.passed(), "{report}");
+}
+
+/// The wall stands between the block and its place, elsewhere in each episode.
+#[test]
+fn the_wall_is_drawn_with_each_reset() -> Result {
+    let mut env = obstacle()?;
+    let mut walls = Vec::new();
+    for seed in 0..5 {
+        let start = env.reset(Some(seed))?.observation;
+        let (block, goal) = (start.achieved_goal(), start.desired_goal());
+        for axis in 0..2 {
+            let middle = 0.5 * (block[axis] + goal[axis]);
+            assert!((block[3 + axis] - middle).abs() < 1e-9);
+        }
+        assert_eq!(block[3..], goal[3..]);
+        walls.push(goal[3..].to_vec());
+    }
+    walls.dedup();
+    assert_eq!(walls.len(), 5);
+    Ok(())
+}
+
+/// A policy that knows no wall pushes the block against it.
+#[test]
+fn the_wall_stops_a_straight_push() -> Result {
+    let mut env = obstacle()?;
+    let bounds = env.goal_reward().bounds();
+    let (mut reached, mut near) = (0, 0);
+    for seed in 0..10 {
+        let mut policy = ScriptedPolicy::new(Task::Push);
+        let mut observation = env.reset(Some(seed))?.observation;
+        let wall = observation.achieved_goal()[3..].to_vec();
+        let mut action = [0.0; 4];
+        loop {
+            policy.act(&observation, &mut action);
+            let step = env.step(&action)?;
+            assert!(bounds.contains(&step.reward));
+            assert_eq!(step.observation.achieved_goal()[3..], wall[..]);
+            near += usize::from(step.reward == -2.0);
+            if step.is_last() {
+                reached += usize::from(step.info.is_success);
+                break;
+            }
+            observation = step.observation;
+        }
+    }
+    assert!(reached < 7, "{reached} of 10 blocks went through or around the wall");
+    assert!(near > 20, "{near}");
+    Ok(())
+}
+
+#[test]
+fn it_is_played_back() -> Result {
+    let page = episode_page(&mut obstacle()?, &mut ScriptedPolicy::new(Task::Push), 0)?;
+    assert!(page.contains("\"goals\":[["));
+    Ok(())
+}

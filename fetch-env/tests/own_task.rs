@@ -1,0 +1,177 @@
+//! A task and a reward of a user's own: goals of another length, and more to observe.
+
+use std::error::Error;
+
+use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
+use fetch_env::goal_reward::goal_distance;
+use fetch_env::vec_env::VecConfig;
+use fetch_env::{
+    Env, EnvError, FetchConfig, FetchEnv, FetchResetOptions, FetchTask, GoalEnvExt,
+    GoalObservation, GoalReward, KinematicEnv, KinematicSimulator, MakeError, NpRandom, RewardKind,
+    Simulator, SnapshotEnv, Task, VecEnv, make_kinematic,
+};
+
+type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+
+/// Bring the gripper to a point and the object to another, with closed fingers: 7 elements.
+#[derive(Clone, Debug)]
+struct Both;
+
+impl<S: Simulator> FetchTask<S> for Both {
+    fn goal_len(&self) -> usize {
+        7
+    }
+
+    fn extra_len(&self) -> usize {
+        2
+    }
+
+    fn begin_episode(
+        &self,
+        config: &FetchConfig,
+        simulator: &mut S,
+        random: &mut NpRandom,
+        desired_goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        let start = simulator.settled().gripper_position;
+        let object = simulator.object().ok_or_else(|| EnvError::other("no object"))?.position;
+        let range = config.target_range();
+        let mut near = |center: f64| center + random.uniform(-range, range);
+        let drawn = [start.x, start.y, start.z, object.x, object.y, object.z].map(&mut near);
+        desired_goal[..6].copy_from_slice(&drawn);
+        desired_goal[6] = 0.0;
+        Ok(())
+    }
+
+    fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError> {
+        let object = simulator.object().ok_or_else(|| EnvError::other("no object"))?;
+        achieved_goal[..3].copy_from_slice(simulator.gripper().position.as_slice());
+        achieved_goal[3..6].copy_from_slice(object.position.as_slice());
+        achieved_goal[6] = simulator.gripper().finger_positions[0];
+        Ok(())
+    }
+
+    fn observe_extra(&self, simulator: &S, extra: &mut [f64]) -> Result<(), EnvError> {
+        let gripper = simulator.gripper().position;
+        extra.copy_from_slice(&[gripper.norm(), gripper.z]);
+        Ok(())
+    }
+}
+
+/// Minus the distance, and the end of the episode at the goal.
+#[derive(Clone, Debug)]
+struct EndsThere;
+
+impl GoalReward for EndsThere {
+    fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
+        -2.0 * goal_distance(achieved_goal, desired_goal)
+    }
+
+    fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+        goal_distance(achieved_goal, desired_goal) < 0.2
+    }
+
+    fn terminated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+        self.is_success(achieved_goal, desired_goal)
+    }
+}
+
+fn both() -> Result<KinematicEnv<EndsThere, Both>, EnvError> {
+    let config = FetchConfig::new(Task::PickAndPlace, RewardKind::Sparse);
+    let simulator = KinematicSimulator::new(config.sim());
+    let env = FetchEnv::new(config, simulator)?.with_goal_reward(EndsThere).with_task(Both)?;
+    Ok(env.time_limited())
+}
+
+#[test]
+fn an_own_task_passes_every_check() {
+    let options = CheckOptions::default();
+    let report = check_goal_env(both, &options).and(check_snapshots(both, &options));
+    assert!(report.passed(), "{report}");
+}
+
+#[test]
+fn goals_and_observations_have_the_tasks_lengths() -> Result {
+    let mut env = both()?;
+    let start = env.reset(Some(3))?.observation;
+    assert_eq!(start.desired_goal().len(), 7);
+    assert_eq!(start.achieved_goal()[3..6], start.object_position().ok_or("no object")?);
+    assert_eq!(start.observation().len(), 25 + 2);
+    let [x, y, z] = start.grip_position();
+    assert_eq!(start.observation()[25..], [nalgebra::Vector3::new(x, y, z).norm(), z]);
+    let step = env.step(&[0.3; 4])?;
+    let next = &step.observation;
+    assert_eq!(step.reward, env.compute_reward(next.achieved_goal(), next.desired_goal())?);
+    assert_eq!(env.inner().goal_positions().len(), 2);
+    Ok(())
+}
+
+#[test]
+fn the_first_goal_is_the_tasks_own_also_among_many() -> Result {
+    let goal = both()?.reset(Some(5))?.observation.desired_goal().to_vec();
+    assert_eq!(goal[6], 0.0);
+    let envs = (0..2).map(|_| both()).collect::<Result<Vec<_>, _>>()?;
+    let mut envs = VecEnv::new(envs, VecConfig::default())?;
+    let first = envs.reset(Some(5))?;
+    assert_eq!(first.desired_goal()[..7], goal);
+    Ok(())
+}
+
+#[test]
+fn only_a_goal_of_the_tasks_length_may_be_set() -> Result {
+    let mut env = both()?;
+    let goal = [0.5; 7];
+    let options = FetchResetOptions::default().with_desired_goal(goal);
+    assert_eq!(env.reset_with(Some(0), &options)?.observation.desired_goal(), goal);
+    let short = FetchResetOptions::default().with_desired_goal([0.5; 3]);
+    let expected = EnvError::OptionLength { option: "desired_goal", expected: 7, actual: 3 };
+    assert_eq!(env.reset_with(Some(0), &short), Err(expected));
+    Ok(())
+}
+
+#[test]
+fn a_snapshot_of_goals_of_another_length_is_refused() -> Result {
+    let (mut own, mut built_in) = (both()?, make_kinematic("FetchPickAndPlace-v4")?);
+    own.reset(Some(0))?;
+    built_in.reset(Some(0))?;
+    let refused = own.inner().clone().restore(&built_in.inner().snapshot());
+    let reason = refused.expect_err("another length").to_string();
+    assert!(reason.contains("its goal has 3 elements, this one's 7"), "{reason}");
+    Ok(())
+}
+
+#[test]
+fn a_task_without_goals_is_refused() {
+    #[derive(Clone, Debug)]
+    struct Nothing;
+    impl<S: Simulator> FetchTask<S> for Nothing {
+        fn goal_len(&self) -> usize {
+            0
+        }
+        fn begin_episode(
+            &self,
+            _: &FetchConfig,
+            _: &mut S,
+            _: &mut NpRandom,
+            _: &mut [f64],
+        ) -> Result<(), EnvError> {
+            Ok(())
+        }
+        fn achieved_goal(&self, _: &S, _: &mut [f64]) -> Result<(), EnvError> {
+            Ok(())
+        }
+    }
+    let env = make_kinematic("FetchReach-v4").expect("an id").into_inner();
+    assert!(matches!(env.with_task(Nothing), Err(MakeError::EmptyGoal)));
+}
+
+/// A task that cannot see what it needs.
+#[test]
+fn a_task_that_fails_demands_a_reset() -> Result {
+    let env = make_kinematic("FetchReach-v4")?.into_inner();
+    let mut env = env.with_task(Both)?;
+    let failed = env.reset(Some(0)).expect_err("no object in Reach");
+    assert_eq!(failed.to_string(), "no object");
+    assert_eq!(env.step(&[0.0; 4]), Err(EnvError::ResetNeeded));
+    Ok(())
+}
