@@ -1,6 +1,7 @@
 //! The reward of the Fetch tasks: a function of the distance between the goals.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
@@ -61,6 +62,7 @@ debug_as_display!(ParseRewardKindError);
 /// - sparse: `-1.0` if `d > t`, else `-0.0` (NaN: `-1.0`);
 /// - dense: `-d`;
 /// - success: `d < t`;
+/// - bounds: `-1.0..=0.0` if sparse, at most `0.0` if dense;
 /// - terminated and truncated: never.
 ///
 /// The batched forms give the same bits as the single ones; three-dimensional goals are fast.
@@ -124,6 +126,13 @@ impl GoalReward for DistanceReward {
     #[inline]
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         goal_distance(achieved_goal, desired_goal) < self.threshold.get()
+    }
+
+    fn bounds(&self) -> RangeInclusive<f64> {
+        match self.kind {
+            RewardKind::Sparse => -1.0..=0.0,
+            RewardKind::Dense => f64::NEG_INFINITY..=0.0,
+        }
     }
 
     fn reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) -> Result<(), GoalError> {

@@ -1,5 +1,6 @@
 //! The reward trait that environments and replay buffers use.
 
+use std::ops::RangeInclusive;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -44,6 +45,20 @@ pub trait GoalReward {
 
     /// Whether `achieved_goal` counts as reaching `desired_goal`.
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool;
+
+    /// Returns the range in which the reward of every pair of finite goals lies, for learners that
+    /// keep their estimates of returns within what is possible. Unbounded by default, which is
+    /// always right; a narrower range speeds learning up.
+    ///
+    /// ```
+    /// use goal_reward::{DistanceReward, GoalReward};
+    ///
+    /// assert_eq!(DistanceReward::sparse().bounds(), -1.0..=0.0);
+    /// assert_eq!(DistanceReward::dense().bounds(), f64::NEG_INFINITY..=0.0);
+    /// ```
+    fn bounds(&self) -> RangeInclusive<f64> {
+        f64::NEG_INFINITY..=f64::INFINITY
+    }
 
     /// Whether the task ends here, so that no later reward exists. Never by default, as in every
     /// Fetch task, where the agent must hold a reached goal.
@@ -126,6 +141,9 @@ macro_rules! forward {
 macro_rules! reward_through_pointer {
     ($($pointer:ty),*) => {$(
         impl<R: GoalReward + ?Sized> GoalReward for $pointer {
+            fn bounds(&self) -> RangeInclusive<f64> {
+                (**self).bounds()
+            }
             forward! {
                 each: reward -> f64, is_success -> bool, terminated -> bool, truncated -> bool;
                 batch: reward_batch: f64, is_success_batch: bool, terminated_batch: bool,

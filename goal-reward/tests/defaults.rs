@@ -84,6 +84,11 @@ fn a_task_never_ends_unless_it_says_so() -> Result {
 }
 
 #[test]
+fn a_reward_is_unbounded_unless_it_says_so() {
+    assert_eq!(Endless.bounds(), f64::NEG_INFINITY..=f64::INFINITY);
+}
+
+#[test]
 fn a_batch_knows_its_size() -> Result {
     for (dim, len) in [(1, 6), (2, 3), (3, 2), (6, 1)] {
         let pairs = GoalPairs::new(&[1.0; 6], &[2.0; 6], dim)?;

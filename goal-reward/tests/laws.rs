@@ -1,5 +1,6 @@
 //! Behavior on which users of the reference environment rely, at the threshold and for bad goals.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use goal_reward::{
@@ -176,6 +177,9 @@ impl GoalReward for Overridden {
     fn is_success(&self, _: &[f64], _: &[f64]) -> bool {
         false
     }
+    fn bounds(&self) -> RangeInclusive<f64> {
+        1.0..=2.0
+    }
     fn terminated(&self, achieved_goal: &[f64], _: &[f64]) -> bool {
         achieved_goal[0] > 0.0
     }
@@ -206,5 +210,6 @@ fn rewards_behind_pointers_keep_their_overrides() {
         reward.truncated_batch(pairs, &mut flags).unwrap();
         assert_eq!(flags, [false, true]);
         assert_eq!(reward.try_reward(&[1.0], &[0.0]), Ok(1.0));
+        assert_eq!(reward.bounds(), 1.0..=2.0);
     }
 }

@@ -1,5 +1,7 @@
 //! Properties over goals of every dimension.
 
+use std::sync::Arc;
+
 use goal_reward::{
     DistanceReward, DistanceThreshold, GoalPairs, GoalReward, RewardKind, goal_distance,
 };
@@ -53,6 +55,22 @@ proptest! {
         prop_assert_eq!(pairs.check_finite().is_ok(), finite);
         let mut out = vec![0.0; pairs.len()];
         prop_assert_eq!(DistanceReward::dense().try_reward_batch(pairs, &mut out).is_ok(), finite);
+    }
+
+    #[test]
+    fn rewards_lie_in_their_bounds((dim, achieved, desired) in batch(), reward in reward()) {
+        let pairs = GoalPairs::new(&achieved, &desired, dim).unwrap();
+        let pointers: [&dyn GoalReward; 3] = [&&reward, &Box::new(reward), &Arc::new(reward)];
+        for pointer in pointers {
+            prop_assert_eq!(pointer.bounds(), reward.bounds());
+        }
+        let (low, high) = reward.bounds().into_inner();
+        for (achieved, desired) in pairs.iter() {
+            if achieved.iter().chain(desired).all(|element| element.is_finite()) {
+                let reward = reward.reward(achieved, desired);
+                prop_assert!(low <= reward && reward <= high, "{reward}");
+            }
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a learning algorithm is.
 
 use std::fmt::Debug;
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
@@ -81,6 +82,7 @@ use crate::trained::LayerWeights;
 ///     reward: &[0.0; 2],
 ///     discount: &[0.0; 2],
 ///     next_input: &[0.0; 2],
+///     demonstrated: &[false; 2],
 /// };
 /// for _ in 0..200 {
 ///     algorithm.update(batch, &mut |_| ());
@@ -122,13 +124,16 @@ pub trait Algorithm: Debug + Send {
 /// A new algorithm, or why it could not be built.
 pub(super) type Built = Result<Box<dyn Algorithm>, TrainError>;
 
-/// What an algorithm is built for: the sizes of its networks, and its seed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What an algorithm is built for: the sizes of its networks, the rewards, and its seed.
+#[derive(Clone, Debug, PartialEq)]
 pub struct AlgorithmInit {
     /// The length of an input: observation and goal.
     pub num_inputs: usize,
     /// The length of an action.
     pub num_actions: usize,
+    /// The range of the rewards, as [`GoalReward::bounds`](goal_reward::GoalReward::bounds) says
+    /// it; a trainer refuses rewards outside.
+    pub reward_bounds: RangeInclusive<f64>,
     /// The seed of the first weights and of all noise, the same in all processes.
     pub seed: u64,
     /// The rank of this process, whose updates need their own noise: 0 in a run of one process.
@@ -136,10 +141,28 @@ pub struct AlgorithmInit {
 }
 
 impl AlgorithmInit {
-    /// Checks the lengths.
-    pub(super) fn check(self) -> Result<(), TrainError> {
+    /// Checks the lengths and the bounds.
+    pub(super) fn check(&self) -> Result<(), TrainError> {
         check_range!(self.num_inputs, "num_inputs", 1..=16_384)?;
-        check_range!(self.num_actions, "num_actions", 1..=1_024)
+        check_range!(self.num_actions, "num_actions", 1..=1_024)?;
+        let (low, high) = (self.reward_bounds.start(), self.reward_bounds.end());
+        if low <= high {
+            return Ok(());
+        }
+        Err(TrainError::Setting {
+            name: "reward_bounds",
+            value: format!("{low} to {high}"),
+            expected: "return a range whose start is not above its end from GoalReward::bounds",
+        })
+    }
+
+    /// Returns the lowest and the highest discounted sum of any number of rewards, at least one.
+    pub(super) fn return_bounds(&self, gamma: f64) -> [f32; 2] {
+        // One reward, or endlessly many. Without a discount, the latter of 0 are NaN, which `min`
+        // and `max` pass over.
+        let endless = |reward: f32| reward / (1.0 - gamma as f32);
+        let (low, high) = (*self.reward_bounds.start() as f32, *self.reward_bounds.end() as f32);
+        [low.min(endless(low)), high.max(endless(high))]
     }
 }
 
@@ -184,6 +207,10 @@ pub struct Transitions<'a> {
     pub discount: &'a [f32],
     /// The inputs of the networks after the step, `(len, num_inputs)`.
     pub next_input: &'a [f32],
+    /// Whether each transition is of a
+    /// [demonstration](super::Trainer::add_demonstrations), `(len)`. Hindsight may have changed its
+    /// goal; its action is the demonstrated one.
+    pub demonstrated: &'a [bool],
 }
 
 impl Transitions<'_> {
@@ -212,5 +239,56 @@ impl<'a> StateMut<'a> {
     /// Adds a vector of the part `name`.
     pub(super) fn push(&mut self, name: &str, part: &str, vector: &'a mut Vec<f32>) {
         self.vectors.push((format!("{name}.{part}"), vector));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::AlgorithmInit;
+
+    fn return_bounds(low: f64, high: f64, gamma: f64) -> [f32; 2] {
+        let reward_bounds = low..=high;
+        AlgorithmInit { num_inputs: 1, num_actions: 1, reward_bounds, seed: 0, rank: 0 }
+            .return_bounds(gamma)
+    }
+
+    /// The extreme returns are of rewards that are all the same.
+    #[test]
+    fn returns_of_any_number_of_steps_are_within_their_bounds() {
+        let rewards = [-3.0, -1.0, 0.0, 0.5, 2.0];
+        for (at, low) in rewards.into_iter().enumerate() {
+            for high in &rewards[at..] {
+                for gamma in [0.0, 0.5, 0.95] {
+                    let [least, most] = return_bounds(low, *high, gamma);
+                    let (mut sums, mut discount) = ([0.0, 0.0], 1.0);
+                    for _ in 0..1_000 {
+                        sums[0] += discount * low;
+                        sums[1] += discount * high;
+                        discount *= gamma;
+                        assert!(f64::from(least) <= sums[0] + 1e-4, "{sums:?} {least} {most}");
+                        assert!(sums[1] <= f64::from(most) + 1e-4, "{sums:?} {least} {most}");
+                    }
+                    // No wider than that: the first or the last of the sums.
+                    assert!((f64::from(least) - low.min(sums[0])).abs() < 1e-4);
+                    assert!((f64::from(most) - high.max(sums[1])).abs() < 1e-4);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rewards_of_the_reference_keep_the_bits_of_its_bounds() {
+        for gamma in [0.9, 0.95, 0.98] {
+            assert_eq!(return_bounds(-1.0, 0.0, gamma), [-1.0 / (1.0 - gamma as f32), 0.0]);
+        }
+    }
+
+    #[test]
+    fn what_is_endless_has_no_bound() {
+        let infinity = f32::INFINITY;
+        assert_eq!(return_bounds(-1.0, 0.0, 1.0), [-infinity, 0.0]);
+        assert_eq!(return_bounds(0.0, 1.0, 1.0), [0.0, infinity]);
+        assert_eq!(return_bounds(f64::NEG_INFINITY, 0.0, 0.9), [-infinity, 0.0]);
+        assert_eq!(return_bounds(f64::NEG_INFINITY, f64::INFINITY, 0.9), [-infinity, infinity]);
     }
 }

@@ -40,9 +40,18 @@ settings! {
         /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, 0.5
         /// for Reach, and 0.01 for Slide, as in MRL (Pitis et al., 2020). The authors: 1.
         pub action_l2: f32 => 0.0..=1_000.0,
-        /// Whether targets are clipped to `[-1 / (1 - gamma), 0]`, the values that rewards of -1
-        /// and 0 can have: true, the authors'. Other rewards need false.
+        /// Whether targets are clipped to the values that discounted sums of rewards within their
+        /// [bounds](goal_reward::GoalReward::bounds) can have: true, the authors', whose rewards of
+        /// -1 and 0 give `[-1 / (1 - gamma), 0]`. An infinite bound clips nothing.
         pub clip_targets: bool,
+        /// The weight of imitating [demonstrations](super::Trainer::add_demonstrations) in the
+        /// actor's loss: 0. The term is the mean square of the differences between the actor's
+        /// actions and those of demonstrated transitions, over the batch; other transitions add
+        /// nothing to it. Learning from demonstrations alone needs it, because the critic overrates
+        /// actions that it has never seen: measured, 100 for rewards of -1 and 0. Sources: Nair et
+        /// al., *Overcoming exploration in reinforcement learning with demonstrations*, 2018, and
+        /// Fujimoto and Gu, *A minimalist approach to offline reinforcement learning*, 2021.
+        pub imitation_weight: f32 => 0.0..=1_000.0,
         /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as
         /// in MRL.
         pub noise: f32 => 0.0..=10.0,
@@ -63,6 +72,7 @@ impl Default for DdpgSettings {
             average_fraction: 0.005,
             action_l2: 0.05,
             clip_targets: true,
+            imitation_weight: 0.0,
             noise: 0.2,
         }
     }

@@ -19,6 +19,8 @@ use crate::trained::LayerWeights;
 /// openai/baselines, actor and critic take their steps at the same time.
 pub struct Ddpg {
     settings: DdpgSettings,
+    /// The lowest and the highest target; infinite if nothing is clipped.
+    target_bounds: [f32; 2],
     networks: Networks,
     /// Of the critic and of the actor, and the losses: the critic's, the actor's and the value.
     gradients: Gradients<3>,
@@ -51,10 +53,11 @@ impl Ddpg {
     ///
     /// # Errors
     /// [`TrainError::Setting`] if a setting is out of its range, `init.num_inputs` is not from 1 to
-    /// 16,384, or `init.num_actions` is not from 1 to 1,024.
+    /// 16,384, `init.num_actions` is not from 1 to 1,024, or `init.reward_bounds` is empty.
     pub fn new(settings: DdpgSettings, init: AlgorithmInit) -> Result<Self, TrainError> {
         settings.check()?;
         init.check()?;
+        let clipped = init.return_bounds(settings.gamma);
         let AlgorithmInit { num_inputs, num_actions, seed, .. } = init;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let DdpgSettings { hidden, layer_norm, last_layer_scale, .. } = &settings;
@@ -74,6 +77,10 @@ impl Ddpg {
             critic_work: Work::default(),
             actor_work: Work::default(),
             num_updates: 0,
+            target_bounds: match settings.clip_targets {
+                true => clipped,
+                false => [f32::NEG_INFINITY, f32::INFINITY],
+            },
             settings,
         })
     }
@@ -97,10 +104,11 @@ impl Algorithm for Ddpg {
     }
 
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
-        let Self { settings, networks, gradients, critic_work, actor_work, num_updates } = self;
+        let Self { settings, networks, gradients, critic_work, actor_work, .. } = self;
+        let (target_bounds, num_updates) = (self.target_bounds, &mut self.num_updates);
         let [critic_gradient, actor_gradient, losses] = gradients.parts_mut();
         let ((critic_loss, value), actor_loss) = rayon::join(
-            || networks.critic_gradient(batch, settings, critic_work, critic_gradient),
+            || networks.critic_gradient(batch, target_bounds, critic_work, critic_gradient),
             || networks.actor_gradient(batch, settings, actor_work, actor_gradient),
         );
         losses.copy_from_slice(&[critic_loss, actor_loss, value]);
@@ -148,7 +156,7 @@ impl Networks {
     fn critic_gradient(
         &self,
         batch: Transitions<'_>,
-        settings: &DdpgSettings,
+        [lowest, highest]: [f32; 2],
         work: &mut Work,
         gradient: &mut [f32],
     ) -> (f32, f32) {
@@ -157,16 +165,13 @@ impl Networks {
         let values = evaluate(critic, &self.target_critic, batch.next_input, actions);
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
         targets.clear();
-        targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
-        if settings.clip_targets {
-            let lowest = -1.0 / (1.0 - settings.gamma as f32);
-            targets.iter_mut().for_each(|target| *target = target.clamp(lowest, 0.0));
-        }
+        let target = |((reward, discount), value)| reward + discount * value;
+        targets.extend(rows.map(|row| target(row).clamp(lowest, highest)));
         regress(critic, &self.critic.network, batch, targets, gradient)
     }
 
-    /// Computes the gradient of the actor's loss: the negative mean value of its actions, and their
-    /// mean square times `action_l2`. Returns the loss.
+    /// Computes the gradient of the actor's loss: the negative mean value of its actions, their
+    /// mean square times `action_l2`, and the imitation of demonstrated ones. Returns the loss.
     fn actor_gradient(
         &self,
         batch: Transitions<'_>,
@@ -181,12 +186,25 @@ impl Networks {
         let (share, num_actions) = (batch.share(), batch.num_actions());
         let weight = settings.action_l2 * share / num_actions as f32;
         let squares = actions.iter().map(|action| action * action).sum::<f32>();
-        let loss = weight * squares - values.iter().sum::<f32>() * share;
+        let mut loss = weight * squares - values.iter().sum::<f32>() * share;
+        let imitation = settings.imitation_weight * share / num_actions as f32;
+        // `None` if there is nothing to imitate.
+        let difference = |index: usize| {
+            let imitates = imitation > 0.0 && batch.demonstrated[index / num_actions];
+            imitates.then(|| actions[index] - batch.action[index])
+        };
+        for difference in (0..actions.len()).filter_map(difference) {
+            loss += imitation * difference * difference;
+        }
 
         let by_action = work.critic.backward(critic, |_, _| -share, None, num_actions);
         let by_output = |index: usize, _| {
             let action = actions[index];
-            (by_action[index] + 2.0 * weight * action) * (1.0 - action * action)
+            let mut slope = by_action[index] + 2.0 * weight * action;
+            if let Some(difference) = difference(index) {
+                slope += 2.0 * imitation * difference;
+            }
+            slope * (1.0 - action * action)
         };
         work.actor.backward(actor, by_output, Some(gradient), 0);
         loss

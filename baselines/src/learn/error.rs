@@ -41,12 +41,15 @@ pub enum TrainError {
     /// The buffer could not be made.
     #[error(transparent)]
     Buffer(#[from] ConfigError),
-    /// A batch could not be drawn.
-    #[error(transparent)]
-    Sample(#[from] SampleError),
     /// Observations could not be normalized.
     #[error(transparent)]
     Normalize(#[from] NormalizerError),
+    /// There is nothing to learn from.
+    #[error(
+        "the buffer has no finished episode to draw: add demonstrations by add_demonstrations, or \
+         collect by cycle or run"
+    )]
+    NothingToDraw,
     /// The run failed.
     #[error("the run failed after {steps} steps{}", resume_hint(.checkpoint.as_ref()))]
     Run {
@@ -88,6 +91,25 @@ pub enum RunError {
     /// Steps could not be collected.
     #[error(transparent)]
     Collect(#[from] CollectorError),
+    /// A batch could not be drawn.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// Observations could not be normalized.
+    #[error(transparent)]
+    Normalize(#[from] NormalizerError),
+    /// A drawn reward is not one that the reward function says it gives.
+    #[error(
+        "a reward is {value}, but GoalReward::bounds says {low} to {high}: widen the bounds, or \
+         correct the reward"
+    )]
+    RewardOutside {
+        /// The first such reward.
+        value: f64,
+        /// The lowest reward by [`GoalReward::bounds`](goal_reward::GoalReward::bounds).
+        low: f64,
+        /// The highest one.
+        high: f64,
+    },
     /// All environments failed in a whole cycle.
     #[error(
         "every environment failed, environment {env_index} first: check it with fetch_env::check"

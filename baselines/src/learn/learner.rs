@@ -9,7 +9,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::algorithm::{Algorithm, Losses};
 use super::curve::UpdateSeconds;
 use super::env::LearnEnv;
-use super::error::TrainError;
+use super::error::{RunError, TrainError};
 use super::replay::Replay;
 use crate::workers::Workers;
 
@@ -51,8 +51,8 @@ impl Learner {
         numbers: Range<u64>,
         replay: &mut Replay<E>,
         workers: &mut dyn Workers,
-        mut check: impl FnMut(Losses) -> Result<(), TrainError> + Send,
-    ) -> Result<(), TrainError> {
+        mut check: impl FnMut(Losses) -> Result<(), RunError> + Send,
+    ) -> Result<(), RunError> {
         let Self { algorithm, threads, seconds, .. } = self;
         let (start, exchanging) = (Instant::now(), workers.seconds());
         // One call for all, so that the threads stay awake between two updates.
@@ -61,7 +61,7 @@ impl Learner {
                 let batch = replay.draw(number)?;
                 check(algorithm.update(batch, &mut |numbers| workers.average(numbers)))?;
             }
-            Ok::<_, TrainError>(())
+            Ok::<_, RunError>(())
         })?;
         seconds.total += start.elapsed().as_secs_f64();
         seconds.exchanging += workers.seconds() - exchanging;

@@ -42,6 +42,7 @@ mod collecting;
 mod critic;
 mod curve;
 mod ddpg;
+mod demonstrated;
 mod env;
 mod error;
 mod explorer;

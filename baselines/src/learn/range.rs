@@ -1,6 +1,6 @@
 //! Ranges of settings.
 
-/// Checks that a number, or each of a list, is in its range.
+/// Checks that a number, if there is one, or each of a list, is in its range.
 macro_rules! check_range {
     (
         $number:expr,
@@ -75,6 +75,12 @@ pub(super) trait Bounded<N> {
 impl<N: PartialOrd> Bounded<N> for N {
     fn is_within(&self, range: std::ops::RangeInclusive<N>) -> bool {
         range.contains(self)
+    }
+}
+
+impl<N: PartialOrd> Bounded<N> for Option<N> {
+    fn is_within(&self, range: std::ops::RangeInclusive<N>) -> bool {
+        self.as_ref().is_none_or(|number| range.contains(number))
     }
 }
 

@@ -1,14 +1,18 @@
 //! What holds transitions and draws them.
 
+use std::ops::RangeInclusive;
+
 use fetch_env::vec_env::VecEnvError;
+use goal_reward::GoalReward;
 use her_relabel::{
     Batch, ColumnsMut, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Sampler, StateRows,
     StillEpisodes, UnitInterval,
 };
 
 use super::algorithm::Transitions;
+use super::demonstrated::Demonstrated;
 use super::env::LearnEnv;
-use super::error::TrainError;
+use super::error::{RunError, TrainError};
 use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
 use super::settings::{InputSettings, ReplaySettings};
@@ -20,6 +24,9 @@ pub(super) struct Replay<E: LearnEnv> {
     pub(super) template: E,
     pub(super) buffer: HerBuffer<f32>,
     pub(super) inputs: Inputs,
+    pub(super) demonstrated: Demonstrated,
+    /// The range of the rewards, in single precision as the buffer has them.
+    reward_bounds: RangeInclusive<f32>,
     sampler: Sampler,
     settings: InputSettings,
     /// The seed of this process.
@@ -28,6 +35,7 @@ pub(super) struct Replay<E: LearnEnv> {
     batch: Batch<f32>,
     input: Vec<f32>,
     next_input: Vec<f32>,
+    is_demonstrated: Vec<bool>,
 }
 
 impl<E: LearnEnv> Replay<E> {
@@ -46,7 +54,10 @@ impl<E: LearnEnv> Replay<E> {
             let seed = seed_for(seed, Purpose::StillEpisodes, 0);
             config = config.with_still_episodes(still.with_seed(seed));
         }
+        let (low, high) = template.goal_reward().bounds().into_inner();
         Ok(Self {
+            demonstrated: Demonstrated::default(),
+            reward_bounds: low as f32..=high as f32,
             inputs: Inputs::new(inputs, config.dims())?,
             template,
             buffer: HerBuffer::new(config)?,
@@ -56,6 +67,7 @@ impl<E: LearnEnv> Replay<E> {
             batch: Batch::new(),
             input: Vec::new(),
             next_input: Vec::new(),
+            is_demonstrated: Vec::new(),
         })
     }
 
@@ -65,13 +77,19 @@ impl<E: LearnEnv> Replay<E> {
         Ok(())
     }
 
-    /// Returns the scale of as many transitions as were collected in the last cycle, which ended
-    /// after `steps` steps, with relabeled goals, as the authors do; `None` if there are none.
-    pub(super) fn seen(&self, num_rows: usize, steps: u64) -> Result<Option<Inputs>, TrainError> {
+    /// Returns the scale of `num_rows` transitions, as many as were added since the last call, with
+    /// relabeled goals, as the authors do; `None` if there are none. `number` of `purpose` decides
+    /// which.
+    pub(super) fn seen(
+        &self,
+        num_rows: usize,
+        purpose: Purpose,
+        number: u64,
+    ) -> Result<Option<Inputs>, RunError> {
         if self.buffer.is_empty() || num_rows == 0 {
             return Ok(None);
         }
-        let seed = seed_for(self.seed, Purpose::Normalizers, steps);
+        let seed = seed_for(self.seed, purpose, number);
         let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
         sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
@@ -85,8 +103,8 @@ impl<E: LearnEnv> Replay<E> {
     }
 
     /// Draws the batch of update `number`, counted from 0.
-    pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, TrainError> {
-        let Self { template, buffer, inputs, batch, input, next_input, .. } = self;
+    pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
+        let Self { template, buffer, inputs, batch, input, next_input, is_demonstrated, .. } = self;
         let sampler = self.sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, Purpose::Batches, number);
         let len = sampler.batch_size() * inputs.dim();
@@ -95,6 +113,13 @@ impl<E: LearnEnv> Replay<E> {
         let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
         let reward = template.goal_reward();
         sampler.sample_into(buffer, reward, seed, batch, inputs.normalizers(), columns)?;
+        let is_outside = |reward: &&f32| !self.reward_bounds.contains(*reward);
+        if let Some(value) = batch.reward().iter().find(is_outside) {
+            let (low, high) = reward.bounds().into_inner();
+            return Err(RunError::RewardOutside { value: f64::from(*value), low, high });
+        }
+        is_demonstrated.clear();
+        is_demonstrated.extend(batch.transition().iter().map(|id| self.demonstrated.contains(*id)));
         Ok(Transitions {
             len: batch.len(),
             input,
@@ -102,6 +127,7 @@ impl<E: LearnEnv> Replay<E> {
             reward: batch.reward(),
             discount: batch.discount(),
             next_input,
+            demonstrated: is_demonstrated,
         })
     }
 }

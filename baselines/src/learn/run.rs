@@ -13,6 +13,7 @@ use super::curve::{CurveRow, Target};
 use super::env::LearnEnv;
 use super::error::{RunError, TrainError};
 use super::inputs::Inputs;
+use super::seeds::Purpose;
 use super::trainer::Trainer;
 use crate::evaluate::evaluate_range;
 use crate::policy::VecPolicy;
@@ -21,6 +22,9 @@ use crate::workers::{agree, gather_values, share, sum};
 
 /// The seed of the first evaluation's first episode. The seeds of training are below 2^40.
 const EVALUATION_SEED: u64 = 1 << 41;
+
+/// The number of evaluations of a run whose settings do not say how often.
+const DEFAULT_EVALUATIONS: u64 = 20;
 
 /// What a process has collected in a cycle.
 #[derive(Serialize, Deserialize)]
@@ -39,7 +43,9 @@ struct CollectedShare {
 
 impl<E: LearnEnv> Trainer<E> {
     /// Runs until `num_steps` steps have been collected in all, the target is reached, or `watch`
-    /// breaks, in any process; `watch` gets this trainer and each row of the learning curve.
+    /// breaks, in any process; `watch` gets this trainer and each row of the learning curve. It
+    /// evaluates as often as [`evaluation_interval`](super::ScheduleSettings::evaluation_interval)
+    /// says, and at the end of all steps if there is no row yet.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -49,14 +55,9 @@ impl<E: LearnEnv> Trainer<E> {
         target: Option<Target>,
         mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
     ) -> Result<(), TrainError> {
-        let interval = self.settings.schedule.evaluation_interval;
         let is_reached = |rows: &[CurveRow]| target.is_some_and(|target| target.is_reached(rows));
         while self.counters.steps < num_steps && !is_reached(&self.rows) {
-            let evaluations = self.counters.steps / interval;
-            self.cycle()?;
-            if self.counters.updates > 0 && self.counters.steps / interval > evaluations {
-                let row = self.evaluate()?;
-                self.check_weights()?;
+            if let Some(row) = self.run_cycle(num_steps)? {
                 let is_over = watch(self, &row).is_break();
                 if sum(&mut *self.workers, u64::from(is_over))? > 0 {
                     break;
@@ -64,6 +65,27 @@ impl<E: LearnEnv> Trainer<E> {
             }
         }
         Ok(())
+    }
+
+    /// Takes the next cycle of a run of `num_steps` steps, as [`run`](Self::run) does, for callers
+    /// that look at each. Returns a row of the learning curve if an evaluation was due.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn run_cycle(&mut self, num_steps: u64) -> Result<Option<CurveRow>, TrainError> {
+        let interval = self.settings.schedule.evaluation_interval;
+        let steps = interval.unwrap_or(num_steps.div_ceil(DEFAULT_EVALUATIONS)).max(1);
+        let before = self.counters.steps / steps;
+        self.cycle()?;
+        let is_due = self.counters.updates > 0 && self.counters.steps / steps > before;
+        // The last one shows what the run has led to.
+        let is_over = self.counters.steps >= num_steps;
+        if !is_due && !(is_over && (interval.is_none() || self.rows.is_empty())) {
+            return Ok(None);
+        }
+        let row = self.evaluate()?;
+        self.check_weights()?;
+        Ok(Some(row))
     }
 
     /// Collects steps of all environments, and then updates the actor.
@@ -76,9 +98,68 @@ impl<E: LearnEnv> Trainer<E> {
         let can_draw = self.collect()?;
         let random_episodes = self.settings.random_episodes_of_all(self.workers.size());
         if can_draw && self.counters.episodes >= random_episodes {
-            self.update()?;
+            self.learn(self.settings.schedule.updates_per_cycle as u64)?;
         }
         self.counters.seconds += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Updates the actor `num_updates` times from what the buffer has, and collects nothing. With
+    /// [demonstrations](Self::add_demonstrations), this is offline learning, for which
+    /// [`imitation_weight`](super::DdpgSettings::imitation_weight) is made. [`run`](Self::run) goes
+    /// on from there.
+    ///
+    /// # Errors
+    /// [`TrainError`]: [`NothingToDraw`](TrainError::NothingToDraw) if the buffer, of any process,
+    /// has no finished episode.
+    ///
+    /// ```
+    /// use baselines::learn::{AlgorithmSettings, DdpgSettings, TrainSettings, Trainer};
+    /// use baselines::{CollectError, ScriptedPolicy, collect, workers::UnreadableMessage};
+    /// use fetch_env::{Task, make_kinematic};
+    ///
+    /// let mut settings = TrainSettings::default();
+    /// # settings.schedule.evaluation_episodes = 5;
+    /// # let hidden = vec![32, 32];
+    /// settings.algorithm = AlgorithmSettings::Ddpg(DdpgSettings {
+    ///     imitation_weight: 100.0,
+    /// #   hidden,
+    ///     ..DdpgSettings::default()
+    /// });
+    /// let make = || Ok(make_kinematic("FetchReach-v4")?);
+    /// let mut trainer = Trainer::new(make, settings, 0, 2)?;
+    /// let mut script = ScriptedPolicy::new(Task::Reach);
+    /// trainer.add_demonstrations(|buffer| -> Result<_, Box<dyn std::error::Error>> {
+    ///     Ok(collect(&mut make()?, &mut script, 20, 0, buffer, 0, |_| ())?)
+    /// })?;
+    /// trainer.update(100)?;
+    /// println!("{:?} without a step", trainer.evaluate()?.success_rate);
+    /// # assert_eq!((trainer.counters().steps, trainer.counters().updates), (0, 100));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn update(&mut self, num_updates: u64) -> Result<(), TrainError> {
+        self.learner.check_process()?;
+        let start = Instant::now();
+        if sum(&mut *self.workers, u64::from(self.replay.buffer.is_empty()))? > 0 {
+            return Err(TrainError::NothingToDraw);
+        }
+        self.see_demonstrations()?;
+        self.learn(num_updates)?;
+        self.counters.seconds += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Takes in the scale of demonstrations that no update has seen.
+    fn see_demonstrations(&mut self) -> Result<(), TrainError> {
+        let unseen = std::mem::take(&mut self.replay.demonstrated.unseen);
+        // Some may have made room already.
+        let num_rows = unseen.min(self.replay.buffer.len() as u64);
+        let (purpose, number) = (Purpose::DemonstratedNormalizers, self.counters.updates);
+        let seen = self.replay.seen(num_rows as usize, purpose, number);
+        let seen = seen.map_err(|error| self.failed(error))?;
+        for seen in gather_values(&mut *self.workers, &seen)?.iter().flatten() {
+            self.replay.inputs.merge(seen)?;
+        }
         Ok(())
     }
 
@@ -98,13 +179,15 @@ impl<E: LearnEnv> Trainer<E> {
             .map_err(|error| self.failed(error.into()))?;
         let num_rows = own.collected.recorded_steps;
         let (first_failure, first_stuck) = (own.collected.first_failure, own.collected.first_stuck);
+        let steps = self.counters.steps + num_rows as u64;
+        let seen = self.replay.seen(num_rows, Purpose::Normalizers, steps);
         let own = CollectedShare {
             steps: num_rows as u64,
             episodes: own.collected.finished_episodes as u64,
             discarded_episodes: own.collected.discarded_episodes as u64,
             ended: own.ended,
             successes: own.successes,
-            seen: self.replay.seen(num_rows, self.counters.steps + num_rows as u64)?,
+            seen: seen.map_err(|error| self.failed(error))?,
             can_draw: !self.replay.buffer.is_empty(),
         };
         let mut can_draw = true;
@@ -141,29 +224,21 @@ impl<E: LearnEnv> Trainer<E> {
         TrainError::Run { steps, checkpoint, source: Box::new(error) }
     }
 
-    /// Draws and updates as often as a cycle does.
-    fn update(&mut self) -> Result<(), TrainError> {
-        let Self { settings, replay, learner, workers, counters, recent, last_checkpoint, .. } =
-            self;
+    /// Draws and updates.
+    fn learn(&mut self, num_updates: u64) -> Result<(), TrainError> {
+        let Self { replay, learner, workers, counters, recent, .. } = self;
         let first = counters.updates;
-        let numbers = first..first + settings.schedule.updates_per_cycle as u64;
-        learner.update(numbers, replay, &mut **workers, |losses: Losses| {
+        let numbers = first..first.saturating_add(num_updates);
+        let learned = learner.update(numbers, replay, &mut **workers, |losses: Losses| {
             counters.updates += 1;
             if !losses.are_finite() {
-                let Losses { critic, actor, .. } = losses;
-                return Err(TrainError::Run {
-                    steps: counters.steps,
-                    checkpoint: last_checkpoint.clone(),
-                    source: Box::new(RunError::Diverged {
-                        update: counters.updates,
-                        critic,
-                        actor,
-                    }),
-                });
+                let (update, Losses { critic, actor, .. }) = (counters.updates, losses);
+                return Err(RunError::Diverged { update, critic, actor });
             }
             recent.add(losses);
             Ok(())
-        })
+        });
+        learned.map_err(|error| self.failed(error))
     }
 
     /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no

@@ -54,11 +54,11 @@ impl Sac {
     ///
     /// # Errors
     /// [`TrainError::Setting`] if a setting is out of its range, `init.num_inputs` is not from 1 to
-    /// 16,384, or `init.num_actions` is not from 1 to 1,024.
+    /// 16,384, `init.num_actions` is not from 1 to 1,024, or `init.reward_bounds` is empty.
     pub fn new(settings: SacSettings, init: AlgorithmInit) -> Result<Self, TrainError> {
         settings.check()?;
         init.check()?;
-        let AlgorithmInit { num_inputs, num_actions, seed, rank } = init;
+        let AlgorithmInit { num_inputs, num_actions, seed, rank, .. } = init;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let SacSettings { hidden, layer_norm, last_layer_scale, learning_rate, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, 2 * num_actions, false);

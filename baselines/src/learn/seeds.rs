@@ -21,6 +21,8 @@ pub(super) enum Purpose {
     Normalizers,
     /// The seeds of processes.
     Ranks,
+    /// The batches of demonstrations that normalizers take in.
+    DemonstratedNormalizers,
 }
 
 /// Returns the seed of what a process does by itself: that of the run for the first one.

@@ -27,6 +27,40 @@ pub struct TrainSettings {
     pub schedule: ScheduleSettings,
 }
 
+/// Settings that presume nothing of the task, from which to begin with an environment of your own:
+/// no lengths, no share of episodes or transitions left out, and evaluations in proportion to the
+/// steps of a run. Goals need no difference, as angles have none.
+impl Default for TrainSettings {
+    fn default() -> Self {
+        Self {
+            algorithm: AlgorithmSettings::Ddpg(DdpgSettings::default()),
+            replay: ReplaySettings {
+                capacity: 1_000_000,
+                batch_size: 256,
+                future_k: 4.0,
+                past_desired: 0.0,
+                already_achieved: 1.0,
+                still_distance: 0.0,
+                still_kept: 1.0,
+            },
+            inputs: InputSettings { relative_goal: false, min_std: 0.0001, clip: 5.0 },
+            exploration: ExplorationSettings {
+                random_episodes: 20,
+                random_episode_share: 0.1,
+                random_action: 0.3,
+            },
+            schedule: ScheduleSettings {
+                num_envs: 8,
+                steps_per_cycle: 50,
+                updates_per_cycle: 160,
+                evaluation_interval: None,
+                evaluation_episodes: 100,
+                per_rank: false,
+            },
+        }
+    }
+}
+
 impl TrainSettings {
     /// Returns the settings that this project found to learn soonest on a few cores.
     ///
@@ -55,7 +89,7 @@ impl TrainSettings {
             num_envs: 8,
             steps_per_cycle: 50,
             updates_per_cycle: 160,
-            evaluation_interval: 8_000,
+            evaluation_interval: Some(8_000),
             evaluation_episodes: 100,
             per_rank: false,
         };
@@ -70,7 +104,7 @@ impl TrainSettings {
                 exploration.random_episode_share = 0.25;
                 schedule.num_envs = 2;
                 schedule.updates_per_cycle = 20;
-                schedule.evaluation_interval = 200;
+                schedule.evaluation_interval = Some(200);
             }
             Task::Push | Task::PickAndPlace => {}
             Task::Slide => {
@@ -83,7 +117,7 @@ impl TrainSettings {
                 replay.batch_size = 512;
                 replay.past_desired = 1.0;
                 exploration.random_action = 0.2;
-                schedule.evaluation_interval = 20_000;
+                schedule.evaluation_interval = Some(20_000);
             }
         }
         Self {
@@ -122,7 +156,7 @@ impl TrainSettings {
                 num_envs: 2,
                 steps_per_cycle: 50,
                 updates_per_cycle: 40,
-                evaluation_interval: 8_000,
+                evaluation_interval: Some(8_000),
                 evaluation_episodes: 100,
                 per_rank: true,
             },
@@ -302,8 +336,9 @@ settings! {
         pub steps_per_cycle: usize => 1..=1_000,
         /// The number of updates that follow.
         pub updates_per_cycle: usize => 1..=10_000,
-        /// The number of steps of all environments between two evaluations.
-        pub evaluation_interval: u64 => 1..=1_000_000_000,
+        /// The number of steps of all environments between two evaluations; `None` for a twentieth
+        /// of the steps that [`run`](super::Trainer::run) is asked for, and one at their end.
+        pub evaluation_interval: Option<u64> => 1..=1_000_000_000,
         /// The number of greedy episodes of an evaluation: 100.
         pub evaluation_episodes: usize => 1..=10_000,
         /// Whether each process has as many environments, transitions of a batch and of a buffer,

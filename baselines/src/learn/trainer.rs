@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use fetch_env::vec_env::{AutoresetMode, VecConfig};
 use fetch_env::{EnvError, VecEnv};
+use goal_reward::GoalReward;
 use her_relabel::{Dims, HerBuffer};
 
 use super::algorithm::{AlgorithmInit, Built};
@@ -125,6 +126,7 @@ impl<E: LearnEnv> Trainer<E> {
         let init = AlgorithmInit {
             num_inputs: replay.inputs.dim(),
             num_actions: replay.buffer.config().dims().action,
+            reward_bounds: replay.template.goal_reward().bounds(),
             seed: seed_for(seed, Purpose::Algorithm, 0),
             rank: workers.rank(),
         };
@@ -214,8 +216,10 @@ impl<E: LearnEnv> Trainer<E> {
         TrainedPolicy::new(header, &self.learner.algorithm.greedy_layers())
     }
 
-    /// Calls `add` to add episodes to the buffer before the run begins: demonstrations of a script,
-    /// or episodes of a file.
+    /// Calls `add` to add episodes to the buffer: demonstrations of a script, or episodes of a
+    /// file. [`update`](Self::update) learns from them alone, and [`run`](Self::run) from them and
+    /// from what it collects. Algorithms learn which transitions are
+    /// [demonstrated](super::Transitions::demonstrated).
     ///
     /// # Errors
     /// Those of `add`, and [`UnreadableMessage`].
@@ -223,9 +227,12 @@ impl<E: LearnEnv> Trainer<E> {
         &mut self,
         add: impl FnOnce(&mut HerBuffer<f32>) -> Result<T, X>,
     ) -> Result<T, X> {
-        let before = self.replay.buffer.num_episodes();
-        let added = add(&mut self.replay.buffer)?;
-        let own = self.replay.buffer.num_episodes().saturating_sub(before) as u64;
+        let Replay { buffer, demonstrated, .. } = &mut self.replay;
+        let before = buffer.num_episodes();
+        let newest = buffer.transition_ids().map(|(_, newest)| newest);
+        let added = add(buffer)?;
+        let own = buffer.num_episodes().saturating_sub(before) as u64;
+        demonstrated.add(buffer, newest);
         self.counters.demonstrations += sum(&mut *self.workers, own)?;
         Ok(added)
     }

@@ -80,6 +80,39 @@ fn results_do_not_depend_on_the_number_of_threads() -> Result {
 }
 
 #[test]
+fn a_run_is_evaluated_as_often_as_its_settings_say_and_shows_what_it_has_led_to() -> Result {
+    let mut settings = settings(ddpg());
+    let mut steps_of_rows = |interval, steps| -> Result<Vec<u64>> {
+        settings.schedule.evaluation_interval = interval;
+        let mut trainer = Trainer::new(make, settings.clone(), 1, 1)?;
+        trainer.run(steps, None, |_, _| ControlFlow::Continue(()))?;
+        Ok(trainer.rows().iter().map(|row| row.counters.steps).collect())
+    };
+    // A cycle has 100 steps; the first one updates nothing.
+    assert_eq!(steps_of_rows(Some(400), 1_000)?, [400, 800]);
+    assert_eq!(steps_of_rows(Some(100_000), 500)?, [500]);
+    assert_eq!(steps_of_rows(None, 500)?, [200, 300, 400, 500]);
+    // A twentieth is two and a half cycles.
+    let twentieths = (1..=20_u64).map(|number| (250 * number).next_multiple_of(100));
+    assert_eq!(steps_of_rows(None, 5_000)?, twentieths.collect::<Vec<_>>());
+    // The last one is at the end, though no twentieth ends there.
+    assert_eq!(steps_of_rows(None, 2_150)?.last(), Some(&2_200));
+    // Before the first update.
+    assert_eq!(steps_of_rows(None, 100)?, [100]);
+    Ok(())
+}
+
+#[test]
+fn settings_that_presume_nothing_are_read_as_they_are_written() -> Result {
+    let settings = TrainSettings::default();
+    let json = serde_json::to_string(&settings)?;
+    assert!(json.contains(r#""evaluation_interval":null"#), "{json}");
+    assert_eq!(serde_json::from_str::<TrainSettings>(&json)?, settings);
+    assert_eq!((settings.replay.still_kept, settings.replay.already_achieved), (1.0, 1.0));
+    Ok(())
+}
+
+#[test]
 fn a_run_ends_at_its_target_or_where_the_caller_says() -> Result {
     let mut trainer = Trainer::new(make, settings(ddpg()), 1, 1)?;
     let always = Target { success_rate: 0.0, evaluations: 2 };

@@ -128,19 +128,20 @@ fn presets_are_in_range() -> Result {
         let algorithm = AlgorithmSettings::Sac(SacSettings::default());
         TrainSettings { algorithm, ..settings }.check()?;
     }
-    Ok(TrainSettings::authors().check()?)
+    TrainSettings::authors().check()?;
+    Ok(TrainSettings::default().check()?)
 }
 
 #[test]
 fn settings_out_of_range_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 24] = [
+    let wrong: [(&str, Change); 25] = [
         ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
         ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 1_000_000),
         ("evaluation_episodes", |all, _| all.schedule.evaluation_episodes = usize::MAX),
-        ("evaluation_interval", |all, _| all.schedule.evaluation_interval = 0),
+        ("evaluation_interval", |all, _| all.schedule.evaluation_interval = Some(0)),
         ("batch_size", |all, _| all.replay.batch_size = 0),
         ("batch_size", |all, _| all.replay.batch_size = usize::MAX),
         ("already_achieved", |all, _| all.replay.already_achieved = 1.5),
@@ -157,6 +158,7 @@ fn settings_out_of_range_are_named() {
         ("average_fraction", |_, ddpg| ddpg.average_fraction = 0.0),
         ("average_fraction", |_, ddpg| ddpg.average_fraction = 2.0),
         ("action_l2", |_, ddpg| ddpg.action_l2 = -1.0),
+        ("imitation_weight", |_, ddpg| ddpg.imitation_weight = -1.0),
         ("target_interval", |_, ddpg| ddpg.target_interval = 0),
         ("actor_learning_rate", |_, ddpg| ddpg.actor_learning_rate = f32::INFINITY),
     ];
@@ -172,8 +174,14 @@ fn settings_out_of_range_are_named() {
 #[test]
 fn algorithms_refuse_settings_and_lengths_by_themselves() {
     let wrong = SacSettings { initial_temperature: -1.0, ..SacSettings::default() };
-    let init =
-        |num_inputs, num_actions| AlgorithmInit { num_inputs, num_actions, seed: 0, rank: 0 };
+    let bounded = |num_inputs, num_actions, reward_bounds| AlgorithmInit {
+        num_inputs,
+        num_actions,
+        reward_bounds,
+        seed: 0,
+        rank: 0,
+    };
+    let init = |num_inputs, num_actions| bounded(num_inputs, num_actions, -1.0..=0.0);
     let empty = DdpgSettings { hidden: vec![0], ..Default::default() };
     let other = AlgorithmSettings::Other("own".into());
     let refused = [
@@ -184,6 +192,8 @@ fn algorithms_refuse_settings_and_lengths_by_themselves() {
         ("num_actions", Sac::new(SacSettings::default(), init(13, usize::MAX)).map(drop)),
         ("num_actions", sac().build(init(13, 0)).map(drop)),
         ("algorithm", other.build(init(13, 4)).map(drop)),
+        ("reward_bounds", ddpg().build(bounded(13, 4, 0.0..=-1.0)).map(drop)),
+        ("reward_bounds", sac().build(bounded(13, 4, f64::NAN..=1.0)).map(drop)),
     ];
     for (setting, result) in refused {
         match result {

@@ -24,7 +24,8 @@ pub(super) struct Loaded {
     pub(super) environment: Vec<u8>,
     /// The state of the process; empty on another number of processes.
     pub(super) own: Vec<u8>,
-    pub(super) buffers: Vec<Vec<u8>>,
+    /// The buffers, each with the process that wrote it.
+    pub(super) buffers: Vec<(usize, Vec<u8>)>,
 }
 
 impl Loaded {
@@ -67,7 +68,7 @@ impl Loaded {
                 number => Some(number % num_ranks),
             };
             let buffer = send(workers, &|rank| number(rank).map(buffer_name))?;
-            buffers.extend(number(rank).map(|_| buffer));
+            buffers.extend(number(rank).map(|number| (number, buffer)));
         }
         let path = checkpoint_path(folder, saved.counters.steps);
         Ok(Self { path, before, saved, networks, environment, own, buffers })

@@ -18,6 +18,7 @@ use std::{fs, io};
 use serde::{Deserialize, Serialize};
 
 use super::curve::{Counters, CurveRow, Recent};
+use super::demonstrated::Demonstrated;
 use super::explorer::{ExplorerState, LastBatch};
 use super::inputs::Inputs;
 use super::settings::TrainSettings;
@@ -49,6 +50,8 @@ struct Saved {
     rows: Vec<CurveRow>,
     inputs: Inputs,
     num_updates: u64,
+    /// Of each process, in its buffer.
+    demonstrated: Vec<Demonstrated>,
 }
 
 /// The state of one process, except its buffer.
@@ -123,6 +126,12 @@ impl Saved {
     fn check(&self) -> Result<(), String> {
         if self.num_ranks == 0 {
             return Err("it is of no process".to_owned());
+        }
+        if self.demonstrated.len() != self.num_ranks {
+            return Err("it has demonstrations of another number of processes".to_owned());
+        }
+        for demonstrated in &self.demonstrated {
+            check_counts([("demonstrated transitions", demonstrated.unseen)])?;
         }
         self.settings.check().map_err(|error| error.to_string())?;
         for row in &self.rows {

@@ -96,9 +96,12 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         EnvMark::read(&environment)
             .and_then(|mark| mark.check(&mut trainer.replay.template, dims.goal))
             .map_err(|reason| foreign(&reason))?;
-        let read = |bytes: &Vec<u8>| HerBuffer::read_from(bytes.as_slice());
-        let mut buffers = buffers.iter().map(read).collect::<Result<Vec<_>, _>>();
-        let buffers = buffers.as_mut().map_err(|error| damaged(error.to_string()))?;
+        let mut replayed = Vec::new();
+        for (number, bytes) in buffers {
+            let buffer = HerBuffer::<f32>::read_from(bytes.as_slice());
+            let buffer = buffer.map_err(|error| damaged(error.to_string()))?;
+            replayed.push((buffer, saved.demonstrated.get(number).cloned().unwrap_or_default()));
+        }
         if !trainer.decode_networks(saved.num_updates, &networks).map_err(damaged)? {
             return Err(foreign("a network does not fit"));
         }
@@ -116,11 +119,13 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             let own: Own<E::Snapshot> =
                 serde_json::from_slice(&own).map_err(|error| damaged(error.to_string()))?;
             own.check().map_err(damaged)?;
-            let buffer = buffers.pop().ok_or_else(|| damaged("it has no buffer".to_owned()))?;
+            let (buffer, demonstrated) =
+                replayed.pop().ok_or_else(|| damaged("it has no buffer".to_owned()))?;
             if buffer.config() != trainer.replay.buffer.config() {
                 return Err(foreign("the buffer does not fit"));
             }
             trainer.replay.buffer = buffer;
+            trainer.replay.demonstrated = demonstrated;
             trainer.collecting.collector.restore(&own.collector).map_err(Error::Envs)?;
             if let Some(last_batch) = own.last_batch
                 && !trainer.collecting.explorer.restore(own.explorer, last_batch, dims)
@@ -129,12 +134,13 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             }
             Resumed::Exactly
         } else {
-            for buffer in buffers {
-                trainer
-                    .replay
-                    .buffer
-                    .append(buffer)
-                    .map_err(|_| foreign("the buffer does not fit"))?;
+            for (buffer, demonstrated) in &replayed {
+                let all = &mut trainer.replay.buffer;
+                all.append(buffer).map_err(|_| foreign("the buffer does not fit"))?;
+                let newest = [buffer, all].map(|buffer| buffer.transition_ids());
+                if let [Some((_, others)), Some((_, own))] = newest {
+                    trainer.replay.demonstrated.append(demonstrated, others, own);
+                }
             }
             let Counters { steps, episodes, .. } = trainer.counters;
             trainer.collecting.explorer.skip(steps, episodes);

@@ -14,11 +14,12 @@ use super::{
     ENVIRONMENT, Header, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
     checkpoints_by_steps, own_name,
 };
+use crate::learn::demonstrated::Demonstrated;
 use crate::learn::env::LearnEnv;
 use crate::learn::error::{CheckpointError as Error, TrainError};
 use crate::learn::trainer::Trainer;
 use crate::trained::file::to_bytes;
-use crate::workers::sum;
+use crate::workers::{gather_values, sum};
 
 /// The number of checkpoints that stay in a folder.
 const KEPT: usize = 2;
@@ -49,8 +50,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         };
         let own = serde_json::to_vec(&own).map_err(|error| failed(error.into()))?;
         let is_first = self.workers.rank() == 0;
+        let demonstrated = gather_values(&mut *self.workers, &self.replay.demonstrated)
+            .map_err(TrainError::from)?;
         let others = self.gather_parts(&own).map_err(failed)?;
-        let written = if is_first { self.write(folder, &path, &own, &others) } else { Ok(()) };
+        let write = |trainer: &mut Self| trainer.write(folder, &path, demonstrated, &own, &others);
+        let written = if is_first { write(self) } else { Ok(()) };
         let num_failed = sum(&mut *self.workers, u64::from(written.is_err()));
         written?;
         if num_failed.map_err(TrainError::from)? > 0 {
@@ -78,13 +82,14 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         &mut self,
         folder: &Path,
         path: &Path,
+        demonstrated: Vec<Demonstrated>,
         own: &[u8],
         others: &[[Vec<u8>; 2]],
     ) -> Result<(), Error> {
         let failed = |source| Error::Write { path: path.to_owned(), source };
         fs::create_dir_all(folder).map_err(failed)?;
         let older = self.older_checkpoints(folder, path)?;
-        self.write_archive(path, own, others).map_err(failed)?;
+        self.write_archive(path, demonstrated, own, others).map_err(failed)?;
         let stale = older.len().saturating_sub(KEPT - 1);
         for path in &older[..stale] {
             match fs::remove_file(path) {
@@ -118,6 +123,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     fn write_archive(
         &mut self,
         path: &Path,
+        demonstrated: Vec<Demonstrated>,
         own: &[u8],
         others: &[[Vec<u8>; 2]],
     ) -> io::Result<()> {
@@ -133,6 +139,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             rows: self.rows.clone(),
             inputs: self.replay.inputs.clone(),
             num_updates,
+            demonstrated,
         };
         let environment =
             EnvMark::of(&self.replay.template, self.replay.buffer.config().dims().goal);

@@ -1,6 +1,6 @@
 //! Training, cycle by cycle, until a run or its process is to end.
 
-use std::{ops::ControlFlow, time::Instant};
+use std::time::Instant;
 
 use anyhow::Context;
 use baselines::{
@@ -30,30 +30,23 @@ pub fn train(
         files.write_curve(trainer.rows())?;
     }
     let mut saved = Instant::now();
-    let mut outcome = Ok(());
     let mut signal = 0;
     while signal == 0 && trainer.counters().steps < num_steps && !target.is_reached(trainer.rows())
     {
-        // One cycle.
-        let num_steps = trainer.counters().steps + 1;
-        trainer.run(num_steps, Some(target), |trainer, row| {
+        if let Some(row) = trainer.run_cycle(num_steps)? {
+            let mut written = Ok(());
             if is_first {
-                show(&bar, row);
-                outcome = files.write_curve(trainer.rows());
+                show(&bar, &row);
+                written = files.write_curve(trainer.rows());
             }
             let is_due = saved.elapsed().as_secs_f64() >= args.checkpoint_seconds;
-            let saves = is_first && is_due && outcome.is_ok();
-            match sum(trainer.workers(), u64::from(saves)) {
-                Ok(0) => {}
-                Ok(_) => {
-                    outcome = trainer.save(&files.folder).map(|_| ()).context("the run stops here");
-                    saved = Instant::now();
-                }
-                Err(error) => outcome = Err(error.into()),
+            let saves = is_first && is_due && written.is_ok();
+            if sum(trainer.workers(), u64::from(saves))? > 0 {
+                trainer.save(&files.folder).context("the run stops here")?;
+                saved = Instant::now();
             }
-            if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        })?;
-        std::mem::replace(&mut outcome, Ok(()))?;
+            written?;
+        }
         signal = first_signal(signals, trainer.workers())?;
     }
     bar.finish_and_clear();

@@ -173,6 +173,7 @@ impl Replay {
             reward: batch.reward(),
             discount: batch.discount(),
             next_input,
+            demonstrated: &[false; BATCH],
         })
     }
 }
@@ -209,8 +210,13 @@ fn learner(
     let pool = ThreadPoolBuilder::new().num_threads(num_threads).build()?;
     let settings = DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() };
     let Dims { observation, goal, action } = replay.dims;
-    let init =
-        AlgorithmInit { num_inputs: observation + goal, num_actions: action, seed: 0, rank: 0 };
+    let init = AlgorithmInit {
+        num_inputs: observation + goal,
+        num_actions: action,
+        reward_bounds: -1.0..=0.0,
+        seed: 0,
+        rank: 0,
+    };
     let mut ddpg = Ddpg::new(settings, init)?;
     let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
     Ok(move || {
