@@ -69,6 +69,8 @@ fn compile(Found { include, library }: &Found) {
         .files(sources.map(|name| format!("shim/{name}.c")))
         .include(include)
         .std("gnu11")
+        // No fused multiplication and addition, so that results are the same on all processors.
+        .flag("-ffp-contract=off")
         .warnings(true)
         .extra_warnings(true)
         .opt_level(3) // the filter is in the hot path of debug builds, too

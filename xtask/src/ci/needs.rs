@@ -23,6 +23,7 @@ pub enum Need {
     Hosts,
     OpenGl,
     Chromium,
+    Aarch64,
 }
 
 /// What brings a tool.
@@ -35,7 +36,7 @@ enum Source {
 }
 
 impl Need {
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Mujoco,
         Self::Rustfmt,
         Self::Clippy,
@@ -47,6 +48,7 @@ impl Need {
         Self::Hosts,
         Self::OpenGl,
         Self::Chromium,
+        Self::Aarch64,
     ];
 
     pub const fn name(self) -> &'static str {
@@ -62,6 +64,7 @@ impl Need {
             Self::Hosts => "network namespaces and SSH",
             Self::OpenGl => "OpenGL through EGL and OSMesa",
             Self::Chromium => "Chromium",
+            Self::Aarch64 => "a compiler and an emulator for aarch64",
         }
     }
 
@@ -79,6 +82,9 @@ impl Need {
             Self::Hosts => Source::Packages(&["iproute2", "openssh-server", "openssh-client"]),
             Self::OpenGl => Source::Packages(&["libegl1", "libgl1-mesa-dri", "libosmesa6"]),
             Self::Chromium => Source::Packages(&["chromium"]),
+            Self::Aarch64 => {
+                Source::Packages(&["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross", "qemu-user"])
+            }
         }
     }
 
@@ -104,6 +110,10 @@ impl Need {
             }
             Self::OpenGl => has_library("libEGL.so.1") && has_library("libOSMesa.so"),
             Self::Chromium => runs("chromium", &["--version"]),
+            Self::Aarch64 => {
+                runs("aarch64-linux-gnu-gcc", &["--version"])
+                    && runs("qemu-aarch64", &["--version"])
+            }
         }
     }
 }

@@ -1,7 +1,10 @@
 //! The places in which a program looks for MuJoCo's library.
 
 use std::{
-    env::{self, consts::ARCH},
+    env::{
+        self,
+        consts::{ARCH, OS},
+    },
     ffi::OsStr,
     path::{Path, PathBuf},
 };
@@ -9,7 +12,7 @@ use std::{
 use super::{trust, version::MujocoVersion};
 use crate::{
     cache,
-    installation::{NONE, libraries_in, libraries_of, mujoco_dir},
+    installation::{NONE, libraries_in, libraries_of, mujoco_dir, name_in_cache},
     privileges,
 };
 
@@ -87,7 +90,8 @@ impl Search {
         let Self { executable, of_build, cache, .. } = self;
         let none_in = |folder: &Path| format!("{} has no libmujoco.so", folder.display());
         let beside = executable.as_deref().and_then(Path::parent);
-        let cached = cache.as_ref().map(|cache| cache.join(format!("mujoco-{}", self.version)));
+        let name_in_cache = name_in_cache(&self.version.to_string(), &format!("{ARCH}-{OS}"));
+        let cached = cache.as_ref().map(|cache| cache.join(name_in_cache));
         vec![
             place(
                 "beside the executable",
