@@ -31,6 +31,12 @@ void* fs_global_symbol(const char* name);
 // the next call on the same thread, and as long as the library is open.
 const char* fs_path_of(const void* address);
 
+// Returns where the library at an address begins in memory, or NULL if no library is there.
+const void* fs_base_of(const void* address);
+
+// Keeps the library at an address, which may be the program itself, from ever being unloaded.
+void fs_keep(const void* address);
+
 // ---------------------------------------------------------------------- library.c: the functions
 
 // MuJoCo's own bindings use these thread-local hooks, too, so that other users of MuJoCo in the

@@ -28,3 +28,13 @@ const char* fs_path_of(const void* address) {
   Dl_info info;
   return address && dladdr(address, &info) ? info.dli_fname : NULL;
 }
+
+const void* fs_base_of(const void* address) {
+  Dl_info info;
+  return dladdr(address, &info) ? info.dli_fbase : NULL;
+}
+
+void fs_keep(const void* address) {
+  Dl_info info;
+  if (dladdr(address, &info)) dlopen(info.dli_fname, RTLD_NOW | RTLD_NOLOAD | RTLD_NODELETE);
+}

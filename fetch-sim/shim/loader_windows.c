@@ -57,13 +57,25 @@ void* fs_global_symbol(const char* name) {
   return NULL;
 }
 
+// Returns the library at an address, or NULL. With GET_MODULE_HANDLE_EX_FLAG_PIN it stays for good.
+static HMODULE library_at(const void* address, DWORD flags) {
+  HMODULE library;
+  flags |= GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS;
+  return address && GetModuleHandleExW(flags, address, &library) ? library : NULL;
+}
+
+// A library's handle is its address.
+const void* fs_base_of(const void* address) {
+  return library_at(address, GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT);
+}
+
+void fs_keep(const void* address) { library_at(address, GET_MODULE_HANDLE_EX_FLAG_PIN); }
+
 const char* fs_path_of(const void* address) {
   static _Thread_local char path[3 * PATH_SIZE];
-  const DWORD flags =
-      GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT;
   wchar_t wide[PATH_SIZE];
-  HMODULE library;
-  if (!address || !GetModuleHandleExW(flags, address, &library)) return NULL;
+  const HMODULE library = library_at(address, GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT);
+  if (!library) return NULL;
   const DWORD length = GetModuleFileNameW(library, wide, PATH_SIZE);
   if (length == 0 || length == PATH_SIZE) return NULL;
   return WideCharToMultiByte(CP_UTF8, 0, wide, -1, path, sizeof path, NULL, NULL) ? path : NULL;

@@ -1,6 +1,6 @@
 //! Downloads into the user's cache: whole, one at a time, and with nothing left over by a process
 //! that was killed.
-#![cfg(feature = "download")]
+#![cfg(all(feature = "download", unix))]
 
 use std::{
     env,

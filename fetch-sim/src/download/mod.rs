@@ -10,6 +10,7 @@
 
 mod checksums;
 mod error;
+mod lock_file;
 mod mujoco;
 mod platform;
 mod reference_model;

@@ -11,7 +11,7 @@ use std::{
     process::Command,
 };
 
-use super::super::{MujocoVersion, Search, ffi, library_path, load, path_of_others};
+use super::super::{MujocoVersion, Search, ffi, library_name, library_path, load, path_of_others};
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
@@ -50,7 +50,7 @@ fn search_in_this_process() -> Result {
         executable,
         of_build,
         cache,
-        of_others: path_of_others(&version.library_name()),
+        of_others: path_of_others(&library_name(version)),
         system: vec![system],
     };
     let mut lines = vec![match load(&search) {
