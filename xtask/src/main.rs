@@ -97,7 +97,8 @@ const OWN: [commands::Command; 10] = [
         name: "platforms",
         usage: "[--only <PLATFORM>]
 
-  --only <PLATFORM>  Only for aarch64-linux",
+  --only <PLATFORM>  Only for this one: aarch64-linux (tests in QEMU), aarch64-macos (compiles and
+                     links) or x86_64-windows (tests in Wine)",
         run: platforms::run,
     },
     commands::Command {

@@ -24,6 +24,7 @@ pub enum Need {
     OpenGl,
     Chromium,
     Aarch64,
+    Wine,
 }
 
 /// What brings a tool.
@@ -36,7 +37,7 @@ enum Source {
 }
 
 impl Need {
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Mujoco,
         Self::Rustfmt,
         Self::Clippy,
@@ -49,6 +50,7 @@ impl Need {
         Self::OpenGl,
         Self::Chromium,
         Self::Aarch64,
+        Self::Wine,
     ];
 
     pub const fn name(self) -> &'static str {
@@ -65,6 +67,7 @@ impl Need {
             Self::OpenGl => "OpenGL through EGL and OSMesa",
             Self::Chromium => "Chromium",
             Self::Aarch64 => "a compiler and an emulator for aarch64",
+            Self::Wine => "a compiler for Windows, and Wine",
         }
     }
 
@@ -85,6 +88,7 @@ impl Need {
             Self::Aarch64 => {
                 Source::Packages(&["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross", "qemu-user"])
             }
+            Self::Wine => Source::Packages(&["gcc-mingw-w64-x86-64-win32", "wine", "wine64"]),
         }
     }
 
@@ -113,6 +117,9 @@ impl Need {
             Self::Aarch64 => {
                 runs("aarch64-linux-gnu-gcc", &["--version"])
                     && runs("qemu-aarch64", &["--version"])
+            }
+            Self::Wine => {
+                runs("x86_64-w64-mingw32-gcc", &["--version"]) && runs("wine", &["--version"])
             }
         }
     }

@@ -5,7 +5,7 @@
 
 use super::needs::Need::{
     self, Aarch64, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt,
-    Valgrind,
+    Valgrind, Wine,
 };
 
 /// A part of the work that passes or fails.
@@ -122,7 +122,9 @@ const ON_SYSTEM: Stage = Stage {
         step("figures", "xtask figures --out target/figures", &[OpenGl]),
         step("projects outside the workspace", "xtask projects", &[Rustfmt]),
         step("packages", "xtask packages", &[]),
-        step("ARM servers", "xtask platforms --only aarch64-linux", &[Aarch64, Python]),
+        step("Linux on ARM", "xtask platforms --only aarch64-linux", &[Aarch64, Python]),
+        step("macOS", "xtask platforms --only aarch64-macos", &[Python]),
+        step("Windows", "xtask platforms --only x86_64-windows", &[Python, Wine]),
         step("the reference's model", "xtask assets", &[Python]),
         step(
             "bit for bit the reference",
@@ -235,6 +237,9 @@ mod tests {
             ("live", Python),
             ("aarch64-linux", Aarch64),
             ("aarch64-linux", Python),
+            ("aarch64-macos", Python),
+            ("x86_64-windows", Python),
+            ("x86_64-windows", Wine),
         ];
         for (stage, step) in all() {
             let has = |need| stage.needs.contains(&need) || step.needs.contains(&need);
