@@ -5,7 +5,11 @@
 //! library.
 
 use std::{
-    env, fs,
+    env::{
+        self,
+        consts::{ARCH, OS},
+    },
+    fs,
     path::{Path, PathBuf},
 };
 
@@ -29,6 +33,11 @@ pub(crate) fn cache_folder() -> Option<PathBuf> {
         .filter(|path| path.is_absolute())
         .or_else(|| Some(env::home_dir()?.join(".cache")))?;
     Some(cache.join("fetch-env"))
+}
+
+/// Returns the name of the platform of this program, such as `aarch64-linux`.
+pub(crate) fn own_platform() -> String {
+    format!("{ARCH}-{OS}")
 }
 
 /// Returns the name of the folder of a version of MuJoCo in [`cache_folder`], for a platform such

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     cache,
-    installation::{name_in_cache, version_in_name},
+    installation::{name_in_cache, own_platform, version_in_name},
 };
 
 /// The list of the files that were unpacked, which is written last.
@@ -31,7 +31,7 @@ const LIST: &str = "SHA256SUMS";
 /// # Errors
 /// Any [`DownloadError`].
 pub fn mujoco(version: &str) -> Result<PathBuf, DownloadError> {
-    mujoco_for(version, &Platform::own_name())
+    mujoco_for(version, &own_platform())
 }
 
 /// Downloads a version of MuJoCo for programs of another system or processor, such as
@@ -59,7 +59,7 @@ pub fn mujoco_for(version: &str, platform: &str) -> Result<PathBuf, DownloadErro
 /// # Errors
 /// As [`mujoco`].
 pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, DownloadError> {
-    let folder = folder(version, &Platform::own_name())?;
+    let folder = folder(version, &own_platform())?;
     put(&mut Wheel::open(wheel)?, version, &Unpacking::begin(&folder)?)?;
     Ok(folder)
 }

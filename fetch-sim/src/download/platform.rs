@@ -1,9 +1,6 @@
 //! The systems and processors for which MuJoCo has wheels.
 
-use std::{
-    env::consts::{ARCH, OS},
-    process::Command,
-};
+use std::process::Command;
 
 use super::{error::DownloadError, wheel::PYTHON};
 
@@ -54,11 +51,6 @@ impl Platform {
         })
     }
 
-    /// Returns the name of the platform of this program, which may have no wheels.
-    pub(super) fn own_name() -> String {
-        format!("{ARCH}-{OS}")
-    }
-
     /// Returns pip's arguments that ask for wheels of this platform. There are none where Python is
     /// of this platform: pip then also knows which wheels this machine can use.
     pub(super) fn pip_arguments(&self) -> Vec<String> {
@@ -85,10 +77,11 @@ impl Platform {
 #[cfg(test)]
 mod tests {
     use super::{DownloadError, PLATFORMS, Platform};
+    use crate::installation::own_platform;
 
     #[test]
     fn the_wheels_of_another_platform_are_asked_for_by_their_tags() {
-        for platform in PLATFORMS.iter().filter(|platform| platform.name != Platform::own_name()) {
+        for platform in PLATFORMS.iter().filter(|platform| platform.name != own_platform()) {
             let arguments = platform.pip_arguments();
             assert!(arguments.iter().step_by(2).all(|argument| argument == "--platform"));
             let tags: Vec<_> = arguments.iter().skip(1).step_by(2).collect();

@@ -1,10 +1,7 @@
 //! The places in which a program looks for MuJoCo's library.
 
 use std::{
-    env::{
-        self,
-        consts::{ARCH, OS},
-    },
+    env,
     ffi::OsStr,
     path::{Path, PathBuf},
 };
@@ -15,7 +12,7 @@ use super::{
 };
 use crate::{
     cache,
-    installation::{NONE, libraries_in, libraries_of, mujoco_dir, name_in_cache},
+    installation::{NONE, libraries_in, libraries_of, mujoco_dir, name_in_cache, own_platform},
     privileges,
 };
 
@@ -93,7 +90,7 @@ impl Search {
         let Self { executable, of_build, cache, .. } = self;
         let none_in = |folder: &Path| format!("{} has no {LIBRARY}", folder.display());
         let beside = executable.as_deref().and_then(Path::parent);
-        let name_in_cache = name_in_cache(&self.version.to_string(), &format!("{ARCH}-{OS}"));
+        let name_in_cache = name_in_cache(&self.version.to_string(), &own_platform());
         let cached = cache.as_ref().map(|cache| cache.join(name_in_cache));
         vec![
             place(
