@@ -17,9 +17,6 @@ use self::find_mujoco::{Found, SYSTEM_PREFIXES, find_mujoco};
 /// The shim.
 const SOURCES: [&str; 6] = ["library", "model", "data", "contact_filter", "separation", "shapes"];
 
-/// What the feature `render` adds to the shim.
-const RENDER_SOURCES: [&str; 2] = ["render", "gl_context"];
-
 const WAYS_OUT: &str = "install Debian's library (apt-get update && apt-get install -y \
     libmujoco-dev), or set MUJOCO_DIR to an installation of MuJoCo 2.2 or later: a directory with \
     include/mujoco/mujoco.h, and libmujoco.so in it or in its lib, such as the one that `cargo run \
@@ -60,20 +57,29 @@ fn without_shim() {
     }
 }
 
+/// Returns the names of the shim's sources for a system.
+fn sources(os: &str) -> impl Iterator<Item = &'static str> {
+    let loader = if os == "windows" { "loader_windows" } else { "loader_dlopen" };
+    let gl = if ["macos", "windows"].contains(&os) { "gl_missing" } else { "gl_context" };
+    let render = env::var_os("CARGO_FEATURE_RENDER").map(|_| ["render", gl]);
+    SOURCES.into_iter().chain([loader]).chain(render.into_iter().flatten())
+}
+
 fn compile(Found { include, library }: &Found) {
     // The folder, because packages unpack headers with the time stamps of their release.
     println!("cargo::rerun-if-changed={}", include.join("mujoco").display());
-    let render = env::var_os("CARGO_FEATURE_RENDER").map(|_| RENDER_SOURCES);
-    let sources = SOURCES.into_iter().chain(render.into_iter().flatten());
+    let os = env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
     cc::Build::new()
-        .files(sources.map(|name| format!("shim/{name}.c")))
+        .files(sources(&os).map(|name| format!("shim/{name}.c")))
         .include(include)
         .std("gnu11")
+        // No fused multiplication and addition, so that results are the same on all processors.
+        .flag("-ffp-contract=off")
         .warnings(true)
         .extra_warnings(true)
         .opt_level(3) // the filter is in the hot path of debug builds, too
         .compile("fetch_shim");
-    if env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "linux") {
+    if os == "linux" {
         println!("cargo::rustc-link-lib=dl");
     }
     if let Some(library) = library {

@@ -35,9 +35,6 @@
 // its old direction, then looks for a new one. It does neither while its last test found contacts,
 // and tries less and less often while it fails.
 
-#define _GNU_SOURCE  // dladdr
-
-#include <dlfcn.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -260,24 +257,24 @@ static int collide(const mjModel* m, collision_data* d, collision_contact* conta
 
 // Returns 1 if a routine belongs to the library, and not to somebody who replaced it.
 static int is_own(mjfCollision routine, const void* base) {
-  Dl_info info;
   void* address;
   memcpy(&address, &routine, sizeof address);
-  return dladdr(address, &info) && info.dli_fbase == base;
+  return fs_base_of(address) == base;
 }
 
 void fs_install_filter(void* library) {
-  mjfCollision(*table)[mjNGEOMTYPES] = dlsym(library, "mjCOLLISIONFUNC");
-  Dl_info info;
-  if (!table || !dladdr((void*)table, &info)) return;
+  mjfCollision(*table)[mjNGEOMTYPES];
+  if (!fs_symbol(library, "mjCOLLISIONFUNC", &table)) return;
+  const void* base = fs_base_of(table);
+  if (!base) return;
   for (int i = 0; i < mjNGEOMTYPES; i++) {
     for (int j = 0; j < mjNGEOMTYPES; j++) {
       originals[i][j] = table[i][j];
-      if (table[i][j] && is_own(table[i][j], info.dli_fbase)) {
+      if (table[i][j] && is_own(table[i][j], base)) {
         __atomic_store_n(&table[i][j], collide, __ATOMIC_RELEASE);
       }
     }
   }
   // The table outlives a plugin that contains this code, so the code must never be unloaded.
-  if (dladdr((void*)&originals, &info)) dlopen(info.dli_fname, RTLD_NOW | RTLD_NOLOAD | RTLD_NODELETE);
+  fs_keep(&originals);
 }

@@ -120,14 +120,14 @@ int fs_header_version(void);
 // after a success, none. *version is the library's, or
 // 0 if the library cannot be opened at all.
 fs_status fs_load(const char* path, int* version);
-// Returns the path from which MuJoCo was loaded, or NULL if the system does not know it. Valid as long
-// as the program.
+// The paths of the next three are valid until the next call of one of them on the same thread.
+
+// Returns the path from which MuJoCo was loaded, or NULL if the system does not know it.
 const char* fs_library_path(void);
 // Returns the path of the MuJoCo that other code loaded for the whole process, or NULL if none did.
-// Valid as long as that library is loaded.
 const char* fs_global_library_path(void);
 // Returns the path of the MuJoCo of this name that other code loaded for a part of the process alone,
-// or NULL if nobody did. Valid as long as that library is loaded.
+// or NULL if nobody did.
 const char* fs_others_library_path(const char* name);
 // Opens a plugin of the loaded library, whose name in the system is `library_name`. It fails, and the
 // library stays as it was, if the plugin cannot be opened or registered.

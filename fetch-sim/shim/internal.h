@@ -8,6 +8,35 @@
 
 #pragma GCC visibility push(hidden)
 
+// ------------------------------------------------------- loader_dlopen.c or loader_windows.c
+
+// Paths and names are in the system's encoding, and on Windows in UTF-8.
+
+// Opens the library at a path for this crate alone; returns NULL, with the text of fs_error_text, if
+// that fails.
+void* fs_open(const char* path);
+
+// Returns an opened library by its name, or NULL if the process has none. The caller closes it.
+void* fs_find_opened(const char* name);
+
+void fs_close(void* library);
+
+// Looks up a symbol of a library; returns 0 if the library has none of this name.
+int fs_symbol(void* library, const char* name, void* target);
+
+// Returns a symbol of the whole process, or NULL if there is none.
+void* fs_global_symbol(const char* name);
+
+// Returns the path of the library at an address, or NULL if the system does not know it. Valid until
+// the next call on the same thread, and as long as the library is open.
+const char* fs_path_of(const void* address);
+
+// Returns where the library at an address begins in memory, or NULL if no library is there.
+const void* fs_base_of(const void* address);
+
+// Keeps the library at an address, which may be the program itself, from ever being unloaded.
+void fs_keep(const void* address);
+
 // ---------------------------------------------------------------------- library.c: the functions
 
 // MuJoCo's own bindings use these thread-local hooks, too, so that other users of MuJoCo in the
@@ -49,9 +78,6 @@ typedef struct {
 #undef X
 } fs_functions;
 
-// Looks up a function of a library; returns 0 if the library has none of this name.
-int fs_symbol(void* library, const char* name, void* target);
-
 // ----------------------------------------------------------- library.c: errors and warnings
 
 #if mjVERSION_HEADER >= 3010000
@@ -80,6 +106,14 @@ fs_status fs_leave(const fs_outer* outer, fs_status status);
 void fs_clear_texts(void);
 extern _Thread_local jmp_buf fs_after_error;
 
+// Saves where to jump back to. Windows would unwind the frames in between, and call their handlers: a
+// jump without a frame does not, as elsewhere.
+#ifdef __MINGW32__
+#define FS_SETJMP(buffer) _setjmp(buffer, NULL)
+#else
+#define FS_SETJMP(buffer) setjmp(buffer)
+#endif
+
 // Runs a statement, which calls MuJoCo's functions through `mj`, with this thread's handlers and a
 // contact filter (or NULL) in place, and sets `status`. mju_error must not return, so its handler jumps
 // back to here; only frames of MuJoCo, and of the filter between them, lie in between. The statement
@@ -89,7 +123,7 @@ extern _Thread_local jmp_buf fs_after_error;
   do {                                                                                             \
     fs_outer outer;                                                                                \
     const fs_functions* const mj = fs_enter(&outer, filter);                                       \
-    if (setjmp(fs_after_error)) {                                                                  \
+    if (FS_SETJMP(fs_after_error)) {                                                                  \
       status = fs_leave(&outer, FS_FAILED);                                                        \
     } else {                                                                                       \
       statement;                                                                                   \
@@ -123,7 +157,7 @@ void fs_install_filter(void* library);
 // Makes a filter (or NULL for none) active on this thread; returns the one that was.
 fs_filter* fs_use_filter(fs_filter* filter);
 
-// ---------------------------------------------------------------------------------- gl_context.c
+// ---------------------------------------------------------------- gl_context.c or gl_missing.c
 
 // A desktop OpenGL context (compatibility profile) without a surface, so that drawing needs a
 // framebuffer object. It is current only between entering and leaving it, so that any thread may do

@@ -1,8 +1,6 @@
 // Loads MuJoCo's library at run time, describes the contract, and turns what MuJoCo reports during a
 // guarded statement into a status and a text.
 
-#define _GNU_SOURCE  // dladdr
-#include <dlfcn.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,12 +11,6 @@
 
 static fs_functions functions;
 static void* loaded;
-
-int fs_symbol(void* library, const char* name, void* target) {
-  void* symbol = dlsym(library, name);
-  memcpy(target, &symbol, sizeof symbol);
-  return symbol != NULL;
-}
 
 int fs_contract(int index, const char** name, long long* value, size_t* size) {
   static const struct {
@@ -55,30 +47,25 @@ static fs_status find_functions(void* library, fs_functions* found, int* version
   return FS_OK;
 }
 
-// Returns the path of the library at an address, or NULL if the system does not know it.
-static const char* path_of(const void* address) {
-  Dl_info info;
-  return address && dladdr(address, &info) ? info.dli_fname : NULL;
-}
-
-const char* fs_global_library_path(void) { return path_of(dlsym(RTLD_DEFAULT, "mj_version")); }
+const char* fs_global_library_path(void) { return fs_path_of(fs_global_symbol("mj_version")); }
 
 const char* fs_others_library_path(const char* name) {
-  void* there = dlopen(name, RTLD_NOW | RTLD_NOLOAD);
+  void* there = fs_find_opened(name);
   if (!there) return NULL;
-  const char* path = path_of(dlsym(there, "mj_version"));
-  dlclose(there);
+  void* symbol;
+  const char* path = fs_symbol(there, "mj_version", &symbol) ? fs_path_of(symbol) : NULL;
+  fs_close(there);
   return path;
 }
 
 fs_status fs_load(const char* path, int* version) {
   *version = 0;
-  void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-  if (!library) return fs_fail("%s", dlerror());
+  void* library = fs_open(path);
+  if (!library) return FS_FAILED;
   fs_functions found = {0};
   if (find_functions(library, &found, version) != FS_OK) {
     // A library that stayed would be the system's answer to its name, whatever its version.
-    dlclose(library);
+    fs_close(library);
     return FS_FAILED;
   }
   functions = found;
@@ -90,7 +77,7 @@ fs_status fs_load(const char* path, int* version) {
 const char* fs_library_path(void) {
   void* address;
   memcpy(&address, &functions.mj_version, sizeof address);
-  return path_of(address);
+  return fs_path_of(address);
 }
 
 // ---------------------------------------------------------------------------- errors and warnings
@@ -123,7 +110,7 @@ void fs_on_warning(const char* message) {
   if (length >= (int)room) strcpy(warning_text + sizeof warning_text - 4, "...");
 }
 
-// Set while a plugin is opened: jumping out of dlopen would leave its locks held, and MuJoCo may go on
+// Set while a plugin is opened: jumping out of the loader would leave its locks held, and MuJoCo may go on
 // after refusing a plugin.
 static _Thread_local int opening_plugin;
 
@@ -173,17 +160,17 @@ fs_status fs_leave(const fs_outer* outer, fs_status status) {
 fs_status fs_load_plugin(const char* path, const char* library_name) {
   fs_clear_texts();
   // A plugin registers itself with the library that the system has under this name.
-  void* theirs = dlopen(library_name, RTLD_NOW | RTLD_NOLOAD);
-  if (theirs) dlclose(theirs);
+  void* theirs = fs_find_opened(library_name);
+  if (theirs) fs_close(theirs);
   if (theirs != loaded) {
     return fs_fail("it would go to another copy of %s in this process: set MUJOCO_DIR to that copy", library_name);
   }
   fs_outer outer;
   fs_enter(&outer, NULL);
   opening_plugin = 1;
-  const void* plugin = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  const void* plugin = fs_open(path);
   opening_plugin = 0;
   const fs_status status = fs_leave(&outer, FS_OK);
-  if (!plugin) return fs_fail("%s", dlerror());
+  if (!plugin) return FS_FAILED;
   return error_text[0] ? status | FS_FAILED : status;
 }

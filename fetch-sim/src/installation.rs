@@ -5,7 +5,11 @@
 //! library.
 
 use std::{
-    env, fs,
+    env::{
+        self,
+        consts::{ARCH, OS},
+    },
+    fs,
     path::{Path, PathBuf},
 };
 
@@ -29,6 +33,20 @@ pub(crate) fn cache_folder() -> Option<PathBuf> {
         .filter(|path| path.is_absolute())
         .or_else(|| Some(env::home_dir()?.join(".cache")))?;
     Some(cache.join("fetch-env"))
+}
+
+/// Returns the name of the platform of this program, such as `aarch64-linux`.
+pub(crate) fn own_platform() -> String {
+    format!("{ARCH}-{OS}")
+}
+
+/// Returns the name of the folder of a version of MuJoCo in [`cache_folder`], for a platform such
+/// as `aarch64-linux`: machines of several kinds may share a home. `x86_64-linux` is not named.
+pub(crate) fn name_in_cache(version: &str, platform: &str) -> String {
+    match platform {
+        "x86_64-linux" => format!("mujoco-{version}"),
+        _ => format!("mujoco-{version}-{platform}"),
+    }
 }
 
 fn non_empty(variable: &str) -> Option<PathBuf> {
@@ -62,6 +80,9 @@ pub(crate) fn libraries_in(folder: &Path) -> Vec<PathBuf> {
 /// Returns the numbers of the version in a library's file name, which the plain name lacks; `None`
 /// for other files.
 pub(crate) fn version_in_name(name: &str) -> Option<Vec<u32>> {
+    if name == "mujoco.dll" {
+        return Some(Vec::new());
+    }
     let version = match name.strip_prefix("libmujoco.")? {
         "so" | "dylib" => return Some(Vec::new()),
         rest => rest.strip_prefix("so.").or_else(|| rest.strip_suffix(".dylib"))?,

@@ -92,8 +92,8 @@
 //!
 //! # Finding MuJoCo
 //! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that
-//! `MUJOCO_DIR` names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so` in it or in
-//! its `lib`. Without headers the crate compiles, Cargo warns, and the first use of MuJoCo is
+//! `MUJOCO_DIR` names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so`,
+//! `libmujoco.dylib` or `mujoco.dll` in it or in its `lib`. Without headers the crate compiles, Cargo warns, and the first use of MuJoCo is
 //! [`SimError::BuiltWithoutMujoco`]; `MUJOCO_DIR=none` asks for that.
 //!
 //! The library is loaded on first use. Its version must be that of the headers, whose layouts the
@@ -106,7 +106,7 @@
 //! 3. the cache in which `cargo xtask mujoco` and the feature `download` put that version;
 //! 4. this process, in which other code may have loaded that version;
 //! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and
-//!    `/usr`.
+//!    `/usr`; on macOS those of `DYLD_LIBRARY_PATH`, and `/usr/local/lib`; on Windows none.
 //!
 //! If a MuJoCo is loaded for the whole process, for example because the program links it, that one
 //! is used: any other would call its functions.
@@ -118,6 +118,10 @@
 //! - The version in its file name and in its SONAME is that of the headers. (The version of a
 //!   library without one is checked after loading it.)
 //! - It is complete: loading a truncated file would end the process.
+//!
+//! On Windows neither owners nor rights are checked, and the folder `lib` is left out. macOS and
+//! Windows refuse truncated files themselves; there the version is that of the file name, or is
+//! asked of the loaded library.
 //!
 //! A program with more rights than the user who started it (set-user-ID, set-group-ID,
 //! capabilities) ignores the variables above and that user's cache.

@@ -1,6 +1,6 @@
 //! Downloads into the user's cache: whole, one at a time, and with nothing left over by a process
 //! that was killed.
-#![cfg(feature = "download")]
+#![cfg(all(feature = "download", unix))]
 
 use std::{
     env,
@@ -35,10 +35,24 @@ fn fetch_in_this_process() -> Result {
     let folder = match task.to_str().ok_or("UTF-8")? {
         "mujoco" => download::mujoco(VERSION)?,
         "reference model" => download::reference_model()?,
+        other if other.ends_with("-linux") => download::mujoco_for(VERSION, other)?,
         wheel => download::mujoco_from_wheel(VERSION, Path::new(wheel))?,
     };
     writeln!(io::stdout(), "\nfetched {}", folder.display())?;
     Ok(())
+}
+
+/// Returns the name of this platform.
+fn own_platform() -> String {
+    format!("{}-{}", env::consts::ARCH, env::consts::OS)
+}
+
+/// Returns the name, in the cache, of MuJoCo's folder for a platform.
+fn mujoco_of(platform: &str) -> String {
+    match platform {
+        "x86_64-linux" => "mujoco-9.8.7".into(),
+        _ => format!("mujoco-9.8.7-{platform}"),
+    }
 }
 
 /// A cache, a wheel of MuJoCo 9.8.7, and a folder for a `python3` of the tests'.
@@ -71,13 +85,14 @@ impl Place {
     }
 
     fn mujoco(&self) -> PathBuf {
-        self.path("cache/fetch-env/mujoco-9.8.7")
+        self.path("cache/fetch-env").join(mujoco_of(&own_platform()))
     }
 
-    /// Puts a script in Python's place. It has the wheel and pip's folder in `$wheel` and `$into`.
+    /// Puts a script in Python's place. It has the wheel and pip's folder in `$wheel` and `$into`,
+    /// and does not know its platform.
     fn put_python(&self, script: &str) -> Result {
         let path = self.path("bin/python3");
-        let head = "#!/bin/sh\nwhile [ \"$1\" != --dest ]; do shift; done\ninto=$2\n";
+        let head = "#!/bin/sh\n[ \"$1\" != -c ] || exit 1\nwhile [ \"$1\" != --dest ]; do shift; done\ninto=$2\n";
         let wheel = self.wheel();
         fs::write(&path, format!("{head}wheel={}\n{script}\n", wheel.display()))?;
         Ok(fs::set_permissions(&path, fs::Permissions::from_mode(0o755))?)
@@ -131,7 +146,9 @@ impl Place {
         let mut names = Vec::new();
         add(&cache, &mut names)?;
         let names = names.iter().map(|path| path.strip_prefix(&cache).unwrap_or(path));
-        let mut names: Vec<_> = names.map(|path| path.display().to_string()).collect();
+        let own = mujoco_of(&own_platform());
+        let mut names: Vec<_> =
+            names.map(|path| path.display().to_string().replace(&own, "mujoco-9.8.7")).collect();
         names.sort();
         Ok(names)
     }
@@ -255,5 +272,23 @@ fn a_folder_of_the_users_keeps_its_files_when_the_model_cannot_be_fetched() -> R
     let names: Vec<_> =
         fs::read_dir(&own)?.map(|entry| Ok(entry?.file_name())).collect::<Result<_>>()?;
     assert_eq!(names, ["thesis.txt"]);
+    Ok(())
+}
+
+/// A wheel for another processor is asked for by its tags, and has a folder of its own.
+#[test]
+fn mujoco_for_another_platform_is_beside_the_own() -> Result {
+    let place = Place::new()?;
+    // The arguments that follow the folder.
+    place.put_python(&format!("shift; echo \"$*\" > \"$wheel.tags\"; {DELIVER}"))?;
+    for platform in ["x86_64-linux", "aarch64-linux"] {
+        let output = place.run(platform)?;
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+        let folder = place.path("cache/fetch-env").join(mujoco_of(platform));
+        assert_eq!(fs::read_to_string(folder.join("libmujoco.so.9.8.7"))?, "a library");
+        let tags = fs::read_to_string(format!("{}.tags", place.wheel().display()))?;
+        let processor = platform.strip_suffix("-linux").ok_or("a processor")?;
+        assert!(tags.contains(&format!("--platform manylinux_2_28_{processor}")), "{tags}");
+    }
     Ok(())
 }

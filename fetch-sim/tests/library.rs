@@ -1,5 +1,5 @@
 //! A program finds MuJoCo's library wherever it is moved, and shares its process with others.
-#![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
+#![cfg(all(feature = "mujoco", unix, not(fetch_sim_no_shim)))]
 
 use std::{
     env,

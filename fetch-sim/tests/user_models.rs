@@ -1,5 +1,5 @@
 //! Users' models: what MuJoCo or the Fetch tasks cannot use is a typed error.
-#![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
+#![cfg(all(feature = "mujoco", unix, not(fetch_sim_no_shim)))]
 
 use std::{
     collections::BTreeSet,

@@ -22,6 +22,7 @@ mod fuzz;
 mod installation;
 mod mutants;
 mod packages;
+mod platforms;
 mod projects;
 mod sanitize;
 mod tools;
@@ -39,7 +40,7 @@ use self::find_mujoco::find_mujoco;
 use self::installation as cache;
 
 /// The commands that xtask runs itself.
-const OWN: [commands::Command; 9] = [
+const OWN: [commands::Command; 10] = [
     commands::Command {
         name: "assets",
         usage: "[--from <WHEEL>]
@@ -49,10 +50,11 @@ const OWN: [commands::Command; 9] = [
     },
     commands::Command {
         name: "mujoco",
-        usage: "[--from <WHEEL>] <VERSION>
+        usage: "[--from <WHEEL> | --for <PLATFORM>] <VERSION>
 
-  <VERSION>       The version, such as 3.6.0
-  --from <WHEEL>  Use this wheel of that version instead of downloading it",
+  <VERSION>         The version, such as 3.6.0
+  --from <WHEEL>    Use this wheel of that version instead of downloading it
+  --for <PLATFORM>  Download it for programs of another system or processor, such as aarch64-linux",
         run: downloads::other_mujoco,
     },
     commands::Command {
@@ -90,6 +92,14 @@ const OWN: [commands::Command; 9] = [
 
   --bless  Write the public interface to each crate's public-api.txt instead of comparing it",
         run: packages::run,
+    },
+    commands::Command {
+        name: "platforms",
+        usage: "[--only <PLATFORM>]
+
+  --only <PLATFORM>  Only for this one: aarch64-linux (tests in QEMU), aarch64-macos (compiles and
+                     links) or x86_64-windows (tests in Wine)",
+        run: platforms::run,
     },
     commands::Command {
         name: "projects",

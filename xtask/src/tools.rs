@@ -47,6 +47,18 @@ pub fn install_toolchain(toolchain: &str, components: &[&str]) -> anyhow::Result
     Ok(has || install.status().is_ok_and(|status| status.success()))
 }
 
+/// Whether rustup has the standard library of a target for this toolchain, or can install it.
+pub fn install_target(target: &str) -> bool {
+    let mut list = Command::new("rustup");
+    list.args(["target", "list", "--installed"]);
+    let has = list.output().is_ok_and(|listed| {
+        String::from_utf8_lossy(&listed.stdout).lines().any(|line| line == target)
+    });
+    let mut install = Command::new("rustup");
+    install.args(["target", "add", target]);
+    has || install.status().is_ok_and(|status| status.success())
+}
+
 /// Returns a cargo command of another toolchain.
 pub fn on_toolchain(toolchain: &str, command: &str) -> Command {
     let mut cargo = Command::new("rustup");

@@ -15,6 +15,13 @@ pub enum DownloadError {
         /// The text.
         version: String,
     },
+    /// MuJoCo has no wheels for the platform.
+    Platform {
+        /// Its name.
+        platform: String,
+        /// The names of those that have.
+        known: Vec<&'static str>,
+    },
     /// Python's pip could not download a package.
     Pip {
         /// The package and its version, such as `mujoco==3.6.0`.
@@ -52,6 +59,9 @@ impl fmt::Display for DownloadError {
                     f,
                     "{version:?} is not a version of MuJoCo: give three numbers, such as 3.6.0"
                 )
+            }
+            Self::Platform { platform, known } => {
+                write!(f, "MuJoCo has no wheels for {platform:?}: use one of {}", known.join(", "))
             }
             Self::Pip { requirement, reason } => write!(
                 f,

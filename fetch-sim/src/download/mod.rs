@@ -10,11 +10,13 @@
 
 mod checksums;
 mod error;
+mod lock_file;
 mod mujoco;
+mod platform;
 mod reference_model;
 mod unpacking;
 mod wheel;
 
 pub use error::DownloadError;
-pub use mujoco::{export_line, mujoco, mujoco_from_wheel};
+pub use mujoco::{export_line, mujoco, mujoco_for, mujoco_from_wheel};
 pub use reference_model::{reference_model, reference_model_from_wheel};

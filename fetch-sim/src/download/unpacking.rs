@@ -2,13 +2,12 @@
 //! process removes what one that was killed has left over.
 
 use std::{
-    fs::{self, File},
+    fs,
     io::{self, ErrorKind},
-    os::unix::fs::MetadataExt,
     path::{Path, PathBuf},
 };
 
-use super::error::DownloadError;
+use super::{error::DownloadError, lock_file::LockFile};
 
 /// Name of the folder, in the one to be filled, for everything unfinished: the file that is being
 /// written, and what pip downloads. A file in it is locked while it is in use; if that is unlocked,
@@ -24,7 +23,7 @@ pub(super) struct Unpacking<'a> {
     /// Whether there was no such folder.
     is_new: bool,
     staging: PathBuf,
-    _lock: File,
+    lock: LockFile,
 }
 
 impl<'a> Unpacking<'a> {
@@ -49,7 +48,7 @@ impl<'a> Unpacking<'a> {
         let is_new = !folder.exists();
         let staging = folder.join(STAGING);
         let lock = lock(&staging).map_err(|source| cannot_write(&staging, source))?;
-        let unpacking = Self { folder, is_new, staging, _lock: lock };
+        let unpacking = Self { folder, is_new, staging, lock };
         unpacking.remove_unfinished();
         Ok(unpacking)
     }
@@ -84,7 +83,7 @@ impl<'a> Unpacking<'a> {
 impl Drop for Unpacking<'_> {
     fn drop(&mut self) {
         self.remove_unfinished();
-        let _ = fs::remove_file(self.staging.join(LOCK));
+        self.lock.remove(&self.staging.join(LOCK));
         // Folders with anything in them stay.
         let _ = fs::remove_dir(&self.staging);
         if self.is_new {
@@ -94,28 +93,21 @@ impl Drop for Unpacking<'_> {
 }
 
 /// Creates the folder of unfinished files, unless it is there, and waits for its lock.
-fn lock(staging: &Path) -> io::Result<File> {
+fn lock(staging: &Path) -> io::Result<LockFile> {
     let path = staging.join(LOCK);
     loop {
         fs::create_dir_all(staging)?;
         if !fs::symlink_metadata(staging)?.is_dir() {
             return Err(ErrorKind::NotADirectory.into());
         }
-        let lock = File::options().write(true).create(true).truncate(false).open(&path);
-        match lock.and_then(|lock| lock.lock().map(|()| lock)) {
-            Ok(lock) if is_at(&lock, &path) => return Ok(lock),
+        match LockFile::lock(&path) {
+            Ok(Some(lock)) => return Ok(lock),
             // The process that held the lock removed the file when it was done.
-            Ok(_) => {}
+            Ok(None) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error),
         }
     }
-}
-
-/// Whether a path leads to an open file.
-fn is_at(file: &File, path: &Path) -> bool {
-    let (Ok(open), Ok(there)) = (file.metadata(), fs::metadata(path)) else { return false };
-    (open.dev(), open.ino()) == (there.dev(), there.ino())
 }
 
 fn cannot_write(path: &Path, source: io::Error) -> DownloadError {

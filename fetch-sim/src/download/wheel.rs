@@ -11,6 +11,9 @@ use zip::ZipArchive;
 
 use super::{checksums, error::DownloadError};
 
+/// The command that starts Python.
+pub(super) const PYTHON: &str = if cfg!(windows) { "python" } else { "python3" };
+
 pub(super) struct Wheel {
     path: PathBuf,
     archive: ZipArchive<File>,
@@ -18,17 +21,25 @@ pub(super) struct Wheel {
 
 impl Wheel {
     /// Downloads the wheel of a requirement such as `mujoco==3.6.0` into a folder, by pip, which
-    /// knows the user's index, mirror, proxy and certificates.
-    pub(super) fn fetch(requirement: &str, into: &Path) -> Result<Self, DownloadError> {
+    /// knows the user's index, mirror, proxy and certificates. More of pip's arguments may say which
+    /// of the wheels.
+    pub(super) fn fetch(
+        requirement: &str,
+        which: &[String],
+        into: &Path,
+    ) -> Result<Self, DownloadError> {
         let error = |reason: String| DownloadError::Pip { requirement: requirement.into(), reason };
-        let output = Command::new("python3")
+        let output = Command::new(PYTHON)
             .args(["-m", "pip", "download", "--quiet", "--disable-pip-version-check"])
             .args(["--no-deps", "--only-binary=:all:", "--dest"])
             .arg(into)
+            .args(which)
             .arg(requirement)
-            .env("TMPDIR", into)
+            .env(if cfg!(windows) { "TEMP" } else { "TMPDIR" }, into)
             .output()
-            .map_err(|e| error(format!("python3 did not start, {e}; install Python 3 with pip")))?;
+            .map_err(|e| {
+                error(format!("{PYTHON} did not start, {e}; install Python 3 with pip"))
+            })?;
         if !output.status.success() {
             return Err(error(String::from_utf8_lossy(&output.stderr).trim().to_owned()));
         }

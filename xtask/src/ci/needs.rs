@@ -23,6 +23,8 @@ pub enum Need {
     Hosts,
     OpenGl,
     Chromium,
+    Aarch64,
+    Wine,
 }
 
 /// What brings a tool.
@@ -35,7 +37,7 @@ enum Source {
 }
 
 impl Need {
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Mujoco,
         Self::Rustfmt,
         Self::Clippy,
@@ -47,6 +49,8 @@ impl Need {
         Self::Hosts,
         Self::OpenGl,
         Self::Chromium,
+        Self::Aarch64,
+        Self::Wine,
     ];
 
     pub const fn name(self) -> &'static str {
@@ -62,6 +66,8 @@ impl Need {
             Self::Hosts => "network namespaces and SSH",
             Self::OpenGl => "OpenGL through EGL and OSMesa",
             Self::Chromium => "Chromium",
+            Self::Aarch64 => "a compiler and an emulator for aarch64",
+            Self::Wine => "a compiler for Windows, and Wine",
         }
     }
 
@@ -79,6 +85,10 @@ impl Need {
             Self::Hosts => Source::Packages(&["iproute2", "openssh-server", "openssh-client"]),
             Self::OpenGl => Source::Packages(&["libegl1", "libgl1-mesa-dri", "libosmesa6"]),
             Self::Chromium => Source::Packages(&["chromium"]),
+            Self::Aarch64 => {
+                Source::Packages(&["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross", "qemu-user"])
+            }
+            Self::Wine => Source::Packages(&["gcc-mingw-w64-x86-64-win32", "wine", "wine64"]),
         }
     }
 
@@ -104,6 +114,13 @@ impl Need {
             }
             Self::OpenGl => has_library("libEGL.so.1") && has_library("libOSMesa.so"),
             Self::Chromium => runs("chromium", &["--version"]),
+            Self::Aarch64 => {
+                runs("aarch64-linux-gnu-gcc", &["--version"])
+                    && runs("qemu-aarch64", &["--version"])
+            }
+            Self::Wine => {
+                runs("x86_64-w64-mingw32-gcc", &["--version"]) && runs("wine", &["--version"])
+            }
         }
     }
 }

@@ -4,7 +4,8 @@
 //! those that all chosen packages ask for.
 
 use super::needs::Need::{
-    self, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt, Valgrind,
+    self, Aarch64, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt,
+    Valgrind, Wine,
 };
 
 /// A part of the work that passes or fails.
@@ -121,6 +122,9 @@ const ON_SYSTEM: Stage = Stage {
         step("figures", "xtask figures --out target/figures", &[OpenGl]),
         step("projects outside the workspace", "xtask projects", &[Rustfmt]),
         step("packages", "xtask packages", &[]),
+        step("Linux on ARM", "xtask platforms --only aarch64-linux", &[Aarch64, Python]),
+        step("macOS", "xtask platforms --only aarch64-macos", &[Python]),
+        step("Windows", "xtask platforms --only x86_64-windows", &[Python, Wine]),
         step("the reference's model", "xtask assets", &[Python]),
         step(
             "bit for bit the reference",
@@ -231,6 +235,11 @@ mod tests {
             ("assets", Python),
             ("reference", Python),
             ("live", Python),
+            ("aarch64-linux", Aarch64),
+            ("aarch64-linux", Python),
+            ("aarch64-macos", Python),
+            ("x86_64-windows", Python),
+            ("x86_64-windows", Wine),
         ];
         for (stage, step) in all() {
             let has = |need| stage.needs.contains(&need) || step.needs.contains(&need);

@@ -13,6 +13,7 @@ use super::{
     ffi,
     library::{c_path, check_as, library_path},
     library_file::LibraryFile,
+    system::{DECODER_FILES, library_name},
     version::MujocoVersion,
 };
 
@@ -56,16 +57,16 @@ fn files() -> Vec<PathBuf> {
     let library = library_path().ok();
     let folder = library.as_deref().and_then(Path::parent);
     let candidates = folder.into_iter().flat_map(|folder| {
-        ["plugin", "../bin/mujoco_plugin"].into_iter().flat_map(move |plugins| {
-            ["libstl_decoder.so", "libobj_decoder.so"].map(|name| folder.join(plugins).join(name))
-        })
+        ["plugin", "../bin/mujoco_plugin"]
+            .into_iter()
+            .flat_map(move |plugins| DECODER_FILES.map(|name| folder.join(plugins).join(name)))
     });
     candidates.filter(|file| file.is_file()).collect()
 }
 
 fn load_plugin(file: &Path) -> Result<(), String> {
     let plugin = LibraryFile::look_at(file)?;
-    let library = MujocoVersion::of_shim().library_name();
+    let library = library_name(MujocoVersion::of_shim());
     let (file, library) = (c_path(&plugin.path)?, c_path(library.as_ref())?);
     // SAFETY: the library is loaded, and both are C strings.
     let status = unsafe { ffi::fs_load_plugin(file.as_ptr(), library.as_ptr()) };

@@ -2,7 +2,6 @@
 
 use std::{
     ffi::{CStr, CString, OsStr, c_char, c_int},
-    os::unix::ffi::OsStrExt,
     path::{Path, PathBuf},
     ptr::{self, NonNull},
     sync::OnceLock,
@@ -12,6 +11,7 @@ use super::{
     ffi::{self, Item, Opaque, RawFilter, RawModel, RawShapes},
     library_file::LibraryFile,
     search::{Place, Search},
+    system::{library_name, resolve},
     version::MujocoVersion,
 };
 use crate::{
@@ -49,7 +49,7 @@ pub(crate) fn load_once() -> Result<&'static PathBuf, SimError> {
         compare(&items_of_shim(), ffi::ITEMS)?;
         let version = MujocoVersion::of_shim();
         let global = rust_path(ffi::fs_global_library_path());
-        let others = path_of_others(&version.library_name());
+        let others = path_of_others(&library_name(version));
         load(&Search::of_process(version, global, others))
     };
     LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
@@ -113,7 +113,7 @@ fn open(file: &Path) -> Result<(), String> {
 fn path_of_loaded(file: &Path) -> PathBuf {
     // SAFETY: the library is loaded.
     let path = rust_path(unsafe { ffi::fs_library_path() }).unwrap_or_else(|| file.to_path_buf());
-    path.canonicalize().unwrap_or(path)
+    resolve(&path).unwrap_or(path)
 }
 
 /// Returns the path of the library of this name that other code loaded for itself.
@@ -124,9 +124,10 @@ fn path_of_others(name: &str) -> Option<PathBuf> {
 }
 
 fn rust_path(path: *const c_char) -> Option<PathBuf> {
-    // SAFETY: the loader's name of a library is a C string and lives as long as the library.
+    // SAFETY: the loader's name of a library is a C string, and lives until the shim's next call.
     let path = (!path.is_null()).then(|| unsafe { CStr::from_ptr(path) })?;
-    Some(OsStr::from_bytes(path.to_bytes()).into())
+    // SAFETY: any bytes are valid on Unix; on Windows, where the shim returns UTF-8, that is.
+    Some(unsafe { OsStr::from_encoded_bytes_unchecked(path.to_bytes()) }.into())
 }
 
 /// Returns a path as C functions take it, in the system's encoding.

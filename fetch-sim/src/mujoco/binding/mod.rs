@@ -10,5 +10,5 @@ mod library_file;
 pub(crate) mod model;
 pub(crate) mod poses;
 mod search;
-mod trust;
+mod system;
 pub(crate) mod version;

@@ -1,15 +1,18 @@
 //! The places in which a program looks for MuJoCo's library.
 
 use std::{
-    env::{self, consts::ARCH},
+    env,
     ffi::OsStr,
     path::{Path, PathBuf},
 };
 
-use super::{trust, version::MujocoVersion};
+use super::{
+    system::{self, LIBRARY, is_shared, library_name},
+    version::MujocoVersion,
+};
 use crate::{
     cache,
-    installation::{NONE, libraries_in, libraries_of, mujoco_dir},
+    installation::{NONE, libraries_in, libraries_of, mujoco_dir, name_in_cache, own_platform},
     privileges,
 };
 
@@ -60,7 +63,7 @@ impl Search {
             of_build: option_env!("FETCH_SIM_LIBMUJOCO").map(PathBuf::from),
             cache: cache::cache_folder(),
             of_others,
-            system: system_folders(),
+            system: system::folders(),
         }
     }
 
@@ -80,14 +83,15 @@ impl Search {
             if_empty,
         };
         if let Some(dir) = &self.mujoco_dir {
-            let fault = if dir.exists() { "has no libmujoco.so" } else { "does not exist" };
+            let fault = if dir.exists() { &format!("has no {LIBRARY}") } else { "does not exist" };
             let if_empty = format!("{} {fault}", dir.display());
             return vec![place("MUJOCO_DIR", libraries_of(dir), if_empty)];
         }
         let Self { executable, of_build, cache, .. } = self;
-        let none_in = |folder: &Path| format!("{} has no libmujoco.so", folder.display());
+        let none_in = |folder: &Path| format!("{} has no {LIBRARY}", folder.display());
         let beside = executable.as_deref().and_then(Path::parent);
-        let cached = cache.as_ref().map(|cache| cache.join(format!("mujoco-{}", self.version)));
+        let name_in_cache = name_in_cache(&self.version.to_string(), &own_platform());
+        let cached = cache.as_ref().map(|cache| cache.join(name_in_cache));
         vec![
             place(
                 "beside the executable",
@@ -108,11 +112,7 @@ impl Search {
                 cached.as_deref().map_or_else(|| "the user has none".into(), none_in),
             ),
             loaded(self.of_others.as_ref()),
-            place(
-                "the system",
-                self.libraries_of_system(),
-                format!("{} have no libmujoco.so", list(&self.system)),
-            ),
+            place("the system", self.libraries_of_system(), none_in_all(&self.system)),
         ]
     }
 
@@ -130,8 +130,7 @@ impl Search {
     /// Returns the system's libraries by the names that they may have. They are not left to the
     /// system's loader to find, so that they are checked before their code runs.
     fn libraries_of_system(&self) -> Vec<PathBuf> {
-        let without_version = if cfg!(target_vendor = "apple") { "dylib" } else { "so" };
-        let names = [self.version.library_name(), format!("libmujoco.{without_version}")];
+        let names = [library_name(self.version), LIBRARY.to_owned()];
         let paths = self.system.iter().flat_map(|folder| names.each_ref().map(|n| folder.join(n)));
         paths.filter(|path| path.is_file()).collect()
     }
@@ -150,23 +149,16 @@ fn loaded(file: Option<&PathBuf>) -> Place {
 /// Returns the libraries in the folder of a program, and in the folder `lib` beside that one,
 /// unless others may make a `lib` there: a program in `/tmp/build` looks for nothing in `/tmp/lib`.
 fn libraries_beside(folder: &Path) -> Vec<PathBuf> {
-    let parent = folder.parent().filter(|parent| !trust::is_shared(parent));
+    let parent = folder.parent().filter(|parent| !is_shared(parent));
     let lib = parent.map(|parent| libraries_in(&parent.join("lib")));
     [libraries_in(folder), lib.unwrap_or_default()].concat()
 }
 
-/// Returns the folders in which the system's loader looks for libraries.
-fn system_folders() -> Vec<PathBuf> {
-    let of_user = env::var_os("LD_LIBRARY_PATH").filter(|_| !privileges::are_raised());
-    let of_user = of_user.iter().flat_map(env::split_paths).filter(|path| path.is_absolute());
-    let architecture = format!("{ARCH}-linux-gnu");
-    let of_system = ["/usr/local/lib", "/usr/lib"].into_iter().flat_map(|folder| {
-        let folder = Path::new(folder);
-        [folder.join(&architecture), folder.to_path_buf(), folder.with_file_name("lib64")]
-    });
-    of_user.chain(of_system).collect()
-}
-
-fn list(folders: &[PathBuf]) -> String {
-    folders.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(", ")
+/// Says that no folder has a library.
+fn none_in_all(folders: &[PathBuf]) -> String {
+    let list: Vec<_> = folders.iter().map(|folder| folder.display().to_string()).collect();
+    match list.join(", ") {
+        list if list.is_empty() => "it has no folders for them".into(),
+        list => format!("{list} have no {LIBRARY}"),
+    }
 }

@@ -24,15 +24,6 @@ impl MujocoVersion {
         Self(ffi::fs_header_version())
     }
 
-    /// Returns the name that MuJoCo gives its library.
-    pub(crate) fn library_name(self) -> String {
-        if cfg!(target_vendor = "apple") {
-            format!("libmujoco.{self}.dylib")
-        } else {
-            format!("libmujoco.so.{self}")
-        }
-    }
-
     /// Returns major, minor and patch.
     pub(super) fn numbers(self) -> [u32; 3] {
         let version = self.0.unsigned_abs();

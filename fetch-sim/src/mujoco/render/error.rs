@@ -5,14 +5,20 @@ use crate::error::SimError;
 /// The greatest width and height of a picture, in pixels.
 pub(super) const MAX_SIZE: u32 = 4096;
 
+const WAY_TO_OPENGL: &str = if cfg!(any(windows, target_vendor = "apple")) {
+    "render on Linux"
+} else {
+    "install libegl1 and libgl1-mesa-dri, or libosmesa6"
+};
+
 /// Error returned when a picture cannot be made.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
     /// The machine has no OpenGL that can draw without a window.
     #[error(
-        "there is no OpenGL to render with ({reason}): install libegl1 and libgl1-mesa-dri, or \
-         libosmesa6; everything else works without"
+        "there is no OpenGL to render with ({reason}): {WAY_TO_OPENGL}; everything else works \
+         without"
     )]
     NoOpenGl {
         /// The cause.

@@ -1,6 +1,6 @@
 //! Tests of the contract and of what is loaded.
 
-#[cfg(not(fetch_sim_no_shim))]
+#[cfg(all(target_os = "linux", not(fetch_sim_no_shim)))]
 mod search;
 
 use std::{collections::BTreeSet, fs, path::Path};

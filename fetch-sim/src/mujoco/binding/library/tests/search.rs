@@ -11,7 +11,9 @@ use std::{
     process::Command,
 };
 
-use super::super::{MujocoVersion, Search, ffi, library_path, load, path_of_others};
+use super::super::{MujocoVersion, Search, ffi, library_name, library_path, load, path_of_others};
+
+use crate::installation::{self, own_platform};
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
@@ -50,7 +52,7 @@ fn search_in_this_process() -> Result {
         executable,
         of_build,
         cache,
-        of_others: path_of_others(&version.library_name()),
+        of_others: path_of_others(&library_name(version)),
         system: vec![system],
     };
     let mut lines = vec![match load(&search) {
@@ -67,6 +69,11 @@ fn search_in_this_process() -> Result {
     lines.dedup();
     writeln!(io::stdout(), "{}", lines.join("\n"))?;
     Ok(())
+}
+
+/// Returns the name of MuJoCo's folder in the cache.
+fn name_in_cache() -> String {
+    installation::name_in_cache(&MujocoVersion::of_shim().to_string(), &own_platform())
 }
 
 /// Folders for every place, all of them empty.
@@ -171,7 +178,7 @@ impl Places {
 #[test]
 fn each_place_is_searched_in_turn() -> Result {
     let places = Places::new()?;
-    let cache = format!("cache/mujoco-{}", MujocoVersion::of_shim());
+    let cache = format!("cache/{}", name_in_cache());
     for folder in ["system", &cache, "build", "program/lib", "program/bin"] {
         let put = places.put(folder)?;
         assert_eq!(places.found()?, put, "{folder}");
@@ -201,7 +208,7 @@ fn libraries_that_do_not_fit_are_passed_over_and_do_not_stay() -> Result {
     let version = ffi::fs_header_version();
     let other = places.put_unfit("program/bin", 9_008_007, "")?;
     let lacking = places.put_unfit("program/lib", version.into(), "")?;
-    let cache = format!("cache/mujoco-{}", MujocoVersion::of_shim());
+    let cache = format!("cache/{}", name_in_cache());
     let put = places.put(&cache)?;
     let text = places.search(None)?;
     assert!(text.contains(&format!("loaded {}", put.display())), "{text}");

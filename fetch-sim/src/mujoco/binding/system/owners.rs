@@ -15,7 +15,7 @@ use std::{
 ///
 /// # Errors
 /// The reason for distrust.
-pub(crate) fn check(file: &Path) -> Result<(), String> {
+pub(in super::super) fn check_owners(file: &Path) -> Result<(), String> {
     // SAFETY: declared as in C; it only reads.
     unsafe extern "C" {
         safe fn geteuid() -> u32;
@@ -41,7 +41,7 @@ pub(crate) fn check(file: &Path) -> Result<(), String> {
 }
 
 /// Whether others may put files into a folder. A folder that cannot be inspected counts as shared.
-pub(crate) fn is_shared(folder: &Path) -> bool {
+pub(in super::super) fn is_shared(folder: &Path) -> bool {
     look_at(folder).map_or(true, |seen| is_writable_by_others(&seen))
 }
 
@@ -64,7 +64,7 @@ mod tests {
         path::{Path, PathBuf},
     };
 
-    use super::{check, is_shared};
+    use super::{check_owners, is_shared};
 
     type Result<T = ()> = std::io::Result<T>;
 
@@ -91,7 +91,7 @@ mod tests {
         }
 
         fn refusal(&self) -> Result<Option<String>> {
-            Ok(check(&self.path("inner/library")?).err())
+            Ok(check_owners(&self.path("inner/library")?).err())
         }
     }
 

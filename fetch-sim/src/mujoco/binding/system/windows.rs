@@ -1,0 +1,50 @@
+//! Windows.
+//!
+//! The rights to a file are in access control lists, which are not read here. So libraries are taken
+//! from few places: there are no folders of the system, and none beside that of the executable.
+
+use std::{
+    fs, io,
+    path::{self, Path, PathBuf},
+};
+
+use super::super::version::MujocoVersion;
+
+/// The name of MuJoCo's library, whatever its version.
+pub(in super::super) const LIBRARY: &str = "mujoco.dll";
+
+/// The names of the plugins that read mesh files.
+pub(in super::super) const DECODER_FILES: [&str; 2] = ["stl_decoder.dll", "obj_decoder.dll"];
+
+/// Returns the name that MuJoCo gives the library of a version.
+pub(in super::super) fn library_name(_: MujocoVersion) -> String {
+    LIBRARY.into()
+}
+
+/// Returns no folders: others may write to those in `PATH`.
+pub(in super::super) fn folders() -> Vec<PathBuf> {
+    Vec::new()
+}
+
+/// Returns the absolute path of a file, in the form that users know, unlike
+/// [`fs::canonicalize`].
+pub(in super::super) fn resolve(file: &Path) -> io::Result<PathBuf> {
+    fs::metadata(file)?;
+    path::absolute(file)
+}
+
+/// Returns no name: the version is asked of the loaded library. The system refuses a truncated
+/// file.
+pub(in super::super) fn own_name(_: &Path) -> Result<Option<String>, String> {
+    Ok(None)
+}
+
+/// Accepts every file.
+pub(in super::super) fn check_owners(_: &Path) -> Result<(), String> {
+    Ok(())
+}
+
+/// Whether others may put files into a folder: it is not known that they may not.
+pub(in super::super) fn is_shared(_: &Path) -> bool {
+    true
+}

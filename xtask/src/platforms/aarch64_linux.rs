@@ -1,0 +1,35 @@
+//! Linux on ARM servers: the tests run in QEMU, at a tenth of the machine's speed.
+
+use super::{MUJOCO, Platform, cargo_for};
+use crate::download;
+
+pub(super) const PLATFORM: Platform =
+    Platform { name: "aarch64-linux", target: "aarch64-unknown-linux-gnu", check };
+
+/// Programs of Debian's packages.
+const TOOLS: [(&str, &str); 2] = [
+    ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER", "aarch64-linux-gnu-gcc"),
+    ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER", "qemu-aarch64 -L /usr/aarch64-linux-gnu"),
+];
+
+/// Tests that take seconds, and start no process: QEMU would need the kernel's help for that.
+const TESTS: &str = "--test properties --test numpy --test defaults --test binding \
+    --test contact_filter --test fetch --test random_models --test refusals --test visual_geoms \
+    --test choices --test spaces --test registry --test time_limit --test wrappers \
+    --test bad_states --test own_ids --example first_steps --example replay_buffer";
+
+/// The laws of rewards, of the buffer and of the environments, but for those that take a minute.
+const LAWS: &str = "--test laws --test conformance -- adding appending determinism fields format \
+    goals outcomes relabeling success reward snapshots_survive a_restored actions_are each_axis \
+    dense_and_sparse where_the_reference_puts_them an_episode_lasts \
+    --skip the_step_reward_is_the_reward_of_its_goals";
+
+fn check() -> anyhow::Result<bool> {
+    let Platform { name, target, .. } = PLATFORM;
+    let mujoco = download::mujoco_for(MUJOCO, name)?;
+    let run = |arguments: &str| cargo_for(target, arguments, &mujoco, &TOOLS);
+    let crates = "-p goal-reward -p her-relabel -p fetch-sim -p fetch-env";
+    Ok(run(&format!("test {crates} {TESTS}"))?
+        && run(&format!("test {crates} {LAWS}"))?
+        && run("run -p chapter -- verify --env-id FetchReach-v4")?)
+}

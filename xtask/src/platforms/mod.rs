@@ -1,0 +1,80 @@
+//! `platforms`: builds and tests the crates for other systems and processors than this machine's.
+
+mod aarch64_linux;
+mod aarch64_macos;
+mod x86_64_windows;
+
+use std::path::Path;
+
+use lexopt::{Arg::Long, Parser, ValueExt};
+
+use crate::tools::{cargo, install_target, succeeds};
+
+/// A platform, under the name that `cargo xtask mujoco --for` takes, too.
+#[derive(Clone, Copy)]
+struct Platform {
+    name: &'static str,
+    target: &'static str,
+    /// Returns whether everything passed.
+    check: fn() -> anyhow::Result<bool>,
+}
+
+const PLATFORMS: [Platform; 3] =
+    [aarch64_linux::PLATFORM, aarch64_macos::PLATFORM, x86_64_windows::PLATFORM];
+
+/// The version of MuJoCo whose wheels are used.
+const MUJOCO: &str = "3.6.0";
+
+pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+    let mut only = None;
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("only") => {
+                only = Some(arguments.value()?.parse_with(|name| {
+                    let known = PLATFORMS.into_iter().find(|platform| platform.name == name);
+                    known.ok_or_else(|| {
+                        let names = PLATFORMS.map(|platform| platform.name);
+                        format!("the platforms are {}", names.join(", "))
+                    })
+                })?);
+            }
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    for Platform { name, target, check } in only.map_or(PLATFORMS.to_vec(), |only| vec![only]) {
+        if !install_target(target) {
+            say!("platforms: {name}: skipped, because rustup cannot install {target}")?;
+        } else if !check()? {
+            say!("platforms: {name}: failed")?;
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Runs a command of cargo for a target, where variables may name tools for that target, and
+/// returns whether it succeeded.
+fn cargo_for(
+    target: &str,
+    arguments: &str,
+    mujoco: &Path,
+    variables: &[(&str, &str)],
+) -> anyhow::Result<bool> {
+    say!("platforms: cargo {arguments}")?;
+    let (command, arguments) = arguments.split_once(' ').unwrap_or((arguments, ""));
+    let mut cargo = cargo();
+    cargo
+        .args([command, "--target", target])
+        .args(arguments.split_whitespace())
+        .envs(variables.iter().copied())
+        .env("MUJOCO_DIR", mujoco);
+    succeeds(&mut cargo)
+}
+
+/// Checks that all crates compile without MuJoCo.
+fn compile_without_mujoco(target: &str) -> anyhow::Result<bool> {
+    let arguments = "check -p goal-reward -p her-relabel -p fetch-sim -p fetch-env \
+        -p fetch-baselines --features fetch-sim/download,fetch-env/clip,fetch-baselines/learn,\
+        fetch-baselines/page";
+    cargo_for(target, arguments, Path::new("none"), &[("RUSTFLAGS", "-D warnings")])
+}
