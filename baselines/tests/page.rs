@@ -242,6 +242,22 @@ fn every_position_of_a_goal_is_shown_through_wrappers() -> Result {
     Ok(())
 }
 
+/// A plane without an end has no size of its own.
+#[test]
+fn an_infinite_plane_is_drawn() -> Result {
+    let plane = r#"<worldbody><geom type="plane" size="0 0 1" contype="0"
+        conaffinity="0"/></worldbody>"#;
+    let model = ModelSource::Extended(Extension::default().with_xml(plane));
+    let config = FetchConfig::new(Task::Reach, RewardKind::Sparse).with_model(model);
+    let mut policy = ScriptedPolicy::new(Task::Reach);
+    let episode = episode_in(&episode_page(&mut make(config)?, &mut policy, 0)?)?;
+    let shapes = episode["shapes"].as_array().ok_or("no shapes")?;
+    let planes: Vec<_> = shapes.iter().filter(|shape| shape["shape"] == "plane").collect();
+    assert!(planes.iter().any(|plane| plane["size"] == serde_json::json!([10.0, 10.0, 0.0])));
+    assert!(planes.iter().all(|plane| plane["size"][0] != 0.0), "{planes:?}");
+    Ok(())
+}
+
 impl PlaybackEnv for Plane {}
 
 #[test]

@@ -5,6 +5,9 @@ use serde::Serialize;
 
 use super::{error::PageError, rounding::rounded};
 
+/// Half of the extent of a plane that is infinite (meters).
+const HORIZON: f64 = 10.0;
+
 /// The poses of a simulation's bodies, and the shapes that they carry.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Bodies {
@@ -113,7 +116,10 @@ impl DrawnShape {
     fn new(geom: &VisualGeom, body: usize, meshes: &mut Vec<Mesh>) -> Result<Self, PageError> {
         let mut mesh = None;
         let (shape, size) = match &geom.shape {
-            Shape::Plane { half_size: [x, y] } => ("plane", [*x, *y, 0.0]),
+            Shape::Plane { half_size } => {
+                let [x, y] = half_size.map(|half| if half > 0.0 { half } else { HORIZON });
+                ("plane", [x, y, 0.0])
+            }
             Shape::Sphere { radius } => ("sphere", [*radius, 0.0, 0.0]),
             Shape::Capsule { radius, half_length } => ("capsule", [*radius, *half_length, 0.0]),
             Shape::Ellipsoid { radii } => ("ellipsoid", *radii),
