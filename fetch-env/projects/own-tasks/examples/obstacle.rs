@@ -24,7 +24,7 @@ const WALL: &str = r#"
     </worldbody>"#;
 
 #[derive(Clone, Copy, Debug)]
-struct Obstacle;
+pub struct Obstacle;
 
 /// -1 until the block is within 5 cm of its place, and as much again near the wall.
 impl GoalReward for Obstacle {

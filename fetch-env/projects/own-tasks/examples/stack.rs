@@ -26,7 +26,7 @@ const BLOCKS: [&str; 2] = ["object0", "object1"];
 const EDGE: f64 = 0.05;
 
 #[derive(Clone, Copy, Debug)]
-struct Stack;
+pub struct Stack;
 
 /// -1 for each block that is farther than 3 cm from its place.
 impl GoalReward for Stack {
