@@ -15,11 +15,13 @@ use fetch_env::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A mocap body goes where it is placed, and nothing pushes it away.
+/// A mocap body stays where it is placed. The contact is hard: MuJoCo's default lets the block, which
+/// the robot pushes with force, sink in.
 const WALL: &str = r#"
     <worldbody>
       <body name="wall" mocap="true" pos="1.3 0.75 0.42">
-        <geom type="box" size="0.01 0.06 0.02" rgba="0.2 0.35 0.75 1"/>
+        <geom type="box" size="0.015 0.06 0.02" rgba="0.2 0.35 0.75 1"
+             priority="1" solref="0.004 1" solimp="0.99 0.99 0.001"/>
       </body>
     </worldbody>"#;
 
@@ -39,8 +41,8 @@ impl GoalReward for Obstacle {
 
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         match (achieved_goal, desired_goal) {
-            ([achieved @ .., _, _], [desired @ .., _, _]) => {
-                goal_distance(achieved, desired) < 0.05
+            ([achieved @ .., x, y], [desired @ .., wall_x, wall_y]) => {
+                [x, y] == [wall_x, wall_y] && goal_distance(achieved, desired) < 0.05
             }
             _ => false,
         }
