@@ -8,7 +8,7 @@ use std::error::Error;
 use candle_core::{Device, Tensor, Var};
 use candle_nn::{AdamW, Optimizer, ParamsAdamW, loss::mse};
 use fetch_env::vec_env::{VecConfig, VecStepOf};
-use fetch_env::{DistanceReward, KinematicEnv, NpRandom, make_kinematic_vec};
+use fetch_env::{DistanceReward, MujocoEnv, NpRandom, make_vec};
 use her_relabel::{
     Batch, BufferConfig, ColumnsMut, Dims, GoalStrategy, HerBuffer, JoinedGoal, Normalizer,
     NormalizerConfig, Normalizers, Sampler, UnitInterval,
@@ -105,7 +105,7 @@ impl Td3 {
     }
 
     /// Returns the actor's actions in the states of a vector, with noise.
-    fn act(&mut self, step: &VecStepOf<KinematicEnv>, noise: f64) -> Result<Vec<f32>> {
+    fn act(&mut self, step: &VecStepOf<MujocoEnv>, noise: f64) -> Result<Vec<f32>> {
         let mut input = vec![0.0_f32; step.len() * INPUT];
         self.normalizers().write_input(JoinedGoal::Desired, DIMS, &step.into(), &mut input)?;
         let input = Tensor::from_vec(input, (step.len(), INPUT), &DEVICE)?;
@@ -141,7 +141,7 @@ impl Td3 {
 
     /// Returns the share of episodes that end in success, without noise.
     fn evaluate(&mut self, num_episodes: usize, seed: u64) -> Result<f64> {
-        let mut envs = make_kinematic_vec(ENV_ID, num_episodes, VecConfig::default())?;
+        let mut envs = make_vec(ENV_ID, num_episodes, VecConfig::default())?;
         envs.reset(Some(seed))?;
         for _ in 0..50 {
             let actions = self.act(envs.last_step(), 0.0)?;
@@ -153,7 +153,7 @@ impl Td3 {
 
 /// Learns until 40 of 40 episodes end in success, and returns the number of steps.
 fn train(seed: u64) -> Result<(Td3, usize)> {
-    let mut envs = make_kinematic_vec(ENV_ID, NUM_ENVS, VecConfig::default())?;
+    let mut envs = make_vec(ENV_ID, NUM_ENVS, VecConfig::default())?;
     let config = BufferConfig::new(100_000, DIMS).with_num_envs(NUM_ENVS);
     let mut buffer = HerBuffer::<f32>::new(config)?;
     // Four of five rows get a goal that their episode achieved later.
