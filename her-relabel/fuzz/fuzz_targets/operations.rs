@@ -6,7 +6,7 @@ mod rows;
 
 use arbitrary::Arbitrary;
 use common::{DIMS, add_whole, begin, draw, step};
-use her_relabel::{BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit};
+use her_relabel::{AddError, BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit};
 use libfuzzer_sys::fuzz_target;
 use rows::{Row, record};
 
