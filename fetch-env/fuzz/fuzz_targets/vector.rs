@@ -173,7 +173,7 @@ impl Vector {
             Call::RecvAll => self.receive(self.num_in_flight()),
             Call::SetAutoresetStart(seed, options) => {
                 let (seed, options) = (*seed, options.get());
-                let set = self.envs.set_autoreset_start(move |_, _| (seed, options));
+                let set = self.envs.set_autoreset_start(move |_, _| (seed, options.clone()));
                 assert_eq!(set.is_ok(), is_idle);
             }
             Call::SaveAndRestore => match self.envs.snapshot() {
