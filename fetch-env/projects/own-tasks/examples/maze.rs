@@ -30,7 +30,7 @@ const LEN: usize = MAP.len();
 /// The largest move along an axis in a step.
 const MOVE: f64 = 0.4;
 /// The steps of an episode.
-const STEPS: NonZeroU32 = NonZeroU32::new(60).unwrap();
+pub const STEPS: NonZeroU32 = NonZeroU32::new(60).unwrap();
 const PIXELS_OF_CELL: usize = 32;
 
 /// The point, where it is and where it should be.

@@ -18,7 +18,9 @@ type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 
 #[test]
 fn it_passes_every_check() {
-    let options = CheckOptions::default();
+    let options = CheckOptions::default()
+        .with_max_episode_steps(Some(maze::STEPS))
+        .with_num_steps(2 * maze::STEPS.get());
     let report = check_goal_env(maze, &options).and(check_snapshots(maze, &options));
     assert!(report.passed(), "{report}");
 }
