@@ -100,7 +100,7 @@ where
 
     fn goal_positions(&self, _desired_goal: &[f64]) -> Vec<[f64; 3]> {
         // The environment's own goal, whatever a wrapper makes of it.
-        Self::goal_positions(self)
+        Self::goal_positions(self).into_owned()
     }
 
     fn title(&self) -> String {

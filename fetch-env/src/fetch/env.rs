@@ -1,5 +1,7 @@
 //! The Fetch environment: settings, a simulator and a reward.
 
+use std::borrow::Cow;
+
 use fetch_sim::{Control, Simulator, Task};
 use goal_reward::{DistanceReward, GoalReward, goal_distance};
 use nalgebra::Vector3;
@@ -202,8 +204,8 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
     /// Returns the points that pictures mark as the goal, in meters in the world frame; empty until
     /// a reset.
     #[must_use]
-    pub fn goal_positions(&self) -> Vec<[f64; 3]> {
-        self.goal.as_deref().map_or_else(Vec::new, |goal| self.task.goal_positions(goal))
+    pub fn goal_positions(&self) -> Cow<'_, [[f64; 3]]> {
+        self.goal.as_deref().map_or_else(Cow::default, |goal| self.task.goal_positions(goal))
     }
 
     fn observe_with(&self, goal: &Goal) -> Result<FetchObservation, EnvError> {
@@ -329,7 +331,8 @@ impl<R: GoalReward, T: FetchTask<fetch_sim::MujocoSimulator>> crate::pictures::r
     fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {
         let goal = self.goal.as_deref().ok_or(EnvError::ResetNeeded)?;
         let positions = self.task.goal_positions(goal);
-        let goals: Vec<_> = positions.into_iter().map(Vector3::from).collect();
+        let goals: smallvec::SmallVec<[_; 4]> =
+            positions.iter().copied().map(Vector3::from).collect();
         Ok(renderer.update_scene(&self.simulator, &goals)?)
     }
 }

@@ -1,5 +1,7 @@
 //! What a task adds to the robot: its goals, and more to observe.
 
+use std::borrow::Cow;
+
 use fetch_sim::{Settled, Simulator, Task};
 
 use super::config::{FetchConfig, MAX_TARGET_RISE};
@@ -101,8 +103,8 @@ pub trait FetchTask<S: Simulator> {
 
     /// Returns the points that pictures mark as the goal, in meters in the world frame. By default
     /// every three elements of the goal are one.
-    fn goal_positions(&self, desired_goal: &[f64]) -> Vec<[f64; 3]> {
-        desired_goal.as_chunks().0.to_vec()
+    fn goal_positions<'a>(&self, desired_goal: &'a [f64]) -> Cow<'a, [[f64; 3]]> {
+        Cow::Borrowed(desired_goal.as_chunks().0)
     }
 }
 
