@@ -1,6 +1,6 @@
 //! The contenders: sampling, adding, and the copy that sampling needs at least.
 
-use std::{cell::RefCell, hint::black_box, rc::Rc};
+use std::{cell::RefCell, hint::black_box, mem, rc::Rc};
 
 use goal_reward::DistanceReward;
 use her_relabel::{
@@ -202,9 +202,14 @@ pub fn add_steps<T: Scalar>(
 pub fn record<T: Scalar>(table: &Rc<RefCell<Table<T>>>) -> impl Contender + use<T> {
     let table = Rc::clone(table);
     let env_ids: Vec<usize> = (ENVS_OF_RECORDS..).take(RECORDED).collect();
-    let mut t = 0;
+    let (mut t, mut has_begun) = (0, false);
     move || {
         let Table { buffer, episodes } = &mut *table.borrow_mut();
+        if !mem::replace(&mut has_begun, true) {
+            for (env_index, episode) in env_ids.iter().zip(&*episodes) {
+                buffer.begin_episode(*env_index, &episode.start())?;
+            }
+        }
         let rows = RecordedRows::new(&episodes[..RECORDED]);
         let mut recorded = 0;
         for _ in 0..ADDED / RECORDED {
