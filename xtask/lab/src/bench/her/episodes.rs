@@ -59,7 +59,7 @@ impl<T: Scalar> Episode<T> {
         }
     }
 
-    fn start(&self) -> StartData<'_, T> {
+    pub fn start(&self) -> StartData<'_, T> {
         StartData {
             observation: &self.observations[..DIMS.observation],
             achieved_goal: &self.achieved_goals[..DIMS.goal],
