@@ -15,7 +15,7 @@ const TOOLS: [(&str, &str); 2] = [
 /// Tests that take seconds, and start no process: QEMU would need the kernel's help for that.
 const TESTS: &str = "--test properties --test numpy --test defaults --test binding \
     --test contact_filter --test fetch --test random_models --test refusals --test visual_geoms \
-    --test choices --test spaces --test registry --test time_limit --test wrappers \
+    --test choices --test spaces --test registry --test time_limit \
     --test bad_states --test own_ids --example first_steps --example replay_buffer";
 
 /// The laws of rewards, of the buffer and of the environments, but for those that take a minute.
