@@ -1,4 +1,4 @@
-//! Policies in an environment of a user's own, and of any action space.
+//! Policies in a user's own environment, and of any action space.
 
 mod plane;
 

@@ -226,7 +226,7 @@ impl FetchTask<MujocoSimulator> for Two {
     }
 }
 
-/// A task and wrappers of a user's own change what is observed, and the bodies are still shown.
+/// A user's own task and wrappers change what is observed, and the bodies are still shown.
 #[test]
 fn every_position_of_a_goal_is_shown_through_wrappers() -> Result {
     let env = make("FetchReach-v4")?;

@@ -1,4 +1,4 @@
-//! A task and a reward of a user's own: goals of another length, and more to observe.
+//! A user's own task and reward: goals of another length, and more to observe.
 
 use std::error::Error;
 

@@ -1,4 +1,4 @@
-//! Models of one's own: the built-in one with additions and changes, and files held in memory.
+//! Your own models: the built-in one with additions and changes, and files held in memory.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use fetch_sim::{

@@ -1,4 +1,4 @@
-//! Objects of one's own: they are shown, placed and restored as the task's object is.
+//! Your own objects: they are shown, placed and restored as the task's object is.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::sync::{Arc, OnceLock};

@@ -1,4 +1,4 @@
-//! Rewards of a user's own: they are learned, or the first that is wrong is named.
+//! A user's own rewards: they are learned, or the first that is wrong is named.
 
 use std::ops::{ControlFlow, RangeInclusive};
 
