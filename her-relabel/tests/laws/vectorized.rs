@@ -401,7 +401,7 @@ fn a_step_of_an_episode_that_has_not_begun_is_refused_where_it_is_recorded() -> 
     // A start in the same row begins the episode after the step.
     let both = Row { start: Some(4), ..step_row(1, (2, 0)) };
     assert_eq!(record(&mut buffer, &[both]), refused(1));
-    // Nor is a step after the end of an episode, whoever ended it.
+    // Nor is a step after the end of an episode, however it ended.
     let last = Row { truncated: true, ..step_row(3, (1, 0)) };
     record_all(&mut buffer, &[last])?;
     assert_eq!(record(&mut buffer, &rows), refused(3));
