@@ -48,10 +48,10 @@ pub enum ModelSource {
     Folder(PathBuf),
     /// The built-in model with additions and changes.
     Extended(Extension),
-    /// A scene of the task, held in memory; [`builtin_files`](crate::builtin_files) returns files
-    /// to start from. It is loaded as the built-in model is: for physics without visual shapes, and
-    /// without MuJoCo 3's midphase. The same files in a folder step slower. A body needs an
-    /// `<inertial>` if a shape that collides with nothing is to weigh something.
+    /// A scene of the task, held in memory; `builtin_files` returns files to start from. It is
+    /// loaded as the built-in model is: for physics without visual shapes, and without MuJoCo 3's
+    /// midphase. The same files in a folder step slower. A body needs an `<inertial>` if a shape
+    /// that collides with nothing is to weigh something.
     Files(ModelFiles),
 }
 
