@@ -90,13 +90,14 @@ pub use {::fetch_sim, ::goal_reward, ::rand_core};
 #[cfg(feature = "her-relabel")]
 pub use ::her_relabel;
 
-#[cfg(feature = "mujoco")]
-pub use ::fetch_sim::MujocoSimulator;
 #[cfg(feature = "render")]
 pub use ::fetch_sim::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use ::fetch_sim::{
-    Extension, KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task,
+    Extension, KinematicSimulator, ModelFiles, ModelSource, ObjectShape, SimConfig, SimError,
+    Simulator, Task,
 };
+#[cfg(feature = "mujoco")]
+pub use ::fetch_sim::{MujocoSimulator, builtin_files};
 pub use ::goal_reward::{
     DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, ThresholdError,
 };

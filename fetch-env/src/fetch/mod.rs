@@ -4,6 +4,7 @@ pub(crate) mod config;
 pub(crate) mod env;
 pub(crate) mod env_id;
 pub(crate) mod error;
+mod euler;
 pub(crate) mod kinematic;
 pub(crate) mod layout;
 #[cfg(feature = "mujoco")]

@@ -20,7 +20,7 @@
 //! 11. Goals are not rounded before the threshold: `relabeling`.
 //! 12. The reward is called once, for the relabeled rows, and may panic: `relabeling`.
 //! 13. Readers beside a writer see no torn row: `determinism`.
-//! 14. A step without a start is refused where it is recorded: `vectorized`.
+//! 14. A step without a start is refused where it is recorded: `refused_rows`.
 //! 15. A network that acts sees the bits that it learns from: `acting`.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -39,7 +39,9 @@ mod goals;
 mod limits;
 mod outcomes;
 mod priorities;
+mod refused_rows;
 mod relabeling;
 mod ring;
 mod saving;
+mod step_rows;
 mod vectorized;

@@ -1,113 +1,12 @@
 //! Rows of vectorized environments equal calls of one environment at a time.
 
-use crate::common::{
-    DIMS, Result, Telling, achieved_goal, action, begin, desired_goal, observation, reward, rows,
-    step,
-};
-use her_relabel::{
-    AddError, Batch, BufferConfig, GoalStrategy, HerBuffer, Recorded, Sampler, StepRows,
-    UnitInterval,
-};
+use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, Recorded, Sampler, UnitInterval};
 use proptest::prelude::*;
 
-const NUM_ENVS: usize = 4;
-
-/// What a row holds.
-#[derive(Clone, Copy, Debug, Default)]
-struct Row {
-    env: usize,
-    /// The episode and the state before the step, and whether it is terminated and truncated.
-    step: Option<(u32, u32)>,
-    terminated: bool,
-    truncated: bool,
-    /// The episode that starts.
-    start: Option<u32>,
-    /// Whether the numbers of the step or of the start are not finite.
-    bad_step: bool,
-    bad_start: bool,
-}
-
-/// The columns of some rows. Whatever must not be read is NaN.
-#[derive(Default)]
-struct Columns {
-    env_ids: Vec<usize>,
-    stepped: Vec<bool>,
-    started: Vec<bool>,
-    actions: Vec<f32>,
-    rewards: Vec<f64>,
-    next_observations: Vec<f64>,
-    next_achieved_goals: Vec<f64>,
-    terminated: Vec<bool>,
-    truncated: Vec<bool>,
-    observations: Vec<f64>,
-    achieved_goals: Vec<f64>,
-    desired_goals: Vec<f64>,
-}
-
-impl Columns {
-    fn new(rows: &[Row]) -> Self {
-        let mut columns = Self::default();
-        for row in rows {
-            columns.env_ids.push(row.env);
-            columns.stepped.push(row.step.is_some());
-            columns.started.push(row.start.is_some());
-            columns.terminated.push(row.terminated);
-            columns.truncated.push(row.truncated);
-            let (episode, t) = row.step.unwrap_or_default();
-            let read = |value| if row.step.is_some() { value } else { f64::NAN };
-            columns.actions.extend(action(episode, t).map(|value| read(value) as f32));
-            columns.rewards.push(if row.bad_step { f64::NAN } else { read(reward(episode, t)) });
-            columns.next_observations.extend(observation(episode, t + 1).map(read));
-            columns.next_achieved_goals.extend(achieved_goal(episode, t + 1).map(read));
-            let episode = row.start.unwrap_or_default();
-            let read = |value| if row.start.is_some() { value } else { f64::NAN };
-            columns.observations.extend(observation(episode, 0).map(read));
-            columns.achieved_goals.extend(achieved_goal(episode, 0).map(read));
-            let goal = desired_goal(episode);
-            columns
-                .desired_goals
-                .extend(goal.map(|value| if row.bad_start { f64::INFINITY } else { read(value) }));
-        }
-        columns
-    }
-
-    fn rows(&self) -> StepRows<'_, f64, f64, f32> {
-        StepRows {
-            env_index: &self.env_ids,
-            stepped: &self.stepped,
-            started: &self.started,
-            action: &self.actions,
-            reward: &self.rewards,
-            next_observation: &self.next_observations,
-            next_achieved_goal: &self.next_achieved_goals,
-            terminated: &self.terminated,
-            truncated: &self.truncated,
-            observation: &self.observations,
-            achieved_goal: &self.achieved_goals,
-            desired_goal: &self.desired_goals,
-            fields: &[],
-        }
-    }
-}
-
-fn record(buffer: &mut HerBuffer<f64>, rows: &[Row]) -> Result<Recorded, AddError> {
-    buffer.record(&Columns::new(rows).rows())
-}
-
-/// Records rows whose numbers can be stored.
-fn record_all(buffer: &mut HerBuffer<f64>, rows: &[Row]) -> Result {
-    Ok(record(buffer, rows)?.check()?)
-}
-
-fn buffer() -> HerBuffer<f64> {
-    HerBuffer::new(BufferConfig::new(40, DIMS).with_num_envs(NUM_ENVS)).unwrap()
-}
-
-fn saved(buffer: &HerBuffer<f64>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    buffer.write_to(&mut bytes).unwrap();
-    bytes
-}
+use crate::common::{Result, Telling, begin, draw, rows, step};
+use crate::step_rows::{
+    Columns, NUM_ENVS, Row, buffer, record, record_all, reset_row, saved, step_row,
+};
 
 /// Adds a row by the calls for one environment, and counts what [`HerBuffer::record`] counts.
 fn add_apart(buffer: &mut HerBuffer<f64>, row: &Row, counts: &mut Recorded) {
@@ -332,95 +231,6 @@ fn every_mode_records_the_same_episodes() -> Result {
     Ok(())
 }
 
-fn reset_row(env: usize, episode: u32) -> Row {
-    Row { env, start: Some(episode), ..Row::default() }
-}
-
-fn step_row(env: usize, state: (u32, u32)) -> Row {
-    Row { env, step: Some(state), ..Row::default() }
-}
-
-#[test]
-fn a_failed_environment_loses_its_episode_and_nobody_else_s() -> Result {
-    let mut buffer = buffer();
-    record_all(&mut buffer, &[reset_row(0, 1), reset_row(1, 2), reset_row(2, 3)])?;
-    record_all(&mut buffer, &[step_row(0, (1, 0)), step_row(1, (2, 0)), step_row(2, (3, 0))])?;
-    let failed = Row { env: 1, truncated: true, ..Row::default() };
-    let recorded = record(&mut buffer, &[step_row(0, (1, 1)), failed, step_row(2, (3, 1))])?;
-    assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (2, 1));
-    assert_eq!(recorded.first_refusal, None);
-    let steps = |buffer: &HerBuffer<f64>| [0, 1, 2].map(|env| buffer.unfinished_steps(env));
-    assert_eq!(steps(&buffer), [Ok(Some(2)), Ok(None), Ok(Some(2))]);
-    // Its steps are skipped until its next start, also in a loaded copy.
-    let mut loaded = HerBuffer::read_from(&saved(&buffer)[..])?;
-    for buffer in [&mut buffer, &mut loaded] {
-        let recorded = record(buffer, &[step_row(1, (2, 2))])?;
-        assert_eq!((recorded.recorded_steps, recorded.skipped_steps), (0, 1));
-    }
-    assert_eq!(saved(&buffer), saved(&loaded));
-    record_all(&mut buffer, &[reset_row(1, 4)])?;
-    record_all(&mut buffer, &[step_row(1, (4, 0))])?;
-    assert_eq!(steps(&buffer), [Ok(Some(2)), Ok(Some(1)), Ok(Some(2))]);
-    Ok(())
-}
-
-#[test]
-fn a_row_that_cannot_be_stored_is_reported_and_discards_one_episode() -> Result {
-    let mut buffer = buffer();
-    record_all(&mut buffer, &[reset_row(0, 1), reset_row(1, 2), reset_row(2, 3)])?;
-    let bad = |env, episode| Row { bad_step: true, ..step_row(env, (episode, 0)) };
-    let recorded = record(&mut buffer, &[step_row(1, (2, 0)), bad(2, 3), bad(0, 1)])?;
-    let refusal = recorded.clone().check().expect_err("a refusal");
-    assert_eq!(refusal.env_index, 2);
-    assert!(refusal.to_string().starts_with("environment 2 has numbers"), "{refusal}");
-    assert!(
-        matches!(&refusal.error, AddError::NotFinite { field, index: 0, .. } if field == "reward")
-    );
-    assert_eq!((recorded.recorded_steps, recorded.skipped_steps), (1, 2));
-    assert_eq!(recorded.discarded_episodes, 2);
-    assert_eq!(buffer.unfinished_steps(1), Ok(Some(1)));
-    assert_eq!(buffer.unfinished_steps(2), Ok(None));
-    // A start that cannot be stored begins nothing, and the episode before it is kept.
-    let recorded = record(&mut buffer, &[Row { bad_start: true, ..reset_row(1, 4) }])?;
-    assert_eq!((recorded.finished_episodes, recorded.discarded_episodes), (1, 0));
-    assert!(recorded.first_refusal.is_some());
-    assert_eq!((buffer.len(), buffer.unfinished_steps(1)), (1, Ok(None)));
-    Ok(())
-}
-
-#[test]
-fn a_step_of_an_episode_that_has_not_begun_is_refused_where_it_is_recorded() -> Result {
-    let mut buffer = buffer();
-    let refused = |env_index| Err(AddError::NoEpisode { env_index });
-    let rows = [step_row(3, (1, 0)), step_row(1, (2, 0))];
-    assert_eq!(record(&mut buffer, &rows), refused(3));
-    // The rows before it are not recorded either.
-    record_all(&mut buffer, &[reset_row(3, 1)])?;
-    assert_eq!(record(&mut buffer, &rows), refused(1));
-    assert_eq!(buffer.unfinished_steps(3), Ok(Some(0)));
-    // A start in the same row begins the episode after the step.
-    let both = Row { start: Some(4), ..step_row(1, (2, 0)) };
-    assert_eq!(record(&mut buffer, &[both]), refused(1));
-    // Nor is a step after the end of an episode, however it ended.
-    let last = Row { truncated: true, ..step_row(3, (1, 0)) };
-    record_all(&mut buffer, &[last])?;
-    assert_eq!(record(&mut buffer, &rows), refused(3));
-    record_all(&mut buffer, &[reset_row(3, 5), reset_row(1, 6)])?;
-    buffer.end_episode(3)?;
-    assert_eq!(record(&mut buffer, &rows), refused(3));
-    // What was discarded has begun.
-    buffer.discard_episode(1)?;
-    let recorded = record(&mut buffer, &[step_row(1, (6, 0))])?;
-    assert_eq!((recorded.recorded_steps, recorded.skipped_steps), (0, 1));
-    record_all(&mut buffer, &[reset_row(1, 7)])?;
-    buffer.clear();
-    assert_eq!(record(&mut buffer, &[step_row(1, (7, 0))])?.skipped_steps, 1);
-    assert_eq!(record(&mut buffer, &rows), refused(3));
-    let error = record(&mut buffer, &rows).unwrap_err();
-    assert!(error.to_string().contains("record the rows of the reset"), "{error}");
-    Ok(())
-}
-
 #[test]
 fn a_reset_in_the_middle_keeps_the_steps_before_it() -> Result {
     let mut buffer = buffer();
@@ -431,8 +241,7 @@ fn a_reset_in_the_middle_keeps_the_steps_before_it() -> Result {
     // An episode without steps leaves no trace.
     assert_eq!(record(&mut buffer, &[reset_row(3, 4)])?, Recorded::default());
     assert_eq!((buffer.len(), buffer.num_episodes()), (1, 1));
-    let drawn =
-        crate::common::draw(&buffer, &Sampler::new(1, GoalStrategy::Final, UnitInterval::ZERO), 0);
+    let drawn = draw(&buffer, &Sampler::new(1, GoalStrategy::Final, UnitInterval::ZERO), 0);
     assert_eq!(drawn[0].ends, (false, true));
     Ok(())
 }
@@ -446,58 +255,5 @@ fn a_clone_of_rows_has_the_same_rows() -> Result {
     other.record(&clone)?.check()?;
     assert_eq!(saved(&one), saved(&other));
     assert_eq!(one.unfinished_steps(1)?, Some(0));
-    Ok(())
-}
-
-#[test]
-fn wrong_lengths_and_environments_change_nothing() -> Result {
-    let mut buffer = buffer();
-    record_all(&mut buffer, &[reset_row(0, 1), reset_row(1, 2)])?;
-    let before = saved(&buffer);
-    let columns =
-        Columns::new(&[step_row(0, (1, 0)), Row { start: Some(3), ..step_row(1, (2, 0)) }]);
-    let good = columns.rows();
-    let wrong = |field: &str, expected, actual| AddError::WrongLength {
-        field: field.into(),
-        expected,
-        actual,
-    };
-    let (one, ones) = (&[true][..], &[0.5; 1][..]);
-    for (bad, error) in [
-        (StepRows { env_index: &[0], ..good }, wrong("stepped", 1, 2)),
-        (StepRows { started: one, ..good }, wrong("started", 2, 1)),
-        (StepRows { truncated: one, ..good }, wrong("truncated", 2, 1)),
-        (StepRows { terminated: &[], ..good }, wrong("terminated", 2, 0)),
-        (StepRows { action: &[], ..good }, wrong("action", 2, 0)),
-        (StepRows { reward: ones, ..good }, wrong("reward", 2, 1)),
-        (StepRows { next_observation: ones, ..good }, wrong("next_observation", 4, 1)),
-        (StepRows { next_achieved_goal: ones, ..good }, wrong("next_achieved_goal", 6, 1)),
-        (StepRows { observation: &[], ..good }, wrong("observation", 4, 0)),
-        (StepRows { achieved_goal: ones, ..good }, wrong("achieved_goal", 6, 1)),
-        (StepRows { desired_goal: ones, ..good }, wrong("desired_goal", 6, 1)),
-        (StepRows { env_index: &[0, 0], ..good }, AddError::RepeatedEnv { env_index: 0 }),
-        (
-            StepRows { env_index: &[0, 4], ..good },
-            AddError::UnknownEnv { env_index: 4, num_envs: 4 },
-        ),
-    ] {
-        assert_eq!(buffer.record(&bad), Err(error));
-        assert_eq!(saved(&buffer), before);
-    }
-    let unknown = buffer.record(&StepRows { fields: &[("value", &[0.0; 2])], ..good });
-    assert!(matches!(unknown, Err(AddError::UnknownField(_))));
-    assert_eq!(saved(&buffer), before);
-    buffer.record(&good)?.check()?;
-    // Columns that no row reads may be empty.
-    let flags = &[false; 2][..];
-    let idle: StepRows<'_, f64> = StepRows {
-        env_index: &[2, 3],
-        stepped: flags,
-        started: flags,
-        truncated: flags,
-        ..StepRows::default()
-    };
-    assert_eq!(buffer.record(&idle)?, Recorded::default());
-    assert_eq!(buffer.record(&StepRows::<f64>::default())?, Recorded::default());
     Ok(())
 }
