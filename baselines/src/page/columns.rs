@@ -3,8 +3,9 @@
 use fetch_env::GoalObservation;
 
 use super::{
+    axis::Axis,
     error::PageError,
-    plot::{Axis, Ink, Plot},
+    plot::{Ink, Plot},
 };
 
 /// The most plots of observed elements.

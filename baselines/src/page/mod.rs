@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod axis;
 mod bodies;
 mod columns;
 mod document;
@@ -26,10 +27,11 @@ mod plot;
 mod rounding;
 mod scene;
 
+pub use axis::Axis;
 pub use document::{Column, Document, escape, table};
 pub use error::PageError;
 pub use playback::Playback;
-pub use plot::{Axis, Ink, Plot};
+pub use plot::{Ink, Plot};
 pub use scene::{PlaybackEnv, Scene};
 
 use fetch_env::ActionElement;

@@ -3,10 +3,7 @@
 use std::ops::Range;
 
 use plotters::{
-    coord::{
-        ranged1d::{BoldPoints, Ranged},
-        types::RangedCoordf64,
-    },
+    coord::types::RangedCoordf64,
     element::DashedPathElement,
     prelude::*,
     style::{
@@ -15,10 +12,7 @@ use plotters::{
     },
 };
 
-use super::{
-    document::{escape, number},
-    error::PageError,
-};
+use super::{axis::Axis, document::escape, error::PageError};
 
 /// Units of the drawing for each unit of the layout below: plotters' coordinates are integers.
 const SCALE: i32 = 4;
@@ -35,9 +29,6 @@ const DOTTED: &str = "\"#0103";
 
 /// The height of the drawing's inner part, at most: far more than any screen shows.
 const MOST_INNER_HEIGHT: i32 = 100 * WIDTH;
-
-/// Most ticks of an axis.
-const TICKS: usize = 6;
 
 /// A color of the page: a custom property of its style sheet, which differs in light and dark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,55 +60,6 @@ impl Ink {
     const fn placeholder(self) -> RGBColor {
         RGBColor(1, 2, self as u8)
     }
-}
-
-/// An axis: its label with the unit, and the range that is shown.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
-    label: String,
-    range: Range<f64>,
-}
-
-impl Axis {
-    /// Returns an axis from `low` to `high`; a range of a single value is widened by 0.5 either
-    /// way.
-    #[must_use]
-    pub fn new(label: &str, low: f64, high: f64) -> Self {
-        let range = if low == high { low - 0.5..high + 0.5 } else { low..high };
-        Self { label: label.into(), range }
-    }
-
-    /// Returns an axis that shows all of some values, with a margin.
-    #[must_use]
-    pub fn around(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
-        let (low, high) = extent(values);
-        let margin = 0.05 * (high - low);
-        Self::new(label, low - margin, high + margin)
-    }
-
-    fn length(&self) -> f64 {
-        self.range.end - self.range.start
-    }
-
-    fn clamp(&self, value: f64) -> f64 {
-        value.max(self.range.start).min(self.range.end)
-    }
-
-    /// Returns round numbers in the range, as they are written.
-    fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
-        let ticks = RangedCoordf64::from(self.range.clone()).key_points(BoldPoints(TICKS));
-        let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-        let decimals = (-(step + 1e-9 * self.length()).log10().floor()).max(0.0) as usize;
-        ticks.into_iter().map(move |tick| (tick, number(tick, decimals)))
-    }
-}
-
-/// Returns the least and the greatest of some values: infinity and minus infinity if there are
-/// none.
-fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
-    values
-        .into_iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 /// Coordinates of the data.
