@@ -98,7 +98,8 @@ pub use ::fetch_sim::{
     Extension, KinematicSimulator, ModelSource, SimConfig, SimError, Simulator, Task,
 };
 pub use ::goal_reward::{
-    DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, ThresholdError,
+    DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, Symmetry,
+    ThresholdError,
 };
 #[cfg(feature = "mujoco")]
 pub use fetch::make::{MujocoEnv, make, make_vec};

@@ -121,7 +121,8 @@ impl Sampler {
         let storage = &buffer.storage;
         let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
-        let Transforms { normalizers: Normalizers { observation, goal }, symmetry } = transforms.into();
+        let Transforms { normalizers: Normalizers { observation, goal }, symmetry } =
+            transforms.into();
         let relative = self.joined_goal() == Some(JoinedGoal::Relative);
         let form = Formed { observation, goal, relative };
         form.check(storage.layout.dims())?;
