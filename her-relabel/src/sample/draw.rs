@@ -240,7 +240,9 @@ impl Sampler {
         let window = self.window().min(storage.episodes.longest() as usize);
         let goals = goal.saturating_mul(window);
         let input = observation.saturating_add(goal);
-        let most = input.max(action).max(goals).max(storage.layout.fields().len());
+        // A mirrored row has both goals.
+        let most =
+            input.saturating_add(goal).max(action).max(goals).max(storage.layout.fields().len());
         // Reserving the memory finds out whether there is enough.
         let elements = self.batch_size().checked_mul(most);
         elements.map(|_| window).ok_or(SampleError::TooLarge)

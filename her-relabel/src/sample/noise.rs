@@ -61,7 +61,9 @@ impl GoalNoise {
     ) -> bool {
         // The words of a row belong to its other draws.
         let words = Draws::new(words.word(row, Purpose::Strategy));
-        if unit(words.word(0, Purpose::Transition)) >= self.share.get() {
+        let is_chosen = unit(words.word(0, Purpose::Transition)) < self.share.get();
+        // A sum with zero could change the sign of one.
+        if !is_chosen || self.radius == 0.0 {
             return false;
         }
         // Of a normal vector with two more elements, brought to length 1, the others are uniform in
