@@ -26,6 +26,7 @@
 //! | measure a distance as numpy does | [`goal_distance`] |
 //! | refuse goals that are not finite | [`GoalReward::try_reward`] |
 //! | write your own reward | [`GoalReward`] |
+//! | say how a task looks in a mirror | [`Symmetry`] |
 //!
 //! # Example
 //! ```
@@ -59,6 +60,7 @@ mod distance_reward;
 mod error;
 mod pairs;
 mod reward;
+mod symmetry;
 mod threshold;
 
 pub use distance::goal_distance;
@@ -66,6 +68,7 @@ pub use distance_reward::{DistanceReward, ParseRewardKindError, RewardKind};
 pub use error::{GoalError, GoalRole};
 pub use pairs::{GoalPairs, check_goals};
 pub use reward::GoalReward;
+pub use symmetry::{Mirror, Mirrored, Symmetry, SymmetryError};
 pub use threshold::{DistanceThreshold, ThresholdError};
 
 /// The README's example, run as a test.

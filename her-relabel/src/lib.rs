@@ -15,7 +15,8 @@
 //! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), singly or in
 //!   [windows](Sampler::with_n_step), with goals of any [mixture](GoalMixture) of strategies.
 //! - A [batch](Batch) has the element type of the network, on request with observations and goals
-//!   [joined](Sampler::with_joined_goal) and [normalized](Normalizers), in columns that can be
+//!   [joined](Sampler::with_joined_goal) and [normalized](Normalizers), some of its rows
+//!   [mirrored](Sampler::with_mirrored) or with [moved goals](Sampler::with_goal_noise), in columns that can be
 //!   [taken](Batch::take_columns) or written into [your own memory](Sampler::sample_into).
 //! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished
 //!   episodes, and continues exactly where it was. The feature `npz` exchanges episodes with numpy.
@@ -33,6 +34,8 @@
 //! | draw into your own memory | [`Sampler::sample_into`] with [`ColumnsMut`] |
 //! | choose the new goals | [`GoalStrategy`], or several in a [`GoalMixture`] |
 //! | normalize what networks see | [`Normalizer`], as [`Normalizers`] while drawing |
+//! | learn from the mirror image as well | [`Sampler::with_mirrored`] and a [`Symmetry`](goal_reward::Symmetry) |
+//! | move new goals a little | [`GoalNoise`] |
 //! | show a network that acts the same | [`Normalizers::write_input`] with [`StateRows`] |
 //!
 //! # Features
@@ -111,7 +114,8 @@ pub use sample::acting::{InputError, StateRows};
 pub use sample::batch::{Batch, Columns, ColumnsMut};
 pub use sample::draws::RandomSource;
 pub use sample::goals::{GoalMixture, GoalPart, GoalStrategy, MixtureError};
-pub use sample::inputs::{JoinedGoal, Normalizers};
+pub use sample::inputs::{JoinedGoal, Normalizers, Transforms};
+pub use sample::noise::GoalNoise;
 pub use sample::sampler::{NStep, SampleError, Sampler};
 pub use sample::termination::Termination;
 pub use save::stream::LoadError;

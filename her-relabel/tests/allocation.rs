@@ -4,11 +4,11 @@
 use std::num::NonZeroUsize;
 
 use allocation_counter::measure;
-use goal_reward::DistanceReward;
+use goal_reward::{DistanceReward, Mirror, Mirrored, Symmetry};
 use her_relabel::{
-    Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalMixture, GoalStrategy, HerBuffer,
-    JoinedGoal, NStep, Normalizer, NormalizerConfig, Normalizers, Priorities, PriorityUnit,
-    Sampler, Scalar, StepRows, Termination, UnitInterval,
+    Batch, BufferConfig, ColumnsMut, Dims, EpisodeData, GoalMixture, GoalNoise, GoalStrategy,
+    HerBuffer, JoinedGoal, NStep, Normalizer, NormalizerConfig, Normalizers, Priorities,
+    PriorityUnit, Sampler, Scalar, StepRows, Termination, Transforms, UnitInterval,
 };
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -66,6 +66,9 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
     let buffer = full();
     let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(2), UnitInterval::new(0.98)?);
     let plain = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));
+    let half = UnitInterval::new(0.5)?;
+    let negated = |len| Mirror::new((0..len).map(Mirrored::negated).collect::<Vec<_>>());
+    let symmetry = Symmetry { observation: negated(25)?, goal: negated(3)?, action: negated(4)? };
     for sampler in [
         plain,
         plain
@@ -76,16 +79,25 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
         plain.with_joined_goal(JoinedGoal::Desired).with_discount(UnitInterval::ONE),
         plain.with_joined_goal(JoinedGoal::Relative),
         plain.with_already_achieved(UnitInterval::new(0.2)?),
+        plain.with_mirrored(half).with_success(true),
+        plain.with_goal_noise(GoalNoise::new(0.04, half)),
+        plain
+            .with_mirrored(half)
+            .with_goal_noise(GoalNoise::new(0.04, half))
+            .with_already_achieved(half)
+            .with_joined_goal(JoinedGoal::Relative),
     ] {
-        assert_no_allocation(&buffer, &sampler, Normalizers::default(), &mut Batch::<f32>::new());
+        let transforms = Transforms { symmetry: Some(&symmetry), ..Transforms::default() };
+        assert_no_allocation(&buffer, &sampler, transforms, &mut Batch::<f32>::new());
         // Another element type, and normalizers.
         let mut batch = Batch::<f64>::new();
-        assert_no_allocation(&buffer, &sampler, Normalizers::default(), &mut batch);
+        assert_no_allocation(&buffer, &sampler, transforms, &mut batch);
         let normalizers = [25, 3].map(|dim| Normalizer::new(NormalizerConfig::new(dim)));
         let [observation, goal] = normalizers;
         let (observation, goal) = (observation?, goal?);
         let normalizers = Normalizers { observation: Some(&observation), goal: Some(&goal) };
-        assert_no_allocation(&buffer, &sampler, normalizers, &mut batch);
+        let transforms = Transforms { normalizers, ..transforms };
+        assert_no_allocation(&buffer, &sampler, transforms, &mut batch);
     }
     Ok(())
 }
@@ -93,7 +105,7 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
 fn assert_no_allocation<T: Scalar>(
     buffer: &HerBuffer<f32>,
     sampler: &Sampler,
-    normalizers: Normalizers<'_>,
+    transforms: Transforms<'_>,
     batch: &mut Batch<T>,
 ) {
     let reward = DistanceReward::sparse();
@@ -101,7 +113,7 @@ fn assert_no_allocation<T: Scalar>(
     let all = sampler.with_ratio(UnitInterval::ONE);
     let draw = |sampler: &Sampler, seed: u64, batch: &mut Batch<T>| {
         let columns = ColumnsMut::default();
-        sampler.sample_into(buffer, &reward, seed, batch, normalizers, columns).unwrap();
+        sampler.sample_into(buffer, &reward, seed, batch, transforms, columns).unwrap();
     };
     (0..20).for_each(|seed| draw(&all, seed, batch));
     let counted = measure(|| {

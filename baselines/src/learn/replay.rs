@@ -3,10 +3,10 @@
 use std::ops::RangeInclusive;
 
 use fetch_env::vec_env::VecEnvError;
-use goal_reward::GoalReward;
+use goal_reward::{GoalReward, Symmetry};
 use her_relabel::{
-    Batch, ColumnsMut, GoalMixture, GoalPart, GoalStrategy, HerBuffer, Sampler, StateRows,
-    StillEpisodes, UnitInterval,
+    Batch, ColumnsMut, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer, Sampler,
+    StateRows, StillEpisodes, Transforms, UnitInterval,
 };
 
 use super::algorithm::Transitions;
@@ -27,6 +27,8 @@ pub(super) struct Replay<E: LearnEnv> {
     pub(super) demonstrated: Demonstrated,
     /// The range of the rewards, in single precision as the buffer has them.
     reward_bounds: RangeInclusive<f32>,
+    /// By which some rows are mirrored, if any is.
+    symmetry: Option<Symmetry>,
     sampler: Sampler,
     settings: InputSettings,
     /// The seed of this process.
@@ -55,13 +57,15 @@ impl<E: LearnEnv> Replay<E> {
             config = config.with_still_episodes(still.with_seed(seed));
         }
         let (low, high) = template.goal_reward().bounds().into_inner();
+        let sampler = sampler(replay)?;
         Ok(Self {
             demonstrated: Demonstrated::default(),
             reward_bounds: low as f32..=high as f32,
             inputs: Inputs::new(inputs, config.dims())?,
+            symmetry: symmetry(&template, replay)?,
             template,
             buffer: HerBuffer::new(config)?,
-            sampler: sampler(replay)?,
+            sampler,
             settings: inputs.clone(),
             seed,
             batch: Batch::new(),
@@ -92,7 +96,9 @@ impl<E: LearnEnv> Replay<E> {
         let seed = seed_for(self.seed, purpose, number);
         let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
-        sampler.sample(&self.buffer, self.template.goal_reward(), seed, &mut batch)?;
+        let transforms = Transforms { symmetry: self.symmetry.as_ref(), ..Transforms::default() };
+        let (reward, columns) = (self.template.goal_reward(), ColumnsMut::default());
+        sampler.sample_into(&self.buffer, reward, seed, &mut batch, transforms, columns)?;
         let mut seen = Inputs::new(&self.settings, self.buffer.config().dims())?;
         seen.update(&StateRows {
             observation: batch.observation(),
@@ -104,7 +110,7 @@ impl<E: LearnEnv> Replay<E> {
 
     /// Draws the batch of update `number`, counted from 0.
     pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
-        let Self { template, buffer, inputs, batch, input, next_input, is_demonstrated, .. } = self;
+        let Self { template, buffer, inputs, symmetry, batch, input, next_input, .. } = self;
         let sampler = self.sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, Purpose::Batches, number);
         let len = sampler.batch_size() * inputs.dim();
@@ -112,14 +118,17 @@ impl<E: LearnEnv> Replay<E> {
         next_input.resize(len, 0.0);
         let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
         let reward = template.goal_reward();
-        sampler.sample_into(buffer, reward, seed, batch, inputs.normalizers(), columns)?;
+        let transforms =
+            Transforms { normalizers: inputs.normalizers(), symmetry: symmetry.as_ref() };
+        sampler.sample_into(buffer, reward, seed, batch, transforms, columns)?;
         let is_outside = |reward: &&f32| !self.reward_bounds.contains(*reward);
         if let Some(value) = batch.reward().iter().find(is_outside) {
             let (low, high) = reward.bounds().into_inner();
             return Err(RunError::RewardOutside { value: f64::from(*value), low, high });
         }
-        is_demonstrated.clear();
-        is_demonstrated.extend(batch.transition().iter().map(|id| self.demonstrated.contains(*id)));
+        self.is_demonstrated.clear();
+        let demonstrated = batch.transition().iter().map(|id| self.demonstrated.contains(*id));
+        self.is_demonstrated.extend(demonstrated);
         Ok(Transitions {
             len: batch.len(),
             input,
@@ -127,7 +136,7 @@ impl<E: LearnEnv> Replay<E> {
             reward: batch.reward(),
             discount: batch.discount(),
             next_input,
-            demonstrated: is_demonstrated,
+            demonstrated: &self.is_demonstrated,
         })
     }
 }
@@ -135,6 +144,8 @@ impl<E: LearnEnv> Replay<E> {
 /// Returns the sampler of the settings.
 fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
     let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
+    let noise = share("goal_noise_share", settings.goal_noise_share)?;
+    let noise = GoalNoise::new(settings.goal_noise, noise);
     let goals = GoalMixture::new(&[
         GoalPart::new(GoalStrategy::Future, 1.0),
         GoalPart::new(GoalStrategy::PastDesired, past_desired),
@@ -147,7 +158,25 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
     let ratio = share("future_k", future_k / (future_k + 1.0))?;
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
         .with_goals(goals)
-        .with_already_achieved(share("already_achieved", already_achieved)?))
+        .with_already_achieved(share("already_achieved", already_achieved)?)
+        .with_mirrored(share("mirrored", settings.mirrored)?)
+        .with_goal_noise((noise.share() != UnitInterval::ZERO).then_some(noise)))
+}
+
+/// Returns the symmetry by which transitions are mirrored; `None` if none is.
+fn symmetry<E: LearnEnv>(
+    template: &E,
+    settings: &ReplaySettings,
+) -> Result<Option<Symmetry>, TrainError> {
+    if settings.mirrored == 0.0 {
+        return Ok(None);
+    }
+    let symmetry = template.symmetry().ok_or_else(|| TrainError::Setting {
+        name: "mirrored",
+        value: settings.mirrored.to_string(),
+        expected: "choose 0, because the environment has no GoalEnv::symmetry, or give it one",
+    })?;
+    Ok(Some(symmetry))
 }
 
 /// Returns which still episodes are left out; `None` if none is.

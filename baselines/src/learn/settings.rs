@@ -42,6 +42,9 @@ impl Default for TrainSettings {
                 already_achieved: 1.0,
                 still_distance: 0.0,
                 still_kept: 1.0,
+                mirrored: 0.0,
+                goal_noise: 0.0,
+                goal_noise_share: 0.0,
             },
             inputs: InputSettings { relative_goal: false, min_std: 0.0001, clip: 5.0 },
             exploration: ExplorationSettings {
@@ -79,6 +82,9 @@ impl TrainSettings {
             already_achieved: 0.2,
             still_distance: 0.01,
             still_kept: 0.1,
+            mirrored: 0.0,
+            goal_noise: 0.0,
+            goal_noise_share: 0.0,
         };
         let mut exploration = ExplorationSettings {
             random_episodes: 300,
@@ -145,6 +151,9 @@ impl TrainSettings {
                 already_achieved: 1.0,
                 still_distance: 0.01,
                 still_kept: 1.0,
+                mirrored: 0.0,
+                goal_noise: 0.0,
+                goal_noise_share: 0.0,
             },
             inputs: InputSettings { relative_goal: false, min_std: 0.01, clip: 5.0 },
             exploration: ExplorationSettings {
@@ -295,6 +304,13 @@ settings! {
         pub still_distance: f64 => 0.0..=1_000.0,
         /// The share kept of still episodes: 0.1, measured. The authors: 1.
         pub still_kept: f64 => 0.0..=1.0,
+        /// The share of the drawn transitions that are seen in a mirror, in an environment with a
+        /// [symmetry](fetch_env::GoalEnv::symmetry): PRESET. The authors: 0.
+        pub mirrored: f64 => 0.0..=1.0,
+        /// The farthest that noise moves a relabeled goal, in the unit of the goals: PRESET.
+        pub goal_noise: f64 => 0.0..=1_000.0,
+        /// The share of the relabeled goals that are moved: PRESET. The authors: 0.
+        pub goal_noise_share: f64 => 0.0..=1.0,
     }
 }
 

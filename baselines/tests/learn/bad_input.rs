@@ -105,6 +105,23 @@ fn trainer(faults: Faults) -> Result<Trainer<FaultyEnv>> {
 }
 
 #[test]
+fn transitions_are_not_mirrored_in_an_environment_without_symmetry() {
+    let train = |mirrored| {
+        let mut settings = settings(ddpg());
+        settings.replay.mirrored = mirrored;
+        Trainer::new(|| make_faulty(NONE), settings, 0, 1).map(drop)
+    };
+    match train(0.5) {
+        Err(TrainError::Setting { name: "mirrored", value, expected }) => {
+            assert_eq!(value, "0.5");
+            assert!(expected.contains("GoalEnv::symmetry"), "{expected}");
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(train(0.0).is_ok());
+}
+
+#[test]
 fn a_reward_that_is_not_finite_stops_the_run() -> Result {
     let mut trainer = Trainer::new(
         || {

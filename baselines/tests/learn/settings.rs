@@ -135,7 +135,7 @@ fn presets_are_in_range() -> Result {
 #[test]
 fn settings_out_of_range_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 25] = [
+    let wrong: [(&str, Change); 28] = [
         ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
         ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 0),
@@ -147,6 +147,9 @@ fn settings_out_of_range_are_named() {
         ("already_achieved", |all, _| all.replay.already_achieved = 1.5),
         ("future_k", |all, _| all.replay.future_k = f64::NAN),
         ("past_desired", |all, _| all.replay.past_desired = -1.0),
+        ("mirrored", |all, _| all.replay.mirrored = 1.5),
+        ("goal_noise", |all, _| all.replay.goal_noise = f64::INFINITY),
+        ("goal_noise_share", |all, _| all.replay.goal_noise_share = -0.5),
         ("min_std", |all, _| all.inputs.min_std = 0.0),
         ("random_action", |all, _| all.exploration.random_action = f64::NAN),
         ("random_episode_share", |all, _| all.exploration.random_episode_share = 9.0),

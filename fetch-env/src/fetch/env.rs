@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use fetch_sim::{Control, Simulator, Task};
-use goal_reward::{DistanceReward, GoalReward, goal_distance};
+use goal_reward::{DistanceReward, GoalReward, Symmetry, goal_distance};
 use nalgebra::Vector3;
 
 use super::config::FetchConfig;
@@ -42,6 +42,8 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     reward: R,
     pub(super) task: T,
     pub(super) simulator: S,
+    /// `None` for a reward, a task or a model of the user's own, unless the user has set it.
+    pub(super) symmetry: Option<Symmetry>,
     action_space: BoxSpace<f32>,
     observation_space: Space,
     /// `None` until the first reset.
@@ -77,9 +79,11 @@ impl<S: Simulator> FetchEnv<S> {
             config,
             task,
             simulator,
+            symmetry: None,
             random: None,
             goal: None,
-        })
+        }
+        .with_own_symmetry())
     }
 }
 
@@ -103,7 +107,9 @@ fn observation_space<S: Simulator>(
 
 impl<S, R, T> FetchEnv<S, R, T> {
     /// Sets the reward, also its success, termination and truncation, for which the
-    /// configuration's [`DistanceReward`] then no longer counts.
+    /// configuration's [`DistanceReward`] then no longer counts. The environment has no
+    /// [symmetry](GoalEnv::symmetry) then, because the reward may prefer a side, until
+    /// [`with_symmetry`](Self::with_symmetry) sets it.
     ///
     /// ```
     /// use fetch_env::{Env, GoalEnvExt, GoalReward, make_kinematic};
@@ -130,11 +136,22 @@ impl<S, R, T> FetchEnv<S, R, T> {
     pub fn with_goal_reward<Q: GoalReward>(self, reward: Q) -> FetchEnv<S, Q, T> {
         let Self { config, task, simulator, action_space, observation_space, random, goal, .. } =
             self;
-        FetchEnv { config, reward, task, simulator, action_space, observation_space, random, goal }
+        FetchEnv {
+            config,
+            reward,
+            task,
+            simulator,
+            symmetry: None,
+            action_space,
+            observation_space,
+            random,
+            goal,
+        }
     }
 
     /// Sets the task: its goals, and what is observed beside the robot and the object. An episode
-    /// of the task before is given up.
+    /// of the task before is given up, and so is its [symmetry](GoalEnv::symmetry), until
+    /// [`with_symmetry`](Self::with_symmetry) sets that of the task.
     ///
     /// # Errors
     /// [`MakeError::EmptyGoal`] if goals have no elements.
@@ -150,6 +167,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             reward,
             task,
             simulator,
+            symmetry: None,
             action_space,
             observation_space,
             random,
@@ -317,6 +335,10 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> GoalEnv for FetchEnv<S, R, T>
 
     fn goal_reward(&self) -> &R {
         &self.reward
+    }
+
+    fn symmetry(&self) -> Option<Symmetry> {
+        self.symmetry.clone()
     }
 }
 

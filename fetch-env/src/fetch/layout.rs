@@ -19,6 +19,32 @@ pub struct ObservationField {
     pub description: &'static str,
     /// The same in a few words, for labels.
     pub summary: &'static str,
+    /// What kind of vector the elements are.
+    #[serde(skip)]
+    pub(super) kind: Kind,
+}
+
+/// The kinds of vectors in observations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A point in the world.
+    Position,
+    /// A difference of two points, or a velocity.
+    Difference,
+    /// Turns about the axes: angles, or angular velocities.
+    Turn,
+    /// A number of each finger, right and left.
+    Fingers,
+}
+
+impl Kind {
+    /// Returns the number of elements.
+    const fn len(self) -> usize {
+        match self {
+            Self::Position | Self::Difference | Self::Turn => 3,
+            Self::Fingers => 2,
+        }
+    }
 }
 
 impl ObservationField {
@@ -44,20 +70,44 @@ pub(super) const OBJECT: [ObservationField; 9] = fields(true);
 const EVERY_TASK: bool = false;
 const WITH_OBJECT: bool = true;
 
-/// Every field in the order of the observation: the tasks that have it, its name, number of
-/// elements, unit and meaning.
+/// Every field in the order of the observation: the tasks that have it, its name, kind, unit and
+/// meaning.
 ///
 /// Source: `_get_obs` of gymnasium-robotics 1.4.2; its own table says "m/s".
-const ROWS: [(bool, &str, usize, &str, &str); 9] = [
-    (EVERY_TASK, "grip_pos", 3, "m", "position of the grip site, between the fingers"),
-    (WITH_OBJECT, "object_pos", 3, "m", "position of the object's center"),
-    (WITH_OBJECT, "object_rel_pos", 3, "m", "position of the object relative to the gripper"),
-    (EVERY_TASK, "gripper_state", 2, "m", "right and left finger joint, 0 closed to 0.05 open"),
-    (WITH_OBJECT, "object_rot", 3, "rad", "XYZ Euler angles of the object"),
-    (WITH_OBJECT, "object_velp", 3, "m/step", "velocity of the object relative to the gripper"),
-    (WITH_OBJECT, "object_velr", 3, "rad/step", "angular velocity of the object"),
-    (EVERY_TASK, "grip_velp", 3, "m/step", "velocity of the grip site"),
-    (EVERY_TASK, "gripper_vel", 2, "m/step", "velocities of the right and left finger joint"),
+const ROWS: [(bool, &str, Kind, &str, &str); 9] = [
+    (EVERY_TASK, "grip_pos", Kind::Position, "m", "position of the grip site, between the fingers"),
+    (WITH_OBJECT, "object_pos", Kind::Position, "m", "position of the object's center"),
+    (
+        WITH_OBJECT,
+        "object_rel_pos",
+        Kind::Difference,
+        "m",
+        "position of the object relative to the gripper",
+    ),
+    (
+        EVERY_TASK,
+        "gripper_state",
+        Kind::Fingers,
+        "m",
+        "right and left finger joint, 0 closed to 0.05 open",
+    ),
+    (WITH_OBJECT, "object_rot", Kind::Turn, "rad", "XYZ Euler angles of the object"),
+    (
+        WITH_OBJECT,
+        "object_velp",
+        Kind::Difference,
+        "m/step",
+        "velocity of the object relative to the gripper",
+    ),
+    (WITH_OBJECT, "object_velr", Kind::Turn, "rad/step", "angular velocity of the object"),
+    (EVERY_TASK, "grip_velp", Kind::Difference, "m/step", "velocity of the grip site"),
+    (
+        EVERY_TASK,
+        "gripper_vel",
+        Kind::Fingers,
+        "m/step",
+        "velocities of the right and left finger joint",
+    ),
 ];
 
 /// The summary of every field, in the order of [`ROWS`].
@@ -75,16 +125,22 @@ const SUMMARIES: [&str; ROWS.len()] = [
 
 /// Places the `N` fields of an observation with or without an object one after another.
 const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
-    const EMPTY: ObservationField =
-        ObservationField { name: "", range: 0..0, unit: "", description: "", summary: "" };
+    const EMPTY: ObservationField = ObservationField {
+        name: "",
+        range: 0..0,
+        unit: "",
+        description: "",
+        summary: "",
+        kind: Kind::Position,
+    };
     let mut fields = [EMPTY; N];
     let (mut row, mut field, mut start) = (0, 0, 0);
     while row < ROWS.len() {
-        let (needs_object, name, len, unit, description) = ROWS[row];
+        let (needs_object, name, kind, unit, description) = ROWS[row];
         if has_object || !needs_object {
-            let (range, summary) = (start..start + len, SUMMARIES[row]);
-            fields[field] = ObservationField { name, range, unit, description, summary };
-            start += len;
+            let (range, summary) = (start..start + kind.len(), SUMMARIES[row]);
+            start = range.end;
+            fields[field] = ObservationField { name, range, unit, description, summary, kind };
             field += 1;
         }
         row += 1;

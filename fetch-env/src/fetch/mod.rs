@@ -12,4 +12,5 @@ pub(crate) mod make;
 pub(crate) mod observation;
 pub(crate) mod reset;
 pub(crate) mod snapshot;
+mod symmetry;
 pub(crate) mod task;

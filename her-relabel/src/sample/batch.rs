@@ -109,6 +109,8 @@ columns! { {
         "goals for which their success is judged.";
     field_rows: [T; fields] = T::default(),
         "fields, row by row.";
+    mirrored: [f64; mirrored] = 0.0,
+        "mirror image of one state and its goal, in front.";
 } }
 
 /// Memory for judging the drawn rows, without meaning between calls.

@@ -3,6 +3,7 @@
 use crate::sample::sampler::Sampler;
 use crate::store::config::Dims;
 use crate::store::layout::Layout;
+use crate::unit_interval::UnitInterval;
 
 /// The number of elements of a row in each kind of column; 0 if the batch has none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,6 +26,8 @@ pub(crate) struct Widths {
     pub(crate) goals: usize,
     /// The elements of a goal whose success is judged apart from the columns.
     pub(crate) judged: usize,
+    /// The elements of a state and a goal that are mirrored.
+    pub(crate) mirrored: usize,
 }
 
 impl Widths {
@@ -50,6 +53,11 @@ impl Widths {
             fields: layout.fields().len(),
             goals: goal * window,
             judged: if sampler.success() && !keeps_stored { goal } else { 0 },
+            mirrored: if sampler.mirrored() == UnitInterval::ZERO {
+                0
+            } else {
+                layout.state().end + goal
+            },
         }
     }
 }

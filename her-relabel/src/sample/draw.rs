@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use goal_reward::GoalReward;
+use goal_reward::{GoalReward, Symmetry};
 
 use crate::sample::aim::Task;
 use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows, ScratchRows};
@@ -10,7 +10,8 @@ use crate::sample::columns::Widths;
 use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
 use crate::sample::form::{AsStored, Form, Formed};
 use crate::sample::gather::PART;
-use crate::sample::inputs::{JoinedGoal, Normalizers};
+use crate::sample::inputs::{JoinedGoal, Normalizers, Transforms};
+use crate::sample::mirror::Mirroring;
 use crate::sample::outcome;
 use crate::sample::redraw::Redraws;
 use crate::sample::sampler::{SampleError, Sampler};
@@ -49,13 +50,14 @@ impl Sampler {
         source: impl RandomSource,
         batch: &mut Batch<T>,
     ) -> Result<(), SampleError> {
-        let (normalizers, columns) = (Normalizers::default(), ColumnsMut::default());
-        self.sample_into(buffer, reward, source, batch, normalizers, columns)
+        let (transforms, columns) = (Transforms::default(), ColumnsMut::default());
+        self.sample_into(buffer, reward, source, batch, transforms, columns)
     }
 
     /// Draws a batch as [`sample`](Self::sample) does, but writes columns to the memory that
     /// `columns` has for them, such as tensors or pinned memory, and the others to `batch`.
-    /// Observations and goals are normalized by `normalizers`.
+    /// Observations and goals are mirrored and normalized by `transforms`; [`Normalizers`] alone do,
+    /// too.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty, and the contents of `columns` are unspecified.
@@ -104,13 +106,13 @@ impl Sampler {
     /// assert_eq!((discount, batch.reward()), ([0.0], &[0.0][..]));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn sample_into<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
+    pub fn sample_into<'a, S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         &self,
         buffer: &HerBuffer<S>,
         reward: &F,
         source: impl RandomSource,
         batch: &mut Batch<T>,
-        normalizers: Normalizers<'_>,
+        transforms: impl Into<Transforms<'a>>,
         columns: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
         let draws = Draws::new(source.seed());
@@ -119,12 +121,15 @@ impl Sampler {
         let storage = &buffer.storage;
         let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
-        let Normalizers { observation, goal } = normalizers;
+        let Transforms { normalizers: Normalizers { observation, goal }, symmetry } =
+            transforms.into();
         let relative = self.joined_goal() == Some(JoinedGoal::Relative);
         let form = Formed { observation, goal, relative };
         form.check(storage.layout.dims())?;
+        let symmetry = self.check_symmetry(symmetry, storage.layout.dims())?;
         // A buffer of the batch's type, if the batch takes everything as it is stored.
-        let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| form.is_plain());
+        let is_plain = form.is_plain() && symmetry.is_none();
+        let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| is_plain);
         let widths = Widths::of(self, &storage.layout, window, as_stored.is_some());
         let size = self.batch_size();
         let Batch { scratch, judged, redraws, .. } = batch;
@@ -139,7 +144,13 @@ impl Sampler {
             (Some(storage), true) => {
                 self.fill::<T, T, F>(storage, reward, draws, AsStored::<true>, memory)?;
             }
-            (None, _) => self.fill(storage, reward, draws, form, memory)?,
+            (None, _) => match symmetry {
+                None => self.fill(storage, reward, draws, form, memory)?,
+                Some(symmetry) => {
+                    let form = Mirroring::new(form, symmetry, self.mirrored(), draws);
+                    self.fill(storage, reward, draws, form, memory)?;
+                }
+            },
         }
         batch.len = size;
         batch.separate_fields()?;
@@ -164,21 +175,21 @@ impl Sampler {
         let counts = match (table, keeps_all) {
             (None, true) => {
                 let pick = |word| uniform(episodes, word);
-                task.gather_parts(draws, pick, form, rows, part)
+                task.gather_moved(draws, pick, form, rows, part)
             }
             (Some(table), true) => {
                 let pick = |word| by_priority(table, episodes, word);
-                task.gather_parts(draws, pick, form, rows, part)
+                task.gather_moved(draws, pick, form, rows, part)
             }
             (None, false) => {
                 let pick = |word| uniform(episodes, word);
                 let words = redraws.choose(task, reward, draws, pick)?;
-                task.gather_parts(words, pick, form, rows, part)
+                task.gather_moved(words, pick, form, rows, part)
             }
             (Some(table), false) => {
                 let pick = |word| by_priority(table, episodes, word);
                 let words = redraws.choose(task, reward, draws, pick)?;
-                task.gather_parts(words, pick, form, rows, part)
+                task.gather_moved(words, pick, form, rows, part)
             }
         };
         if let Some(beta) = self.priorities() {
@@ -187,10 +198,33 @@ impl Sampler {
         outcome::compute(task, reward, form, counts, rows, judged)
     }
 
+    /// Checks the symmetry of a draw, and returns it if rows are mirrored.
+    fn check_symmetry<'a>(
+        &self,
+        symmetry: Option<&'a Symmetry>,
+        dims: Dims,
+    ) -> Result<Option<&'a Symmetry>, SampleError> {
+        if self.mirrored() == UnitInterval::ZERO {
+            return Ok(None);
+        }
+        let symmetry = symmetry.ok_or(SampleError::NoSymmetry)?;
+        let Symmetry { observation, goal, action } = symmetry;
+        let expected = [dims.observation, dims.goal, dims.action];
+        for (expected, actual) in expected.into_iter().zip([observation, goal, action]) {
+            if actual.len() != expected {
+                return Err(SampleError::SymmetryDim { expected, actual: actual.len() });
+            }
+        }
+        Ok(Some(symmetry))
+    }
+
     /// Checks that a batch can be drawn, and returns the most steps of its rows.
     fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<usize, SampleError> {
         if self.batch_size() == 0 {
             return Err(SampleError::EmptyBatch);
+        }
+        if let Some(noise) = self.goal_noise().filter(|noise| !noise.is_valid()) {
+            return Err(SampleError::BadRadius { radius: noise.radius() });
         }
         if storage.episodes.live().is_empty() {
             return Err(SampleError::NoFinishedEpisode);
@@ -206,7 +240,9 @@ impl Sampler {
         let window = self.window().min(storage.episodes.longest() as usize);
         let goals = goal.saturating_mul(window);
         let input = observation.saturating_add(goal);
-        let most = input.max(action).max(goals).max(storage.layout.fields().len());
+        // A mirrored row has both goals.
+        let most =
+            input.saturating_add(goal).max(action).max(goals).max(storage.layout.fields().len());
         // Reserving the memory finds out whether there is enough.
         let elements = self.batch_size().checked_mul(most);
         elements.map(|_| window).ok_or(SampleError::TooLarge)

@@ -85,6 +85,12 @@ impl Draws {
     pub(crate) fn chances(&self, attempt: usize) -> Self {
         Self::new(self.word(KEYS + attempt, Purpose::Relabel))
     }
+
+    /// Returns the words that decide, as those of the purpose [`Purpose::Transition`], which rows
+    /// are mirrored.
+    pub(crate) fn mirroring(&self) -> Self {
+        Self::new(self.word(KEYS + MAX_DRAWS, Purpose::Transition))
+    }
 }
 
 impl Words for Draws {

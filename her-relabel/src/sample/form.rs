@@ -12,11 +12,23 @@ use crate::store::layout::Layout;
 
 /// Writes the parts of transitions of `S` as rows of `T`.
 pub(crate) trait Form<S, T>: Copy + Sync {
-    /// Writes a part that is neither an observation nor a goal.
+    /// Writes a part that is neither an observation nor a goal, and not mirrored.
     fn put(self, column: &mut [T], at: usize, part: &[S]);
 
+    /// Writes the action.
+    #[inline(always)]
+    fn put_action(self, rows: &mut Rows<'_, T>, at: usize, action: &[S]) {
+        self.put(rows.columns.action, at, action);
+    }
+
     /// Writes the state before the step, and the goal.
-    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, S>, goal: &[S]);
+    fn put_state<G: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        state: State<'_, S>,
+        goal: &[G],
+    );
 
     /// Writes the state after the step, with the goal of the row.
     fn put_next<G: Scalar>(self, rows: &mut Rows<'_, T>, at: usize, next: State<'_, S>, goal: &[G]);
@@ -31,12 +43,12 @@ pub(crate) struct State<'a, S> {
 
 impl<'a, S> State<'a, S> {
     #[inline(always)]
-    fn observation(self) -> &'a [S] {
+    pub(crate) fn observation(self) -> &'a [S] {
         &self.row[self.layout.observation()]
     }
 
     #[inline(always)]
-    fn achieved_goal(self) -> &'a [S] {
+    pub(crate) fn achieved_goal(self) -> &'a [S] {
         &self.row[self.layout.achieved_goal()]
     }
 }
@@ -52,7 +64,13 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
     }
 
     #[inline(always)]
-    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, T>, goal: &[T]) {
+    fn put_state<G: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        state: State<'_, T>,
+        goal: &[G],
+    ) {
         let columns = &mut rows.columns;
         if JOINED {
             let (observation, input) = (state.observation(), state.layout.state().end);
@@ -63,7 +81,7 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
             put_thrice([input, next, desired_goal], goal);
         } else {
             put_part(columns.observation, at, state.observation());
-            put_part(columns.desired_goal, at, goal);
+            convert_short(&mut columns.desired_goal[at * goal.len()..][..goal.len()], goal);
         }
         put_part(columns.achieved_goal, at, state.achieved_goal());
     }
@@ -162,7 +180,13 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
     }
 
     #[inline]
-    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, S>, goal: &[S]) {
+    fn put_state<G: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        state: State<'_, S>,
+        goal: &[G],
+    ) {
         let Rows { columns, scratch, .. } = rows;
         let (observation, len) = (state.observation().len(), goal.len());
         put_at(self.goal_columns(), columns.achieved_goal, at * len, state.achieved_goal());

@@ -178,7 +178,7 @@ impl<'a, S: Scalar> Task<'a, S> {
         let layout = &self.storage.layout;
         let Planned { transition, state, next, goal, goal_source, .. } = *planned;
         form.put_state(rows, at, State { layout, row: state }, goal);
-        form.put(rows.columns.action, at, &state[layout.action()]);
+        form.put_action(rows, at, &state[layout.action()]);
         rows.columns.reward[at] = T::from_f64(state[layout.reward()].to_f64());
         form.put_next(rows, at, State { layout, row: next }, goal);
         if !rows.scratch.field_rows.is_empty() {

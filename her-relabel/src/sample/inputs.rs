@@ -1,5 +1,6 @@
-//! The inputs of networks: the goal behind each observation, and the normalizers.
+//! The inputs of networks: the goal behind each observation, the normalizers, the mirror.
 
+use goal_reward::Symmetry;
 use serde::{Deserialize, Serialize};
 
 use crate::normalizer::Normalizer;
@@ -16,8 +17,8 @@ pub enum JoinedGoal {
     Relative,
 }
 
-/// The normalizers of a draw, which [`Sampler::sample_into`](crate::Sampler::sample_into) borrows;
-/// it has an example. Parts without a normalizer are written as they are stored, and [`Default`]
+/// The normalizers of a draw, of which [`Sampler::sample_into`](crate::Sampler::sample_into) has an
+/// example. Parts without a normalizer are written as they are stored, and [`Default`]
 /// has none at all.
 ///
 /// The numbers are those of [`Normalizer::normalize_into`], bit for bit, without a second pass over
@@ -29,4 +30,21 @@ pub struct Normalizers<'a> {
     /// Of goals, achieved and desired. With [`JoinedGoal::Relative`], of the relative goals alone:
     /// the columns of achieved and desired goals are as they are stored.
     pub goal: Option<&'a Normalizer>,
+}
+
+/// What [`Sampler::sample_into`](crate::Sampler::sample_into) borrows to write rows otherwise than
+/// they are stored. [`Default`] has nothing, and [`Normalizers`] alone are [`From`] them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Transforms<'a> {
+    /// The normalizers, of mirrored rows as well.
+    pub normalizers: Normalizers<'a>,
+    /// The symmetry of the task, by which the sampler
+    /// [mirrors rows](crate::Sampler::with_mirrored).
+    pub symmetry: Option<&'a Symmetry>,
+}
+
+impl<'a> From<Normalizers<'a>> for Transforms<'a> {
+    fn from(normalizers: Normalizers<'a>) -> Self {
+        Self { normalizers, symmetry: None }
+    }
 }

@@ -12,6 +12,8 @@ pub(crate) mod gather;
 pub(crate) mod goals;
 pub(crate) mod inputs;
 mod memory;
+mod mirror;
+pub(crate) mod noise;
 pub(crate) mod outcome;
 pub(crate) mod redraw;
 pub(crate) mod sampler;

@@ -89,18 +89,22 @@ impl Redraws {
                 episodes.prefetch_cell(*transition);
             }
             transitions[..rows.len()].iter().for_each(|id| episodes.prefetch_record(*id));
-            let mut goals = [(&[][..], &[][..]); AHEAD];
+            let mut goals = [(&[][..], &[][..], false); AHEAD];
             for ((goals, transition), row) in goals.iter_mut().zip(transitions).zip(rows) {
                 let aim = task.aim(words, transition, *row);
                 let state = &tape.rows_from(aim.episode.row(transition))[layout.achieved_goal()];
                 let goal = &tape.rows_from(aim.goal.row)[layout.goal(aim.goal.is_desired)];
                 prefetch_index::prefetch_index(state, 0);
                 prefetch_index::prefetch_index(goal, 0);
-                *goals = (state, goal);
+                *goals = (state, goal, aim.is_relabeled);
             }
-            for (achieved, desired) in &goals[..rows.len()] {
+            for ((achieved, desired, is_relabeled), row) in goals.iter().zip(rows) {
                 put_wide(&mut self.achieved, at, achieved);
                 put_wide(&mut self.desired, at, desired);
+                if let Some(noise) = task.sampler.goal_noise().filter(|_| *is_relabeled) {
+                    let len = desired.len();
+                    noise.displace::<S>(words, *row, &mut self.desired[at * len..][..len]);
+                }
                 at += 1;
             }
         }

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::sample::goals::{GoalMixture, GoalStrategy};
 use crate::sample::inputs::JoinedGoal;
+use crate::sample::noise::GoalNoise;
 use crate::sample::termination::Termination;
 use crate::unit_interval::UnitInterval;
 
@@ -66,6 +67,8 @@ pub struct Sampler {
     parallel: bool,
     joined_goal: Option<JoinedGoal>,
     already_achieved: UnitInterval,
+    mirrored: UnitInterval,
+    goal_noise: Option<GoalNoise>,
 }
 
 impl Sampler {
@@ -84,6 +87,8 @@ impl Sampler {
             parallel: false,
             joined_goal: None,
             already_achieved: UnitInterval::ONE,
+            mirrored: UnitInterval::ZERO,
+            goal_noise: None,
         }
     }
 
@@ -121,6 +126,14 @@ impl Sampler {
         /// correct for the priorities alone, as if no row had been drawn again. `is_success` is
         /// called once for each of the first three draws, with all rows that are drawn.
         with_already_achieved(already_achieved: UnitInterval);
+        /// Sets the average share of rows that are mirrored: 0 by default, and 1/2 to see both sides
+        /// alike. A mirrored row is that of the mirror image of its transition, by the
+        /// [symmetry](crate::Transforms::symmetry) that each draw must then be given.
+        ///
+        /// Observations, goals and actions are mirrored, in `f64` and before they are normalized.
+        /// Everything else is as without this setting, bit for bit: which transitions and goals are
+        /// drawn, rewards, success, flags and fields.
+        with_mirrored(mirrored: UnitInterval);
         /// Sets whether batches are drawn on the threads of the current rayon pool. The batch is
         /// the same, whatever their number, and the reward function is called on the calling
         /// thread.
@@ -149,6 +162,10 @@ impl Sampler {
         joined_goal: Option<JoinedGoal>;
         /// Returns the probability of keeping a row whose goal was already achieved.
         already_achieved: UnitInterval;
+        /// Returns the average share of rows that are mirrored.
+        mirrored: UnitInterval;
+        /// Returns the noise in the goals of relabeled rows.
+        goal_noise: Option<GoalNoise>;
     }
 
     /// Sets windows of several steps. The default is `None`: rows of one step.
@@ -186,6 +203,16 @@ impl Sampler {
     #[must_use]
     pub fn with_joined_goal(mut self, joined_goal: impl Into<Option<JoinedGoal>>) -> Self {
         self.joined_goal = joined_goal.into();
+        self
+    }
+
+    /// Sets noise in the goals of relabeled rows. The default is `None`. Which transitions and goals
+    /// are drawn does not depend on it, unless rows are
+    /// [drawn again](Self::with_already_achieved), which the moved goals decide.
+    /// [`Batch::goal_source`](crate::Batch::goal_source) is where the goal was before it was moved.
+    #[must_use]
+    pub fn with_goal_noise(mut self, noise: impl Into<Option<GoalNoise>>) -> Self {
+        self.goal_noise = noise.into();
         self
     }
 
@@ -304,6 +331,23 @@ pub enum SampleError {
         expected: usize,
         /// The dimensions of the normalizer.
         actual: usize,
+    },
+    /// The sampler mirrors rows, but the draw has no symmetry.
+    #[error("rows cannot be mirrored without a symmetry: pass `Transforms` with that of the task")]
+    NoSymmetry,
+    /// The symmetry of the draw is for vectors of another length.
+    #[error("a mirror has {actual} elements instead of {expected}: pass the symmetry of this task")]
+    SymmetryDim {
+        /// The length of the vectors in the buffer.
+        expected: usize,
+        /// The length of the mirror's vectors.
+        actual: usize,
+    },
+    /// The radius of the goals' noise is negative or not finite.
+    #[error("the goals' noise has the radius {radius}: choose a finite number of at least 0")]
+    BadRadius {
+        /// The radius.
+        radius: f64,
     },
     /// The reward function rejected the goals of the batch.
     #[error("the reward function failed on the relabeled goals: {0}")]

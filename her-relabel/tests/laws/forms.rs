@@ -11,11 +11,11 @@ use her_relabel::{
     Priorities, PriorityUnit, SampleError, Sampler, Scalar, Termination, UnitInterval,
 };
 
-const DIMS: Dims = Dims { observation: 5, goal: 3, action: 2 };
-const ROWS: usize = 700;
+pub(crate) const DIMS: Dims = Dims { observation: 5, goal: 3, action: 2 };
+pub(crate) const ROWS: usize = 700;
 
 /// A reward that also ends the task.
-struct Ending(DistanceReward);
+pub(crate) struct Ending(DistanceReward);
 
 impl GoalReward for Ending {
     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
@@ -29,12 +29,12 @@ impl GoalReward for Ending {
     }
 }
 
-fn reward() -> Ending {
+pub(crate) fn reward() -> Ending {
     Ending(DistanceReward::sparse())
 }
 
 /// A buffer of numbers that `f32` cannot hold, in episodes of 1 to 23 steps.
-fn buffer() -> Result<HerBuffer<f64>> {
+pub(crate) fn buffer() -> Result<HerBuffer<f64>> {
     let config = BufferConfig::new(400, DIMS)
         .with_field("value", 1)
         .with_field("latent", 2)
@@ -63,7 +63,7 @@ fn buffer() -> Result<HerBuffer<f64>> {
     Ok(buffer)
 }
 
-fn normalizers() -> Result<[Normalizer; 2]> {
+pub(crate) fn normalizers() -> Result<[Normalizer; 2]> {
     let mut observation = Normalizer::new(NormalizerConfig::new(DIMS.observation).with_clip(1.2))?;
     observation.update(&[0.1, 0.2, 0.3, 0.4, 0.5, 3.0, 7.0, -1.0, 0.41, 9.0])?;
     let mut goal = Normalizer::new(NormalizerConfig::new(DIMS.goal))?;
@@ -71,7 +71,7 @@ fn normalizers() -> Result<[Normalizer; 2]> {
     Ok([observation, goal])
 }
 
-fn samplers() -> Result<Vec<Sampler>> {
+pub(crate) fn samplers() -> Result<Vec<Sampler>> {
     let mixture = GoalMixture::new(&[
         GoalPart::new(GoalStrategy::Future, 2.0),
         GoalPart::new(GoalStrategy::PastDesired, 1.0),
@@ -105,7 +105,7 @@ fn joined<T: Scalar>(observations: &[T], goals: &[T]) -> Vec<T> {
 }
 
 /// Asserts that a batch has the numbers of a plain one.
-fn assert_formed<T: Scalar>(
+pub(crate) fn assert_formed<T: Scalar>(
     batch: &Batch<T>,
     plain: &Batch<f64>,
     Normalizers { observation, goal }: Normalizers<'_>,

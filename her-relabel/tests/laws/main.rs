@@ -21,12 +21,14 @@
 //! 12. The reward is called once, for the relabeled rows, and may panic: `relabeling`.
 //! 13. Readers beside a writer see no torn row: `determinism`.
 //! 14. A step without a start is refused where it is recorded: `refused_rows`.
-//! 15. A network that acts sees the bits that it learns from: `acting`.
+//! 15. Mirrored rows and moved goals change what they say they change, and nothing else: `changed`.
+//! 16. A network that acts sees the bits that it learns from: `acting`.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod acting;
 mod adding;
 mod appending;
+mod changed;
 mod choosing;
 mod common;
 mod damaged;

@@ -9,8 +9,8 @@ use std::time::{Duration, SystemTime};
 
 use crate::common::{DIMS, Result, Telling, add, begin, buffer, draw, relabel_all, rows, step};
 use her_relabel::{
-    Batch, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep, NewPriority,
-    Priorities, PriorityUnit, Sampler, StepData, UnitInterval,
+    Batch, BufferConfig, EpisodeData, GoalNoise, GoalStrategy, HerBuffer, LoadError, NStep,
+    NewPriority, Priorities, PriorityUnit, Sampler, StepData, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -184,11 +184,13 @@ fn settings_keep_their_serialized_names() -> Result {
 
     let sampler = Sampler::new(9, GoalStrategy::Future, UnitInterval::from_k(1))
         .with_n_step(NStep::new(NonZeroUsize::MIN, UnitInterval::ONE))
-        .with_priorities(UnitInterval::ZERO);
+        .with_priorities(UnitInterval::ZERO)
+        .with_goal_noise(GoalNoise::new(0.04, UnitInterval::ONE));
     let text = concat!(
         r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"#,
         r#""termination":"stored","success":false,"n_step":{"steps":1,"gamma":1.0},"#,
-        r#""priorities":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0}"#
+        r#""priorities":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0,"#,
+        r#""mirrored":0.0,"goal_noise":{"radius":0.04,"share":1.0}}"#
     );
     assert_eq!(serde_json::to_string(&sampler)?, text);
     assert_eq!(serde_json::from_str::<Sampler>(text)?, sampler);

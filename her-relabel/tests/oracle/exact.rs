@@ -3,8 +3,8 @@
 use std::num::NonZeroUsize;
 
 use her_relabel::{
-    Batch, BufferConfig, GoalMixture, GoalPart, GoalStrategy, HerBuffer, JoinedGoal, NStep,
-    SampleError, Sampler, Scalar, Termination, UnitInterval,
+    Batch, BufferConfig, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer, JoinedGoal,
+    NStep, SampleError, Sampler, Scalar, Termination, UnitInterval,
 };
 use proptest::prelude::*;
 
@@ -40,6 +40,13 @@ fn goals() -> impl Strategy<Value = GoalMixture> {
     parts.prop_filter_map("a mixture", |parts| GoalMixture::new(&parts).ok())
 }
 
+/// Noise that is small beside the goals, or not.
+fn noise() -> impl Strategy<Value = Option<GoalNoise>> {
+    let radius = prop::sample::select(vec![0.0, 1e-9, 0.04, 2.0]);
+    let noise = (radius, share()).prop_map(|(radius, share)| GoalNoise::new(radius, share));
+    prop::option::of(noise)
+}
+
 fn sampler() -> impl Strategy<Value = Sampler> {
     let n_step = prop::option::of((1..7_usize, gamma())).prop_map(|n_step| {
         n_step.map(|(steps, gamma)| NStep::new(NonZeroUsize::new(steps).unwrap(), gamma))
@@ -52,8 +59,10 @@ fn sampler() -> impl Strategy<Value = Sampler> {
     let outcomes = (n_step, termination, any::<bool>());
     let forms = (any::<bool>(), any::<bool>());
     let draws = (1..40_usize, share(), prop::option::of(share()), share());
+    let draws = (draws, noise());
     (goals(), outcomes, forms, draws).prop_map(
-        |(goals, (n_step, termination, success), (parallel, joined), (size, ratio, beta, kept))| {
+        |(goals, (n_step, termination, success), (parallel, joined), (draws, noise))| {
+            let (size, ratio, beta, kept) = draws;
             Sampler::new(size, GoalStrategy::Future, ratio)
                 .with_goals(goals)
                 .with_n_step(n_step)
@@ -63,6 +72,7 @@ fn sampler() -> impl Strategy<Value = Sampler> {
                 .with_joined_goal(joined.then_some(JoinedGoal::Desired))
                 .with_priorities(beta)
                 .with_already_achieved(kept)
+                .with_goal_noise(noise)
         },
     )
 }
@@ -71,6 +81,9 @@ fn sampler() -> impl Strategy<Value = Sampler> {
 fn assert_draw<S: Scalar, B: Scalar>(world: &World, buffer: &HerBuffer<S>, sampler: &Sampler) {
     let mut batch = Batch::<B>::new();
     let list = &world.list;
+    // The list cannot know where a goal was moved unless the batch says it to the last bit.
+    let noise = sampler.goal_noise().filter(|_| size_of::<B>() >= size_of::<S>());
+    let sampler = &sampler.with_goal_noise(noise);
     let drawn = sampler.sample(buffer, &Exceed, 7, &mut batch);
     let expected = if list.finished.is_empty() {
         Err(SampleError::NoFinishedEpisode)

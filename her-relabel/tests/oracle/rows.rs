@@ -1,6 +1,6 @@
 //! Every number of a batch, computed again from the list.
 
-use goal_reward::GoalReward;
+use goal_reward::{GoalReward, goal_distance};
 use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, Scalar, Termination};
 
 use crate::list::{Episode, List};
@@ -130,21 +130,37 @@ pub(crate) fn assert_batch<S: Scalar, B: Scalar>(
     }
 }
 
-/// Returns the goal of a row, which a strategy of the sampler may give.
-fn goal<'a, B: Scalar>(list: &'a List, sampler: &Sampler, place: Place, found: &[B]) -> &'a [f64] {
+/// Returns the goal of a row, which a strategy of the sampler may give, and its noise may move.
+fn goal<B: Scalar>(list: &List, sampler: &Sampler, place: Place, found: &[B]) -> Vec<f64> {
     let transitions = list.transitions();
     let Some(source) = place.source else {
-        return &transitions[place.transition].0.desired_goal;
+        return transitions[place.transition].0.desired_goal.clone();
     };
     let (episode, t) = transitions[source];
-    let is_desired =
-        episode.desired_goal.iter().map(|number| B::from_f64(*number)).eq(found.iter().copied());
-    let mut parts = sampler.goals().parts().iter().filter(|part| part.weight() > 0.0);
+    let achieved = &episode.states[t + 1].achieved_goal;
+    let may_be = |is_desired| {
+        let mut parts = sampler.goals().parts().iter().filter(|part| part.weight() > 0.0);
+        parts.any(|part| may_give(part.strategy(), list, place, is_desired))
+    };
+    let mut given = [(true, &episode.desired_goal), (false, achieved)].into_iter();
+    let is_found =
+        |goal: &[f64]| goal.iter().map(|number| B::from_f64(*number)).eq(found.iter().copied());
+    if let Some((_, goal)) =
+        given.clone().find(|(is_desired, goal)| may_be(*is_desired) && is_found(goal))
+    {
+        return goal.clone();
+    }
+    let moved: Vec<f64> = found.iter().map(|number| number.to_f64()).collect();
+    let noise = sampler.goal_noise().filter(|noise| noise.share().get() > 0.0);
+    let reaches = |goal: &[f64]| {
+        // A goal is rounded to the buffer's type when it has been moved.
+        noise.is_some_and(|noise| goal_distance(goal, &moved) < noise.radius() * 1.000_001 + 1e-6)
+    };
     assert!(
-        parts.any(|part| may_give(part.strategy(), list, place, is_desired)),
+        given.any(|(is_desired, goal)| may_be(is_desired) && reaches(goal)),
         "no strategy gives the goal of {place:?}"
     );
-    if is_desired { &episode.desired_goal } else { &episode.states[t + 1].achieved_goal }
+    moved
 }
 
 fn assert_row<B: Scalar>(
@@ -164,14 +180,14 @@ fn assert_row<B: Scalar>(
     let (observations, goals) = (state.observation.len(), state.achieved_goal.len());
     let found = part("desired goal", batch.desired_goal(), goals);
     let goal = goal(list, sampler, place, &found);
-    assert_bits(&found, goal, "desired goal");
-    let new_goal = place.source.is_some().then_some(goal);
+    assert_bits(&found, &goal, "desired goal");
+    let new_goal = place.source.is_some().then_some(&goal[..]);
     let outcome = walk(episode, t, new_goal, sampler);
     let next = &episode.states[t + outcome.steps];
     if sampler.joined_goal().is_some() {
-        let input = [&state.observation[..], goal].concat();
+        let input = [&state.observation[..], &goal].concat();
         assert_bits(&part("input", batch.input(), observations + goals), &input, "input");
-        let next_input = [&next.observation[..], goal].concat();
+        let next_input = [&next.observation[..], &goal].concat();
         let found = part("next input", batch.next_input(), observations + goals);
         assert_bits(&found, &next_input, "next input");
     } else {
@@ -204,7 +220,7 @@ fn assert_row<B: Scalar>(
     match sampler.success() {
         false => assert!(batch.success().is_empty()),
         true => {
-            let expected = Exceed.is_success(&next.achieved_goal, goal);
+            let expected = Exceed.is_success(&next.achieved_goal, &goal);
             assert_eq!(batch.success()[row], expected, "success");
         }
     }

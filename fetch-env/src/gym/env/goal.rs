@@ -1,6 +1,6 @@
 //! Goal-conditioned environments: their goals, and the rewards that follow from them.
 
-use goal_reward::{GoalError, GoalPairs, GoalReward};
+use goal_reward::{GoalError, GoalPairs, GoalReward, Symmetry};
 use serde::{Deserialize, Serialize};
 
 use super::{Env, observation::GoalObservation};
@@ -26,6 +26,15 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
 
     /// Returns the reward as a function of the goals, as a hindsight buffer needs it.
     fn goal_reward(&self) -> &Self::GoalReward;
+
+    /// Returns the symmetry of the task, from which a learner can make two experiences of each;
+    /// `None`, the default, if it has none.
+    ///
+    /// It holds for the states, the actions and the reward, also where starts and goals are drawn
+    /// on one side. This allocates: call it once.
+    fn symmetry(&self) -> Option<Symmetry> {
+        None
+    }
 }
 
 /// The calls of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).

@@ -1,5 +1,7 @@
 //! Boxes of environments, and references to them, are environments too.
 
+use goal_reward::Symmetry;
+
 use super::{ActionElement, Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
 use crate::gym::error::EnvError;
 use crate::gym::spaces::Space;
@@ -41,6 +43,10 @@ macro_rules! forward {
 
             fn goal_reward(&self) -> &E::GoalReward {
                 (**self).goal_reward()
+            }
+
+            fn symmetry(&self) -> Option<Symmetry> {
+                (**self).symmetry()
             }
         }
 

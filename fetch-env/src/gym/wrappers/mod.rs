@@ -20,6 +20,9 @@
 //! With the feature `render` there are `AddRenderObservation` and `PixelsOnly`, and with `clip`
 //! `RecordVideo`, at the root of the crate. [`Wrapper`] shows how to write your own.
 //!
+//! [`TimeLimit`], [`RecordEpisodeStatistics`], [`TransformReward`] and `RecordVideo` keep the
+//! environment's [symmetry](crate::GoalEnv::symmetry).
+//!
 //! A [`Wrapped`] environment is an [`Env`](crate::Env) with the reset options of the inner one. It
 //! is a [`SnapshotEnv`](crate::SnapshotEnv) and a `RenderEnv` if that is, and can be wrapped again.
 //! After a failure that leaves it between two states it refuses steps until the next reset.

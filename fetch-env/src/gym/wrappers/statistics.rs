@@ -105,7 +105,9 @@ impl<E: Env> Wrapper<E> for RecordEpisodeStatistics {
     }
 }
 
-impl KeepsGoals for RecordEpisodeStatistics {}
+impl KeepsGoals for RecordEpisodeStatistics {
+    const KEEPS_SYMMETRY: bool = true;
+}
 
 impl SnapshotWrapper for RecordEpisodeStatistics {
     type State = EpisodeStatistics;

@@ -90,7 +90,9 @@ impl<E: Env> Wrapper<E> for TimeLimit {
     }
 }
 
-impl KeepsGoals for TimeLimit {}
+impl KeepsGoals for TimeLimit {
+    const KEEPS_SYMMETRY: bool = true;
+}
 
 /// The state is the number of steps taken, and whether the episode is over.
 impl SnapshotWrapper for TimeLimit {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use goal_reward::{GoalError, GoalPairs, GoalReward};
+use goal_reward::{GoalError, GoalPairs, GoalReward, Symmetry};
 
 use super::macros::{keep, observe};
 use super::wrapper::{GoalWrapper, Stateless, Wrapper};
@@ -144,6 +144,11 @@ where
 
     fn goal_reward<'a>(&'a self, _env: &'a E) -> &'a Self {
         self
+    }
+
+    /// Equal rewards stay equal.
+    fn symmetry(&self, env: &E) -> Option<Symmetry> {
+        env.symmetry()
     }
 }
 

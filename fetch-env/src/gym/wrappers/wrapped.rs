@@ -1,5 +1,7 @@
 //! An environment in a wrapper.
 
+use goal_reward::Symmetry;
+
 use super::wrapper::{GoalWrapper, Resetting, SnapshotWrapper, Wrapper};
 use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::{Env, Reset, SnapshotEnv, Step, WrappedSnapshot, goal::GoalEnv};
@@ -115,6 +117,10 @@ impl<E: GoalEnv, W: GoalWrapper<E>> GoalEnv for Wrapped<E, W> {
 
     fn goal_reward(&self) -> &W::GoalReward {
         self.wrapper.goal_reward(&self.env)
+    }
+
+    fn symmetry(&self) -> Option<Symmetry> {
+        self.wrapper.symmetry(&self.env)
     }
 }
 

@@ -5,6 +5,7 @@ use std::{
     ops::{Deref, DerefMut},
 };
 
+use goal_reward::Symmetry;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::gym::env::action_space::ActionSpace;
@@ -189,12 +190,22 @@ pub trait GoalWrapper<E: GoalEnv>:
 
     /// Returns the reward as a function of the goals.
     fn goal_reward<'a>(&'a self, env: &'a E) -> &'a Self::GoalReward;
+
+    /// Returns the [symmetry](GoalEnv::symmetry) of the wrapped environment: none by default.
+    fn symmetry(&self, env: &E) -> Option<Symmetry> {
+        let _ = env;
+        None
+    }
 }
 
 /// A [`Wrapper`] that leaves goals, rewards and the ends of episodes as they are, so that the
 /// environment's own [`goal_reward`](GoalEnv::goal_reward) still holds: `impl KeepsGoals for Closed
 /// {}`, as the example of [`Wrapper`] does.
-pub trait KeepsGoals {}
+pub trait KeepsGoals {
+    /// Whether the environment's [symmetry](GoalEnv::symmetry) holds, too, because the wrapper
+    /// changes neither what is observed nor what actions do: false by default.
+    const KEEPS_SYMMETRY: bool = false;
+}
 
 impl<E: GoalEnv, W> GoalWrapper<E> for W
 where
@@ -204,6 +215,10 @@ where
 
     fn goal_reward<'a>(&'a self, env: &'a E) -> &'a E::GoalReward {
         env.goal_reward()
+    }
+
+    fn symmetry(&self, env: &E) -> Option<Symmetry> {
+        if W::KEEPS_SYMMETRY { env.symmetry() } else { None }
     }
 }
 

@@ -308,7 +308,9 @@ impl<E: RenderEnv> Wrapper<E> for RecordVideo {
     }
 }
 
-impl KeepsGoals for RecordVideo {}
+impl KeepsGoals for RecordVideo {
+    const KEEPS_SYMMETRY: bool = true;
+}
 
 /// The state is the number of episodes, so that a restored run numbers its videos as before.
 impl SnapshotWrapper for RecordVideo {

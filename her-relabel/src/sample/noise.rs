@@ -1,0 +1,142 @@
+//! New goals moved by noise.
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+
+use crate::sample::aim::Task;
+use crate::sample::batch::{Relabeled, Rows};
+use crate::sample::draws::{Draws, Purpose, Words};
+use crate::sample::form::{Form, State};
+use crate::sample::gather::Counts;
+use crate::scalar::Scalar;
+use crate::split_mix::unit;
+use crate::store::storage::Storage;
+use crate::unit_interval::UnitInterval;
+
+/// Noise in the goals of relabeled rows, for [`Sampler::with_goal_noise`](crate::Sampler).
+///
+/// A share of the new goals is moved by a vector that is drawn uniformly from a ball, with as many
+/// dimensions as goals have elements. The moved goal is rounded to the buffer's type, and what
+/// follows from the row's goal follows from the moved one: reward, termination, success. One that
+/// the type cannot hold keeps its place.
+///
+/// A radius below the distance within which a goal counts as reached makes rows that almost reach
+/// their goal, besides those that reach it exactly.
+///
+/// Source: Lin et al., *Invariant transform experience replay*, 2019, which also mirrors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[must_use]
+pub struct GoalNoise {
+    radius: f64,
+    share: UnitInterval,
+}
+
+impl GoalNoise {
+    /// Creates noise of at most `radius`, in the unit of the goals, finite and at least 0, in the
+    /// share `share` of the relabeled rows. For the Fetch tasks, 0.04 m and 0.5 work well.
+    pub const fn new(radius: f64, share: UnitInterval) -> Self {
+        Self { radius, share }
+    }
+
+    settings! {
+        /// Returns the farthest that a goal is moved.
+        radius: f64;
+        /// Returns the average share of relabeled rows whose goal is moved.
+        share: UnitInterval;
+    }
+
+    /// Whether the radius is finite and at least 0.
+    pub(crate) fn is_valid(&self) -> bool {
+        (0.0..f64::INFINITY).contains(&self.radius)
+    }
+
+    /// Moves the new goal of the row `row` of the batch, of a buffer of `S`; `false` if it is one
+    /// that stays.
+    pub(crate) fn displace<S: Scalar>(
+        self,
+        words: impl Words,
+        row: usize,
+        goal: &mut [f64],
+    ) -> bool {
+        // The words of a row belong to its other draws.
+        let words = Draws::new(words.word(row, Purpose::Strategy));
+        let is_chosen = unit(words.word(0, Purpose::Transition)) < self.share.get();
+        // A sum with zero could change the sign of one.
+        if !is_chosen || self.radius == 0.0 {
+            return false;
+        }
+        // Of a normal vector with two more elements, brought to length 1, the others are uniform in
+        // the ball. Source: Voelker et al., *Efficiently sampling vectors and coordinates from the
+        // n-sphere and n-ball*, 2017.
+        let two_squares = -2.0 * (-unit(words.word(0, Purpose::Goal))).ln_1p();
+        let squares = (0..goal.len()).map(|index| normal(words, index).powi(2)).sum::<f64>();
+        let factor = self.radius / (two_squares + squares).sqrt();
+        for (index, element) in goal.iter_mut().enumerate() {
+            let moved = S::from_f64(*element + factor * normal(words, index)).to_f64();
+            if moved.is_finite() {
+                *element = moved;
+            }
+        }
+        true
+    }
+}
+
+/// Returns element `index` of a vector of independent normal numbers, by the method of Box and
+/// Muller.
+fn normal(words: Draws, index: usize) -> f64 {
+    let pair = index / 2 + 1;
+    let length = (-2.0 * (-unit(words.word(pair, Purpose::Transition))).ln_1p()).sqrt();
+    let angle = TAU * unit(words.word(pair, Purpose::Goal));
+    length * if index.is_multiple_of(2) { angle.cos() } else { angle.sin() }
+}
+
+impl<S: Scalar> Task<'_, S> {
+    /// Draws rows as [`gather_parts`](Self::gather_parts) does, and moves goals of theirs.
+    pub(crate) fn gather_moved<T: Scalar>(
+        self,
+        words: impl Words,
+        pick: impl Fn(u64) -> u64 + Copy + Sync,
+        form: impl Form<S, T>,
+        rows: &mut Rows<'_, T>,
+        part: usize,
+    ) -> Counts {
+        let counts = self.gather_parts(words, pick, form, rows, part);
+        if let Some(noise) = self.sampler.goal_noise() {
+            self.move_goals(noise, words, form, counts, rows);
+        }
+        counts
+    }
+
+    /// Moves the goals of gathered rows, and writes these rows again.
+    fn move_goals<T: Scalar>(
+        self,
+        noise: GoalNoise,
+        words: impl Words,
+        form: impl Form<S, T>,
+        counts: Counts,
+        rows: &mut Rows<'_, T>,
+    ) {
+        let Storage { layout, tape, episodes, .. } = self.storage;
+        let goal_dim = layout.dims().goal;
+        // Taken out, because the rows change while the goals are read.
+        let desired_pairs = std::mem::take(&mut rows.scratch.desired_pairs);
+        let mut first = 0;
+        for at in 0..counts.rows {
+            let Relabeled { row, pairs, .. } = rows.scratch.relabeled[at];
+            let goals = &mut desired_pairs[first * goal_dim..][..pairs * goal_dim];
+            first += pairs;
+            let (goal, copies) = goals.split_at_mut(goal_dim);
+            if !noise.displace::<S>(words, row, goal) {
+                continue;
+            }
+            copies.chunks_exact_mut(goal_dim).for_each(|copy| copy.copy_from_slice(goal));
+            let transition = rows.columns.transition[row].number();
+            let before = episodes.of(transition).row(transition);
+            let state = |row| State { layout, row: tape.row(row) };
+            form.put_state(rows, row, state(before), goal);
+            form.put_next(rows, row, state(before + pairs as u64), goal);
+        }
+        rows.scratch.desired_pairs = desired_pairs;
+    }
+}
