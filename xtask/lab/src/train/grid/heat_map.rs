@@ -84,8 +84,9 @@ fn label(key: &str, value: &serde_json::Value) -> String {
 /// Returns all combinations of a label of each axis; the last one changes first.
 fn combinations(axes: &[Vec<String>]) -> Vec<Vec<String>> {
     axes.iter().fold(vec![Vec::new()], |all, labels| {
-        let longer =
-            |one: &Vec<String>, label: &String| [one.as_slice(), &[label.clone()]].concat();
+        let longer = |one: &Vec<String>, label: &String| {
+            [one.as_slice(), std::slice::from_ref(label)].concat()
+        };
         all.iter().flat_map(|one| labels.iter().map(move |label| longer(one, label))).collect()
     })
 }

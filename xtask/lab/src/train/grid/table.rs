@@ -16,6 +16,7 @@ pub struct Table {
 }
 
 pub struct Row {
+    name: String,
     /// The value of each key.
     pub values: Vec<String>,
     pub num_runs: usize,
@@ -38,7 +39,7 @@ impl Table {
         let rows = choices.iter().enumerate().map(|(number, choice)| {
             let own = ended.iter().filter(|(choice, _)| *choice == number);
             let values = choice.values.iter().map(ToString::to_string).collect();
-            Row::new(values, &own.map(|(_, ended)| ended).collect::<Vec<_>>())
+            Row::new(choice.file_name(), values, &own.map(|(_, ended)| ended).collect::<Vec<_>>())
         });
         let keys = grid.axes.0.iter().map(|(key, _)| key.clone()).collect();
         Ok(Self { keys, rows: rows.collect::<anyhow::Result<_>>()? })
@@ -95,10 +96,8 @@ impl Table {
     /// Returns what `--json` writes.
     pub fn figures(&self) -> impl Iterator<Item = (String, Metric)> {
         self.rows.iter().flat_map(|row| {
-            let pairs = self.keys.iter().zip(&row.values);
-            let choice: Vec<_> = pairs.map(|(key, value)| format!("{key}={value}")).collect();
-            let named = move |name: &str, value: f64, unit| {
-                (format!("train/grid/{}/{name}", choice.join(",")), Metric::new(value, unit))
+            let named = |name: &str, value: f64, unit| {
+                (format!("train/grid/{}/{name}", row.name), Metric::new(value, unit))
             };
             let steps = row.steps.map(|steps| named("steps_to_target", steps.value, "1"));
             let seconds = row.seconds.map(|seconds| named("seconds_to_target", seconds.value, "s"));
@@ -110,7 +109,7 @@ impl Table {
 }
 
 impl Row {
-    fn new(values: Vec<String>, ended: &[&Ended]) -> anyhow::Result<Self> {
+    fn new(name: String, values: Vec<String>, ended: &[&Ended]) -> anyhow::Result<Self> {
         let (mut success, mut lines, mut num_diverged) = (Vec::new(), Vec::new(), 0);
         for ended in ended {
             match ended {
@@ -129,6 +128,7 @@ impl Row {
             (!values.is_empty()).then(|| Estimate::interquartile_mean(&values, 0)).transpose()
         };
         Ok(Self {
+            name,
             values,
             num_runs: ended.len(),
             num_diverged,
