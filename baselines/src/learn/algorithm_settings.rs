@@ -121,8 +121,8 @@ settings! {
         /// The temperature at the start, the weight of the entropy: 0.1. Stable-Baselines3: 1.
         pub initial_temperature: f32 => 1e-6..=1_000.0,
         /// The entropy that the temperature aims at, for each element of an action: -1, the
-        /// authors'.
-        pub target_entropy: f32 => -100.0..=0.69,
+        /// authors'. `None` for a temperature that stays as it is at the start.
+        pub target_entropy: Option<f32> => -100.0..=0.69,
     }
 }
 
@@ -136,7 +136,7 @@ impl Default for SacSettings {
             gamma: 0.95,
             target_fraction: 0.05,
             initial_temperature: 0.1,
-            target_entropy: -1.0,
+            target_entropy: Some(-1.0),
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
 //! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or your own. It takes any goal-conditioned
-//! environment whose actions are a box from -1 to 1. The presets [`TrainSettings::fast`] and
-//! [`TrainSettings::authors`] have settings for the Fetch tasks.
+//! environment whose actions are a box from -1 to 1. The presets [`TrainSettings::fast`],
+//! [`TrainSettings::authors`] and [`TrainSettings::book`] have settings for the Fetch tasks.
 //!
 //! The same settings and the same seed give the same curve and the same policy, bit for bit, on any
 //! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume).
@@ -37,6 +37,7 @@
 mod adam;
 mod algorithm;
 mod algorithm_settings;
+mod book;
 mod checkpoint;
 mod collecting;
 mod critic;

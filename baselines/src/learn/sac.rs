@@ -14,7 +14,7 @@ use super::sampled::{Sampled, clamp_log_std};
 use crate::trained::LayerWeights;
 
 /// Soft actor-critic: two critics learn the value of actions plus the entropy of the policy, and an
-/// actor learns a distribution of actions. The temperature is learned, too.
+/// actor learns a distribution of actions. The temperature is learned, too, or fixed.
 ///
 /// Source: Haarnoja et al., 2018, as in [`SacSettings`].
 pub struct Sac {
@@ -144,9 +144,10 @@ impl Algorithm for Sac {
             },
             || actor.step(num_updates, actor_gradient),
         );
-        let target_entropy = settings.target_entropy * batch.num_actions() as f32;
-        let slope = -(losses[3] + target_entropy);
-        self.temperature_adam.step(num_updates, &mut self.log_temperature, &[slope]);
+        if let Some(target_entropy) = settings.target_entropy {
+            let slope = -(losses[3] + target_entropy * batch.num_actions() as f32);
+            self.temperature_adam.step(num_updates, &mut self.log_temperature, &[slope]);
+        }
         Losses::new(losses[0], losses[1], losses[2])
     }
 

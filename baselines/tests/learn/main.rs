@@ -10,3 +10,4 @@ mod resuming;
 mod rewards;
 mod runs;
 mod settings;
+mod temperature;

@@ -123,8 +123,10 @@ fn both_ends_of_every_range_are_in_it() -> Result {
 
 #[test]
 fn presets_are_in_range() -> Result {
-    for settings in Task::ALL.map(TrainSettings::fast) {
+    for task in Task::ALL {
+        let settings = TrainSettings::fast(task);
         settings.check()?;
+        TrainSettings::book(task).check()?;
         let algorithm = AlgorithmSettings::Sac(SacSettings::default());
         TrainSettings { algorithm, ..settings }.check()?;
     }

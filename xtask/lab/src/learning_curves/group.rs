@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     shared::json::write_text,
     train::{
-        curve_line::{CurveLine, csv_text, read_csv},
+        curve_line::{CurveLine, csv_text, reached, read_csv},
         limits,
     },
 };
@@ -86,9 +86,8 @@ impl Group {
 
     /// Returns the second of the evaluations at which each run reached the target.
     fn reached(&self) -> Vec<Point> {
-        let is_reached = |pair: &&[Point]| pair.iter().all(|p| p.success_rate >= self.target);
-        let reached = |run: &Vec<Point>| run.windows(2).find(is_reached).map(|pair| pair[1]);
-        self.runs.values().filter_map(reached).collect()
+        let reached = |run| reached(run, |point: &Point| point.success_rate, self.target).copied();
+        self.runs.values().filter_map(|run| reached(run)).collect()
     }
 
     /// Says how many runs reached the target, and when.

@@ -48,6 +48,12 @@ impl From<&CurveRow> for CurveLine {
     }
 }
 
+/// Returns the second of the first two evaluations in a row that reach a success rate.
+pub fn reached<T>(curve: &[T], success_rate: fn(&T) -> f64, target: f64) -> Option<&T> {
+    let is_reached = |pair: &&[T]| pair.iter().all(|line| success_rate(line) >= target);
+    curve.windows(2).find(is_reached).map(|pair| &pair[1])
+}
+
 /// Returns lines with their header.
 pub fn csv_text(lines: impl IntoIterator<Item = impl Serialize>) -> anyhow::Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());

@@ -100,7 +100,7 @@ impl Run {
 
 /// Returns a text as a part of a name of a file: what may mean something there is `%` and its code,
 /// as in addresses.
-fn file_name(text: &str) -> String {
+pub fn file_name(text: &str) -> String {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"=.,_-[]".contains(&byte);
     let escaped = |byte: u8| match is_plain(byte) {
         true => char::from(byte).to_string(),
@@ -151,8 +151,8 @@ impl RunFiles {
             if overwrite || written.is_empty() {
                 return Ok(());
             }
-            let has_checkpoint = !checkpoints(folder)?.is_empty();
-            let resume = if has_checkpoint { "continue it with --resume, " } else { "" };
+            let resume =
+                if Self::has_checkpoint(folder)? { "continue it with --resume, " } else { "" };
             bail!(
                 "{shown} has a run: {resume}replace it with --overwrite, or choose another folder \
                  with --out"
@@ -217,6 +217,24 @@ impl RunFiles {
         folder.join(RUN).is_file()
     }
 
+    /// Whether the run of a folder has ended: its page is written last.
+    pub fn is_finished(folder: &Path) -> bool {
+        Self::is_run(folder) && folder.join(PAGE).is_file()
+    }
+
+    /// Whether the run of a folder can be resumed.
+    pub fn has_checkpoint(folder: &Path) -> anyhow::Result<bool> {
+        Ok(Self::is_run(folder) && !checkpoints(folder)?.is_empty())
+    }
+
+    /// Removes the checkpoints of a run that is not to be resumed.
+    pub fn remove_checkpoints(&self) -> anyhow::Result<()> {
+        for path in checkpoints(&self.folder)? {
+            fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
+        }
+        Ok(())
+    }
+
     fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
         replace_file(&self.folder.join(name), bytes)
     }
@@ -233,6 +251,10 @@ impl RunFiles {
 
     pub fn write_policy(&self, policy: &TrainedPolicy) -> anyhow::Result<()> {
         self.write(POLICY, &policy.to_bytes()?)
+    }
+
+    pub fn read_policy(&self) -> anyhow::Result<TrainedPolicy> {
+        Ok(TrainedPolicy::load(self.folder.join(POLICY))?)
     }
 
     pub fn write_page(&self, html: &str) -> anyhow::Result<()> {

@@ -2,8 +2,9 @@
 //! not reach the target. Ctrl-C and SIGTERM end it with a last checkpoint, a second signal at once.
 
 pub mod curve_line;
-mod cycles;
 pub mod files;
+mod finish;
+mod grid;
 mod lock;
 mod options;
 mod page;
@@ -14,21 +15,23 @@ use std::{
 };
 
 use baselines::{
-    SuccessRate, TrainedPolicy, evaluate_spread,
-    learn::{Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
+    Estimate,
+    learn::{CurveRow, Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
     workers::Workers,
 };
 use commands::tell;
-use fetch_env::{EnvError, EnvId, MujocoEnv, Task, make_vec, vec_env::VecConfig};
+use fetch_env::{EnvError, EnvId, MujocoEnv, Task};
+use indicatif::ProgressBar;
 
 use self::{
-    cycles::{first_signal, train},
     files::{Outcome, Run, RunFiles},
+    finish::{Course, first_signal},
     options::{AlgorithmChoice, Preset},
 };
 use crate::shared::{
     choice::ModelChoice,
     json::{Metric, write_results},
+    progress,
     ranks::{MakeWorkers, RankArgs, of_first, share_run},
     signals::{Signals, Stopped},
 };
@@ -53,7 +56,7 @@ pub struct Args {
     /// Number of environments stepped together
     #[arg(long)]
     envs: Option<NonZeroUsize>,
-    /// Number of threads; results do not depend on it
+    /// Number of threads, and of a grid's runs at a time; results do not depend on it
     #[arg(long)]
     #[arg(default_value_t = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
     threads: NonZeroUsize,
@@ -73,7 +76,8 @@ pub struct Args {
     /// Model of the robot
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
-    /// Folder of the run; by default it has the names of environment and seed below results/train
+    /// Folder of the run; by default it has the names of environment and seed below results/train,
+    /// or that of the grid's file
     #[arg(long)]
     out: Option<PathBuf>,
     /// Replace the run that the folder has: the files that it wrote, and no others
@@ -83,6 +87,13 @@ pub struct Args {
     #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
     #[arg(conflicts_with_all = ["demos", "set", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
+    /// Run every setting of a grid with every seed, a run a thread; the same command goes on where
+    /// it was. The file is JSON: env_id, preset, steps and target as the flags, seeds, a list, and
+    /// set, an object with a list of values for each key of --set
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["env_id", "preset", "algorithm", "seed"])]
+    #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "model"])]
+    #[arg(conflicts_with_all = ["overwrite", "resume", "mpi"])]
+    grid: Option<PathBuf>,
     /// Least number of seconds between two checkpoints
     #[arg(long, default_value_t = 30.0)]
     checkpoint_seconds: f64,
@@ -93,11 +104,10 @@ pub struct Args {
     ranks: RankArgs,
 }
 
-/// The seeds of the final evaluation, which no training and no other evaluation has.
-const FINAL_SEED: u64 = 1 << 50;
-const FINAL_EPISODES: usize = 100;
-
 pub fn run(args: &Args) -> anyhow::Result<bool> {
+    if let Some(file) = &args.grid {
+        return grid::run(args, file);
+    }
     // Reports wrong usage before the ranks meet.
     let settings = options::settings(args)?;
     let signals = Signals::listen()?;
@@ -202,15 +212,22 @@ fn finish(
     signals: &Signals,
 ) -> anyhow::Result<Outcome> {
     let run = &files.run;
-    let env_id = run.env_id()?;
-    let num_steps = args.steps.unwrap_or(run.steps);
-    let target = Target { success_rate: args.target.unwrap_or(run.target), evaluations: 2 };
+    let course = Course {
+        num_steps: args.steps.unwrap_or(run.steps),
+        target: Target { success_rate: args.target.unwrap_or(run.target), evaluations: 2 },
+        threads: args.threads.get(),
+        checkpoint_seconds: args.checkpoint_seconds,
+    };
     let is_first = trainer.workers().rank() == 0;
+    let bar = progress::bar(usize::try_from(course.num_steps)?, "training");
+    if is_first {
+        bar.set_position(trainer.counters().steps);
+    }
     signals.put_off();
-    let trained = train(args, &mut trainer, files, signals, num_steps, target);
-    let saved = trained.and_then(|()| Ok(trainer.save(&files.folder)?));
+    let trained = finish::train(&mut trainer, files, &course, signals, |row| show(&bar, row));
     signals.end_at_once();
-    saved?;
+    bar.finish_and_clear();
+    trained?;
     if let Some(stopped) = Stopped::by(first_signal(signals, trainer.workers())?) {
         if is_first {
             let folder = files.folder.display().to_string();
@@ -222,21 +239,8 @@ fn finish(
         }
         return Err(stopped.into());
     }
-    let policy = trainer.policy(&env_id.to_string())?;
-    let policy = measured(trainer.workers(), policy, env_id, run.model, args.threads.get())?;
-    let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
-    let outcome = Outcome {
-        env_id: env_id.to_string(),
-        seed: trainer.seed(),
-        counters: *trainer.counters(),
-        target: target.success_rate,
-        reached: reached.map(|first| trainer.rows()[first + 1].counters),
-        success: policy.header().success,
-    };
+    let outcome = finish::finish(&mut trainer, files, &course)?;
     if is_first {
-        files.write_policy(&policy)?;
-        let settings = trainer.settings();
-        files.write_page(&page::html(env_id, run.model, trainer.rows(), settings, policy)?)?;
         say!("train: {outcome}; wrote {}", files.folder.display())?;
         let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();
         if exchanging > 0.0 {
@@ -246,22 +250,17 @@ fn finish(
     Ok(outcome)
 }
 
-/// Measures the success rate of a policy on seeds that no training has seen.
-fn measured(
-    workers: &mut dyn Workers,
-    mut policy: TrainedPolicy,
-    env_id: EnvId,
-    model: ModelChoice,
-    threads: usize,
-) -> anyhow::Result<TrainedPolicy> {
-    let config = env_id.config().with_model(model.source());
-    let vec_config = VecConfig::default().with_num_threads(threads);
-    let mut envs = make_vec(config, 20, vec_config)?;
-    let count = FINAL_EPISODES;
-    let evaluation = evaluate_spread(workers, &mut envs, &mut policy, count, FINAL_SEED, |_| ())?;
-    let rate = evaluation.summary()?.success_rate;
-    let success = SuccessRate { rate, episodes: FINAL_EPISODES, first_seed: FINAL_SEED };
-    Ok(policy.with_success(success))
+fn show(bar: &ProgressBar, row: &CurveRow) {
+    let CurveRow { counters, success_rate: Estimate { value, .. }, .. } = row;
+    bar.set_position(counters.steps);
+    bar.set_message(format!("success {value:.2}"));
+    progress::note(
+        bar,
+        format_args!(
+            "{:>9} steps {:>7} updates {:>8.2} s  success {value:.2}",
+            counters.steps, counters.updates, counters.seconds
+        ),
+    );
 }
 
 fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {
@@ -298,6 +297,7 @@ pub const fn limits(task: Task) -> (u64, f64) {
 fn preset(preset: Preset, env_id: EnvId) -> TrainSettings {
     match preset {
         Preset::Authors => TrainSettings::authors(),
+        Preset::Book => TrainSettings::book(env_id.task),
         Preset::Fast => TrainSettings::fast(env_id.task),
     }
 }

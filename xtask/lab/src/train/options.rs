@@ -2,7 +2,7 @@
 
 use std::{fs, io::Cursor};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow, bail};
 use baselines::{
     Policy, ScriptedPolicy,
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
@@ -24,6 +24,8 @@ use crate::shared::choice::flag_name;
 pub enum Preset {
     /// Those of openai/baselines, in one process
     Authors,
+    /// Fast's, with SAC at the discount and the temperature of the book that the chapter is from
+    Book,
     /// Those that learn soonest on a few cores
     Fast,
 }
@@ -67,23 +69,28 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
     if let Some(num_envs) = args.envs {
         settings.schedule.num_envs = num_envs.get();
     }
-    let mut value = serde_json::to_value(&settings)?;
     for assignment in &args.set {
         let wrong = |reason: String| usage(&format!("--set {assignment}: {reason}"));
         let Some((key, text)) = assignment.split_once('=') else {
             return Err(wrong("write KEY=VALUE, such as gamma=0.98".to_owned()));
         };
-        let new = serde_json::from_str(text)
+        let value = serde_json::from_str(text)
             .map_err(|_| wrong(format!("{text} is not a number, a list or true")))?;
-        let Some(place) = find(&mut value, key) else {
-            return Err(wrong(unknown(&serde_json::to_value(&settings)?, key)));
-        };
-        *place = new;
-        settings = serde_json::from_value(value.clone())
-            .map_err(|error| wrong(format!("{text} is not a value of {key}: {error}")))?;
-        settings.check().map_err(|error| wrong(error.to_string()))?;
+        settings = change(&settings, key, value).map_err(|error| wrong(error.to_string()))?;
     }
     settings.check().map_err(|error| usage(&error.to_string()))?;
+    Ok(settings)
+}
+
+/// Returns settings with another value for one of them; the error says what is wrong.
+pub fn change(settings: &TrainSettings, key: &str, to: Value) -> anyhow::Result<TrainSettings> {
+    let mut value = serde_json::to_value(settings)?;
+    let Some(place) = find(&mut value, key) else { bail!(unknown(&value, key)) };
+    let text = to.to_string();
+    *place = to;
+    let settings: TrainSettings = serde_json::from_value(value)
+        .map_err(|error| anyhow!("{text} is not a value of {key}: {error}"))?;
+    settings.check()?;
     Ok(settings)
 }
 
@@ -107,11 +114,14 @@ fn find<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
 fn unknown(settings: &Value, key: &str) -> String {
     let mut names = Vec::new();
     collect_names(settings, &mut names);
-    let nearest = names
-        .iter()
-        .max_by(|a, b| strsim::jaro_winkler(a, key).total_cmp(&strsim::jaro_winkler(b, key)));
-    let nearest = nearest.map_or_else(String::new, |name| format!("; did you mean {name}?"));
-    format!("there is no setting {key}{nearest} All are: {}", names.join(", "))
+    let nearest = nearest(names.iter().map(String::as_str), key);
+    format!("there is no setting {key}; did you mean {nearest}? All are: {}", names.join(", "))
+}
+
+/// Returns the nearest of some names.
+pub fn nearest<'a>(names: impl Iterator<Item = &'a str>, to: &str) -> &'a str {
+    let nearness = |name: &str| strsim::jaro_winkler(name, to);
+    names.max_by(|a, b| nearness(a).total_cmp(&nearness(b))).unwrap_or_default()
 }
 
 fn collect_names(value: &Value, names: &mut Vec<String>) {

@@ -1,5 +1,6 @@
-//! `bench learn`: measures updates of DDPG, against a plain matrix product of 256 x 256 by 256 x
-//! 256 and against PyTorch, the drawing of their batches, and how soon Reach is learned.
+//! `bench learn`: measures updates of DDPG, and of SAC beside them, against a plain matrix product
+//! of 256 x 256 by 256 x 256 and against PyTorch, the drawing of their batches, and how soon Reach is
+//! learned.
 
 mod reach;
 
@@ -7,7 +8,9 @@ use std::{hint::black_box, sync::Arc, time::Duration};
 
 use baselines::{
     Collector, RandomPolicy, buffer_config,
-    learn::{Algorithm, AlgorithmInit, Ddpg, DdpgSettings, TrainSettings, Transitions},
+    learn::{
+        AlgorithmInit, AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Transitions,
+    },
 };
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use fetch_env::{Env, Task, VecEnv, make_kinematic, vec_env::VecConfig};
@@ -60,7 +63,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
         ];
         for num_threads in [1, 2] {
             let name = format!("threads-{num_threads}");
-            let learner = learner(&buffer, &hidden, num_threads, operations)?;
+            let learner = learner(&buffer, &ddpg(&hidden), num_threads, operations)?;
             entries.push(Entry::new(&name, "operations/s", learner));
         }
         if args.peers {
@@ -93,11 +96,15 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     }
     let entries = vec![
         Entry::new("draw", "1/s", draw(&buffer)),
-        Entry::new("update", "1/s", learner(&buffer, &[SIZE; 2], 1, 1)?),
+        Entry::new("update", "1/s", learner(&buffer, &ddpg(&[SIZE; 2]), 1, 1)?),
+        Entry::new("sac-update", "1/s", learner(&buffer, &sac(), 1, 1)?),
     ];
     let rounds = interleave(entries, Duration::from_secs(args.seconds.into()))?;
-    let share = rounds.ratio("share-of-update", Clock::Wall, "update", "draw");
-    report(&mut figures, "learn/draw", rounds.figures().chain(share))?;
+    let ratios = [
+        rounds.ratio("share-of-update", Clock::Wall, "update", "draw"),
+        rounds.ratio("sac-to-ddpg", Clock::Wall, "sac-update", "update"),
+    ];
+    report(&mut figures, "learn/draw", rounds.figures().chain(ratios.into_iter().flatten()))?;
     report(&mut figures, "learn/reach", reach::measure(args.peers)?)?;
     Ok(figures)
 }
@@ -200,15 +207,23 @@ fn product(num_threads: usize) -> anyhow::Result<impl FnMut() -> anyhow::Result<
     })
 }
 
+fn ddpg(hidden: &[usize]) -> AlgorithmSettings {
+    AlgorithmSettings::Ddpg(DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() })
+}
+
+/// SAC of the preset `book`, whose networks have the sizes of DDPG's.
+fn sac() -> AlgorithmSettings {
+    AlgorithmSettings::Sac(SacSettings { hidden: vec![SIZE; 2], ..SacSettings::book() })
+}
+
 /// Draws batches and updates by them; each update counts as `work`.
 fn learner(
     replay: &Arc<Replay>,
-    hidden: &[usize],
+    algorithm: &AlgorithmSettings,
     num_threads: usize,
     work: usize,
 ) -> anyhow::Result<impl FnMut() -> anyhow::Result<usize> + use<>> {
     let pool = ThreadPoolBuilder::new().num_threads(num_threads).build()?;
-    let settings = DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() };
     let Dims { observation, goal, action } = replay.dims;
     let init = AlgorithmInit {
         num_inputs: observation + goal,
@@ -217,14 +232,14 @@ fn learner(
         seed: 0,
         rank: 0,
     };
-    let mut ddpg = Ddpg::new(settings, init)?;
+    let mut algorithm = algorithm.build(init)?;
     let (replay, mut drawn, mut seed) = (Arc::clone(replay), Drawn::default(), 0);
     Ok(move || {
         pool.install(|| {
             for _ in 0..UPDATES {
                 seed += 1;
                 let batch = replay.draw(seed, &mut drawn)?;
-                black_box(ddpg.update(batch, &mut |_| ()));
+                black_box(algorithm.update(batch, &mut |_| ()));
             }
             Ok(UPDATES * work)
         })

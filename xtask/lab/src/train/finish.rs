@@ -1,0 +1,130 @@
+//! Taking a run to its end, and writing its files.
+
+use std::time::Instant;
+
+use anyhow::Context;
+use baselines::{
+    SuccessRate, TrainedPolicy, evaluate_spread,
+    learn::{CurveRow, Target, Trainer},
+    workers::{Workers, gather_values, sum},
+};
+use fetch_env::{EnvId, MujocoEnv, make_vec, vec_env::VecConfig};
+
+use super::{
+    files::{Outcome, RunFiles},
+    page,
+};
+use crate::shared::{choice::ModelChoice, signals::Signals};
+
+/// Where a run ends, and how it gets there.
+pub struct Course {
+    /// Environment steps after which it ends.
+    pub num_steps: u64,
+    pub target: Target,
+    pub threads: usize,
+    /// Least number of seconds between two checkpoints.
+    pub checkpoint_seconds: f64,
+}
+
+/// Trains to the end of a run, or to that of the cycle in which a rank receives a signal, and saves
+/// a last checkpoint. The first rank calls `watch` after each evaluation.
+pub fn train(
+    trainer: &mut Trainer<MujocoEnv>,
+    files: &RunFiles,
+    course: &Course,
+    signals: &Signals,
+    watch: impl FnMut(&CurveRow),
+) -> anyhow::Result<()> {
+    run_cycles(trainer, files, course, signals, watch)?;
+    trainer.save(&files.folder)?;
+    Ok(())
+}
+
+fn run_cycles(
+    trainer: &mut Trainer<MujocoEnv>,
+    files: &RunFiles,
+    course: &Course,
+    signals: &Signals,
+    mut watch: impl FnMut(&CurveRow),
+) -> anyhow::Result<()> {
+    let &Course { num_steps, target, checkpoint_seconds, .. } = course;
+    let is_first = trainer.workers().rank() == 0;
+    if is_first {
+        files.write_curve(trainer.rows())?;
+    }
+    let mut saved = Instant::now();
+    let mut signal = 0;
+    while signal == 0 && trainer.counters().steps < num_steps && !target.is_reached(trainer.rows())
+    {
+        if let Some(row) = trainer.run_cycle(num_steps)? {
+            let mut written = Ok(());
+            if is_first {
+                watch(&row);
+                written = files.write_curve(trainer.rows());
+            }
+            let is_due = saved.elapsed().as_secs_f64() >= checkpoint_seconds;
+            let saves = is_first && is_due && written.is_ok();
+            if sum(trainer.workers(), u64::from(saves))? > 0 {
+                trainer.save(&files.folder).context("the run stops here")?;
+                saved = Instant::now();
+            }
+            written?;
+        }
+        signal = first_signal(signals, trainer.workers())?;
+    }
+    Ok(())
+}
+
+/// Returns the signal of the first rank that has received one; 0 for none.
+pub fn first_signal(signals: &Signals, workers: &mut dyn Workers) -> anyhow::Result<usize> {
+    let all = gather_values(workers, &signals.received())?;
+    Ok(all.into_iter().find(|signal| *signal != 0).unwrap_or(0))
+}
+
+/// The seeds of the final evaluation, which no training and no other evaluation has.
+const FINAL_SEED: u64 = 1 << 50;
+const FINAL_EPISODES: usize = 100;
+
+/// Measures the policy of a run that has ended, and writes it and the page.
+pub fn finish(
+    trainer: &mut Trainer<MujocoEnv>,
+    files: &RunFiles,
+    course: &Course,
+) -> anyhow::Result<Outcome> {
+    let (env_id, model, target) = (files.run.env_id()?, files.run.model, course.target);
+    let policy = trainer.policy(&env_id.to_string())?;
+    let policy = measured(trainer.workers(), policy, env_id, model, course.threads)?;
+    let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
+    let outcome = Outcome {
+        env_id: env_id.to_string(),
+        seed: trainer.seed(),
+        counters: *trainer.counters(),
+        target: target.success_rate,
+        reached: reached.map(|first| trainer.rows()[first + 1].counters),
+        success: policy.header().success,
+    };
+    if trainer.workers().rank() == 0 {
+        files.write_policy(&policy)?;
+        let settings = trainer.settings();
+        files.write_page(&page::html(env_id, model, trainer.rows(), settings, policy)?)?;
+    }
+    Ok(outcome)
+}
+
+/// Measures the success rate of a policy on seeds that no training has seen.
+fn measured(
+    workers: &mut dyn Workers,
+    mut policy: TrainedPolicy,
+    env_id: EnvId,
+    model: ModelChoice,
+    threads: usize,
+) -> anyhow::Result<TrainedPolicy> {
+    let config = env_id.config().with_model(model.source());
+    let vec_config = VecConfig::default().with_num_threads(threads);
+    let mut envs = make_vec(config, 20, vec_config)?;
+    let count = FINAL_EPISODES;
+    let evaluation = evaluate_spread(workers, &mut envs, &mut policy, count, FINAL_SEED, |_| ())?;
+    let rate = evaluation.summary()?.success_rate;
+    let success = SuccessRate { rate, episodes: FINAL_EPISODES, first_seed: FINAL_SEED };
+    Ok(policy.with_success(success))
+}

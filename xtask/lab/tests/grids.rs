@@ -1,0 +1,194 @@
+//! Grids of training as a user writes, runs, kills and stops them.
+
+mod program;
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+    thread,
+    time::Duration,
+};
+
+use program::{Result, errors_of, lab, output_of, read_json};
+use tempfile::tempdir;
+
+/// Two settings with two seeds, small networks and short evaluations.
+const GRID: &str = r#"{
+    "env_id": "FetchReach-v4",
+    "preset": "fast",
+    "steps": 600,
+    "target": 0.0,
+    "set": {
+        "gamma": [0.9, 0.95],
+        "hidden": [[32, 32]],
+        "evaluation_episodes": [5],
+        "evaluation_interval": [300]
+    },
+    "seeds": [3, 1]
+}"#;
+
+fn train(file: &Path, out: &Path) -> Command {
+    let mut command = lab("train --checkpoint-seconds 0 --grid");
+    command.arg(file).arg("--out").arg(out);
+    command
+}
+
+/// The table without the columns of seconds.
+fn table(out: &Path) -> Result<Vec<String>> {
+    let text = fs::read_to_string(out.join("table.csv"))?;
+    let without = |line: &str| line.rsplitn(4, ',').last().unwrap_or_default().to_owned();
+    Ok(text.lines().map(without).collect())
+}
+
+fn num_policies(out: &Path) -> usize {
+    let folders = |path: &Path| fs::read_dir(path).into_iter().flatten().flatten();
+    let runs = folders(&out.join("runs")).flat_map(|choice| folders(&choice.path()));
+    runs.filter(|run| run.path().join("policy.safetensors").exists()).count()
+}
+
+#[test]
+fn a_killed_or_stopped_grid_goes_on_to_the_same_table() -> Result {
+    let folder = tempdir()?;
+    let file = folder.path().join("grid.json");
+    let endless = GRID.replace("\"target\": 0.0", "\"target\": 2");
+    fs::write(&file, endless)?;
+    let whole = folder.path().join("whole");
+    let text = output_of(
+        train(&file, &whole)
+            .args(["--threads", "1"])
+            .arg("--json")
+            .arg(folder.path().join("results.json")),
+    )?;
+    assert!(text.contains("| 0.95  |") && text.contains("0 of 2"), "{text}");
+    let results = read_json(&folder.path().join("results.json"))?;
+    assert_eq!(results["results"][0]["name"], "train/grid/gamma=0.9/success_rate");
+    let lines = table(&whole)?;
+    assert_eq!(lines.len(), 3);
+    assert!(lines[0].starts_with("gamma,hidden,evaluation_episodes,"), "{lines:?}");
+    for ending in ["svg", "png"] {
+        assert!(whole.join("success").with_extension(ending).exists());
+    }
+    let run = whole.join("runs/gamma=0.95/seed-3");
+    assert_eq!(read_json(&run.join("run.json"))?["changes"][0], "gamma=0.95");
+    assert!(!run.join("checkpoint-000000000600.zip").exists(), "it is not to be resumed");
+
+    for (signal, code) in [("-KILL", None), ("-INT", Some(130))] {
+        let out = folder.path().join(signal);
+        // The user's own file, beside those of the grid.
+        fs::create_dir_all(&out)?;
+        fs::write(out.join("thesis.txt"), "a thesis")?;
+        let mut grid = train(&file, &out).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
+        while num_policies(&out) == 0 && grid.try_wait()?.is_none() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        let kill = format!("kill {signal} {}", grid.id());
+        assert!(Command::new("sh").args(["-c", &kill]).status()?.success());
+        let output = grid.wait_with_output()?;
+        assert_eq!(output.status.code(), code, "{}", errors_of(&output));
+        assert!(code.is_none() || errors_of(&output).contains("the same command goes on"));
+        assert!(!out.join("table.csv").exists(), "the grid has ended");
+        let kept = num_policies(&out);
+        assert!((1..4).contains(&kept), "{kept}");
+        output_of(&mut train(&file, &out))?;
+        assert_eq!(table(&out)?, lines);
+        assert_eq!(fs::read_to_string(out.join("thesis.txt"))?, "a thesis");
+        // It has nothing to run any more.
+        output_of(&mut train(&file, &out))?;
+        assert_eq!(table(&out)?, lines);
+    }
+    Ok(())
+}
+
+#[test]
+fn runs_end_at_the_target_and_are_those_of_train() -> Result {
+    let folder = tempdir()?;
+    let [file, out, alone] = ["grid.json", "out", "alone"].map(|name| folder.path().join(name));
+    fs::write(&file, GRID.replace("[0.9, 0.95]", "[0.95]"))?;
+    let text = output_of(&mut train(&file, &out))?;
+    assert!(text.contains("2 of 2"), "{text}");
+    let flags = "train --preset fast --seed 1 --steps 600 --target 0 --set gamma=0.95 \
+                 --set hidden=[32,32] --set evaluation_episodes=5 --set evaluation_interval=300 \
+                 --out";
+    output_of(lab(flags).arg(&alone))?;
+    let run = out.join("runs/preset/seed-1");
+    for name in ["policy.safetensors", "run.json"] {
+        assert!(fs::read(run.join(name))? == fs::read(alone.join(name))?, "{name}");
+    }
+    Ok(())
+}
+
+#[test]
+fn a_changed_grid_and_a_folder_of_something_else_are_refused() -> Result {
+    let folder = tempdir()?;
+    let [file, out, taken] = ["grid.json", "out", "taken"].map(|name| folder.path().join(name));
+    fs::write(&file, GRID.replace("[0.9, 0.95]", "[0.95]").replace("[3, 1]", "[3]"))?;
+    output_of(&mut train(&file, &out))?;
+    // The order of keys is no change.
+    let before = table(&out)?;
+    for (from, to, difference) in [
+        ("[0.95]", "[0.9]", "grid.set.gamma"),
+        ("\"seeds\": [3]", "\"seeds\": [3, 1]", "grid.seeds"),
+        ("\"steps\": 600,", "", "grid.steps"),
+    ] {
+        let text = fs::read_to_string(&file)?;
+        fs::write(&file, text.replace(from, to))?;
+        let output = train(&file, &out).output()?;
+        let errors = errors_of(&output);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.contains(&format!("differs in {difference}: choose another")), "{errors}");
+        assert_eq!(table(&out)?, before);
+        fs::write(&file, text)?;
+    }
+    for name in ["grid.json", "runs", "table.csv", "success.png"] {
+        fs::create_dir_all(&taken)?;
+        fs::write(taken.join(name), "the user's")?;
+        let output = train(&file, &taken).output()?;
+        let errors = errors_of(&output);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.contains("choose another folder"), "{errors}");
+        assert_eq!(fs::read_to_string(taken.join(name))?, "the user's");
+        assert_eq!(fs::read_dir(&taken)?.count(), 1, "{name}");
+        fs::remove_dir_all(&taken)?;
+    }
+    Ok(())
+}
+
+#[test]
+fn bad_grid_files_are_refused() -> Result {
+    let folder = tempdir()?;
+    let file = folder.path().join("grid.json");
+    for (from, to, words) in [
+        ("\"seeds\"", "\"seed\"", "there is no key seed; did you mean seeds?"),
+        ("\"gamma\"", "\"gama\"", "there is no setting gama; did you mean gamma?"),
+        ("FetchReach-v4", "FetchRech-v4", "FetchReach-v4"),
+        ("\"fast\"", "\"author\"", "there is no preset author; did you mean authors?"),
+        ("[0.9, 0.95]", "0.9", "gamma is 0.9: write a list, such as [0.9]"),
+        ("[0.9, 0.95]", "[]", "gamma is empty"),
+        ("[0.9, 0.95]", "[0.9, 2]", "gamma is 2.0: choose from 0.0 to 1.0"),
+        ("[0.9, 0.95]", "[0.9, \"much\"]", "\"much\" is not a value of gamma"),
+        ("[0.9, 0.95]", "[0.9, 0.90]", "gamma=0.9, hidden=[32,32]"),
+        ("\"hidden\"", "\"gamma\"", "gamma is there twice"),
+        ("[3, 1]", "[3, 1, 3]", "seed 3 is there twice"),
+        ("[3, 1]", "[]", "seeds is empty"),
+        ("\"seeds\": [3, 1]", "\"target\": 1", "duplicate field `target`"),
+        (",\n    \"seeds\": [3, 1]", "", "missing field `seeds`"),
+        ("\"steps\": 600", "\"steps\": -600", "invalid value: integer `-600`"),
+        ("}\n}", "", "the file is no grid"),
+        ("[3, 1]", &format!("{:?}", (0..501).collect::<Vec<_>>()), "has 1002 runs"),
+    ] {
+        assert!(GRID.contains(from) || from == "}\n}", "{from}");
+        fs::write(
+            &file,
+            if GRID.contains(from) { GRID.replace(from, to) } else { "{".to_owned() },
+        )?;
+        let output = train(&file, &folder.path().join("out")).output()?;
+        let errors = errors_of(&output);
+        assert_eq!(output.status.code(), Some(1), "{to}: {errors}");
+        assert!(errors.contains(words) && errors.contains("grid.json"), "{to}: {errors}");
+        assert!(!folder.path().join("out").exists(), "{to}");
+    }
+    let mut flags = lab("train --seed 1 --grid");
+    assert_eq!(flags.arg(&file).output()?.status.code(), Some(2));
+    Ok(())
+}
