@@ -84,6 +84,8 @@ fn compile(Found { include, library }: &Found) {
     }
     if let Some(library) = library {
         println!("cargo::rerun-if-changed={}", library.display());
-        println!("cargo::rustc-env=FETCH_SIM_LIBMUJOCO={}", library.display());
+        if env::var_os("CARGO_FEATURE_BUNDLED").is_none() {
+            println!("cargo::rustc-env=FETCH_SIM_LIBMUJOCO={}", library.display());
+        }
     }
 }

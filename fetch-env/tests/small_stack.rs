@@ -3,7 +3,7 @@
 use std::{env, hint::black_box, process::Command};
 
 use fetch_env::{
-    EnvId, FetchEnv,
+    EnvError, EnvId, FetchEnv,
     vec_env::{VecConfig, VecEnv},
 };
 use testing::Faulty;
@@ -50,14 +50,17 @@ fn worker_threads_have_room_whatever_the_default_is() -> Result {
 
 fn step_with_half_a_megabyte() -> Result {
     let config = "FetchReach-v4".parse::<EnvId>()?.config();
-    let simulator = Faulty::new(config.sim(), || {
-        black_box([0_u8; 512 << 10]);
-        Ok(())
-    });
-    let env = FetchEnv::new(config, simulator)?.time_limited();
-    let mut envs = VecEnv::new([env], VecConfig::default())?;
+    let env = || {
+        let simulator = Faulty::new(config.sim(), || {
+            black_box([0_u8; 512 << 10]);
+            Ok(())
+        });
+        Ok::<_, EnvError>(FetchEnv::new(config.clone(), simulator)?.time_limited())
+    };
+    // One thread would be this one.
+    let mut envs = VecEnv::new([env()?, env()?], VecConfig::default().with_num_threads(2))?;
     envs.reset(Some(0))?;
-    let batch = envs.step(&[0.0, 0.0, -1.0, 0.0])?;
+    let batch = envs.step(&[0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0])?;
     assert_eq!(batch.errors().count(), 0);
     Ok(())
 }

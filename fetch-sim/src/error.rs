@@ -82,6 +82,15 @@ pub enum SimError {
         /// The libraries in it, and why each was refused.
         tried: Vec<TriedLibrary>,
     },
+    /// A library is chosen or loaded already.
+    #[error(
+        "MuJoCo is taken from {} already: choose a library once, before the first simulation",
+        path.display()
+    )]
+    LibraryInUse {
+        /// The library.
+        path: PathBuf,
+    },
     /// The crate's C and Rust sides were compiled from different sources.
     #[error("{item} is {shim} in the C shim and {rust} in Rust: clean and rebuild")]
     ShimMismatch {

@@ -78,6 +78,7 @@
 //! |---|---|---|
 //! | `mujoco` (default) | the physics | MuJoCo 2.2 or later, and a C compiler |
 //! | `render` (default) | pictures, depth, segmentation | OpenGL (EGL or OSMesa), at run time |
+//! | `bundled` | nothing: leaves the build's path of MuJoCo out of the program | `use_library` |
 //! | `download` | downloads of MuJoCo and of the reference's model | Python 3 with pip |
 //!
 //! # Speed
@@ -107,6 +108,9 @@
 //! 4. this process, in which other code may have loaded that version;
 //! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and
 //!    `/usr`; on macOS those of `DYLD_LIBRARY_PATH`, and `/usr/local/lib`; on Windows none.
+//!
+//! A program that brings the library where none of this finds it names its file with `use_library`;
+//! then no other is taken.
 //!
 //! If a MuJoCo is loaded for the whole process, for example because the program links it, that one
 //! is used: any other would call its functions.

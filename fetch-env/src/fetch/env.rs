@@ -2,16 +2,16 @@
 
 use std::borrow::Cow;
 
-use fetch_sim::{Control, Simulator, Task};
+use fetch_sim::{Simulator, Task};
 use goal_reward::{DistanceReward, GoalReward, Symmetry, goal_distance};
 use nalgebra::Vector3;
 
+use super::action::{ACTION_LEN, Precision, control};
 use super::config::FetchConfig;
 use super::error::MakeError;
 use super::observation::{FetchObservation, Goal};
 use super::reset::{FetchResetOptions, draw_object_position};
 use super::task::FetchTask;
-use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{Env, Reset, Step};
@@ -21,9 +21,6 @@ use crate::gym::{
     np_random::NpRandom,
     wrappers::{TimeLimit, Wrapped},
 };
-
-/// Largest displacement of the gripper along an axis in one step, in meters.
-const MAX_DISPLACEMENT: f32 = 0.05;
 
 /// A Fetch environment: settings, a simulator, a reward and a task.
 ///
@@ -74,7 +71,7 @@ impl<S: Simulator> FetchEnv<S> {
         }
         Ok(Self {
             reward: config.distance_reward(),
-            action_space: BoxSpace::uniform(vec![4], -1.0, 1.0)?,
+            action_space: BoxSpace::uniform(vec![ACTION_LEN], -1.0, 1.0)?,
             observation_space: observation_space::<S>(&config, &task)?,
             config,
             task,
@@ -206,6 +203,12 @@ impl<S, R, T> FetchEnv<S, R, T> {
     pub fn np_random_seed(&self) -> Option<u64> {
         self.random.as_ref().map(NpRandom::initial_seed)
     }
+
+    /// Returns the random numbers as the last reset has left them; `None` before the first reset.
+    #[must_use]
+    pub const fn np_random(&self) -> Option<&NpRandom> {
+        self.random.as_ref()
+    }
 }
 
 impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
@@ -259,18 +262,44 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         Ok(goal)
     }
 
-    /// Turns an action into the command of a control step.
-    fn control(&self, action: &[f32]) -> Result<Control, EnvError> {
-        self.action_space.check_action(action)?;
-        let &[dx, dy, dz, fingers] = action else {
-            let (expected, actual) = (self.action_space.len(), action.len());
-            return Err(EnvError::ActionLength { expected, actual });
-        };
-        // Clipped and scaled in single precision, then widened, as the reference does.
-        let displacement = |element: f32| f64::from(element.clamp(-1.0, 1.0) * MAX_DISPLACEMENT);
-        Ok(Control {
-            displacement: Vector3::new(displacement(dx), displacement(dy), displacement(dz)),
-            fingers: f64::from(fingers.clamp(-1.0, 1.0)),
+    /// Takes one action in double precision, as the reference does with an array of `float64`:
+    /// clipped and scaled without rounding to `f32`. [`Env::step`] does it in single precision.
+    ///
+    /// ```
+    /// use fetch_env::{Env, make_kinematic};
+    ///
+    /// let mut env = make_kinematic("FetchReach-v4")?.into_inner();
+    /// env.reset(Some(0))?;
+    /// let step = env.step_f64(&[0.1, 0.0, 0.0, 0.0])?;
+    /// assert_eq!(step.reward, -1.0);
+    /// # Ok::<(), fetch_env::EnvError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Env::step`].
+    pub fn step_f64(&mut self, action: &[f64]) -> Result<Step<FetchObservation, Info>, EnvError> {
+        self.take(action)
+    }
+
+    fn take(
+        &mut self,
+        action: &[impl Precision],
+    ) -> Result<Step<FetchObservation, Info>, EnvError> {
+        if self.goal.is_none() {
+            return Err(EnvError::ResetNeeded);
+        }
+        let control = control(action)?;
+        let goal = self.goal.take().ok_or(EnvError::ResetNeeded)?;
+        self.simulator.step(&control)?;
+        let observation = self.observe_with(&goal)?;
+        self.goal = Some(goal);
+        let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+        Ok(Step {
+            reward: self.reward.reward(achieved, desired),
+            terminated: self.compute_terminated(achieved, desired),
+            truncated: self.compute_truncated(achieved, desired),
+            info: self.info(&observation),
+            observation,
         })
     }
 }
@@ -303,22 +332,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> Env for FetchEnv<S, R, T> {
     }
 
     fn step(&mut self, action: &[f32]) -> Result<Step<FetchObservation, Info>, EnvError> {
-        if self.goal.is_none() {
-            return Err(EnvError::ResetNeeded);
-        }
-        let control = self.control(action)?;
-        let goal = self.goal.take().ok_or(EnvError::ResetNeeded)?;
-        self.simulator.step(&control)?;
-        let observation = self.observe_with(&goal)?;
-        self.goal = Some(goal);
-        let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
-        Ok(Step {
-            reward: self.reward.reward(achieved, desired),
-            terminated: self.compute_terminated(achieved, desired),
-            truncated: self.compute_truncated(achieved, desired),
-            info: self.info(&observation),
-            observation,
-        })
+        self.take(action)
     }
 
     fn action_space(&self) -> &BoxSpace<f32> {

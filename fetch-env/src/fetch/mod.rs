@@ -1,5 +1,6 @@
 //! The Fetch environments.
 
+mod action;
 pub(crate) mod config;
 pub(crate) mod env;
 pub(crate) mod env_id;

@@ -59,6 +59,20 @@ impl NpRandom {
         self.seed
     }
 
+    /// Returns the number of 64-bit draws since the seed: numpy's generator is in the same state
+    /// after `np.random.PCG64(seed).advance(draws)`.
+    ///
+    /// ```
+    /// # use fetch_env::NpRandom;
+    /// let mut random = NpRandom::new(7);
+    /// random.uniform(-0.15, 0.15);
+    /// assert_eq!(random.draws(), 1);
+    /// ```
+    #[must_use]
+    pub const fn draws(&self) -> u64 {
+        self.draws
+    }
+
     /// Draws numpy's `random()`: uniform over the multiples of 2^-53 in [0, 1).
     pub fn random(&mut self) -> f64 {
         unit_interval(self.next_u64())

@@ -11,3 +11,4 @@ mod recording;
 mod rows;
 mod state;
 mod synchronous;
+mod threads;

@@ -63,12 +63,7 @@ impl<T: Element> ActionSpace for BoxSpace<T> {
     }
 
     fn check_action(&self, action: &[T]) -> Result<(), EnvError> {
-        check_len(self.len(), action)?;
-        let is_bad = |element: &T| !(*element).into().is_finite();
-        match action.iter().position(is_bad) {
-            None => Ok(()),
-            Some(index) => Err(EnvError::ActionNotFinite { index, value: action[index].into() }),
-        }
+        check_numbers(self.len(), action)
     }
 
     fn invalid_elements(&self, _index: usize) -> Vec<T> {
@@ -164,6 +159,16 @@ impl ActionSpace for MultiBinarySpace {
         check_sample_len(self.len(), action)?;
         fill(action, rng);
         Ok(())
+    }
+}
+
+/// Checks the length of an action of numbers, and that they are finite.
+pub(crate) fn check_numbers<T: Element>(expected: usize, action: &[T]) -> Result<(), EnvError> {
+    check_len(expected, action)?;
+    let is_bad = |element: &T| !(*element).into().is_finite();
+    match action.iter().position(is_bad) {
+        None => Ok(()),
+        Some(index) => Err(EnvError::ActionNotFinite { index, value: action[index].into() }),
     }
 }
 

@@ -166,7 +166,8 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// [`VecEnvError::InFlight`], and as [`send_reset`](Self::send_reset).
     pub fn reset(&mut self, seed: Option<u64>) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
-        self.send_reset(seed)?;
+        self.lend_seeded_resets(seed)?;
+        self.pool.run();
         self.receive_all()
     }
 
@@ -179,7 +180,8 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         reset: &VecReset<'_, E::ResetOptions>,
     ) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
-        self.send_reset_with(reset)?;
+        self.lend_chosen_resets(reset)?;
+        self.pool.run();
         self.receive_all()
     }
 
@@ -196,7 +198,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         for env_index in 0..self.num_envs() {
             self.lend_action(env_index, actions, env_index);
         }
-        self.pool.wake();
+        self.pool.run();
         self.receive_all()
     }
 
@@ -236,6 +238,12 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// [`VecEnvError::SeedTooLarge`], [`VecEnvError::EnvInFlight`] or [`VecEnvError::WorkerLost`];
     /// then no reset is started.
     pub fn send_reset(&mut self, seed: Option<u64>) -> Result<(), VecEnvError> {
+        self.lend_seeded_resets(seed)?;
+        self.pool.wake();
+        Ok(())
+    }
+
+    fn lend_seeded_resets(&mut self, seed: Option<u64>) -> Result<(), VecEnvError> {
         let num_envs = self.num_envs();
         if let Some(first) = seed
             && first.checked_add(num_envs as u64 - 1).is_none()
@@ -252,6 +260,15 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// [`VecEnvError::Count`], [`VecEnvError::EmptyMask`], [`VecEnvError::EnvInFlight`] or
     /// [`VecEnvError::WorkerLost`]; then no reset is started.
     pub fn send_reset_with(
+        &mut self,
+        reset: &VecReset<'_, E::ResetOptions>,
+    ) -> Result<(), VecEnvError> {
+        self.lend_chosen_resets(reset)?;
+        self.pool.wake();
+        Ok(())
+    }
+
+    fn lend_chosen_resets(
         &mut self,
         reset: &VecReset<'_, E::ResetOptions>,
     ) -> Result<(), VecEnvError> {
@@ -280,7 +297,6 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
                 slot.command = Command::Reset { seed, options };
             });
         }
-        self.pool.wake();
         Ok(())
     }
 
@@ -303,6 +319,17 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
             self.take_back(slot);
         }
         Ok(&self.step)
+    }
+
+    /// Waits for all environments in flight. Row `i` of the result is environment `i`, as after
+    /// [`step`](Self::step); the row of one that was not in flight has its last results again, but
+    /// no step.
+    ///
+    /// # Errors
+    /// [`VecEnvError::WorkerLost`] or [`VecEnvError::Forked`].
+    pub fn recv_all(&mut self) -> Result<&VecStepOf<E>, VecEnvError> {
+        self.pool.check()?;
+        self.receive_all()
     }
 
     fn receive_all(&mut self) -> Result<&VecStepOf<E>, VecEnvError> {

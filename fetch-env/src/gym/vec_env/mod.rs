@@ -20,7 +20,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The threads have stacks of 2 MiB, in which the environments' steps and resets run.
+//! The threads have stacks of 2 MiB, in which the environments' steps and resets run. With one
+//! thread they run on the caller's instead, which needs no hand-over.
 //!
 //! # Asynchronously
 //! [`send`](VecEnv::send) starts some environments and [`recv`](VecEnv::recv) waits for the first

@@ -153,6 +153,16 @@ impl<J: Job + 'static> Pool<J> {
         self.workers.iter().for_each(Thread::unpark);
     }
 
+    /// Starts the queued jobs. One thread alone would only make the caller wait for it, so its jobs
+    /// are done here and now.
+    pub(super) fn run(&self) {
+        let [_] = *self.workers else { return self.wake() };
+        while let Some(mut job) = self.shared.next(0) {
+            job.run();
+            self.shared.finish(job);
+        }
+    }
+
     /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps. After a
     /// [check](Self::check), because a forked process would wait forever.
     pub(super) fn wait(&self, count: usize) -> Result<(), VecEnvError> {

@@ -11,8 +11,7 @@ use std::{
 
 use super::{
     ffi,
-    library::{c_path, check_as, library_path},
-    library_file::LibraryFile,
+    library::{c_path, check_as, library_path, look_at},
     system::{DECODER_FILES, library_name},
     version::MujocoVersion,
 };
@@ -65,8 +64,11 @@ fn files() -> Vec<PathBuf> {
 }
 
 fn load_plugin(file: &Path) -> Result<(), String> {
-    let plugin = LibraryFile::look_at(file)?;
-    let library = library_name(MujocoVersion::of_shim());
+    let plugin = look_at(file)?;
+    let library = library_path().map_err(|error| error.to_string())?;
+    // The name under which the system knows the library, and finds it for a plugin.
+    let own_name = look_at(&library)?.own_name;
+    let library = own_name.unwrap_or_else(|| library_name(MujocoVersion::of_shim()));
     let (file, library) = (c_path(&plugin.path)?, c_path(library.as_ref())?);
     // SAFETY: the library is loaded, and both are C strings.
     let status = unsafe { ffi::fs_load_plugin(file.as_ptr(), library.as_ptr()) };

@@ -38,10 +38,49 @@ pub fn library_path() -> Result<PathBuf, SimError> {
     load_once().cloned()
 }
 
+/// The library that the program brings.
+static CHOSEN: OnceLock<PathBuf> = OnceLock::new();
+
+/// What came of loading MuJoCo.
+static LOADED: OnceLock<Result<PathBuf, SimError>> = OnceLock::new();
+
+/// Takes MuJoCo from this file, which the program brings: for plugins and extension modules, beside
+/// whose executable there is no library. Call it before anything else uses MuJoCo; nothing is
+/// loaded yet.
+///
+/// The library may have any name, also as its SONAME, so that it meets no other copy in the process;
+/// decoders in the folder `plugin` beside it must then be linked to that name. It must have the
+/// version of the headers. Who may write to it is not checked, and `MUJOCO_DIR` does not count.
+///
+/// ```no_run
+/// # #[cfg(not(fetch_sim_no_shim))] {
+/// fetch_sim::use_library("/opt/product/lib/libmujoco.so.3.6.0")?;
+/// assert!(fetch_sim::library_path()?.starts_with("/opt/product"));
+/// # }
+/// # Ok::<(), fetch_sim::SimError>(())
+/// ```
+///
+/// # Errors
+/// [`SimError::LibraryInUse`] if another library was chosen before, or is loaded.
+pub fn use_library(path: impl AsRef<Path>) -> Result<(), SimError> {
+    let path = path.as_ref();
+    if let Some(Ok(loaded)) = LOADED.get()
+        && resolve(path).ok().as_ref() != Some(loaded)
+    {
+        return Err(SimError::LibraryInUse { path: loaded.clone() });
+    }
+    let chosen = CHOSEN.get_or_init(|| path.to_path_buf());
+    if chosen == path { Ok(()) } else { Err(SimError::LibraryInUse { path: chosen.clone() }) }
+}
+
+/// Looks at a library or plugin before it is loaded.
+pub(super) fn look_at(file: &Path) -> Result<LibraryFile, String> {
+    if CHOSEN.get().is_some() { LibraryFile::chosen(file) } else { LibraryFile::look_at(file) }
+}
+
 /// Loads MuJoCo on the first call, and returns the path of its library; later calls return the same
 /// result.
 pub(crate) fn load_once() -> Result<&'static PathBuf, SimError> {
-    static LOADED: OnceLock<Result<PathBuf, SimError>> = OnceLock::new();
     let load = || {
         if ffi::IS_MISSING {
             return Err(SimError::BuiltWithoutMujoco);
@@ -50,7 +89,10 @@ pub(crate) fn load_once() -> Result<&'static PathBuf, SimError> {
         let version = MujocoVersion::of_shim();
         let global = rust_path(ffi::fs_global_library_path());
         let others = path_of_others(&library_name(version));
-        load(&Search::of_process(version, global, others))
+        load(&Search {
+            chosen: CHOSEN.get().cloned(),
+            ..Search::of_process(version, global, others)
+        })
     };
     LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
 }
@@ -74,7 +116,7 @@ fn load(search: &Search) -> Result<PathBuf, SimError> {
     }
     let version = search.version.to_string();
     Err(match &search.mujoco_dir {
-        Some(value) if search.global.is_none() => {
+        Some(value) if search.global.is_none() && search.chosen.is_none() => {
             SimError::MujocoDir { value: value.clone(), version, tried }
         }
         _ => SimError::Library { version, tried },
@@ -84,7 +126,7 @@ fn load(search: &Search) -> Result<PathBuf, SimError> {
 /// Loads a library, or returns why it is refused. Most reasons are found before any of its code
 /// runs.
 fn load_file(file: &Path, version: MujocoVersion) -> Result<(), String> {
-    let library = LibraryFile::look_at(file)?;
+    let library = look_at(file)?;
     let file_name = library.path.file_name().and_then(OsStr::to_str);
     for name in [library.own_name.as_deref(), file_name].into_iter().flatten() {
         let numbers = version_in_name(name).unwrap_or_default();

@@ -19,8 +19,18 @@ impl LibraryFile {
     /// The reason not to load it: it is missing or truncated, or users other than this one and root
     /// may have written it.
     pub(crate) fn look_at(file: &Path) -> Result<Self, String> {
+        let library = Self::chosen(file)?;
+        check_owners(&library.path)?;
+        Ok(library)
+    }
+
+    /// Checks a library as [`look_at`](Self::look_at) does, whoever may have written it: the
+    /// program brings it.
+    ///
+    /// # Errors
+    /// The reason not to load it: it is missing or truncated.
+    pub(crate) fn chosen(file: &Path) -> Result<Self, String> {
         let path = resolve(file).map_err(|error| error.to_string())?;
-        check_owners(&path)?;
         let own_name = own_name(&path)?;
         Ok(Self { path, own_name })
     }

@@ -22,6 +22,8 @@ pub(crate) struct Search {
     /// The library that other code loaded for the whole process: any other would call its
     /// functions.
     pub(crate) global: Option<PathBuf>,
+    /// The library that the program brings.
+    pub(crate) chosen: Option<PathBuf>,
     /// Value of `MUJOCO_DIR`.
     pub(crate) mujoco_dir: Option<PathBuf>,
     pub(crate) executable: Option<PathBuf>,
@@ -58,6 +60,7 @@ impl Search {
         Self {
             version,
             global,
+            chosen: None,
             mujoco_dir: wish.filter(|_| !privileges::are_raised()),
             executable: executable.map(|path| path.canonicalize().unwrap_or(path)),
             of_build: option_env!("FETCH_SIM_LIBMUJOCO").map(PathBuf::from),
@@ -69,8 +72,8 @@ impl Search {
 
     /// Returns the places, in the order in which they are tried.
     ///
-    /// A library that is loaded for the whole process is the only place, and so is `MUJOCO_DIR`,
-    /// because using another library would hide a mistake. Otherwise what lies beside the program
+    /// A library that is loaded for the whole process is the only place, and so is what the program
+    /// has chosen or `MUJOCO_DIR`, because using another library would hide a mistake. Otherwise what lies beside the program
     /// comes before the library of the build, and that before those with the same version.
     pub(crate) fn places(&self) -> Vec<Place> {
         if let Some(global) = &self.global {
@@ -82,6 +85,10 @@ impl Search {
             is_loaded: false,
             if_empty,
         };
+        if let Some(chosen) = &self.chosen {
+            let files = vec![chosen.clone()];
+            return vec![place("the program's choice", files, String::new())];
+        }
         if let Some(dir) = &self.mujoco_dir {
             let fault = if dir.exists() { &format!("has no {LIBRARY}") } else { "does not exist" };
             let if_empty = format!("{} {fault}", dir.display());

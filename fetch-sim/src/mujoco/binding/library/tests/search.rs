@@ -48,6 +48,7 @@ fn search_in_this_process() -> Result {
     let search = Search {
         version,
         global: None,
+        chosen: None,
         mujoco_dir,
         executable,
         of_build,
