@@ -45,3 +45,30 @@ impl Normals {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Normals;
+
+    #[test]
+    fn the_best_candidates_lead_to_the_minimum() {
+        let mut normals = Normals::new(vec![0.0; 3], vec![1.0; 3], 5);
+        let cost = |x: &[f64]| x.iter().map(|x| (x - 0.7).powi(2)).sum::<f64>();
+        for _ in 0..30 {
+            let mut candidates: Vec<_> = (0..40).map(|_| normals.draw()).collect();
+            candidates.sort_by(|one, other| cost(one).total_cmp(&cost(other)));
+            normals.fit(&candidates[..8].iter().map(Vec::as_slice).collect::<Vec<_>>());
+        }
+        assert!(cost(&normals.mean) < 0.02, "{normals:?}");
+        assert_eq!(normals.std, normals.least_std);
+    }
+
+    #[test]
+    fn candidates_have_the_distribution() {
+        let mut normals = Normals::new(vec![2.0], vec![0.5], 1);
+        let candidates: Vec<_> = (0..20_000).map(|_| normals.draw()).collect();
+        normals.fit(&candidates.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        assert!((normals.mean[0] - 2.0).abs() < 0.02, "{normals:?}");
+        assert!((normals.std[0] - 0.5).abs() < 0.01, "{normals:?}");
+    }
+}

@@ -47,3 +47,39 @@ impl<'a> Knots<'a> {
         self.actions.iter().enumerate().map(moved).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fetch_env::BoxSpace;
+    use proptest::prelude::*;
+
+    use super::Knots;
+
+    proptest! {
+        #[test]
+        fn actions_lie_in_the_space_and_are_the_plans_without_offsets(
+            steps in 1..60_usize,
+            count in 2..20_usize,
+            action in -1.0..=1.0_f32,
+            offset in -9.0..=9.0_f64,
+        ) {
+            let space = BoxSpace::uniform(vec![2], -1.0, 1.0).expect("bounds");
+            let actions = vec![vec![action, 0.25]; steps];
+            let knots = Knots::new(&actions, &space, count);
+            let still = vec![0.0; knots.spread(0.1).len()];
+            prop_assert_eq!(&knots.actions(&still), &actions);
+            let moved = knots.actions(&vec![offset; still.len()]);
+            prop_assert!(moved.iter().all(|action| space.contains(action)));
+        }
+    }
+
+    #[test]
+    fn offsets_change_along_straight_lines() {
+        let space = BoxSpace::uniform(vec![1], -1.0, 1.0).expect("bounds");
+        let actions = vec![vec![0.5]; 5];
+        let knots = Knots::new(&actions, &space, 3);
+        let expected = [[0.5], [0.25], [0.0], [0.5], [1.0]];
+        assert_eq!(knots.actions(&[0.0, -0.5, 0.5]), expected.map(Vec::from));
+        assert_eq!(knots.actions(&[0.0, -0.5, 0.7])[4], [1.0], "clipped");
+    }
+}

@@ -7,8 +7,11 @@ mod table;
 
 use std::{num::NonZeroUsize, path::PathBuf, thread::available_parallelism, time::Instant};
 
-use baselines::{Plan, Planner, PlannerSettings, ScriptedPolicy, TrainedPolicy};
-use fetch_env::{Env, EnvId, MujocoEnv, make};
+use anyhow::ensure;
+use baselines::{
+    Episode, Plan, PlannedPolicy, Planner, PlannerSettings, ScriptedPolicy, TrainedPolicy, evaluate,
+};
+use fetch_env::{Env, EnvId, MujocoEnv, SnapshotEnv, make};
 use serde::Serialize;
 
 use self::start::Start;
@@ -30,7 +33,8 @@ pub struct Args {
     /// Seed of the first start; the others have the seeds that follow
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Go on after the first success, for one in fewer steps
+    /// Begin with what the better of the two policies does, and go on after the first success, for
+    /// one in fewer steps
     #[arg(long)]
     fewest_steps: bool,
     /// Number of threads; results do not depend on it
@@ -81,11 +85,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     bar.finish_and_clear();
     signals.end_at_once();
-    let (title, mut figures) = (format!("plan/{}", args.env_id), Vec::new());
-    for line in table::lines(task, &starts, &title, &mut figures) {
-        say!("{line}")?;
+    let rows = table::rows(task, &starts);
+    say!("{}", table::HEAD)?;
+    for row in &rows {
+        say!("{}", row.line())?;
     }
-    figures.extend(starts.iter().flat_map(|start| start.figures(&title)));
+    let title = format!("plan/{}", args.env_id);
+    let figures = rows.iter().flat_map(|row| row.figures(&title));
+    let figures = figures.chain(starts.iter().flat_map(|start| start.figures(&title)));
     write_results(args.json.as_ref(), args, figures)?;
     match Stopped::by(signals.received()) {
         Some(stopped) => {
@@ -97,17 +104,33 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 }
 
 impl Players {
-    /// Plays the episode of a seed in three ways.
+    /// Plays the episode of a seed in three ways. The plan is played from the reset once more, and
+    /// has to end the same.
     fn play(&mut self, args: &Args, envs: &mut [MujocoEnv], seed: u64) -> anyhow::Result<Start> {
-        let first = envs[0].reset(Some(seed))?.observation;
-        let begun = Instant::now();
-        let planned = self.planner.plan_task(envs, &first, args.env_id.task)?;
-        let seconds = begun.elapsed();
         let env = &mut envs[0];
-        env.reset(Some(seed))?;
+        let first = env.reset(Some(seed))?.observation;
+        let start = env.snapshot();
         let scripted = Plan::record(env, &first, &mut self.scripted)?;
-        env.reset(Some(seed))?;
+        env.restore(&start)?;
         let trained = Plan::record(env, &first, &mut self.trained)?;
+        env.restore(&start)?;
+        let begun = Instant::now();
+        let planned = if args.fewest_steps {
+            let steps = |plan: &&Plan| plan.steps_to_goal.unwrap_or(usize::MAX);
+            let better = std::cmp::min_by_key(&scripted, &trained, steps);
+            let mut better = PlannedPolicy::new(better.actions.clone());
+            self.planner.plan(envs, &first, &mut better)?
+        } else {
+            self.planner.plan_task(envs, &first, args.env_id.task)?
+        };
+        let seconds = begun.elapsed();
+        let mut replay = PlannedPolicy::new(planned.actions.clone());
+        let replayed = evaluate(&mut envs[0], &mut replay, 1, seed, |_| ())?.episodes[0];
+        ensure!(
+            replayed == Episode { seed: Some(seed), ..planned.episode },
+            "the plan of seed {seed} ends otherwise when it is played: {replayed:?}, not {:?}",
+            planned.episode
+        );
         Ok(Start::new(seed, &first, seconds, [planned, scripted, trained]))
     }
 }

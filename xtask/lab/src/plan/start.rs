@@ -118,13 +118,12 @@ impl fmt::Display for Start {
         let Self { seed, distance, seconds, .. } = self;
         let plan = self.planned();
         write!(f, "seed {seed}, goal {distance:.2} m away: ")?;
-        match (plan.steps_to_goal, self.failure()) {
-            (Some(steps), _) => write!(f, "achieved after {steps} steps")?,
-            (None, Some(failure)) => {
+        match self.failure() {
+            None => write!(f, "achieved at step {}", plan.steps_to_goal.unwrap_or_default())?,
+            Some(failure) => {
                 write!(f, "{}, {:.3} m left", failure.name(), plan.episode.final_distance)?;
             }
-            (None, None) => write!(f, "achieved")?,
         }
-        write!(f, ", {} rollouts in {seconds:.1} s", plan.rollouts)
+        write!(f, "; rollouts: {}, {seconds:.1} s", plan.rollouts)
     }
 }
