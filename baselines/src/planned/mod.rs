@@ -71,9 +71,8 @@ impl Planner {
     /// Plans from the state of the first environment, whose observation is `observation`, to the
     /// end of its episode: what `first` does, and then actions about those.
     ///
-    /// The environments must be made the same way. Afterwards all are in that state, and an episode
-    /// of the same length as `first` has is assumed of all candidates: one that goes on longer
-    /// does nothing then.
+    /// The environments must be made the same way; afterwards all are in that state. Where an
+    /// episode goes on for longer than that of `first`, the actions after that are 0.
     ///
     /// # Errors
     /// [`PlannerError::NoEnvironment`]; [`PlannerError::Unbounded`];
@@ -174,8 +173,8 @@ impl Planner {
     }
 }
 
-/// Checks that there are environments with bounded actions whom a policy fits, and returns the
-/// space of their actions.
+/// Checks that there are environments, that a policy fits them, and that actions have bounds.
+/// Returns the space of the actions.
 fn check<E: PlanEnv>(
     envs: &[E],
     policy: &(impl Policy<E::Observation> + ?Sized),
