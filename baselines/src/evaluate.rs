@@ -154,9 +154,20 @@ pub(crate) fn run_episode<E: GoalEnv, X>(
     policy.reset();
     let start = env.reset(Some(seed)).map_err(&failed)?;
     watch(env, Event::Start(&start))?;
-    let mut observation = start.observation;
+    let episode = Episode::new(Some(seed));
+    finish_episode(env, policy, start.observation, episode, failed, watch)
+}
+
+/// Runs an episode on from an observation as [`run_episode`] does.
+pub(crate) fn finish_episode<E: GoalEnv, X>(
+    env: &mut E,
+    policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
+    mut observation: E::Observation,
+    mut episode: Episode,
+    failed: impl Fn(EnvError) -> X,
+    mut watch: impl FnMut(&E, Event<'_, E>) -> Result<(), X>,
+) -> Result<Episode, X> {
     let mut action = vec![ActionElement::<E>::default(); env.action_space().action_len()];
-    let mut episode = Episode::new(Some(seed));
     loop {
         policy.act(&observation, &mut action);
         let step = env.step(&action).map_err(&failed)?;

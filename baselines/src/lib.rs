@@ -12,6 +12,7 @@
 //! |---|---|
 //! | act | a [`Policy`]: [`RandomPolicy`], [`ZeroPolicy`], [`ScriptedPolicy`], [`TrainedPolicy`] |
 //! | act in many environments at once | a [`VecPolicy`] |
+//! | know how much of a task can be solved | a [`Planner`], which knows the simulator |
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
 //! | fill a replay buffer | [`collect`], or a [`Collector`] of many environments |
 //! | train a policy | `learn::Trainer` |
@@ -37,6 +38,7 @@ pub mod learn;
 mod lengths;
 #[cfg(feature = "page")]
 pub mod page;
+mod planned;
 mod policy;
 mod scripted;
 mod spread;
@@ -47,6 +49,7 @@ pub mod workers;
 pub use collect::{CollectError, buffer_config, collect};
 pub use collector::{CollectEnv, Collected, Collector, CollectorError, CollectorSnapshot};
 pub use evaluate::{Episode, Evaluation, EvaluationError, Summary, evaluate, evaluate_vec};
+pub use planned::{Plan, PlanEnv, PlannedPolicy, Planner, PlannerError, PlannerSettings};
 pub use policy::{Action, Policy, PolicyError, RandomPolicy, VecPolicy, ZeroPolicy};
 pub use scripted::ScriptedPolicy;
 pub use spread::{evaluate_spread, gather_episodes};

@@ -40,6 +40,17 @@ pub enum PolicyError {
         /// The space of the environment.
         actual: Box<Space>,
     },
+    /// A [`PlannedPolicy`](crate::PlannedPolicy) plays actions of another length.
+    #[error(
+        "the plan has an action of {actual} elements, and the environment takes {expected}: play \
+         it in the environment for which it was made"
+    )]
+    Planned {
+        /// The number of elements of the environment's actions that are `f32`.
+        expected: usize,
+        /// The number of elements of the plan's.
+        actual: usize,
+    },
     /// The environment does not observe numbers and goals.
     #[error(transparent)]
     Space(#[from] SpaceError),

@@ -4,8 +4,6 @@ use fetch_env::{FetchObservation, GoalObservation, ObservationField, Task};
 use her_relabel::Scalar;
 use nalgebra::Vector3;
 
-use crate::policy::Action;
-
 /// Seconds of a control step. Observed velocities are per step.
 const CONTROL_PERIOD: f64 = 0.04;
 
@@ -124,8 +122,11 @@ impl Command {
         Self { displacement: GAIN * distance, fingers }
     }
 
-    pub(super) fn action(self) -> Action {
+    /// Writes the action, clipped.
+    pub(super) fn write(self, action: &mut [f32]) {
         let [x, y, z] = self.displacement.into();
-        [x, y, z, self.fingers].map(|value| value.clamp(-1.0, 1.0) as f32)
+        for (element, value) in action.iter_mut().zip([x, y, z, self.fingers]) {
+            *element = value.clamp(-1.0, 1.0) as f32;
+        }
     }
 }

@@ -4,6 +4,7 @@ mod control;
 mod pick_and_place;
 mod push;
 mod slide;
+mod strike;
 
 use fetch_env::{GoalObservation, Space, Task};
 use her_relabel::Scalar;
@@ -14,6 +15,8 @@ use self::{
 };
 use crate::lengths::lengths_of;
 use crate::policy::{Policy, PolicyError};
+
+pub(crate) use strike::Strike;
 
 /// A policy that solves a task by a few rules, with gains found by trial.
 ///
@@ -70,9 +73,6 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for ScriptedPolicy {
             Task::Slide => Some(slide::act(&view, &view.object?)),
         });
         // An observation without the columns is refused by the check of spaces.
-        let command = command.unwrap_or(Command::HOLD);
-        for (element, value) in action.iter_mut().zip(command.action()) {
-            *element = value;
-        }
+        command.unwrap_or(Command::HOLD).write(action);
     }
 }

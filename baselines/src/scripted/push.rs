@@ -14,7 +14,7 @@ const GAP: f64 = 0.068;
 const SPEED_GAIN: f64 = 6.0;
 
 /// Action per meter off the line of the push.
-const LINE_GAIN: f64 = 25.0;
+pub(super) const LINE_GAIN: f64 = 25.0;
 
 /// Depth below the object's center at which the closed fingers push (meters).
 const PUSH_DEPTH: f64 = 0.005;
@@ -54,7 +54,7 @@ pub(super) fn push_along(
 }
 
 /// Returns the way up to the height at which the gripper pushes the object (meters).
-fn to_push_height(view: &View, object: &ObjectView) -> f64 {
+pub(super) fn to_push_height(view: &View, object: &ObjectView) -> f64 {
     object.position.z - PUSH_DEPTH - view.gripper.z
 }
 
@@ -68,7 +68,7 @@ fn off_line(view: &View, object: &ObjectView, direction: Vector2<f64>) -> Vector
 /// `None` once it is there.
 ///
 /// It goes straight if that does not touch the object, and over the object otherwise.
-fn get_behind(
+pub(super) fn get_behind(
     view: &View,
     object: &ObjectView,
     direction: Vector2<f64>,

@@ -23,7 +23,7 @@ const CONTACT_DISTANCE: f64 = 0.06;
 const RELEASE: f64 = 0.97;
 
 /// Speed of the puck after a strike with an action of 1 (meters per second).
-const STRIKE_SPEED: f64 = 0.95;
+pub(super) const STRIKE_SPEED: f64 = 0.95;
 
 /// The weakest strike, as an action.
 const LEAST_STRIKE: f64 = 0.2;
@@ -56,7 +56,7 @@ pub(super) fn act(view: &View, object: &ObjectView) -> Command {
 /// MuJoCo's friction cone is a pyramid: all of the deceleration `a` acts along the axis of the
 /// faster component until both are equal, and then half of it along each. With the longer way `l`
 /// and the shorter `s` the speeds are `sqrt(a / 2) * (sqrt(l + s) +- sqrt(l - s))`.
-fn launch_velocity(to_goal: Vector2<f64>) -> Vector2<f64> {
+pub(super) fn launch_velocity(to_goal: Vector2<f64>) -> Vector2<f64> {
     let way = to_goal.abs();
     let (longer, shorter) = (way.max(), way.min());
     let (sum, difference) = ((longer + shorter).sqrt(), (longer - shorter).sqrt());

@@ -5,8 +5,8 @@ use std::num::NonZeroU32;
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
     BatchObservation, BoxSpace, DictSpace, DistanceReward, Env, EnvError, EnvExt, GoalEnv,
-    GoalEnvExt, GoalObservation, GoalReward, Info, NpRandom, Reset, Space, Step, TimeLimit,
-    goal_reward::goal_distance, vec_env::GoalRows,
+    GoalEnvExt, GoalObservation, GoalReward, Info, NpRandom, Reset, SnapshotEnv, Space, Step,
+    TimeLimit, goal_reward::goal_distance, vec_env::GoalRows,
 };
 
 pub(crate) const STEPS: u32 = 20;
@@ -51,6 +51,16 @@ pub(crate) struct Plane {
 
 impl Plane {
     pub(crate) fn make() -> Result<Wrapped<Self, TimeLimit>, EnvError> {
+        Self::with_actions(BoxSpace::uniform(vec![2], -1.0, 1.0)?)
+    }
+
+    /// Returns a plane whose actions have no bounds.
+    #[allow(dead_code, reason = "not every test plans")]
+    pub(crate) fn unbounded() -> Result<Wrapped<Self, TimeLimit>, EnvError> {
+        Self::with_actions(BoxSpace::unbounded(2)?)
+    }
+
+    fn with_actions(action_space: BoxSpace<f32>) -> Result<Wrapped<Self, TimeLimit>, EnvError> {
         let vector = || BoxSpace::<f64>::unbounded(2).map(Space::from);
         let observation_space = DictSpace::new([
             ("achieved_goal", vector()?),
@@ -58,7 +68,7 @@ impl Plane {
             ("observation", BoxSpace::<f32>::unbounded(2)?.into()),
         ])?;
         let plane = Self {
-            action_space: BoxSpace::uniform(vec![2], -1.0, 1.0)?,
+            action_space,
             observation_space: observation_space.into(),
             reward: DistanceReward::sparse(),
             at: [0.0; 2],
@@ -119,5 +129,18 @@ impl GoalEnv for Plane {
 
     fn goal_reward(&self) -> &DistanceReward {
         &self.reward
+    }
+}
+
+impl SnapshotEnv for Plane {
+    type Snapshot = ([f32; 2], [f64; 2], NpRandom);
+
+    fn snapshot(&self) -> Self::Snapshot {
+        (self.at, self.goal, self.random.clone())
+    }
+
+    fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError> {
+        (self.at, self.goal, self.random) = snapshot.clone();
+        Ok(())
     }
 }

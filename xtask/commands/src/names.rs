@@ -50,6 +50,7 @@ commands! {
         "figures": "Draw the chapter's figures, and Slide's",
         "report": "Write one page with checks, baselines, plots and playbacks",
         "play": "Write a page that plays one episode back",
+        "plan": "Plan episodes on exact snapshots: how much of a task can be solved at all",
         "collect": "Run a policy, and save its episodes",
         "train": "Train a policy, with its learning curve and a page",
         "learning-curves": "Report when runs reached their targets, and plot their curves",

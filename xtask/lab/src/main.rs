@@ -2,7 +2,7 @@
 //! them on to this program.
 //!
 //! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage,
-//! 130 and 143 for a run of training that SIGINT or SIGTERM has stopped.
+//! 130 and 143 for a run of training or planning that SIGINT or SIGTERM has stopped.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 
@@ -14,6 +14,7 @@ mod collect;
 mod figures;
 mod learning_curves;
 mod parity;
+mod plan;
 mod play;
 mod report;
 mod shared;
@@ -46,6 +47,7 @@ enum Command {
     Figures(figures::Args),
     Report(report::Args),
     Play(play::Args),
+    Plan(plan::Args),
     Collect(collect::Args),
     Train(Box<train::Args>),
     LearningCurves(learning_curves::Args),
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
         Command::Figures(args) => figures::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Play(args) => play::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Collect(args) => collect::run(&args),
         Command::Train(args) => train::run(&args),
         Command::LearningCurves(args) => learning_curves::run(&args),

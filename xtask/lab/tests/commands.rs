@@ -164,9 +164,32 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "parity hindsight --rows 10",
         "parity --fixtures tests/recordings/mujoco-2.2.2 live",
         "soak --steps 0",
+        "plan --starts 0",
     ] {
         assert_eq!(lab(arguments).output()?.status.code(), Some(2), "{arguments}");
     }
+    Ok(())
+}
+
+#[test]
+fn planned_starts_are_counted_by_the_distance_of_the_goal() -> Result {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("plan.json");
+    let text = output_of(lab("plan --env-id FetchReach-v4 --starts 2 --json").arg(&path))?;
+    assert!(text.contains("| all | 2 | 1.000 | 1.000 |"), "{text}");
+    let output = read_json(&path)?;
+    let results = output["results"].as_array().ok_or("no list")?;
+    let value = |name: &str| {
+        let result = results.iter().find(|result| result["name"] == name);
+        result.and_then(|result| result["value"].as_f64()).ok_or(format!("no {name}"))
+    };
+    assert_eq!(value("plan/FetchReach-v4/all/planned/success_rate")?, 1.0);
+    assert!(value("plan/FetchReach-v4/seed-1/planned/final_distance")? < 0.05);
+
+    // Its goal is 0.22 m away.
+    let text = output_of(&mut lab("plan --starts 1 --seed 3 --threads 2"))?;
+    assert!(text.contains("| 0 to 0.3 m | 1 | 1.000 |"), "{text}");
+    assert!(text.contains("| from 0.7 m | 0 | - | - | - | 0 | 0 | 0 | - |"), "{text}");
     Ok(())
 }
 

@@ -1,0 +1,106 @@
+//! The table of all starts, by the distance of the goal.
+
+use fetch_env::Task;
+
+use super::start::{Failure, PLAYERS, Start};
+use crate::shared::json::Metric;
+
+/// The distances at which the starts of Slide are divided into rings (meters).
+const RINGS: [f64; 4] = [0.3, 0.5, 0.6, 0.7];
+
+/// The head of the table. Steps are means over the episodes that achieve their goals.
+pub const HEAD: &str = "\
+| goal's distance | starts | planned | scripted | trained | short | past | untouched | \
+ steps planned | steps scripted | steps trained | rollouts | seconds |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|";
+
+/// A row: the starts whose goals are equally far.
+pub struct Row {
+    /// The distance, as names of figures have it.
+    label: String,
+    starts: usize,
+    cells: Vec<Cell>,
+}
+
+struct Cell {
+    name: String,
+    decimals: usize,
+    /// `None` for the mean of no numbers.
+    figure: Option<Metric>,
+}
+
+/// Returns the rows, the last of which is of all starts.
+pub fn rows(task: Task, starts: &[Start]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    if task == Task::Slide {
+        let [a, b, c, d] = RINGS;
+        for (begin, end) in [(0.0, a), (a, b), (b, c), (c, d), (d, f64::INFINITY)] {
+            let ring = starts.iter().filter(|start| (begin..end).contains(&start.distance));
+            let label = if end.is_finite() {
+                format!("{begin}-to-{end}-m")
+            } else {
+                format!("from-{begin}-m")
+            };
+            rows.push(Row::new(label, &ring.collect::<Vec<_>>()));
+        }
+    }
+    rows.push(Row::new("all".to_owned(), &starts.iter().collect::<Vec<_>>()));
+    rows
+}
+
+impl Row {
+    fn new(label: String, starts: &[&Start]) -> Self {
+        let mut row = Self { label, starts: starts.len(), cells: Vec::new() };
+        for (index, player) in PLAYERS.iter().enumerate() {
+            let success = |start: &&Start| f64::from(u8::from(start.plans[index].episode.success));
+            row.add_mean(format!("{player}/success_rate"), 3, "1", starts.iter().map(success));
+        }
+        for failure in Failure::ALL {
+            let count = starts.iter().filter(|start| start.failure() == Some(failure)).count();
+            let figure = Some(Metric::count(count));
+            row.cells.push(Cell { name: failure.name().to_owned(), decimals: 0, figure });
+        }
+        for (index, player) in PLAYERS.iter().enumerate() {
+            let steps = starts.iter().filter_map(|start| start.plans[index].steps_to_goal);
+            let name = format!("{player}/steps_to_goal");
+            row.add_mean(name, 1, "1", steps.map(|steps| steps as f64));
+        }
+        let rollouts = starts.iter().map(|start| start.planned().rollouts as f64);
+        row.add_mean("rollouts".to_owned(), 0, "1", rollouts);
+        row.add_mean("seconds".to_owned(), 1, "s", starts.iter().map(|start| start.seconds));
+        row
+    }
+
+    fn add_mean(
+        &mut self,
+        name: String,
+        decimals: usize,
+        unit: &'static str,
+        numbers: impl Iterator<Item = f64>,
+    ) {
+        let (sum, count) = numbers.fold((0.0, 0.0), |(sum, n), number| (sum + number, n + 1.0));
+        let figure = (count > 0.0).then(|| Metric::new(sum / count, unit));
+        self.cells.push(Cell { name, decimals, figure });
+    }
+
+    /// Returns the row as a line of the table.
+    pub fn line(&self) -> String {
+        let mut line = format!("| {} | {} |", self.label.replace('-', " "), self.starts);
+        for Cell { decimals, figure, .. } in &self.cells {
+            line += &figure
+                .map_or(" - |".to_owned(), |figure| format!(" {:.decimals$} |", figure.value));
+        }
+        line
+    }
+
+    /// Returns the figures of the row.
+    pub fn figures(&self, title: &str) -> impl Iterator<Item = (String, Metric)> {
+        let starts = ("starts".to_owned(), Metric::count(self.starts));
+        let cells = self.cells.iter();
+        let figures = cells.filter_map(|cell| Some((cell.name.clone(), cell.figure?)));
+        let title = format!("{title}/{}", self.label);
+        std::iter::once(starts)
+            .chain(figures)
+            .map(move |(name, figure)| (format!("{title}/{name}"), figure))
+    }
+}
