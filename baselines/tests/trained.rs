@@ -15,7 +15,7 @@ use fetch_env::{EnvId, make_vec};
 use fetch_sim::MujocoVersion;
 #[cfg(feature = "mujoco")]
 use goal_reward::RewardKind;
-use her_relabel::{Normalizer, NormalizerConfig};
+use her_relabel::{Normalizer, NormalizerConfig, StateRows};
 use proptest::prelude::*;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
@@ -104,6 +104,37 @@ fn a_policy_acts_the_same_alone_among_many_and_loaded() -> Result {
     let envs = (0..6).map(|_| make_kinematic("FetchReach-v4"));
     let mut envs = VecEnv::new(envs.collect::<Result<Vec<_>, _>>()?, VecConfig::default())?;
     assert!(evaluate_vec(&mut envs, &mut loaded, 20, 7, |_| ())? == alone);
+    Ok(())
+}
+
+#[test]
+fn rows_have_the_actions_of_each_and_their_lengths_are_checked() -> Result {
+    let (mut policy, mut alone) = (policy(), policy());
+    let mut env = make_kinematic("FetchReach-v4")?;
+    let starts = [env.reset(Some(1))?.observation, env.reset(None)?.observation];
+    let all = |part: fn(&fetch_env::FetchObservation) -> &[f64]| starts.each_ref().map(part).concat();
+    let (observation, achieved_goal, desired_goal) =
+        (all(|o| o.observation()), all(|o| o.achieved_goal()), all(|o| o.desired_goal()));
+    let states = StateRows {
+        observation: &observation,
+        achieved_goal: &achieved_goal,
+        desired_goal: &desired_goal,
+    };
+    let mut actions = [0.0; 8];
+    policy.act_rows(&states, &mut actions)?;
+    for (start, action) in starts.iter().zip(actions.chunks(4)) {
+        let mut expected = [0.0; 4];
+        alone.act(start, &mut expected);
+        assert_eq!(action, expected);
+    }
+    for short in [
+        StateRows { observation: &observation[1..], ..states },
+        StateRows { desired_goal: &desired_goal[..3], ..states },
+    ] {
+        let refused = policy.act_rows(&short, &mut actions);
+        assert!(matches!(refused, Err(TrainedPolicyError::Rows { rows: 2, .. })), "{refused:?}");
+    }
+    assert!(policy.act_rows(&states, &mut actions[..7]).is_err());
     Ok(())
 }
 

@@ -24,6 +24,7 @@ mod mutants;
 mod packages;
 mod platforms;
 mod projects;
+mod python;
 mod sanitize;
 mod tools;
 
@@ -40,7 +41,7 @@ use self::find_mujoco::find_mujoco;
 use self::installation as cache;
 
 /// The commands that xtask runs itself.
-const OWN: [commands::Command; 10] = [
+const OWN: [commands::Command; 11] = [
     commands::Command {
         name: "assets",
         usage: "[--from <WHEEL>]
@@ -107,6 +108,13 @@ const OWN: [commands::Command; 10] = [
 
   --only <PROJECT>  Test only this folder of fetch-env/projects, or only quickstart",
         run: projects::run,
+    },
+    commands::Command {
+        name: "python",
+        usage: "[--sb3]
+
+  --sb3  Test the parts for Stable-Baselines3 instead, which brings torch",
+        run: python::run,
     },
     ci::TEST,
     ci::CI,

@@ -71,6 +71,18 @@ pub enum TrainedPolicyError {
         /// The number.
         value: f32,
     },
+    /// States or actions that are not as many rows.
+    #[error("the {what} have {actual} numbers: pass {rows} rows of {len}")]
+    Rows {
+        /// What has another length.
+        what: &'static str,
+        /// Its length.
+        actual: usize,
+        /// The number of rows.
+        rows: usize,
+        /// The length of a row.
+        len: usize,
+    },
     /// The policy was trained for an environment of other lengths.
     #[error(
         "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not \

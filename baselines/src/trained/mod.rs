@@ -9,7 +9,7 @@ use std::mem;
 use std::path::Path;
 
 use fetch_env::{GoalObservation, Space, vec_env::VecStep};
-use her_relabel::{Normalizer, Scalar};
+use her_relabel::{Normalizer, Scalar, StateRows};
 
 pub use error::TrainedPolicyError;
 pub use header::{InputPart, PolicyHeader, SuccessRate};
@@ -146,6 +146,51 @@ impl TrainedPolicy {
         Err(TrainedPolicyError::Environment { env_id: env_id.clone(), expected, actual })
     }
 
+    /// Writes the greedy actions for states, row after row: `action_len` numbers for each.
+    ///
+    /// ```
+    /// use baselines::TrainedPolicy;
+    /// use fetch_env::{Task, make_kinematic_vec, vec_env::VecConfig};
+    ///
+    /// let mut policy = TrainedPolicy::shipped(Task::Push)?;
+    /// let mut envs = make_kinematic_vec("FetchPush-v4", 3, VecConfig::default())?;
+    /// let mut actions = [0.0; 3 * 4];
+    /// policy.act_rows(&envs.reset(Some(0))?.into(), &mut actions)?;
+    /// assert!(actions.iter().all(|action| action.abs() <= 1.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::Rows`] if the lengths are not those of as many rows; then nothing is
+    /// written.
+    pub fn act_rows<S: Scalar>(
+        &mut self,
+        states: &StateRows<'_, S, f64>,
+        actions: &mut [f32],
+    ) -> Result<(), TrainedPolicyError> {
+        let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
+        let StateRows { observation, achieved_goal, desired_goal } = *states;
+        let rows = actions.len() / action_len;
+        for (what, actual, len) in [
+            ("actions", actions.len(), action_len),
+            ("observations", observation.len(), observation_len),
+            ("achieved goals", achieved_goal.len(), goal_len),
+            ("desired goals", desired_goal.len(), goal_len),
+        ] {
+            if rows.checked_mul(len) != Some(actual) {
+                return Err(TrainedPolicyError::Rows { what, actual, rows, len });
+            }
+        }
+        let goals = achieved_goal.chunks_exact(goal_len).zip(desired_goal.chunks_exact(goal_len));
+        let states = observation.chunks_exact(observation_len).zip(goals);
+        for ((observation, (achieved, desired)), action) in
+            states.zip(actions.chunks_exact_mut(action_len))
+        {
+            self.write_action(observation, achieved, desired, action);
+        }
+        Ok(())
+    }
+
     fn check_fit(&self, observation: &Space, action: &Space) -> Result<(), PolicyError> {
         let [observation, goal, action] = lengths_of(observation, action)?;
         Ok(self.check_lengths(observation, goal, action)?)
@@ -280,15 +325,7 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for TrainedPolicy {
     }
 
     fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
-        let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
-        let observations = batch.observation().chunks_exact(observation_len);
-        let achieved = batch.achieved_goal().chunks_exact(goal_len);
-        let desired = batch.desired_goal().chunks_exact(goal_len);
-        let rows = observations.zip(achieved).zip(desired);
-        for (((observation, achieved), desired), action) in
-            rows.zip(actions.chunks_exact_mut(action_len))
-        {
-            self.write_action(observation, achieved, desired, action);
-        }
+        // The spaces were checked.
+        let _ = self.act_rows(&batch.into(), actions);
     }
 }

@@ -1,0 +1,68 @@
+"""The Fetch robotics benchmark for Gymnasium, native in Rust on MuJoCo.
+
+The eight environments ``FetchReach``, ``FetchPush``, ``FetchPickAndPlace`` and ``FetchSlide``, with
+sparse and ``Dense`` rewards, give the same bits as gymnasium-robotics 1.4.2 for the same seeds and
+actions::
+
+    import fetch_env
+    import gymnasium
+
+    env = gymnasium.make("fetch_env/FetchPush-v4")
+    observation, info = env.reset(seed=42)
+    observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+
+``gymnasium.make_vec("fetch_env/FetchPush-v4", num_envs=16)`` steps many on all cores.
+"""
+
+from importlib.metadata import version
+from pathlib import Path
+
+from gymnasium.envs.registration import register
+
+from . import _native
+from ._native import MujocoError, SimulationError
+from .env import FetchEnv
+from .her import HerBuffer
+from .learn import Training, evaluate, train
+from .model import download_reference_model, has_reference_model, library_path
+from .policy import Policy
+from .settings import Settings
+from .vector import FetchVectorEnv
+
+__all__ = [
+    "ENV_IDS",
+    "FetchEnv",
+    "FetchVectorEnv",
+    "HerBuffer",
+    "MujocoError",
+    "Policy",
+    "Settings",
+    "SimulationError",
+    "Training",
+    "download_reference_model",
+    "evaluate",
+    "has_reference_model",
+    "library_path",
+    "train",
+]
+
+__version__ = version("fetch-env")
+
+for _library in (Path(__file__).parent / "_mujoco").glob("libmujoco*"):
+    _native.use_library(_library)
+
+#: The names of the environments; Gymnasium has them behind ``fetch_env/``.
+ENV_IDS = tuple(
+    f"Fetch{task}{reward}-v4"
+    for task in ("Reach", "Push", "PickAndPlace", "Slide")
+    for reward in ("", "Dense")
+)
+
+for _env_id in ENV_IDS:
+    register(
+        id=f"fetch_env/{_env_id}",
+        entry_point="fetch_env:FetchEnv",
+        vector_entry_point="fetch_env:FetchVectorEnv",
+        max_episode_steps=50,
+        kwargs={"env_id": _env_id},
+    )

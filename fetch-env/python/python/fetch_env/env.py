@@ -1,0 +1,215 @@
+"""One environment."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+
+from . import _native, spaces
+from .rewards import GoalRewards
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from typing_extensions import Unpack
+
+    from .settings import Settings
+
+#: ``observation`` (10 numbers in Reach, 25 elsewhere), ``achieved_goal`` and ``desired_goal``
+#: (x, y, z in meters), all of ``float64``.
+Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
+
+#: The info's value, as the reference has it.
+IS_SUCCESS = (np.float32(0.0), np.float32(1.0))
+
+RENDER_MODES = ("rgb_array", "depth_array")
+
+
+def check_render_mode(render_mode: str | None) -> None:
+    """Refuse a mode that there is not."""
+    if render_mode not in (None, *RENDER_MODES):
+        message = f"there is no render mode {render_mode!r}: the modes are {RENDER_MODES}"
+        raise ValueError(message)
+
+
+def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
+    """Return numpy's generator after a number of draws since a seed."""
+    if random is None:
+        return None
+    seed, draws = random
+    return np.random.Generator(np.random.PCG64(seed).advance(draws))
+
+
+class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
+    """A Fetch environment, as gymnasium-robotics 1.4.2 has it.
+
+    An action is ``[dx, dy, dz, fingers]``, each from -1 to 1 and clipped: the first three move the
+    gripper's target by up to 5 cm along the world's axes, the last opens (positive) or closes the
+    fingers. ``float32`` actions are computed in single precision, ``float64`` ones in double. An
+    observation is a dictionary of new ``float64`` arrays:
+
+    - ``observation``: 10 numbers in Reach, 25 elsewhere. Positions are in meters in the world
+      frame, velocities in meters or radians per control step, and angles in radians.
+    - ``achieved_goal``: x, y, z in meters, of the gripper in Reach and of the object elsewhere.
+    - ``desired_goal``: x, y, z in meters.
+
+    ``info["is_success"]`` is 1.0 while the two goals are within 5 cm of each other, and 0.0
+    otherwise. ``gymnasium.make`` adds the time limit of 50 steps; without it episodes never end.
+
+    Args:
+        env_id: The name, such as ``"FetchPush-v4"``.
+        render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`. ``gymnasium.make``
+            also takes ``"human"``, and shows a window through pygame.
+        width: Width of pictures in pixels, 1 to 4096.
+        height: Height of pictures in pixels, 1 to 4096.
+        **settings: See :class:`fetch_env.Settings`.
+
+    Raises:
+        ValueError: If a name, a setting, an action or an option means nothing.
+        FileNotFoundError: If there is no such model.
+        fetch_env.MujocoError: If MuJoCo's library cannot be loaded.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+        "render_modes": [*RENDER_MODES],
+        "render_fps": 25,
+    }
+
+    def __init__(
+        self,
+        env_id: str,
+        *,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 480,
+        **settings: Unpack[Settings],
+    ) -> None:
+        """Create the environment; see the class."""
+        check_render_mode(render_mode)
+        self.render_mode = render_mode
+        self._env_id = env_id
+        self._settings = settings
+        self._size = (width, height)
+        self._make()
+        self.action_space = spaces.action_space()  # type: ignore[assignment]
+        self.observation_space = spaces.observation_space(self._config)  # type: ignore[assignment]
+
+    def _make(self) -> None:
+        self._config = _native.Config(self._env_id, **self._settings)
+        self._native = _native.Env(self._config, *self._size)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode, whether or not the last one is over.
+
+        Args:
+            seed: Restarts the random numbers as numpy's ``PCG64(SeedSequence(seed))``: 0 to
+                2**64 - 1. Without, they continue.
+            options: ``desired_goal`` (x, y, z in meters) and ``object_position`` (x, y in meters)
+                replace what is drawn. The random numbers are the same with and without them.
+
+        Returns:
+            The first observation, and an empty info, as the reference's.
+        """
+        return self._native.reset(seed, options), {}
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Take an action: ``[dx, dy, dz, fingers]``, of shape (4,).
+
+        Returns:
+            The observation, the reward, whether the task has ended (never), whether the episode was
+            cut off (never without a time limit), and the info.
+
+        Raises:
+            gymnasium.error.ResetNeeded: Before a reset, and after a failure.
+            fetch_env.SimulationError: If the physics became unstable.
+        """
+        observation, reward, terminated, truncated, success = self._native.step(action)
+        return observation, reward, terminated, truncated, {"is_success": IS_SUCCESS[success]}
+
+    def render(self) -> NDArray[Any] | None:
+        """Draw the current state, which changes nothing of it.
+
+        Returns:
+            Colors (height, width, 3) of ``uint8``, or distances from the camera (height, width) in
+            meters of ``float32``, the top row first; ``None`` without a ``render_mode``.
+        """
+        if self.render_mode == "rgb_array":
+            return self._native.render_rgb()
+        if self.render_mode == "depth_array":
+            return self._native.render_depth()
+        gymnasium.logger.warn(
+            "render() needs a mode: make the environment with render_mode='rgb_array'"
+        )
+        return None
+
+    def get_state(self) -> bytes:
+        """Return all that decides the future: the simulation, the goal and the random numbers.
+
+        A time limit around the environment has a state of its own, which this leaves out.
+        """
+        return self._native.get_state()
+
+    def set_state(self, state: bytes) -> Observation:
+        """Restore what :meth:`get_state` of an environment with equal settings has returned.
+
+        Afterwards the same actions give the same results, bit for bit.
+
+        Returns:
+            The observation of the restored state.
+        """
+        self._native.set_state(state)
+        return self._native.observe()
+
+    def close(self) -> None:
+        """Free the simulation. Later calls raise ``gymnasium.error.ClosedEnvironmentError``."""
+        self._native.close()
+
+    @property
+    def goal(self) -> NDArray[np.float64]:
+        """The goal of the episode: x, y, z in meters."""
+        return self._native.observe()["desired_goal"]
+
+    @property
+    def _np_random(self) -> np.random.Generator | None:  # type: ignore[override]
+        return generator(self._native.random())
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The random numbers in the state in which the last reset has left them.
+
+        A new generator each time: what is drawn from it changes no later reset, unlike in the
+        reference.
+        """
+        return self._np_random or seeding.np_random()[0]
+
+    @np_random.setter
+    def np_random(self, value: np.random.Generator) -> None:
+        del value
+        message = "the random numbers cannot be replaced: pass a seed to reset()"
+        raise AttributeError(message)
+
+    @property
+    def np_random_seed(self) -> int | None:  # type: ignore[override]
+        """The seed of the random numbers; ``None`` before the first reset."""
+        random = self._native.random()
+        return None if random is None else random[0]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what pickling and copying keep: everything but the renderer."""
+        state = self.__dict__.copy()
+        del state["_config"]
+        state["_native"] = self._native.get_state()
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the environment anew, in the state that it had."""
+        native = state.pop("_native")
+        self.__dict__.update(state)
+        self._make()
+        self._native.set_state(native)

@@ -1,0 +1,187 @@
+"""The hindsight replay buffer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from . import _native
+from .vector import FetchVectorEnv
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from .env import FetchEnv, Observation
+
+GoalStrategy: TypeAlias = Literal["future", "final", "episode", "random"]
+
+
+class HerBuffer:
+    """A replay buffer that draws transitions with goals that were achieved later (hindsight).
+
+    It holds ``float32``, and draws many times as fast as a buffer in Python. Of an environment with
+    several members it stores what each call returns::
+
+        envs = fetch_env.FetchVectorEnv("FetchPush-v4", 16)
+        buffer = fetch_env.HerBuffer(envs, capacity=1_000_000)
+        envs.reset(seed=0)
+        buffer.record(envs)
+        for _ in range(100):
+            envs.step(envs.action_space.sample())
+            buffer.record(envs)
+        batch = buffer.sample(256)
+
+    Args:
+        env: The environment, one or many, whose lengths and rewards count. Later changes of it do
+            not matter.
+        capacity: Number of transitions; the oldest episodes make room for new ones.
+    """
+
+    def __init__(self, env: FetchEnv | FetchVectorEnv, capacity: int) -> None:
+        """Create an empty buffer; see the class."""
+        num_envs = env.num_envs if isinstance(env, FetchVectorEnv) else 1
+        self._make = env.config_arguments()
+        self._native = _native.Buffer(_native.Config(**self._make), capacity, num_envs)
+        self._draws = 0
+
+    def __len__(self) -> int:
+        """Return the number of transitions of finished episodes."""
+        return len(self._native)
+
+    @property
+    def num_episodes(self) -> int:
+        """Number of finished episodes."""
+        return self._native.num_episodes
+
+    @property
+    def capacity(self) -> int:
+        """Largest number of transitions."""
+        return self._native.capacity
+
+    def record(self, envs: FetchVectorEnv) -> None:
+        """Store what the last ``reset``, ``step`` or ``step_wait`` of a vector has returned.
+
+        Call it after each, the first reset included. It works in each autoreset mode.
+        """
+        self._native.record(envs._native)  # noqa: SLF001
+
+    def begin_episode(self, observation: Observation, *, env_index: int = 0) -> None:
+        """Begin an episode of one environment with its first observation."""
+        self._native.begin_episode(
+            env_index,
+            observation["observation"],
+            observation["achieved_goal"],
+            observation["desired_goal"],
+        )
+
+    def add_step(  # noqa: PLR0913
+        self,
+        action: ArrayLike,
+        observation: Observation,
+        reward: float,
+        *,
+        terminated: bool,
+        truncated: bool,
+        env_index: int = 0,
+    ) -> None:
+        """Add what a step of one environment has returned to the episode that was begun.
+
+        The episode is stored when it ends: by its last step, or by :meth:`end_episode`.
+        """
+        self._native.add_step(
+            env_index,
+            action,
+            observation["observation"],
+            observation["achieved_goal"],
+            reward,
+            terminated,
+            truncated,
+        )
+
+    def end_episode(self, *, env_index: int = 0) -> None:
+        """End the episode that is under way, as if it were truncated."""
+        self._native.end_episode(env_index)
+
+    def unfinished_steps(self, *, env_index: int = 0) -> int | None:
+        """Return the number of steps of the episode under way; ``None`` if there is none."""
+        return self._native.unfinished_steps(env_index)
+
+    def add_episode(  # noqa: PLR0913
+        self,
+        *,
+        observation: ArrayLike,
+        achieved_goal: ArrayLike,
+        desired_goal: ArrayLike,
+        action: ArrayLike,
+        reward: ArrayLike,
+        terminated: bool = False,
+        truncated: bool = True,
+    ) -> None:
+        """Add a whole episode of T steps.
+
+        Args:
+            observation: Of shape (T + 1, 10 or 25).
+            achieved_goal: Of shape (T + 1, 3), in meters.
+            desired_goal: Of shape (3,), in meters.
+            action: Of shape (T, 4).
+            reward: Of shape (T,).
+            terminated: Whether the last step has ended the task.
+            truncated: Whether the last step has cut the episode off.
+        """
+        self._native.add_episode(
+            observation, achieved_goal, desired_goal, action, reward, terminated, truncated
+        )
+
+    def sample(
+        self,
+        batch_size: int,
+        *,
+        strategy: GoalStrategy = "future",
+        k: float = 4.0,
+        seed: int | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """Draw a batch.
+
+        Args:
+            batch_size: Number of transitions.
+            strategy: Where the new goals come from: from later in the episode, its end, anywhere in
+                it, or any episode.
+            k: For each transition with its own goal, ``k`` get a new one.
+            seed: Draws the same batch from the same contents. Without, each call draws anew.
+
+        Returns:
+            New arrays with a row for each transition, which ``torch.from_numpy`` takes without a
+            copy: ``observation``, ``achieved_goal``, ``desired_goal``, ``action``,
+            ``next_observation``, ``next_achieved_goal`` and ``reward`` of ``float32``;
+            ``terminated``, ``truncated`` and ``relabeled`` (whether the goal is new) of ``bool``.
+        """
+        if seed is None:
+            seed, self._draws = self._draws, self._draws + 1
+        return self._native.sample(batch_size, strategy, k / (k + 1.0), seed)
+
+    def clear(self) -> None:
+        """Remove all transitions."""
+        self._native.clear()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all finished episodes to a file."""
+        self._native.save(path)
+
+    def load(self, path: str | os.PathLike[str]) -> None:
+        """Replace the contents, and the capacity, by those that :meth:`save` has written."""
+        self._native.load(path)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what pickling and copying keep: all finished episodes."""
+        state = self.__dict__.copy()
+        shape = self._native.capacity, self._native.num_envs
+        state["_native"] = (*shape, self._native.to_bytes())
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the buffer anew, with the episodes that it had."""
+        capacity, num_envs, contents = state.pop("_native")
+        self.__dict__.update(state)
+        self._native = _native.Buffer(_native.Config(**self._make), capacity, num_envs)
+        self._native.set_bytes(contents)

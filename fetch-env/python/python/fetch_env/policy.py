@@ -1,0 +1,78 @@
+"""Trained policies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+    from .env import Observation
+
+
+class Policy:
+    """A trained policy: a small network that returns the greedy action for an observation.
+
+    ``policy(observation)`` returns an action of shape (4,), or (N, 4) for observations of N
+    environments, of ``float32`` from -1 to 1::
+
+        policy = fetch_env.Policy.shipped("FetchPush-v4")
+        action = policy(observation)
+    """
+
+    def __init__(self, native: _native.Policy) -> None:
+        """Wrap a policy that was loaded or trained."""
+        self._native = native
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Policy:
+        """Load a file that :meth:`save` or ``cargo xtask train`` has written."""
+        return cls(_native.Policy.load(path))
+
+    @classmethod
+    def shipped(cls, env_id: str) -> Policy:
+        """Return the policy that comes with the package for an environment's task."""
+        return cls(_native.Policy.shipped(env_id))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the policy to a safetensors file."""
+        Path(path).write_bytes(self._native.to_bytes())
+
+    @property
+    def header(self) -> dict[str, Any]:
+        """How the policy was trained, and how often it succeeds if that was measured."""
+        header: dict[str, Any] = json.loads(self._native.header())
+        return header
+
+    def __call__(self, observation: Observation) -> NDArray[np.float32]:
+        """Return the greedy action; see the class."""
+        parts = observation["observation"], observation["achieved_goal"]
+        actions = self._native.act(*parts, observation["desired_goal"])
+        return actions if np.ndim(parts[0]) > 1 else actions[0]
+
+    def predict(
+        self,
+        observation: Observation,
+        state: object = None,
+        episode_start: object = None,
+        deterministic: bool = True,  # noqa: FBT001, FBT002
+    ) -> tuple[NDArray[np.float32], None]:
+        """Return the greedy action as a policy of Stable-Baselines3 does."""
+        del state, episode_start, deterministic
+        return self(observation), None
+
+    def __getstate__(self) -> bytes:
+        """Return what pickling and copying keep: a file's contents."""
+        return self._native.to_bytes()
+
+    def __setstate__(self, state: bytes) -> None:
+        """Load the policy."""
+        self._native = _native.Policy(state)

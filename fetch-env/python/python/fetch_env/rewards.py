@@ -1,0 +1,70 @@
+"""Rewards of any pairs of goals, for one and for many environments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    from . import _native
+    from .settings import ConfigArguments, Settings
+
+
+class GoalRewards:
+    """What follows from the goals alone, computed in Rust."""
+
+    _config: _native.Config
+    _env_id: str
+    _settings: Settings
+
+    def config_arguments(self) -> ConfigArguments:
+        """Return the arguments from which the settings can be made again."""
+        return {"env_id": self._env_id, **self._settings}
+
+    def compute_reward(
+        self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: object = None
+    ) -> float | NDArray[np.floating[Any]]:
+        """Compute the reward of a step with these goals, as hindsight relabeling needs it.
+
+        Args:
+            achieved_goal: Goals of shape (..., 3), in meters.
+            desired_goal: Goals of the same shape.
+            info: Not used.
+
+        Returns:
+            A float of one pair, and an array of shape (...) of several: of ``float32`` if rewards
+            are sparse or both goals are ``float32``, and otherwise of ``float64``.
+        """
+        del info
+        return self._config.compute_reward(achieved_goal, desired_goal)
+
+    def compute_terminated(
+        self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: object = None
+    ) -> bool | NDArray[np.bool_]:
+        """Tell whether steps with these goals would end the task: never."""
+        del info
+        return self._config.compute_terminated(achieved_goal, desired_goal)
+
+    def compute_truncated(
+        self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: object = None
+    ) -> bool | NDArray[np.bool_]:
+        """Tell whether steps with these goals would cut the episode off: never."""
+        del info
+        return self._config.compute_truncated(achieved_goal, desired_goal)
+
+    @property
+    def dt(self) -> float:
+        """Duration of a control step, in seconds."""
+        return self._config.control_period
+
+    @property
+    def distance_threshold(self) -> float:
+        """Distance within which a goal counts as reached, in meters."""
+        return self._config.distance_threshold
+
+    @property
+    def reward_type(self) -> str:
+        """``"sparse"`` or ``"dense"``."""
+        return self._config.reward_type

@@ -1,0 +1,255 @@
+"""For Stable-Baselines3: many environments on Rust's threads, and a hindsight replay buffer.
+
+.. code-block:: python
+
+    from stable_baselines3 import SAC
+    from fetch_env.sb3 import FetchVecEnv, HerReplayBuffer
+
+    env = FetchVecEnv("FetchReach-v4", 4)
+    model = SAC("MultiInputPolicy", env, replay_buffer_class=HerReplayBuffer)
+    model.learn(20_000)
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from stable_baselines3.common.buffers import BaseBuffer
+from stable_baselines3.common.type_aliases import DictReplayBufferSamples
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+from stable_baselines3.her import GoalSelectionStrategy
+from stable_baselines3.her import HerReplayBuffer as TheirHerReplayBuffer
+
+from . import _native
+from .vector import FetchVectorEnv
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import torch
+    from gymnasium import spaces
+    from numpy.typing import NDArray
+    from typing_extensions import Unpack
+
+    from .env import Observation
+    from .settings import Settings
+
+GOAL_PARTS = ("observation", "achieved_goal", "desired_goal")
+
+
+class FetchVecEnv(VecEnv):
+    """Fetch environments that are stepped together, as Stable-Baselines3 takes them.
+
+    Args:
+        env_id: The name, such as ``"FetchPush-v4"``.
+        num_envs: Number of environments.
+        num_threads: Number of threads; by default one for each core.
+        render_mode: ``"rgb_array"`` to draw.
+        **settings: See :class:`fetch_env.Settings`.
+    """
+
+    def __init__(
+        self,
+        env_id: str,
+        num_envs: int = 1,
+        *,
+        num_threads: int | None = None,
+        render_mode: str | None = None,
+        **settings: Unpack[Settings],
+    ) -> None:
+        """Create the environments; see the class."""
+        self.envs = FetchVectorEnv(
+            env_id,
+            num_envs,
+            autoreset_mode="SameStep",
+            num_threads=num_threads,
+            render_mode=render_mode,
+            **settings,
+        )
+        spaces = self.envs.single_observation_space, self.envs.single_action_space
+        super().__init__(num_envs, *spaces)
+
+    def reset(self) -> Observation:
+        """Begin an episode in each environment, with the seeds of ``seed``."""
+        if any(options != self._options[0] for options in self._options):
+            message = "the environments take the same options: pass one dictionary to set_options()"
+            raise ValueError(message)
+        seeds = None if self._seeds[0] is None else self._seeds
+        observations, _ = self.envs.reset(seed=seeds, options=self._options[0])
+        self._reset_seeds()
+        self._reset_options()
+        return observations
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Start a step."""
+        self.envs.step_async(actions)
+
+    def step_wait(
+        self,
+    ) -> tuple[Observation, NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
+        """Wait for the step, and return its results."""
+        observations, rewards, terminated, truncated, infos = self.envs.step_wait()
+        dones = terminated | truncated
+        final = infos.get("final_info", {}).get("is_success")
+        each: list[dict[str, Any]] = []
+        for env_index, done in enumerate(dones.tolist()):
+            success = final if done else infos["is_success"]
+            cut_off = done and not terminated[env_index]
+            info = {"is_success": success[env_index], "TimeLimit.truncated": cut_off}
+            if done:
+                info["terminal_observation"] = infos["final_obs"][env_index]
+            each.append(info)
+        return observations, rewards.astype(np.float32), dones, each
+
+    def close(self) -> None:
+        """End the threads, and free the simulations."""
+        self.envs.close()
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """Draw each environment."""
+        return self.envs.render() or (None,) * self.num_envs
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """Get an attribute of environments."""
+        values = self.envs.get_attr(attr_name)
+        return [values[env_index] for env_index in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: object, indices: Any = None) -> None:
+        """Refuse: settings are passed when environments are made."""
+        del indices
+        self.envs.set_attr(attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method of environments."""
+        values = self.envs.call(method_name, *method_args, **method_kwargs)
+        return [values[env_index] for env_index in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        """Tell that no environment is wrapped."""
+        del wrapper_class
+        return [False for _ in self._get_indices(indices)]
+
+
+class HerReplayBuffer(TheirHerReplayBuffer):
+    """The buffer of :mod:`fetch_env` in the place of Stable-Baselines3's ``HerReplayBuffer``.
+
+    Pass it as ``replay_buffer_class``. It takes the same arguments and draws from the same
+    distribution, from numpy's global random numbers, which ``set_random_seed`` seeds. Episodes are
+    stored when they end; saving leaves out those that are under way.
+    """
+
+    def __init__(  # noqa: PLR0913, PLR0917
+        self,
+        buffer_size: int,
+        observation_space: spaces.Dict,
+        action_space: spaces.Space[Any],
+        env: VecEnv,
+        device: torch.device | str = "auto",
+        n_envs: int = 1,
+        optimize_memory_usage: bool = False,  # noqa: FBT001, FBT002
+        handle_timeout_termination: bool = True,  # noqa: FBT001, FBT002
+        n_sampled_goal: int = 4,
+        goal_selection_strategy: GoalSelectionStrategy | str = "future",
+        copy_info_dict: bool = False,  # noqa: FBT001, FBT002
+    ) -> None:
+        """Create an empty buffer; see the class."""
+        del optimize_memory_usage, copy_info_dict
+        BaseBuffer.__init__(self, buffer_size, observation_space, action_space, device, n_envs)
+        self.env = env
+        self.handle_timeout_termination = handle_timeout_termination
+        self.n_sampled_goal = n_sampled_goal
+        self.her_ratio = 1 - 1 / (n_sampled_goal + 1)
+        if not isinstance(goal_selection_strategy, str):
+            goal_selection_strategy = goal_selection_strategy.name
+        self._strategy = goal_selection_strategy.lower()
+        self._make = env.env_method("config_arguments", indices=[0])[0]
+        self._native = self._empty()
+
+    def _empty(self) -> _native.Buffer:
+        return _native.Buffer(_native.Config(**self._make), self.buffer_size, self.n_envs)
+
+    def add(  # type: ignore[override]  # noqa: PLR0913, PLR0917
+        self,
+        obs: Observation,
+        next_obs: Observation,
+        action: NDArray[np.float32],
+        reward: NDArray[np.float32],
+        done: NDArray[np.bool_],
+        infos: list[dict[str, Any]],
+    ) -> None:
+        """Store a step of each environment."""
+        for env_index, info in enumerate(infos):
+            if self._native.unfinished_steps(env_index) is None:
+                start = (obs[part][env_index] for part in GOAL_PARTS)
+                self._native.begin_episode(env_index, *start)
+            cut_off = bool(info.get("TimeLimit.truncated", False))
+            self._native.add_step(
+                env_index,
+                action[env_index],
+                next_obs["observation"][env_index],
+                next_obs["achieved_goal"][env_index],
+                float(reward[env_index]),
+                bool(done[env_index]) and not cut_off,
+                cut_off,
+            )
+
+    def sample(  # type: ignore[override]
+        self, batch_size: int, env: VecNormalize | None = None
+    ) -> DictReplayBufferSamples:
+        """Draw a batch."""
+        seed = int(np.random.randint(2**63))  # noqa: NPY002
+        batch = self._native.sample(batch_size, self._strategy, self.her_ratio, seed)
+        goal = batch["desired_goal"]
+        now = {part: batch[part] for part in ("achieved_goal", "observation")}
+        after = {part: batch[f"next_{part}"] for part in ("achieved_goal", "observation")}
+        observations, next_observations = (
+            self._normalize_obs({"desired_goal": goal, **parts}, env) for parts in (now, after)
+        )
+        dones = batch["terminated"]
+        if not self.handle_timeout_termination:
+            dones = dones | batch["truncated"]
+        rewards = self._normalize_reward(batch["reward"].reshape(-1, 1), env)
+        return DictReplayBufferSamples(
+            observations=self._to_torch(observations),
+            actions=self._tensor(batch["action"]),
+            next_observations=self._to_torch(next_observations),
+            dones=self._tensor(dones.reshape(-1, 1).astype(np.float32)),
+            rewards=self._tensor(rewards),
+        )
+
+    def _to_torch(self, parts: Any) -> dict[str, torch.Tensor]:
+        return {part: self._tensor(numbers) for part, numbers in parts.items()}
+
+    def _tensor(self, numbers: NDArray[np.float32]) -> torch.Tensor:
+        # Nothing else has the array, so it is not copied.
+        return self.to_torch(numbers.astype(np.float32, copy=False), copy=False)
+
+    def size(self) -> int:
+        """Return the number of transitions of finished episodes."""
+        return len(self._native)
+
+    def reset(self) -> None:
+        """Remove all transitions."""
+        self._native.clear()
+
+    def truncate_last_trajectory(self) -> None:
+        """End the episodes that are under way."""
+        for env_index in range(self.n_envs):
+            if self._native.unfinished_steps(env_index):
+                warnings.warn("the episode under way is cut off", stacklevel=2)
+                self._native.end_episode(env_index)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what pickling keeps: everything but the environment and episodes under way."""
+        return {**super().__getstate__(), "_native": self._native.to_bytes()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the buffer anew; ``set_env`` is not needed to draw from it."""
+        contents = state.pop("_native")
+        super().__setstate__(state)
+        self._native = self._empty()
+        self._native.set_bytes(contents)

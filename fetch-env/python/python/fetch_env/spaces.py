@@ -1,0 +1,31 @@
+"""The spaces of the environments."""
+
+import gymnasium
+import numpy as np
+
+from ._native import Config
+
+#: dx, dy, dz, fingers.
+ACTION_LEN = 4
+#: Numbers of a goal: x, y, z in meters.
+GOAL_LEN = 3
+
+
+def action_space() -> gymnasium.spaces.Box:
+    """Return the space of actions: dx, dy, dz, fingers, each from -1 to 1."""
+    return gymnasium.spaces.Box(-1.0, 1.0, (ACTION_LEN,), np.float32)
+
+
+def observation_space(config: Config) -> gymnasium.spaces.Dict:
+    """Return the space of observations: the three unbounded parts."""
+
+    def part(length: int) -> gymnasium.spaces.Box:
+        return gymnasium.spaces.Box(-np.inf, np.inf, (length,), np.float64)
+
+    return gymnasium.spaces.Dict(
+        {
+            "achieved_goal": part(GOAL_LEN),
+            "desired_goal": part(GOAL_LEN),
+            "observation": part(config.observation_len),
+        }
+    )

@@ -1,0 +1,258 @@
+"""Many environments, stepped together."""
+
+from __future__ import annotations
+
+import operator
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from . import _native, spaces
+from .env import FetchEnv, Observation, check_render_mode, generator
+from .rewards import GoalRewards
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+    from typing_extensions import Unpack
+
+    from .settings import Settings
+
+    Result: TypeAlias = tuple[
+        Observation,
+        NDArray[np.float64],
+        NDArray[np.bool_],
+        NDArray[np.bool_],
+        dict[str, Any],
+    ]
+
+
+class FetchVectorEnv(GoalRewards, VectorEnv[Observation, "NDArray[np.float32]", "NDArray[Any]"]):
+    """Fetch environments that are stepped together, on several threads.
+
+    Seeds, infos and autoreset are those of ``gymnasium.vector.SyncVectorEnv``, and the results
+    those of single environments, bit for bit, on any number of threads. Observations are
+    dictionaries of new ``float64`` arrays with a row for each environment. Actions of ``float64``
+    are rounded to ``float32``.
+
+    Args:
+        env_id: The name, such as ``"FetchPush-v4"``.
+        num_envs: Number of environments, 1 to 65,536.
+        autoreset_mode: When the next episode begins: ``gymnasium.vector.AutoresetMode``.
+        num_threads: Number of threads; by default one for each core. With one, everything runs on
+            the caller's.
+        max_episode_steps: Steps after which an episode is cut off.
+        render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`.
+        width: Width of pictures in pixels, 1 to 4096.
+        height: Height of pictures in pixels, 1 to 4096.
+        **settings: See :class:`fetch_env.Settings`.
+
+    Raises:
+        ValueError: If a name, a setting, an action or an option means nothing.
+        RuntimeError: If a process that was forked uses what its parent has made.
+        fetch_env.SimulationError: If the physics became unstable. The others have taken their step,
+            and the next step resets the one that failed.
+    """
+
+    def __init__(  # noqa: PLR0913
+        self,
+        env_id: str,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        num_threads: int | None = None,
+        max_episode_steps: int = 50,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 480,
+        **settings: Unpack[Settings],
+    ) -> None:
+        """Create the environments; see the class."""
+        check_render_mode(render_mode)
+        self.render_mode = render_mode
+        self.num_envs = num_envs
+        self.metadata = {**FetchEnv.metadata, "autoreset_mode": AutoresetMode(autoreset_mode)}
+        self._env_id = env_id
+        self._num_threads = num_threads
+        self._max_episode_steps = max_episode_steps
+        self._settings = settings
+        self._size = (width, height)
+        self._make()
+        self.single_action_space = spaces.action_space()
+        self.single_observation_space = spaces.observation_space(self._config)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+
+    def _make(self) -> None:
+        self._config = _native.Config(
+            self._env_id, max_episode_steps=self._max_episode_steps, **self._settings
+        )
+        mode: AutoresetMode = self.metadata["autoreset_mode"]
+        self._native = _native.VecEnv(
+            self._config, self.num_envs, self._num_threads or 0, mode.value, *self._size
+        )
+
+    @property
+    def num_threads(self) -> int:
+        """Number of threads."""
+        return self._native.num_threads
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin episodes in all environments, or in those that ``options["reset_mask"]`` selects.
+
+        Args:
+            seed: A seed for each environment, or the first one's, which the others count up.
+                Without, the random numbers continue.
+            options: ``reset_mask`` (a boolean array), ``desired_goal`` (x, y, z in meters) and
+                ``object_position`` (x, y in meters).
+
+        Returns:
+            The observations, and an empty info.
+        """
+        rest = dict(options or {})
+        mask = rest.pop("reset_mask", None)
+        seeds = self._seeds(seed)
+        return self._native.reset(seeds, None if mask is None else self._mask(mask), rest), {}
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None] | None:
+        if seed is None:
+            return None
+        if isinstance(seed, (int, np.integer)):
+            return [operator.index(seed) + env_index for env_index in range(self.num_envs)]
+        return list(seed)
+
+    def _mask(self, mask: object) -> list[bool]:
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+            message = f"reset_mask is {mask!r}: pass a numpy array of booleans"
+            raise TypeError(message)
+        if mask.shape != (self.num_envs,):
+            message = f"reset_mask has the shape {mask.shape}: pass ({self.num_envs},)"
+            raise ValueError(message)
+        chosen: list[bool] = mask.tolist()
+        return chosen
+
+    def step(self, actions: NDArray[np.float32]) -> Result:
+        """Take an action in each environment: a row of ``actions``, of shape (num_envs, 4).
+
+        Returns:
+            Observations, rewards (``float64``), whether the tasks have ended, whether the episodes
+            were cut off, and the infos, as Gymnasium lays them out: ``infos["is_success"]`` where
+            ``infos["_is_success"]`` is true, and with ``AutoresetMode.SAME_STEP`` ``final_obs`` and
+            ``final_info`` of the episodes that have ended.
+        """
+        return self._result(self._native.step(actions))
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Start a :meth:`step`, for which :meth:`step_wait` waits."""
+        self._native.step_async(actions)
+
+    def step_wait(self) -> Result:
+        """Wait for the step that was started, and return its results as :meth:`step` does."""
+        return self._result(self._native.step_wait())
+
+    def _result(self, steps: _native.Steps) -> Result:
+        observations, rewards, terminated, truncated, success, stepped, started = steps
+        infos: dict[str, Any] = {}
+        ended = stepped & started
+        if ended.any():
+            final = np.full(self.num_envs, None, dtype=object)
+            for env_index in np.flatnonzero(ended).tolist():
+                final[env_index] = self._native.final_observation(env_index)
+            infos["final_obs"], infos["_final_obs"] = final, ended
+            infos["final_info"], infos["_final_info"] = _successes(success, ended), ended.copy()
+        goes_on = stepped & ~started
+        if goes_on.any():
+            infos.update(_successes(success, goes_on))
+        return observations, rewards, terminated, truncated, infos
+
+    def render(self) -> tuple[NDArray[Any], ...] | None:
+        """Draw the state of each environment, as :meth:`fetch_env.FetchEnv.render` does."""
+        if self.render_mode is None:
+            return None
+        draw = (
+            self._native.render_rgb
+            if self.render_mode == "rgb_array"
+            else self._native.render_depth
+        )
+        return tuple(draw(env_index) for env_index in range(self.num_envs))
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Call a method of each environment, or get an attribute of each.
+
+        The environments are not Python's, so there are only ``goal``, ``np_random``,
+        ``np_random_seed`` and what all have in common, such as ``compute_reward``.
+        """
+        if name == "goal":
+            return tuple(self._native.goal(env_index) for env_index in range(self.num_envs))
+        if name in ("np_random", "np_random_seed"):
+            return getattr(self, name)  # type: ignore[no-any-return]
+        common = {"action_space": "single_action_space"}
+        common |= {"observation_space": "single_observation_space"}
+        value = getattr(self, common.get(name, name))
+        return tuple(
+            value(*args, **kwargs) if callable(value) else value for _ in range(self.num_envs)
+        )
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Get an attribute of each environment; see :meth:`call`."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: object) -> None:
+        """Refuse: settings are passed when environments are made."""
+        del values
+        message = f"{name} cannot be set: make the environments with it"
+        raise AttributeError(message)
+
+    def get_state(self) -> bytes:
+        """Return all that decides the future of all environments."""
+        return self._native.get_state()
+
+    def set_state(self, state: bytes) -> None:
+        """Restore what :meth:`get_state` of as many environments of equal settings has returned.
+
+        Afterwards the same actions give the same results, bit for bit.
+        """
+        self._native.set_state(state)
+
+    def close_extras(self) -> None:
+        """End the threads, and free the simulations."""
+        self._native.close()
+
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator | None, ...]:  # type: ignore[override]
+        """The random numbers of each environment, as the last reset has left them."""
+        randoms = [self._native.random(env_index) for env_index in range(self.num_envs)]
+        return tuple(generator(random) for random in randoms)
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+        """The seed of each environment's random numbers; ``None`` before the first reset."""
+        randoms = [self._native.random(env_index) for env_index in range(self.num_envs)]
+        return tuple(None if random is None else random[0] for random in randoms)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what pickling and copying keep: everything but the renderer and the threads."""
+        state = self.__dict__.copy()
+        del state["_config"]
+        state["_native"] = self._native.get_state()
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the environments anew, in the state that they had."""
+        native = state.pop("_native")
+        self.__dict__.update(state)
+        self._make()
+        self._native.set_state(native)
+
+
+def _successes(success: NDArray[np.float32], mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return an info with the successes where the mask is true."""
+    return {"is_success": np.where(mask, success, np.float32(0.0)), "_is_success": mask}

@@ -1,0 +1,97 @@
+//! numpy arrays: actions and goals on their way in, observations on their way out.
+
+use fetch_env::{FetchObservation, GoalObservation};
+use numpy::{
+    PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods, dtype,
+};
+use pyo3::{intern, prelude::*, sync::PyOnceLock, types::PyDict};
+
+use crate::error::{Error, Result};
+
+/// Numbers in the precision in which Python has them.
+pub(crate) enum Numbers<'py> {
+    Single(PyReadonlyArrayDyn<'py, f32>),
+    Double(PyReadonlyArrayDyn<'py, f64>),
+}
+
+impl<'py> Numbers<'py> {
+    /// Takes an array, or what numpy makes an array of. As numpy's own arithmetic with numbers of
+    /// single precision does, it widens other types to double precision, short ones excepted.
+    pub(crate) fn take(numbers: &Bound<'py, PyAny>) -> Result<Self> {
+        if let Some(taken) = Self::of_array(numbers) {
+            return Ok(taken);
+        }
+        let py = numbers.py();
+        let numpy = numpy(py)?;
+        let array = numpy.call_method1(intern!(py, "asarray"), (numbers,))?;
+        let kind = numpy.call_method1(intern!(py, "result_type"), (&array, dtype::<f32>(py)))?;
+        let contiguous = PyDict::new(py);
+        contiguous.set_item("dtype", kind)?;
+        contiguous.set_item("order", "C")?;
+        let array = numpy.call_method(intern!(py, "asarray"), (array,), Some(&contiguous))?;
+        Self::of_array(&array).ok_or_else(|| Error::value("pass an array of numbers"))
+    }
+
+    /// Takes a contiguous array of one of the two types.
+    fn of_array(numbers: &Bound<'py, PyAny>) -> Option<Self> {
+        let array = numbers.cast::<PyUntypedArray>().ok()?;
+        if !array.is_c_contiguous() {
+            return None;
+        }
+        if let Ok(single) = numbers.cast::<PyArrayDyn<f32>>() {
+            return Some(Self::Single(single.try_readonly().ok()?));
+        }
+        let double = numbers.cast::<PyArrayDyn<f64>>().ok()?;
+        Some(Self::Double(double.try_readonly().ok()?))
+    }
+
+    pub(crate) fn shape(&self) -> &[usize] {
+        match self {
+            Self::Single(array) => array.shape(),
+            Self::Double(array) => array.shape(),
+        }
+    }
+
+    /// Whether they have single precision.
+    pub(crate) const fn are_single(&self) -> bool {
+        matches!(self, Self::Single(_))
+    }
+
+    /// Returns them in single precision, row after row.
+    pub(crate) fn to_single(&self) -> Vec<f32> {
+        match self {
+            Self::Single(array) => array.as_array().iter().copied().collect(),
+            Self::Double(array) => array.as_array().iter().map(|number| *number as f32).collect(),
+        }
+    }
+
+    /// Returns them in double precision, row after row.
+    pub(crate) fn to_double(&self) -> Vec<f64> {
+        match self {
+            Self::Single(array) => array.as_array().iter().map(|&number| number.into()).collect(),
+            Self::Double(array) => array.as_array().iter().copied().collect(),
+        }
+    }
+}
+
+fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
+    static NUMPY: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+    Ok(NUMPY.get_or_try_init(py, || py.import("numpy").map(Bound::unbind))?.bind(py))
+}
+
+/// Returns an observation as a dictionary of new arrays.
+pub(crate) fn observation<'py>(
+    py: Python<'py>,
+    observation: &FetchObservation,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (key, numbers) in [
+        (intern!(py, "observation"), observation.observation()),
+        (intern!(py, "achieved_goal"), observation.achieved_goal()),
+        (intern!(py, "desired_goal"), observation.desired_goal()),
+    ] {
+        dict.set_item(key, PyArray1::from_slice(py, numbers))?;
+    }
+    Ok(dict)
+}

@@ -1,0 +1,259 @@
+//! The settings of an environment, and what follows from them alone: lengths and rewards.
+
+use std::path::PathBuf;
+
+use fetch_env::{EnvId, FetchConfig, FetchObservation, FetchResetOptions, ModelSource, RewardKind};
+use goal_reward::{GoalPairs, GoalReward};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::{
+    IntoPyObjectExt,
+    prelude::*,
+    types::{PyBool, PyDict, PyFloat},
+};
+
+use crate::arrays::Numbers;
+use crate::error::{Error, Result};
+
+/// The settings of an environment, all of them valid.
+#[pyclass(frozen, module = "fetch_env._native")]
+pub(crate) struct Config {
+    pub(crate) config: FetchConfig,
+    id: EnvId,
+}
+
+#[pymethods]
+impl Config {
+    #[new]
+    #[pyo3(signature = (
+        env_id,
+        *,
+        model = PathBuf::from("builtin"),
+        distance_threshold = None,
+        n_substeps = None,
+        object_range = None,
+        target_range = None,
+        target_offset = None,
+        target_in_the_air = None,
+        max_episode_steps = None,
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords")]
+    fn new(
+        env_id: &str,
+        model: PathBuf,
+        distance_threshold: Option<f64>,
+        n_substeps: Option<u32>,
+        object_range: Option<f64>,
+        target_range: Option<f64>,
+        target_offset: Option<[f64; 3]>,
+        target_in_the_air: Option<bool>,
+        max_episode_steps: Option<u32>,
+    ) -> Result<Self> {
+        let id: EnvId = env_id.strip_prefix("fetch_env/").unwrap_or(env_id).parse()?;
+        let mut config = id.config().with_model(match model.to_str() {
+            Some("builtin") => ModelSource::Builtin,
+            Some("reference") => ModelSource::Reference,
+            _ => ModelSource::Folder(model),
+        });
+        if let Some(meters) = distance_threshold {
+            config = config.with_distance_threshold(meters)?;
+        }
+        if let Some(count) = n_substeps {
+            config = config.with_n_substeps(count)?;
+        }
+        if let Some(meters) = object_range {
+            config = config.with_object_range(meters)?;
+        }
+        if let Some(meters) = target_range {
+            config = config.with_target_range(meters)?;
+        }
+        if let Some(meters) = target_offset {
+            config = config.with_target_offset(meters)?;
+        }
+        if let Some(in_the_air) = target_in_the_air {
+            config = config.with_target_in_the_air(in_the_air)?;
+        }
+        if let Some(steps) = max_episode_steps {
+            config = config.with_max_episode_steps(steps)?;
+        }
+        Ok(Self { config, id })
+    }
+
+    /// The name of the environment, such as FetchPush-v4.
+    #[getter]
+    pub(crate) fn env_id(&self) -> String {
+        self.id.to_string()
+    }
+
+    /// Number of elements of `observation`.
+    #[getter]
+    pub(crate) fn observation_len(&self) -> usize {
+        FetchObservation::len_of(self.config.task())
+    }
+
+    /// Duration of a control step, in seconds.
+    #[getter]
+    fn control_period(&self) -> f64 {
+        self.config.control_period()
+    }
+
+    /// Distance within which a goal counts as reached, in meters.
+    #[getter]
+    fn distance_threshold(&self) -> f64 {
+        self.config.distance_threshold().get()
+    }
+
+    /// "sparse" or "dense".
+    #[getter]
+    fn reward_type(&self) -> &'static str {
+        match self.config.reward() {
+            RewardKind::Sparse => "sparse",
+            RewardKind::Dense => "dense",
+        }
+    }
+
+    /// Rewards of pairs of goals: a float of one pair, and otherwise an array of their batch shape,
+    /// in the precision that the reference gives it.
+    fn compute_reward<'py>(
+        &self,
+        achieved_goal: &Bound<'py, PyAny>,
+        desired_goal: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyAny>> {
+        let py = achieved_goal.py();
+        let goals = Goals::take(achieved_goal, desired_goal)?;
+        let mut rewards = vec![0.0; goals.len()];
+        let reward = self.config.distance_reward();
+        reward.try_reward_batch(goals.pairs()?, &mut rewards).map_err(Error::value)?;
+        if goals.batch_shape.is_empty() {
+            return Ok(PyFloat::new(py, rewards[0]).into_any());
+        }
+        if goals.are_single || self.config.reward() == RewardKind::Sparse {
+            let rewards = rewards.iter().map(|&reward| reward as f32);
+            let rewards = PyArray1::from_iter(py, rewards);
+            return Ok(rewards.reshape(goals.batch_shape)?.into_any());
+        }
+        Ok(PyArray1::from_vec(py, rewards).reshape(goals.batch_shape)?.into_any())
+    }
+
+    /// Whether steps with these goals would end the task.
+    fn compute_terminated<'py>(
+        &self,
+        achieved_goal: &Bound<'py, PyAny>,
+        desired_goal: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyAny>> {
+        let reward = self.config.distance_reward();
+        flags(achieved_goal, desired_goal, |pairs, out| reward.terminated_batch(pairs, out))
+    }
+
+    /// Whether steps with these goals would cut the episode off, time limits aside.
+    fn compute_truncated<'py>(
+        &self,
+        achieved_goal: &Bound<'py, PyAny>,
+        desired_goal: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyAny>> {
+        let reward = self.config.distance_reward();
+        flags(achieved_goal, desired_goal, |pairs, out| reward.truncated_batch(pairs, out))
+    }
+
+    /// Whether the achieved goals count as the desired ones.
+    fn is_success<'py>(
+        &self,
+        achieved_goal: &Bound<'py, PyAny>,
+        desired_goal: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyAny>> {
+        let reward = self.config.distance_reward();
+        flags(achieved_goal, desired_goal, |pairs, out| reward.is_success_batch(pairs, out))
+    }
+}
+
+/// Pairs of goals of any batch shape.
+struct Goals {
+    achieved: Vec<f64>,
+    desired: Vec<f64>,
+    dim: usize,
+    batch_shape: Vec<usize>,
+    /// Whether numpy's result would have single precision.
+    are_single: bool,
+}
+
+impl Goals {
+    fn take(achieved_goal: &Bound<'_, PyAny>, desired_goal: &Bound<'_, PyAny>) -> Result<Self> {
+        let (achieved, desired) = (Numbers::take(achieved_goal)?, Numbers::take(desired_goal)?);
+        if achieved.shape() != desired.shape() {
+            return Err(Error::value(format!(
+                "achieved_goal has the shape {:?}, desired_goal {:?}: pass goals of the same shape",
+                achieved.shape(),
+                desired.shape()
+            )));
+        }
+        let (dim, batch_shape) =
+            achieved.shape().split_last().ok_or_else(|| Error::value("a goal is an array"))?;
+        Ok(Self {
+            achieved: achieved.to_double(),
+            desired: desired.to_double(),
+            dim: *dim,
+            batch_shape: batch_shape.to_vec(),
+            are_single: achieved.are_single() && desired.are_single(),
+        })
+    }
+
+    fn len(&self) -> usize {
+        self.batch_shape.iter().product()
+    }
+
+    fn pairs(&self) -> Result<GoalPairs<'_>> {
+        GoalPairs::new(&self.achieved, &self.desired, self.dim).map_err(Error::value)
+    }
+}
+
+/// Computes a boolean for each pair: a bool of one pair, and otherwise an array.
+fn flags<'py>(
+    achieved_goal: &Bound<'py, PyAny>,
+    desired_goal: &Bound<'py, PyAny>,
+    compute: impl FnOnce(GoalPairs<'_>, &mut [bool]) -> std::result::Result<(), goal_reward::GoalError>,
+) -> Result<Bound<'py, PyAny>> {
+    let py = achieved_goal.py();
+    let goals = Goals::take(achieved_goal, desired_goal)?;
+    let mut flags = vec![false; goals.len()];
+    compute(goals.pairs()?, &mut flags).map_err(Error::value)?;
+    if goals.batch_shape.is_empty() {
+        return Ok(PyBool::new(py, flags[0]).into_bound_py_any(py)?);
+    }
+    Ok(PyArray1::from_vec(py, flags).reshape(goals.batch_shape)?.into_any())
+}
+
+/// Reads the options of a reset.
+pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<FetchResetOptions> {
+    let mut read = FetchResetOptions::default();
+    for (key, value) in options.into_iter().flatten() {
+        let key: String = key.extract()?;
+        let numbers = || Ok::<_, Error>(Numbers::take(&value)?.to_double());
+        match key.as_str() {
+            "desired_goal" => read = read.with_desired_goal(numbers()?),
+            "object_position" => {
+                let numbers = numbers()?;
+                let position = <[f64; 2]>::try_from(numbers.as_slice()).map_err(|_| {
+                    let count = numbers.len();
+                    Error::value(format!("object_position has {count} elements: pass x and y"))
+                })?;
+                read = read.with_object_position(position);
+            }
+            _ => {
+                return Err(Error::value(format!(
+                    "there is no reset option {key:?}: the options are \"desired_goal\" and \
+                     \"object_position\""
+                )));
+            }
+        }
+    }
+    Ok(read)
+}
+
+/// Reads the seed of a reset.
+pub(crate) fn seed(seed: Option<&Bound<'_, PyAny>>) -> Result<Option<u64>> {
+    let read = |seed: &Bound<'_, PyAny>| {
+        seed.extract().map_err(|_| {
+            Error::value(format!("the seed is {seed}: pass an integer from 0 to 2**64 - 1"))
+        })
+    };
+    seed.map(read).transpose()
+}

@@ -1,0 +1,117 @@
+//! One environment.
+
+use fetch_env::{
+    Env as _, FetchEnv, FetchObservation, Info, MujocoSimulator, RenderOptions, SnapshotEnv, Step,
+};
+use numpy::{PyArray2, PyArray3};
+use pyo3::{
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
+
+use crate::arrays::{self, Numbers};
+use crate::config::{Config, reset_options, seed};
+use crate::error::{Error, Result};
+use crate::pictures::Pictures;
+
+type Simulated = FetchEnv<MujocoSimulator>;
+/// Observation, reward, whether the task has ended or was cut off, and success.
+type StepTuple<'py> = (Bound<'py, PyDict>, f64, bool, bool, bool);
+
+/// One environment, without a time limit. A call that simulates releases the interpreter.
+#[pyclass(module = "fetch_env._native")]
+pub(crate) struct Env {
+    /// `None` when it is closed.
+    env: Option<Simulated>,
+    pictures: Pictures,
+}
+
+#[pymethods]
+impl Env {
+    #[new]
+    fn new(py: Python<'_>, config: &Config, width: u32, height: u32) -> Result<Self> {
+        let config = config.config.clone();
+        let env = py.detach(|| FetchEnv::on_mujoco(config))?;
+        let render = RenderOptions::default().with_width(width).with_height(height);
+        Ok(Self { env: Some(env), pictures: Pictures::new(render) })
+    }
+
+    /// Begins an episode, and returns its first observation.
+    #[pyo3(signature = (seed = None, options = None))]
+    fn reset<'py>(
+        &mut self,
+        py: Python<'py>,
+        seed: Option<&Bound<'py, PyAny>>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> Result<Bound<'py, PyDict>> {
+        let env = self.env.as_mut().ok_or_else(Error::closed)?;
+        let (seed, options) = (self::seed(seed)?, reset_options(options)?);
+        let reset = py.detach(|| env.reset_with(seed, &options))?;
+        Ok(arrays::observation(py, &reset.observation)?)
+    }
+
+    /// Takes an action, in the precision that it has.
+    fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> Result<StepTuple<'py>> {
+        let env = self.env.as_mut().ok_or_else(Error::closed)?;
+        let action = Numbers::take(action)?;
+        if action.shape().len() != 1 {
+            let shape = action.shape();
+            return Err(Error::value(format!("the action has the shape {shape:?}: pass (4,)")));
+        }
+        let step: Step<FetchObservation, Info> = if action.are_single() {
+            let action = action.to_single();
+            py.detach(|| env.step(&action))
+        } else {
+            let action = action.to_double();
+            py.detach(|| env.step_f64(&action))
+        }?;
+        let Step { observation, reward, terminated, truncated, info } = step;
+        let observation = arrays::observation(py, &observation)?;
+        Ok((observation, reward, terminated, truncated, info.is_success))
+    }
+
+    /// The current observation.
+    fn observe<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
+        Ok(arrays::observation(py, &self.env()?.observe()?)?)
+    }
+
+    /// The seed of the random numbers, and how many of 64 bits were drawn; None before a reset.
+    fn random(&self) -> Result<Option<(u64, u64)>> {
+        let random = self.env()?.np_random();
+        Ok(random.map(|random| (random.initial_seed(), random.draws())))
+    }
+
+    /// All that decides the future, as bytes.
+    fn get_state<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
+        let snapshot = self.env()?.snapshot();
+        Ok(PyBytes::new(py, &serde_json::to_vec(&snapshot)?))
+    }
+
+    /// Restores what `get_state` of an environment with equal settings has returned.
+    fn set_state(&mut self, state: &[u8]) -> Result<()> {
+        let env = self.env.as_mut().ok_or_else(Error::closed)?;
+        Ok(env.restore(&serde_json::from_slice(state)?)?)
+    }
+
+    /// The colors of the current state, height x width x 3, the top row first.
+    fn render_rgb<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyArray3<u8>>> {
+        self.pictures.rgb(py, self.env.as_ref().ok_or_else(Error::closed)?)
+    }
+
+    /// Distances from the camera, height x width, in meters.
+    fn render_depth<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
+        self.pictures.depth(py, self.env.as_ref().ok_or_else(Error::closed)?)
+    }
+
+    /// Frees the simulation and the renderer. Later calls raise an error.
+    fn close(&mut self) {
+        self.env = None;
+        self.pictures.close();
+    }
+}
+
+impl Env {
+    fn env(&self) -> Result<&Simulated> {
+        self.env.as_ref().ok_or_else(Error::closed)
+    }
+}

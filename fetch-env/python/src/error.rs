@@ -1,0 +1,180 @@
+//! The crates' errors as Python exceptions, with Python's remedies.
+
+use std::fmt::Display;
+
+use fetch_env::{EnvError, MakeError, RenderError, SimError, vec_env::VecEnvError};
+use pyo3::{
+    create_exception,
+    exceptions::{PyFileNotFoundError, PyOSError, PyRuntimeError, PyValueError},
+    prelude::*,
+    sync::PyOnceLock,
+    types::PyType,
+};
+
+create_exception!(
+    fetch_env,
+    SimulationError,
+    PyRuntimeError,
+    "A simulation failed: it became unstable, or MuJoCo reported an error. Reset the environment."
+);
+create_exception!(
+    fetch_env,
+    MujocoError,
+    PyOSError,
+    "MuJoCo's library could not be loaded, or does not fit the package."
+);
+
+/// An error of the crates, on its way to Python.
+pub(crate) struct Error(PyErr);
+
+/// The result of a call that Python makes.
+pub(crate) type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl From<Error> for PyErr {
+    fn from(Error(error): Error) -> Self {
+        error
+    }
+}
+
+impl From<PyErr> for Error {
+    fn from(error: PyErr) -> Self {
+        Self(error)
+    }
+}
+
+impl Error {
+    /// An argument that means nothing.
+    pub(crate) fn value(message: impl Display) -> Self {
+        Self(PyValueError::new_err(message.to_string()))
+    }
+
+    /// An error of arguments or files, with all its causes.
+    pub(crate) fn chain(error: impl std::error::Error) -> Self {
+        let causes = std::iter::successors(error.source(), |cause| cause.source());
+        let causes: Vec<_> = causes.map(ToString::to_string).collect();
+        Self::value([vec![error.to_string()], causes].concat().join(": "))
+    }
+
+    /// A call at the wrong time, or in the wrong process.
+    pub(crate) fn runtime(message: impl Display) -> Self {
+        Self(PyRuntimeError::new_err(message.to_string()))
+    }
+
+    /// Adds to the message which environment it is of.
+    pub(crate) fn of_env(self, env_index: usize) -> Self {
+        Self(Python::attach(|py| {
+            let message = format!("environment {env_index}: {}", self.0.value(py));
+            PyErr::from_type(self.0.get_type(py), message)
+        }))
+    }
+
+    /// A call of an environment that was closed.
+    pub(crate) fn closed() -> Self {
+        static TYPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+        gymnasium_error(&TYPE, "ClosedEnvironmentError", "the environment is closed: make another")
+    }
+}
+
+/// Returns one of Gymnasium's exceptions.
+fn gymnasium_error(
+    kind: &'static PyOnceLock<Py<PyType>>,
+    name: &str,
+    message: impl Display,
+) -> Error {
+    Error(Python::attach(|py| match kind.import(py, "gymnasium.error", name) {
+        Ok(kind) => PyErr::from_type(kind.clone(), message.to_string()),
+        Err(error) => error,
+    }))
+}
+
+impl From<EnvError> for Error {
+    fn from(error: EnvError) -> Self {
+        if let Some(error) = error.downcast_ref::<SimError>() {
+            return error.clone().into();
+        }
+        if let Some(error) = error.downcast_ref::<MakeError>() {
+            return error.clone().into();
+        }
+        if let Some(error) = error.downcast_ref::<VecEnvError>() {
+            return error.clone().into();
+        }
+        if let Some(error) = error.downcast_ref::<RenderError>() {
+            return Self::runtime(error);
+        }
+        match error {
+            EnvError::ResetNeeded | EnvError::EpisodeOver => {
+                static TYPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+                gymnasium_error(&TYPE, "ResetNeeded", error)
+            }
+            EnvError::Entropy { .. } | EnvError::Panicked { .. } => Self::runtime(error),
+            error => Self::value(error),
+        }
+    }
+}
+
+impl From<MakeError> for Error {
+    fn from(error: MakeError) -> Self {
+        match error {
+            MakeError::Sim(error) => error.into(),
+            MakeError::Vec(error) => error.into(),
+            error => Self::value(error),
+        }
+    }
+}
+
+impl From<VecEnvError> for Error {
+    fn from(error: VecEnvError) -> Self {
+        match error {
+            VecEnvError::ResetNeeded { .. } => EnvError::ResetNeeded.into(),
+            VecEnvError::InFlight { .. } => Self::runtime(
+                "a step is under way: call step_wait() before another step, reset or change",
+            ),
+            VecEnvError::Thread { .. }
+            | VecEnvError::Forked
+            | VecEnvError::OutOfUse { .. }
+            | VecEnvError::WorkerLost => Self::runtime(error),
+            error => Self::value(error),
+        }
+    }
+}
+
+impl From<SimError> for Error {
+    fn from(error: SimError) -> Self {
+        const LIBRARY: &str = "install the package again";
+        match error {
+            SimError::NoAssets { path } => Self(PyFileNotFoundError::new_err(format!(
+                "there is no model at {path}: call fetch_env.download_reference_model() once, or \
+                 pass the folder of its scenes as `model`"
+            ))),
+            SimError::BuiltWithoutMujoco => Self(MujocoError::new_err(
+                "fetch_env was built without MuJoCo's headers: install it again from a wheel",
+            )),
+            SimError::Library { version, tried } | SimError::MujocoDir { version, tried, .. } => {
+                let tried: Vec<_> = tried.iter().map(ToString::to_string).collect();
+                Self(MujocoError::new_err(format!(
+                    "MuJoCo {version} could not be loaded ({}): {LIBRARY}",
+                    tried.join("; ")
+                )))
+            }
+            SimError::ShimMismatch { .. } | SimError::LibraryInUse { .. } => {
+                Self(MujocoError::new_err(error.to_string()))
+            }
+            SimError::Unstable { .. } | SimError::BufferFull { .. } | SimError::Mujoco { .. } => {
+                Self(SimulationError::new_err(error.to_string()))
+            }
+            error => Self::value(error),
+        }
+    }
+}
+
+impl From<RenderError> for Error {
+    fn from(error: RenderError) -> Self {
+        Self::runtime(error)
+    }
+}
+
+impl From<serde_json::Error> for Error {
+    fn from(error: serde_json::Error) -> Self {
+        Self::value(format!("this is no state of an environment: {error}"))
+    }
+}

@@ -1,0 +1,16 @@
+//! Values that only exclusive references reach.
+
+use std::sync::{Mutex, PoisonError};
+
+/// A value that any thread may use, one at a time, as Python's classes ask for.
+pub(crate) struct Exclusive<T>(Mutex<T>);
+
+impl<T> Exclusive<T> {
+    pub(crate) const fn new(value: T) -> Self {
+        Self(Mutex::new(value))
+    }
+
+    pub(crate) fn get(&mut self) -> &mut T {
+        self.0.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,232 @@
+//! The hindsight replay buffer.
+
+use std::path::PathBuf;
+
+use goal_reward::DistanceReward;
+use her_relabel::{
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, StartData, StepData,
+    UnitInterval,
+};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::{
+    exceptions::PyOSError,
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
+
+use crate::arrays::Numbers;
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::vec_env::VecEnv;
+
+/// A hindsight replay buffer of `f32`, with the rewards of an environment.
+#[pyclass(module = "fetch_env._native")]
+pub(crate) struct Buffer {
+    buffer: HerBuffer<f32>,
+    reward: DistanceReward,
+    batch: Batch<f32>,
+}
+
+#[pymethods]
+impl Buffer {
+    #[new]
+    fn new(config: &Config, capacity: usize, num_envs: usize) -> Result<Self> {
+        let dims = Dims { observation: config.observation_len(), goal: 3, action: 4 };
+        let buffer = BufferConfig::new(capacity, dims).with_num_envs(num_envs);
+        let buffer = HerBuffer::new(buffer).map_err(Error::value)?;
+        Ok(Self { buffer, reward: config.config.distance_reward(), batch: Batch::new() })
+    }
+
+    fn __len__(&self) -> usize {
+        self.buffer.len()
+    }
+
+    #[getter]
+    fn num_episodes(&self) -> usize {
+        self.buffer.num_episodes()
+    }
+
+    #[getter]
+    fn capacity(&self) -> usize {
+        self.buffer.config().capacity()
+    }
+
+    #[getter]
+    fn num_envs(&self) -> usize {
+        self.buffer.config().num_envs()
+    }
+
+    /// Stores what the last call of a vector has returned.
+    fn record(&mut self, mut envs: PyRefMut<'_, VecEnv>) -> Result<()> {
+        let recorded = self.buffer.record(&envs.last_step()?.into()).map_err(Error::value)?;
+        recorded.check().map_err(Error::value)
+    }
+
+    /// Stores a whole episode of T steps: observations (T + 1, n), achieved goals (T + 1, 3), one
+    /// desired goal (3), actions (T, 4) and rewards (T).
+    #[expect(clippy::too_many_arguments, reason = "they are keywords")]
+    fn add_episode(
+        &mut self,
+        observation: &Bound<'_, PyAny>,
+        achieved_goal: &Bound<'_, PyAny>,
+        desired_goal: &Bound<'_, PyAny>,
+        action: &Bound<'_, PyAny>,
+        reward: &Bound<'_, PyAny>,
+        terminated: bool,
+        truncated: bool,
+    ) -> Result<()> {
+        let numbers = |array| Ok::<_, Error>(Numbers::take(array)?.to_double());
+        let episode = EpisodeData {
+            observation: &numbers(observation)?,
+            achieved_goal: &numbers(achieved_goal)?,
+            desired_goal: &numbers(desired_goal)?,
+            action: &numbers(action)?,
+            reward: &numbers(reward)?,
+            terminated,
+            truncated,
+            fields: &[],
+        };
+        self.buffer.add_episode(&episode).map_err(Error::value)
+    }
+
+    /// Begins an episode of an environment.
+    fn begin_episode(
+        &mut self,
+        env_index: usize,
+        observation: &Bound<'_, PyAny>,
+        achieved_goal: &Bound<'_, PyAny>,
+        desired_goal: &Bound<'_, PyAny>,
+    ) -> Result<()> {
+        let start = StartData {
+            observation: &Numbers::take(observation)?.to_double(),
+            achieved_goal: &Numbers::take(achieved_goal)?.to_double(),
+            desired_goal: &Numbers::take(desired_goal)?.to_double(),
+        };
+        self.buffer.begin_episode(env_index, &start).map_err(Error::value)
+    }
+
+    /// Adds a step to the episode of an environment.
+    #[expect(clippy::too_many_arguments, reason = "they are keywords")]
+    fn add_step(
+        &mut self,
+        env_index: usize,
+        action: &Bound<'_, PyAny>,
+        next_observation: &Bound<'_, PyAny>,
+        next_achieved_goal: &Bound<'_, PyAny>,
+        reward: f64,
+        terminated: bool,
+        truncated: bool,
+    ) -> Result<()> {
+        let step = StepData {
+            action: &Numbers::take(action)?.to_double(),
+            next_observation: &Numbers::take(next_observation)?.to_double(),
+            next_achieved_goal: &Numbers::take(next_achieved_goal)?.to_double(),
+            reward,
+            terminated,
+            truncated,
+            fields: &[],
+        };
+        self.buffer.add_step(env_index, &step).map_err(Error::value)
+    }
+
+    /// The number of steps of the episode that is under way; None if there is none.
+    fn unfinished_steps(&self, env_index: usize) -> Result<Option<usize>> {
+        self.buffer.unfinished_steps(env_index).map_err(Error::value)
+    }
+
+    /// Ends the episode that is under way, as if it were truncated.
+    fn end_episode(&mut self, env_index: usize) -> Result<()> {
+        self.buffer.end_episode(env_index).map_err(Error::value)
+    }
+
+    /// Draws a batch: arrays with a row for each transition.
+    fn sample<'py>(
+        &mut self,
+        py: Python<'py>,
+        batch_size: usize,
+        strategy: &str,
+        ratio: f64,
+        seed: u64,
+    ) -> Result<Bound<'py, PyDict>> {
+        let strategy = match strategy {
+            "future" => GoalStrategy::Future,
+            "final" => GoalStrategy::Final,
+            "episode" => GoalStrategy::Episode,
+            "random" => GoalStrategy::Random,
+            _ => {
+                return Err(Error::value(format!(
+                    "there is no goal strategy {strategy:?}: pass \"future\", \"final\", \
+                     \"episode\" or \"random\""
+                )));
+            }
+        };
+        let ratio = UnitInterval::new(ratio).map_err(Error::value)?;
+        let sampler = Sampler::new(batch_size, strategy, ratio);
+        let Self { buffer, reward, batch } = self;
+        py.detach(|| sampler.sample(buffer, reward, seed, batch)).map_err(Error::value)?;
+        let relabeled: Vec<bool> = batch.relabeled().collect();
+        let columns = batch.take_columns();
+        let dict = PyDict::new(py);
+        for (key, numbers) in [
+            ("observation", columns.observation),
+            ("achieved_goal", columns.achieved_goal),
+            ("desired_goal", columns.desired_goal),
+            ("action", columns.action),
+            ("next_observation", columns.next_observation),
+            ("next_achieved_goal", columns.next_achieved_goal),
+        ] {
+            let shape = [batch_size, numbers.len() / batch_size];
+            dict.set_item(key, PyArray1::from_vec(py, numbers).reshape(shape)?)?;
+        }
+        dict.set_item("reward", PyArray1::from_vec(py, columns.reward))?;
+        for (key, flags) in [
+            ("terminated", columns.terminated),
+            ("truncated", columns.truncated),
+            ("relabeled", relabeled),
+        ] {
+            dict.set_item(key, PyArray1::from_vec(py, flags))?;
+        }
+        Ok(dict)
+    }
+
+    /// Removes all transitions.
+    fn clear(&mut self) {
+        self.buffer.clear();
+    }
+
+    /// Writes all finished episodes to a file.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
+        Ok(py.detach(|| self.buffer.save(path)).map_err(PyErr::from)?)
+    }
+
+    /// Reads what `save` has written.
+    fn load(&mut self, py: Python<'_>, path: PathBuf) -> Result<()> {
+        let read = py.detach(|| HerBuffer::load(path));
+        self.take(read.map_err(|error| PyOSError::new_err(error.to_string()))?)
+    }
+
+    /// All finished episodes, as bytes.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
+        let mut bytes = Vec::new();
+        self.buffer.write_to(&mut bytes).map_err(PyErr::from)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Reads what `to_bytes` has returned.
+    fn set_bytes(&mut self, bytes: &[u8]) -> Result<()> {
+        let read = HerBuffer::read_from(bytes).map_err(Error::value)?;
+        self.take(read)
+    }
+}
+
+impl Buffer {
+    /// Takes the contents of a buffer that was read.
+    fn take(&mut self, read: HerBuffer<f32>) -> Result<()> {
+        let (theirs, ours) = (read.config().dims(), self.buffer.config().dims());
+        if theirs != ours {
+            return Err(Error::value(format!("the buffer has {theirs:?}, this one {ours:?}")));
+        }
+        self.buffer = read;
+        Ok(())
+    }
+}

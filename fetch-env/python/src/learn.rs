@@ -1,0 +1,91 @@
+//! Learning and evaluating.
+
+use baselines::{
+    evaluate_vec,
+    learn::{TrainSettings, Trainer as Run},
+};
+use fetch_env::{FetchConfig, MujocoEnv, make, make_vec, vec_env::VecConfig};
+use pyo3::prelude::*;
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::exclusive::Exclusive;
+use crate::policy::Policy;
+
+/// A run of the learner.
+#[pyclass(module = "fetch_env._native")]
+pub(crate) struct Trainer {
+    run: Exclusive<Run<MujocoEnv>>,
+    env_id: String,
+}
+
+#[pymethods]
+impl Trainer {
+    /// `settings` is JSON, or the name of a preset.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        config: &Config,
+        settings: &str,
+        seed: u64,
+        num_threads: usize,
+    ) -> Result<Self> {
+        let env: FetchConfig = config.config.clone();
+        let settings = match settings {
+            "fast" => TrainSettings::fast(env.task()),
+            "authors" => TrainSettings::authors(),
+            json => serde_json::from_str(json)?,
+        };
+        let run = py.detach(|| Run::new(|| Ok(make(env.clone())?), settings, seed, num_threads));
+        Ok(Self { run: Exclusive::new(run.map_err(Error::chain)?), env_id: config.env_id() })
+    }
+
+    /// Takes the next cycle of a run of this many steps, and returns a row of the learning curve as
+    /// JSON if an evaluation was due.
+    fn cycle(&mut self, py: Python<'_>, num_steps: u64) -> Result<Option<String>> {
+        let run = self.run();
+        let row = py.detach(|| run.run_cycle(num_steps)).map_err(Error::chain)?;
+        Ok(row.map(|row| serde_json::to_string(&row)).transpose()?)
+    }
+
+    /// The number of steps so far.
+    fn steps(&mut self) -> u64 {
+        self.run().counters().steps
+    }
+
+    /// The settings as JSON.
+    fn settings(&mut self) -> Result<String> {
+        Ok(serde_json::to_string(self.run().settings())?)
+    }
+
+    /// The policy that the run has led to.
+    fn policy(&mut self) -> Result<Policy> {
+        let env_id = self.env_id.clone();
+        Ok(Policy { policy: self.run().policy(&env_id).map_err(Error::chain)? })
+    }
+}
+
+impl Trainer {
+    fn run(&mut self) -> &mut Run<MujocoEnv> {
+        self.run.get()
+    }
+}
+
+/// Runs episodes of a policy, and returns their summary as JSON.
+#[pyfunction]
+pub(crate) fn evaluate(
+    py: Python<'_>,
+    config: &Config,
+    policy: &Policy,
+    episodes: usize,
+    seed: u64,
+    num_threads: usize,
+) -> Result<String> {
+    let (env, mut policy) = (config.config.clone(), policy.policy.clone());
+    let num_envs = episodes.clamp(1, 16);
+    let threads = VecConfig::default().with_num_threads(num_threads);
+    let mut envs = make_vec(env, num_envs, threads)?;
+    let evaluation = py.detach(|| evaluate_vec(&mut envs, &mut policy, episodes, seed, |_| ()));
+    let summary = evaluation.and_then(|evaluation| evaluation.summary());
+    Ok(serde_json::to_string(&summary.map_err(Error::chain)?)?)
+}

@@ -1,0 +1,40 @@
+//! The Python module `fetch_env._native`: the crates' environments, buffer and learner with numpy
+//! arrays. What Python users see is in the package's Python files.
+
+mod arrays;
+mod config;
+mod env;
+mod error;
+mod exclusive;
+mod her;
+mod learn;
+mod model;
+mod pictures;
+mod policy;
+mod vec_env;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::config::Config;
+    #[pymodule_export]
+    use crate::env::Env;
+    #[pymodule_export]
+    use crate::error::{MujocoError, SimulationError};
+    #[pymodule_export]
+    use crate::her::Buffer;
+    #[pymodule_export]
+    use crate::learn::{Trainer, evaluate};
+    #[pymodule_export]
+    use crate::model::{has_reference_model, library_path, unpack_reference_model, use_library};
+    #[pymodule_export]
+    use crate::policy::Policy;
+    #[pymodule_export]
+    use crate::vec_env::VecEnv;
+
+    /// The version of gymnasium-robotics whose model it is.
+    #[pymodule_export]
+    const REFERENCE_VERSION: &str = "1.4.2";
+}

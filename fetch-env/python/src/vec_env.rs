@@ -1,0 +1,291 @@
+//! Many environments, stepped together.
+
+use fetch_env::{
+    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MujocoEnv, RenderOptions, make_vec,
+    vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
+};
+use numpy::{PyArray1, PyArray3, PyArrayDyn, PyArrayMethods};
+use pyo3::{
+    intern,
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
+
+use crate::arrays::Numbers;
+use crate::config::{Config, reset_options, seed};
+use crate::error::{Error, Result};
+use crate::exclusive::Exclusive;
+use crate::pictures::Pictures;
+
+type Envs = vec_env::VecEnv<MujocoEnv>;
+type Flags<'py> = Bound<'py, PyArray1<bool>>;
+type Steps = VecStep<FetchObservation, Info>;
+
+/// The results of a step, an element or a row for each environment: observations, rewards, whether
+/// the tasks have ended or were cut off, successes of the steps, whether each took a step, and
+/// whether each has begun an episode.
+type StepTuple<'py> = (
+    Bound<'py, PyDict>,
+    Bound<'py, PyArray1<f64>>,
+    Flags<'py>,
+    Flags<'py>,
+    Bound<'py, PyArray1<f32>>,
+    Flags<'py>,
+    Flags<'py>,
+);
+
+/// Many environments with a time limit. A call that simulates releases the interpreter.
+#[pyclass(module = "fetch_env._native")]
+pub(crate) struct VecEnv {
+    /// `None` when they are closed.
+    envs: Exclusive<Option<Envs>>,
+    pictures: Pictures,
+}
+
+#[pymethods]
+impl VecEnv {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        config: &Config,
+        num_envs: usize,
+        num_threads: usize,
+        autoreset: &str,
+        width: u32,
+        height: u32,
+    ) -> Result<Self> {
+        let autoreset = match autoreset {
+            "NextStep" => AutoresetMode::NextStep,
+            "SameStep" => AutoresetMode::SameStep,
+            "Disabled" => AutoresetMode::Disabled,
+            _ => return Err(Error::value(format!("there is no autoreset mode {autoreset:?}"))),
+        };
+        let vec_config =
+            VecConfig::default().with_num_threads(num_threads).with_autoreset(autoreset);
+        let config = config.config.clone();
+        let envs = py.detach(|| make_vec(config, num_envs, vec_config))?;
+        let render = RenderOptions::default().with_width(width).with_height(height);
+        Ok(Self { envs: Exclusive::new(Some(envs)), pictures: Pictures::new(render) })
+    }
+
+    #[getter]
+    fn num_threads(&mut self) -> Result<usize> {
+        Ok(self.envs()?.num_threads())
+    }
+
+    /// Begins episodes where the mask is true, and returns all observations.
+    #[pyo3(signature = (seeds = None, mask = None, options = None))]
+    fn reset<'py>(
+        &mut self,
+        py: Python<'py>,
+        seeds: Option<Vec<Option<Bound<'py, PyAny>>>>,
+        mask: Option<Vec<bool>>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> Result<Bound<'py, PyDict>> {
+        let envs = self.envs()?;
+        let read = |seeds: Vec<Option<Bound<'py, PyAny>>>| {
+            seeds.iter().map(|each| seed(each.as_ref())).collect::<Result<Vec<_>>>()
+        };
+        let seeds = seeds.map(read).transpose()?;
+        let options = vec![reset_options(options)?; envs.num_envs()];
+        py.detach(|| {
+            let (seeds, mask) = (seeds.as_deref(), mask.as_deref());
+            envs.reset_with(&VecReset { seeds, mask, options: Some(&options) }).map(drop)
+        })?;
+        check(envs.last_step())?;
+        observations(py, envs.last_step())
+    }
+
+    /// Takes an action, a row of `actions`, in each environment.
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: &Bound<'py, PyAny>,
+    ) -> Result<StepTuple<'py>> {
+        let envs = self.envs()?;
+        let actions = read_actions(envs, actions)?;
+        py.detach(|| envs.step(&actions).map(drop))?;
+        results(py, envs.last_step())
+    }
+
+    /// Starts a step.
+    fn step_async<'py>(&mut self, actions: &Bound<'py, PyAny>) -> Result<()> {
+        let envs = self.envs()?;
+        let actions = read_actions(envs, actions)?;
+        if envs.in_flight() > 0 {
+            let count = envs.in_flight();
+            return Err(vec_env::VecEnvError::InFlight { count }.into());
+        }
+        let all: Vec<usize> = (0..envs.num_envs()).collect();
+        Ok(envs.send(&actions, &all)?)
+    }
+
+    /// Waits for the step that was started, and returns its results.
+    fn step_wait<'py>(&mut self, py: Python<'py>) -> Result<StepTuple<'py>> {
+        let envs = self.envs()?;
+        if envs.in_flight() == 0 {
+            return Err(Error::runtime("no step is under way: call step_async() first"));
+        }
+        py.detach(|| envs.recv_all().map(drop))?;
+        results(py, envs.last_step())
+    }
+
+    /// The last observation of the episode that the last step has ended in this environment.
+    fn final_observation<'py>(
+        &mut self,
+        py: Python<'py>,
+        env_index: usize,
+    ) -> Result<Bound<'py, PyDict>> {
+        let step = self.envs()?.last_step();
+        if env_index >= step.len() {
+            return Err(Error::value(format!("there is no environment {env_index}")));
+        }
+        let dict = PyDict::new(py);
+        for (key, numbers) in [
+            (intern!(py, "observation"), step.next_observation()),
+            (intern!(py, "achieved_goal"), step.next_achieved_goal()),
+            (intern!(py, "desired_goal"), step.next_desired_goal()),
+        ] {
+            let len = numbers.len() / step.len();
+            dict.set_item(key, PyArray1::from_slice(py, &numbers[env_index * len..][..len]))?;
+        }
+        Ok(dict)
+    }
+
+    /// The goals of the episodes: number of environments x 3.
+    fn goal<'py>(
+        &mut self,
+        py: Python<'py>,
+        env_index: usize,
+    ) -> Result<Bound<'py, PyArray1<f64>>> {
+        let goal = self.env(env_index)?.inner().desired_goal();
+        Ok(PyArray1::from_slice(py, goal.ok_or(EnvError::ResetNeeded)?))
+    }
+
+    /// The seed of an environment's random numbers, and how many of 64 bits were drawn.
+    fn random(&mut self, env_index: usize) -> Result<Option<(u64, u64)>> {
+        let random = self.env(env_index)?.inner().np_random();
+        Ok(random.map(|random| (random.initial_seed(), random.draws())))
+    }
+
+    /// All that decides the future, as bytes.
+    fn get_state<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &serde_json::to_vec(&self.envs()?.snapshot()?)?))
+    }
+
+    /// Restores what `get_state` of as many environments with equal settings has returned.
+    fn set_state(&mut self, state: &[u8]) -> Result<()> {
+        let state: Vec<_> = serde_json::from_slice(state)?;
+        Ok(self.envs()?.restore(&state)?)
+    }
+
+    /// The colors of an environment's state, height x width x 3, the top row first.
+    fn render_rgb<'py>(
+        &mut self,
+        py: Python<'py>,
+        env_index: usize,
+    ) -> Result<Bound<'py, PyArray3<u8>>> {
+        self.draw(env_index, |env, pictures| pictures.rgb(py, env))
+    }
+
+    /// Distances from the camera, height x width, in meters.
+    fn render_depth<'py>(
+        &mut self,
+        py: Python<'py>,
+        env_index: usize,
+    ) -> Result<Bound<'py, numpy::PyArray2<f32>>> {
+        self.draw(env_index, |env, pictures| pictures.depth(py, env))
+    }
+
+    /// Ends the threads and frees the simulations. Later calls raise an error.
+    fn close(&mut self, py: Python<'_>) {
+        let envs = self.envs.get().take();
+        py.detach(|| drop(envs));
+        self.pictures.close();
+    }
+}
+
+impl VecEnv {
+    /// Returns the results of the last call.
+    pub(crate) fn last_step(&mut self) -> Result<&Steps> {
+        Ok(self.envs()?.last_step())
+    }
+
+    fn envs(&mut self) -> Result<&mut Envs> {
+        self.envs.get().as_mut().ok_or_else(Error::closed)
+    }
+
+    fn env(&mut self, env_index: usize) -> Result<&MujocoEnv> {
+        env(self.envs()?, env_index)
+    }
+
+    fn draw<T>(
+        &mut self,
+        env_index: usize,
+        draw: impl FnOnce(&MujocoEnv, &mut Pictures) -> Result<T>,
+    ) -> Result<T> {
+        let envs = self.envs.get().as_ref().ok_or_else(Error::closed)?;
+        draw(env(envs, env_index)?, &mut self.pictures)
+    }
+}
+
+fn env(envs: &Envs, env_index: usize) -> Result<&MujocoEnv> {
+    let missing = || Error::runtime(format!("environment {env_index} is not here: step_wait()"));
+    envs.env(env_index).ok_or_else(missing)
+}
+
+/// Reads one action for each environment, so that a wrong one changes nothing.
+fn read_actions(envs: &Envs, actions: &Bound<'_, PyAny>) -> Result<Vec<f32>> {
+    let actions = Numbers::take(actions)?;
+    let space: &BoxSpace<f32> = envs.single_action_space();
+    let expected = [envs.num_envs(), space.action_len()];
+    if actions.shape() != expected {
+        return Err(Error::value(format!(
+            "the actions have the shape {:?}: pass {expected:?}, a row for each environment",
+            actions.shape()
+        )));
+    }
+    let actions = actions.to_single();
+    for (env_index, action) in actions.chunks(space.action_len()).enumerate() {
+        let refusal = |error: EnvError| Error::value(format!("environment {env_index}: {error}"));
+        space.check_action(action).map_err(refusal)?;
+    }
+    Ok(actions)
+}
+
+/// Raises the error of the first environment that has failed.
+fn check(step: &Steps) -> Result<()> {
+    match step.errors().next() {
+        Some((env_index, error)) => Err(Error::from(error.clone()).of_env(env_index)),
+        None => Ok(()),
+    }
+}
+
+fn results<'py>(py: Python<'py>, step: &Steps) -> Result<StepTuple<'py>> {
+    check(step)?;
+    let success = step.success().map(|success| f32::from(u8::from(success)));
+    Ok((
+        observations(py, step)?,
+        PyArray1::from_slice(py, step.reward()),
+        PyArray1::from_slice(py, step.terminated()),
+        PyArray1::from_slice(py, step.truncated()),
+        PyArray1::from_iter(py, success),
+        PyArray1::from_slice(py, step.stepped()),
+        PyArray1::from_slice(py, step.started()),
+    ))
+}
+
+/// Returns observations as a dictionary of new arrays, a row for each environment.
+fn observations<'py>(py: Python<'py>, step: &Steps) -> Result<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (key, numbers) in [
+        (intern!(py, "achieved_goal"), step.achieved_goal()),
+        (intern!(py, "desired_goal"), step.desired_goal()),
+        (intern!(py, "observation"), step.observation()),
+    ] {
+        let rows: Bound<'_, PyArrayDyn<f64>> = PyArray1::from_slice(py, numbers)
+            .reshape(vec![step.len(), numbers.len() / step.len()])?;
+        dict.set_item(key, rows)?;
+    }
+    Ok(dict)
+}

@@ -1,0 +1,105 @@
+"""What is refused, and what the message advises."""
+
+import fetch_env
+import gymnasium
+import numpy as np
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"env_id": "FetchPusher-v4"}, "the nearest are FetchPush-v4"),
+        ({"env_id": "FetchReach-v4", "object_range": 0.2}, "Reach has no object"),
+        ({"env_id": "FetchPush-v4", "n_substeps": 0}, "n_substeps is 0"),
+        ({"env_id": "FetchPush-v4", "distance_threshold": -1.0}, "-1"),
+        ({"env_id": "FetchPush-v4", "target_range": float("nan")}, "target_range is NaN"),
+        ({"env_id": "FetchPush-v4", "render_mode": "ascii"}, "rgb_array"),
+    ],
+)
+def test_settings_that_mean_nothing(settings, message):
+    with pytest.raises(ValueError, match=message):
+        fetch_env.FetchEnv(**settings)
+
+
+def test_a_model_that_is_missing(tmp_path):
+    with pytest.raises(FileNotFoundError, match="download_reference_model"):
+        fetch_env.FetchEnv("FetchPush-v4", model=tmp_path)
+
+
+def test_a_step_before_the_reset():
+    env = fetch_env.FetchEnv("FetchPush-v4")
+    with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+        env.step(np.zeros(4, np.float32))
+    assert env._np_random is None  # noqa: SLF001
+    assert env.np_random_seed is None
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (np.zeros(3, np.float32), "3 elements: pass 4"),
+        (np.zeros((1, 4), np.float32), r"\(4,\)"),
+        (np.float32(1.0), r"\(4,\)"),
+        ([0.0, float("nan"), 0.0, 0.0], r"action\[1\] is NaN"),
+        ([0.0, 0.0, float("inf"), 0.0], r"action\[2\] is inf"),
+    ],
+)
+def test_actions_that_mean_nothing_change_nothing(push, action, message):
+    before = push.get_state()
+    with pytest.raises(ValueError, match=message):
+        push.step(action)
+    assert push.get_state() == before
+
+
+@pytest.mark.parametrize("action", ["up", [0.0, None, 0.0, 0.0]])
+def test_actions_that_are_no_numbers(push, action):
+    with pytest.raises((TypeError, ValueError)):
+        push.step(action)
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "one"])
+def test_seeds_that_mean_nothing(push, seed):
+    with pytest.raises(ValueError, match="from 0 to"):
+        push.reset(seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"goal": [1.0, 1.0, 1.0]}, "desired_goal"),
+        ({"desired_goal": [1.0, 1.0]}, "2 elements: pass 3"),
+        ({"desired_goal": [1.0, 1.0, float("nan")]}, "index 2"),
+        ({"object_position": [1.0]}, "pass x and y"),
+    ],
+)
+def test_options_that_mean_nothing(push, options, message):
+    before = push.get_state()
+    with pytest.raises(ValueError, match=message):
+        push.reset(options=options)
+    assert push.get_state() == before
+
+
+def test_goals_that_do_not_fit(push):
+    with pytest.raises(ValueError, match="same shape"):
+        push.compute_reward(np.zeros((2, 3)), np.zeros(3))
+    with pytest.raises(ValueError, match="NaN"):
+        push.compute_reward(np.zeros(3), np.full(3, np.nan))
+
+
+def test_a_closed_environment_says_so(push):
+    push.close()
+    push.close()
+    for call in (push.reset, push.get_state, lambda: push.step(np.zeros(4, np.float32))):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="closed"):
+            call()
+
+
+def test_the_random_numbers_are_not_replaced(push):
+    with pytest.raises(AttributeError, match="seed"):
+        push.np_random = np.random.default_rng(0)
+
+
+def test_rendering_without_a_mode_warns(push):
+    with pytest.warns(UserWarning, match="rgb_array"):
+        assert push.render() is None

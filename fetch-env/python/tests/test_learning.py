@@ -1,0 +1,178 @@
+"""The buffer, the policies and the learner."""
+
+import copy
+import json
+import pickle
+
+import fetch_env
+import numpy as np
+import pytest
+
+WIDTHS = {
+    "observation": 25,
+    "achieved_goal": 3,
+    "desired_goal": 3,
+    "action": 4,
+    "next_observation": 25,
+    "next_achieved_goal": 3,
+}
+
+
+@pytest.fixture(params=["NextStep", "SameStep"])
+def recorded(request, actions):
+    """Return environments and a buffer that has two episodes of each."""
+    envs = fetch_env.FetchVectorEnv("FetchPush-v4", 2, autoreset_mode=request.param)
+    buffer = fetch_env.HerBuffer(envs, 1000)
+    envs.reset(seed=0)
+    buffer.record(envs)
+    for step in range(101):
+        envs.step(actions[step % 59 : step % 59 + 2])
+        buffer.record(envs)
+    return envs, buffer
+
+
+def test_every_step_is_recorded(recorded):
+    _, buffer = recorded
+    assert (len(buffer), buffer.num_episodes, buffer.capacity) == (200, 4, 1000)
+
+
+@pytest.mark.parametrize("strategy", ["future", "final", "episode", "random"])
+def test_batches_keep_the_law_of_rewards(recorded, strategy):
+    envs, buffer = recorded
+    batch = buffer.sample(64, strategy=strategy)
+    for key, width in WIDTHS.items():
+        assert batch[key].shape == (64, width)
+        assert batch[key].dtype == np.float32
+        assert batch[key].flags.owndata or batch[key].base is not None
+    rewards = envs.compute_reward(batch["next_achieved_goal"], batch["desired_goal"])
+    np.testing.assert_array_equal(batch["reward"], rewards)
+    assert 0 < batch["relabeled"].sum() < 64
+    assert not batch["terminated"].any()
+    assert not buffer.sample(64, k=0)["relabeled"].any()
+
+
+def test_seeds_decide_batches(recorded):
+    _, buffer = recorded
+
+    def draw(**seed):
+        return buffer.sample(16, **seed)["observation"].tobytes()
+
+    assert draw(seed=3) == draw(seed=3) != draw(seed=4)
+    assert draw() != draw()
+
+
+def test_a_buffer_is_filled_step_by_step(actions):
+    env = fetch_env.FetchEnv("FetchReach-v4")
+    buffer = fetch_env.HerBuffer(env, 100)
+    observation, _ = env.reset(seed=0)
+    buffer.begin_episode(observation)
+    seen = [observation]
+    rewards = []
+    for action in actions[:10]:
+        observation, reward, terminated, _, _ = env.step(action)
+        last = len(seen) == 10
+        buffer.add_step(action, observation, reward, terminated=terminated, truncated=last)
+        seen.append(observation)
+        rewards.append(reward)
+    other = fetch_env.HerBuffer(env, 100)
+    rows = {key: [each[key] for each in seen] for key in ("observation", "achieved_goal")}
+    goal = seen[0]["desired_goal"]
+    other.add_episode(**rows, desired_goal=goal, action=actions[:10], reward=rewards)
+    assert len(buffer) == len(other) == 10
+    batches = [each.sample(32, seed=1) for each in (buffer, other)]
+    for key, numbers in batches[0].items():
+        np.testing.assert_array_equal(numbers, batches[1][key])
+
+
+@pytest.mark.parametrize("again", ["pickle", "deepcopy", "file"])
+def test_a_buffer_is_kept(recorded, tmp_path, again):
+    envs, buffer = recorded
+    if again == "file":
+        buffer.save(tmp_path / "buffer")
+        other = fetch_env.HerBuffer(envs, 1)
+        other.load(tmp_path / "buffer")
+    else:
+        other = copy.deepcopy(buffer) if again == "deepcopy" else pickle.loads(pickle.dumps(buffer))
+    assert (len(other), other.capacity) == (200, 1000)
+    for key, numbers in buffer.sample(32, seed=5).items():
+        np.testing.assert_array_equal(numbers, other.sample(32, seed=5)[key])
+
+
+def test_what_a_buffer_refuses(recorded, tmp_path):
+    _, buffer = recorded
+    reach = fetch_env.FetchVectorEnv("FetchReach-v4", 2)
+    reach.reset(seed=0)
+    with pytest.raises(ValueError, match="observation"):
+        buffer.record(reach)
+    with pytest.raises(ValueError, match="future"):
+        buffer.sample(8, strategy="past")
+    with pytest.raises(ValueError, match="batch"):
+        buffer.sample(0)
+    with pytest.raises(ValueError, match="episode"):
+        fetch_env.HerBuffer(reach, 100).sample(8)
+    with pytest.raises(OSError, match="No such file"):
+        buffer.load(tmp_path / "missing")
+    buffer.clear()
+    assert len(buffer) == 0
+
+
+def test_shipped_policies_reach_their_goals(task_id):
+    policy = fetch_env.Policy.shipped(task_id)
+    rate = fetch_env.evaluate(task_id, policy, 20, seed=100)["success_rate"]
+    expected = policy.header["success"]["rate"]["value"]
+    assert rate["value"] >= expected - 0.25
+    assert rate["low"] <= rate["value"] <= rate["high"]
+
+
+def test_a_policy_acts_alone_and_among_many(tmp_path):
+    policy = fetch_env.Policy.shipped("fetch_env/FetchPush-v4")
+    env = fetch_env.FetchEnv("FetchPush-v4")
+    observations = [env.reset(seed=seed)[0] for seed in range(3)]
+    together = policy({key: np.stack([o[key] for o in observations]) for key in observations[0]})
+    assert together.shape == (3, 4)
+    assert together.dtype == np.float32
+    policy.save(tmp_path / "policy")
+    for other in (
+        policy,
+        fetch_env.Policy.load(tmp_path / "policy"),
+        pickle.loads(pickle.dumps(policy)),
+    ):
+        for observation, action in zip(observations, together, strict=True):
+            np.testing.assert_array_equal(other(observation), action)
+            np.testing.assert_array_equal(other.predict(observation)[0], action)
+
+
+def test_what_is_no_policy_is_refused(tmp_path):
+    (tmp_path / "policy").write_bytes(b"nothing")
+    with pytest.raises(ValueError, match="not a policy"):
+        fetch_env.Policy.load(tmp_path / "policy")
+    policy = fetch_env.Policy.shipped("FetchReach-v4")
+    env = fetch_env.FetchEnv("FetchPush-v4")
+    with pytest.raises(ValueError, match="observations"):
+        policy(env.reset(seed=0)[0])
+
+
+def test_reach_is_learned(capsys):
+    training = fetch_env.train("FetchReach-v4", target=1.0, steps=20_000)
+    assert "success rate 1.00" in capsys.readouterr().err
+    assert [row["success_rate"]["value"] for row in training.curve[-2:]] == [1.0, 1.0]
+    rate = fetch_env.evaluate("FetchReach-v4", training.policy, 50)["success_rate"]["value"]
+    assert rate >= 0.9
+    assert training.policy.header["env_id"] == "FetchReach-v4"
+    # The settings of a run are those of another.
+    rows = []
+    again = fetch_env.train(
+        "FetchReach-v4", training.settings, target=1.0, steps=20_000, progress=rows.append
+    )
+    for row in (*training.curve, *again.curve):
+        del row["counters"]["seconds"]
+    assert again.curve == training.curve
+    assert len(rows) == len(again.curve)
+    assert json.dumps(again.settings) == json.dumps(training.settings)
+
+
+def test_what_the_learner_refuses():
+    with pytest.raises(ValueError, match=r"no state|settings|expected"):
+        fetch_env.train("FetchReach-v4", "slow", progress=False)
+    with pytest.raises(ValueError, match="at least one"):
+        fetch_env.evaluate("FetchReach-v4", fetch_env.Policy.shipped("FetchReach-v4"), 0)
