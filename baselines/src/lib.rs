@@ -41,6 +41,7 @@ mod policy;
 mod scripted;
 mod spread;
 mod statistics;
+mod tanh;
 mod trained;
 pub mod workers;
 
