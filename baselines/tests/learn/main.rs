@@ -9,4 +9,5 @@ mod ranks;
 mod resuming;
 mod rewards;
 mod runs;
+mod same_bits;
 mod settings;
