@@ -43,6 +43,7 @@ mod policy;
 mod scripted;
 mod spread;
 mod statistics;
+mod tanh;
 mod trained;
 pub mod workers;
 

@@ -28,7 +28,7 @@ impl Adam {
 
     /// Moves parameters against a gradient, in step `number`, counted from 1.
     pub(crate) fn step(&mut self, number: u64, parameters: &mut [f32], gradient: &[f32]) {
-        let correction = |beta: f32| 1.0 - beta.powf(number as f32);
+        let correction = |beta: f32| 1.0 - libm::powf(beta, number as f32);
         let rate = self.learning_rate * correction(BETA_2).sqrt() / correction(BETA_1);
         vectorize(
             #[inline(always)]

@@ -10,6 +10,7 @@ use super::critic::{Gradients, debug_settings, evaluate, regress};
 use super::error::TrainError;
 use super::network::{Network, Shape};
 use super::pass::Pass;
+use crate::tanh::tanh;
 use crate::trained::LayerWeights;
 
 /// Deep deterministic policy gradient: a critic learns the value of actions, and an actor learns
@@ -214,5 +215,5 @@ impl Networks {
 /// Computes the actions of an actor, a row for each input.
 fn act(pass: &mut Pass, actor: &Network, inputs: &[f32], actions: &mut Vec<f32>) {
     actions.clear();
-    actions.extend(pass.run(actor, inputs).iter().map(|output| output.tanh()));
+    actions.extend(pass.run(actor, inputs).iter().map(|output| tanh(*output)));
 }

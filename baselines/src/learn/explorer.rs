@@ -4,11 +4,11 @@ use fetch_env::{GoalObservation, vec_env::VecStep};
 use her_relabel::{Dims, Scalar, StateRows};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::algorithm::Algorithm;
 use super::inputs::Inputs;
+use super::normal::standard_normal;
 use super::settings::ExplorationSettings;
 use crate::policy::VecPolicy;
 
@@ -156,7 +156,7 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
         let mut rng = ChaCha8Rng::seed_from_u64(*seed);
         rng.set_stream(state.decisions);
         state.decisions += 1;
-        let noise: Vec<f32> = actions.iter().map(|_| rng.sample(StandardNormal)).collect();
+        let noise: Vec<f32> = actions.iter().map(|_| standard_normal(&mut rng)).collect();
         if let Some(actor) = actor
             && state.is_random.contains(&false)
             // Always, because the numbers of a last batch are finite.

@@ -3,10 +3,8 @@
 //! All matrices are row-major, with a row for each input of the batch. Loops over their elements
 //! are compiled for the vectors of the processor, with the same bits on each.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
-
 use super::network::{Layer, Network, Parameters, ParametersMut};
+use super::product::{Matrix, Product};
 use super::vectors::vectorize;
 
 /// Added to a variance before its root is taken: PyTorch's default for layer normalization.
@@ -18,6 +16,7 @@ pub(crate) struct Pass {
     num_rows: usize,
     input: Vec<f32>,
     layers: Vec<LayerPass>,
+    product: Product,
     /// The gradient of the layer in work, and of the one before it.
     gradients: [Vec<f32>; 2],
 }
@@ -53,7 +52,8 @@ impl Pass {
         self.layers.resize_with(network.shape.sizes.len() - 1, LayerPass::default);
         let mut input = self.input.as_slice();
         for (layer, pass) in network.shape.layers().into_iter().zip(&mut self.layers) {
-            pass.forward(layer, &layer.of(&network.parameters), input, num_rows);
+            let parameters = layer.of(&network.parameters);
+            pass.forward(layer, &parameters, input, num_rows, &mut self.product);
             input = &pass.output;
         }
         input
@@ -88,12 +88,10 @@ impl Pass {
                 );
             }
             let input = if number == 0 { &self.input } else { &self.layers[number - 1].output };
-            let matrix = MatRef::from_row_major_slice(gradient, num_rows, layer.num_outputs);
+            let matrix = Matrix::new(gradient, layer.num_outputs);
             if let Some(ParametersMut { weights, biases, .. }) = own {
-                let input = MatRef::from_row_major_slice(input, num_rows, layer.num_inputs);
-                let target =
-                    MatMut::from_row_major_slice_mut(weights, layer.num_inputs, layer.num_outputs);
-                matmul(target, Accum::Replace, input.transpose(), matrix, 1.0, Par::Seq);
+                let input = Matrix::new(input, layer.num_inputs);
+                self.product.write(input.transposed(), matrix, weights);
                 biases.fill(0.0);
                 vectorize(
                     #[inline(always)]
@@ -108,10 +106,8 @@ impl Pass {
             let skipped = (layer.num_inputs - width) * layer.num_outputs;
             before.resize(num_rows * width, 0.0);
             if width > 0 {
-                let weights =
-                    MatRef::from_row_major_slice(&weights[skipped..], width, layer.num_outputs);
-                let target = MatMut::from_row_major_slice_mut(before, num_rows, width);
-                matmul(target, Accum::Replace, matrix, weights.transpose(), 1.0, Par::Seq);
+                let weights = Matrix::new(&weights[skipped..], layer.num_outputs);
+                self.product.write(matrix, weights.transposed(), before);
             }
             std::mem::swap(gradient, before);
         }
@@ -126,18 +122,13 @@ impl LayerPass {
         parameters: &Parameters<'_>,
         input: &[f32],
         num_rows: usize,
+        product: &mut Product,
     ) {
         let Layer { num_inputs, num_outputs, .. } = layer;
         let Parameters { weights, biases, scales, shifts } = parameters;
         self.output.resize(num_rows * num_outputs, 0.0);
-        matmul(
-            MatMut::from_row_major_slice_mut(&mut self.output, num_rows, num_outputs),
-            Accum::Replace,
-            MatRef::from_row_major_slice(input, num_rows, num_inputs),
-            MatRef::from_row_major_slice(weights, num_inputs, num_outputs),
-            1.0,
-            Par::Seq,
-        );
+        let (input, weights) = (Matrix::new(input, num_inputs), Matrix::new(weights, num_outputs));
+        product.write(input, weights, &mut self.output);
         let lowest = if layer.is_hidden { 0.0 } else { f32::NEG_INFINITY };
         vectorize(
             #[inline(always)]
@@ -147,7 +138,7 @@ impl LayerPass {
                 } else {
                     for row in self.output.chunks_exact_mut(num_outputs) {
                         for (value, bias) in row.iter_mut().zip(*biases) {
-                            *value = (*value + bias).max(lowest);
+                            *value = larger(*value + bias, lowest);
                         }
                     }
                 }
@@ -172,7 +163,7 @@ impl LayerPass {
                 output.iter_mut().zip(normalized).zip(affine)
             {
                 *normalized = (*output - mean) * inverse_std;
-                *output = (*normalized * scale + shift).max(0.0);
+                *output = larger(*normalized * scale + shift, 0.0);
             }
         }
     }
@@ -216,6 +207,12 @@ impl LayerPass {
             }
         }
     }
+}
+
+/// Returns the larger number, or `lowest` for NaN. Of 0 and -0, `f32::max` may return either.
+#[inline(always)]
+fn larger(value: f32, lowest: f32) -> f32 {
+    if value > lowest { value } else { lowest }
 }
 
 /// The number of partial sums, which one instruction can add at a time.

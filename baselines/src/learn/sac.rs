@@ -11,6 +11,7 @@ use super::error::TrainError;
 use super::network::{Network, Shape};
 use super::pass::Pass;
 use super::sampled::{Sampled, clamp_log_std};
+use crate::tanh::tanh;
 use crate::trained::LayerWeights;
 
 /// Soft actor-critic: two critics learn the value of actions plus the entropy of the policy, and an
@@ -73,7 +74,7 @@ impl Sac {
                 critics: targets.clone().map(|critic| Trained::new(critic, *learning_rate)),
                 targets,
             },
-            log_temperature: vec![settings.initial_temperature.ln()],
+            log_temperature: vec![libm::logf(settings.initial_temperature)],
             temperature_adam: Adam::new(*learning_rate, 1),
             critic_work: Work::default(),
             actor_work: Work::default(),
@@ -104,7 +105,7 @@ impl Algorithm for Sac {
             for (((action, noise), mean), log_std) in
                 actions.iter_mut().zip(noise).zip(means).zip(log_stds)
             {
-                *action = (mean + clamp_log_std(*log_std).exp() * noise).tanh();
+                *action = tanh(mean + libm::expf(clamp_log_std(*log_std)) * noise);
             }
         }
     }
@@ -113,7 +114,7 @@ impl Algorithm for Sac {
         let Self { settings, networks, gradients, critic_work, actor_work, seed, rank, .. } = self;
         self.num_updates += 1;
         let num_updates = self.num_updates;
-        let temperature = self.log_temperature[0].exp();
+        let temperature = libm::expf(self.log_temperature[0]);
         // Stream 0 has drawn the first weights.
         let first_stream = ((*rank as u64) << 48) | (2 * num_updates);
         let noise = |branch: u64| {

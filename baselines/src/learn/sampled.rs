@@ -1,7 +1,12 @@
 //! Actions of a normal distribution, through a hyperbolic tangent.
 
-use rand::{Rng, RngExt};
-use rand_distr::StandardNormal;
+use rand::Rng;
+
+use super::normal::standard_normal;
+use crate::tanh::tanh;
+
+/// Half the logarithm of tau, a term of the normal distribution's density.
+const HALF_LOG_TAU: f32 = 0.918_938_5;
 
 /// Actions drawn from the distribution that an actor describes.
 #[derive(Default)]
@@ -24,16 +29,15 @@ impl Sampled {
             column.clear();
         }
         is_free.clear();
-        let half_log_tau = 0.5 * std::f32::consts::TAU.ln();
         for row in outputs.chunks_exact(2 * num_actions) {
             let (means, log_stds) = row.split_at(num_actions);
             let mut log_density = 0.0;
             for (mean, log_std) in means.iter().zip(log_stds) {
                 let clamped = clamp_log_std(*log_std);
-                let (std, draw) = (clamped.exp(), rng.sample::<f32, _>(StandardNormal));
+                let (std, draw) = (libm::expf(clamped), standard_normal(rng));
                 let unbounded = mean + std * draw;
-                log_density -= 0.5 * draw * draw + clamped + half_log_tau + log_slope(unbounded);
-                actions.push(unbounded.tanh());
+                log_density -= 0.5 * draw * draw + clamped + HALF_LOG_TAU + log_slope(unbounded);
+                actions.push(tanh(unbounded));
                 noise.push(draw);
                 stds.push(std);
                 is_free.push(clamped == *log_std);
@@ -71,7 +75,7 @@ impl Sampled {
 /// from 0.
 fn log_slope(unbounded: f32) -> f32 {
     let size = unbounded.abs();
-    2.0 * (std::f32::consts::LN_2 - size - (-2.0 * size).exp().ln_1p())
+    2.0 * (std::f32::consts::LN_2 - size - libm::log1pf(libm::expf(-2.0 * size)))
 }
 
 /// Clamps the logarithm of a standard deviation to the bounds of Haarnoja et al.

@@ -3,7 +3,7 @@
 use pulp::{Arch, NullaryFnOnce};
 
 /// Runs a loop that is compiled for the widest vectors of the processor. Its result has the same
-/// bits on each processor.
+/// bits on each processor: the compiler neither reorders sums nor fuses operations.
 ///
 /// `body` needs `#[inline(always)]`: code that the compiler does not inline here is compiled for
 /// the oldest processors.

@@ -16,6 +16,7 @@ pub use header::{InputPart, PolicyHeader, SuccessRate};
 
 use crate::lengths::lengths_of;
 use crate::policy::{Policy, PolicyError, VecPolicy};
+use crate::tanh::tanh;
 
 /// A trained policy: a network with rectified linear units and a hyperbolic tangent at its end, the
 /// normalizers of its inputs, and how it was trained.
@@ -232,7 +233,7 @@ impl TrainedPolicy {
             mem::swap(inputs, outputs);
         }
         for (action, value) in action.iter_mut().zip(inputs) {
-            *action = value.tanh();
+            *action = tanh(*value);
         }
     }
 }

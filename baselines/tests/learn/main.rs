@@ -9,5 +9,6 @@ mod ranks;
 mod resuming;
 mod rewards;
 mod runs;
+mod same_bits;
 mod settings;
 mod temperature;

@@ -8,18 +8,14 @@ operations of `baselines::TrainedPolicy`, so that the actions have the same bits
 """
 
 import argparse
-import ctypes
-import ctypes.util
 import json
+import math
 import pathlib
 
 import gymnasium
 import numpy as np
 
 import start  # registers the environments
-
-libm = ctypes.CDLL(ctypes.util.find_library("m"))
-libm.tanhf.argtypes, libm.tanhf.restype = [ctypes.c_float], ctypes.c_float
 
 
 class Policy:
@@ -60,7 +56,7 @@ class Policy:
             if number < len(self.layers) - 1:
                 outputs = np.maximum(outputs, np.float32(0))
             values = outputs
-        return np.array([libm.tanhf(value) for value in values], np.float32)
+        return np.array([math.tanh(value) for value in values], np.float32)
 
 
 def run(policy, env, seed):

@@ -24,6 +24,11 @@ const LAWS: &str = "--test laws --test conformance -- adding appending determini
     dense_and_sparse where_the_reference_puts_them an_episode_lasts \
     --skip the_step_reward_is_the_reward_of_its_goals";
 
+/// Learning on the stand-in for MuJoCo: the products of matrices, runs whose bits are those of
+/// x86_64, and Reach until it succeeds. Optimized, because the networks take most of the time.
+const LEARNING: &str = "test --release -p fetch-baselines --no-default-features --features learn \
+    --lib --test learn -- products_have gradients_agree same_bits both_algorithms_learn_to_reach";
+
 fn check() -> anyhow::Result<bool> {
     let Platform { name, target, .. } = PLATFORM;
     let mujoco = download::mujoco_for(MUJOCO, name)?;
@@ -31,5 +36,6 @@ fn check() -> anyhow::Result<bool> {
     let crates = "-p goal-reward -p her-relabel -p fetch-sim -p fetch-env";
     Ok(run(&format!("test {crates} {TESTS}"))?
         && run(&format!("test {crates} {LAWS}"))?
+        && run(LEARNING)?
         && run("run -p chapter -- verify --env-id FetchReach-v4")?)
 }

@@ -1,0 +1,38 @@
+//! Runs end with the same bits on each processor: these checksums are those of all.
+
+use std::hash::{DefaultHasher, Hasher};
+use std::ops::ControlFlow;
+
+use baselines::learn::{AlgorithmSettings, DdpgSettings, SacSettings, Trainer};
+
+use crate::runs::{Result, make, outcome, settings};
+
+/// Returns a checksum of the curve and of the policy of a run.
+fn checksum(algorithm: AlgorithmSettings) -> Result<String> {
+    let mut settings = settings(algorithm);
+    // Lengths that are no multiple of a vector, and enough columns for several.
+    settings.replay.batch_size = 61;
+    settings.schedule.evaluation_interval = Some(200);
+    let mut trainer = Trainer::new(make, settings, 7, 2)?;
+    trainer.run(400, None, |_, _| ControlFlow::Continue(()))?;
+    let (rows, policy) = outcome(&trainer)?;
+    let mut hasher = DefaultHasher::new();
+    hasher.write(&serde_json::to_vec(&rows)?);
+    hasher.write(&policy);
+    Ok(format!("{:016x}", hasher.finish()))
+}
+
+#[test]
+fn ddpg_has_the_same_bits_on_each_processor() -> Result {
+    let settings =
+        DdpgSettings { hidden: vec![43, 21], layer_norm: true, ..DdpgSettings::default() };
+    assert_eq!(checksum(AlgorithmSettings::Ddpg(settings))?, "56b98a1de3b0ac23");
+    Ok(())
+}
+
+#[test]
+fn sac_has_the_same_bits_on_each_processor() -> Result {
+    let settings = SacSettings { hidden: vec![43, 21], ..SacSettings::default() };
+    assert_eq!(checksum(AlgorithmSettings::Sac(settings))?, "deffc8bd9f3eaf35");
+    Ok(())
+}
