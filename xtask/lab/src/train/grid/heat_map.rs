@@ -26,7 +26,7 @@ const MARGIN: usize = 20;
 const TOP: usize = 76;
 
 /// The largest number of columns.
-const MOST_COLUMNS: usize = 12;
+const MOST_COLUMNS: usize = 8;
 /// The largest number of letters of a label's line.
 const MOST_LETTERS: usize = 48;
 
