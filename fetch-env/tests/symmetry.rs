@@ -77,9 +77,10 @@ fn the_reward_is_the_same_in_the_mirror() -> Result {
 
 /// How far the gripper is from the mirror image of a gripper that does the same in the mirror, in
 /// millimeters, after each of 50 random steps of 20 episodes, in order; and the object likewise
-/// after the last step of each.
+/// after the last step of each. The elements of actions are at most `largest`.
 fn deviations<S: Simulator>(
     id: EnvId,
+    largest: f64,
     simulator: impl Fn(&SimConfig) -> std::result::Result<S, SimError>,
 ) -> Result<[Vec<f64>; 2]> {
     let make = || -> Result<FetchEnv<S>> {
@@ -102,7 +103,7 @@ fn deviations<S: Simulator>(
         there.reset_with(Some(seed), &options)?;
         let mut random = NpRandom::new(1000 + seed);
         for step in 0..50 {
-            let numbers = [0.0; 4].map(|_: f64| random.uniform(-1.0, 1.0));
+            let numbers = [0.0; 4].map(|_: f64| random.uniform(-largest, largest));
             let mut mirrored = [0.0; 4];
             action.write(&numbers, &mut mirrored)?;
             let one = here.step(&numbers.map(|x| x as f32))?.observation;
@@ -128,9 +129,12 @@ fn deviations<S: Simulator>(
 #[test]
 fn the_stand_in_is_symmetric() -> Result {
     for id in ids() {
-        let [grippers, objects] = deviations(id, |config| Ok(KinematicSimulator::new(config)))?;
-        let worst = grippers.last().into_iter().chain(objects.last());
-        assert!(worst.copied().all(|millimeters| millimeters < 1e-4), "{id}: {grippers:?}");
+        // Its reach, which small actions stay within, is not as far to both sides.
+        let simulator = |config: &SimConfig| Ok(KinematicSimulator::new(config));
+        let [grippers, objects] = deviations(id, 0.5, simulator)?;
+        for worst in [grippers.last(), objects.last()].into_iter().flatten() {
+            assert!(*worst < 1e-4, "{id}: {worst} mm");
+        }
     }
     Ok(())
 }
@@ -139,18 +143,18 @@ fn the_stand_in_is_symmetric() -> Result {
 #[test]
 fn the_arm_is_nearly_symmetric() -> Result {
     for id in ids() {
-        let [grippers, objects] = deviations(id, fetch_sim::MujocoSimulator::new)?;
+        let [grippers, objects] = deviations(id, 1.0, fetch_sim::MujocoSimulator::new)?;
         let share = |sorted: &[f64], percent: usize| {
-            sorted.get((sorted.len() * percent / 100).min(sorted.len().saturating_sub(1))).copied()
+            sorted.get(sorted.len().saturating_sub(1) * percent / 100).copied().unwrap_or_default()
         };
-        let [gripper, object] = [&grippers, &objects]
-            .map(|sorted| [50, 95, 100].map(|percent| share(sorted, percent).unwrap_or_default()));
+        let [median, most_of, worst] = [50, 95, 100].map(|percent| share(&grippers, percent));
+        let object = [50, 100].map(|percent| share(&objects, percent));
         println!(
-            "{id}: gripper {:.2} / {:.2} / {:.1} mm (median / 95 % / most), object at the end \
-             {:.2} / {:.2} / {:.1} mm",
-            gripper[0], gripper[1], gripper[2], object[0], object[1], object[2]
+            "{id}: gripper {median:.1}, {most_of:.1} and {worst:.0} mm (median, 95 %, most), \
+             object at the end {:.1} and {:.0} mm (median, most)",
+            object[0], object[1]
         );
-        assert!(gripper[0] < 3.0 && gripper[1] < 15.0, "{id}: {gripper:?}");
+        assert!(median < 3.0 && most_of < 15.0, "{id}: {median} and {most_of} mm");
     }
     Ok(())
 }

@@ -57,7 +57,11 @@ impl<S: Simulator, R, T> FetchEnv<S, R, T> {
     /// actions. The mirror stands across the y axis, through the gripper's start.
     ///
     /// The built-in tasks have it: a mirrored start is one that they draw as often. The arm keeps it
-    /// only nearly, because its elbow does not hang in the mirror's plane. MEASURED
+    /// only nearly, because it is not in the mirror's plane itself. After 0 to 50 random steps and the
+    /// same steps in a mirror, the grippers are not exactly mirror images: they are 0.1 to 0.8 mm
+    /// apart in the median, less than 2 mm in 95 % of the states, and 21 mm at most (`cargo test -p
+    /// fetch-env --test symmetry -- --nocapture`). What an object does after a touch may differ by
+    /// more: a puck that was hit ends up to 61 mm from its mirror image.
     ///
     /// # Errors
     /// [`SymmetryError`] if the gripper's start is not finite.
