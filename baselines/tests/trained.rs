@@ -112,7 +112,8 @@ fn rows_have_the_actions_of_each_and_their_lengths_are_checked() -> Result {
     let (mut policy, mut alone) = (policy(), policy());
     let mut env = make_kinematic("FetchReach-v4")?;
     let starts = [env.reset(Some(1))?.observation, env.reset(None)?.observation];
-    let all = |part: fn(&fetch_env::FetchObservation) -> &[f64]| starts.each_ref().map(part).concat();
+    let all =
+        |part: fn(&fetch_env::FetchObservation) -> &[f64]| starts.each_ref().map(part).concat();
     let (observation, achieved_goal, desired_goal) =
         (all(|o| o.observation()), all(|o| o.achieved_goal()), all(|o| o.desired_goal()));
     let states = StateRows {

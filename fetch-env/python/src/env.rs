@@ -1,10 +1,14 @@
 //! One environment.
 
+use std::collections::BTreeMap;
+
 use fetch_env::{
     Env as _, FetchEnv, FetchObservation, Info, MujocoSimulator, RenderOptions, SnapshotEnv, Step,
 };
-use numpy::{PyArray2, PyArray3};
+use fetch_sim::builtin_files;
+use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::{
+    IntoPyObjectExt,
     prelude::*,
     types::{PyBytes, PyDict},
 };
@@ -91,6 +95,45 @@ impl Env {
     fn set_state(&mut self, state: &[u8]) -> Result<()> {
         let env = self.env.as_mut().ok_or_else(Error::closed)?;
         Ok(env.restore(&serde_json::from_slice(state)?)?)
+    }
+
+    /// The scene: the path of a file, or the name of the main file and the contents of all.
+    fn scene<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
+        let sim = self.env()?.config().sim();
+        if let Some(path) = sim.model().scene_path(sim.task())? {
+            return Ok(path.to_string_lossy().into_bound_py_any(py)?);
+        }
+        let files = builtin_files(sim.task());
+        let contents: BTreeMap<_, _> = files.iter().collect();
+        let main = files.iter().next().map(|(name, _)| name);
+        Ok((main, contents).into_bound_py_any(py)?)
+    }
+
+    /// The state of the simulation, and the positions and velocities of the settled scene.
+    fn simulation<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
+        let simulator = self.env()?.simulator();
+        let (data, (qpos, qvel)) = (simulator.data(), simulator.fetch_model().start());
+        let dict = PyDict::new(py);
+        dict.set_item("time", data.time())?;
+        let (mut positions, mut orientations) = (Vec::new(), Vec::new());
+        for mocap in 0..data.model().nmocap() {
+            let (position, q) = data.mocap_pose(mocap)?;
+            positions.push(position.as_slice().to_vec());
+            orientations.push(vec![q.w, q.i, q.j, q.k]);
+        }
+        for (key, rows) in [("mocap_pos", positions), ("mocap_quat", orientations)] {
+            dict.set_item(key, PyArray2::from_vec2(py, &rows).map_err(Error::value)?)?;
+        }
+        for (key, numbers) in [
+            ("qpos", data.qpos()),
+            ("qvel", data.qvel()),
+            ("ctrl", data.ctrl()),
+            ("initial_qpos", qpos),
+            ("initial_qvel", qvel),
+        ] {
+            dict.set_item(key, PyArray1::from_slice(py, numbers))?;
+        }
+        Ok(dict)
     }
 
     /// The colors of the current state, height x width x 3, the top row first.

@@ -54,14 +54,48 @@ def envpool(env_id, num_envs, num_threads):
     return episode
 
 
+def fetch_env(env_id, num_envs, num_threads, model):
+    """This project's own environments, from Python."""
+    import fetch_env
+    import gymnasium
+
+    name = f"fetch_env/{env_id}"
+    if num_envs == 1:
+        env = gymnasium.make(name, model=model, disable_env_checker=True)
+        env.reset(seed=SEED)
+
+        def episode(actions):
+            env.reset()
+            for action in actions:
+                env.step(action[0])
+            return EPISODE
+
+        return episode
+
+    envs = gymnasium.make_vec(
+        name, num_envs, num_threads=num_threads, autoreset_mode="SameStep", model=model
+    )
+    envs.reset(seed=SEED)
+
+    def episode_of_all(actions):
+        for batch in actions:
+            envs.step(batch)
+        return EPISODE * num_envs
+
+    return episode_of_all
+
+
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("peer", choices=["gymnasium-robotics", "envpool"])
+    parser.add_argument("peer", choices=["gymnasium-robotics", "envpool", "fetch-env"])
     parser.add_argument("env_id")
     parser.add_argument("--num-envs", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--model", default="builtin")
     args = parser.parse_args()
-    if args.peer == "envpool":
+    if args.peer == "fetch-env":
+        episode = fetch_env(args.env_id, args.num_envs, args.threads, args.model)
+    elif args.peer == "envpool":
         episode = envpool(args.env_id, args.num_envs, args.threads)
     else:
         episode = gymnasium_robotics(args.env_id)

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
-from . import _native, spaces
+from . import _native, simulation, spaces
 from .rewards import GoalRewards
 
 if TYPE_CHECKING:
@@ -99,6 +99,7 @@ class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
     def _make(self) -> None:
         self._config = _native.Config(self._env_id, **self._settings)
         self._native = _native.Env(self._config, *self._size)
+        self._model: Any = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -176,6 +177,34 @@ class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
         return self._native.observe()["desired_goal"]
 
     @property
+    def model(self) -> Any:
+        """The model as a ``mujoco.MjModel``, if the package ``mujoco`` is installed.
+
+        It is compiled from the same scene, and changes of it do not change the environment.
+        """
+        if self._model is None:
+            self._model = simulation.model_of(self._native)
+        return self._model
+
+    @property
+    def data(self) -> Any:
+        """The current state as a new ``mujoco.MjData``, whose changes do not come back.
+
+        The positions and velocities are exact; what follows from them is computed anew.
+        """
+        return simulation.data_of(self._native, self.model)
+
+    @property
+    def initial_qpos(self) -> NDArray[np.float64]:
+        """Positions of all joints in the settled scene."""
+        return simulation.start_of(self._native)[0]
+
+    @property
+    def initial_qvel(self) -> NDArray[np.float64]:
+        """Velocities of all joints in the settled scene."""
+        return simulation.start_of(self._native)[1]
+
+    @property
     def _np_random(self) -> np.random.Generator | None:  # type: ignore[override]
         return generator(self._native.random())
 
@@ -203,7 +232,7 @@ class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
     def __getstate__(self) -> dict[str, Any]:
         """Return what pickling and copying keep: everything but the renderer."""
         state = self.__dict__.copy()
-        del state["_config"]
+        del state["_config"], state["_model"]
         state["_native"] = self._native.get_state()
         return state
 

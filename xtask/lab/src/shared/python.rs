@@ -32,7 +32,7 @@ pub const LEARNERS: [&str; 5] = [
 /// The script that runs it.
 pub const SB3_SCRIPT: &str = include_str!("../../scripts/sb3.py");
 
-/// The interpreter of the environment with gymnasium-robotics and EnvPool.
+/// The interpreter of the environment with gymnasium-robotics, EnvPool and this project's package.
 #[derive(Debug)]
 pub struct Peers {
     pub python: PathBuf,
@@ -46,11 +46,24 @@ impl Peers {
         // Without a connection it stays the one that was the newest.
         let upgrade = ["-m", "pip", "install", "--quiet", "--upgrade", ENVPOOL];
         let _ = Command::new(&python).args(upgrade).output();
+        install_package(&python)?;
         let version = format!("import importlib.metadata as m; print(m.version('{ENVPOOL}'))");
         let output = Command::new(&python).args(["-c", &version]).output()?;
         ensure!(output.status.success(), "{} has no {ENVPOOL}", python.display());
         Ok(Self { python, envpool: String::from_utf8(output.stdout)?.trim().to_owned() })
     }
+}
+
+/// Builds the Python package and installs it.
+fn install_package(python: &Path) -> anyhow::Result<()> {
+    const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    say!("building the Python package")?;
+    let mut install = Command::new(python);
+    install.args(["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"]);
+    install.arg(format!("{ROOT}/fetch-env/python"));
+    // It brings the MuJoCo that its build requirements name.
+    install.env_remove("MUJOCO_DIR").env("CARGO_TARGET_DIR", format!("{ROOT}/target/python"));
+    run(&mut install)
 }
 
 /// Returns the interpreter of the environment of a name, with these packages.

@@ -11,7 +11,7 @@ use std::{
 };
 
 use anyhow::Context;
-use fetch_env::{EnvId, FetchConfig, make_vec, vec_env::VecConfig};
+use fetch_env::{EnvId, FetchConfig, ModelSource, make_vec, vec_env::VecConfig};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
@@ -46,7 +46,8 @@ pub struct Args {
     /// Number of environments stepped together
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..))]
     num_envs: u16,
-    /// Also measure gymnasium-robotics and EnvPool, in a Python environment in the cache
+    /// Also measure gymnasium-robotics, EnvPool and the Python package, in a Python environment in
+    /// the cache
     #[arg(long)]
     peers: bool,
     /// Number of environments whose construction and memory are measured
@@ -180,12 +181,19 @@ fn steppers(
     }
     if let Some(peers) = peers {
         let id = EnvId { task: episodes.config.task(), reward: RewardKind::Sparse };
-        let peer = |name, num_envs, threads| peer(peers, name, id, num_envs, threads);
+        let model = match episodes.config.sim().model() {
+            ModelSource::Reference => "reference",
+            _ => "builtin",
+        };
+        let peer = |name, num_envs, threads| peer(peers, name, id, (num_envs, threads), model);
         let name = format!("envpool-{num_envs}-threads-{all}");
         entries.extend([
             Entry::new("gymnasium-robotics", UNIT, peer("gymnasium-robotics", 1, 1)?),
             Entry::new("envpool", UNIT, peer("envpool", 1, 1)?),
             Entry::new(&name, UNIT, peer("envpool", num_envs, all)?),
+            Entry::new("python", UNIT, peer("fetch-env", 1, 1)?),
+            Entry::new("python-threads-1", UNIT, peer("fetch-env", num_envs, 1)?),
+            Entry::new(&format!("python-threads-{all}"), UNIT, peer("fetch-env", num_envs, all)?),
         ]);
     }
     Ok(entries)
@@ -196,11 +204,12 @@ fn peer(
     peers: &Peers,
     name: &str,
     id: EnvId,
-    num_envs: usize,
-    threads: usize,
+    (num_envs, threads): (usize, usize),
+    model: &str,
 ) -> anyhow::Result<Orders> {
     const SCRIPT: &str = include_str!("../../../scripts/peers.py");
-    let arguments = format!("{name} {id} --num-envs {num_envs} --threads {threads}");
+    let arguments =
+        format!("{name} {id} --num-envs {num_envs} --threads {threads} --model {model}");
     let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
     let peer = Peer::start(&peers.python, ("peers.py", SCRIPT), &arguments, "disable")?;
     Ok(Orders::new(&peer, (num_envs * STEPS).to_string()))
@@ -209,6 +218,7 @@ fn peer(
 /// Returns the ratios of figures to one another.
 fn ratios(steps: &Rounds, resets: &Rounds) -> impl Iterator<Item = (String, Metric)> {
     let (threads, apart) = (format!("threads-{}", threads()), format!("apart-{}", threads()));
+    let of_python = format!("python-{threads}");
     let ratio = |name: &str, rounds: &Rounds, clock, of, to| {
         rounds.ratio(&format!("ratio/{name}"), clock, of, to)
     };
@@ -219,6 +229,11 @@ fn ratios(steps: &Rounds, resets: &Rounds) -> impl Iterator<Item = (String, Metr
         ratio(&format!("{apart}-to-apart-1"), steps, Wall, &apart, "apart-1"),
         ratio("single-to-gymnasium-robotics", steps, Cpu, "single", "gymnasium-robotics"),
         ratio("single-to-envpool", steps, Wall, "single", "envpool"),
+        ratio("python-to-single", steps, Cpu, "python", "single"),
+        ratio("python-threads-1-to-threads-1", steps, Cpu, "python-threads-1", "threads-1"),
+        ratio(&format!("python-{threads}-to-{threads}"), steps, Wall, &of_python, &threads),
+        ratio("python-to-gymnasium-robotics", steps, Cpu, "python", "gymnasium-robotics"),
+        ratio("python-to-envpool", steps, Wall, "python", "envpool"),
         // A ratio of costs: the slower is the larger.
         ratio("reset-cost-to-bare", resets, Cpu, "reset-bare", "reset"),
     ]
