@@ -305,11 +305,16 @@ settings! {
         /// The share kept of still episodes: 0.1, measured. The authors: 1.
         pub still_kept: f64 => 0.0..=1.0,
         /// The share of the drawn transitions that are seen in a mirror, in an environment with a
-        /// [symmetry](fetch_env::GoalEnv::symmetry): PRESET. The authors: 0.
+        /// [symmetry](fetch_env::GoalEnv::symmetry): 0, the authors'.
+        ///
+        /// Measured: with 0.5, and with half of the relabeled goals moved within 0.04 m, Push
+        /// reaches 0.9 after 80,000 to 112,000 steps (seeds 100 to 104), without after 120,000 to
+        /// 192,000 (seeds 0 to 9).
         pub mirrored: f64 => 0.0..=1.0,
-        /// The farthest that noise moves a relabeled goal, in the unit of the goals: PRESET.
+        /// The farthest that noise moves a relabeled goal, in the unit of the goals: 0, the
+        /// authors'.
         pub goal_noise: f64 => 0.0..=1_000.0,
-        /// The share of the relabeled goals that are moved: PRESET. The authors: 0.
+        /// The share of the relabeled goals that are moved: 0, the authors'.
         pub goal_noise_share: f64 => 0.0..=1.0,
     }
 }
