@@ -97,7 +97,6 @@ impl Mirror {
     }
 
     /// Returns the rule of each element.
-    #[must_use]
     pub fn elements(&self) -> &[Mirrored] {
         &self.elements
     }
