@@ -14,18 +14,16 @@ pub(crate) fn put_start<T: Copy>(target: &mut [T], part: &[T]) {
     copy(&mut target[..part.len()], part);
 }
 
-/// Copies a goal to the start of three slices, as elements of their type.
+/// Copies a goal to the start of three slices.
 #[inline(always)]
-pub(crate) fn put_thrice<S: Scalar, T: Scalar>(targets: [&mut [T]; 3], goal: &[S]) {
+pub(crate) fn put_thrice<T: Copy>(targets: [&mut [T]; 3], goal: &[T]) {
     // Most goals are positions.
     if let &[x, y, z] = goal {
-        let goal = [x, y, z].map(|element| T::from_f64(element.to_f64()));
         for target in targets {
-            target[..3].copy_from_slice(&goal);
+            target[..3].copy_from_slice(&[x, y, z]);
         }
     } else {
-        let len = goal.len();
-        targets.into_iter().for_each(|target| convert_short(&mut target[..len], goal));
+        targets.into_iter().for_each(|target| put_start(target, goal));
     }
 }
 

@@ -22,16 +22,20 @@ pub(crate) trait Form<S, T>: Copy + Sync {
     }
 
     /// Writes the state before the step, and the goal.
-    fn put_state<G: Scalar>(
-        self,
-        rows: &mut Rows<'_, T>,
-        at: usize,
-        state: State<'_, S>,
-        goal: &[G],
-    );
+    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, S>, goal: &[S]);
 
     /// Writes the state after the step, with the goal of the row.
     fn put_next<G: Scalar>(self, rows: &mut Rows<'_, T>, at: usize, next: State<'_, S>, goal: &[G]);
+
+    /// Writes what depends on the goal again, which has moved: the states before and after the step
+    /// are those of the row.
+    fn put_moved<G: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        states: [State<'_, S>; 2],
+        goal: &[G],
+    );
 }
 
 /// The state that a stored row begins with.
@@ -64,13 +68,7 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
     }
 
     #[inline(always)]
-    fn put_state<G: Scalar>(
-        self,
-        rows: &mut Rows<'_, T>,
-        at: usize,
-        state: State<'_, T>,
-        goal: &[G],
-    ) {
+    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, T>, goal: &[T]) {
         let columns = &mut rows.columns;
         if JOINED {
             let (observation, input) = (state.observation(), state.layout.state().end);
@@ -81,7 +79,7 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
             put_thrice([input, next, desired_goal], goal);
         } else {
             put_part(columns.observation, at, state.observation());
-            convert_short(&mut columns.desired_goal[at * goal.len()..][..goal.len()], goal);
+            put_part(columns.desired_goal, at, goal);
         }
         put_part(columns.achieved_goal, at, state.achieved_goal());
     }
@@ -95,6 +93,24 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
             put_part(columns.next_observation, at, next.observation());
         }
         put_part(columns.next_achieved_goal, at, next.achieved_goal());
+    }
+
+    fn put_moved<G: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        [state, _]: [State<'_, T>; 2],
+        goal: &[G],
+    ) {
+        let columns = &mut rows.columns;
+        let len = goal.len();
+        convert_short(&mut columns.desired_goal[at * len..][..len], goal);
+        if JOINED {
+            let input = state.layout.state().end;
+            let start = at * input + input - len;
+            convert_short(&mut columns.input[start..][..len], goal);
+            convert_short(&mut columns.next_input[start..][..len], goal);
+        }
     }
 }
 
@@ -170,17 +186,9 @@ impl Formed<'_> {
             None => Ok(()),
         }
     }
-}
-
-impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
-    #[inline(always)]
-    fn put(self, column: &mut [T], at: usize, part: &[S]) {
-        let len = part.len();
-        convert_short(&mut column[at * len..][..len], part);
-    }
-
+    /// Writes the state before the step, and the goal.
     #[inline]
-    fn put_state<G: Scalar>(
+    pub(crate) fn write_state<S: Scalar, G: Scalar, T: Scalar>(
         self,
         rows: &mut Rows<'_, T>,
         at: usize,
@@ -210,6 +218,19 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
             put_wide(scratch.judged_desired, at, goal);
         }
     }
+}
+
+impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
+    #[inline(always)]
+    fn put(self, column: &mut [T], at: usize, part: &[S]) {
+        let len = part.len();
+        convert_short(&mut column[at * len..][..len], part);
+    }
+
+    #[inline]
+    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, S>, goal: &[S]) {
+        self.write_state(rows, at, state, goal);
+    }
 
     #[inline]
     fn put_next<G: Scalar>(
@@ -236,6 +257,16 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
         if !scratch.judged_achieved.is_empty() {
             put_wide(scratch.judged_achieved, at, next.achieved_goal());
         }
+    }
+    fn put_moved<G: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        [state, next]: [State<'_, S>; 2],
+        goal: &[G],
+    ) {
+        self.write_state(rows, at, state, goal);
+        self.put_next(rows, at, next, goal);
     }
 }
 

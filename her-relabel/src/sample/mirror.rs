@@ -50,6 +50,28 @@ impl<'a> Mirroring<'a> {
         put(&self.symmetry.goal, mirrored_goal, goal);
         (State { layout, row }, &mirrored_goal[..goal.len()])
     }
+
+    /// Writes the state before the step, and the goal.
+    fn write_state<S: Scalar, G: Scalar, T: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        state: State<'_, S>,
+        goal: &[G],
+    ) {
+        if !self.mirrors(rows, at) {
+            return self.form.write_state(rows, at, state, goal);
+        }
+        // Taken out, because the rows change while it is read.
+        let memory = std::mem::take(&mut rows.scratch.mirrored);
+        let (mirrored, mirrored_goal) = self.mirror(memory, state, goal);
+        self.form.write_state(rows, at, mirrored, mirrored_goal);
+        rows.scratch.mirrored = memory;
+        // A mirror image may differ in the last bit of a distance.
+        if !rows.scratch.judged_desired.is_empty() {
+            put_wide(rows.scratch.judged_desired, at, goal);
+        }
+    }
 }
 
 /// Writes the mirror image of a vector to the start of `target`.
@@ -73,25 +95,8 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Mirroring<'_> {
         }
     }
 
-    fn put_state<G: Scalar>(
-        self,
-        rows: &mut Rows<'_, T>,
-        at: usize,
-        state: State<'_, S>,
-        goal: &[G],
-    ) {
-        if !self.mirrors(rows, at) {
-            return self.form.put_state(rows, at, state, goal);
-        }
-        // Taken out, because the rows change while it is read.
-        let memory = std::mem::take(&mut rows.scratch.mirrored);
-        let (mirrored, mirrored_goal) = self.mirror(memory, state, goal);
-        self.form.put_state(rows, at, mirrored, mirrored_goal);
-        rows.scratch.mirrored = memory;
-        // A mirror image may differ in the last bit of a distance.
-        if !rows.scratch.judged_desired.is_empty() {
-            put_wide(rows.scratch.judged_desired, at, goal);
-        }
+    fn put_state(self, rows: &mut Rows<'_, T>, at: usize, state: State<'_, S>, goal: &[S]) {
+        self.write_state(rows, at, state, goal);
     }
 
     fn put_next<G: Scalar>(
@@ -111,5 +116,15 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Mirroring<'_> {
         if !rows.scratch.judged_achieved.is_empty() {
             put_wide(rows.scratch.judged_achieved, at, next.achieved_goal());
         }
+    }
+    fn put_moved<G: Scalar>(
+        self,
+        rows: &mut Rows<'_, T>,
+        at: usize,
+        [state, next]: [State<'_, S>; 2],
+        goal: &[G],
+    ) {
+        self.write_state(rows, at, state, goal);
+        self.put_next(rows, at, next, goal);
     }
 }

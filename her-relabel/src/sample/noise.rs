@@ -134,8 +134,7 @@ impl<S: Scalar> Task<'_, S> {
             let transition = rows.columns.transition[row].number();
             let before = episodes.of(transition).row(transition);
             let state = |row| State { layout, row: tape.row(row) };
-            form.put_state(rows, row, state(before), goal);
-            form.put_next(rows, row, state(before + pairs as u64), goal);
+            form.put_moved(rows, row, [state(before), state(before + pairs as u64)], goal);
         }
         rows.scratch.desired_pairs = desired_pairs;
     }
