@@ -276,10 +276,10 @@ mod tests {
 
     /// The instructions of this machine's processor, and those of lesser ones.
     fn archs() -> Vec<Arch> {
-        let mut archs = vec![Arch::Scalar, Arch::new()];
+        let archs = [Arch::Scalar, Arch::new()];
         #[cfg(target_arch = "x86_64")]
-        archs.extend(pulp::x86::V3::try_new().map(Arch::V3));
-        archs
+        let archs = archs.into_iter().chain(pulp::x86::V3::try_new().map(Arch::V3));
+        archs.into_iter().collect()
     }
 
     /// Returns the element of a row and a column.
