@@ -27,7 +27,7 @@ const LAWS: &str = "--test laws --test conformance -- adding appending determini
 /// Learning on the stand-in for MuJoCo: the products of matrices, runs whose bits are those of
 /// x86_64, and Reach until it succeeds. Optimized, because the networks take most of the time.
 const LEARNING: &str = "test --release -p fetch-baselines --no-default-features --features learn \
-    --lib --test learn -- products_have gradients_agree same_bits both_algorithms_learn_to_reach";
+    --lib --test learn -- products_have gradients_agree same_bits:: both_algorithms_learn_to_reach";
 
 fn check() -> anyhow::Result<bool> {
     let Platform { name, target, .. } = PLATFORM;
