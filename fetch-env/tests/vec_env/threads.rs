@@ -31,9 +31,10 @@ fn threads_of_autoresets(num_threads: usize) -> Result<Vec<ThreadId>> {
 #[test]
 fn one_thread_is_the_callers() -> Result {
     let caller = thread::current().id();
-    assert_eq!(threads_of_autoresets(1)?, [caller; 3]);
+    let threads = threads_of_autoresets(1)?;
+    assert!(threads.len() >= 3 && threads.iter().all(|thread| *thread == caller), "{threads:?}");
     let threads = threads_of_autoresets(2)?;
-    assert!(threads.len() == 3 && !threads.contains(&caller), "{threads:?}");
+    assert!(threads.len() >= 3 && !threads.contains(&caller), "{threads:?}");
     Ok(())
 }
 

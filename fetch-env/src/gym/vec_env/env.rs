@@ -1,10 +1,12 @@
 //! The vector environment: what it sends to its threads and receives from them.
 
+mod begin;
+
 use std::{fmt, sync::Arc};
 
 use super::config::{AutoresetMode, MAX_ENVS, VecConfig, VecReset, check_num_envs};
-use super::pool::Pool;
-use super::slot::{Command, Slot};
+use super::pool::{Place, Pool};
+use super::slot::Slot;
 use super::step::VecStepOf;
 use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::observation::BatchObservation;
@@ -166,8 +168,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// [`VecEnvError::InFlight`], and as [`send_reset`](Self::send_reset).
     pub fn reset(&mut self, seed: Option<u64>) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
-        self.lend_seeded_resets(seed)?;
-        self.pool.run();
+        self.begin_seeded(seed, self.place())?;
         self.receive_all()
     }
 
@@ -180,8 +181,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         reset: &VecReset<'_, E::ResetOptions>,
     ) -> Result<&VecStepOf<E>, VecEnvError> {
         self.check_all_idle()?;
-        self.lend_chosen_resets(reset)?;
-        self.pool.run();
+        self.begin_chosen(reset, self.place())?;
         self.receive_all()
     }
 
@@ -195,10 +195,11 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.check_all_idle()?;
         self.check_actions(actions, self.num_envs())?;
         self.idle.iter().flatten().try_for_each(|slot| slot.check_reset())?;
+        let place = self.place();
         for env_index in 0..self.num_envs() {
-            self.lend_action(env_index, actions, env_index);
+            self.begin_step(env_index, actions, env_index, place);
         }
-        self.pool.run();
+        self.wake(place);
         self.receive_all()
     }
 
@@ -225,9 +226,9 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
             self.named_in[env_index] = self.calls;
         }
         for (row, &env_index) in env_index.iter().enumerate() {
-            self.lend_action(row, actions, env_index);
+            self.begin_step(row, actions, env_index, Place::Threads);
         }
-        self.pool.wake();
+        self.wake(Place::Threads);
         Ok(())
     }
 
@@ -238,20 +239,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// [`VecEnvError::SeedTooLarge`], [`VecEnvError::EnvInFlight`] or [`VecEnvError::WorkerLost`];
     /// then no reset is started.
     pub fn send_reset(&mut self, seed: Option<u64>) -> Result<(), VecEnvError> {
-        self.lend_seeded_resets(seed)?;
-        self.pool.wake();
-        Ok(())
-    }
-
-    fn lend_seeded_resets(&mut self, seed: Option<u64>) -> Result<(), VecEnvError> {
-        let num_envs = self.num_envs();
-        if let Some(first) = seed
-            && first.checked_add(num_envs as u64 - 1).is_none()
-        {
-            return Err(VecEnvError::SeedTooLarge { first, num_envs });
-        }
-        let seed_of = |env_index| seed.map(|first| first + env_index as u64);
-        self.lend_resets(None, |env_index| (seed_of(env_index), E::ResetOptions::default()))
+        self.begin_seeded(seed, Place::Threads)
     }
 
     /// Starts a reset of the environments that the mask selects.
@@ -263,41 +251,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         &mut self,
         reset: &VecReset<'_, E::ResetOptions>,
     ) -> Result<(), VecEnvError> {
-        self.lend_chosen_resets(reset)?;
-        self.pool.wake();
-        Ok(())
-    }
-
-    fn lend_chosen_resets(
-        &mut self,
-        reset: &VecReset<'_, E::ResetOptions>,
-    ) -> Result<(), VecEnvError> {
-        reset.check(self.num_envs())?;
-        self.lend_resets(reset.mask, |env_index| {
-            let seed = reset.seeds.and_then(|seeds| seeds[env_index]);
-            (seed, reset.options.map_or_else(Default::default, |each| each[env_index].clone()))
-        })
-    }
-
-    fn lend_resets(
-        &mut self,
-        mask: Option<&[bool]>,
-        start: impl Fn(usize) -> (Option<u64>, E::ResetOptions),
-    ) -> Result<(), VecEnvError> {
-        self.pool.check()?;
-        let is_chosen = |env_index: &usize| mask.is_none_or(|mask| mask[*env_index]);
-        let chosen = (0..self.num_envs()).filter(is_chosen);
-        if let Some(env_index) = chosen.clone().find(|&env_index| self.idle[env_index].is_none()) {
-            return Err(VecEnvError::EnvInFlight { env_index });
-        }
-        for env_index in chosen {
-            let (seed, options) = start(env_index);
-            self.lend(env_index, |slot| {
-                slot.was_reset = true;
-                slot.command = Command::Reset { seed, options };
-            });
-        }
-        Ok(())
+        self.begin_chosen(reset, Place::Threads)
     }
 
     /// Waits for the first `batch_size` environments that finish.
@@ -349,25 +303,6 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.in_flight -= 1;
         let env_index = slot.env_index;
         self.idle[env_index] = Some(slot);
-    }
-
-    fn lend_action(&mut self, row: usize, actions: &[ActionElement<E>], env_index: usize) {
-        let len = self.action_space.action_len();
-        self.lend(env_index, |slot| {
-            slot.command = Command::Step;
-            slot.action.copy_from_slice(&actions[row * len..][..len]);
-        });
-    }
-
-    fn lend(&mut self, env_index: usize, command: impl FnOnce(&mut Slot<E>)) {
-        let threads = self.num_threads();
-        // Neighboring environments share a thread, whose queue has room for all of them.
-        let home = env_index * threads / self.num_envs();
-        if let Some(mut slot) = self.idle[env_index].take() {
-            command(&mut slot);
-            self.in_flight += 1;
-            self.pool.lend(home, slot);
-        }
     }
 
     pub(super) fn check_all_idle(&self) -> Result<(), VecEnvError> {

@@ -49,6 +49,13 @@ pub(super) trait Job: Send {
     fn run(&mut self);
 }
 
+/// Where jobs are done.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    Caller,
+    Threads,
+}
+
 /// Threads that borrow jobs and return them.
 ///
 /// Jobs are owned boxes, so a thread never shares the job it runs. Each thread has its own queue,
@@ -151,16 +158,6 @@ impl<J: Job + 'static> Pool<J> {
 
     pub(super) fn wake(&self) {
         self.workers.iter().for_each(Thread::unpark);
-    }
-
-    /// Starts the queued jobs. One thread alone would only make the caller wait for it, so its jobs
-    /// are done here and now.
-    pub(super) fn run(&self) {
-        let [_] = *self.workers else { return self.wake() };
-        while let Some(mut job) = self.shared.next(0) {
-            job.run();
-            self.shared.finish(job);
-        }
     }
 
     /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps. After a
