@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use fetch_sim::{Simulator, Task};
 use goal_reward::{DistanceReward, GoalReward, Symmetry, goal_distance};
-use nalgebra::Vector3;
 
 use super::action::{ACTION_LEN, Precision, control};
 use super::config::FetchConfig;
@@ -368,7 +367,7 @@ impl<R: GoalReward, T: FetchTask<fetch_sim::MujocoSimulator>> crate::pictures::r
         let goal = self.goal.as_deref().ok_or(EnvError::ResetNeeded)?;
         let positions = self.task.goal_positions(goal);
         let goals: smallvec::SmallVec<[_; 4]> =
-            positions.iter().copied().map(Vector3::from).collect();
+            positions.iter().copied().map(nalgebra::Vector3::from).collect();
         Ok(renderer.update_scene(&self.simulator, &goals)?)
     }
 }
