@@ -26,8 +26,8 @@ use crate::tanh::tanh;
 /// [header](PolicyHeader) as JSON under the key `policy`.
 ///
 /// An output of a layer is its bias, to which the products of inputs and weights are added one
-/// after the other, in the order of the inputs and in `f32`. Any code that adds in this order gets
-/// the same bits.
+/// after the other, in the order of the inputs and in `f32`, and the hyperbolic tangent is rounded
+/// once, from `f64`. Any code that adds and rounds like this gets the same bits.
 #[derive(Clone, Debug)]
 pub struct TrainedPolicy {
     header: PolicyHeader,
