@@ -89,7 +89,7 @@ fn a_plan_is_no_worse_than_what_it_began_with() -> Result {
     Ok(())
 }
 
-/// Of an environment of one's own, from the middle of an episode.
+/// The environment is the test's own, and the plan begins in the middle of an episode.
 #[test]
 fn any_environment_with_snapshots_is_planned_in() -> Result {
     let mut envs = [Plane::make()?, Plane::make()?];

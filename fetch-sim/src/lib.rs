@@ -110,7 +110,7 @@
 //!    `/usr`; on macOS those of `DYLD_LIBRARY_PATH`, and `/usr/local/lib`; on Windows none.
 //!
 //! A program that brings the library where none of this finds it names its file with `use_library`;
-//! then no other is taken.
+//! then nothing else is searched.
 //!
 //! If a MuJoCo is loaded for the whole process, for example because the program links it, that one
 //! is used: any other would call its functions.

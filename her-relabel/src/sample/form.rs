@@ -258,6 +258,7 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Formed<'_> {
             put_wide(scratch.judged_achieved, at, next.achieved_goal());
         }
     }
+
     fn put_moved<G: Scalar>(
         self,
         rows: &mut Rows<'_, T>,

@@ -117,6 +117,7 @@ impl<S: Scalar, T: Scalar> Form<S, T> for Mirroring<'_> {
             put_wide(rows.scratch.judged_achieved, at, next.achieved_goal());
         }
     }
+
     fn put_moved<G: Scalar>(
         self,
         rows: &mut Rows<'_, T>,

@@ -24,6 +24,9 @@ use crate::unit_interval::UnitInterval;
 /// A radius below the distance within which a goal counts as reached makes rows that almost reach
 /// their goal, besides those that reach it exactly.
 ///
+/// The directions come from the C library's sines and logarithms, whose last bits may differ between
+/// systems.
+///
 /// Source: Lin et al., *Invariant transform experience replay*, 2019, which also mirrors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[must_use]

@@ -61,13 +61,16 @@ static LOADED: OnceLock<Result<PathBuf, SimError>> = OnceLock::new();
 /// ```
 ///
 /// # Errors
-/// [`SimError::LibraryInUse`] if another library was chosen before, or is loaded.
+/// [`SimError::LibraryInUse`] if another library was chosen before, or is loaded; the error of an
+/// earlier search, which is not repeated.
 pub fn use_library(path: impl AsRef<Path>) -> Result<(), SimError> {
     let path = path.as_ref();
-    if let Some(Ok(loaded)) = LOADED.get()
-        && resolve(path).ok().as_ref() != Some(loaded)
-    {
-        return Err(SimError::LibraryInUse { path: loaded.clone() });
+    match LOADED.get() {
+        Some(Ok(loaded)) if resolve(path).ok().as_ref() != Some(loaded) => {
+            return Err(SimError::LibraryInUse { path: loaded.clone() });
+        }
+        Some(Err(error)) => return Err(error.clone()),
+        _ => {}
     }
     let chosen = CHOSEN.get_or_init(|| path.to_path_buf());
     if chosen == path { Ok(()) } else { Err(SimError::LibraryInUse { path: chosen.clone() }) }

@@ -24,8 +24,8 @@ impl LibraryFile {
         Ok(library)
     }
 
-    /// Checks a library as [`look_at`](Self::look_at) does, whoever may have written it: the
-    /// program brings it.
+    /// Checks a library as [`look_at`](Self::look_at) does, but not which users may have written
+    /// it, because the program brings it.
     ///
     /// # Errors
     /// The reason not to load it: it is missing or truncated.

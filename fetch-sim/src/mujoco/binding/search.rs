@@ -73,8 +73,9 @@ impl Search {
     /// Returns the places, in the order in which they are tried.
     ///
     /// A library that is loaded for the whole process is the only place, and so is what the program
-    /// has chosen or `MUJOCO_DIR`, because using another library would hide a mistake. Otherwise what lies beside the program
-    /// comes before the library of the build, and that before those with the same version.
+    /// has chosen or `MUJOCO_DIR`, because using another library would hide a mistake. Otherwise
+    /// what lies beside the program comes before the library of the build, and that before those
+    /// with the same version.
     pub(crate) fn places(&self) -> Vec<Place> {
         if let Some(global) = &self.global {
             return vec![loaded(Some(global))];
