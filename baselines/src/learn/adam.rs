@@ -26,10 +26,18 @@ impl Adam {
         Self { learning_rate, first_moment: zeros.clone(), second_moment: zeros }
     }
 
-    /// Moves parameters against a gradient, in step `number`, counted from 1.
-    pub(crate) fn step(&mut self, number: u64, parameters: &mut [f32], gradient: &[f32]) {
+    /// Moves parameters against a gradient, in step `number`, counted from 1, by `rate_factor` times
+    /// the learning rate.
+    pub(crate) fn step(
+        &mut self,
+        number: u64,
+        rate_factor: f32,
+        parameters: &mut [f32],
+        gradient: &[f32],
+    ) {
         let correction = |beta: f32| 1.0 - libm::powf(beta, number as f32);
-        let rate = self.learning_rate * correction(BETA_2).sqrt() / correction(BETA_1);
+        let rate =
+            rate_factor * self.learning_rate * correction(BETA_2).sqrt() / correction(BETA_1);
         vectorize(
             #[inline(always)]
             || {
@@ -66,9 +74,10 @@ impl Trained {
         Self { network, adam }
     }
 
-    /// Takes step `number`, counted from 1, against a gradient.
-    pub(crate) fn step(&mut self, number: u64, gradient: &[f32]) {
-        self.adam.step(number, &mut self.network.parameters, gradient);
+    /// Takes step `number`, counted from 1, against a gradient, by `rate_factor` times the learning
+    /// rate.
+    pub(crate) fn step(&mut self, number: u64, rate_factor: f32, gradient: &[f32]) {
+        self.adam.step(number, rate_factor, &mut self.network.parameters, gradient);
     }
 
     /// Adds parameters and moments to the state of an algorithm.

@@ -24,6 +24,11 @@ settings! {
         /// The learning rate of the critic: 0.002, measured. The authors, and for Reach and Slide:
         /// 0.001.
         pub critic_learning_rate: f32 => 1e-9..=1.0,
+        /// The number of updates before the learning rates begin to fall: 0.
+        pub halving_start: u64 => 0..=1_000_000_000,
+        /// The number of updates in which the learning rates fall by half, evenly: `None`, the
+        /// authors', for rates that never fall.
+        pub halving_interval: Option<u64> => 1..=1_000_000_000,
         /// The discount of a step: 0.95, measured. The authors, and for Slide: 0.98, which is 1 - 1
         /// / 50 steps.
         pub gamma: f64 => 0.0..=1.0,
@@ -66,6 +71,8 @@ impl Default for DdpgSettings {
             last_layer_scale: 0.1,
             actor_learning_rate: 0.002,
             critic_learning_rate: 0.002,
+            halving_start: 0,
+            halving_interval: None,
             gamma: 0.95,
             target_fraction: 0.05,
             target_interval: 1,
@@ -79,6 +86,12 @@ impl Default for DdpgSettings {
 }
 
 impl DdpgSettings {
+    /// Returns the factor of the learning rates in update `number`.
+    pub(super) fn rate_factor(&self, number: u64) -> f32 {
+        let falling = number.saturating_sub(self.halving_start) as f32;
+        self.halving_interval.map_or(1.0, |interval| libm::exp2f(-falling / interval as f32))
+    }
+
     /// Returns the authors' settings.
     #[must_use]
     pub fn authors() -> Self {

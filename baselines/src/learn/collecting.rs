@@ -1,11 +1,13 @@
 //! What collects steps.
 
-use fetch_env::VecEnv;
+use fetch_env::wrappers::Wrapped;
+use fetch_env::{ActionSpace, VecEnv};
 use her_relabel::HerBuffer;
 
 use super::algorithm::Algorithm;
 use super::env::LearnEnv;
 use super::explorer::{Explorer, Exploring};
+use super::far_starts::FarStarts;
 use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
 use super::settings::ExplorationSettings;
@@ -14,7 +16,7 @@ use crate::evaluate::Episode;
 
 /// The environments of a run, and how actions are chosen in them.
 pub(super) struct Collecting<E: LearnEnv> {
-    pub(super) collector: Collector<E>,
+    pub(super) collector: Collector<Wrapped<E, FarStarts>>,
     pub(super) explorer: Explorer,
     /// The seed of this process.
     seed: u64,
@@ -30,9 +32,14 @@ pub(super) struct Steps {
 }
 
 impl<E: LearnEnv> Collecting<E> {
-    pub(super) fn new(envs: VecEnv<E>, settings: ExplorationSettings, seed: u64) -> Self {
+    pub(super) fn new(
+        envs: VecEnv<Wrapped<E, FarStarts>>,
+        settings: ExplorationSettings,
+        seed: u64,
+    ) -> Self {
         let explorer_seed = seed_for(seed, Purpose::Exploration, 0);
-        let explorer = Explorer::new(settings, explorer_seed, envs.num_envs());
+        let num_actions = envs.single_action_space().action_len();
+        let explorer = Explorer::new(settings, explorer_seed, envs.num_envs(), num_actions);
         Self { collector: Collector::new(envs), explorer, seed }
     }
 

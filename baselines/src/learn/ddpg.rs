@@ -118,9 +118,10 @@ impl Algorithm for Ddpg {
         let [critic_gradient, actor_gradient, losses] = gradients.parts_mut();
         let Networks { actor, critic, target_actor, target_critic, averaged_actor } = networks;
         *num_updates += 1;
+        let rate_factor = settings.rate_factor(*num_updates);
         let follows = num_updates.is_multiple_of(settings.target_interval);
         let step = |trained: &mut Trained, target: &mut Network, gradient: &[f32]| {
-            trained.step(*num_updates, gradient);
+            trained.step(*num_updates, rate_factor, gradient);
             if follows {
                 target.follow(&trained.network, settings.target_fraction);
             }

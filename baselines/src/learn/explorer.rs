@@ -21,6 +21,10 @@ pub(crate) struct ExplorerState {
     episodes: u64,
     /// Whether the episode of each environment is wholly random.
     is_random: Vec<bool>,
+    /// The number of steps for which the action of each such episode is still held, and the
+    /// actions.
+    held: Vec<u64>,
+    held_actions: Vec<f32>,
 }
 
 impl ExplorerState {
@@ -77,15 +81,20 @@ pub(crate) struct Explorer {
 }
 
 impl Explorer {
-    pub(crate) fn new(settings: ExplorationSettings, seed: u64, num_envs: usize) -> Self {
-        let is_random = vec![false; num_envs];
-        Self {
-            settings,
-            seed,
-            rows: Vec::new(),
-            state: ExplorerState { decisions: 0, episodes: 0, is_random },
-            resumed: None,
-        }
+    pub(crate) fn new(
+        settings: ExplorationSettings,
+        seed: u64,
+        num_envs: usize,
+        num_actions: usize,
+    ) -> Self {
+        let state = ExplorerState {
+            decisions: 0,
+            episodes: 0,
+            is_random: vec![false; num_envs],
+            held: vec![0; num_envs],
+            held_actions: vec![0.0; num_envs * num_actions],
+        };
+        Self { settings, seed, rows: Vec::new(), state, resumed: None }
     }
 
     /// Returns what the next decisions depend on.
@@ -106,6 +115,8 @@ impl Explorer {
     pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch, dims: Dims) -> bool {
         let num_envs = self.state.is_random.len();
         let fits = state.is_random.len() == num_envs
+            && state.held.len() == num_envs
+            && state.held_actions.len() == num_envs * dims.action
             && last.started.len() == num_envs
             && last.observations.len() == num_envs * dims.observation
             && [&last.achieved_goals, &last.desired_goals]
@@ -126,15 +137,16 @@ impl Explorer {
 
     /// Decides which of the episodes that begin are wholly random.
     fn begin_episodes(&mut self, started: &[bool]) {
-        for (is_random, _) in
-            self.state.is_random.iter_mut().zip(started).filter(|(_, started)| **started)
-        {
+        let ExplorerState { episodes: begun, is_random, held, .. } = &mut self.state;
+        let episodes = is_random.iter_mut().zip(held).zip(started).filter(|(_, started)| **started);
+        for ((is_random, held), _) in episodes {
+            *held = 0;
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-            rng.set_stream(u64::MAX - self.state.episodes);
+            rng.set_stream(u64::MAX - *begun);
             let chance: f64 = rng.random();
-            *is_random = self.state.episodes < self.settings.random_episodes
+            *is_random = *begun < self.settings.random_episodes
                 || chance < self.settings.random_episode_share;
-            self.state.episodes += 1;
+            *begun += 1;
         }
     }
 }
@@ -165,12 +177,59 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
             actor.explore(rows, &noise, actions);
         }
         let len = actions.len() / state.is_random.len();
-        for (row, is_random) in actions.chunks_exact_mut(len).zip(&state.is_random) {
+        let held_actions = state.held_actions.chunks_exact_mut(len);
+        let episodes = state.is_random.iter().zip(&mut state.held).zip(held_actions);
+        for (row, ((is_random, held), held_action)) in actions.chunks_exact_mut(len).zip(episodes) {
             let chance: f64 = rng.random();
             let random: Vec<f32> = row.iter().map(|_| rng.random_range(-1.0..=1.0)).collect();
-            if *is_random || actor.is_none() || chance < settings.random_action {
+            if *is_random || actor.is_none() {
+                if *held == 0 {
+                    held_action.copy_from_slice(&random);
+                    // Nothing else depends on the chance here.
+                    *held = 1 + (chance * settings.held_actions as f64) as u64;
+                }
+                *held -= 1;
+                row.copy_from_slice(held_action);
+            } else if chance < settings.random_action {
                 row.copy_from_slice(&random);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collect::buffer_config;
+    use crate::learn::TrainSettings;
+    use fetch_env::vec_env::VecConfig;
+    use fetch_env::{Task, VecEnv, make_kinematic};
+
+    #[test]
+    fn a_random_action_is_held_for_as_many_steps_as_are_drawn() {
+        let envs: Vec<_> = (0..3).map(|_| make_kinematic("FetchReach-v4").unwrap()).collect();
+        let dims = buffer_config(100, &envs[0]).unwrap().dims();
+        let mut envs = VecEnv::new(envs, VecConfig::default()).unwrap();
+        let TrainSettings { inputs, mut exploration, .. } = TrainSettings::fast(Task::Reach);
+        exploration.held_actions = 4;
+        let inputs = Inputs::new(&inputs, dims).unwrap();
+        let mut explorer = Explorer::new(exploration, 7, 3, dims.action);
+        let mut exploring = Exploring { explorer: &mut explorer, actor: None, inputs: &inputs };
+        envs.reset(Some(0)).unwrap();
+        let mut rows: [Vec<Vec<f32>>; 3] = Default::default();
+        for _ in 0..500 {
+            let mut actions = vec![0.0; 3 * dims.action];
+            exploring.act_all(envs.last_step(), &mut actions);
+            for (rows, action) in rows.iter_mut().zip(actions.chunks_exact(dims.action)) {
+                rows.push(action.to_vec());
+            }
+            envs.step(&actions).unwrap();
+        }
+        for rows in &rows {
+            let held: Vec<_> = rows.chunk_by(|one, other| one == other).map(<[_]>::len).collect();
+            assert!((1..=4).all(|steps| held.contains(&steps)), "{held:?}");
+            assert!(held.iter().all(|steps| *steps <= 4), "{held:?}");
+        }
+        assert_ne!(rows[0], rows[1]);
     }
 }

@@ -49,6 +49,7 @@ mod demonstrated;
 mod env;
 mod error;
 mod explorer;
+mod far_starts;
 mod inputs;
 mod learner;
 mod network;
@@ -62,6 +63,7 @@ mod sac;
 mod sampled;
 mod seeds;
 mod settings;
+mod stricter;
 mod trainer;
 mod vectors;
 

@@ -16,6 +16,7 @@ use super::error::{RunError, TrainError};
 use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
 use super::settings::{InputSettings, ReplaySettings};
+use super::stricter::Stricter;
 use crate::collect::buffer_config;
 
 /// The buffer of a run, and how batches are drawn from it.
@@ -31,6 +32,7 @@ pub(super) struct Replay<E: LearnEnv> {
     symmetry: Option<Symmetry>,
     sampler: Sampler,
     settings: InputSettings,
+    strictness: f64,
     /// The seed of this process.
     seed: u64,
     /// The last batch; its vectors are reused.
@@ -67,6 +69,7 @@ impl<E: LearnEnv> Replay<E> {
             buffer: HerBuffer::new(config)?,
             sampler,
             settings: inputs.clone(),
+            strictness: replay.strictness,
             seed,
             batch: Batch::new(),
             input: Vec::new(),
@@ -97,8 +100,8 @@ impl<E: LearnEnv> Replay<E> {
         let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
         let transforms = Transforms { symmetry: self.symmetry.as_ref(), ..Transforms::default() };
-        let (reward, columns) = (self.template.goal_reward(), ColumnsMut::default());
-        sampler.sample_into(&self.buffer, reward, seed, &mut batch, transforms, columns)?;
+        let (reward, columns) = (self.reward(), ColumnsMut::default());
+        sampler.sample_into(&self.buffer, &reward, seed, &mut batch, transforms, columns)?;
         let mut seen = Inputs::new(&self.settings, self.buffer.config().dims())?;
         seen.update(&StateRows {
             observation: batch.observation(),
@@ -108,19 +111,25 @@ impl<E: LearnEnv> Replay<E> {
         Ok(Some(seen))
     }
 
+    /// Returns the reward of training.
+    fn reward(&self) -> Stricter<'_, E::GoalReward> {
+        Stricter { reward: self.template.goal_reward(), strictness: self.strictness }
+    }
+
     /// Draws the batch of update `number`, counted from 0.
     pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
-        let Self { template, buffer, inputs, symmetry, batch, input, next_input, .. } = self;
+        let Self { template, buffer, inputs, symmetry, strictness, .. } = self;
+        let Self { batch, input, next_input, .. } = self;
         let sampler = self.sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, Purpose::Batches, number);
         let len = sampler.batch_size() * inputs.dim();
         input.resize(len, 0.0);
         next_input.resize(len, 0.0);
         let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
-        let reward = template.goal_reward();
+        let reward = Stricter { reward: template.goal_reward(), strictness: *strictness };
         let transforms =
             Transforms { normalizers: inputs.normalizers(), symmetry: symmetry.as_ref() };
-        sampler.sample_into(buffer, reward, seed, batch, transforms, columns)?;
+        sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
         let is_outside = |reward: &&f32| !self.reward_bounds.contains(*reward);
         if let Some(value) = batch.reward().iter().find(is_outside) {
             let (low, high) = reward.bounds().into_inner();
@@ -159,6 +168,7 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
         .with_goals(goals)
         .with_already_achieved(share("already_achieved", already_achieved)?)
+        .with_recomputed_rewards(settings.strictness != 1.0)
         .with_mirrored(share("mirrored", settings.mirrored)?)
         .with_goal_noise((noise.share() != UnitInterval::ZERO).then_some(noise)))
 }

@@ -139,15 +139,15 @@ impl Algorithm for Sac {
             || {
                 let critics = critics.iter_mut().zip(targets).zip([first, second]);
                 for ((critic, target), gradient) in critics {
-                    critic.step(num_updates, gradient);
+                    critic.step(num_updates, 1.0, gradient);
                     target.follow(&critic.network, settings.target_fraction);
                 }
             },
-            || actor.step(num_updates, actor_gradient),
+            || actor.step(num_updates, 1.0, actor_gradient),
         );
         if let Some(target_entropy) = settings.target_entropy {
             let slope = -(losses[3] + target_entropy * batch.num_actions() as f32);
-            self.temperature_adam.step(num_updates, &mut self.log_temperature, &[slope]);
+            self.temperature_adam.step(num_updates, 1.0, &mut self.log_temperature, &[slope]);
         }
         Losses::new(losses[0], losses[1], losses[2])
     }

@@ -45,12 +45,15 @@ impl Default for TrainSettings {
                 mirrored: 0.0,
                 goal_noise: 0.0,
                 goal_noise_share: 0.0,
+                strictness: 1.0,
             },
             inputs: InputSettings { relative_goal: false, min_std: 0.0001, clip: 5.0 },
             exploration: ExplorationSettings {
                 random_episodes: 20,
                 random_episode_share: 0.1,
                 random_action: 0.3,
+                held_actions: 1,
+                far_starts: 0.0,
             },
             schedule: ScheduleSettings {
                 num_envs: 8,
@@ -85,11 +88,14 @@ impl TrainSettings {
             mirrored: 0.0,
             goal_noise: 0.0,
             goal_noise_share: 0.0,
+            strictness: 1.0,
         };
         let mut exploration = ExplorationSettings {
             random_episodes: 300,
             random_episode_share: 0.05,
             random_action: 0.3,
+            held_actions: 1,
+            far_starts: 0.0,
         };
         let mut schedule = ScheduleSettings {
             num_envs: 8,
@@ -154,12 +160,15 @@ impl TrainSettings {
                 mirrored: 0.0,
                 goal_noise: 0.0,
                 goal_noise_share: 0.0,
+                strictness: 1.0,
             },
             inputs: InputSettings { relative_goal: false, min_std: 0.01, clip: 5.0 },
             exploration: ExplorationSettings {
                 random_episodes: 0,
                 random_episode_share: 0.0,
                 random_action: 0.3,
+                held_actions: 1,
+                far_starts: 0.0,
             },
             schedule: ScheduleSettings {
                 num_envs: 2,
@@ -316,6 +325,10 @@ settings! {
         pub goal_noise: f64 => 0.0..=1_000.0,
         /// The share of the relabeled goals that are moved: 0, the authors'.
         pub goal_noise_share: f64 => 0.0..=1.0,
+        /// How many times as far from the desired goal an achieved goal counts in training: 1, the
+        /// authors'. With 2, the learner is rewarded within 2.5 cm where an evaluation counts success
+        /// within 5 cm.
+        pub strictness: f64 => 1.0..=1_000.0,
     }
 }
 
@@ -345,6 +358,12 @@ settings! {
         /// The probability of a random action in the other episodes: 0.3, the authors'; 0.2 for
         /// Slide, as in MRL.
         pub random_action: f64 => 0.0..=1.0,
+        /// The most steps for which a random action of a wholly random episode is held: 1, the
+        /// authors'. How many is drawn for each.
+        pub held_actions: u64 => 1..=1_000,
+        /// The share of the episodes that begin far from their goal, at the farthest of four drawn
+        /// starts: 0, the authors'.
+        pub far_starts: f64 => 0.0..=1.0,
     }
 }
 

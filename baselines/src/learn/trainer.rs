@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use fetch_env::vec_env::{AutoresetMode, VecConfig};
-use fetch_env::{EnvError, VecEnv};
+use fetch_env::{EnvError, EnvExt, VecEnv};
 use goal_reward::GoalReward;
 use her_relabel::{Dims, HerBuffer};
 
@@ -13,6 +13,7 @@ use super::collecting::Collecting;
 use super::curve::{Counters, CurveRow, Recent, UpdateSeconds};
 use super::env::LearnEnv;
 use super::error::TrainError;
+use super::far_starts::FarStarts;
 use super::learner::Learner;
 use super::replay::Replay;
 use super::seeds::{Purpose, seed_for, seed_of_rank};
@@ -38,6 +39,15 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) recent: Recent,
     pub(super) rows: Vec<CurveRow>,
     pub(super) last_checkpoint: Option<PathBuf>,
+}
+
+/// Makes environments that are stepped together.
+fn vec_env<E: LearnEnv>(
+    envs: impl Iterator<Item = Result<E, EnvError>>,
+    config: VecConfig,
+) -> Result<VecEnv<E>, TrainError> {
+    let envs = envs.collect::<Result<Vec<_>, _>>().map_err(TrainError::Make)?;
+    Ok(VecEnv::new(envs, config)?)
 }
 
 impl<E: LearnEnv> fmt::Debug for Trainer<E> {
@@ -134,18 +144,18 @@ impl<E: LearnEnv> Trainer<E> {
         replay.set_discount(algorithm.gamma())?;
 
         let vec_config = VecConfig::default().with_num_threads(num_threads);
-        let envs = |count: usize, config| -> Result<VecEnv<E>, TrainError> {
-            let envs = (0..count).map(|_| make()).collect::<Result<Vec<_>, _>>();
-            Ok(VecEnv::new(envs.map_err(TrainError::Make)?, config)?)
-        };
+        let evaluated =
+            (0..share(&*workers, settings.schedule.evaluation_episodes).len().clamp(1, 20))
+                .map(|_| make());
+        let starts = FarStarts::new(own.exploration.far_starts);
+        let collected = (0..num_envs).map(|_| make()?.wrap(starts.clone()));
         let same_step = vec_config.with_autoreset(AutoresetMode::SameStep);
-        let episodes = share(&*workers, settings.schedule.evaluation_episodes).len();
         Ok(Self {
             run_id: rand::random(),
-            collecting: Collecting::new(envs(num_envs, same_step)?, own.exploration, own_seed),
+            collecting: Collecting::new(vec_env(collected, same_step)?, own.exploration, own_seed),
             replay,
             learner: Learner::new(algorithm, num_threads)?,
-            evaluation_envs: envs(episodes.clamp(1, 20), vec_config)?,
+            evaluation_envs: vec_env(evaluated, vec_config)?,
             workers,
             counters: Counters::default(),
             recent: Recent::default(),

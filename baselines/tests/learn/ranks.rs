@@ -15,7 +15,7 @@ use baselines::{
 use fetch_env::{Task, VecEnv, vec_env::VecConfig};
 use tempfile::tempdir;
 
-use crate::runs::{Outcome, Result, ddpg, make, mirrored_and_moved, outcome, sac, settings};
+use crate::runs::{Outcome, Result, all_on, ddpg, make, outcome, sac, settings};
 
 /// A thread that stands for a process.
 #[derive(Debug)]
@@ -134,7 +134,7 @@ fn train(workers: Box<dyn Workers>, settings: TrainSettings, steps: u64) -> Outc
 #[test]
 fn ranks_end_with_the_same_bits_as_each_other_and_again() -> Result {
     for algorithm in [ddpg(), sac()] {
-        let settings = mirrored_and_moved(algorithm);
+        let settings = all_on(algorithm);
         let one = train(Box::new(OneProcess), settings.clone(), 600);
         assert!(on_ranks(1, |workers| train(workers, settings.clone(), 600)) == [one.clone()]);
         let two = on_ranks(2, |workers| train(workers, settings.clone(), 600));
@@ -314,7 +314,7 @@ fn a_run_ends_where_any_rank_says() {
 
 #[test]
 fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
-    let mut settings = mirrored_and_moved(ddpg());
+    let mut settings = all_on(ddpg());
     settings.schedule.num_envs = 4;
     // Episodes are under way where the checkpoint is.
     settings.schedule.steps_per_cycle = 30;

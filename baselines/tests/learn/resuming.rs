@@ -8,7 +8,7 @@ use fetch_env::make_kinematic;
 use tempfile::tempdir;
 
 use crate::damaged_checkpoints::entries;
-use crate::runs::{Kinematic, Result, ddpg, make, mirrored_and_moved, outcome, sac, settings};
+use crate::runs::{Kinematic, Result, all_on, ddpg, make, outcome, sac, settings};
 
 const STEPS: u64 = 1_000;
 
@@ -26,7 +26,7 @@ fn run(trainer: &mut Trainer<Kinematic>, folder: &std::path::Path) -> Result {
 fn a_resumed_run_ends_with_the_same_bits() -> Result {
     for algorithm in [ddpg(), sac()] {
         let folder = tempdir()?;
-        let mut settings = mirrored_and_moved(algorithm);
+        let mut settings = all_on(algorithm);
         // Episodes are under way, random and still ones among them, where the checkpoints are.
         settings.schedule.steps_per_cycle = 30;
         settings.exploration.random_episode_share = 0.3;

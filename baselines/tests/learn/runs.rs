@@ -25,12 +25,19 @@ pub(crate) fn settings(algorithm: AlgorithmSettings) -> TrainSettings {
     settings
 }
 
-/// The same with mirrored transitions and moved goals.
-pub(crate) fn mirrored_and_moved(algorithm: AlgorithmSettings) -> TrainSettings {
+/// The same with everything that is off by default.
+pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     let mut settings = settings(algorithm);
+    if let AlgorithmSettings::Ddpg(ddpg) = &mut settings.algorithm {
+        ddpg.halving_start = 20;
+        ddpg.halving_interval = Some(2_000);
+    }
     settings.replay.mirrored = 0.5;
     settings.replay.goal_noise = 0.04;
     settings.replay.goal_noise_share = 0.5;
+    settings.replay.strictness = 1.25;
+    settings.exploration.held_actions = 5;
+    settings.exploration.far_starts = 0.5;
     settings
 }
 
@@ -68,7 +75,7 @@ fn run(settings: TrainSettings, seed: u64, threads: usize, steps: u64) -> Result
 #[test]
 fn both_algorithms_learn_to_reach() -> Result {
     for algorithm in [ddpg(), sac()] {
-        for settings in [settings(algorithm.clone()), mirrored_and_moved(algorithm)] {
+        for settings in [settings(algorithm.clone()), all_on(algorithm)] {
             let mut trainer = Trainer::new(make, settings.clone(), 1, 2)?;
             let target = Target { success_rate: 1.0, evaluations: 2 };
             trainer.run(12_000, Some(target), |_, _| ControlFlow::Continue(()))?;
@@ -81,7 +88,7 @@ fn both_algorithms_learn_to_reach() -> Result {
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() -> Result {
     for algorithm in [ddpg(), sac()] {
-        let settings = mirrored_and_moved(algorithm);
+        let settings = all_on(algorithm);
         let one = run(settings.clone(), 3, 1, 600)?;
         for threads in [2, 4] {
             assert!(run(settings.clone(), 3, threads, 600)? == one, "{threads} threads");

@@ -137,7 +137,7 @@ fn presets_are_in_range() -> Result {
 #[test]
 fn settings_out_of_range_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 28] = [
+    let wrong: [(&str, Change); 34] = [
         ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
         ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 0),
@@ -152,6 +152,12 @@ fn settings_out_of_range_are_named() {
         ("mirrored", |all, _| all.replay.mirrored = 1.5),
         ("goal_noise", |all, _| all.replay.goal_noise = f64::INFINITY),
         ("goal_noise_share", |all, _| all.replay.goal_noise_share = -0.5),
+        ("strictness", |all, _| all.replay.strictness = 0.5),
+        ("held_actions", |all, _| all.exploration.held_actions = 0),
+        ("far_starts", |all, _| all.exploration.far_starts = 1.5),
+        ("halving_interval", |_, ddpg| ddpg.halving_interval = Some(0)),
+        ("halving_start", |_, ddpg| ddpg.halving_start = u64::MAX),
+        ("strictness", |all, _| all.replay.strictness = f64::NAN),
         ("min_std", |all, _| all.inputs.min_std = 0.0),
         ("random_action", |all, _| all.exploration.random_action = f64::NAN),
         ("random_episode_share", |all, _| all.exploration.random_episode_share = 9.0),

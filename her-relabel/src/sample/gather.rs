@@ -210,7 +210,7 @@ impl<'a, S: Scalar> Task<'a, S> {
     }
 
     /// Appends the pairs of goals of a row: the goal achieved by each step of the window, and the
-    /// new goal. They are kept only if the row is relabeled.
+    /// row's goal. They are kept only if its reward is recomputed.
     #[inline(always)]
     fn put_pairs<T: Scalar>(
         self,
@@ -233,9 +233,10 @@ impl<'a, S: Scalar> Task<'a, S> {
         rows.scratch.relabeled[counts.rows] =
             Relabeled { row: rows.first + at, pairs: steps, used: steps };
         // No branch, because it would be unpredictable which rows are relabeled.
-        let is_relabeled = usize::from(planned.goal_source.is_some());
-        counts.rows += is_relabeled;
-        counts.pairs += is_relabeled * steps;
+        let is_relabeled = planned.goal_source.is_some();
+        let is_kept = usize::from(is_relabeled | self.sampler.recomputed_rewards());
+        counts.rows += is_kept;
+        counts.pairs += is_kept * steps;
     }
 }
 

@@ -130,7 +130,8 @@ impl<S: Scalar> Task<'_, S> {
             let goals = &mut desired_pairs[first * goal_dim..][..pairs * goal_dim];
             first += pairs;
             let (goal, copies) = goals.split_at_mut(goal_dim);
-            if !noise.displace::<S>(words, row, goal) {
+            let is_relabeled = rows.columns.goal_source[row].is_some();
+            if !is_relabeled || !noise.displace::<S>(words, row, goal) {
                 continue;
             }
             copies.chunks_exact_mut(goal_dim).for_each(|copy| copy.copy_from_slice(goal));

@@ -67,6 +67,7 @@ pub struct Sampler {
     parallel: bool,
     joined_goal: Option<JoinedGoal>,
     already_achieved: UnitInterval,
+    recomputed_rewards: bool,
     mirrored: UnitInterval,
     goal_noise: Option<GoalNoise>,
 }
@@ -87,6 +88,7 @@ impl Sampler {
             parallel: false,
             joined_goal: None,
             already_achieved: UnitInterval::ONE,
+            recomputed_rewards: false,
             mirrored: UnitInterval::ZERO,
             goal_noise: None,
         }
@@ -126,6 +128,11 @@ impl Sampler {
         /// correct for the priorities alone, as if no row had been drawn again. `is_success` is
         /// called once for each of the first three draws, with all rows that are drawn.
         with_already_achieved(already_achieved: UnitInterval);
+        /// Sets whether the reward function gives the rewards of all rows, not only of relabeled ones:
+        /// for a reward other than the one that was stored. The default is false.
+        ///
+        /// What [termination](Self::with_termination) says of relabeled rows then holds for all.
+        with_recomputed_rewards(recomputed_rewards: bool);
         /// Sets the average share of rows that are mirrored: 0 by default, and 1/2 to see both sides
         /// alike. A mirrored row is that of the mirror image of its transition, by the
         /// [symmetry](crate::Transforms::symmetry) that each draw must then be given.
@@ -162,6 +169,8 @@ impl Sampler {
         joined_goal: Option<JoinedGoal>;
         /// Returns the probability of keeping a row whose goal was already achieved.
         already_achieved: UnitInterval;
+        /// Whether the reward function gives the rewards of all rows.
+        recomputed_rewards: bool;
         /// Returns the average share of rows that are mirrored.
         mirrored: UnitInterval;
         /// Returns the noise in the goals of relabeled rows.

@@ -86,6 +86,20 @@ fn termination_and_success_are_those_of_the_new_goal() {
     assert_eq!(batch.reward(), stored.reward());
 }
 
+#[test]
+fn rewards_of_rows_that_keep_their_goal_are_recomputed_if_requested() {
+    let stored = draw(&episodes(), &sampler());
+    let batch = draw(&episodes(), &sampler().with_recomputed_rewards(true));
+    for (row, relabeled) in batch.relabeled().enumerate() {
+        let (achieved, desired) =
+            (goal(batch.next_achieved_goal(), row), goal(batch.desired_goal(), row));
+        assert_eq!(batch.reward()[row], Ending.reward(&achieved, &desired));
+        assert_eq!(batch.reward()[row] == stored.reward()[row], relabeled);
+    }
+    assert_eq!(batch.terminated(), stored.terminated());
+    assert_eq!(batch.transition(), stored.transition());
+}
+
 fn n_step(steps: usize, gamma: f64) -> NStep {
     NStep::new(NonZeroUsize::new(steps).unwrap(), UnitInterval::new(gamma).unwrap())
 }

@@ -190,6 +190,7 @@ fn settings_keep_their_serialized_names() -> Result {
         r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"#,
         r#""termination":"stored","success":false,"n_step":{"steps":1,"gamma":1.0},"#,
         r#""priorities":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0,"#,
+        r#""recomputed_rewards":false,"#,
         r#""mirrored":0.0,"goal_noise":{"radius":0.04,"share":1.0}}"#
     );
     assert_eq!(serde_json::to_string(&sampler)?, text);

@@ -59,9 +59,14 @@ fn sampler() -> impl Strategy<Value = Sampler> {
     let outcomes = (n_step, termination, any::<bool>());
     let forms = (any::<bool>(), any::<bool>());
     let draws = (1..40_usize, share(), prop::option::of(share()), share());
-    let draws = (draws, noise());
+    let draws = (draws, noise(), any::<bool>());
     (goals(), outcomes, forms, draws).prop_map(
-        |(goals, (n_step, termination, success), (parallel, joined), (draws, noise))| {
+        |(
+            goals,
+            (n_step, termination, success),
+            (parallel, joined),
+            (draws, noise, recomputed),
+        )| {
             let (size, ratio, beta, kept) = draws;
             Sampler::new(size, GoalStrategy::Future, ratio)
                 .with_goals(goals)
@@ -73,6 +78,7 @@ fn sampler() -> impl Strategy<Value = Sampler> {
                 .with_priorities(beta)
                 .with_already_achieved(kept)
                 .with_goal_noise(noise)
+                .with_recomputed_rewards(recomputed)
         },
     )
 }

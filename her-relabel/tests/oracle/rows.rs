@@ -181,7 +181,8 @@ fn assert_row<B: Scalar>(
     let found = part("desired goal", batch.desired_goal(), goals);
     let goal = goal(list, sampler, place, &found);
     assert_bits(&found, &goal, "desired goal");
-    let new_goal = place.source.is_some().then_some(&goal[..]);
+    let is_judged = place.source.is_some() || sampler.recomputed_rewards();
+    let new_goal = is_judged.then_some(&goal[..]);
     let outcome = walk(episode, t, new_goal, sampler);
     let next = &episode.states[t + outcome.steps];
     if sampler.joined_goal().is_some() {

@@ -116,7 +116,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         trainer.rows = saved.rows;
         trainer.last_checkpoint = Some(path.clone());
         let resumed = if saved.num_ranks == size {
-            let own: Own<E::Snapshot> =
+            let own: Own<_> =
                 serde_json::from_slice(&own).map_err(|error| damaged(error.to_string()))?;
             own.check().map_err(damaged)?;
             let (buffer, demonstrated) =
