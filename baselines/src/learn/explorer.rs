@@ -12,6 +12,18 @@ use super::normal::standard_normal;
 use super::settings::ExplorationSettings;
 use crate::policy::VecPolicy;
 
+/// How the actions of an episode are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum EpisodeKind {
+    /// They are random.
+    Random,
+    /// They are the actor's with noise, or random.
+    Noisy,
+    /// They are the actor's.
+    Quiet,
+}
+
 /// What the next decisions of an [`Explorer`] depend on, besides its seed and its actor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ExplorerState {
@@ -19,8 +31,8 @@ pub(crate) struct ExplorerState {
     decisions: u64,
     /// The number of episodes that have begun.
     episodes: u64,
-    /// Whether the episode of each environment is wholly random.
-    is_random: Vec<bool>,
+    /// Of the episode of each environment.
+    kinds: Vec<EpisodeKind>,
     /// The number of steps for which the action of each such episode is still held, and the
     /// actions.
     held: Vec<u64>,
@@ -90,7 +102,7 @@ impl Explorer {
         let state = ExplorerState {
             decisions: 0,
             episodes: 0,
-            is_random: vec![false; num_envs],
+            kinds: vec![EpisodeKind::Noisy; num_envs],
             held: vec![0; num_envs],
             held_actions: vec![0.0; num_envs * num_actions],
         };
@@ -113,8 +125,8 @@ impl Explorer {
     /// Restores a state, and what the next decision sees, if they are of as many environments and
     /// of goals and observations of these lengths.
     pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch, dims: Dims) -> bool {
-        let num_envs = self.state.is_random.len();
-        let fits = state.is_random.len() == num_envs
+        let num_envs = self.state.kinds.len();
+        let fits = state.kinds.len() == num_envs
             && state.held.len() == num_envs
             && state.held_actions.len() == num_envs * dims.action
             && last.started.len() == num_envs
@@ -135,17 +147,25 @@ impl Explorer {
         self.state.episodes = episodes;
     }
 
-    /// Decides which of the episodes that begin are wholly random.
+    /// Decides the kinds of the episodes that begin.
     fn begin_episodes(&mut self, started: &[bool]) {
-        let ExplorerState { episodes: begun, is_random, held, .. } = &mut self.state;
-        let episodes = is_random.iter_mut().zip(held).zip(started).filter(|(_, started)| **started);
-        for ((is_random, held), _) in episodes {
+        let ExplorerState { episodes: begun, kinds, held, .. } = &mut self.state;
+        let episodes = kinds.iter_mut().zip(held).zip(started).filter(|(_, started)| **started);
+        for ((kind, held), _) in episodes {
             *held = 0;
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
             rng.set_stream(u64::MAX - *begun);
             let chance: f64 = rng.random();
-            *is_random = *begun < self.settings.random_episodes
-                || chance < self.settings.random_episode_share;
+            let ExplorationSettings {
+                random_episodes, random_episode_share, quiet_episodes, ..
+            } = self.settings;
+            *kind = if *begun < random_episodes || chance < random_episode_share {
+                EpisodeKind::Random
+            } else if chance < random_episode_share + quiet_episodes {
+                EpisodeKind::Quiet
+            } else {
+                EpisodeKind::Noisy
+            };
             *begun += 1;
         }
     }
@@ -168,21 +188,26 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
         let mut rng = ChaCha8Rng::seed_from_u64(*seed);
         rng.set_stream(state.decisions);
         state.decisions += 1;
-        let noise: Vec<f32> = actions.iter().map(|_| standard_normal(&mut rng)).collect();
+        let mut noise: Vec<f32> = actions.iter().map(|_| standard_normal(&mut rng)).collect();
+        let len = actions.len() / state.kinds.len();
+        for (noise, kind) in noise.chunks_exact_mut(len).zip(&state.kinds) {
+            if *kind == EpisodeKind::Quiet {
+                noise.fill(0.0);
+            }
+        }
         if let Some(actor) = actor
-            && state.is_random.contains(&false)
+            && state.kinds.iter().any(|kind| *kind != EpisodeKind::Random)
             // Always, because the numbers of a last batch are finite.
             && inputs.write(&last.states(), rows).is_ok()
         {
             actor.explore(rows, &noise, actions);
         }
-        let len = actions.len() / state.is_random.len();
         let held_actions = state.held_actions.chunks_exact_mut(len);
-        let episodes = state.is_random.iter().zip(&mut state.held).zip(held_actions);
-        for (row, ((is_random, held), held_action)) in actions.chunks_exact_mut(len).zip(episodes) {
+        let episodes = state.kinds.iter().zip(&mut state.held).zip(held_actions);
+        for (row, ((kind, held), held_action)) in actions.chunks_exact_mut(len).zip(episodes) {
             let chance: f64 = rng.random();
             let random: Vec<f32> = row.iter().map(|_| rng.random_range(-1.0..=1.0)).collect();
-            if *is_random || actor.is_none() {
+            if *kind == EpisodeKind::Random || actor.is_none() {
                 if *held == 0 {
                     held_action.copy_from_slice(&random);
                     // Nothing else depends on the chance here.
@@ -190,7 +215,7 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
                 }
                 *held -= 1;
                 row.copy_from_slice(held_action);
-            } else if chance < settings.random_action {
+            } else if *kind == EpisodeKind::Noisy && chance < settings.random_action {
                 row.copy_from_slice(&random);
             }
         }

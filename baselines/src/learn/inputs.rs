@@ -7,7 +7,7 @@ use her_relabel::{
 use serde::{Deserialize, Serialize};
 
 use super::settings::InputSettings;
-use crate::trained::InputPart;
+use crate::trained::{InputPart, LayerWeights};
 
 /// How observations and goals become the inputs of a network: joined, and normalized by the
 /// statistics of what was collected.
@@ -18,18 +18,21 @@ pub(crate) struct Inputs {
     /// Of relative goals, if inputs have them.
     pub(crate) goal: Normalizer,
     relative_goal: bool,
+    /// The elements that are always 0.
+    left_out: Vec<usize>,
 }
 
 impl Inputs {
     /// Creates inputs for observations and goals of these lengths, without statistics yet.
     pub(crate) fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
-        let InputSettings { relative_goal, min_std, clip } = *settings;
+        let InputSettings { relative_goal, min_std, clip, .. } = *settings;
         let normalizer =
             |dim| Normalizer::new(NormalizerConfig::new(dim).with_min_std(min_std).with_clip(clip));
         Ok(Self {
             observation: normalizer(dims.observation)?,
             goal: normalizer(dims.goal)?,
             relative_goal,
+            left_out: settings.left_out.clone(),
         })
     }
 
@@ -39,8 +42,8 @@ impl Inputs {
     }
 
     /// Whether the inputs have the form that the settings ask for.
-    pub(crate) const fn have(&self, settings: &InputSettings) -> bool {
-        self.relative_goal == settings.relative_goal
+    pub(crate) fn have(&self, settings: &InputSettings) -> bool {
+        self.relative_goal == settings.relative_goal && self.left_out == settings.left_out
     }
 
     /// Returns which goal follows the observation in an input.
@@ -90,6 +93,24 @@ impl Inputs {
     ) -> Result<(), InputError> {
         let dims = Dims { observation: self.observation.dim(), goal: self.goal.dim(), action: 0 };
         inputs.resize(states.observation.len() / dims.observation * self.dim(), 0.0);
-        self.normalizers().write_input(self.joined_goal(), dims, states, inputs)
+        self.normalizers().write_input(self.joined_goal(), dims, states, inputs)?;
+        self.leave_out(inputs);
+        Ok(())
+    }
+
+    /// Takes away from rows of inputs what networks do not see.
+    pub(crate) fn leave_out(&self, inputs: &mut [f32]) {
+        for row in inputs.chunks_exact_mut(self.dim()) {
+            self.left_out.iter().for_each(|element| row[*element] = 0.0);
+        }
+    }
+
+    /// Takes away the weights of what networks do not see from the first layer of one of them, so
+    /// that it computes the same from whole inputs.
+    pub(crate) fn leave_out_weights(&self, layer: &mut LayerWeights) {
+        let len = layer.weights.len() / layer.num_inputs;
+        for element in &self.left_out {
+            layer.weights[element * len..][..len].fill(0.0);
+        }
     }
 }

@@ -58,12 +58,20 @@ impl<E: LearnEnv> Replay<E> {
             let seed = seed_for(seed, Purpose::StillEpisodes, 0);
             config = config.with_still_episodes(still.with_seed(seed));
         }
+        let dims = config.dims();
+        if inputs.left_out.iter().any(|element| *element >= dims.observation) {
+            return Err(TrainError::Setting {
+                name: "left_out",
+                value: format!("{:?}", inputs.left_out),
+                expected: "choose elements of the observation, counted from 0",
+            });
+        }
         let (low, high) = template.goal_reward().bounds().into_inner();
         let sampler = sampler(replay)?;
         Ok(Self {
             demonstrated: Demonstrated::default(),
             reward_bounds: low as f32..=high as f32,
-            inputs: Inputs::new(inputs, config.dims())?,
+            inputs: Inputs::new(inputs, dims)?,
             symmetry: symmetry(&template, replay)?,
             template,
             buffer: HerBuffer::new(config)?,
@@ -130,6 +138,8 @@ impl<E: LearnEnv> Replay<E> {
         let transforms =
             Transforms { normalizers: inputs.normalizers(), symmetry: symmetry.as_ref() };
         sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
+        inputs.leave_out(input);
+        inputs.leave_out(next_input);
         let is_outside = |reward: &&f32| !self.reward_bounds.contains(*reward);
         if let Some(value) = batch.reward().iter().find(is_outside) {
             let (low, high) = reward.bounds().into_inner();

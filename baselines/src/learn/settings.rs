@@ -47,13 +47,19 @@ impl Default for TrainSettings {
                 goal_noise_share: 0.0,
                 strictness: 1.0,
             },
-            inputs: InputSettings { relative_goal: false, min_std: 0.0001, clip: 5.0 },
+            inputs: InputSettings {
+                relative_goal: false,
+                min_std: 0.0001,
+                clip: 5.0,
+                left_out: Vec::new(),
+            },
             exploration: ExplorationSettings {
                 random_episodes: 20,
                 random_episode_share: 0.1,
                 random_action: 0.3,
                 held_actions: 1,
                 far_starts: 0.0,
+                quiet_episodes: 0.0,
             },
             schedule: ScheduleSettings {
                 num_envs: 8,
@@ -96,6 +102,7 @@ impl TrainSettings {
             random_action: 0.3,
             held_actions: 1,
             far_starts: 0.0,
+            quiet_episodes: 0.0,
         };
         let mut schedule = ScheduleSettings {
             num_envs: 8,
@@ -135,7 +142,12 @@ impl TrainSettings {
         Self {
             algorithm: AlgorithmSettings::Ddpg(ddpg),
             replay,
-            inputs: InputSettings { relative_goal: true, min_std: 0.01, clip: 5.0 },
+            inputs: InputSettings {
+                relative_goal: true,
+                min_std: 0.01,
+                clip: 5.0,
+                left_out: Vec::new(),
+            },
             exploration,
             schedule,
         }
@@ -162,13 +174,19 @@ impl TrainSettings {
                 goal_noise_share: 0.0,
                 strictness: 1.0,
             },
-            inputs: InputSettings { relative_goal: false, min_std: 0.01, clip: 5.0 },
+            inputs: InputSettings {
+                relative_goal: false,
+                min_std: 0.01,
+                clip: 5.0,
+                left_out: Vec::new(),
+            },
             exploration: ExplorationSettings {
                 random_episodes: 0,
                 random_episode_share: 0.0,
                 random_action: 0.3,
                 held_actions: 1,
                 far_starts: 0.0,
+                quiet_episodes: 0.0,
             },
             schedule: ScheduleSettings {
                 num_envs: 2,
@@ -343,6 +361,10 @@ settings! {
         pub min_std: f64 => 1e-6..=1_000.0,
         /// The bound to which normalized inputs are clipped: 5, the authors'.
         pub clip: f64 => 0.01..=1_000.0,
+        /// The elements of an observation that the networks do not see, counted from 0: none, the
+        /// authors'. For one that does not exist, [`Trainer::new`](super::Trainer::new) returns an
+        /// error.
+        pub left_out: Vec<usize>,
     }
 }
 
@@ -364,6 +386,9 @@ settings! {
         /// The share of the episodes that begin far from their goal, at the farthest of four drawn
         /// starts: 0, the authors'.
         pub far_starts: f64 => 0.0..=1.0,
+        /// The share of the episodes in which all actions are the actor's, without noise: 0, the
+        /// authors'.
+        pub quiet_episodes: f64 => 0.0..=1.0,
     }
 }
 

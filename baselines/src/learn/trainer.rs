@@ -223,7 +223,11 @@ impl<E: LearnEnv> Trainer<E> {
             demonstrations: self.counters.demonstrations,
             success: None,
         };
-        TrainedPolicy::new(header, &self.learner.algorithm.greedy_layers())
+        let mut layers = self.learner.algorithm.greedy_layers();
+        if let Some(layer) = layers.first_mut() {
+            self.replay.inputs.leave_out_weights(layer);
+        }
+        TrainedPolicy::new(header, &layers)
     }
 
     /// Calls `add` to add episodes to the buffer: demonstrations of a script, or episodes of a

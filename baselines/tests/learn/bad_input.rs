@@ -122,6 +122,19 @@ fn transitions_are_not_mirrored_in_an_environment_without_symmetry() {
 }
 
 #[test]
+fn an_element_that_the_observation_does_not_have_cannot_be_left_out() -> Result {
+    let mut settings = settings(ddpg());
+    settings.inputs.left_out = vec![0, 9];
+    Trainer::new(make, settings.clone(), 0, 1)?;
+    settings.inputs.left_out = vec![0, 10];
+    match Trainer::new(make, settings, 0, 1) {
+        Err(TrainError::Setting { name: "left_out", value, .. }) => assert_eq!(value, "[0, 10]"),
+        other => panic!("{other:?}"),
+    }
+    Ok(())
+}
+
+#[test]
 fn a_reward_that_is_not_finite_stops_the_run() -> Result {
     let mut trainer = Trainer::new(
         || {

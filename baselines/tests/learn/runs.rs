@@ -8,6 +8,7 @@ use baselines::learn::{
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvError, FetchEnv, Task, TimeLimit, make_kinematic};
 use fetch_sim::KinematicSimulator;
+use her_relabel::StateRows;
 
 pub(crate) type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 pub(crate) type Kinematic = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
@@ -38,6 +39,8 @@ pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     settings.replay.strictness = 1.25;
     settings.exploration.held_actions = 5;
     settings.exploration.far_starts = 0.5;
+    settings.exploration.quiet_episodes = 0.25;
+    settings.inputs.left_out = vec![1];
     settings
 }
 
@@ -118,6 +121,33 @@ fn a_run_is_evaluated_as_often_as_its_settings_say_and_shows_what_it_has_led_to(
     assert_eq!(steps_of_rows(None, 2_150)?.last(), Some(&2_200));
     // Before the first update.
     assert_eq!(steps_of_rows(None, 100)?, [100]);
+    Ok(())
+}
+
+#[test]
+fn a_policy_does_not_depend_on_what_was_left_out() -> Result {
+    let mut settings = settings(ddpg());
+    settings.inputs.left_out = vec![1, 4];
+    let mut trainer = Trainer::new(make, settings, 1, 1)?;
+    trainer.run(1_000, None, |_, _| ControlFlow::Continue(()))?;
+    let mut policy = trainer.policy("FetchReach-v4")?;
+    let mut action = |changed: Option<usize>| -> Result<[f32; 4]> {
+        let mut observation = [0.1_f64; 10];
+        if let Some(element) = changed {
+            observation[element] = 0.9;
+        }
+        let states = StateRows {
+            observation: &observation,
+            achieved_goal: &[0.1; 3],
+            desired_goal: &[0.2; 3],
+        };
+        let mut action = [0.0; 4];
+        policy.act_rows(&states, &mut action)?;
+        Ok(action)
+    };
+    let unchanged = action(None)?;
+    assert_eq!([action(Some(1))?, action(Some(4))?], [unchanged; 2]);
+    assert_ne!(action(Some(0))?, unchanged);
     Ok(())
 }
 

@@ -137,7 +137,7 @@ fn presets_are_in_range() -> Result {
 #[test]
 fn settings_out_of_range_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 34] = [
+    let wrong: [(&str, Change); 35] = [
         ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
         ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 0),
@@ -155,6 +155,7 @@ fn settings_out_of_range_are_named() {
         ("strictness", |all, _| all.replay.strictness = 0.5),
         ("held_actions", |all, _| all.exploration.held_actions = 0),
         ("far_starts", |all, _| all.exploration.far_starts = 1.5),
+        ("quiet_episodes", |all, _| all.exploration.quiet_episodes = -0.5),
         ("halving_interval", |_, ddpg| ddpg.halving_interval = Some(0)),
         ("halving_start", |_, ddpg| ddpg.halving_start = u64::MAX),
         ("strictness", |all, _| all.replay.strictness = f64::NAN),
