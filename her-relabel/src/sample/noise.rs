@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use libm::{cos, log1p, sin};
 use serde::{Deserialize, Serialize};
 
 use crate::sample::aim::Task;
@@ -23,9 +24,6 @@ use crate::unit_interval::UnitInterval;
 ///
 /// A radius below the distance within which a goal counts as reached makes rows that almost reach
 /// their goal, besides those that reach it exactly.
-///
-/// The directions come from the C library's sines and logarithms, whose last bits may differ between
-/// systems.
 ///
 /// Source: Lin et al., *Invariant transform experience replay*, 2019, which also mirrors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,7 +70,7 @@ impl GoalNoise {
         // Of a normal vector with two more elements, brought to length 1, the others are uniform in
         // the ball. Source: Voelker et al., *Efficiently sampling vectors and coordinates from the
         // n-sphere and n-ball*, 2017.
-        let two_squares = -2.0 * (-unit(words.word(0, Purpose::Goal))).ln_1p();
+        let two_squares = -2.0 * log1p(-unit(words.word(0, Purpose::Goal)));
         let squares = (0..goal.len()).map(|index| normal(words, index).powi(2)).sum::<f64>();
         let factor = self.radius / (two_squares + squares).sqrt();
         for (index, element) in goal.iter_mut().enumerate() {
@@ -89,9 +87,9 @@ impl GoalNoise {
 /// Muller.
 fn normal(words: Draws, index: usize) -> f64 {
     let pair = index / 2 + 1;
-    let length = (-2.0 * (-unit(words.word(pair, Purpose::Transition))).ln_1p()).sqrt();
+    let length = (-2.0 * log1p(-unit(words.word(pair, Purpose::Transition)))).sqrt();
     let angle = TAU * unit(words.word(pair, Purpose::Goal));
-    length * if index.is_multiple_of(2) { angle.cos() } else { angle.sin() }
+    length * if index.is_multiple_of(2) { cos(angle) } else { sin(angle) }
 }
 
 impl<S: Scalar> Task<'_, S> {
