@@ -13,7 +13,8 @@ settings! {
         /// 256.
         pub hidden: Vec<usize> => 1..=1_024 in at most 4 layers,
         /// Whether the critic's hidden layers are normalized: false, the authors'; measured, Push
-        /// learns later with it, and updates take a quarter longer. MRL (Pitis et al., 2020): true.
+        /// learns later with it, and updates take a quarter longer. For Slide, and in MRL (Pitis et
+        /// al., 2020): true.
         pub layer_norm: bool,
         /// The factor of the actor's last weights at the start: 0.1, measured, because an actor
         /// that starts saturated never starts. The authors: 1.
@@ -24,10 +25,10 @@ settings! {
         /// The learning rate of the critic: 0.002, measured. The authors, and for Reach and Slide:
         /// 0.001.
         pub critic_learning_rate: f32 => 1e-9..=1.0,
-        /// The number of updates before the learning rates begin to fall: 0.
+        /// The number of updates before the learning rates begin to fall: 0, and 100,000 for Slide.
         pub halving_start: u64 => 0..=1_000_000_000,
         /// The number of updates in which the learning rates fall by half, evenly: `None`, the
-        /// authors', for rates that never fall.
+        /// authors', for rates that never fall, and 60,000 for Slide.
         pub halving_interval: Option<u64> => 1..=1_000_000_000,
         /// The discount of a step: 0.95, measured. The authors, and for Slide: 0.98, which is 1 - 1
         /// / 50 steps.

@@ -93,7 +93,7 @@ impl<E: CollectEnv> Wrapper<E> for FarStarts {
 }
 
 impl KeepsGoals for FarStarts {
-    const KEEPS_SYMMETRY: bool = true;
+    const KEEPS_SYMMETRIES: bool = true;
 }
 
 impl SnapshotWrapper for FarStarts {

@@ -39,7 +39,6 @@
 mod adam;
 mod algorithm;
 mod algorithm_settings;
-mod book;
 mod checkpoint;
 mod collecting;
 mod critic;
@@ -55,6 +54,7 @@ mod learner;
 mod network;
 mod normal;
 mod pass;
+mod presets;
 mod product;
 mod range;
 mod replay;

@@ -28,8 +28,8 @@ pub(super) struct Replay<E: LearnEnv> {
     pub(super) demonstrated: Demonstrated,
     /// The range of the rewards, in single precision as the buffer has them.
     reward_bounds: RangeInclusive<f32>,
-    /// By which some rows are mirrored, if any is.
-    symmetry: Option<Symmetry>,
+    /// By which some rows are mirrored, each batch by another one.
+    symmetries: Vec<Symmetry>,
     sampler: Sampler,
     settings: InputSettings,
     strictness: f64,
@@ -72,7 +72,7 @@ impl<E: LearnEnv> Replay<E> {
             demonstrated: Demonstrated::default(),
             reward_bounds: low as f32..=high as f32,
             inputs: Inputs::new(inputs, dims)?,
-            symmetry: symmetry(&template, replay)?,
+            symmetries: symmetries(&template, replay)?,
             template,
             buffer: HerBuffer::new(config)?,
             sampler,
@@ -107,7 +107,8 @@ impl<E: LearnEnv> Replay<E> {
         let seed = seed_for(self.seed, purpose, number);
         let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
-        let transforms = Transforms { symmetry: self.symmetry.as_ref(), ..Transforms::default() };
+        let symmetry = turn(&self.symmetries, number);
+        let transforms = Transforms { symmetry, ..Transforms::default() };
         let (reward, columns) = (self.reward(), ColumnsMut::default());
         sampler.sample_into(&self.buffer, &reward, seed, &mut batch, transforms, columns)?;
         let mut seen = Inputs::new(&self.settings, self.buffer.config().dims())?;
@@ -126,7 +127,7 @@ impl<E: LearnEnv> Replay<E> {
 
     /// Draws the batch of update `number`, counted from 0.
     pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
-        let Self { template, buffer, inputs, symmetry, strictness, .. } = self;
+        let Self { template, buffer, inputs, symmetries, strictness, .. } = self;
         let Self { batch, input, next_input, .. } = self;
         let sampler = self.sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, Purpose::Batches, number);
@@ -136,7 +137,7 @@ impl<E: LearnEnv> Replay<E> {
         let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
         let reward = Stricter { reward: template.goal_reward(), strictness: *strictness };
         let transforms =
-            Transforms { normalizers: inputs.normalizers(), symmetry: symmetry.as_ref() };
+            Transforms { normalizers: inputs.normalizers(), symmetry: turn(symmetries, number) };
         sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
         inputs.leave_out(input);
         inputs.leave_out(next_input);
@@ -183,20 +184,30 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
         .with_goal_noise((noise.share() != UnitInterval::ZERO).then_some(noise)))
 }
 
-/// Returns the symmetry by which transitions are mirrored; `None` if none is.
-fn symmetry<E: LearnEnv>(
+/// Returns the symmetries by which transitions are mirrored; none if none is.
+fn symmetries<E: LearnEnv>(
     template: &E,
     settings: &ReplaySettings,
-) -> Result<Option<Symmetry>, TrainError> {
+) -> Result<Vec<Symmetry>, TrainError> {
     if settings.mirrored == 0.0 {
-        return Ok(None);
+        return Ok(Vec::new());
     }
-    let symmetry = template.symmetry().ok_or_else(|| TrainError::Setting {
-        name: "mirrored",
-        value: settings.mirrored.to_string(),
-        expected: "choose 0, because the environment has no GoalEnv::symmetry, or give it one",
-    })?;
-    Ok(Some(symmetry))
+    let symmetries = template.symmetries();
+    if symmetries.is_empty() {
+        return Err(TrainError::Setting {
+            name: "mirrored",
+            value: settings.mirrored.to_string(),
+            expected: "choose 0, because the environment has no GoalEnv::symmetries, or give it \
+                 some",
+        });
+    }
+    Ok(symmetries)
+}
+
+/// Returns the symmetry of batch `number`, which takes its turn.
+fn turn(symmetries: &[Symmetry], number: u64) -> Option<&Symmetry> {
+    let count = symmetries.len() as u64;
+    symmetries.get(usize::try_from(number.checked_rem(count)?).ok()?)
 }
 
 /// Returns which still episodes are left out; `None` if none is.

@@ -1,6 +1,5 @@
-//! The settings of a training run, and the presets.
+//! The settings of a training run.
 
-use fetch_env::Task;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -74,131 +73,6 @@ impl Default for TrainSettings {
 }
 
 impl TrainSettings {
-    /// Returns the settings that this project found to learn soonest on a few cores.
-    ///
-    /// Source: own measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain exploration
-    /// for long horizon multi-goal reinforcement learning*, 2020). Nothing in them knows the task,
-    /// but two tasks have other numbers: Reach, whose episodes need no object, and Slide,
-    /// whose object moves on after the robot has left it.
-    #[must_use]
-    pub fn fast(task: Task) -> Self {
-        let mut ddpg = DdpgSettings::default();
-        let mut replay = ReplaySettings {
-            capacity: 1_000_000,
-            batch_size: 128,
-            future_k: 4.0,
-            past_desired: 0.0,
-            already_achieved: 0.2,
-            still_distance: 0.01,
-            still_kept: 0.1,
-            mirrored: 0.0,
-            goal_noise: 0.0,
-            goal_noise_share: 0.0,
-            strictness: 1.0,
-        };
-        let mut exploration = ExplorationSettings {
-            random_episodes: 300,
-            random_episode_share: 0.05,
-            random_action: 0.3,
-            held_actions: 1,
-            far_starts: 0.0,
-            quiet_episodes: 0.0,
-        };
-        let mut schedule = ScheduleSettings {
-            num_envs: 8,
-            steps_per_cycle: 50,
-            updates_per_cycle: 160,
-            evaluation_interval: Some(8_000),
-            evaluation_episodes: 100,
-            per_rank: false,
-        };
-        match task {
-            Task::Reach => {
-                ddpg.actor_learning_rate = 0.001;
-                ddpg.critic_learning_rate = 0.001;
-                ddpg.action_l2 = 0.5;
-                ddpg.average_fraction = 1.0;
-                replay.batch_size = 256;
-                exploration.random_episodes = 4;
-                exploration.random_episode_share = 0.25;
-                schedule.num_envs = 2;
-                schedule.updates_per_cycle = 20;
-                schedule.evaluation_interval = Some(200);
-            }
-            Task::Push | Task::PickAndPlace => {}
-            Task::Slide => {
-                ddpg.actor_learning_rate = 0.001;
-                ddpg.critic_learning_rate = 0.001;
-                ddpg.action_l2 = 0.01;
-                ddpg.gamma = 0.98;
-                ddpg.average_fraction = 0.0003;
-                ddpg.noise = 0.1;
-                replay.batch_size = 512;
-                replay.past_desired = 1.0;
-                exploration.random_action = 0.2;
-                schedule.evaluation_interval = Some(20_000);
-            }
-        }
-        Self {
-            algorithm: AlgorithmSettings::Ddpg(ddpg),
-            replay,
-            inputs: InputSettings {
-                relative_goal: true,
-                min_std: 0.01,
-                clip: 5.0,
-                left_out: Vec::new(),
-            },
-            exploration,
-            schedule,
-        }
-    }
-
-    /// Returns the settings of the authors, in one process.
-    ///
-    /// Source: `her/experiment/config.py` of openai/baselines, with two episodes and 40 updates a
-    /// cycle.
-    #[must_use]
-    pub fn authors() -> Self {
-        Self {
-            algorithm: AlgorithmSettings::Ddpg(DdpgSettings::authors()),
-            replay: ReplaySettings {
-                capacity: 1_000_000,
-                batch_size: 256,
-                future_k: 4.0,
-                past_desired: 0.0,
-                already_achieved: 1.0,
-                still_distance: 0.01,
-                still_kept: 1.0,
-                mirrored: 0.0,
-                goal_noise: 0.0,
-                goal_noise_share: 0.0,
-                strictness: 1.0,
-            },
-            inputs: InputSettings {
-                relative_goal: false,
-                min_std: 0.01,
-                clip: 5.0,
-                left_out: Vec::new(),
-            },
-            exploration: ExplorationSettings {
-                random_episodes: 0,
-                random_episode_share: 0.0,
-                random_action: 0.3,
-                held_actions: 1,
-                far_starts: 0.0,
-                quiet_episodes: 0.0,
-            },
-            schedule: ScheduleSettings {
-                num_envs: 2,
-                steps_per_cycle: 50,
-                updates_per_cycle: 40,
-                evaluation_interval: Some(8_000),
-                evaluation_episodes: 100,
-                per_rank: true,
-            },
-        }
-    }
-
     /// Returns the settings of one of `size` processes.
     pub(super) fn of_one(&self, size: usize) -> Result<Self, TrainError> {
         let mut own = self.clone();
@@ -314,8 +188,7 @@ settings! {
         /// The number of transitions that the buffer holds: 1,000,000, the authors'.
         pub capacity: usize => 1..=100_000_000,
         /// The number of transitions of a batch: 128, measured, because an update of 128 teaches as
-        /// much as one of 256; 256 for Reach, as the authors, and 512 for Slide, whose success rate
-        /// falls again with 128.
+        /// much as one of 256; 256 for Reach, as the authors, and for Slide.
         pub batch_size: usize => 1..=8_192,
         /// How many transitions get a goal achieved later in their episode, for each that keeps its
         /// own: 4, the authors'.
@@ -331,21 +204,22 @@ settings! {
         pub still_distance: f64 => 0.0..=1_000.0,
         /// The share kept of still episodes: 0.1, measured. The authors: 1.
         pub still_kept: f64 => 0.0..=1.0,
-        /// The share of the drawn transitions that are seen in a mirror, in an environment with a
-        /// [symmetry](fetch_env::GoalEnv::symmetry): 0, the authors'.
+        /// The share of the drawn transitions that are seen in a mirror, in an environment with
+        /// [symmetries](fetch_env::GoalEnv::symmetries), of which each batch has one: 0, the authors'.
         ///
-        /// Measured on Push, seeds 100 to 104: with 0.5, and with half of the relabeled goals moved
-        /// within 0.04 m, the success rate reaches 0.9 after 80,000 to 112,000 steps, without after
-        /// 112,000 to 168,000. On PickAndPlace it was not shown to help.
+        /// Measured on Push, seeds 100 to 102, with half of the relabeled goals moved within 0.04 m:
+        /// the success rate reaches 0.9 after 72,000 steps with 0.75 of Fetch's three symmetries, after
+        /// 80,000 to 96,000 with 0.5 of its left and right alone, without either after 120,000 to
+        /// 168,000. 0.5 for Slide, which has one symmetry.
         pub mirrored: f64 => 0.0..=1.0,
-        /// The farthest that noise moves a relabeled goal, in the unit of the goals: 0, the
-        /// authors'.
+        /// The farthest that noise moves a relabeled goal, in the unit of the goals: 0, the authors',
+        /// 0.04 m for Push and PickAndPlace, and 0.03 m for Slide.
         pub goal_noise: f64 => 0.0..=1_000.0,
-        /// The share of the relabeled goals that are moved: 0, the authors'.
+        /// The share of the relabeled goals that are moved: 0, the authors', and 0.5 with an object.
         pub goal_noise_share: f64 => 0.0..=1.0,
         /// How many times as far from the desired goal an achieved goal counts in training: 1, the
-        /// authors'. With 2, the learner is rewarded within 2.5 cm where an evaluation counts success
-        /// within 5 cm.
+        /// authors', and 1.43 for Slide, where the learner is then rewarded within 3.5 cm and an
+        /// evaluation counts success within 5 cm.
         pub strictness: f64 => 1.0..=1_000.0,
     }
 }
@@ -362,7 +236,8 @@ settings! {
         /// The bound to which normalized inputs are clipped: 5, the authors'.
         pub clip: f64 => 0.01..=1_000.0,
         /// The elements of an observation that the networks do not see, counted from 0: none, the
-        /// authors'. For one that does not exist, [`Trainer::new`](super::Trainer::new) returns an
+        /// authors', the positions of gripper and object for Push and PickAndPlace, and the object's
+        /// angles for Slide. For one that does not exist, [`Trainer::new`](super::Trainer::new) returns an
         /// error.
         pub left_out: Vec<usize>,
     }
@@ -381,13 +256,13 @@ settings! {
         /// Slide, as in MRL.
         pub random_action: f64 => 0.0..=1.0,
         /// The most steps for which a random action of a wholly random episode is held: 1, the
-        /// authors'. How many is drawn for each.
+        /// authors', and 9 with an object. How many is drawn for each.
         pub held_actions: u64 => 1..=1_000,
         /// The share of the episodes that begin far from their goal, at the farthest of four drawn
-        /// starts: 0, the authors'.
+        /// starts: 0, the authors', and 0.5 for Slide.
         pub far_starts: f64 => 0.0..=1.0,
         /// The share of the episodes in which all actions are the actor's, without noise: 0, the
-        /// authors'.
+        /// authors', and 0.5 for Slide.
         pub quiet_episodes: f64 => 0.0..=1.0,
     }
 }

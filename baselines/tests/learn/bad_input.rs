@@ -114,7 +114,7 @@ fn transitions_are_not_mirrored_in_an_environment_without_symmetry() {
     match train(0.5) {
         Err(TrainError::Setting { name: "mirrored", value, expected }) => {
             assert_eq!(value, "0.5");
-            assert!(expected.contains("GoalEnv::symmetry"), "{expected}");
+            assert!(expected.contains("GoalEnv::symmetries"), "{expected}");
         }
         other => panic!("{other:?}"),
     }

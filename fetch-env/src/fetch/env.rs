@@ -39,7 +39,7 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     pub(super) task: T,
     pub(super) simulator: S,
     /// `None` for a reward, a task or a model of the user's own, unless the user has set it.
-    pub(super) symmetry: Option<Symmetry>,
+    pub(super) symmetries: Vec<Symmetry>,
     action_space: BoxSpace<f32>,
     observation_space: Space,
     /// `None` until the first reset.
@@ -75,11 +75,11 @@ impl<S: Simulator> FetchEnv<S> {
             config,
             task,
             simulator,
-            symmetry: None,
+            symmetries: Vec::new(),
             random: None,
             goal: None,
         }
-        .with_own_symmetry())
+        .with_own_symmetries())
     }
 }
 
@@ -104,8 +104,8 @@ fn observation_space<S: Simulator>(
 impl<S, R, T> FetchEnv<S, R, T> {
     /// Sets the reward, also its success, termination and truncation, for which the
     /// configuration's [`DistanceReward`] then no longer counts. The environment has no
-    /// [symmetry](GoalEnv::symmetry) then, because the reward may prefer a side, until
-    /// [`with_symmetry`](Self::with_symmetry) sets it.
+    /// [symmetries](GoalEnv::symmetries) then, because the reward may prefer a side, until
+    /// [`with_symmetries`](Self::with_symmetries) sets them.
     ///
     /// ```
     /// use fetch_env::{Env, GoalEnvExt, GoalReward, make_kinematic};
@@ -137,7 +137,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             reward,
             task,
             simulator,
-            symmetry: None,
+            symmetries: Vec::new(),
             action_space,
             observation_space,
             random,
@@ -146,8 +146,8 @@ impl<S, R, T> FetchEnv<S, R, T> {
     }
 
     /// Sets the task: its goals, and what is observed beside the robot and the object. An episode
-    /// of the task before is given up, and so is its [symmetry](GoalEnv::symmetry), until
-    /// [`with_symmetry`](Self::with_symmetry) sets that of the task.
+    /// of the task before is given up, and so are its [symmetries](GoalEnv::symmetries), until
+    /// [`with_symmetries`](Self::with_symmetries) sets those of the task.
     ///
     /// # Errors
     /// [`MakeError::EmptyGoal`] if goals have no elements.
@@ -163,7 +163,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             reward,
             task,
             simulator,
-            symmetry: None,
+            symmetries: Vec::new(),
             action_space,
             observation_space,
             random,
@@ -350,8 +350,8 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> GoalEnv for FetchEnv<S, R, T>
         &self.reward
     }
 
-    fn symmetry(&self) -> Option<Symmetry> {
-        self.symmetry.clone()
+    fn symmetries(&self) -> Vec<Symmetry> {
+        self.symmetries.clone()
     }
 }
 

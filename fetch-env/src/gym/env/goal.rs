@@ -27,13 +27,14 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
     /// Returns the reward as a function of the goals, as a hindsight buffer needs it.
     fn goal_reward(&self) -> &Self::GoalReward;
 
-    /// Returns the symmetry of the task, from which a learner can make two experiences of each;
-    /// `None`, the default, if it has none.
+    /// Returns the symmetries of the task, from which a learner can make several experiences of
+    /// each; none by default.
     ///
-    /// It holds for the states, the actions and the reward, also where starts and goals are drawn
-    /// on one side. This allocates: call it once.
-    fn symmetry(&self) -> Option<Symmetry> {
-        None
+    /// They hold for the states, the actions and the reward, also where starts and goals are drawn
+    /// on one side. Where two mirrors together are a third, it is one of them. This allocates: call
+    /// it once.
+    fn symmetries(&self) -> Vec<Symmetry> {
+        Vec::new()
     }
 }
 

@@ -45,8 +45,8 @@ macro_rules! forward {
                 (**self).goal_reward()
             }
 
-            fn symmetry(&self) -> Option<Symmetry> {
-                (**self).symmetry()
+            fn symmetries(&self) -> Vec<Symmetry> {
+                (**self).symmetries()
             }
         }
 

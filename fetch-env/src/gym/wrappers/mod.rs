@@ -21,7 +21,7 @@
 //! `RecordVideo`, at the root of the crate. [`Wrapper`] shows how to write your own.
 //!
 //! [`TimeLimit`], [`RecordEpisodeStatistics`], [`TransformReward`] and `RecordVideo` keep the
-//! environment's [symmetry](crate::GoalEnv::symmetry).
+//! environment's [symmetries](crate::GoalEnv::symmetries).
 //!
 //! A [`Wrapped`] environment is an [`Env`](crate::Env) with the reset options of the inner one. It
 //! is a [`SnapshotEnv`](crate::SnapshotEnv) and a `RenderEnv` if that is, and can be wrapped again.

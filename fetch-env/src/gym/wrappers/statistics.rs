@@ -106,7 +106,7 @@ impl<E: Env> Wrapper<E> for RecordEpisodeStatistics {
 }
 
 impl KeepsGoals for RecordEpisodeStatistics {
-    const KEEPS_SYMMETRY: bool = true;
+    const KEEPS_SYMMETRIES: bool = true;
 }
 
 impl SnapshotWrapper for RecordEpisodeStatistics {

@@ -91,7 +91,7 @@ impl<E: Env> Wrapper<E> for TimeLimit {
 }
 
 impl KeepsGoals for TimeLimit {
-    const KEEPS_SYMMETRY: bool = true;
+    const KEEPS_SYMMETRIES: bool = true;
 }
 
 /// The state is the number of steps taken, and whether the episode is over.

@@ -147,8 +147,8 @@ where
     }
 
     /// Equal rewards stay equal.
-    fn symmetry(&self, env: &E) -> Option<Symmetry> {
-        env.symmetry()
+    fn symmetries(&self, env: &E) -> Vec<Symmetry> {
+        env.symmetries()
     }
 }
 

@@ -119,8 +119,8 @@ impl<E: GoalEnv, W: GoalWrapper<E>> GoalEnv for Wrapped<E, W> {
         self.wrapper.goal_reward(&self.env)
     }
 
-    fn symmetry(&self) -> Option<Symmetry> {
-        self.wrapper.symmetry(&self.env)
+    fn symmetries(&self) -> Vec<Symmetry> {
+        self.wrapper.symmetries(&self.env)
     }
 }
 

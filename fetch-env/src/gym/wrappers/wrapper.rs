@@ -191,10 +191,10 @@ pub trait GoalWrapper<E: GoalEnv>:
     /// Returns the reward as a function of the goals.
     fn goal_reward<'a>(&'a self, env: &'a E) -> &'a Self::GoalReward;
 
-    /// Returns the [symmetry](GoalEnv::symmetry) of the wrapped environment: none by default.
-    fn symmetry(&self, env: &E) -> Option<Symmetry> {
+    /// Returns the [symmetries](GoalEnv::symmetries) of the wrapped environment: none by default.
+    fn symmetries(&self, env: &E) -> Vec<Symmetry> {
         let _ = env;
-        None
+        Vec::new()
     }
 }
 
@@ -202,9 +202,9 @@ pub trait GoalWrapper<E: GoalEnv>:
 /// environment's own [`goal_reward`](GoalEnv::goal_reward) still holds: `impl KeepsGoals for Closed
 /// {}`, as the example of [`Wrapper`] does.
 pub trait KeepsGoals {
-    /// Whether the environment's [symmetry](GoalEnv::symmetry) holds, too, because the wrapper
+    /// Whether the environment's [symmetries](GoalEnv::symmetries) hold, too, because the wrapper
     /// changes neither what is observed nor what actions do: false by default.
-    const KEEPS_SYMMETRY: bool = false;
+    const KEEPS_SYMMETRIES: bool = false;
 }
 
 impl<E: GoalEnv, W> GoalWrapper<E> for W
@@ -217,8 +217,8 @@ where
         env.goal_reward()
     }
 
-    fn symmetry(&self, env: &E) -> Option<Symmetry> {
-        if W::KEEPS_SYMMETRY { env.symmetry() } else { None }
+    fn symmetries(&self, env: &E) -> Vec<Symmetry> {
+        if W::KEEPS_SYMMETRIES { env.symmetries() } else { Vec::new() }
     }
 }
 

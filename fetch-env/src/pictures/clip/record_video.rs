@@ -309,7 +309,7 @@ impl<E: RenderEnv> Wrapper<E> for RecordVideo {
 }
 
 impl KeepsGoals for RecordVideo {
-    const KEEPS_SYMMETRY: bool = true;
+    const KEEPS_SYMMETRIES: bool = true;
 }
 
 /// The state is the number of episodes, so that a restored run numbers its videos as before.
