@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use lexopt::{Arg::Long, Parser};
+use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::{ROOT, succeeds};
 
@@ -28,10 +28,13 @@ const TESTERS: [&str; 5] = [
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let mut with_sb3 = false;
+    let (mut with_sb3, mut their_tests) = (false, None);
     while let Some(argument) = arguments.next()? {
         match argument {
-            Long("sb3") => with_sb3 = true,
+            Long("sb3") if their_tests.is_none() => with_sb3 = true,
+            Long("their-tests") if !with_sb3 => {
+                their_tests = Some(PathBuf::from(arguments.value()?.string()?));
+            }
             other => return Err(other.unexpected().into()),
         }
     }
@@ -48,6 +51,12 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     let wheel = only_file(wheels.path())?;
     let pip = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
     ensure!(succeeds(Command::new(&python).args(pip).arg(&wheel))?, "pip cannot install the wheel");
+    if let Some(checkout) = their_tests {
+        say!("python: the tests in {}", checkout.display())?;
+        let mut command = Command::new(&python);
+        command.args(["-m", "pytest", "-p", "theirs", "--quiet", "--tb", "short", "-rxs"]);
+        return succeeds(command.env("PYTHONPATH", folder.join("tests")).current_dir(checkout));
+    }
     let checks: [&[&str]; 4] = [
         &["-m", "ruff", "format", "--check", "."],
         &["-m", "ruff", "check", "."],
