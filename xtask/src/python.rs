@@ -107,8 +107,6 @@ fn build(python: &Path, folder: &Path, wheels: &Path) -> anyhow::Result<()> {
     // The package brings the MuJoCo that its requirements name.
     build.env("PATH", path).env_remove("MUJOCO_DIR").env_remove("RUSTFLAGS");
     build.env("CARGO_TARGET_DIR", Path::new(ROOT).join("target/python"));
-    // Seconds instead of minutes, and nothing else than the size of the module changes.
-    build.env("CARGO_PROFILE_RELEASE_LTO", "off");
     ensure!(succeeds(&mut build)?, "the wheel cannot be built");
     Ok(())
 }
