@@ -29,15 +29,20 @@ BUNDLE = HERE / "python" / "fetch_env" / "_mujoco"
 DECODERS = ("libstl_decoder.so", "libobj_decoder.so")
 
 
+def package():
+    """Return the folder of the build requirement `mujoco`, or nothing if it is not installed."""
+    spec = find_spec("mujoco")
+    return None if spec is None or spec.origin is None else Path(spec.origin).parent
+
+
 def installation():
     """Return the folder of the MuJoCo to build with."""
     if chosen := os.environ.get("MUJOCO_DIR"):
         return Path(chosen)
-    spec = find_spec("mujoco")
-    if spec is None or spec.origin is None:
-        message = "install the build requirement mujoco, or set MUJOCO_DIR to an installation"
-        raise RuntimeError(message)
-    return Path(spec.origin).parent
+    if found := package():
+        return found
+    message = "install the build requirement mujoco, or set MUJOCO_DIR to an installation"
+    raise RuntimeError(message)
 
 
 def copy(source, target):
@@ -68,7 +73,8 @@ def bundle(mujoco):
         patch("--replace-needed", library.name, own_name, decoder)
         # The module has loaded the library by then: no path may lead to another copy.
         patch("--remove-rpath", decoder)
-    for terms in mujoco.parent.glob("mujoco-*.dist-info/licenses/*"):
+    # Installations for other processors have no copy of them.
+    for terms in (package() or mujoco).parent.glob("mujoco-*.dist-info/licenses/*"):
         shutil.copyfile(terms, BUNDLE / f"MUJOCO_{terms.name}")
 
 

@@ -111,9 +111,11 @@ const OWN: [commands::Command; 11] = [
     },
     commands::Command {
         name: "python",
-        usage: "[--sb3]
+        usage: "[--sb3 | --their-tests <FOLDER>]
 
-  --sb3  Test the parts for Stable-Baselines3 instead, which brings torch",
+  --sb3                   Test the parts for Stable-Baselines3 instead, which brings torch
+  --their-tests <FOLDER>  Run the tests of this checkout of Gymnasium 1.4.0 or gymnasium-robotics
+                          1.4.2 on these environments instead",
         run: python::run,
     },
     ci::TEST,

@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use lexopt::{Arg::Long, Parser};
+use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::{ROOT, succeeds};
 
@@ -28,10 +28,13 @@ const TESTERS: [&str; 5] = [
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let mut with_sb3 = false;
+    let (mut with_sb3, mut their_tests) = (false, None);
     while let Some(argument) = arguments.next()? {
         match argument {
-            Long("sb3") => with_sb3 = true,
+            Long("sb3") if their_tests.is_none() => with_sb3 = true,
+            Long("their-tests") if !with_sb3 => {
+                their_tests = Some(PathBuf::from(arguments.value()?.string()?));
+            }
             other => return Err(other.unexpected().into()),
         }
     }
@@ -48,6 +51,12 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     let wheel = only_file(wheels.path())?;
     let pip = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
     ensure!(succeeds(Command::new(&python).args(pip).arg(&wheel))?, "pip cannot install the wheel");
+    if let Some(checkout) = their_tests {
+        say!("python: the tests in {}", checkout.display())?;
+        let mut command = Command::new(&python);
+        command.args(["-m", "pytest", "-p", "theirs", "--quiet", "--tb", "short", "-rxs"]);
+        return succeeds(command.env("PYTHONPATH", folder.join("tests")).current_dir(checkout));
+    }
     let checks: [&[&str]; 4] = [
         &["-m", "ruff", "format", "--check", "."],
         &["-m", "ruff", "check", "."],
@@ -98,8 +107,6 @@ fn build(python: &Path, folder: &Path, wheels: &Path) -> anyhow::Result<()> {
     // The package brings the MuJoCo that its requirements name.
     build.env("PATH", path).env_remove("MUJOCO_DIR").env_remove("RUSTFLAGS");
     build.env("CARGO_TARGET_DIR", Path::new(ROOT).join("target/python"));
-    // Seconds instead of minutes, and nothing else than the size of the module changes.
-    build.env("CARGO_PROFILE_RELEASE_LTO", "off");
     ensure!(succeeds(&mut build)?, "the wheel cannot be built");
     Ok(())
 }

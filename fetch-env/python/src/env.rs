@@ -17,6 +17,7 @@ use crate::arrays::{self, Numbers};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
 use crate::pictures::Pictures;
+use crate::warnings::simulate;
 
 type Simulated = FetchEnv<MujocoSimulator>;
 /// Observation, reward, whether the task has ended or was cut off, and success.
@@ -35,7 +36,7 @@ impl Env {
     #[new]
     fn new(py: Python<'_>, config: &Config, width: u32, height: u32) -> Result<Self> {
         let config = config.config.clone();
-        let env = py.detach(|| FetchEnv::on_mujoco(config))?;
+        let env = simulate(py, || FetchEnv::on_mujoco(config))?;
         let render = RenderOptions::default().with_width(width).with_height(height);
         Ok(Self { env: Some(env), pictures: Pictures::new(render) })
     }
@@ -50,7 +51,7 @@ impl Env {
     ) -> Result<Bound<'py, PyDict>> {
         let env = self.env.as_mut().ok_or_else(Error::closed)?;
         let (seed, options) = (self::seed(seed)?, reset_options(options)?);
-        let reset = py.detach(|| env.reset_with(seed, &options))?;
+        let reset = simulate(py, || env.reset_with(seed, &options))?;
         Ok(arrays::observation(py, &reset.observation)?)
     }
 
@@ -64,10 +65,10 @@ impl Env {
         }
         let step: Step<FetchObservation, Info> = if action.are_single() {
             let action = action.to_single();
-            py.detach(|| env.step(&action))
+            simulate(py, || env.step(&action))
         } else {
             let action = action.to_double();
-            py.detach(|| env.step_f64(&action))
+            simulate(py, || env.step_f64(&action))
         }?;
         let Step { observation, reward, terminated, truncated, info } = step;
         let observation = arrays::observation(py, &observation)?;
@@ -92,9 +93,10 @@ impl Env {
     }
 
     /// Restores what `get_state` of an environment with equal settings has returned.
-    fn set_state(&mut self, state: &[u8]) -> Result<()> {
+    fn set_state(&mut self, py: Python<'_>, state: &[u8]) -> Result<()> {
         let env = self.env.as_mut().ok_or_else(Error::closed)?;
-        Ok(env.restore(&serde_json::from_slice(state)?)?)
+        let state = serde_json::from_slice(state)?;
+        simulate(py, || env.restore(&state))
     }
 
     /// The scene: the path of a file, or the name of the main file and the contents of all.

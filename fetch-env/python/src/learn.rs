@@ -11,6 +11,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::policy::Policy;
+use crate::warnings::simulate;
 
 /// A run of the learner.
 #[pyclass(module = "fetch_env._native")]
@@ -36,15 +37,17 @@ impl Trainer {
             "authors" => TrainSettings::authors(),
             json => serde_json::from_str(json)?,
         };
-        let run = py.detach(|| Run::new(|| Ok(make(env.clone())?), settings, seed, num_threads));
-        Ok(Self { run: Exclusive::new(run.map_err(Error::chain)?), env_id: config.env_id() })
+        let run = simulate(py, || {
+            Run::new(|| Ok(make(env.clone())?), settings, seed, num_threads).map_err(Error::chain)
+        })?;
+        Ok(Self { run: Exclusive::new(run), env_id: config.env_id() })
     }
 
     /// Takes the next cycle of a run of this many steps, and returns a row of the learning curve as
     /// JSON if an evaluation was due.
     fn cycle(&mut self, py: Python<'_>, num_steps: u64) -> Result<Option<String>> {
         let run = self.run();
-        let row = py.detach(|| run.run_cycle(num_steps)).map_err(Error::chain)?;
+        let row = simulate(py, || run.run_cycle(num_steps).map_err(Error::chain))?;
         Ok(row.map(|row| serde_json::to_string(&row)).transpose()?)
     }
 
@@ -85,7 +88,8 @@ pub(crate) fn evaluate(
     let num_envs = episodes.clamp(1, 16);
     let threads = VecConfig::default().with_num_threads(num_threads);
     let mut envs = make_vec(env, num_envs, threads)?;
-    let evaluation = py.detach(|| evaluate_vec(&mut envs, &mut policy, episodes, seed, |_| ()));
-    let summary = evaluation.and_then(|evaluation| evaluation.summary());
-    Ok(serde_json::to_string(&summary.map_err(Error::chain)?)?)
+    let evaluation = simulate(py, || {
+        evaluate_vec(&mut envs, &mut policy, episodes, seed, |_| ()).map_err(Error::chain)
+    })?;
+    Ok(serde_json::to_string(&evaluation.summary().map_err(Error::chain)?)?)
 }

@@ -12,11 +12,14 @@ mod model;
 mod pictures;
 mod policy;
 mod vec_env;
+mod warnings;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 mod _native {
+    use super::{Bound, PyModule, PyResult};
+
     #[pymodule_export]
     use crate::config::Config;
     #[pymodule_export]
@@ -33,8 +36,17 @@ mod _native {
     use crate::policy::Policy;
     #[pymodule_export]
     use crate::vec_env::VecEnv;
+    #[pymodule_export]
+    use crate::warnings::MujocoWarning;
 
     /// The version of gymnasium-robotics whose model it is.
     #[pymodule_export]
     const REFERENCE_VERSION: &str = "1.4.2";
+
+    #[pymodule_init]
+    #[expect(clippy::unnecessary_wraps, reason = "PyO3 asks for it")]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::warnings::collect();
+        Ok(())
+    }
 }

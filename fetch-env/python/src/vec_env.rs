@@ -16,6 +16,7 @@ use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::pictures::Pictures;
+use crate::warnings::simulate;
 
 type Envs = vec_env::VecEnv<MujocoEnv>;
 type Flags<'py> = Bound<'py, PyArray1<bool>>;
@@ -63,7 +64,7 @@ impl VecEnv {
         let vec_config =
             VecConfig::default().with_num_threads(num_threads).with_autoreset(autoreset);
         let config = config.config.clone();
-        let envs = py.detach(|| make_vec(config, num_envs, vec_config))?;
+        let envs = simulate(py, || make_vec(config, num_envs, vec_config))?;
         let render = RenderOptions::default().with_width(width).with_height(height);
         Ok(Self { envs: Exclusive::new(Some(envs)), pictures: Pictures::new(render) })
     }
@@ -88,12 +89,11 @@ impl VecEnv {
         };
         let seeds = seeds.map(read).transpose()?;
         let options = vec![reset_options(options)?; envs.num_envs()];
-        py.detach(|| {
+        simulate(py, || {
             let (seeds, mask) = (seeds.as_deref(), mask.as_deref());
-            envs.reset_with(&VecReset { seeds, mask, options: Some(&options) }).map(drop)
+            check(envs.reset_with(&VecReset { seeds, mask, options: Some(&options) })?)
         })?;
-        check(envs.last_step())?;
-        observations(py, envs.last_step())
+        Ok(observations(py, envs.last_step())?)
     }
 
     /// Takes an action, a row of `actions`, in each environment.
@@ -104,8 +104,8 @@ impl VecEnv {
     ) -> Result<StepTuple<'py>> {
         let envs = self.envs()?;
         let actions = read_actions(envs, actions)?;
-        py.detach(|| envs.step(&actions).map(drop))?;
-        results(py, envs.last_step())
+        simulate(py, || check(envs.step(&actions)?))?;
+        Ok(results(py, envs.last_step())?)
     }
 
     /// Starts a step.
@@ -126,8 +126,8 @@ impl VecEnv {
         if envs.in_flight() == 0 {
             return Err(Error::runtime("no step is under way: call step_async() first"));
         }
-        py.detach(|| envs.recv_all().map(drop))?;
-        results(py, envs.last_step())
+        simulate(py, || check(envs.recv_all()?))?;
+        Ok(results(py, envs.last_step())?)
     }
 
     /// The last observation of the episode that the last step has ended in this environment.
@@ -174,9 +174,10 @@ impl VecEnv {
     }
 
     /// Restores what `get_state` of as many environments with equal settings has returned.
-    fn set_state(&mut self, state: &[u8]) -> Result<()> {
+    fn set_state(&mut self, py: Python<'_>, state: &[u8]) -> Result<()> {
         let state: Vec<_> = serde_json::from_slice(state)?;
-        Ok(self.envs()?.restore(&state)?)
+        let envs = self.envs()?;
+        simulate(py, || envs.restore(&state))
     }
 
     /// The colors of an environment's state, height x width x 3, the top row first.
@@ -261,8 +262,7 @@ fn check(step: &Steps) -> Result<()> {
     }
 }
 
-fn results<'py>(py: Python<'py>, step: &Steps) -> Result<StepTuple<'py>> {
-    check(step)?;
+fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
     let success = step.success().map(|success| f32::from(u8::from(success)));
     Ok((
         observations(py, step)?,
@@ -276,7 +276,7 @@ fn results<'py>(py: Python<'py>, step: &Steps) -> Result<StepTuple<'py>> {
 }
 
 /// Returns observations as a dictionary of new arrays, a row for each environment.
-fn observations<'py>(py: Python<'py>, step: &Steps) -> Result<Bound<'py, PyDict>> {
+fn observations<'py>(py: Python<'py>, step: &Steps) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for (key, numbers) in [
         (intern!(py, "achieved_goal"), step.achieved_goal()),

@@ -20,7 +20,7 @@ from pathlib import Path
 from gymnasium.envs.registration import register
 
 from . import _native
-from ._native import MujocoError, SimulationError
+from ._native import MujocoError, MujocoWarning, SimulationError
 from .env import FetchEnv
 from .her import HerBuffer
 from .learn import Training, evaluate, train
@@ -35,6 +35,7 @@ __all__ = [
     "FetchVectorEnv",
     "HerBuffer",
     "MujocoError",
+    "MujocoWarning",
     "Policy",
     "Settings",
     "SimulationError",

@@ -9,12 +9,13 @@ import numpy as np
 from gymnasium.utils import seeding
 
 from . import _native, simulation, spaces
-from .rewards import GoalRewards
+from .made import RENDER_MODES, MadeFromSettings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from typing_extensions import Unpack
 
+    from ._native import Env
     from .settings import Settings
 
 #: ``observation`` (10 numbers in Reach, 25 elsewhere), ``achieved_goal`` and ``desired_goal``
@@ -23,15 +24,6 @@ Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
 
 #: The info's value, as the reference has it.
 IS_SUCCESS = (np.float32(0.0), np.float32(1.0))
-
-RENDER_MODES = ("rgb_array", "depth_array")
-
-
-def check_render_mode(render_mode: str | None) -> None:
-    """Refuse a mode that there is not."""
-    if render_mode not in (None, *RENDER_MODES):
-        message = f"there is no render mode {render_mode!r}: the modes are {RENDER_MODES}"
-        raise ValueError(message)
 
 
 def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
@@ -42,7 +34,7 @@ def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
     return np.random.Generator(np.random.PCG64(seed).advance(draws))
 
 
-class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
+class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]"]):
     """A Fetch environment, as gymnasium-robotics 1.4.2 has it.
 
     An action is ``[dx, dy, dz, fingers]``, each from -1 to 1 and clipped: the first three move the
@@ -77,6 +69,8 @@ class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
         "render_fps": 25,
     }
 
+    _native: Env
+
     def __init__(
         self,
         env_id: str,
@@ -87,12 +81,7 @@ class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
         **settings: Unpack[Settings],
     ) -> None:
         """Create the environment; see the class."""
-        check_render_mode(render_mode)
-        self.render_mode = render_mode
-        self._env_id = env_id
-        self._settings = settings
-        self._size = (width, height)
-        self._make()
+        self._make_from(env_id, settings, render_mode, (width, height))
         self.action_space = spaces.action_space()  # type: ignore[assignment]
         self.observation_space = spaces.observation_space(self._config)  # type: ignore[assignment]
 
@@ -140,10 +129,8 @@ class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
             Colors (height, width, 3) of ``uint8``, or distances from the camera (height, width) in
             meters of ``float32``, the top row first; ``None`` without a ``render_mode``.
         """
-        if self.render_mode == "rgb_array":
-            return self._native.render_rgb()
-        if self.render_mode == "depth_array":
-            return self._native.render_depth()
+        if self.render_mode is not None:
+            return self._draw()
         gymnasium.logger.warn(
             "render() needs a mode: make the environment with render_mode='rgb_array'"
         )
@@ -228,17 +215,3 @@ class FetchEnv(GoalRewards, gymnasium.Env[Observation, "NDArray[np.float32]"]):
         """The seed of the random numbers; ``None`` before the first reset."""
         random = self._native.random()
         return None if random is None else random[0]
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return what pickling and copying keep: everything but the renderer."""
-        state = self.__dict__.copy()
-        del state["_config"], state["_model"]
-        state["_native"] = self._native.get_state()
-        return state
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environment anew, in the state that it had."""
-        native = state.pop("_native")
-        self.__dict__.update(state)
-        self._make()
-        self._native.set_state(native)

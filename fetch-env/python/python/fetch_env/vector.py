@@ -10,8 +10,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from . import _native, spaces
-from .env import FetchEnv, Observation, check_render_mode, generator
-from .rewards import GoalRewards
+from .env import FetchEnv, Observation, generator
+from .made import MadeFromSettings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from typing_extensions import Unpack
 
+    from ._native import Steps, VecEnv
     from .settings import Settings
 
     Result: TypeAlias = tuple[
@@ -30,7 +31,9 @@ if TYPE_CHECKING:
     ]
 
 
-class FetchVectorEnv(GoalRewards, VectorEnv[Observation, "NDArray[np.float32]", "NDArray[Any]"]):
+class FetchVectorEnv(
+    MadeFromSettings, VectorEnv[Observation, "NDArray[np.float32]", "NDArray[Any]"]
+):
     """Fetch environments that are stepped together, on several threads.
 
     Seeds, infos and autoreset are those of ``gymnasium.vector.SyncVectorEnv``, and the results
@@ -57,6 +60,8 @@ class FetchVectorEnv(GoalRewards, VectorEnv[Observation, "NDArray[np.float32]", 
             and the next step resets the one that failed.
     """
 
+    _native: VecEnv
+
     def __init__(  # noqa: PLR0913
         self,
         env_id: str,
@@ -71,16 +76,11 @@ class FetchVectorEnv(GoalRewards, VectorEnv[Observation, "NDArray[np.float32]", 
         **settings: Unpack[Settings],
     ) -> None:
         """Create the environments; see the class."""
-        check_render_mode(render_mode)
-        self.render_mode = render_mode
         self.num_envs = num_envs
         self.metadata = {**FetchEnv.metadata, "autoreset_mode": AutoresetMode(autoreset_mode)}
-        self._env_id = env_id
         self._num_threads = num_threads
         self._max_episode_steps = max_episode_steps
-        self._settings = settings
-        self._size = (width, height)
-        self._make()
+        self._make_from(env_id, settings, render_mode, (width, height))
         self.single_action_space = spaces.action_space()
         self.single_observation_space = spaces.observation_space(self._config)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -158,7 +158,7 @@ class FetchVectorEnv(GoalRewards, VectorEnv[Observation, "NDArray[np.float32]", 
         """Wait for the step that was started, and return its results as :meth:`step` does."""
         return self._result(self._native.step_wait())
 
-    def _result(self, steps: _native.Steps) -> Result:
+    def _result(self, steps: Steps) -> Result:
         observations, rewards, terminated, truncated, success, stepped, started = steps
         infos: dict[str, Any] = {}
         ended = stepped & started
@@ -177,12 +177,7 @@ class FetchVectorEnv(GoalRewards, VectorEnv[Observation, "NDArray[np.float32]", 
         """Draw the state of each environment, as :meth:`fetch_env.FetchEnv.render` does."""
         if self.render_mode is None:
             return None
-        draw = (
-            self._native.render_rgb
-            if self.render_mode == "rgb_array"
-            else self._native.render_depth
-        )
-        return tuple(draw(env_index) for env_index in range(self.num_envs))
+        return tuple(self._draw(env_index) for env_index in range(self.num_envs))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Call a method of each environment, or get an attribute of each.
@@ -237,20 +232,6 @@ class FetchVectorEnv(GoalRewards, VectorEnv[Observation, "NDArray[np.float32]", 
         """The seed of each environment's random numbers; ``None`` before the first reset."""
         randoms = [self._native.random(env_index) for env_index in range(self.num_envs)]
         return tuple(None if random is None else random[0] for random in randoms)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return what pickling and copying keep: everything but the renderer and the threads."""
-        state = self.__dict__.copy()
-        del state["_config"]
-        state["_native"] = self._native.get_state()
-        return state
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environments anew, in the state that they had."""
-        native = state.pop("_native")
-        self.__dict__.update(state)
-        self._make()
-        self._native.set_state(native)
 
 
 def _successes(success: NDArray[np.float32], mask: NDArray[np.bool_]) -> dict[str, Any]:

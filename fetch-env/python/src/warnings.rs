@@ -1,0 +1,95 @@
+//! MuJoCo's warnings as Python's.
+
+use std::ffi::CString;
+
+use crossbeam_queue::SegQueue;
+use pyo3::{create_exception, exceptions::PyUserWarning, prelude::*};
+use tracing::{
+    Event, Metadata, Subscriber,
+    field::{Field, Visit},
+    span::{Attributes, Id, Record},
+    subscriber::set_global_default,
+};
+
+use crate::error::{Error, Result};
+
+create_exception!(
+    fetch_env,
+    MujocoWarning,
+    PyUserWarning,
+    "MuJoCo warns of a model or a simulation."
+);
+
+/// Warnings of all threads that Python has not yet been told of.
+static PENDING: SegQueue<String> = SegQueue::new();
+/// Most that wait; later ones are dropped.
+const MOST_PENDING: usize = 64;
+
+/// Calls what simulates, without the interpreter, and passes on what MuJoCo warns of. An error of
+/// the call comes first, and then a warning that Python's filters make an error.
+pub(crate) fn simulate<T, E>(
+    py: Python<'_>,
+    call: impl FnOnce() -> Result<T, E> + Send,
+) -> Result<T>
+where
+    T: Send,
+    E: Into<Error> + Send,
+{
+    let result = py.detach(call);
+    let warned = pass_on(py);
+    let value = result.map_err(Into::into)?;
+    warned?;
+    Ok(value)
+}
+
+fn pass_on(py: Python<'_>) -> Result<()> {
+    let mut passed_on = Ok(());
+    while let Some(text) = PENDING.pop() {
+        let text = CString::new(text).map_err(Error::value)?;
+        // Level 1 is the package's own line.
+        let warned = PyErr::warn(py, &py.get_type::<MujocoWarning>(), &text, 2);
+        passed_on = passed_on.and(warned);
+    }
+    Ok(passed_on?)
+}
+
+/// Collects the warnings from now on. Of several interpreters that load this module, the first does.
+pub(crate) fn collect() {
+    let _ = set_global_default(Collector);
+}
+
+struct Collector;
+
+impl Subscriber for Collector {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        metadata.target() == "mujoco"
+    }
+
+    fn event(&self, event: &Event<'_>) {
+        if PENDING.len() < MOST_PENDING {
+            let mut message = Message(String::new());
+            event.record(&mut message);
+            PENDING.push(message.0);
+        }
+    }
+
+    // There are no spans.
+    fn new_span(&self, _: &Attributes<'_>) -> Id {
+        Id::from_u64(1)
+    }
+    fn record(&self, _: &Id, _: &Record<'_>) {}
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+    fn enter(&self, _: &Id) {}
+    fn exit(&self, _: &Id) {}
+}
+
+/// The text of an event.
+struct Message(String);
+
+impl Visit for Message {
+    fn record_debug(&mut self, field: &Field, value: &dyn std::fmt::Debug) {
+        if field.name() == "message" {
+            self.0 = format!("{value:?}");
+        }
+    }
+}
