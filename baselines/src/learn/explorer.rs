@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::algorithm::Algorithm;
 use super::inputs::Inputs;
-use super::normal::standard_normal;
 use super::settings::ExplorationSettings;
+use crate::normal::standard_normal;
 use crate::policy::VecPolicy;
 
 /// What the next decisions of an [`Explorer`] depend on, besides its seed and its actor.

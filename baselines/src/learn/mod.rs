@@ -52,7 +52,6 @@ mod explorer;
 mod inputs;
 mod learner;
 mod network;
-mod normal;
 mod pass;
 mod product;
 mod range;

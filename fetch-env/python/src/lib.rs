@@ -3,6 +3,7 @@
 
 mod arrays;
 mod config;
+mod datasets;
 mod env;
 mod error;
 mod exclusive;
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::config::Config;
+    #[pymodule_export]
+    use crate::datasets::write_dataset;
     #[pymodule_export]
     use crate::env::Env;
     #[pymodule_export]
