@@ -5,6 +5,9 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use baselines::datasets::EpisodeRecord;
+use baselines::{buffer_config, collect};
+use fetch_env::{FetchObservation, GoalEnv, make};
+use her_relabel::{GoalColumns, HerBuffer};
 use npyz::{Deserialize, NpyFile};
 use zip::ZipArchive;
 
@@ -69,5 +72,37 @@ fn what_was_written_reads_back_with_the_same_bits() -> Result {
         let (_, seeds) = array::<u64>(&path, "seeds")?;
         assert_eq!(seeds, part.iter().map(|record| record.seed).collect::<Vec<_>>());
     }
+    Ok(())
+}
+
+#[test]
+fn the_buffer_imports_what_it_would_have_collected() -> Result {
+    let folder = tempfile::tempdir()?;
+    let records = records(13)?;
+    write(folder.path(), &records)?;
+    let mut env = make("FetchPush-v4")?;
+    let path = folder.path().join("ogbench/fetch-push-mixed-v0/fetch-push-mixed-v0.npz");
+    let goals = GoalColumns {
+        array: "achieved_goals",
+        width: 3,
+        columns: 0..3,
+        desired: Some("desired_goals"),
+    };
+    let mut imported = HerBuffer::<f64>::new(buffer_config(1000, &env)?)?;
+    assert_eq!(imported.import_ogbench(&path, &goals, env.goal_reward())?, 11);
+    let mut collected = HerBuffer::<f64>::new(buffer_config(1000, &env)?)?;
+    for record in records.iter().filter(|record| record.seed % 10 != 1) {
+        let mut actions = record.actions.chunks(4);
+        let mut replay = |_: &FetchObservation, action: &mut [f32]| {
+            action.copy_from_slice(actions.next().unwrap_or(&[f32::NAN; 4]));
+        };
+        collect(&mut env, &mut replay, 1, record.seed, &mut collected, 0, |_| ())?;
+    }
+    let archive = |buffer: &HerBuffer<f64>| -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        buffer.write_npz(&mut bytes)?;
+        Ok(bytes)
+    };
+    assert!(archive(&imported)? == archive(&collected)?);
     Ok(())
 }

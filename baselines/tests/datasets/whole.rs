@@ -92,11 +92,11 @@ fn a_crash_while_writing_leaves_whole_sets() -> Result {
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .spawn()?;
-        // It is at work once the first folder is there.
-        while names(folder.path())?.is_empty() {
+        // When the second folder is there, the first one is done.
+        while names(folder.path())?.len() <= wait % 2 {
             assert!(child.try_wait()?.is_none(), "it writes until it is killed");
         }
-        thread::sleep(Duration::from_millis(wait * 2));
+        thread::sleep(Duration::from_millis(wait as u64 * 5));
         child.kill()?;
         child.wait()?;
         for set in names(folder.path())? {

@@ -20,9 +20,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("datasets")
     for env_id in ("FetchPush-v4", "FetchReachDense-v4"):
         for data_format in ("minari", "ogbench"):
-            fetch_env.write_dataset(
-                env_id, "mixed", folder, data_format, episodes=EPISODES, seed=5
-            )
+            fetch_env.write_dataset(env_id, "mixed", folder, data_format, episodes=EPISODES, seed=5)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MINARI_DATASETS_PATH", str(folder))
         yield folder

@@ -165,7 +165,7 @@ class Trainer:
     def policy(self) -> Policy: ...
 
 def evaluate(config: Config, policy: Policy, episodes: int, seed: int, num_threads: int) -> str: ...
-def write_dataset(  # noqa: PLR0913
+def write_dataset(
     config: Config,
     set: str,  # noqa: A002
     format: str,  # noqa: A002
