@@ -15,6 +15,7 @@
 //! | know how much of a task can be solved | a [`Planner`], which knows the simulator |
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
 //! | fill a replay buffer | [`collect`], or a [`Collector`] of many environments |
+//! | write a data set for Minari or OGBench | a `datasets::DatasetWriter` |
 //! | train a policy | `learn::Trainer` |
 //! | train with your own algorithm | `learn::Algorithm` |
 //! | share a run between processes | [`workers`] |
@@ -22,6 +23,7 @@
 //! # Features
 //! - `mujoco`, `render` (default): the environments on MuJoCo, and their pictures.
 //! - `learn`: the module `learn`.
+//! - `minari`, `ogbench`: the module `datasets`, with a writer of each format.
 //! - `page`: the module `page`.
 //! - `mpi`: `workers::MpiWorkers`, the processes that `mpirun` starts.
 #![forbid(unsafe_code)]
@@ -30,12 +32,18 @@
 #[macro_use]
 mod debug;
 
+#[cfg(any(feature = "learn", feature = "ogbench"))]
+mod archive;
 mod collect;
 mod collector;
+#[cfg(feature = "datasets")]
+pub mod datasets;
 mod evaluate;
 #[cfg(feature = "learn")]
 pub mod learn;
 mod lengths;
+#[cfg(any(feature = "datasets", feature = "learn"))]
+mod normal;
 #[cfg(feature = "page")]
 pub mod page;
 mod planned;

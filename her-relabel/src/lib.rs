@@ -39,7 +39,8 @@
 //! | show a network that acts the same | [`Normalizers::write_input`] with [`StateRows`] |
 //!
 //! # Features
-//! - `npz`: writes episodes to archives of numpy arrays, and reads them. Off by default.
+//! - `npz`: writes episodes to archives of numpy arrays, and reads them and those of OGBench. Off by
+//!   default.
 //!
 //! # Example
 //! ```
@@ -109,7 +110,7 @@ pub use add::check::AddError;
 pub use add::record::{Recorded, RefusedRow};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
 #[cfg(feature = "npz")]
-pub use npz::array::NpzError;
+pub use npz::{array::NpzError, ogbench::GoalColumns};
 pub use sample::acting::{InputError, StateRows};
 pub use sample::batch::{Batch, Columns, ColumnsMut};
 pub use sample::draws::RandomSource;

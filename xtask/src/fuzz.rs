@@ -15,9 +15,10 @@ struct Target {
     of: &'static str,
 }
 
-const TARGETS: [Target; 7] = [
+const TARGETS: [Target; 8] = [
     Target { name: "load", of: "her-relabel" },
     Target { name: "npz", of: "her-relabel" },
+    Target { name: "ogbench", of: "her-relabel" },
     Target { name: "operations", of: "her-relabel" },
     Target { name: "values", of: "fetch-env" },
     Target { name: "calls", of: "fetch-env" },

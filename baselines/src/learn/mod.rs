@@ -52,7 +52,6 @@ mod far_starts;
 mod inputs;
 mod learner;
 mod network;
-mod normal;
 mod pass;
 mod presets;
 mod product;

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::normal::standard_normal;
+use crate::normal::standard_normal;
 use crate::tanh::tanh;
 
 /// Half the logarithm of tau, a term of the normal distribution's density.

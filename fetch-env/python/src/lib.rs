@@ -3,6 +3,7 @@
 
 mod arrays;
 mod config;
+mod datasets;
 mod env;
 mod error;
 mod exclusive;
@@ -22,6 +23,8 @@ mod _native {
 
     #[pymodule_export]
     use crate::config::Config;
+    #[pymodule_export]
+    use crate::datasets::write_dataset;
     #[pymodule_export]
     use crate::env::Env;
     #[pymodule_export]

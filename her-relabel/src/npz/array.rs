@@ -1,6 +1,7 @@
 //! The arrays of an archive of episodes, reading them row by row, and the error of importing them.
 
 use std::io::{self, BufReader, Read};
+use std::ops::Range;
 
 use flate2::bufread::DeflateDecoder;
 use rawzip::{CompressionMethod, ZipSliceArchive};
@@ -235,6 +236,27 @@ pub enum NpzError {
         found: u64,
         /// The number of rewards.
         expected: u64,
+    },
+    /// The goals of an archive of OGBench cannot be in these columns.
+    #[error(
+        "columns {columns:?} of {width} are no goals of {goal} elements: name as many columns as a \
+         goal of the buffer has, among those of the array"
+    )]
+    Columns {
+        /// The columns.
+        columns: Range<usize>,
+        /// The number of columns of the array.
+        width: usize,
+        /// The number of elements of a goal.
+        goal: usize,
+    },
+    /// The last trajectory of an archive of OGBench has no end.
+    #[error(
+        "the trajectory that begins in row {row} does not end: set `terminals` in its last row"
+    )]
+    Unended {
+        /// The row of its first state, from 0.
+        row: u64,
     },
     /// An episode cannot be added.
     #[error("episode {episode} cannot be added: {source}")]

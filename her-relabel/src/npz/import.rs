@@ -35,12 +35,20 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`NpzError`]; then no episode has been added.
     pub fn import_npz_bytes(&mut self, bytes: &[u8]) -> Result<u64, NpzError> {
+        self.import_staged(|staged| read(staged, bytes))
+    }
+
+    /// Adds the episodes that `read` adds to another buffer, or none if it fails.
+    pub(super) fn import_staged(
+        &mut self,
+        read: impl FnOnce(&mut Self) -> Result<u64, NpzError>,
+    ) -> Result<u64, NpzError> {
         let config = self.config.clone().with_num_envs(1).with_priorities(None);
         // The buffer itself decides what it keeps.
         let config = config.with_still_episodes(None);
         // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
-        let count = read(&mut staged, bytes)?;
+        let count = read(&mut staged)?;
         let mut rows = Vec::new();
         for episode in staged.storage.episodes.iter() {
             staged.storage.copy_episode(&episode, self.config.capacity(), &mut rows);

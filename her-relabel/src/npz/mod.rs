@@ -4,6 +4,7 @@ pub(crate) mod array;
 pub(crate) mod export;
 mod header;
 pub(crate) mod import;
+pub(crate) mod ogbench;
 
 use std::io;
 

@@ -41,7 +41,7 @@ fn array(version: u8, header: &str, data: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY", &[version, 0][..], len, header.as_bytes(), data].concat()
 }
 
-fn plain(dtype: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn plain(dtype: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': ({shape}), }}\n");
     array(1, &header, data)
 }

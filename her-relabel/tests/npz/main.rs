@@ -6,3 +6,4 @@ mod arrays;
 mod common;
 mod episodes;
 mod files;
+mod ogbench;

@@ -1,15 +1,23 @@
 //! `collect`: runs a policy and saves its episodes, as data for learning without an environment.
 
-use std::{io::Cursor, num::NonZeroUsize, path::PathBuf};
+use std::{
+    ffi::OsStr,
+    io::Cursor,
+    num::NonZeroUsize,
+    path::{Path, PathBuf},
+};
 
 use baselines::{
-    Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect, gather_episodes,
+    Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
+    datasets::{About, EpisodeRecord},
+    gather_episodes,
     workers::{Workers, share},
 };
 use fetch_env::{Env, EnvId, make};
 use her_relabel::HerBuffer;
 use serde_json::json;
 
+use crate::datasets::format::Format;
 use crate::shared::{
     choice::{ModelChoice, flag_name, policy_of},
     json::{Metric, write_results},
@@ -38,6 +46,9 @@ pub struct Args {
     /// name)
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Write a data set instead, of `fetch/TASK/POLICY-v0`, into the folder that --out names
+    #[arg(long, value_enum, requires = "out", conflicts_with = "mpi")]
+    format: Option<Format>,
     /// Also write the results as JSON
     #[arg(long)]
     json: Option<PathBuf>,
@@ -54,6 +65,9 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         ("--seed", args.seed.to_string()),
         ("--model", flag_name(args.model)),
     ];
+    if let (Some(format), Some(out)) = (args.format, &args.out) {
+        return collect_dataset(args, format, out);
+    }
     share_run(&args.ranks, &facts, |workers| collect_shared(args, &mut *workers()))
 }
 
@@ -70,10 +84,8 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
     let mut evaluation = Evaluation { episodes: Vec::new() };
     for episode in own {
         let seed = args.seed.wrapping_add(episode as u64);
-        // The actions of an episode depend on its seed alone.
         let mut random = RandomPolicy::new(env.action_space(), seed);
-        let policy: &mut dyn Policy =
-            if args.policy == "random" { &mut random } else { &mut *policy };
+        let policy = acting(&args.policy, &mut random, &mut *policy);
         let one = collect(&mut env, policy, 1, seed, &mut buffer, 0, |_| bar.inc(1))?;
         evaluation.episodes.extend(one.episodes);
     }
@@ -89,21 +101,61 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
     for archive in archives {
         buffer.import_npz_bytes(&archive)?;
     }
-    report(args, &buffer, &evaluation)
-}
-
-fn report(args: &Args, buffer: &HerBuffer<f64>, evaluation: &Evaluation) -> anyhow::Result<bool> {
-    let Args { env_id, policy, out, .. } = args;
-    if let Some(out) = out {
+    if let Some(out) = &args.out {
         let is_archive = out.extension().is_some_and(|extension| extension == "npz");
         if is_archive { buffer.export_npz(out)? } else { buffer.save(out)? }
     }
+    report(args, &evaluation)
+}
+
+/// Writes the episodes as a data set, one after the other.
+fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bool> {
+    let Args { env_id, policy: name, episodes, seed, model, .. } = args;
+    let mut env = make(env_id.config().with_model(model.source()))?;
+    let mut policy = policy_of(name, &env, *seed)?;
+    let stem = Path::new(name).file_stem().and_then(OsStr::to_str).unwrap_or_default();
+    let command = format!(
+        "cargo xtask collect --env-id {env_id} --policy {name} --episodes {episodes} --seed {seed} \
+         --model {} --format {} --out DIR",
+        flag_name(*model),
+        flag_name(format)
+    );
+    let about = About::new(&About::name_of(*env_id, stem), &env, name, command)?;
+    let mut writer = format.create(out, about)?;
+    let bar = progress::bar(episodes.get(), "episodes");
+    let mut record = EpisodeRecord::default();
+    let mut evaluation = Evaluation { episodes: Vec::new() };
+    for seed in (0..episodes.get() as u64).map(|episode| seed.wrapping_add(episode)) {
+        let mut random = RandomPolicy::new(env.action_space(), seed);
+        let policy = acting(name, &mut random, &mut *policy);
+        evaluation.episodes.push(record.record(&mut env, policy, seed)?);
+        writer.write(&record)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    writer.finish()?;
+    report(args, &evaluation)
+}
+
+/// Returns what acts in an episode: its actions depend on the episode's seed alone.
+fn acting<'a>(
+    name: &str,
+    random: &'a mut RandomPolicy,
+    policy: &'a mut dyn Policy,
+) -> &'a mut dyn Policy {
+    if name == "random" { random } else { policy }
+}
+
+fn report(args: &Args, evaluation: &Evaluation) -> anyhow::Result<bool> {
+    let Args { env_id, policy, out, .. } = args;
+    let episodes = evaluation.episodes.len();
+    let transitions = evaluation.episodes.iter().map(|episode| episode.episode_length).sum();
     let summary = evaluation.summary()?;
     let Estimate { value, low, high } = summary.success_rate;
     let name = |figure: &str| format!("collect/{env_id}/{figure}");
     let figures = [
-        (name("episodes"), Metric::count(buffer.num_episodes())),
-        (name("transitions"), Metric::count(buffer.len())),
+        (name("episodes"), Metric::count(episodes)),
+        (name("transitions"), Metric::count(transitions)),
         (name("success_rate"), Metric::new(value, "1")),
         (name("episode_return_mean"), Metric::new(summary.episode_return_mean.value, "1")),
     ];
@@ -117,9 +169,8 @@ fn report(args: &Args, buffer: &HerBuffer<f64>, evaluation: &Evaluation) -> anyh
     write_results(args.json.as_ref(), settings, figures)?;
     let saved = out.as_ref().map_or_else(String::new, |out| format!("; wrote {}", out.display()));
     say!(
-        "collect: {env_id}, {policy}: {} episodes, success rate {value:.2} ({low:.2} to \
-         {high:.2}){saved}",
-        buffer.num_episodes()
+        "collect: {env_id}, {policy}: {episodes} episodes, success rate {value:.2} ({low:.2} to \
+         {high:.2}){saved}"
     )?;
     Ok(true)
 }

@@ -11,6 +11,7 @@ extern crate commands;
 
 mod bench;
 mod collect;
+mod datasets;
 mod figures;
 mod learning_curves;
 mod parity;
@@ -49,6 +50,7 @@ enum Command {
     Play(play::Args),
     Plan(plan::Args),
     Collect(collect::Args),
+    Datasets(datasets::Args),
     Train(Box<train::Args>),
     LearningCurves(learning_curves::Args),
     Soak(soak::Args),
@@ -72,6 +74,7 @@ fn main() -> ExitCode {
         Command::Play(args) => play::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Collect(args) => collect::run(&args),
+        Command::Datasets(args) => datasets::run(&args),
         Command::Train(args) => train::run(&args),
         Command::LearningCurves(args) => learning_curves::run(&args),
         Command::Soak(args) => soak::run(&args),

@@ -68,6 +68,18 @@ const ON_SYSTEM: Stage = Stage {
             &[Clippy],
         ),
         step(
+            "lints with Minari's data sets alone",
+            "clippy -p fetch-baselines --no-default-features --features minari --all-targets \
+             -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints with OGBench's data sets alone",
+            "clippy -p fetch-baselines --no-default-features --features ogbench --all-targets \
+             -- -D warnings",
+            &[Clippy],
+        ),
+        step(
             "lints without rendering",
             "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
              --features mujoco --all-targets -- -D warnings",
@@ -92,6 +104,11 @@ const ON_SYSTEM: Stage = Stage {
         step(
             "documentation with numpy archives",
             "doc -p her-relabel --no-deps --features npz",
+            &[],
+        ),
+        step(
+            "documentation with data sets",
+            "doc -p fetch-baselines --no-deps --features minari,ogbench",
             &[],
         ),
         step(

@@ -5,7 +5,6 @@
 //! compressed. The first process writes it to a temporary file, which it then renames: a run that
 //! is killed while it writes leaves the last checkpoint as it was.
 
-mod archive;
 mod environment;
 mod load;
 mod resume;

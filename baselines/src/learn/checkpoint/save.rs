@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use atomic_write_file::AtomicWriteFile;
 use fetch_env::SnapshotEnv;
 
-use super::archive::Archive;
 use super::environment::EnvMark;
 use super::load::header;
 use super::{
     ENVIRONMENT, Header, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
     checkpoints_by_steps, own_name,
 };
+use crate::archive::Archive;
 use crate::learn::demonstrated::Demonstrated;
 use crate::learn::env::LearnEnv;
 use crate::learn::error::{CheckpointError as Error, TrainError};

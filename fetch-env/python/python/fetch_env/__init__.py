@@ -21,6 +21,7 @@ from gymnasium.envs.registration import register
 
 from . import _native
 from ._native import MujocoError, MujocoWarning, SimulationError
+from .datasets import write_dataset
 from .env import FetchEnv
 from .her import HerBuffer
 from .learn import Training, evaluate, train
@@ -45,6 +46,7 @@ __all__ = [
     "has_reference_model",
     "library_path",
     "train",
+    "write_dataset",
 ]
 
 __version__ = version("fetch-env")

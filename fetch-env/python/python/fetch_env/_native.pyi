@@ -166,3 +166,11 @@ class Trainer:
     def policy(self) -> Policy: ...
 
 def evaluate(config: Config, policy: Policy, episodes: int, seed: int, num_threads: int) -> str: ...
+def write_dataset(
+    config: Config,
+    set: str,  # noqa: A002
+    format: str,  # noqa: A002
+    folder: str | os.PathLike[str],
+    episodes: int,
+    seed: int,
+) -> str: ...

@@ -7,7 +7,7 @@ use rand::{Rng, RngExt};
 /// Draws a number of the standard normal distribution, with the same bits on each processor.
 ///
 /// Source: Box and Muller, *A note on the generation of random normal deviates*, 1958.
-pub(super) fn standard_normal(rng: &mut impl Rng) -> f32 {
+pub(crate) fn standard_normal(rng: &mut impl Rng) -> f32 {
     // Never 0, whose logarithm is infinite.
     let share: f32 = 1.0 - rng.random::<f32>();
     let turn: f32 = rng.random();

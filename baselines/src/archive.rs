@@ -1,29 +1,31 @@
-//! Writing the archive of a checkpoint.
+//! Writing archives: of checkpoints and of data sets.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
-use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions, write::StreamWriter};
+use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions, write::StreamWriter};
 
 /// An archive that is being written: parts that have names, and are not compressed.
-pub(super) struct Archive<'a>(ZipWriter<StreamWriter<Once<BufWriter<&'a mut File>>>>);
+pub(crate) struct Archive<'a>(ZipWriter<StreamWriter<Once<BufWriter<&'a mut File>>>>);
 
 impl<'a> Archive<'a> {
-    pub(super) fn new(file: &'a mut File) -> Self {
+    pub(crate) fn new(file: &'a mut File) -> Self {
         let writer = Once { writer: BufWriter::new(file), has_failed: false };
         Self(ZipWriter::new_stream(writer))
     }
 
     /// Begins the next part, and returns what it is written to.
-    pub(super) fn part(&mut self, name: &str) -> io::Result<&mut impl Write> {
+    pub(crate) fn part(&mut self, name: &str) -> io::Result<&mut impl Write> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
+            // The same at all times, so that the same parts are the same bytes.
+            .last_modified_time(DateTime::DEFAULT)
             .large_file(true);
         self.0.start_file(name, options)?;
         Ok(&mut self.0)
     }
 
-    pub(super) fn finish(self) -> io::Result<()> {
+    pub(crate) fn finish(self) -> io::Result<()> {
         self.0.finish()?.into_inner().flush()
     }
 }

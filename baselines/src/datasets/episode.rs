@@ -1,0 +1,156 @@
+//! Recording an episode with everything that a data set holds of it.
+
+use fetch_env::{ActionElement, Env, GoalObservation, Info, MujocoEnv, Reset, Step};
+use goal_reward::{DistanceReward, GoalReward, RewardKind};
+
+use super::about::About;
+use super::error::DatasetError;
+use crate::evaluate::{Episode, Event, check_policy, run_episode};
+use crate::lengths::lengths_of;
+use crate::policy::{Policy, PolicyError};
+
+type Observation = <MujocoEnv as Env>::Observation;
+
+/// An episode of `T` steps and `T + 1` states, in row-major matrices.
+///
+/// ```no_run
+/// use baselines::ScriptedPolicy;
+/// use baselines::datasets::EpisodeRecord;
+/// use fetch_env::{Task, make};
+///
+/// let mut record = EpisodeRecord::default();
+/// record.record(&mut make("FetchPush-v4")?, &mut ScriptedPolicy::new(Task::Push), 7)?;
+/// assert_eq!((record.rewards.len(), record.observations.len()), (50, 51 * 25));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct EpisodeRecord {
+    /// Seed of the reset.
+    pub seed: u64,
+    /// The observations of all states, `T + 1` rows.
+    pub observations: Vec<f64>,
+    /// The goals that the states achieve, `T + 1` rows, in meters.
+    pub achieved_goals: Vec<f64>,
+    /// The goal to achieve, `T + 1` rows that are the same, in meters.
+    pub desired_goals: Vec<f64>,
+    /// The actions, `T` rows.
+    pub actions: Vec<f32>,
+    /// The environment's own rewards, `T` elements.
+    pub rewards: Vec<f64>,
+    /// Whether each step ended the task, `T` elements.
+    pub terminations: Vec<bool>,
+    /// Whether each step was cut off, `T` elements.
+    pub truncations: Vec<bool>,
+    /// Whether each state counts as a success, `T + 1` elements.
+    pub is_success: Vec<bool>,
+    /// Distance between the two goals in each state, `T + 1` elements, in meters.
+    pub distances: Vec<f64>,
+    /// The sparse reward for being in each state, `T + 1` elements.
+    pub sparse_rewards: Vec<f64>,
+    /// The dense reward for being in each state, `T + 1` elements.
+    pub dense_rewards: Vec<f64>,
+    /// The joint positions of each state, `T + 1` rows.
+    pub qpos: Vec<f64>,
+    /// The joint velocities of each state, `T + 1` rows.
+    pub qvel: Vec<f64>,
+}
+
+impl EpisodeRecord {
+    /// Runs an episode until it is terminated or truncated, and replaces what was recorded before.
+    ///
+    /// # Errors
+    /// [`DatasetError::Policy`] if the policy does not fit the environment;
+    /// [`DatasetError::Environment`] if a reset or a step fails, after which the record is not one
+    /// of a whole episode.
+    pub fn record(
+        &mut self,
+        env: &mut MujocoEnv,
+        policy: &mut (impl Policy<Observation, ActionElement<MujocoEnv>> + ?Sized),
+        seed: u64,
+    ) -> Result<Episode, DatasetError> {
+        check_policy(env, policy)?;
+        self.clear();
+        self.seed = seed;
+        let failed = |source| DatasetError::Environment { seed, source };
+        run_episode(env, policy, seed, failed, |env, event| {
+            match event {
+                Event::Start(Reset { observation, info, .. }) => self.state(env, observation, info),
+                Event::Step(action, step) => {
+                    let Step { observation, reward, terminated, truncated, info, .. } = step;
+                    self.actions.extend_from_slice(action);
+                    self.rewards.push(*reward);
+                    self.terminations.push(*terminated);
+                    self.truncations.push(*truncated);
+                    self.state(env, observation, info);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn clear(&mut self) {
+        let floats = [
+            &mut self.observations,
+            &mut self.achieved_goals,
+            &mut self.desired_goals,
+            &mut self.rewards,
+            &mut self.distances,
+            &mut self.sparse_rewards,
+            &mut self.dense_rewards,
+            &mut self.qpos,
+            &mut self.qvel,
+        ];
+        floats.into_iter().for_each(Vec::clear);
+        self.actions.clear();
+        [&mut self.terminations, &mut self.truncations, &mut self.is_success]
+            .into_iter()
+            .for_each(Vec::clear);
+    }
+
+    /// Adds a state.
+    fn state(&mut self, env: &MujocoEnv, observation: &Observation, info: &Info) {
+        let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
+        self.observations.extend_from_slice(observation.observation());
+        self.achieved_goals.extend_from_slice(achieved);
+        self.desired_goals.extend_from_slice(desired);
+        self.is_success.push(info.is_success);
+        self.distances.push(info.distance);
+        let threshold = env.inner().config().distance_reward().threshold();
+        let reward = |kind| DistanceReward::new(kind, threshold).reward(achieved, desired);
+        self.sparse_rewards.push(reward(RewardKind::Sparse));
+        self.dense_rewards.push(reward(RewardKind::Dense));
+        let data = env.inner().simulator().data();
+        self.qpos.extend_from_slice(data.qpos());
+        self.qvel.extend_from_slice(data.qvel());
+    }
+
+    /// Checks that all columns are of one episode in the environment of a data set.
+    pub(super) fn check(&self, about: &About) -> Result<(), DatasetError> {
+        let steps = self.rewards.len();
+        let states = steps + 1;
+        let [qpos, qvel] = about.states;
+        let [observation, goal, action] =
+            lengths_of(&about.observation_space, &about.action_space).map_err(PolicyError::from)?;
+        let columns = [
+            ("observations", self.observations.len(), states * observation),
+            ("achieved_goals", self.achieved_goals.len(), states * goal),
+            ("desired_goals", self.desired_goals.len(), states * goal),
+            ("actions", self.actions.len(), steps * action),
+            ("terminations", self.terminations.len(), steps),
+            ("truncations", self.truncations.len(), steps),
+            ("is_success", self.is_success.len(), states),
+            ("distances", self.distances.len(), states),
+            ("sparse_rewards", self.sparse_rewards.len(), states),
+            ("dense_rewards", self.dense_rewards.len(), states),
+            ("qpos", self.qpos.len(), states * qpos),
+            ("qvel", self.qvel.len(), states * qvel),
+        ];
+        match columns.into_iter().find(|(_, actual, expected)| actual != expected) {
+            Some((column, actual, expected)) => {
+                Err(DatasetError::Length { column, actual, expected })
+            }
+            None => Ok(()),
+        }
+    }
+}

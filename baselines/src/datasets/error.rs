@@ -1,0 +1,86 @@
+//! The error of recording and writing a data set.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use fetch_env::EnvError;
+
+use crate::policy::PolicyError;
+
+/// Error returned where a data set is recorded or written.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum DatasetError {
+    /// The environment has settings that its name does not stand for.
+    #[error(
+        "the environment does not have the settings of {env_id}, so nobody could make it again from \
+         the data set: make it from the name, with the built-in or the reference's model"
+    )]
+    Settings {
+        /// The name of the environment with these task and reward.
+        env_id: String,
+    },
+    /// The data set's name is not one that a format can have.
+    #[error(
+        "{name:?} is no name of a data set: it has letters, digits, `-`, `_`, and `/` between its \
+         parts, and ends with a version such as -v0"
+    )]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// There is something already where the data set would be.
+    #[error("{} exists already: choose another place, or remove it", path.display())]
+    Exists {
+        /// Where.
+        path: PathBuf,
+    },
+    /// A file could not be written.
+    #[error("{} cannot be written", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// The error of the file system.
+        source: io::Error,
+    },
+    /// A column of the episode does not have a row for each state or step.
+    #[error("{column} has {actual} elements, which must be {expected}")]
+    Length {
+        /// The column.
+        column: &'static str,
+        /// The number of its elements.
+        actual: usize,
+        /// The number that fits the episode's rewards and the environment's spaces.
+        expected: usize,
+    },
+    /// There are not enough episodes to set some aside for validation.
+    #[error("an OGBench data set has at least 2 episodes, not {episodes}")]
+    TooFew {
+        /// The number of episodes.
+        episodes: usize,
+    },
+    /// The policy is not one for this environment.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
+    /// The environment failed.
+    #[error("the episode with seed {seed} failed")]
+    Environment {
+        /// The seed of its reset.
+        seed: u64,
+        /// The environment's error.
+        source: EnvError,
+    },
+    /// Arrow refused the columns.
+    #[cfg(feature = "minari")]
+    #[error("the episode cannot be written as Arrow")]
+    Arrow(#[from] arrow_schema::ArrowError),
+}
+
+debug_as_display!(DatasetError);
+
+impl DatasetError {
+    /// Returns what makes an error of the file system one at `path`.
+    pub(super) fn file(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::File { path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,51 @@
+//! The environment of a data set, as Gymnasium describes it: its `EnvSpec` as JSON.
+
+use fetch_env::{EnvId, RewardKind, Task};
+use serde_json::{Value, json};
+
+use crate::datasets::about::{About, scene};
+
+/// Returns the environment of the Python package, which `recover_environment()` makes.
+pub(super) fn own_spec(about: &About) -> Value {
+    let About { env_id, model, .. } = about;
+    let kwargs = match *model {
+        "builtin" => json!({ "env_id": env_id }),
+        model => json!({ "env_id": env_id, "model": model }),
+    };
+    let classes = ["fetch_env:FetchEnv", "fetch_env:FetchVectorEnv"].map(Value::from);
+    spec(about, &format!("fetch_env/{env_id}"), classes, kwargs)
+}
+
+/// Returns that of gymnasium-robotics, which `recover_environment(eval_env=True)` makes.
+pub(super) fn robotics_spec(about: &About) -> Value {
+    let EnvId { task, reward } = about.env_id;
+    let module = scene(task);
+    let class = match task {
+        Task::Reach => "MujocoFetchReachEnv",
+        Task::Push => "MujocoFetchPushEnv",
+        Task::PickAndPlace => "MujocoFetchPickAndPlaceEnv",
+        Task::Slide => "MujocoFetchSlideEnv",
+    };
+    let classes = [format!("gymnasium_robotics.envs.fetch.{module}:{class}").into(), Value::Null];
+    let reward = match reward {
+        RewardKind::Sparse => "sparse",
+        RewardKind::Dense => "dense",
+    };
+    spec(about, &about.env_id.to_string(), classes, json!({ "reward_type": reward }))
+}
+
+fn spec(about: &About, id: &str, classes: [Value; 2], kwargs: Value) -> Value {
+    let [entry_point, vector_entry_point] = classes;
+    json!({
+        "id": id,
+        "entry_point": entry_point,
+        "reward_threshold": null,
+        "nondeterministic": false,
+        "max_episode_steps": about.max_episode_steps,
+        "order_enforce": true,
+        "disable_env_checker": false,
+        "kwargs": kwargs,
+        "additional_wrappers": [],
+        "vector_entry_point": vector_entry_point,
+    })
+}

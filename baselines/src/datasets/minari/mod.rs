@@ -1,0 +1,6 @@
+//! Minari's format, version 0.5: a folder with a file of JSON and one of Arrow for each episode.
+
+mod environment;
+mod spaces;
+mod table;
+pub(super) mod writer;

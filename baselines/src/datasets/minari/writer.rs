@@ -1,0 +1,140 @@
+//! Writing a data set in Minari's format.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use arrow_ipc::writer::FileWriter;
+use serde_json::{Value, json};
+
+use super::environment::{own_spec, robotics_spec};
+use super::spaces::space_json;
+use super::table::table;
+use crate::datasets::DatasetWriter;
+use crate::datasets::about::About;
+use crate::datasets::episode::EpisodeRecord;
+use crate::datasets::error::DatasetError;
+use crate::datasets::staged::StagedFolder;
+
+/// The version of Minari whose format it is: later ones read it, too.
+const VERSION: &str = "0.5.0";
+
+/// Writes a data set that Minari loads, in its Arrow format: a folder for each episode, where each
+/// row of a table has a state and the step from it.
+///
+/// | value in Minari | shape | type |
+/// |---|---|---|
+/// | `observations["observation"]`, `["achieved_goal"]`, `["desired_goal"]` | `(T + 1, dim)` | `f8` |
+/// | `actions` | `(T, dim)` | `f4` |
+/// | `rewards`, of the environment | `(T,)` | `f8` |
+/// | `terminations`, `truncations` | `(T,)` | `bool` |
+/// | `infos["is_success"]` | `(T + 1,)` | `f4` |
+/// | `infos["distance"]`, in meters; `["sparse_reward"]`, `["dense_reward"]` of each state | `(T + 1,)` | `f8` |
+/// | `infos["qpos"]`, `["qvel"]` | `(T + 1, dim)` | `f8` |
+///
+/// The metadata of an episode has its seed. `recover_environment()` makes the environment of the
+/// Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
+/// gymnasium-robotics.
+#[derive(Debug)]
+pub struct MinariWriter {
+    about: About,
+    folder: StagedFolder,
+    /// Where the episodes are.
+    data: PathBuf,
+    episodes: usize,
+    steps: usize,
+    bytes: u64,
+}
+
+impl MinariWriter {
+    /// Begins a data set in a folder of data sets, which the environment variable
+    /// `MINARI_DATASETS_PATH` names for Minari; the data set is below it, where its name says.
+    ///
+    /// # Errors
+    /// [`DatasetError::Exists`] if there is something of that name; [`DatasetError::File`] if a
+    /// folder cannot be made.
+    pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
+        let folder = StagedFolder::create(root.as_ref().join(&about.name))?;
+        let data = folder.path().join("data");
+        fs::create_dir(&data).map_err(DatasetError::file(&data))?;
+        Ok(Self { about, folder, data, episodes: 0, steps: 0, bytes: 0 })
+    }
+
+    /// Writes the next episode.
+    ///
+    /// # Errors
+    /// As [`DatasetWriter::write`], and [`DatasetError::Arrow`].
+    pub fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError> {
+        episode.check(&self.about)?;
+        let table = table(episode)?;
+        let mut arrow = Vec::new();
+        let mut writer = FileWriter::try_new(&mut arrow, &table.schema())?;
+        writer.write(&table)?;
+        writer.finish()?;
+        drop(writer);
+        let steps = episode.rewards.len();
+        let metadata = json!({ "id": self.episodes, "total_steps": steps, "seed": episode.seed });
+        let folder = self.data.join(self.episodes.to_string());
+        fs::create_dir(&folder).map_err(DatasetError::file(&folder))?;
+        self.file(&folder.join("part-0.arrow"), &arrow)?;
+        self.file(&folder.join("metadata.json"), metadata.to_string().as_bytes())?;
+        self.episodes += 1;
+        self.steps += steps;
+        Ok(())
+    }
+
+    /// Gives the data set its name.
+    ///
+    /// # Errors
+    /// As [`DatasetWriter::finish`].
+    pub fn finish(mut self) -> Result<(), DatasetError> {
+        let metadata = self.metadata().to_string();
+        self.file(&self.data.join("metadata.json"), metadata.as_bytes())?;
+        self.folder.publish()
+    }
+
+    fn file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
+        self.bytes += bytes.len() as u64;
+        fs::write(path, bytes).map_err(DatasetError::file(path))
+    }
+
+    fn metadata(&self) -> Value {
+        let About { name, policy, version, .. } = &self.about;
+        // In units of a million bytes, with one digit after the point.
+        let size = (self.bytes as f64 / 1e5).round() / 10.0;
+        let mut metadata = json!({
+            "dataset_id": name,
+            "minari_version": VERSION,
+            "data_format": "arrow",
+            "jpeg_encoding": false,
+            "total_episodes": self.episodes,
+            "total_steps": self.steps,
+            "dataset_size": size,
+            "env_spec": own_spec(&self.about).to_string(),
+            "eval_env_spec": robotics_spec(&self.about).to_string(),
+            "algorithm_name": policy,
+            "description": self.about.sentence(),
+            "requirements": [format!("fetch-env>={version}")],
+            "fetch": self.about,
+        });
+        let spaces = [
+            ("observation_space", &self.about.observation_space),
+            ("action_space", &self.about.action_space),
+        ];
+        for (key, space) in spaces {
+            if let Some(json) = space_json(space) {
+                metadata[key] = json.into();
+            }
+        }
+        metadata
+    }
+}
+
+impl DatasetWriter for MinariWriter {
+    fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError> {
+        Self::write(self, episode)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), DatasetError> {
+        Self::finish(*self)
+    }
+}

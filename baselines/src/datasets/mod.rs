@@ -1,0 +1,66 @@
+//! Data sets that other projects read: Minari's format (feature `minari`) and OGBench's (feature
+//! `ogbench`).
+//!
+//! A data set is a function of its settings and its first seed: on the same version of MuJoCo it
+//! has the same bytes on each machine. It is written episode by episode, so that its length takes
+//! no memory, under another name that it loses when it is whole.
+//!
+//! ```
+//! # #[cfg(feature = "minari")] {
+//! use baselines::datasets::{About, EpisodeRecord, MinariWriter, SetKind, SetPolicy};
+//! use fetch_env::make;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let mut env = make("FetchReach-v4")?;
+//! let mut policy = SetPolicy::new(SetKind::Mixed, &env)?;
+//! let about = About::new("fetch/reach/mixed-v0", &env, policy.describe(), "")?;
+//! let mut writer = MinariWriter::create(folder.path(), about)?;
+//! let mut record = EpisodeRecord::default();
+//! for seed in 0..4 {
+//!     policy.begin(seed);
+//!     record.record(&mut env, &mut policy, seed)?;
+//!     writer.write(&record)?;
+//! }
+//! writer.finish()?;
+//! assert!(folder.path().join("fetch/reach/mixed-v0/data/3/part-0.arrow").exists());
+//! # }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod about;
+mod episode;
+mod error;
+#[cfg(feature = "minari")]
+mod minari;
+#[cfg(feature = "ogbench")]
+mod ogbench;
+mod set;
+mod staged;
+
+pub use about::About;
+pub use episode::EpisodeRecord;
+pub use error::DatasetError;
+#[cfg(feature = "minari")]
+pub use minari::writer::MinariWriter;
+#[cfg(feature = "ogbench")]
+pub use ogbench::writer::OgBenchWriter;
+pub use set::{SetKind, SetPolicy, write_set};
+
+/// Writes the episodes of a data set.
+///
+/// A writer that is dropped before it has finished removes what it has written.
+pub trait DatasetWriter {
+    /// Writes the next episode.
+    ///
+    /// # Errors
+    /// [`DatasetError::Length`] if the episode is of another environment than the data set, which
+    /// is then unchanged; [`DatasetError::File`] if a file cannot be written.
+    fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError>;
+
+    /// Gives the data set its name.
+    ///
+    /// # Errors
+    /// [`DatasetError::Exists`] if there is something of that name by now; [`DatasetError::File`]
+    /// if it cannot be written; [`DatasetError::TooFew`].
+    fn finish(self: Box<Self>) -> Result<(), DatasetError>;
+}

@@ -1,0 +1,91 @@
+//! An array of numpy whose length is known last.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::Path;
+
+use npyz::{DType, WriteOptions, WriterBuilder};
+
+use crate::archive::Archive;
+
+/// A type of an array's elements.
+pub(super) trait Element: Copy {
+    /// Its name in numpy's notation.
+    const TYPE: &'static str;
+
+    fn write(self, out: &mut impl Write) -> io::Result<()>;
+}
+
+macro_rules! elements {
+    ($($element:ty => $name:literal),*) => {
+        $(impl Element for $element {
+            const TYPE: &'static str = $name;
+
+            fn write(self, out: &mut impl Write) -> io::Result<()> {
+                out.write_all(&self.to_le_bytes())
+            }
+        })*
+    };
+}
+
+elements!(f32 => "<f4", f64 => "<f8", u64 => "<u8");
+
+impl Element for bool {
+    const TYPE: &'static str = "|b1";
+
+    fn write(self, out: &mut impl Write) -> io::Result<()> {
+        out.write_all(&[self.into()])
+    }
+}
+
+/// An array that waits in a file without a name, which nothing leaves behind.
+#[derive(Debug)]
+pub(super) struct Column {
+    name: &'static str,
+    dtype: &'static str,
+    /// The shape of a row: empty for a vector.
+    row: Vec<u64>,
+    file: BufWriter<File>,
+    elements: u64,
+}
+
+impl Column {
+    /// Creates an array beside where it will be. `width` is the length of a row; `None` makes it a
+    /// vector.
+    pub(super) fn create<T: Element>(
+        name: &'static str,
+        width: Option<usize>,
+        folder: &Path,
+    ) -> io::Result<Self> {
+        let row = width.map(|width| width as u64).into_iter().collect();
+        let file = BufWriter::new(tempfile::tempfile_in(folder)?);
+        Ok(Self { name, dtype: T::TYPE, row, file, elements: 0 })
+    }
+
+    /// Adds elements of the type with which it was created.
+    pub(super) fn extend<T: Element>(
+        &mut self,
+        elements: impl IntoIterator<Item = T>,
+    ) -> io::Result<()> {
+        debug_assert_eq!(self.dtype, T::TYPE, "{}", self.name);
+        for element in elements {
+            element.write(&mut self.file)?;
+            self.elements += 1;
+        }
+        Ok(())
+    }
+
+    /// Writes the array to an archive.
+    pub(super) fn write_to(self, archive: &mut Archive<'_>) -> io::Result<()> {
+        let rows = self.elements / self.row.iter().product::<u64>().max(1);
+        let shape: Vec<_> = [rows].into_iter().chain(self.row).collect();
+        let dtype = self.dtype.parse().map_err(io::Error::other)?;
+        let header = WriteOptions::new_header_only().dtype(DType::Plain(dtype)).shape(&shape);
+        let mut file = self.file.into_inner()?;
+        file.rewind()?;
+        let name = format!("{}.npy", self.name);
+        let part = archive.part(&name)?;
+        io::copy(&mut file, header.writer(part).write_header_only()?)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,4 @@
+//! OGBench's format: two archives of numpy arrays, for training and for validation.
+
+mod column;
+pub(super) mod writer;

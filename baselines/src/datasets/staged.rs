@@ -1,0 +1,59 @@
+//! Folders that appear whole or not at all.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, TempDir};
+
+use super::error::DatasetError;
+
+/// A folder that is filled under another name, `.NAME.xxxxxx` beside its place, and then renamed.
+///
+/// Whoever drops it removes it. A process that is killed leaves it behind under that other name.
+#[derive(Debug)]
+pub(super) struct StagedFolder {
+    target: PathBuf,
+    folder: TempDir,
+}
+
+impl StagedFolder {
+    /// Creates the folder, with the folders that its place is in.
+    pub(super) fn create(target: PathBuf) -> Result<Self, DatasetError> {
+        if fs::symlink_metadata(&target).is_ok() {
+            return Err(DatasetError::Exists { path: target });
+        }
+        let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let parent = parent.unwrap_or(Path::new("."));
+        fs::create_dir_all(parent).map_err(DatasetError::file(parent))?;
+        let name = target.file_name().unwrap_or_default().to_string_lossy();
+        let prefix = format!(".{name}.");
+        let mut builder = Builder::new();
+        builder.prefix(&prefix);
+        // As any folder that the user makes, not only for the user's own eyes.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let folder = builder.tempdir_in(parent).map_err(DatasetError::file(parent))?;
+        Ok(Self { target, folder })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Gives the folder its place.
+    pub(super) fn publish(self) -> Result<(), DatasetError> {
+        let Self { target, folder } = self;
+        match fs::rename(folder.path(), &target) {
+            Ok(()) => {
+                // There is nothing left to remove under the other name.
+                let _ = folder.keep();
+                Ok(())
+            }
+            Err(error) if error.kind() == io::ErrorKind::DirectoryNotEmpty => {
+                Err(DatasetError::Exists { path: target })
+            }
+            Err(error) => Err(DatasetError::file(&target)(error)),
+        }
+    }
+}

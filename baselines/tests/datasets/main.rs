@@ -1,0 +1,55 @@
+//! Data sets for other projects.
+
+mod laws;
+mod minari;
+mod ogbench;
+mod whole;
+
+use std::path::Path;
+
+use baselines::datasets::{
+    About, DatasetWriter, EpisodeRecord, MinariWriter, OgBenchWriter, SetKind, SetPolicy,
+};
+use fetch_env::make;
+
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+
+const NAME: &str = "fetch/push/mixed-v0";
+
+/// Records episodes of Push with the seeds from 0 on.
+fn records(count: u64) -> Result<Vec<EpisodeRecord>> {
+    let mut env = make("FetchPush-v4")?;
+    let mut policy = SetPolicy::new(SetKind::Mixed, &env)?;
+    let mut records = Vec::new();
+    for seed in 0..count {
+        let mut record = EpisodeRecord::default();
+        policy.begin(seed);
+        record.record(&mut env, &mut policy, seed)?;
+        records.push(record);
+    }
+    Ok(records)
+}
+
+fn about() -> Result<About> {
+    Ok(About::new(NAME, &make("FetchPush-v4")?, "four policies", "")?)
+}
+
+/// Begins a data set in both formats.
+fn writers(folder: &Path) -> Result<[Box<dyn DatasetWriter>; 2]> {
+    let minari = MinariWriter::create(folder.join("minari"), about()?)?;
+    let ogbench = OgBenchWriter::create(folder.join("ogbench"), about()?)?;
+    Ok([Box::new(minari), Box::new(ogbench)])
+}
+
+/// Writes episodes in both formats.
+fn write(folder: &Path, records: &[EpisodeRecord]) -> Result {
+    for mut writer in writers(folder)? {
+        records.iter().try_for_each(|record| writer.write(record))?;
+        writer.finish()?;
+    }
+    Ok(())
+}
+
+fn bits(numbers: &[f64]) -> Vec<u64> {
+    numbers.iter().map(|number| number.to_bits()).collect()
+}

@@ -1,0 +1,55 @@
+"""Data sets for learning without an environment."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Literal
+
+from . import _native
+
+if TYPE_CHECKING:
+    import os
+
+    from typing_extensions import Unpack
+
+    from .settings import Settings
+
+
+def write_dataset(  # noqa: PLR0913
+    env_id: str,
+    policy: Literal["random", "scripted", "expert", "expert-noisy", "mixed"],
+    folder: str | os.PathLike[str],
+    data_format: Literal["minari", "ogbench"] = "minari",
+    *,
+    episodes: int = 20_000,
+    seed: int = 0,
+    **settings: Unpack[Settings],
+) -> dict[str, Any]:
+    """Write a data set, the same bytes for the same seed.
+
+    With ``data_format="minari"`` it is what ``minari.load_dataset("fetch/push/expert-v0")`` loads
+    from the folder that ``MINARI_DATASETS_PATH`` names; with ``"ogbench"``,
+    ``fetch-push-expert-v0/fetch-push-expert-v0.npz`` is what ``ogbench.utils.load_dataset`` loads.
+    It appears when it is whole. Both formats have dictionary observations, actions, both rewards,
+    the seed of each episode, and ``qpos`` and ``qvel`` of each state.
+
+    Args:
+        env_id: The name, such as ``"FetchPush-v4"``.
+        policy: Who acts: uniformly random actions, a script, the trained policy that comes with the
+            package, the same with noise of 0.2 and three random actions in ten, or these in turn.
+        folder: The folder of data sets.
+        data_format: ``"minari"`` or ``"ogbench"``.
+        episodes: Number of episodes.
+        seed: Seed of the first episode; the others have the seeds that follow.
+        **settings: The ``model``, ``"builtin"`` or ``"reference"``; no other setting can be.
+
+    Returns:
+        ``success_rate`` and ``episode_return_mean`` (value and 95 % interval) and more.
+
+    Raises:
+        ValueError: If there is such a data set, it cannot be written, or an argument means nothing.
+    """
+    config = _native.Config(env_id, **settings)
+    summary = _native.write_dataset(config, policy, data_format, folder, episodes, seed)
+    result: dict[str, Any] = json.loads(summary)
+    return result

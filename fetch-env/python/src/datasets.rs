@@ -1,0 +1,60 @@
+//! Writing data sets.
+
+use std::path::PathBuf;
+
+use baselines::datasets::{
+    About, DatasetError, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set,
+};
+use fetch_env::{EnvId, make};
+use pyo3::prelude::*;
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+
+/// Writes a data set, and returns the summary of its episodes as JSON.
+#[pyfunction]
+pub(crate) fn write_dataset(
+    py: Python<'_>,
+    config: &Config,
+    set: &str,
+    format: &str,
+    folder: PathBuf,
+    episodes: usize,
+    seed: u64,
+) -> Result<String> {
+    let kind = SetKind::ALL.into_iter().find(|kind| kind.name() == set);
+    let kind = kind.ok_or_else(|| {
+        let names = SetKind::ALL.map(SetKind::name).join(", ");
+        Error::value(format!("there is no set {set}: choose from {names}"))
+    })?;
+    let config = config.config.clone();
+    let written = py.detach(|| -> Result<_> {
+        let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
+        let mut env = make(config)?;
+        let mut policy = SetPolicy::new(kind, &env).map_err(Error::chain)?;
+        let name = About::name_of(env_id, kind.name());
+        let about = About::new(&name, &env, policy.describe(), "").map_err(Error::chain)?;
+        let writer: Box<dyn DatasetWriter> = match format {
+            "minari" => Box::new(MinariWriter::create(folder, about).map_err(Error::chain)?),
+            "ogbench" => Box::new(OgBenchWriter::create(folder, about).map_err(Error::chain)?),
+            other => {
+                return Err(Error::value(format!(
+                    "there is no format {other}: choose from minari, ogbench"
+                )));
+            }
+        };
+        let mut writers = [writer];
+        let evaluation = write_set(&mut env, &mut policy, episodes, seed, &mut writers, |_| ());
+        let evaluation = evaluation.map_err(of_writing)?;
+        writers.into_iter().try_for_each(DatasetWriter::finish).map_err(Error::chain)?;
+        evaluation.summary().map_err(Error::chain)
+    })?;
+    Ok(serde_json::to_string(&written)?)
+}
+
+fn of_writing(error: DatasetError) -> Error {
+    match error {
+        DatasetError::Environment { source, .. } => source.into(),
+        error => Error::chain(error),
+    }
+}

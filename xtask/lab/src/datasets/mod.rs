@@ -1,0 +1,127 @@
+//! `datasets`: writes data sets of the eight environments, in the formats of other projects.
+
+pub mod format;
+mod set;
+
+use std::{num::NonZeroUsize, path::PathBuf};
+
+use anyhow::ensure;
+use baselines::datasets::SetKind;
+use fetch_env::{EnvId, make};
+use rayon::prelude::*;
+use serde_json::json;
+
+use self::format::Format;
+use self::set::{Set, Written};
+use crate::shared::{
+    choice::{ModelChoice, flag_name},
+    json::{Metric, write_results},
+    progress,
+};
+
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Folder for the data sets: those of Minari go to its folder `minari`, which
+    /// MINARI_DATASETS_PATH names for Minari, and those of OGBench to `ogbench`
+    #[arg(long)]
+    out: PathBuf,
+    /// Only these, separated by commas: an environment (FetchPush-v4), a set (random, scripted,
+    /// expert, expert-noisy, mixed), or one set of one environment (FetchPush-v4/expert)
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// Steps of each set, of which the last episode may add some
+    #[arg(long, default_value = "1000000")]
+    steps: NonZeroUsize,
+    /// Formats, separated by commas; all if it is left out
+    #[arg(long, value_enum, value_delimiter = ',')]
+    format: Vec<Format>,
+    /// Seed of the first episode of each set; the others have the seeds that follow
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Model of the robot
+    #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
+    model: ModelChoice,
+    /// Also write the table as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let formats = if args.format.is_empty() { &Format::ALL[..] } else { &args.format };
+    let mut sets = Vec::new();
+    for (env_id, kind) in chosen(&args.only)? {
+        let steps = make(env_id)?.max_episode_steps().get() as usize;
+        let episodes = args.steps.get().div_ceil(steps);
+        let first_seed = args.seed;
+        sets.push(Set { env_id, kind, model: args.model, episodes, first_seed });
+    }
+    let bar = progress::bar(sets.len() * args.steps.get(), "steps");
+    let write = |set: &Set| set.write(&args.out, formats, &command(args, set), &bar);
+    // A set is the work of one thread, so that the number of threads changes no bit.
+    let written: Vec<_> = sets.par_iter().map(write).collect::<anyhow::Result<_>>()?;
+    bar.finish_and_clear();
+    report(args, &written)?;
+    Ok(true)
+}
+
+/// Returns the sets that `--only` names; all without it.
+fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, SetKind)>> {
+    let all = EnvId::ALL.into_iter().flat_map(|id| SetKind::ALL.map(|kind| (id, kind)));
+    let names = |(id, kind): (EnvId, SetKind)| {
+        let kind = kind.name();
+        [id.to_string(), kind.to_owned(), format!("{id}/{kind}")]
+    };
+    for name in only {
+        ensure!(
+            all.clone().any(|set| names(set).contains(name)),
+            "--only {name}: name an environment (FetchPush-v4), a set (random, scripted, expert, \
+             expert-noisy, mixed), or both (FetchPush-v4/expert)"
+        );
+    }
+    let is_chosen = |set: &_| only.is_empty() || names(*set).iter().any(|name| only.contains(name));
+    Ok(all.filter(is_chosen).collect())
+}
+
+/// Returns the command that makes a set again.
+fn command(args: &Args, set: &Set) -> String {
+    let Args { steps, seed, model, .. } = args;
+    let (id, kind, model) = (set.env_id, set.kind.name(), flag_name(*model));
+    format!(
+        "cargo xtask datasets --out DIR --only {id}/{kind} --steps {steps} --seed {seed} --model \
+         {model}"
+    )
+}
+
+/// Prints the table of the sets.
+fn report(args: &Args, written: &[Written]) -> anyhow::Result<()> {
+    let mut figures = Vec::new();
+    say!("| set | format | steps | MB | SHA-256 | success rate | return |")?;
+    say!("|---|---|---|---|---|---|---|")?;
+    for Written { set, steps, evaluation, contents } in written {
+        let summary = evaluation.summary()?;
+        let (success, mean) = (summary.success_rate.value, summary.episode_return_mean.value);
+        let (id, kind) = (set.env_id, set.kind.name());
+        let figure = |name: &str| format!("datasets/{id}/{kind}/{name}");
+        figures.extend([
+            (figure("steps"), Metric::count(*steps)),
+            (figure("success_rate"), Metric::new(success, "1")),
+            (figure("episode_return_mean"), Metric::new(mean, "1")),
+        ]);
+        for (format, contents) in contents {
+            let format = flag_name(*format);
+            let megabytes = contents.bytes as f64 / 1e6;
+            say!(
+                "| {id}/{kind} | {format} | {steps} | {megabytes:.1} | {} | {success:.3} | \
+                 {mean:.2} |",
+                contents.checksum
+            )?;
+            figures.push((figure(&format!("{format}/size")), Metric::new(megabytes, "MB")));
+        }
+    }
+    let Args { steps, seed, model, .. } = args;
+    write_results(
+        args.json.as_ref(),
+        json!({ "steps": steps, "seed": seed, "model": model }),
+        figures,
+    )
+}
