@@ -88,6 +88,7 @@ impl About {
     }
 
     /// Returns a sentence on the data set.
+    #[cfg(feature = "minari")]
     pub(super) fn sentence(&self) -> String {
         let Self { env_id, policy, model, version, mujoco, .. } = self;
         format!(
