@@ -22,10 +22,11 @@ pub(super) fn table(episode: &EpisodeRecord) -> Result<RecordBatch, ArrowError> 
     let mut infos = Columns::new(states);
     // A number, as the environments of Python return it.
     let success = episode.is_success.iter().map(|success| f32::from(u8::from(*success)));
-    infos.column("is_success", Float32Array::from_iter_values(success));
-    infos.column("distance", doubles(&episode.distances));
-    infos.column("sparse_reward", doubles(&episode.sparse_rewards));
-    infos.column("dense_reward", doubles(&episode.dense_rewards));
+    // Rows of one number, because Minari cannot read its own copies of single ones.
+    infos.shaped_rows("is_success", Float32Array::from_iter_values(success))?;
+    infos.shaped_rows("distance", doubles(&episode.distances))?;
+    infos.shaped_rows("sparse_reward", doubles(&episode.sparse_rewards))?;
+    infos.shaped_rows("dense_reward", doubles(&episode.dense_rewards))?;
     infos.shaped_rows("qpos", doubles(&episode.qpos))?;
     infos.shaped_rows("qvel", doubles(&episode.qvel))?;
     let mut table = Columns::new(states);
