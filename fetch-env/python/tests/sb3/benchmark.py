@@ -20,7 +20,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 ENV_ID = "FetchReach-v4"
 LEARNING_STARTS = 1000
-EVERY = 500
+EVERY = 250
 EPISODES = 20
 STEPS = 20_000
 BUFFERS = {"theirs": HerReplayBuffer, "ours": sb3.HerReplayBuffer}
