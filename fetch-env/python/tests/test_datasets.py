@@ -12,7 +12,10 @@ minari = pytest.importorskip("minari")
 
 EPISODES = 12
 KEYS = ("observation", "achieved_goal", "desired_goal")
-ENV_IDS = {"fetch/push/mixed-v0": "FetchPush-v4", "fetch/reach-dense/mixed-v0": "FetchReachDense-v4"}
+ENV_IDS = {
+    "fetch/push/mixed-v0": "FetchPush-v4",
+    "fetch/reach-dense/mixed-v0": "FetchReachDense-v4",
+}
 
 
 @pytest.fixture(scope="module")
