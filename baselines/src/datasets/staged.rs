@@ -10,7 +10,8 @@ use super::error::DatasetError;
 
 /// A folder that is filled under another name, `.NAME.xxxxxx` beside its place, and then renamed.
 ///
-/// Whoever drops it removes it. A process that is killed leaves it behind under that other name.
+/// Dropping it before that removes the folder. A process that is killed leaves the folder under that
+/// other name.
 #[derive(Debug)]
 pub(super) struct StagedFolder {
     target: PathBuf,
