@@ -154,3 +154,17 @@ impl Default for SacSettings {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_fall_by_half_in_each_interval_after_the_start() {
+        let settings = DdpgSettings { halving_start: 100, ..DdpgSettings::default() };
+        assert_eq!(settings.rate_factor(1_000_000), 1.0);
+        let settings = DdpgSettings { halving_interval: Some(50), ..settings };
+        let factors = [1, 100, 150, 200].map(|number| settings.rate_factor(number));
+        assert_eq!(factors, [1.0, 1.0, 0.5, 0.25]);
+    }
+}

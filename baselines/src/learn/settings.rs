@@ -205,17 +205,19 @@ settings! {
         /// The share kept of still episodes: 0.1, measured. The authors: 1.
         pub still_kept: f64 => 0.0..=1.0,
         /// The share of the drawn transitions that are seen in a mirror, in an environment with
-        /// [symmetries](fetch_env::GoalEnv::symmetries), of which each batch has one: 0, the authors'.
+        /// [symmetries](fetch_env::GoalEnv::symmetries), of which each batch has one: 0, the
+        /// authors'.
         ///
-        /// Measured on Push, seeds 100 to 102, with half of the relabeled goals moved within 0.04 m:
-        /// the success rate reaches 0.9 after 72,000 steps with 0.75 of Fetch's three symmetries, after
-        /// 80,000 to 96,000 with 0.5 of its left and right alone, without either after 120,000 to
-        /// 168,000. 0.5 for Slide, which has one symmetry.
+        /// 0.75 for Push and PickAndPlace, which have three, and 0.5 for Slide, which has one.
+        /// Measured on Push, seeds 100 to 102, with the preset's other settings: the success rate
+        /// reaches 0.9 after 72,000 steps with three symmetries, and after 80,000 to 96,000 with 0.5
+        /// of left and right alone.
         pub mirrored: f64 => 0.0..=1.0,
-        /// The farthest that noise moves a relabeled goal, in the unit of the goals: 0, the authors',
-        /// 0.04 m for Push and PickAndPlace, and 0.03 m for Slide.
+        /// The farthest that noise moves a relabeled goal, in the unit of the goals: 0, the
+        /// authors', 0.04 m for Push and PickAndPlace, and 0.03 m for Slide.
         pub goal_noise: f64 => 0.0..=1_000.0,
-        /// The share of the relabeled goals that are moved: 0, the authors', and 0.5 with an object.
+        /// The share of the relabeled goals that are moved: 0, the authors', and 0.5 for tasks with
+        /// an object.
         pub goal_noise_share: f64 => 0.0..=1.0,
         /// How many times as far from the desired goal an achieved goal counts in training: 1, the
         /// authors', and 1.43 for Slide, where the learner is then rewarded within 3.5 cm and an
@@ -236,9 +238,9 @@ settings! {
         /// The bound to which normalized inputs are clipped: 5, the authors'.
         pub clip: f64 => 0.01..=1_000.0,
         /// The elements of an observation that the networks do not see, counted from 0: none, the
-        /// authors', the positions of gripper and object for Push and PickAndPlace, and the object's
-        /// angles for Slide. For one that does not exist, [`Trainer::new`](super::Trainer::new) returns an
-        /// error.
+        /// authors', the positions of gripper and object for Push and PickAndPlace, and the
+        /// object's angles for Slide. [`Trainer::new`](super::Trainer::new) refuses one that the
+        /// observation does not have.
         pub left_out: Vec<usize>,
     }
 }
@@ -256,7 +258,7 @@ settings! {
         /// Slide, as in MRL.
         pub random_action: f64 => 0.0..=1.0,
         /// The most steps for which a random action of a wholly random episode is held: 1, the
-        /// authors', and 9 with an object. How many is drawn for each.
+        /// authors', and 9 for tasks with an object. The number is drawn anew for each action.
         pub held_actions: u64 => 1..=1_000,
         /// The share of the episodes that begin far from their goal, at the farthest of four drawn
         /// starts: 0, the authors', and 0.5 for Slide.

@@ -84,3 +84,28 @@ impl<R: GoalReward> GoalReward for Stricter<'_, R> {
         self.with_moved(pairs, |pairs| self.reward.truncated_batch(pairs, out))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use goal_reward::DistanceReward;
+
+    #[test]
+    fn a_goal_counts_as_reached_from_as_many_times_closer() {
+        let reward = &DistanceReward::sparse();
+        let (plain, strict) =
+            (Stricter { reward, strictness: 1.0 }, Stricter { reward, strictness: 2.0 });
+        for (distance, by_plain, by_strict) in
+            [(0.024, 0.0, 0.0), (0.026, 0.0, -1.0), (0.051, -1.0, -1.0)]
+        {
+            let (achieved, desired) = ([1.0, 0.5 + distance, 0.25], [1.0, 0.5, 0.25]);
+            assert_eq!(plain.reward(&achieved, &desired), by_plain, "{distance}");
+            assert_eq!(strict.reward(&achieved, &desired), by_strict, "{distance}");
+            assert_eq!(strict.is_success(&achieved, &desired), by_strict == 0.0);
+            let mut rewards = [f64::NAN];
+            let pairs = GoalPairs::new(&achieved, &desired, 3).unwrap();
+            strict.reward_batch(pairs, &mut rewards).unwrap();
+            assert_eq!(rewards, [by_strict]);
+        }
+    }
+}

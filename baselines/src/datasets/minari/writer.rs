@@ -27,8 +27,8 @@ const VERSION: &str = "0.5.0";
 /// | `actions` | `(T, dim)` | `f4` |
 /// | `rewards`, of the environment | `(T,)` | `f8` |
 /// | `terminations`, `truncations` | `(T,)` | `bool` |
-/// | `infos["is_success"]` | `(T + 1,)` | `f4` |
-/// | `infos["distance"]`, in meters; `["sparse_reward"]`, `["dense_reward"]` of each state | `(T + 1,)` | `f8` |
+/// | `infos["is_success"]` | `(T + 1, 1)` | `f4` |
+/// | `infos["distance"]`, in meters; `["sparse_reward"]`, `["dense_reward"]` of each state | `(T + 1, 1)` | `f8` |
 /// | `infos["qpos"]`, `["qvel"]` | `(T + 1, dim)` | `f8` |
 ///
 /// The metadata of an episode has its seed. `recover_environment()` makes the environment of the
