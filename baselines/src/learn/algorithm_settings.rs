@@ -50,6 +50,9 @@ settings! {
         /// [bounds](goal_reward::GoalReward::bounds) can have: true, the authors', whose rewards of
         /// -1 and 0 give `[-1 / (1 - gamma), 0]`. An infinite bound clips nothing.
         pub clip_targets: bool,
+        /// The weight of the value of the actor's actions in its loss: 1, the authors'; 0 for an
+        /// actor that only imitates.
+        pub value_weight: f32 => 0.0..=1_000.0,
         /// The weight of imitating [demonstrations](super::Trainer::add_demonstrations) in the
         /// actor's loss: 0. The term is the mean square of the differences between the actor's
         /// actions and those of demonstrated transitions, over the batch; other transitions add
@@ -58,6 +61,14 @@ settings! {
         /// al., *Overcoming exploration in reinforcement learning with demonstrations*, 2018, and
         /// Fujimoto and Gu, *A minimalist approach to offline reinforcement learning*, 2021.
         pub imitation_weight: f32 => 0.0..=1_000.0,
+        /// How much more an action is imitated the better it is: 0, all alike. Each square of the
+        /// imitation is multiplied by the exponential function of this number times the advantage
+        /// of the demonstrated action over the actor's, as the critic estimates it, and by 10 at
+        /// most. Without a value in the loss, 0 is goal-conditioned behavior cloning (Ghosh et
+        /// al., *Learning to reach goals via iterated supervised learning*, 2021), and 1 the
+        /// advantage weight of Yang et al., *Rethinking goal-conditioned supervised learning and
+        /// its connection to offline RL*, 2022.
+        pub advantage_factor: f32 => 0.0..=1_000.0,
         /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as
         /// in MRL.
         pub noise: f32 => 0.0..=10.0,
@@ -80,7 +91,9 @@ impl Default for DdpgSettings {
             average_fraction: 0.005,
             action_l2: 0.05,
             clip_targets: true,
+            value_weight: 1.0,
             imitation_weight: 0.0,
+            advantage_factor: 0.0,
             noise: 0.2,
         }
     }

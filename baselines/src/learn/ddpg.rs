@@ -40,6 +40,9 @@ struct Networks {
 
 debug_settings!(Ddpg);
 
+/// The most by which an advantage multiplies imitation, as Yang et al. have it.
+const HIGHEST_FACTOR: f32 = 10.0;
+
 /// What a gradient is computed with; passes and vectors are reused.
 #[derive(Default)]
 struct Work {
@@ -47,6 +50,8 @@ struct Work {
     critic: Pass,
     actions: Vec<f32>,
     targets: Vec<f32>,
+    /// By how much each transition is imitated.
+    imitation: Vec<f32>,
 }
 
 impl Ddpg {
@@ -162,7 +167,7 @@ impl Networks {
         work: &mut Work,
         gradient: &mut [f32],
     ) -> (f32, f32) {
-        let Work { actor, critic, actions, targets } = work;
+        let Work { actor, critic, actions, targets, .. } = work;
         act(actor, &self.target_actor, batch.next_input, actions);
         let values = evaluate(critic, &self.target_critic, batch.next_input, actions);
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
@@ -172,8 +177,9 @@ impl Networks {
         regress(critic, &self.critic.network, batch, targets, gradient)
     }
 
-    /// Computes the gradient of the actor's loss: the negative mean value of its actions, their
-    /// mean square times `action_l2`, and the imitation of demonstrated ones. Returns the loss.
+    /// Computes the gradient of the actor's loss: the negative mean value of its actions times
+    /// `value_weight`, their mean square times `action_l2`, and the imitation of demonstrated ones.
+    /// Returns the loss.
     fn actor_gradient(
         &self,
         batch: Transitions<'_>,
@@ -182,33 +188,51 @@ impl Networks {
         gradient: &mut [f32],
     ) -> f32 {
         let (actor, critic) = (&self.actor.network, &self.critic.network);
-        act(&mut work.actor, actor, batch.input, &mut work.actions);
-        let actions = &work.actions;
-        let values = evaluate(&mut work.critic, critic, batch.input, actions);
+        let Work { actor: actor_pass, critic: critic_pass, actions, imitation, .. } = work;
+        act(actor_pass, actor, batch.input, actions);
+        let DdpgSettings { value_weight, imitation_weight, advantage_factor, .. } = *settings;
+        let weighs_advantages = imitation_weight > 0.0 && advantage_factor > 0.0;
+        imitation.clear();
+        if weighs_advantages {
+            imitation.extend(evaluate(critic_pass, critic, batch.input, batch.action));
+        }
+        let values = evaluate(critic_pass, critic, batch.input, actions);
+        if weighs_advantages {
+            for (value, own) in imitation.iter_mut().zip(values) {
+                *value = libm::expf(advantage_factor * (*value - own)).min(HIGHEST_FACTOR);
+            }
+        } else {
+            imitation.resize(batch.len, 1.0);
+        }
         let (share, num_actions) = (batch.share(), batch.num_actions());
+        for (weight, is_demonstrated) in imitation.iter_mut().zip(batch.demonstrated) {
+            let weighs = if *is_demonstrated { imitation_weight } else { 0.0 };
+            *weight *= weighs * share / num_actions as f32;
+        }
+        let (actions, imitation) = (&*actions, &*imitation);
         let weight = settings.action_l2 * share / num_actions as f32;
         let squares = actions.iter().map(|action| action * action).sum::<f32>();
-        let mut loss = weight * squares - values.iter().sum::<f32>() * share;
-        let imitation = settings.imitation_weight * share / num_actions as f32;
+        let value_share = value_weight * share;
+        let mut loss = weight * squares - values.iter().sum::<f32>() * value_share;
         // `None` if there is nothing to imitate.
-        let difference = |index: usize| {
-            let imitates = imitation > 0.0 && batch.demonstrated[index / num_actions];
-            imitates.then(|| actions[index] - batch.action[index])
+        let imitated = |index: usize| {
+            let weight = imitation[index / num_actions];
+            (weight > 0.0).then(|| (weight, actions[index] - batch.action[index]))
         };
-        for difference in (0..actions.len()).filter_map(difference) {
-            loss += imitation * difference * difference;
+        for (weight, difference) in (0..actions.len()).filter_map(imitated) {
+            loss += weight * difference * difference;
         }
 
-        let by_action = work.critic.backward(critic, |_, _| -share, None, num_actions);
+        let by_action = critic_pass.backward(critic, |_, _| -value_share, None, num_actions);
         let by_output = |index: usize, _| {
             let action = actions[index];
             let mut slope = by_action[index] + 2.0 * weight * action;
-            if let Some(difference) = difference(index) {
-                slope += 2.0 * imitation * difference;
+            if let Some((weight, difference)) = imitated(index) {
+                slope += 2.0 * weight * difference;
             }
             slope * (1.0 - action * action)
         };
-        work.actor.backward(actor, by_output, Some(gradient), 0);
+        actor_pass.backward(actor, by_output, Some(gradient), 0);
         loss
     }
 }
@@ -217,4 +241,95 @@ impl Networks {
 fn act(pass: &mut Pass, actor: &Network, inputs: &[f32], actions: &mut Vec<f32>) {
     actions.clear();
     actions.extend(pass.run(actor, inputs).iter().map(|output| tanh(*output)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const INPUT: [f32; 6] = [0.3, -0.8, 0.5, -0.2, 0.9, 0.1];
+    const ACTION: [f32; 4] = [0.7, -0.4, -0.6, 0.2];
+
+    fn ddpg(settings: DdpgSettings) -> Ddpg {
+        let settings = DdpgSettings { hidden: vec![9, 7], last_layer_scale: 1.0, ..settings };
+        let reward_bounds = -1.0..=0.0;
+        let init = AlgorithmInit { num_inputs: 3, num_actions: 2, reward_bounds, seed: 5, rank: 0 };
+        Ddpg::new(settings, init).expect("the settings are in their ranges")
+    }
+
+    /// Returns the loss of the actor and its gradient for the first `len` of two transitions.
+    fn gradient(ddpg: &Ddpg, len: usize, demonstrated: &[bool]) -> (f32, Vec<f32>) {
+        let batch = Transitions {
+            len,
+            input: &INPUT[..3 * len],
+            action: &ACTION[..2 * len],
+            reward: &[-1.0; 2][..len],
+            discount: &[0.9; 2][..len],
+            next_input: &INPUT[..3 * len],
+            demonstrated,
+        };
+        let actor = &ddpg.networks.actor.network;
+        let mut gradient = vec![f32::NAN; actor.parameters.len()];
+        let (work, settings) = (&mut Work::default(), &ddpg.settings);
+        let loss = ddpg.networks.actor_gradient(batch, settings, work, &mut gradient);
+        (loss, gradient)
+    }
+
+    #[test]
+    fn the_gradient_of_the_actor_agrees_with_differences_of_its_loss() {
+        let mut ddpg = ddpg(DdpgSettings {
+            action_l2: 0.3,
+            value_weight: 0.7,
+            imitation_weight: 2.0,
+            ..DdpgSettings::default()
+        });
+        let demonstrated = [true, false];
+        let (_, computed) = gradient(&ddpg, 2, &demonstrated);
+        let step = 1e-2;
+        for (index, computed) in computed.into_iter().enumerate() {
+            let [high, low] = [step, -step].map(|step| {
+                let parameters = &mut ddpg.networks.actor.network.parameters;
+                let before = parameters[index];
+                parameters[index] += step;
+                let (loss, _) = gradient(&ddpg, 2, &demonstrated);
+                ddpg.networks.actor.network.parameters[index] = before;
+                loss
+            });
+            let difference = (high - low) / (2.0 * step);
+            assert!((computed - difference).abs() < 2e-3, "{index}: {computed} {difference}");
+        }
+    }
+
+    /// Imitation is all of the loss here.
+    #[test]
+    fn an_action_is_imitated_the_more_the_better_it_is() {
+        let imitating = |advantage_factor| {
+            ddpg(DdpgSettings {
+                action_l2: 0.0,
+                value_weight: 0.0,
+                imitation_weight: 1.0,
+                advantage_factor,
+                ..DdpgSettings::default()
+            })
+        };
+        let alike = imitating(0.0);
+        let (loss, all_alike) = gradient(&alike, 1, &[true]);
+        assert!(loss > 0.0);
+        assert_eq!(gradient(&alike, 1, &[false]), (0.0, vec![0.0; all_alike.len()]));
+        let (critic, actor) = (&alike.networks.critic.network, &alike.networks.actor.network);
+        let (mut pass, mut own) = (Pass::default(), Vec::new());
+        act(&mut pass, actor, &INPUT[..3], &mut own);
+        let [own, demonstrated] = [&own[..], &ACTION[..2]]
+            .map(|action| evaluate(&mut pass, critic, &INPUT[..3], action)[0]);
+        let advantage = demonstrated - own;
+        assert!(advantage != 0.0);
+        for factor in [1.0, 3.0, 1_000.0] {
+            let expected = (factor * advantage).exp().min(10.0);
+            let (weighted, gradient) = gradient(&imitating(factor), 1, &[true]);
+            assert!((weighted - expected * loss).abs() < 1e-5 * (1.0 + expected), "{factor}");
+            for (weighted, alike) in gradient.iter().zip(&all_alike) {
+                assert!((weighted - expected * alike).abs() < 1e-4, "{weighted} {alike}");
+            }
+        }
+    }
 }

@@ -54,6 +54,27 @@ fn demonstrations_alone_are_learned_and_the_run_goes_on() -> Result {
     Ok(())
 }
 
+/// Goal-conditioned behavior cloning, and the same weighted by advantages.
+#[test]
+fn imitation_alone_is_enough_of_a_loss() -> Result {
+    for advantage_factor in [0.0, 1.0] {
+        let AlgorithmSettings::Ddpg(ddpg) = ddpg() else { unreachable!("they are of DDPG") };
+        let settings = settings(AlgorithmSettings::Ddpg(DdpgSettings {
+            action_l2: 0.0,
+            value_weight: 0.0,
+            imitation_weight: 1.0,
+            advantage_factor,
+            ..ddpg
+        }));
+        let mut trainer = Trainer::new(make, settings, 0, 2)?;
+        demonstrate(&mut trainer, 50)?;
+        trainer.update(1_500)?;
+        let row = trainer.evaluate()?;
+        assert_eq!(row.success_rate.value, 1.0, "{advantage_factor}: {row:?}");
+    }
+    Ok(())
+}
+
 #[test]
 fn there_must_be_something_to_draw() -> Result {
     let mut trainer = Trainer::new(make, imitating(), 0, 1)?;

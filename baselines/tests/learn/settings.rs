@@ -137,7 +137,7 @@ fn presets_are_in_range() -> Result {
 #[test]
 fn settings_out_of_range_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 35] = [
+    let wrong: [(&str, Change); 37] = [
         ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
         ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 0),
@@ -170,7 +170,9 @@ fn settings_out_of_range_are_named() {
         ("average_fraction", |_, ddpg| ddpg.average_fraction = 0.0),
         ("average_fraction", |_, ddpg| ddpg.average_fraction = 2.0),
         ("action_l2", |_, ddpg| ddpg.action_l2 = -1.0),
+        ("value_weight", |_, ddpg| ddpg.value_weight = -1.0),
         ("imitation_weight", |_, ddpg| ddpg.imitation_weight = -1.0),
+        ("advantage_factor", |_, ddpg| ddpg.advantage_factor = f32::NAN),
         ("target_interval", |_, ddpg| ddpg.target_interval = 0),
         ("actor_learning_rate", |_, ddpg| ddpg.actor_learning_rate = f32::INFINITY),
     ];

@@ -2,6 +2,7 @@
 
 use std::{
     fmt, fs,
+    num::NonZeroU64,
     path::{Path, PathBuf},
 };
 
@@ -40,6 +41,8 @@ pub struct Run {
     pub model: ModelChoice,
     /// Environment steps after which the run ends.
     pub steps: u64,
+    /// Updates after which a run ends that learns from its demonstrations alone.
+    pub updates: Option<NonZeroU64>,
     /// Success rate at which the run ends.
     pub target: f64,
     pub seed: u64,
@@ -57,6 +60,7 @@ impl Run {
             env_id: args.env_id.to_string(),
             model: args.model,
             steps: args.steps.unwrap_or(steps),
+            updates: args.updates,
             target: args.target.unwrap_or(target),
             seed,
             preset: args.preset,
@@ -273,6 +277,8 @@ pub struct Outcome {
     /// The counters at the second of the evaluations that reached the target.
     pub reached: Option<Counters>,
     pub success: Option<SuccessRate>,
+    /// On the same episodes as the success.
+    pub episode_return_mean: f64,
 }
 
 impl fmt::Display for Outcome {

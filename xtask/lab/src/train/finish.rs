@@ -5,7 +5,7 @@ use std::time::Instant;
 use anyhow::Context;
 use baselines::{
     SuccessRate, TrainedPolicy, evaluate_spread,
-    learn::{CurveRow, Target, Trainer},
+    learn::{Counters, CurveRow, Target, TrainError, Trainer},
     workers::{Workers, gather_values, sum},
 };
 use fetch_env::{EnvId, MujocoEnv, make_vec, vec_env::VecConfig};
@@ -16,10 +16,50 @@ use super::{
 };
 use crate::shared::{choice::ModelChoice, signals::Signals};
 
+/// After how much a run ends.
+#[derive(Clone, Copy, Debug)]
+pub enum Length {
+    /// Environment steps.
+    Steps(u64),
+    /// Updates from demonstrations alone, without a step.
+    Updates(u64),
+}
+
+impl Length {
+    /// Returns the number at which the run ends.
+    pub const fn end(self) -> u64 {
+        let (Self::Steps(end) | Self::Updates(end)) = self;
+        end
+    }
+
+    /// Returns how far a run is.
+    pub const fn reached(self, counters: &Counters) -> u64 {
+        match self {
+            Self::Steps(_) => counters.steps,
+            Self::Updates(_) => counters.updates,
+        }
+    }
+
+    /// Goes on to the next moment at which a run can stop. Returns a row if it was evaluated.
+    fn go_on(self, trainer: &mut Trainer<MujocoEnv>) -> Result<Option<CurveRow>, TrainError> {
+        match self {
+            Self::Steps(end) => trainer.run_cycle(end),
+            Self::Updates(end) => {
+                let interval = end.div_ceil(OFFLINE_EVALUATIONS);
+                let done = trainer.counters().updates;
+                trainer.update((interval - done % interval).min(end - done))?;
+                trainer.evaluate().map(Some)
+            }
+        }
+    }
+}
+
+/// The number of evaluations of a run that learns from demonstrations alone.
+const OFFLINE_EVALUATIONS: u64 = 10;
+
 /// Where a run ends, and how it gets there.
 pub struct Course {
-    /// Environment steps after which it ends.
-    pub num_steps: u64,
+    pub length: Length,
     pub target: Target,
     pub threads: usize,
     /// Least number of seconds between two checkpoints.
@@ -47,16 +87,18 @@ fn run_cycles(
     signals: &Signals,
     mut watch: impl FnMut(&CurveRow),
 ) -> anyhow::Result<()> {
-    let &Course { num_steps, target, checkpoint_seconds, .. } = course;
+    let &Course { length, target, checkpoint_seconds, .. } = course;
     let is_first = trainer.workers().rank() == 0;
     if is_first {
         files.write_curve(trainer.rows())?;
     }
     let mut saved = Instant::now();
     let mut signal = 0;
-    while signal == 0 && trainer.counters().steps < num_steps && !target.is_reached(trainer.rows())
-    {
-        if let Some(row) = trainer.run_cycle(num_steps)? {
+    let is_over = |trainer: &Trainer<_>| {
+        length.reached(trainer.counters()) >= length.end() || target.is_reached(trainer.rows())
+    };
+    while signal == 0 && !is_over(trainer) {
+        if let Some(row) = length.go_on(trainer)? {
             let mut written = Ok(());
             if is_first {
                 watch(&row);
@@ -93,7 +135,8 @@ pub fn finish(
 ) -> anyhow::Result<Outcome> {
     let (env_id, model, target) = (files.run.env_id()?, files.run.model, course.target);
     let policy = trainer.policy(&env_id.to_string())?;
-    let policy = measured(trainer.workers(), policy, env_id, model, course.threads)?;
+    let measured = measured(trainer.workers(), policy, env_id, model, course.threads)?;
+    let (policy, episode_return_mean) = measured;
     let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
     let outcome = Outcome {
         env_id: env_id.to_string(),
@@ -102,6 +145,7 @@ pub fn finish(
         target: target.success_rate,
         reached: reached.map(|first| trainer.rows()[first + 1].counters),
         success: policy.header().success,
+        episode_return_mean,
     };
     if trainer.workers().rank() == 0 {
         files.write_policy(&policy)?;
@@ -111,20 +155,21 @@ pub fn finish(
     Ok(outcome)
 }
 
-/// Measures the success rate of a policy on seeds that no training has seen.
+/// Measures the success rate of a policy on seeds that no training has seen, and its mean return.
 fn measured(
     workers: &mut dyn Workers,
     mut policy: TrainedPolicy,
     env_id: EnvId,
     model: ModelChoice,
     threads: usize,
-) -> anyhow::Result<TrainedPolicy> {
+) -> anyhow::Result<(TrainedPolicy, f64)> {
     let config = env_id.config().with_model(model.source());
     let vec_config = VecConfig::default().with_num_threads(threads);
     let mut envs = make_vec(config, 20, vec_config)?;
     let count = FINAL_EPISODES;
     let evaluation = evaluate_spread(workers, &mut envs, &mut policy, count, FINAL_SEED, |_| ())?;
-    let rate = evaluation.summary()?.success_rate;
+    let summary = evaluation.summary()?;
+    let rate = summary.success_rate;
     let success = SuccessRate { rate, episodes: FINAL_EPISODES, first_seed: FINAL_SEED };
-    Ok(policy.with_success(success))
+    Ok((policy.with_success(success), summary.episode_return_mean.value))
 }

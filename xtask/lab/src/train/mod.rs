@@ -25,7 +25,7 @@ use indicatif::ProgressBar;
 
 use self::{
     files::{Outcome, Run, RunFiles},
-    finish::{Course, first_signal},
+    finish::{Course, Length, first_signal},
     options::{AlgorithmChoice, Preset},
 };
 use crate::shared::{
@@ -63,11 +63,16 @@ pub struct Args {
     /// Environment steps after which the run ends, if it has not reached the target
     #[arg(long)]
     steps: Option<u64>,
+    /// Learn offline, from the episodes of --demos alone, with this number of updates and without a
+    /// step
+    #[arg(long, requires = "demos", conflicts_with = "steps")]
+    updates: Option<NonZeroU64>,
     /// Success rate at which the run ends, if two evaluations in a row reach it; 2 for never
     #[arg(long)]
     target: Option<f64>,
     /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of
-    /// episodes: an archive of numpy arrays (.npz), or a saved buffer
+    /// episodes: an archive of numpy arrays (.npz), of `collect` or of a data set of OGBench's
+    /// format, or a saved buffer
     #[arg(long, value_parser = options::demos)]
     demos: Option<String>,
     /// Change a setting, such as gamma=0.98; can be given several times
@@ -85,7 +90,7 @@ pub struct Args {
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
     #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
-    #[arg(conflicts_with_all = ["demos", "set", "model", "out", "overwrite"])]
+    #[arg(conflicts_with_all = ["demos", "updates", "set", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
     /// Run every setting of a grid with every seed, a run a thread; the same command goes on where
     /// it was. The file is JSON: env_id, preset, steps and target as the flags, seeds, a list, and
@@ -212,19 +217,24 @@ fn finish(
     signals: &Signals,
 ) -> anyhow::Result<Outcome> {
     let run = &files.run;
+    let length = match run.updates {
+        Some(updates) => Length::Updates(updates.get()),
+        None => Length::Steps(args.steps.unwrap_or(run.steps)),
+    };
     let course = Course {
-        num_steps: args.steps.unwrap_or(run.steps),
+        length,
         target: Target { success_rate: args.target.unwrap_or(run.target), evaluations: 2 },
         threads: args.threads.get(),
         checkpoint_seconds: args.checkpoint_seconds,
     };
     let is_first = trainer.workers().rank() == 0;
-    let bar = progress::bar(usize::try_from(course.num_steps)?, "training");
+    let bar = progress::bar(usize::try_from(length.end())?, "training");
     if is_first {
-        bar.set_position(trainer.counters().steps);
+        bar.set_position(length.reached(trainer.counters()));
     }
     signals.put_off();
-    let trained = finish::train(&mut trainer, files, &course, signals, |row| show(&bar, row));
+    let watch = |row: &CurveRow| show(&bar, length, row);
+    let trained = finish::train(&mut trainer, files, &course, signals, watch);
     signals.end_at_once();
     bar.finish_and_clear();
     trained?;
@@ -250,9 +260,9 @@ fn finish(
     Ok(outcome)
 }
 
-fn show(bar: &ProgressBar, row: &CurveRow) {
+fn show(bar: &ProgressBar, length: Length, row: &CurveRow) {
     let CurveRow { counters, success_rate: Estimate { value, .. }, .. } = row;
-    bar.set_position(counters.steps);
+    bar.set_position(length.reached(counters));
     bar.set_message(format!("success {value:.2}"));
     progress::note(
         bar,
@@ -279,6 +289,7 @@ fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {
         if let Some(success) = outcome.success {
             push("success_rate", Metric::new(success.rate.value, "1"));
         }
+        push("episode_return_mean", Metric::new(outcome.episode_return_mean, "1"));
     }
     figures
 }

@@ -9,8 +9,9 @@ use baselines::{
     workers::share,
 };
 use clap::error::ErrorKind;
-use fetch_env::{FetchObservation, MujocoEnv};
-use her_relabel::{HerBuffer, LoadError};
+use fetch_env::{FetchObservation, GoalEnv, MujocoEnv};
+use goal_reward::GoalReward;
+use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -40,7 +41,7 @@ pub enum AlgorithmChoice {
 }
 
 /// Returns what all ranks of a run must have in common, beside the settings.
-pub fn facts(args: &Args) -> [(&'static str, String); 9] {
+pub fn facts(args: &Args) -> [(&'static str, String); 10] {
     [
         ("command", "train".to_owned()),
         ("--env-id", args.env_id.to_string()),
@@ -48,6 +49,7 @@ pub fn facts(args: &Args) -> [(&'static str, String); 9] {
         ("--seed", args.seed.to_string()),
         ("--seeds", args.seeds.to_string()),
         ("--steps", format!("{:?}", args.steps)),
+        ("--updates", format!("{:?}", args.updates)),
         ("--target", format!("{:?}", args.target)),
         ("--demos", format!("{:?}", args.demos)),
         ("--resume", format!("{:?}", args.resume)),
@@ -162,6 +164,31 @@ pub fn demos(text: &str) -> Result<String, String> {
     }
 }
 
+/// Where data sets of OGBench's format have the goals.
+const GOALS: GoalColumns<'_> = GoalColumns {
+    array: "achieved_goals",
+    width: 3,
+    columns: 0..3,
+    desired: Some("desired_goals"),
+};
+
+/// Adds the episodes of an archive of numpy arrays: of a buffer, or of OGBench's format, in which
+/// nothing tells the lengths of episodes.
+fn import(
+    buffer: &mut HerBuffer<f32>,
+    archive: &[u8],
+    reward: &impl GoalReward,
+) -> Result<u64, NpzError> {
+    let missing = match buffer.import_npz_bytes(archive) {
+        Err(missing @ NpzError::Missing { .. }) => missing,
+        imported => return imported,
+    };
+    match buffer.import_ogbench_bytes(archive, &GOALS, reward) {
+        Err(NpzError::Missing { .. }) => Err(missing),
+        imported => imported,
+    }
+}
+
 /// Adds demonstrations to the buffer of a trainer: this rank's share of scripted episodes, or all
 /// episodes of a file.
 pub fn add_demos(
@@ -178,7 +205,9 @@ pub fn add_demos(
                 format!("--demos {demos}: write a number, an archive .npz or a saved buffer")
             })?
         };
-        trainer.add_demonstrations(|buffer| anyhow::Ok(buffer.import_npz_bytes(&archive)?))?;
+        let env = make(args.env_id, args.model)?;
+        let reward = env.goal_reward();
+        trainer.add_demonstrations(|buffer| anyhow::Ok(import(buffer, &archive, reward)?))?;
         return Ok(());
     };
     let own = share(trainer.workers(), count);

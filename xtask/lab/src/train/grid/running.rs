@@ -18,7 +18,7 @@ use super::super::{
     Args, Ready,
     curve_line::{CurveLine, reached},
     files::{Run, RunFiles},
-    finish::{self, Course},
+    finish::{self, Course, Length},
     make, start,
 };
 use crate::shared::{progress, signals::Signals};
@@ -114,7 +114,8 @@ impl Shared<'_> {
         let Run { steps: num_steps, target, .. } = files.run;
         let target = Target { success_rate: target, evaluations: 2 };
         let checkpoint_seconds = planned.args.checkpoint_seconds;
-        let course = Course { num_steps, target, threads: 1, checkpoint_seconds };
+        let length = Length::Steps(num_steps);
+        let course = Course { length, target, threads: 1, checkpoint_seconds };
         let mut shown = 0;
         let mut show = |steps: u64| {
             self.bar.inc(steps.saturating_sub(shown));
