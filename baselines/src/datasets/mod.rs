@@ -34,6 +34,8 @@ mod error;
 mod minari;
 #[cfg(feature = "ogbench")]
 mod ogbench;
+#[cfg(feature = "learn")]
+mod replay;
 mod set;
 mod staged;
 
@@ -44,6 +46,8 @@ pub use error::DatasetError;
 pub use minari::writer::MinariWriter;
 #[cfg(feature = "ogbench")]
 pub use ogbench::writer::OgBenchWriter;
+#[cfg(feature = "learn")]
+pub use replay::{ReplayError, write_replay};
 pub use set::{SetKind, SetPolicy, write_set};
 
 /// Writes the episodes of a data set.

@@ -3,6 +3,8 @@
 mod laws;
 mod minari;
 mod ogbench;
+#[cfg(feature = "learn")]
+mod replay;
 mod whole;
 
 use std::path::Path;

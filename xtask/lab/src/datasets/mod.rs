@@ -6,13 +6,12 @@ mod set;
 use std::{num::NonZeroUsize, path::PathBuf};
 
 use anyhow::ensure;
-use baselines::datasets::SetKind;
 use fetch_env::{EnvId, make};
 use rayon::prelude::*;
 use serde_json::json;
 
 use self::format::Format;
-use self::set::{Set, Written};
+use self::set::{Kind, Set, Written};
 use crate::shared::{
     choice::{ModelChoice, flag_name},
     json::{Metric, write_results},
@@ -26,7 +25,7 @@ pub struct Args {
     #[arg(long)]
     out: PathBuf,
     /// Only these, separated by commas: an environment (FetchPush-v4), a set (random, scripted,
-    /// expert, expert-noisy, mixed), or one set of one environment (FetchPush-v4/expert)
+    /// expert, expert-noisy, mixed, replay), or one set of one environment (FetchPush-v4/expert)
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// Steps of each set, of which the last episode may add some
@@ -35,7 +34,8 @@ pub struct Args {
     /// Formats, separated by commas; all if it is left out
     #[arg(long, value_enum, value_delimiter = ',')]
     format: Vec<Format>,
-    /// Seed of the first episode of each set; the others have the seeds that follow
+    /// Seed of the first episode of each set; the others have the seeds that follow. The seed of
+    /// the run for replay
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Model of the robot
@@ -65,9 +65,9 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 }
 
 /// Returns the sets that `--only` names; all without it.
-fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, SetKind)>> {
-    let all = EnvId::ALL.into_iter().flat_map(|id| SetKind::ALL.map(|kind| (id, kind)));
-    let names = |(id, kind): (EnvId, SetKind)| {
+fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, Kind)>> {
+    let all = EnvId::ALL.into_iter().flat_map(|id| Kind::all().map(move |kind| (id, kind)));
+    let names = |(id, kind): (EnvId, Kind)| {
         let kind = kind.name();
         [id.to_string(), kind.to_owned(), format!("{id}/{kind}")]
     };
@@ -75,7 +75,7 @@ fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, SetKind)>> {
         ensure!(
             all.clone().any(|set| names(set).contains(name)),
             "--only {name}: name an environment (FetchPush-v4), a set (random, scripted, expert, \
-             expert-noisy, mixed), or both (FetchPush-v4/expert)"
+             expert-noisy, mixed, replay), or both (FetchPush-v4/expert)"
         );
     }
     let is_chosen = |set: &_| only.is_empty() || names(*set).iter().any(|name| only.contains(name));

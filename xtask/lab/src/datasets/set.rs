@@ -4,19 +4,44 @@ use std::path::Path;
 
 use baselines::{
     Episode, Evaluation,
-    datasets::{About, SetKind, SetPolicy, write_set},
+    datasets::{About, SetKind, SetPolicy, write_replay, write_set},
+    learn::TrainSettings,
 };
-use fetch_env::{EnvId, make};
+use fetch_env::{EnvId, MujocoEnv, make};
 use indicatif::ProgressBar;
 
 use super::format::{Contents, Format};
 use crate::shared::choice::ModelChoice;
 
+/// What a data set has the episodes of.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// Of a policy.
+    Acting(SetKind),
+    /// Of a training run.
+    Replay,
+}
+
+impl Kind {
+    /// Returns all kinds.
+    pub fn all() -> impl Iterator<Item = Self> + Clone {
+        SetKind::ALL.into_iter().map(Self::Acting).chain([Self::Replay])
+    }
+
+    /// Returns the name of the kind, as in that of a data set.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Acting(kind) => kind.name(),
+            Self::Replay => "replay",
+        }
+    }
+}
+
 /// A data set to write.
 #[derive(Clone, Copy, Debug)]
 pub struct Set {
     pub env_id: EnvId,
-    pub kind: SetKind,
+    pub kind: Kind,
     pub model: ModelChoice,
     pub episodes: usize,
     pub first_seed: u64,
@@ -40,17 +65,30 @@ impl Set {
         command: &str,
         bar: &ProgressBar,
     ) -> anyhow::Result<Written> {
-        let mut env = make(self.env_id.config().with_model(self.model.source()))?;
-        let mut policy = SetPolicy::new(self.kind, &env)?;
-        let name = About::name_of(self.env_id, self.kind.name());
-        let about = About::new(&name, &env, policy.describe(), command)?;
-        let mut writers = Vec::new();
-        for format in formats {
-            writers.push(format.create(&format.root(out), about.clone())?);
-        }
+        let Self { env_id, kind, model, episodes: count, first_seed } = self;
+        let make = || Ok(make(env_id.config().with_model(model.source()))?);
+        let mut env = make()?;
+        let name = About::name_of(env_id, kind.name());
+        let begin = |env: &MujocoEnv, policy: &str| {
+            let about = About::new(&name, env, policy, command)?;
+            let create = |format: &Format| format.create(&format.root(out), about.clone());
+            formats.iter().map(create).collect::<Result<Vec<_>, _>>()
+        };
         let progress = |episode: &Episode| bar.inc(episode.episode_length as u64);
-        let (count, seed) = (self.episodes, self.first_seed);
-        let evaluation = write_set(&mut env, &mut policy, count, seed, &mut writers, progress)?;
+        let (evaluation, writers) = match kind {
+            Kind::Acting(kind) => {
+                let mut policy = SetPolicy::new(kind, &env)?;
+                let mut writers = begin(&env, policy.describe())?;
+                let (policy, writing) = (&mut policy, &mut writers);
+                (write_set(&mut env, policy, count, first_seed, writing, progress)?, writers)
+            }
+            Kind::Replay => {
+                let mut writers = begin(&env, "a policy that DDPG with hindsight trains")?;
+                let settings = TrainSettings::fast(env_id.task);
+                let writing = &mut writers;
+                (write_replay(make, settings, first_seed, count, writing, progress)?, writers)
+            }
+        };
         writers.into_iter().try_for_each(|writer| writer.finish())?;
         let mut contents = Vec::new();
         for format in formats {
