@@ -1,6 +1,10 @@
 //! The formats of data sets.
 
-use std::{fs, path::Path, path::PathBuf};
+use std::{
+    fs::{self, File},
+    io::Read,
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use baselines::datasets::{About, DatasetError, DatasetWriter, MinariWriter, OgBenchWriter};
@@ -54,11 +58,20 @@ impl Contents {
     pub fn of(folder: &Path) -> anyhow::Result<Self> {
         let (mut bytes, mut hash) = (0, Hash::new());
         for path in files(folder)? {
-            let content = fs::read(&path).with_context(|| path.display().to_string())?;
+            let mut file = File::open(&path).with_context(|| path.display().to_string())?;
+            let len = file.metadata()?.len();
             hash.update(path.strip_prefix(folder)?.to_string_lossy().as_bytes());
-            hash.update((content.len() as u64).to_le_bytes());
-            hash.update(&content);
-            bytes += content.len() as u64;
+            hash.update(len.to_le_bytes());
+            // A part at a time, because files may be larger than memory.
+            let mut part = vec![0; 1 << 20];
+            loop {
+                let read = file.read(&mut part).with_context(|| path.display().to_string())?;
+                if read == 0 {
+                    break;
+                }
+                hash.update(&part[..read]);
+            }
+            bytes += len;
         }
         let hash = hash.finalize();
         let checksum = hash[..8].iter().map(|byte| format!("{byte:02x}")).collect();
