@@ -44,19 +44,19 @@ debug_as_display!(ReplayError);
 /// collected, from random ones to those of what was learned, with all writers; calls `progress`
 /// after each. The writers have not finished then.
 ///
-/// Each episode is reset with a seed of its own, which the data set records as that of any other
-/// episode; a run of [`Trainer`] without it goes on with the random numbers of the last episode.
+/// Each episode is reset with a seed of its own, which its record has; otherwise the run is that of
+/// a [`Trainer`], whose episodes go on with the random numbers of the last.
 /// The episodes are the same for the same settings and seed.
 ///
 /// # Errors
 /// [`ReplayError`].
 ///
 /// ```no_run
+/// # #[cfg(feature = "ogbench")] {
 /// use baselines::datasets::{About, DatasetWriter, OgBenchWriter, write_replay};
 /// use baselines::learn::TrainSettings;
 /// use fetch_env::{Task, make};
 ///
-/// # #[cfg(feature = "ogbench")] {
 /// let make = || Ok(make("FetchPush-v4")?);
 /// let about = About::new("fetch/push/replay-v0", &make()?, "a run of DDPG", "")?;
 /// let mut writers: [Box<dyn DatasetWriter>; 1] = [Box::new(OgBenchWriter::create("data", about)?)];

@@ -57,9 +57,10 @@ settings! {
         /// actor's loss: 0. The term is the mean square of the differences between the actor's
         /// actions and those of demonstrated transitions, over the batch; other transitions add
         /// nothing to it. Learning from demonstrations alone needs it, because the critic overrates
-        /// actions that it has never seen: measured, 100 for rewards of -1 and 0. Sources: Nair et
-        /// al., *Overcoming exploration in reinforcement learning with demonstrations*, 2018, and
-        /// Fujimoto and Gu, *A minimalist approach to offline reinforcement learning*, 2021.
+        /// actions that it has never seen: measured, 100 for rewards of -1 and 0, and 10 with an
+        /// `advantage_factor` of 5. Sources: Nair et al., *Overcoming exploration in reinforcement
+        /// learning with demonstrations*, 2018, and Fujimoto and Gu, *A minimalist approach to
+        /// offline reinforcement learning*, 2021.
         pub imitation_weight: f32 => 0.0..=1_000.0,
         /// How much more an action is imitated the better it is: 0, all alike. Each square of the
         /// imitation is multiplied by the exponential function of this number times the advantage
@@ -67,7 +68,8 @@ settings! {
         /// most. Without a value in the loss, 0 is goal-conditioned behavior cloning (Ghosh et
         /// al., *Learning to reach goals via iterated supervised learning*, 2021), and 1 the
         /// advantage weight of Yang et al., *Rethinking goal-conditioned supervised learning and
-        /// its connection to offline RL*, 2022.
+        /// its connection to offline RL*, 2022. Measured on noisy episodes of a trained policy: 1
+        /// without a value, 5 with one.
         pub advantage_factor: f32 => 0.0..=1_000.0,
         /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as
         /// in MRL.
