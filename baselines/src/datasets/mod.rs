@@ -1,5 +1,5 @@
 //! Data sets that other projects read: Minari's format (feature `minari`) and OGBench's (feature
-//! `ogbench`).
+//! `ogbench`). `import_minari` reads Minari's into a replay buffer.
 //!
 //! A data set is a function of its settings and its first seed: on the same version of MuJoCo it
 //! has the same bytes on each machine. It is written episode by episode, so that its length takes
@@ -41,7 +41,7 @@ pub use about::About;
 pub use episode::EpisodeRecord;
 pub use error::DatasetError;
 #[cfg(feature = "minari")]
-pub use minari::writer::MinariWriter;
+pub use minari::{error::MinariError, import::import_minari, writer::MinariWriter};
 #[cfg(feature = "ogbench")]
 pub use ogbench::writer::OgBenchWriter;
 pub use set::{SetKind, SetPolicy, write_set};
