@@ -2,6 +2,7 @@
 
 mod import;
 mod laws;
+mod lerobot;
 mod minari;
 mod ogbench;
 mod whole;
@@ -9,7 +10,8 @@ mod whole;
 use std::path::Path;
 
 use baselines::datasets::{
-    About, DatasetWriter, EpisodeRecord, MinariWriter, OgBenchWriter, SetKind, SetPolicy,
+    About, DatasetWriter, EpisodeRecord, LeRobotWriter, MinariWriter, OgBenchWriter, SetKind,
+    SetPolicy,
 };
 use baselines::{buffer_config, collect};
 use fetch_env::{FetchObservation, make};
@@ -37,14 +39,15 @@ fn about() -> Result<About> {
     Ok(About::new(NAME, &make("FetchPush-v4")?, "four policies", "")?)
 }
 
-/// Begins a data set in both formats.
-fn writers(folder: &Path) -> Result<[Box<dyn DatasetWriter>; 2]> {
+/// Begins a data set in each format.
+fn writers(folder: &Path) -> Result<[Box<dyn DatasetWriter>; 3]> {
     let minari = MinariWriter::create(folder.join("minari"), about()?)?;
     let ogbench = OgBenchWriter::create(folder.join("ogbench"), about()?)?;
-    Ok([Box::new(minari), Box::new(ogbench)])
+    let lerobot = LeRobotWriter::create(folder.join("lerobot"), about()?)?;
+    Ok([Box::new(minari), Box::new(ogbench), Box::new(lerobot)])
 }
 
-/// Writes episodes in both formats.
+/// Writes episodes in each format.
 fn write(folder: &Path, records: &[EpisodeRecord]) -> Result {
     for mut writer in writers(folder)? {
         records.iter().try_for_each(|record| writer.write(record))?;
