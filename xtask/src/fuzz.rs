@@ -15,7 +15,7 @@ struct Target {
     of: &'static str,
 }
 
-const TARGETS: [Target; 8] = [
+const TARGETS: [Target; 9] = [
     Target { name: "load", of: "her-relabel" },
     Target { name: "npz", of: "her-relabel" },
     Target { name: "ogbench", of: "her-relabel" },
@@ -24,6 +24,7 @@ const TARGETS: [Target; 8] = [
     Target { name: "calls", of: "fetch-env" },
     Target { name: "settings", of: "baselines" },
     Target { name: "checkpoints", of: "baselines" },
+    Target { name: "minari", of: "baselines" },
 ];
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {

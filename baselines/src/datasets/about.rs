@@ -32,6 +32,10 @@ pub struct About {
     pub(super) action_space: Space,
     #[serde(skip)]
     pub(super) states: [usize; 2],
+    /// Steps of a second of simulated time.
+    #[serde(skip)]
+    #[cfg(feature = "lerobot")]
+    pub(super) steps_per_second: f64,
 }
 
 impl About {
@@ -74,6 +78,8 @@ impl About {
             observation_space: env.observation_space().clone(),
             action_space: env.action_space().clone().into(),
             states: [data.qpos().len(), data.qvel().len()],
+            #[cfg(feature = "lerobot")]
+            steps_per_second: 1.0 / fetch_sim::Simulator::control_period(env.inner().simulator()),
         })
     }
 

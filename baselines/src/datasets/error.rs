@@ -71,9 +71,13 @@ pub enum DatasetError {
         source: EnvError,
     },
     /// Arrow refused the columns.
-    #[cfg(feature = "minari")]
+    #[cfg(any(feature = "lerobot", feature = "minari"))]
     #[error("the episode cannot be written as Arrow")]
     Arrow(#[from] arrow_schema::ArrowError),
+    /// A file of Parquet could not be written.
+    #[cfg(feature = "lerobot")]
+    #[error("the episode cannot be written as Parquet")]
+    Parquet(#[from] parquet::errors::ParquetError),
 }
 
 debug_as_display!(DatasetError);

@@ -1,5 +1,6 @@
-//! Data sets that other projects read: Minari's format (feature `minari`) and OGBench's (feature
-//! `ogbench`).
+//! Data sets that other projects read: in Minari's format (feature `minari`), OGBench's (feature
+//! `ogbench`) and LeRobot's (feature `lerobot`). `import_minari` reads Minari's into a replay
+//! buffer.
 //!
 //! A data set is a function of its settings and its first seed: on the same version of MuJoCo it
 //! has the same bytes on each machine. It is written episode by episode, so that its length takes
@@ -28,8 +29,12 @@
 //! ```
 
 mod about;
+#[cfg(any(feature = "lerobot", feature = "minari"))]
+mod columns;
 mod episode;
 mod error;
+#[cfg(feature = "lerobot")]
+mod lerobot;
 #[cfg(feature = "minari")]
 mod minari;
 #[cfg(feature = "ogbench")]
@@ -42,8 +47,10 @@ mod staged;
 pub use about::About;
 pub use episode::EpisodeRecord;
 pub use error::DatasetError;
+#[cfg(feature = "lerobot")]
+pub use lerobot::writer::LeRobotWriter;
 #[cfg(feature = "minari")]
-pub use minari::writer::MinariWriter;
+pub use minari::{error::MinariError, import::import_minari, writer::MinariWriter};
 #[cfg(feature = "ogbench")]
 pub use ogbench::writer::OgBenchWriter;
 #[cfg(feature = "learn")]

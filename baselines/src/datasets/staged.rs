@@ -42,6 +42,18 @@ impl StagedFolder {
         self.folder.path()
     }
 
+    /// Writes a file of JSON in the folder.
+    #[cfg(any(feature = "lerobot", feature = "ogbench"))]
+    pub(super) fn write_json(
+        &self,
+        name: &str,
+        value: &impl serde::Serialize,
+    ) -> Result<(), DatasetError> {
+        let path = self.path().join(name);
+        let json = serde_json::to_string_pretty(value).map_err(io::Error::other);
+        json.and_then(|json| fs::write(&path, json + "\n")).map_err(DatasetError::file(&path))
+    }
+
     /// Gives the folder its place.
     pub(super) fn publish(self) -> Result<(), DatasetError> {
         let Self { target, folder } = self;

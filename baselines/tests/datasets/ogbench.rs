@@ -5,13 +5,12 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use baselines::datasets::EpisodeRecord;
-use baselines::{buffer_config, collect};
-use fetch_env::{FetchObservation, GoalEnv, make};
-use her_relabel::{GoalColumns, HerBuffer};
+use fetch_env::{GoalEnv, make};
+use her_relabel::GoalColumns;
 use npyz::{Deserialize, NpyFile};
 use zip::ZipArchive;
 
-use crate::{Result, bits, records, write};
+use crate::{Result, archive, bits, buffer, collected, records, write};
 
 /// Reads an array with its shape.
 fn array<T: Deserialize>(path: &Path, name: &str) -> Result<(Vec<u64>, Vec<T>)> {
@@ -80,7 +79,6 @@ fn the_buffer_imports_what_it_would_have_collected() -> Result {
     let folder = tempfile::tempdir()?;
     let records = records(13)?;
     write(folder.path(), &records)?;
-    let mut env = make("FetchPush-v4")?;
     let path = folder.path().join("ogbench/fetch-push-mixed-v0/fetch-push-mixed-v0.npz");
     let goals = GoalColumns {
         array: "achieved_goals",
@@ -88,21 +86,10 @@ fn the_buffer_imports_what_it_would_have_collected() -> Result {
         columns: 0..3,
         desired: Some("desired_goals"),
     };
-    let mut imported = HerBuffer::<f64>::new(buffer_config(1000, &env)?)?;
+    let env = make("FetchPush-v4")?;
+    let mut imported = buffer()?;
     assert_eq!(imported.import_ogbench(&path, &goals, env.goal_reward())?, 11);
-    let mut collected = HerBuffer::<f64>::new(buffer_config(1000, &env)?)?;
-    for record in records.iter().filter(|record| record.seed % 10 != 1) {
-        let mut actions = record.actions.chunks(4);
-        let mut replay = |_: &FetchObservation, action: &mut [f32]| {
-            action.copy_from_slice(actions.next().unwrap_or(&[f32::NAN; 4]));
-        };
-        collect(&mut env, &mut replay, 1, record.seed, &mut collected, 0, |_| ())?;
-    }
-    let archive = |buffer: &HerBuffer<f64>| -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        buffer.write_npz(&mut bytes)?;
-        Ok(bytes)
-    };
+    let collected = collected(records.iter().filter(|record| record.seed % 10 != 1))?;
     assert!(archive(&imported)? == archive(&collected)?);
     Ok(())
 }

@@ -56,10 +56,10 @@ fn a_writer_that_does_not_finish_leaves_nothing() -> Result {
     for mut writer in writers(folder.path())? {
         writer.write(&records[0])?;
     }
-    for place in ["minari/fetch/push", "ogbench"] {
+    for place in ["minari/fetch/push", "ogbench", "lerobot/fetch"] {
         assert_eq!(fs::read_dir(folder.path().join(place))?.count(), 0, "{place}");
     }
-    let [_, ogbench] = writers(folder.path())?;
+    let [_, ogbench, _] = writers(folder.path())?;
     let error = ogbench.finish().err().ok_or("finished")?;
     assert!(matches!(error, DatasetError::TooFew { episodes: 0 }), "{error}");
     assert_eq!(fs::read_dir(folder.path().join("ogbench"))?.count(), 0);
@@ -122,6 +122,14 @@ fn a_crash_while_writing_leaves_whole_sets() -> Result {
                     let archive = fs::File::open(ogbench.join(file))?;
                     assert_eq!(zip::ZipArchive::new(archive)?.len(), 13);
                 }
+            }
+            let lerobot = folder.path().join(&set).join("lerobot/fetch/push-mixed-v0");
+            if lerobot.exists() {
+                assert_eq!(names(&lerobot)?.len(), 3);
+                assert_eq!(names(&lerobot.join("meta"))?.len(), 4);
+                let info: Value =
+                    serde_json::from_slice(&fs::read(lerobot.join("meta/info.json"))?)?;
+                assert_eq!(info["total_episodes"], EPISODES);
             }
         }
     }

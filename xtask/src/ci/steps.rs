@@ -74,6 +74,12 @@ const ON_SYSTEM: Stage = Stage {
             &[Clippy],
         ),
         step(
+            "lints with LeRobot's data sets alone",
+            "clippy -p fetch-baselines --no-default-features --features lerobot --all-targets \
+             -- -D warnings",
+            &[Clippy],
+        ),
+        step(
             "lints with OGBench's data sets alone",
             "clippy -p fetch-baselines --no-default-features --features ogbench --all-targets \
              -- -D warnings",
@@ -108,7 +114,7 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "documentation with data sets",
-            "doc -p fetch-baselines --no-deps --features minari,ogbench",
+            "doc -p fetch-baselines --no-deps --features lerobot,minari,ogbench",
             &[],
         ),
         step(

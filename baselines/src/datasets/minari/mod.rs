@@ -1,6 +1,9 @@
 //! Minari's format, version 0.5: a folder with a file of JSON and one of Arrow for each episode.
 
+mod arrow;
 mod environment;
+pub(super) mod error;
+pub(super) mod import;
 mod spaces;
 mod table;
 pub(super) mod writer;

@@ -93,10 +93,7 @@ impl OgBenchWriter {
             let path = folder.path().join(name);
             part.write_to(&path).map_err(DatasetError::file(&path))?;
         }
-        let path = folder.path().join("about.json");
-        let json = serde_json::to_string_pretty(&about).map_err(io::Error::other);
-        json.and_then(|json| std::fs::write(&path, json + "\n"))
-            .map_err(DatasetError::file(&path))?;
+        folder.write_json("about.json", &about)?;
         folder.publish()
     }
 }

@@ -1,0 +1,112 @@
+//! A table in files of Parquet.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use arrow_array::RecordBatch;
+use parquet::arrow::ArrowWriter;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+
+use crate::datasets::error::DatasetError;
+
+/// Files in a folder, as LeRobot numbers them.
+pub(super) const FILES_OF_CHUNK: i64 = 1000;
+/// The rows in memory, in bytes.
+const ROW_GROUP: usize = 4 << 20;
+
+/// Which file a row is in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shard {
+    pub(super) chunk: i64,
+    pub(super) file: i64,
+}
+
+/// A table that grows, in the files `chunk-000/file-000.parquet` and those that follow.
+#[derive(Debug)]
+pub(super) struct Shards {
+    folder: PathBuf,
+    /// The size from which a file is full, in bytes.
+    file_size: usize,
+    shard: Shard,
+    writer: Option<ArrowWriter<File>>,
+}
+
+impl Shards {
+    pub(super) const fn new(folder: PathBuf, file_size: usize) -> Self {
+        Self { folder, file_size, shard: Shard { chunk: 0, file: 0 }, writer: None }
+    }
+
+    /// Returns where the next rows will be.
+    pub(super) fn next(&mut self) -> Result<Shard, DatasetError> {
+        let size = |writer: &ArrowWriter<_>| writer.bytes_written() + writer.in_progress_size();
+        if self.writer.as_ref().is_some_and(|writer| size(writer) >= self.file_size) {
+            self.close()?;
+            let Shard { chunk, file } = self.shard;
+            self.shard = match file + 1 {
+                FILES_OF_CHUNK => Shard { chunk: chunk + 1, file: 0 },
+                file => Shard { chunk, file },
+            };
+        }
+        Ok(self.shard)
+    }
+
+    /// Adds rows.
+    pub(super) fn write(&mut self, table: &RecordBatch) -> Result<(), DatasetError> {
+        let writer = match &mut self.writer {
+            Some(writer) => writer,
+            none => {
+                let Shard { chunk, file } = self.shard;
+                let folder = self.folder.join(format!("chunk-{chunk:03}"));
+                fs::create_dir_all(&folder).map_err(DatasetError::file(&folder))?;
+                none.insert(create(&folder.join(format!("file-{file:03}.parquet")), table)?)
+            }
+        };
+        Ok(writer.write(table)?)
+    }
+
+    pub(super) fn close(&mut self) -> Result<(), DatasetError> {
+        if let Some(writer) = self.writer.take() {
+            writer.close()?;
+        }
+        Ok(())
+    }
+}
+
+/// Creates a file for tables like one.
+pub(super) fn create(path: &Path, table: &RecordBatch) -> Result<ArrowWriter<File>, DatasetError> {
+    let file = File::create_new(path).map_err(DatasetError::file(path))?;
+    let properties = WriterProperties::builder()
+        .set_max_row_group_row_count(None)
+        .set_max_row_group_bytes(Some(ROW_GROUP))
+        .set_statistics_enabled(EnabledStatistics::Chunk);
+    Ok(ArrowWriter::try_new(file, table.schema(), Some(properties.build()))?)
+}
+
+#[cfg(test)]
+mod tests {
+    use arrow_array::Int64Array;
+
+    use super::*;
+    use crate::datasets::columns::Columns;
+
+    #[test]
+    fn full_files_and_chunks_are_followed_by_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut columns = Columns::new(1);
+        columns.column("number", Int64Array::from(vec![7]));
+        let table = columns.into_table().unwrap();
+        let mut shards = Shards::new(folder.path().to_owned(), 1);
+        let mut places = Vec::new();
+        for _ in 0..=FILES_OF_CHUNK {
+            let Shard { chunk, file } = shards.next().unwrap();
+            places.push((chunk, file));
+            shards.write(&table).unwrap();
+        }
+        shards.close().unwrap();
+        assert_eq!(places[..2], [(0, 0), (0, 1)]);
+        assert_eq!(places[999..], [(0, 999), (1, 0)]);
+        for name in ["chunk-000/file-999.parquet", "chunk-001/file-000.parquet"] {
+            assert!(folder.path().join(name).exists(), "{name}");
+        }
+    }
+}
