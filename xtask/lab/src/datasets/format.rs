@@ -7,7 +7,9 @@ use std::{
 };
 
 use anyhow::Context;
-use baselines::datasets::{About, DatasetError, DatasetWriter, MinariWriter, OgBenchWriter};
+use baselines::datasets::{
+    About, DatasetError, DatasetWriter, LeRobotWriter, MinariWriter, OgBenchWriter,
+};
 use hmac_sha256::Hash;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -16,16 +18,19 @@ pub enum Format {
     Minari,
     /// OGBench's
     Ogbench,
+    /// LeRobot's, without video
+    Lerobot,
 }
 
 impl Format {
-    pub const ALL: [Self; 2] = [Self::Minari, Self::Ogbench];
+    pub const ALL: [Self; 3] = [Self::Minari, Self::Ogbench, Self::Lerobot];
 
     /// Begins a data set in a folder of data sets.
     pub fn create(self, root: &Path, about: About) -> Result<Box<dyn DatasetWriter>, DatasetError> {
         Ok(match self {
             Self::Minari => Box::new(MinariWriter::create(root, about)?),
             Self::Ogbench => Box::new(OgBenchWriter::create(root, about)?),
+            Self::Lerobot => Box::new(LeRobotWriter::create(root, about)?),
         })
     }
 
@@ -34,6 +39,7 @@ impl Format {
         out.join(match self {
             Self::Minari => "minari",
             Self::Ogbench => "ogbench",
+            Self::Lerobot => "lerobot",
         })
     }
 
@@ -42,6 +48,7 @@ impl Format {
         match self {
             Self::Minari => root.join(name),
             Self::Ogbench => root.join(name.replace('/', "-")),
+            Self::Lerobot => root.join(name.replace('/', "-").replacen('-', "/", 1)),
         }
     }
 }

@@ -21,7 +21,8 @@ use crate::shared::{
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Folder for the data sets: those of Minari go to its folder `minari`, which
-    /// MINARI_DATASETS_PATH names for Minari, and those of OGBench to `ogbench`
+    /// MINARI_DATASETS_PATH names for Minari, those of OGBench to `ogbench`, and those of LeRobot to
+    /// `lerobot`, which HF_LEROBOT_HOME names for LeRobot
     #[arg(long)]
     out: PathBuf,
     /// Only these, separated by commas: an environment (FetchPush-v4), a set (random, scripted,
