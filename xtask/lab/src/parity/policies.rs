@@ -21,7 +21,7 @@ use crate::shared::{
 
 const SCRIPT: &str = include_str!("../../scripts/policies.py");
 /// The episodes on which the two models are compared.
-const MODEL_EPISODES: usize = 300;
+const MODEL_EPISODES: usize = 6_000;
 /// The most by which their success rates may differ.
 const MODEL_TOLERANCE: f64 = 0.01;
 
