@@ -8,13 +8,13 @@ use fetch_env::{
     ActionElement, Env, EnvError, EnvExt, FetchObservation, GoalObservation, MujocoEnv, Reset,
     Space, Step,
 };
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use rand::Rng;
 
 use super::DatasetWriter;
 use super::episode::EpisodeRecord;
 use super::error::DatasetError;
 use crate::evaluate::{Episode, Evaluation};
+use crate::learn::seeds::ResetSeeds;
 use crate::learn::{TrainError, TrainSettings, Trainer};
 
 /// Error returned by [`write_replay`].
@@ -121,8 +121,11 @@ impl Kept {
         let len = env.action_space().shape().iter().product();
         let mut actions = self.actions.chunks_exact(len);
         let mut policy = |_: &FetchObservation, action: &mut [f32]| {
-            // An episode that goes on has ended elsewhere, too.
-            action.copy_from_slice(actions.next().unwrap_or(&vec![0.0; len]));
+            match actions.next() {
+                Some(next) => action.copy_from_slice(next),
+                // An episode that goes on has ended elsewhere, too.
+                None => action.fill(0.0),
+            }
         };
         let episode = record.record(env, &mut policy, self.seed)?;
         if record.actions != self.actions || !record.achieved_goals.ends_with(&self.achieved_goal) {
@@ -136,15 +139,15 @@ impl Kept {
 struct Keeping {
     env: usize,
     sender: Sender<Kept>,
-    /// The last seed that was given, and the number of resets without one since.
-    given: (u64, u64),
+    seeds: ResetSeeds,
+    /// Of the episode.
     seed: u64,
     actions: Vec<f32>,
 }
 
 impl Keeping {
-    const fn new(env: usize, sender: Sender<Kept>) -> Self {
-        Self { env, sender, given: (0, 0), seed: 0, actions: Vec::new() }
+    fn new(env: usize, sender: Sender<Kept>) -> Self {
+        Self { env, sender, seeds: ResetSeeds::default(), seed: 0, actions: Vec::new() }
     }
 }
 
@@ -159,12 +162,10 @@ impl Wrapper<MujocoEnv> for Keeping {
         seed: Option<u64>,
         options: &<MujocoEnv as Env>::ResetOptions,
     ) -> Result<Reset<Self::Observation, Self::Info>, EnvError> {
-        let given = seed.map_or((self.given.0, self.given.1 + 1), |seed| (seed, 0));
-        let mut rng = ChaCha8Rng::seed_from_u64(given.0);
-        rng.set_stream(given.1);
-        let seed = seed.unwrap_or_else(|| rng.next_u64());
+        let seeds = self.seeds.after(seed);
+        let seed = seed.unwrap_or_else(|| seeds.rng().next_u64());
         let reset = env.reset_with(Some(seed), options)?;
-        (self.given, self.seed) = (given, seed);
+        (self.seeds, self.seed) = (seeds, seed);
         self.actions.clear();
         Ok(reset)
     }

@@ -3,10 +3,9 @@
 use fetch_env::wrappers::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
 use fetch_env::{EnvError, GoalObservation, Reset, Space, Step};
 use goal_reward::goal_distance;
-use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
+use rand::{Rng, RngExt};
 
+use super::seeds::ResetSeeds;
 use crate::collector::CollectEnv;
 
 /// The number of starts from which the farthest is taken.
@@ -19,23 +18,13 @@ const NUM_STARTS: usize = 4;
 #[derive(Clone, Debug)]
 pub(super) struct FarStarts {
     share: f64,
-    state: FarStartsState,
-}
-
-/// On what the next starts depend.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct FarStartsState {
-    /// Of the last reset with a seed.
-    seed: u64,
-    /// The number of resets since.
-    resets: u64,
+    seeds: ResetSeeds,
 }
 
 impl FarStarts {
     /// Begins the share `share` of the episodes far from their goal.
-    pub(super) const fn new(share: f64) -> Self {
-        Self { share, state: FarStartsState { seed: 0, resets: 0 } }
+    pub(super) fn new(share: f64) -> Self {
+        Self { share, seeds: ResetSeeds::default() }
     }
 }
 
@@ -50,12 +39,8 @@ impl<E: CollectEnv> Wrapper<E> for FarStarts {
         seed: Option<u64>,
         options: &E::ResetOptions,
     ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
-        let next = match seed {
-            Some(seed) => FarStartsState { seed, resets: 0 },
-            None => FarStartsState { resets: self.state.resets + 1, ..self.state },
-        };
-        let mut rng = ChaCha8Rng::seed_from_u64(next.seed);
-        rng.set_stream(next.resets);
+        let next = self.seeds.after(seed);
+        let mut rng = next.rng();
         let is_far = seed.is_none() && rng.random::<f64>() < self.share;
         let mut first_seed = seed;
         if is_far {
@@ -71,7 +56,7 @@ impl<E: CollectEnv> Wrapper<E> for FarStarts {
             }
         }
         let reset = env.reset_with(first_seed, options)?;
-        self.state = next;
+        self.seeds = next;
         Ok(reset)
     }
 
@@ -97,18 +82,18 @@ impl KeepsGoals for FarStarts {
 }
 
 impl SnapshotWrapper for FarStarts {
-    type State = FarStartsState;
+    type State = ResetSeeds;
 
-    fn state(&self) -> FarStartsState {
-        self.state
+    fn state(&self) -> ResetSeeds {
+        self.seeds
     }
 
-    fn check_state(&self, _: &FarStartsState) -> Result<(), EnvError> {
+    fn check_state(&self, _: &ResetSeeds) -> Result<(), EnvError> {
         Ok(())
     }
 
-    fn set_state(&mut self, state: &FarStartsState) {
-        self.state = *state;
+    fn set_state(&mut self, state: &ResetSeeds) {
+        self.seeds = *state;
     }
 }
 

@@ -60,7 +60,7 @@ mod replay;
 mod run;
 mod sac;
 mod sampled;
-mod seeds;
+pub(crate) mod seeds;
 mod settings;
 mod stricter;
 mod trainer;

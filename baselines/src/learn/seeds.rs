@@ -3,6 +3,7 @@
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// What random numbers are for.
 #[derive(Clone, Copy, Debug)]
@@ -35,4 +36,31 @@ pub(super) fn seed_for(seed: u64, purpose: Purpose, number: u64) -> u64 {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream((purpose as u64) << 56 | number);
     rng.next_u64()
+}
+
+/// Which reset of an environment is next, of those that a wrapper draws for itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ResetSeeds {
+    /// Of the last reset with a seed.
+    seed: u64,
+    /// The number of resets since.
+    resets: u64,
+}
+
+impl ResetSeeds {
+    /// Returns what follows a reset with a seed, or without one.
+    pub(crate) const fn after(self, seed: Option<u64>) -> Self {
+        match seed {
+            Some(seed) => Self { seed, resets: 0 },
+            None => Self { resets: self.resets + 1, ..self },
+        }
+    }
+
+    /// Returns the random numbers of the last reset.
+    pub(crate) fn rng(self) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(self.resets);
+        rng
+    }
 }

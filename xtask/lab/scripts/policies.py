@@ -65,7 +65,8 @@ def run(policy, env, seed):
     while not truncated:
         actions.append(policy.act(observation))
         observation, _, _, truncated, info = env.step(actions[-1])
-    distance = np.linalg.norm(observation["achieved_goal"] - observation["desired_goal"])
+    # Along an axis, as the environment's own distance: without one, numpy sums in another order.
+    distance = np.linalg.norm(observation["achieved_goal"] - observation["desired_goal"], axis=-1)
     return bool(info["is_success"]), distance, actions
 
 

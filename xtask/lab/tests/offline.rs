@@ -62,11 +62,11 @@ fn what_is_no_set_of_episodes_is_refused() -> Result {
 fn a_training_run_is_a_data_set() -> Result {
     let folder = tempfile::tempdir()?;
     let write = |name: &str| -> Result<String> {
-        let flags = "datasets --only FetchReach-v4/replay --steps 300 --seed 3 --out";
+        let flags = "datasets --only FetchReach-v4/replay --steps 100 --seed 3 --out";
         output_of(lab(flags).arg(folder.path().join(name)))
     };
     let table = write("data")?;
-    assert!(table.contains("| FetchReach-v4/replay | minari | 300 |"), "{table}");
+    assert!(table.contains("| FetchReach-v4/replay | minari | 100 |"), "{table}");
     // With the checksums.
     assert_eq!(write("again")?, table);
     Ok(())

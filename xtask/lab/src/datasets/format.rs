@@ -64,13 +64,13 @@ pub struct Contents {
 impl Contents {
     pub fn of(folder: &Path) -> anyhow::Result<Self> {
         let (mut bytes, mut hash) = (0, Hash::new());
+        // A part at a time, because files may be larger than memory.
+        let mut part = vec![0; 1 << 20];
         for path in files(folder)? {
             let mut file = File::open(&path).with_context(|| path.display().to_string())?;
             let len = file.metadata()?.len();
             hash.update(path.strip_prefix(folder)?.to_string_lossy().as_bytes());
             hash.update(len.to_le_bytes());
-            // A part at a time, because files may be larger than memory.
-            let mut part = vec![0; 1 << 20];
             loop {
                 let read = file.read(&mut part).with_context(|| path.display().to_string())?;
                 if read == 0 {
