@@ -1,8 +1,9 @@
 //! Recording an episode with everything that a data set holds of it.
 
-use fetch_env::{ActionElement, Env, GoalObservation, Info, MujocoEnv, Reset, Step};
+use fetch_env::{ActionElement, Env, GoalObservation, Info, MujocoEnv, Reset, SnapshotEnv, Step};
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
+use super::DatasetWriter;
 use super::about::About;
 use super::error::DatasetError;
 use crate::evaluate::{Episode, Event, check_policy, run_episode};
@@ -10,6 +11,7 @@ use crate::lengths::lengths_of;
 use crate::policy::{Policy, PolicyError};
 
 type Observation = <MujocoEnv as Env>::Observation;
+type Snapshot = <MujocoEnv as SnapshotEnv>::Snapshot;
 
 /// An episode of `T` steps and `T + 1` states, in row-major matrices.
 ///
@@ -54,9 +56,27 @@ pub struct EpisodeRecord {
     pub qpos: Vec<f64>,
     /// The joint velocities of each state, `T + 1` rows.
     pub qvel: Vec<f64>,
+    /// The environment's snapshot in each state: `T + 1` elements if they are
+    /// [kept](Self::with_snapshots), none otherwise.
+    pub snapshots: Vec<Snapshot>,
+    keeps_snapshots: bool,
 }
 
 impl EpisodeRecord {
+    /// Also keeps a snapshot of each state, from which the episode goes on bit for bit. Joint
+    /// positions and velocities are not enough for that.
+    #[must_use]
+    pub const fn with_snapshots(mut self) -> Self {
+        self.keeps_snapshots = true;
+        self
+    }
+
+    /// Returns an empty record that keeps what the writers write.
+    pub(super) fn for_writers(writers: &[Box<dyn DatasetWriter>]) -> Self {
+        let keeps_snapshots = writers.iter().any(|writer| writer.needs_snapshots());
+        Self { keeps_snapshots, ..Self::default() }
+    }
+
     /// Runs an episode until it is terminated or truncated, and replaces what was recorded before.
     ///
     /// # Errors
@@ -70,23 +90,40 @@ impl EpisodeRecord {
         seed: u64,
     ) -> Result<Episode, DatasetError> {
         check_policy(env, policy)?;
-        self.clear();
-        self.seed = seed;
         let failed = |source| DatasetError::Environment { seed, source };
         run_episode(env, policy, seed, failed, |env, event| {
             match event {
-                Event::Start(Reset { observation, info, .. }) => self.state(env, observation, info),
-                Event::Step(action, step) => {
-                    let Step { observation, reward, terminated, truncated, info, .. } = step;
-                    self.actions.extend_from_slice(action);
-                    self.rewards.push(*reward);
-                    self.terminations.push(*terminated);
-                    self.truncations.push(*truncated);
-                    self.state(env, observation, info);
-                }
+                Event::Start(reset) => self.start(env, seed, reset),
+                Event::Step(action, step) => self.step(env, action, step),
             }
             Ok(())
         })
+    }
+
+    /// Begins an episode, in place of what was recorded before.
+    pub(super) fn start(
+        &mut self,
+        env: &MujocoEnv,
+        seed: u64,
+        reset: &Reset<Observation, Info>,
+    ) {
+        self.clear();
+        self.seed = seed;
+        self.state(env, &reset.observation, &reset.info);
+    }
+
+    /// Adds a step.
+    pub(super) fn step(
+        &mut self,
+        env: &MujocoEnv,
+        action: &[ActionElement<MujocoEnv>],
+        step: &Step<Observation, Info>,
+    ) {
+        self.actions.extend_from_slice(action);
+        self.rewards.push(step.reward);
+        self.terminations.push(step.terminated);
+        self.truncations.push(step.truncated);
+        self.state(env, &step.observation, &step.info);
     }
 
     fn clear(&mut self) {
@@ -106,6 +143,7 @@ impl EpisodeRecord {
         [&mut self.terminations, &mut self.truncations, &mut self.is_success]
             .into_iter()
             .for_each(Vec::clear);
+        self.snapshots.clear();
     }
 
     /// Adds a state.
@@ -123,6 +161,9 @@ impl EpisodeRecord {
         let data = env.inner().simulator().data();
         self.qpos.extend_from_slice(data.qpos());
         self.qvel.extend_from_slice(data.qvel());
+        if self.keeps_snapshots {
+            self.snapshots.push(env.snapshot());
+        }
     }
 
     /// Checks that all columns are of one episode in the environment of a data set.

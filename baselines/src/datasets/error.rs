@@ -53,11 +53,13 @@ pub enum DatasetError {
         /// The number that fits the episode's rewards and the environment's spaces.
         expected: usize,
     },
-    /// There are not enough episodes to set some aside for validation.
-    #[error("an OGBench data set has at least 2 episodes, not {episodes}")]
+    /// There are fewer episodes than the format's own loader needs.
+    #[error("there are {episodes} episodes, and this format needs at least {least}: write more of them")]
     TooFew {
         /// The number of episodes.
         episodes: usize,
+        /// The number that is needed.
+        least: usize,
     },
     /// The policy is not one for this environment.
     #[error(transparent)]

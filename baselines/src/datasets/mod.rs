@@ -68,6 +68,11 @@ pub trait DatasetWriter {
     /// is then unchanged; [`DatasetError::File`] if a file cannot be written.
     fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError>;
 
+    /// Returns whether the episodes must have [snapshots](EpisodeRecord::with_snapshots).
+    fn needs_snapshots(&self) -> bool {
+        false
+    }
+
     /// Gives the data set its name.
     ///
     /// # Errors

@@ -4,10 +4,7 @@ use std::cell::Cell;
 use std::sync::mpsc::{Sender, channel};
 
 use fetch_env::wrappers::{KeepsGoals, Resetting, Wrapper};
-use fetch_env::{
-    ActionElement, Env, EnvError, EnvExt, FetchObservation, GoalObservation, MujocoEnv, Reset,
-    Space, Step,
-};
+use fetch_env::{ActionElement, Env, EnvError, EnvExt, MujocoEnv, Reset, Space, Step};
 use rand::Rng;
 
 use super::DatasetWriter;
@@ -27,15 +24,6 @@ pub enum ReplayError {
     /// An episode could not be recorded or written.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// An episode was another one when it was recorded.
-    #[error(
-        "the episode with seed {seed} ended elsewhere when it was recorded: it depends on more \
-         than its seed and its actions"
-    )]
-    Differs {
-        /// The seed of its reset.
-        seed: u64,
-    },
 }
 
 debug_as_display!(ReplayError);
@@ -74,15 +62,14 @@ pub fn write_replay(
     writers: &mut [Box<dyn DatasetWriter>],
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, ReplayError> {
-    let mut env = make().map_err(TrainError::Make)?;
     let (sender, receiver) = channel();
     let number = Cell::new(0);
     let keeping = || {
         number.set(number.get() + 1);
-        make()?.wrap(Keeping::new(number.get(), sender.clone()))
+        let record = EpisodeRecord::for_writers(writers);
+        make()?.wrap(Keeping::new(number.get(), record, sender.clone()))
     };
     let mut trainer = Trainer::new(keeping, settings, seed, 1)?;
-    let mut record = EpisodeRecord::default();
     let mut episodes = Vec::new();
     while episodes.len() < count {
         trainer.cycle()?;
@@ -90,8 +77,7 @@ pub fn write_replay(
         // Of one environment they are in the order of time.
         kept.sort_by_key(|kept| kept.env);
         kept.truncate(count - episodes.len());
-        for kept in kept {
-            let episode = kept.record(&mut env, &mut record)?;
+        for Kept { record, episode, .. } in kept {
             for writer in &mut *writers {
                 writer.write(&record)?;
             }
@@ -102,52 +88,26 @@ pub fn write_replay(
     Ok(Evaluation { episodes })
 }
 
-/// An episode of a run: what is needed to record it, and where it ended.
+/// An episode of a run.
 struct Kept {
     /// The number of its environment.
     env: usize,
-    seed: u64,
-    actions: Vec<f32>,
-    achieved_goal: Vec<f64>,
-}
-
-impl Kept {
-    /// Records the episode.
-    fn record(
-        &self,
-        env: &mut MujocoEnv,
-        record: &mut EpisodeRecord,
-    ) -> Result<Episode, ReplayError> {
-        let len = env.action_space().shape().iter().product();
-        let mut actions = self.actions.chunks_exact(len);
-        let mut policy = |_: &FetchObservation, action: &mut [f32]| {
-            match actions.next() {
-                Some(next) => action.copy_from_slice(next),
-                // An episode that goes on has ended elsewhere, too.
-                None => action.fill(0.0),
-            }
-        };
-        let episode = record.record(env, &mut policy, self.seed)?;
-        if record.actions != self.actions || !record.achieved_goals.ends_with(&self.achieved_goal) {
-            return Err(ReplayError::Differs { seed: self.seed });
-        }
-        Ok(episode)
-    }
+    record: EpisodeRecord,
+    episode: Episode,
 }
 
 /// Resets an environment with a seed for each episode, and sends the episodes that end.
 struct Keeping {
     env: usize,
-    sender: Sender<Kept>,
     seeds: ResetSeeds,
-    /// Of the episode.
-    seed: u64,
-    actions: Vec<f32>,
+    record: EpisodeRecord,
+    episode: Episode,
+    sender: Sender<Kept>,
 }
 
 impl Keeping {
-    fn new(env: usize, sender: Sender<Kept>) -> Self {
-        Self { env, sender, seeds: ResetSeeds::default(), seed: 0, actions: Vec::new() }
+    fn new(env: usize, record: EpisodeRecord, sender: Sender<Kept>) -> Self {
+        Self { env, seeds: ResetSeeds::default(), record, episode: Episode::new(None), sender }
     }
 }
 
@@ -165,8 +125,9 @@ impl Wrapper<MujocoEnv> for Keeping {
         let seeds = self.seeds.after(seed);
         let seed = seed.unwrap_or_else(|| seeds.rng().next_u64());
         let reset = env.reset_with(Some(seed), options)?;
-        (self.seeds, self.seed) = (seeds, seed);
-        self.actions.clear();
+        self.seeds = seeds;
+        self.episode = Episode::new(Some(seed));
+        self.record.start(env, seed, &reset);
         Ok(reset)
     }
 
@@ -176,13 +137,12 @@ impl Wrapper<MujocoEnv> for Keeping {
         action: &[ActionElement<MujocoEnv>],
     ) -> Result<Step<Self::Observation, Self::Info>, EnvError> {
         let step = env.step(action)?;
-        self.actions.extend_from_slice(action);
+        self.record.step(env, action, &step);
+        self.episode.add(step.reward, &step.info);
         if step.is_last() {
-            let actions = std::mem::take(&mut self.actions);
-            let achieved_goal = step.observation.achieved_goal().to_vec();
+            let (record, episode) = (self.record.clone(), self.episode);
             // Nobody waits for the episodes of an environment that outlives the run.
-            let _ =
-                self.sender.send(Kept { env: self.env, seed: self.seed, actions, achieved_goal });
+            let _ = self.sender.send(Kept { env: self.env, record, episode });
         }
         Ok(step)
     }

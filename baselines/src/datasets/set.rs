@@ -81,7 +81,7 @@ pub fn write_set(
     writers: &mut [Box<dyn DatasetWriter>],
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, DatasetError> {
-    let mut record = EpisodeRecord::default();
+    let mut record = EpisodeRecord::for_writers(writers);
     let mut episodes = Vec::new();
     for seed in seeds(first_seed).take(count) {
         policy.begin(seed);

@@ -4,12 +4,14 @@ use std::fs::{self, File};
 use std::path::Path;
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{ArrowPrimitiveType, Float32Type, Float64Type};
+use arrow_array::types::{ArrowPrimitiveType, Float32Type, Float64Type, UInt8Type};
 use arrow_array::{Array, RecordBatch, StructArray};
 use arrow_ipc::reader::FileReader;
+use baselines::datasets::{EpisodeRecord, MinariWriter, SetKind, SetPolicy};
+use fetch_env::{Env, FetchSnapshot, GoalObservation, SnapshotEnv, make};
 use serde_json::Value;
 
-use crate::{NAME, Result, bits, records, write};
+use crate::{NAME, Result, about, bits, records, write};
 
 /// Reads the only table of a file.
 fn table(path: &Path) -> Result<RecordBatch> {
@@ -72,6 +74,45 @@ fn what_was_written_reads_back_with_the_same_bits() -> Result {
             assert_eq!(found, [&expected[..], &[false]].concat());
         }
     }
+    Ok(())
+}
+
+#[test]
+fn an_episode_goes_on_from_each_of_its_snapshots() -> Result {
+    let folder = tempfile::tempdir()?;
+    let mut env = make("FetchPush-v4")?;
+    let mut policy = SetPolicy::new(SetKind::ExpertNoisy, &env)?;
+    policy.begin(5);
+    let mut record = EpisodeRecord::default().with_snapshots();
+    record.record(&mut env, &mut policy, 5)?;
+    let mut writer = MinariWriter::create(folder.path(), about()?)?.with_snapshots();
+    writer.write(&record)?;
+    writer.finish()?;
+    let table = table(&folder.path().join(NAME).join("data/0/part-0.arrow"))?;
+    let infos = table.column_by_name("infos").ok_or("no infos")?.as_struct();
+    let texts = elements::<UInt8Type>(part(infos, "snapshot")?);
+    let texts: Vec<_> = texts.chunks(texts.len() / 51).collect();
+    assert_eq!(texts.len(), 51);
+    for (state, text) in texts.iter().enumerate() {
+        let snapshot = &record.snapshots[state];
+        assert_eq!(&serde_json::from_slice::<FetchSnapshot<_>>(text)?, snapshot.inner());
+        env.restore(snapshot)?;
+        for (action, later) in record.actions.chunks(4).zip(1..).skip(state) {
+            let step = env.step(action)?;
+            let expected = &record.observations[later * 25..][..25];
+            assert_eq!(bits(step.observation.observation()), bits(expected));
+            assert_eq!(step.truncated, later == 50);
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn snapshots_that_are_asked_for_must_be_there() -> Result {
+    let folder = tempfile::tempdir()?;
+    let mut writer = MinariWriter::create(folder.path(), about()?)?.with_snapshots();
+    let error = writer.write(&records(1)?[0]).err().ok_or("written")?;
+    assert_eq!(error.to_string(), "snapshots has 0 elements, which must be 51");
     Ok(())
 }
 

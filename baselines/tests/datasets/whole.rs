@@ -59,10 +59,14 @@ fn a_writer_that_does_not_finish_leaves_nothing() -> Result {
     for place in ["minari/fetch/push", "ogbench", "lerobot/fetch"] {
         assert_eq!(fs::read_dir(folder.path().join(place))?.count(), 0, "{place}");
     }
-    let [_, ogbench, _] = writers(folder.path())?;
-    let error = ogbench.finish().err().ok_or("finished")?;
-    assert!(matches!(error, DatasetError::TooFew { episodes: 0 }), "{error}");
-    assert_eq!(fs::read_dir(folder.path().join("ogbench"))?.count(), 0);
+    let [_, ogbench, lerobot] = writers(folder.path())?;
+    for (writer, least, place) in [(ogbench, 2, "ogbench"), (lerobot, 1, "lerobot/fetch")] {
+        match writer.finish() {
+            Err(DatasetError::TooFew { episodes: 0, least: found }) => assert_eq!(found, least),
+            other => return Err(format!("{other:?}").into()),
+        }
+        assert_eq!(fs::read_dir(folder.path().join(place))?.count(), 0);
+    }
     Ok(())
 }
 

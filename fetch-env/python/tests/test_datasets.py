@@ -63,6 +63,32 @@ def assert_same_episode(left, right):
         assert_same(values, right.infos[name])
 
 
+def assert_is_the_environments_own(env, seed, episode):
+    """Check that the seed and the actions of an episode give it again."""
+    assert len(episode) == 50
+    observation, _ = env.reset(seed=seed)
+    states = [observation]
+    physics = [np.concatenate([env.unwrapped.data.qpos, env.unwrapped.data.qvel])]
+    rewards, ends, successes = [], [], []
+    for action in episode.actions:
+        observation, reward, terminated, truncated, info = env.step(action)
+        states.append(observation)
+        physics.append(np.concatenate([env.unwrapped.data.qpos, env.unwrapped.data.qvel]))
+        rewards.append(reward)
+        ends.append((terminated, truncated))
+        successes.append(info["is_success"])
+    for key in KEYS:
+        assert_same(episode.observations[key], [state[key] for state in states])
+    assert_same(episode.rewards, rewards)
+    assert_same(np.stack([episode.terminations, episode.truncations], axis=1), ends)
+    infos = episode.infos
+    assert_same(infos["is_success"][1:, 0], np.array(successes, np.float32))
+    assert_same(np.concatenate([infos["qpos"], infos["qvel"]], axis=1), physics)
+    assert_same(infos["dense_reward"], -infos["distance"])
+    kind = "dense_reward" if "Dense" in env.spec.id else "sparse_reward"
+    assert_same(infos[kind][1:, 0], episode.rewards)
+
+
 def test_each_episode_is_the_recovered_environments_own(dataset):
     env = dataset.recover_environment()
     assert env.spec.id == f"fetch_env/{ENV_IDS[dataset.id]}"
@@ -71,28 +97,18 @@ def test_each_episode_is_the_recovered_environments_own(dataset):
     assert seeds(dataset) == list(range(5, 5 + EPISODES))
     assert dataset.total_steps == EPISODES * 50
     for seed, episode in zip(seeds(dataset), dataset, strict=True):
-        assert len(episode) == 50
-        observation, _ = env.reset(seed=seed)
-        states = [observation]
-        physics = [np.concatenate([env.unwrapped.data.qpos, env.unwrapped.data.qvel])]
-        rewards, ends, successes = [], [], []
-        for action in episode.actions:
-            observation, reward, terminated, truncated, info = env.step(action)
-            states.append(observation)
-            physics.append(np.concatenate([env.unwrapped.data.qpos, env.unwrapped.data.qvel]))
-            rewards.append(reward)
-            ends.append((terminated, truncated))
-            successes.append(info["is_success"])
-        for key in KEYS:
-            assert_same(episode.observations[key], [state[key] for state in states])
-        assert_same(episode.rewards, rewards)
-        assert_same(np.stack([episode.terminations, episode.truncations], axis=1), ends)
-        infos = episode.infos
-        assert_same(infos["is_success"][1:, 0], np.array(successes, np.float32))
-        assert_same(np.concatenate([infos["qpos"], infos["qvel"]], axis=1), physics)
-        assert_same(infos["dense_reward"], -infos["distance"])
-        kind = "dense_reward" if "Dense" in env.spec.id else "sparse_reward"
-        assert_same(infos[kind][1:, 0], episode.rewards)
+        assert_is_the_environments_own(env, seed, episode)
+
+
+@pytest.mark.parametrize("policy", ["random", "scripted", "expert", "expert-noisy", "replay"])
+def test_each_set_is_the_environments_own(policy, tmp_path, monkeypatch):
+    fetch_env.write_dataset("FetchPush-v4", policy, tmp_path, episodes=3, seed=1)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    dataset = minari.load_dataset(f"fetch/push/{policy}-v0")
+    env = dataset.recover_environment()
+    assert len(set(seeds(dataset))) == 3
+    for seed, episode in zip(seeds(dataset), dataset, strict=True):
+        assert_is_the_environments_own(env, seed, episode)
 
 
 def test_the_reference_is_the_environment_for_evaluation(dataset):
@@ -118,6 +134,21 @@ def test_sets_are_sampled_filtered_and_combined(dataset):
     assert combined.total_episodes == 2 * EPISODES
     for left, right in zip(combined, episodes + episodes, strict=True):
         assert_same_episode(left, right)
+
+
+def test_an_episode_goes_on_from_each_of_its_snapshots(tmp_path, monkeypatch):
+    fetch_env.write_dataset("FetchPush-v4", "expert-noisy", tmp_path, episodes=1, snapshots=True)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    dataset = minari.load_dataset("fetch/push/expert-noisy-v0")
+    env = dataset.recover_environment().unwrapped
+    episode = dataset[0]
+    env.reset()
+    for t, snapshot in enumerate(episode.infos["snapshot"]):
+        observation = env.set_state(bytes(snapshot))
+        assert_same(observation["observation"], episode.observations["observation"][t])
+        for later in range(t, min(t + 3, 50)):
+            observation = env.step(episode.actions[later])[0]
+            assert_same(observation["observation"], episode.observations["observation"][later + 1])
 
 
 def test_sets_are_listed(folder):
@@ -197,9 +228,11 @@ def test_what_cannot_be_written_is_an_error(tmp_path):
         write("best", tmp_path)
     with pytest.raises(ValueError, match="choose from minari, ogbench"):
         write("random", tmp_path, "csv")
+    with pytest.raises(ValueError, match="only the format minari has snapshots"):
+        write("random", tmp_path, "ogbench", snapshots=True)
     with pytest.raises(ValueError, match="does not have the settings of FetchReach-v4"):
         write("random", tmp_path / "other", distance_threshold=0.01)
-    with pytest.raises(ValueError, match="at least 2 episodes"):
+    with pytest.raises(ValueError, match="needs at least 2"):
         write("random", tmp_path, "ogbench", episodes=1)
     # What failed has left nothing.
     assert [path.name for path in tmp_path.iterdir()] == ["fetch"]

@@ -7,6 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use anyhow::ensure;
 use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
     datasets::{About, EpisodeRecord},
@@ -49,6 +50,9 @@ pub struct Args {
     /// Write a data set instead, of `fetch/TASK/POLICY-v0`, into the folder that --out names
     #[arg(long, value_enum, requires = "out", conflicts_with = "mpi")]
     format: Option<Format>,
+    /// Also write the exact state of each step, in Minari's format alone: about 3 kB a step
+    #[arg(long, requires = "format")]
+    snapshots: bool,
     /// Also write the results as JSON
     #[arg(long)]
     json: Option<PathBuf>,
@@ -110,20 +114,28 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
 
 /// Writes the episodes as a data set, one after the other.
 fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bool> {
-    let Args { env_id, policy: name, episodes, seed, model, .. } = args;
+    let Args { env_id, policy: name, episodes, seed, model, snapshots, .. } = args;
+    ensure!(
+        !snapshots || format == Format::Minari,
+        "--snapshots: only Minari's format has them, so use --format minari"
+    );
     let mut env = make(env_id.config().with_model(model.source()))?;
     let mut policy = policy_of(name, &env, *seed)?;
     let stem = Path::new(name).file_stem().and_then(OsStr::to_str).unwrap_or_default();
     let command = format!(
         "cargo xtask collect --env-id {env_id} --policy {name} --episodes {episodes} --seed {seed} \
-         --model {} --format {} --out DIR",
+         --model {} --format {}{} --out DIR",
         flag_name(*model),
-        flag_name(format)
+        flag_name(format),
+        if *snapshots { " --snapshots" } else { "" }
     );
     let about = About::new(&About::name_of(*env_id, stem), &env, name, command)?;
-    let mut writer = format.create(out, about)?;
+    let mut writer = format.create(out, about, *snapshots)?;
     let bar = progress::bar(episodes.get(), "episodes");
     let mut record = EpisodeRecord::default();
+    if *snapshots {
+        record = record.with_snapshots();
+    }
     let mut evaluation = Evaluation { episodes: Vec::new() };
     for seed in (0..episodes.get() as u64).map(|episode| seed.wrapping_add(episode)) {
         let mut random = RandomPolicy::new(env.action_space(), seed);

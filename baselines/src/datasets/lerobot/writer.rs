@@ -153,6 +153,9 @@ impl LeRobotWriter {
     /// # Errors
     /// As [`DatasetWriter::finish`], and [`DatasetError::Parquet`].
     pub fn finish(mut self) -> Result<(), DatasetError> {
+        if self.num_episodes == 0 {
+            return Err(DatasetError::TooFew { episodes: 0, least: 1 });
+        }
         self.frames.close()?;
         self.episodes.close()?;
         self.write_tasks()?;
@@ -173,7 +176,7 @@ impl LeRobotWriter {
             "video_path": null,
             "features": described.collect::<Map<String, Value>>(),
         });
-        let named = features.iter().zip(&self.statistics).filter(|(_, all)| all.count > 0);
+        let named = features.iter().zip(&self.statistics);
         let statistics: Map<String, Value> =
             named.map(|(feature, all)| (feature.name.into(), all.describe())).collect();
         self.folder.write_json("meta/info.json", &info)?;

@@ -1,13 +1,16 @@
 //! An episode as a table of Arrow: a row for each state, as Minari lays it out.
 
-use arrow_array::{BooleanArray, Float32Array, Float64Array, RecordBatch};
+use arrow_array::{BooleanArray, Float32Array, Float64Array, RecordBatch, UInt8Array};
 use arrow_schema::ArrowError;
 
 use crate::datasets::columns::Columns;
 use crate::datasets::episode::EpisodeRecord;
 
 /// Returns the table of an episode. Its last row has the last state, and no step.
-pub(super) fn table(episode: &EpisodeRecord) -> Result<RecordBatch, ArrowError> {
+pub(super) fn table(
+    episode: &EpisodeRecord,
+    has_snapshots: bool,
+) -> Result<RecordBatch, ArrowError> {
     let states = episode.rewards.len() + 1;
     let doubles = |values: &[f64]| Float64Array::from(values.to_vec());
     let mut observations = Columns::new(states);
@@ -24,6 +27,9 @@ pub(super) fn table(episode: &EpisodeRecord) -> Result<RecordBatch, ArrowError> 
     infos.shaped_rows("dense_reward", doubles(&episode.dense_rewards))?;
     infos.shaped_rows("qpos", doubles(&episode.qpos))?;
     infos.shaped_rows("qvel", doubles(&episode.qvel))?;
+    if has_snapshots {
+        infos.shaped_rows("snapshot", snapshots(episode)?)?;
+    }
     let mut table = Columns::new(states);
     table.column("observations", observations.into_struct()?);
     table.rows("actions", Float32Array::from(padded(&episode.actions, states)))?;
@@ -32,6 +38,17 @@ pub(super) fn table(episode: &EpisodeRecord) -> Result<RecordBatch, ArrowError> 
     table.column("truncations", BooleanArray::from(padded(&episode.truncations, states)));
     table.column("infos", infos.into_struct()?);
     table.into_table()
+}
+
+/// Returns the snapshots inside the time limit as JSON, with spaces up to the longest.
+fn snapshots(episode: &EpisodeRecord) -> Result<UInt8Array, ArrowError> {
+    let texts = episode.snapshots.iter().map(|snapshot| serde_json::to_vec(snapshot.inner()));
+    let mut texts = texts
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|error| ArrowError::ExternalError(error.into()))?;
+    let longest = texts.iter().map(Vec::len).max().unwrap_or_default();
+    texts.iter_mut().for_each(|text| text.resize(longest, b' '));
+    Ok(texts.concat().into())
 }
 
 /// Returns the rows of the steps with one more of zeros, which Minari ignores.

@@ -30,6 +30,7 @@ const VERSION: &str = "0.5.0";
 /// | `infos["is_success"]` | `(T + 1, 1)` | `f4` |
 /// | `infos["distance"]`, in meters; `["sparse_reward"]`, `["dense_reward"]` of each state | `(T + 1, 1)` | `f8` |
 /// | `infos["qpos"]`, `["qvel"]` | `(T + 1, dim)` | `f8` |
+/// | `infos["snapshot"]`, [if it is asked for](Self::with_snapshots) | `(T + 1, length)` | `u1` |
 ///
 /// The metadata of an episode has its seed. `recover_environment()` makes the environment of the
 /// Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
@@ -43,6 +44,7 @@ pub struct MinariWriter {
     episodes: usize,
     steps: usize,
     bytes: u64,
+    has_snapshots: bool,
 }
 
 impl MinariWriter {
@@ -56,7 +58,16 @@ impl MinariWriter {
         let folder = StagedFolder::create(root.as_ref().join(&about.name))?;
         let data = folder.path().join("data");
         fs::create_dir(&data).map_err(DatasetError::file(&data))?;
-        Ok(Self { about, folder, data, episodes: 0, steps: 0, bytes: 0 })
+        Ok(Self { about, folder, data, episodes: 0, steps: 0, bytes: 0, has_snapshots: false })
+    }
+
+    /// Also writes the exact state of the environment inside its time limit, as the bytes that
+    /// `get_state` of the Python package returns, with spaces up to the longest of the episode:
+    /// `env.unwrapped.set_state(bytes(episode.infos["snapshot"][t]))`. They take about 3 kB.
+    #[must_use]
+    pub const fn with_snapshots(mut self) -> Self {
+        self.has_snapshots = true;
+        self
     }
 
     /// Writes the next episode.
@@ -65,7 +76,11 @@ impl MinariWriter {
     /// As [`DatasetWriter::write`], and [`DatasetError::Arrow`].
     pub fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError> {
         episode.check(&self.about)?;
-        let table = table(episode)?;
+        let (actual, expected) = (episode.snapshots.len(), episode.rewards.len() + 1);
+        if self.has_snapshots && actual != expected {
+            return Err(DatasetError::Length { column: "snapshots", actual, expected });
+        }
+        let table = table(episode, self.has_snapshots)?;
         let mut arrow = Vec::new();
         let mut writer = FileWriter::try_new(&mut arrow, &table.schema())?;
         writer.write(&table)?;
@@ -132,6 +147,10 @@ impl MinariWriter {
 impl DatasetWriter for MinariWriter {
     fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError> {
         Self::write(self, episode)
+    }
+
+    fn needs_snapshots(&self) -> bool {
+        self.has_snapshots
     }
 
     fn finish(self: Box<Self>) -> Result<(), DatasetError> {

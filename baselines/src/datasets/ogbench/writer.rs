@@ -84,7 +84,7 @@ impl OgBenchWriter {
     pub fn finish(self) -> Result<(), DatasetError> {
         let Self { about, folder, training, validation, episodes } = self;
         if episodes < 2 {
-            return Err(DatasetError::TooFew { episodes });
+            return Err(DatasetError::TooFew { episodes, least: 2 });
         }
         let name = file_name(&about);
         for (part, name) in

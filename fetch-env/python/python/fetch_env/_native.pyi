@@ -173,4 +173,5 @@ def write_dataset(
     folder: str | os.PathLike[str],
     episodes: int,
     seed: int,
+    snapshots: bool,
 ) -> str: ...

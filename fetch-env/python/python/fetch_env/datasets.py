@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 
 def write_dataset(  # noqa: PLR0913
     env_id: str,
-    policy: Literal["random", "scripted", "expert", "expert-noisy", "mixed"],
+    policy: Literal["random", "scripted", "expert", "expert-noisy", "mixed", "replay"],
     folder: str | os.PathLike[str],
     data_format: Literal["minari", "ogbench"] = "minari",
     *,
     episodes: int = 20_000,
     seed: int = 0,
+    snapshots: bool = False,
     **settings: Unpack[Settings],
 ) -> dict[str, Any]:
     """Write a data set, the same bytes for the same seed.
@@ -36,11 +37,15 @@ def write_dataset(  # noqa: PLR0913
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
         policy: Who acts: uniformly random actions, a script, the trained policy that comes with the
-            package, the same with noise of 0.2 and three random actions in ten, or these in turn.
+            package, the same with noise of 0.2 and three random actions in ten, these in turn, or
+            a policy while it is trained.
         folder: The folder of data sets.
         data_format: ``"minari"`` or ``"ogbench"``.
         episodes: Number of episodes.
-        seed: Seed of the first episode; the others have the seeds that follow.
+        seed: Seed of the first episode; the others have the seeds that follow. With ``"replay"``,
+            the seed of the training run, which decides those of its episodes.
+        snapshots: Also write the exact state of each step, with ``data_format="minari"`` alone:
+            ``env.unwrapped.set_state(bytes(episode.infos["snapshot"][t]))`` restores it.
         **settings: The ``model``, ``"builtin"`` or ``"reference"``; no other setting can be.
 
     Returns:
@@ -50,6 +55,6 @@ def write_dataset(  # noqa: PLR0913
         ValueError: If there is such a data set, it cannot be written, or an argument means nothing.
     """
     config = _native.Config(env_id, **settings)
-    summary = _native.write_dataset(config, policy, data_format, folder, episodes, seed)
+    summary = _native.write_dataset(config, policy, data_format, folder, episodes, seed, snapshots)
     result: dict[str, Any] = json.loads(summary)
     return result

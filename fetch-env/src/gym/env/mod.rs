@@ -203,6 +203,14 @@ pub struct WrappedSnapshot<S, T> {
     pub(crate) reset_needed: bool,
 }
 
+impl<S, T> WrappedSnapshot<S, T> {
+    /// Returns the snapshot of the environment inside.
+    #[must_use]
+    pub const fn inner(&self) -> &S {
+        &self.env
+    }
+}
+
 impl From<SpaceError> for EnvError {
     fn from(error: SpaceError) -> Self {
         Self::other(error)

@@ -26,8 +26,16 @@ impl Format {
     pub const ALL: [Self; 3] = [Self::Minari, Self::Ogbench, Self::Lerobot];
 
     /// Begins a data set in a folder of data sets.
-    pub fn create(self, root: &Path, about: About) -> Result<Box<dyn DatasetWriter>, DatasetError> {
+    pub fn create(
+        self,
+        root: &Path,
+        about: About,
+        snapshots: bool,
+    ) -> Result<Box<dyn DatasetWriter>, DatasetError> {
         Ok(match self {
+            Self::Minari if snapshots => {
+                Box::new(MinariWriter::create(root, about)?.with_snapshots())
+            }
             Self::Minari => Box::new(MinariWriter::create(root, about)?),
             Self::Ogbench => Box::new(OgBenchWriter::create(root, about)?),
             Self::Lerobot => Box::new(LeRobotWriter::create(root, about)?),

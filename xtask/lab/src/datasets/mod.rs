@@ -42,19 +42,27 @@ pub struct Args {
     /// Model of the robot
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
+    /// Also write the exact state of each step, in Minari's format alone: about 3 kB a step
+    #[arg(long)]
+    snapshots: bool,
     /// Also write the table as JSON
     #[arg(long)]
     json: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
+    ensure!(
+        !args.snapshots || args.format == [Format::Minari],
+        "--snapshots: only Minari's format has them, so add --format minari"
+    );
     let formats = if args.format.is_empty() { &Format::ALL[..] } else { &args.format };
     let mut sets = Vec::new();
     for (env_id, kind) in chosen(&args.only)? {
         let steps = make(env_id)?.max_episode_steps().get() as usize;
         let episodes = args.steps.get().div_ceil(steps);
         let first_seed = args.seed;
-        sets.push(Set { env_id, kind, model: args.model, episodes, first_seed });
+        let Args { model, snapshots, .. } = *args;
+        sets.push(Set { env_id, kind, model, episodes, first_seed, snapshots });
     }
     let bar = progress::bar(sets.len() * args.steps.get(), "steps");
     let write = |set: &Set| set.write(&args.out, formats, &command(args, set), &bar);
@@ -85,11 +93,12 @@ fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, Kind)>> {
 
 /// Returns the command that makes a set again.
 fn command(args: &Args, set: &Set) -> String {
-    let Args { steps, seed, model, .. } = args;
+    let Args { steps, seed, model, snapshots, .. } = args;
     let (id, kind, model) = (set.env_id, set.kind.name(), flag_name(*model));
+    let snapshots = if *snapshots { " --format minari --snapshots" } else { "" };
     format!(
         "cargo xtask datasets --out DIR --only {id}/{kind} --steps {steps} --seed {seed} --model \
-         {model}"
+         {model}{snapshots}"
     )
 }
 

@@ -45,6 +45,7 @@ pub struct Set {
     pub model: ModelChoice,
     pub episodes: usize,
     pub first_seed: u64,
+    pub snapshots: bool,
 }
 
 /// A data set that was written.
@@ -65,13 +66,14 @@ impl Set {
         command: &str,
         bar: &ProgressBar,
     ) -> anyhow::Result<Written> {
-        let Self { env_id, kind, model, episodes: count, first_seed } = self;
+        let Self { env_id, kind, model, episodes: count, first_seed, snapshots } = self;
         let make = || Ok(make(env_id.config().with_model(model.source()))?);
         let mut env = make()?;
         let name = About::name_of(env_id, kind.name());
         let begin = |env: &MujocoEnv, policy: &str| {
             let about = About::new(&name, env, policy, command)?;
-            let create = |format: &Format| format.create(&format.root(out), about.clone());
+            let create =
+                |format: &Format| format.create(&format.root(out), about.clone(), snapshots);
             formats.iter().map(create).collect::<Result<Vec<_>, _>>()
         };
         let progress = |episode: &Episode| bar.inc(episode.episode_length as u64);
