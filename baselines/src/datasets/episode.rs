@@ -101,12 +101,7 @@ impl EpisodeRecord {
     }
 
     /// Begins an episode, in place of what was recorded before.
-    pub(super) fn start(
-        &mut self,
-        env: &MujocoEnv,
-        seed: u64,
-        reset: &Reset<Observation, Info>,
-    ) {
+    pub(super) fn start(&mut self, env: &MujocoEnv, seed: u64, reset: &Reset<Observation, Info>) {
         self.clear();
         self.seed = seed;
         self.state(env, &reset.observation, &reset.info);

@@ -54,7 +54,9 @@ pub enum DatasetError {
         expected: usize,
     },
     /// There are fewer episodes than the format's own loader needs.
-    #[error("there are {episodes} episodes, and this format needs at least {least}: write more of them")]
+    #[error(
+        "there are {episodes} episodes, and this format needs at least {least}: write more of them"
+    )]
     TooFew {
         /// The number of episodes.
         episodes: usize,

@@ -76,9 +76,9 @@ fn writer(
         }
         "ogbench" if snapshots => Err(Error::value("only the format minari has snapshots")),
         "ogbench" => Ok(Box::new(OgBenchWriter::create(folder, about).map_err(Error::chain)?)),
-        other => Err(Error::value(format!(
-            "there is no format {other}: choose from minari, ogbench"
-        ))),
+        other => {
+            Err(Error::value(format!("there is no format {other}: choose from minari, ogbench")))
+        }
     }
 }
 
