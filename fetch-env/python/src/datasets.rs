@@ -3,19 +3,13 @@
 use std::path::PathBuf;
 
 use baselines::datasets::{
-    About, DatasetError, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy,
-    write_replay, write_set,
+    About, DatasetError, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set,
 };
-use baselines::learn::TrainSettings;
 use fetch_env::{EnvId, make};
 use pyo3::prelude::*;
 
 use crate::config::Config;
 use crate::error::{Error, Result};
-
-/// The set of a training run's own episodes, and what acts in it.
-const REPLAY: &str = "replay";
-const REPLAYED: &str = "a policy that DDPG with hindsight trains";
 
 /// Writes a data set, and returns the summary of its episodes as JSON.
 #[pyfunction]
@@ -30,32 +24,20 @@ pub(crate) fn write_dataset(
     snapshots: bool,
 ) -> Result<String> {
     let kind = SetKind::ALL.into_iter().find(|kind| kind.name() == set);
-    if kind.is_none() && set != REPLAY {
+    let kind = kind.ok_or_else(|| {
         let names = SetKind::ALL.map(SetKind::name).join(", ");
-        let message = format!("there is no set {set}: choose from {names}, {REPLAY}");
-        return Err(Error::value(message));
-    }
+        Error::value(format!("there is no set {set}: choose from {names}"))
+    })?;
     let config = config.config.clone();
     let written = py.detach(|| -> Result<_> {
-        let task = config.task();
-        let env_id = EnvId { task, reward: config.distance_reward().kind() };
-        let mut env = make(config.clone())?;
-        let policy = kind.map(|kind| SetPolicy::new(kind, &env)).transpose();
-        let mut policy = policy.map_err(Error::chain)?;
-        let describe = policy.as_ref().map_or(REPLAYED, SetPolicy::describe);
-        let about = About::new(&About::name_of(env_id, set), &env, describe, "");
-        let about = about.map_err(Error::chain)?;
+        let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
+        let mut env = make(config)?;
+        let mut policy = SetPolicy::new(kind, &env).map_err(Error::chain)?;
+        let name = About::name_of(env_id, kind.name());
+        let about = About::new(&name, &env, policy.describe(), "").map_err(Error::chain)?;
         let mut writers = [writer(format, folder, about, snapshots)?];
-        let evaluation = match &mut policy {
-            Some(policy) => write_set(&mut env, policy, episodes, seed, &mut writers, |_| ())
-                .map_err(of_writing)?,
-            None => {
-                let make = || Ok(make(config.clone())?);
-                let settings = TrainSettings::fast(task);
-                write_replay(make, settings, seed, episodes, &mut writers, |_| ())
-                    .map_err(Error::chain)?
-            }
-        };
+        let evaluation = write_set(&mut env, &mut policy, episodes, seed, &mut writers, |_| ());
+        let evaluation = evaluation.map_err(of_writing)?;
         writers.into_iter().try_for_each(DatasetWriter::finish).map_err(Error::chain)?;
         evaluation.summary().map_err(Error::chain)
     })?;

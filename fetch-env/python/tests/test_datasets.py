@@ -100,7 +100,7 @@ def test_each_episode_is_the_recovered_environments_own(dataset):
         assert_is_the_environments_own(env, seed, episode)
 
 
-@pytest.mark.parametrize("policy", ["random", "scripted", "expert", "expert-noisy", "replay"])
+@pytest.mark.parametrize("policy", ["random", "scripted", "expert", "expert-noisy"])
 def test_each_set_is_the_environments_own(policy, tmp_path, monkeypatch):
     fetch_env.write_dataset("FetchPush-v4", policy, tmp_path, episodes=3, seed=1)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def write_dataset(  # noqa: PLR0913
     env_id: str,
-    policy: Literal["random", "scripted", "expert", "expert-noisy", "mixed", "replay"],
+    policy: Literal["random", "scripted", "expert", "expert-noisy", "mixed"],
     folder: str | os.PathLike[str],
     data_format: Literal["minari", "ogbench"] = "minari",
     *,
@@ -37,13 +37,11 @@ def write_dataset(  # noqa: PLR0913
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
         policy: Who acts: uniformly random actions, a script, the trained policy that comes with the
-            package, the same with noise of 0.2 and three random actions in ten, these in turn, or
-            a policy while it is trained.
+            package, the same with noise of 0.2 and three random actions in ten, or these in turn.
         folder: The folder of data sets.
         data_format: ``"minari"`` or ``"ogbench"``.
         episodes: Number of episodes.
-        seed: Seed of the first episode; the others have the seeds that follow. With ``"replay"``,
-            the seed of the training run, which decides those of its episodes.
+        seed: Seed of the first episode; the others have the seeds that follow.
         snapshots: Also write the exact state of each step, with ``data_format="minari"`` alone:
             ``env.unwrapped.set_state(bytes(episode.infos["snapshot"][t]))`` restores it.
         **settings: The ``model``, ``"builtin"`` or ``"reference"``; no other setting can be.
