@@ -111,9 +111,12 @@ const OWN: [commands::Command; 11] = [
     },
     commands::Command {
         name: "python",
-        usage: "[--sb3 | --their-tests <FOLDER>]
+        usage: "[--sb3 | --sets <STEPS> [--lerobot] | --their-tests <FOLDER>]
 
   --sb3                   Test the parts for Stable-Baselines3 instead, which brings torch
+  --sets <STEPS>          Write all data sets with so many steps each, and read them with the loaders
+                          of Minari and OGBench instead
+  --lerobot               Read them with LeRobot's, too, which brings torch
   --their-tests <FOLDER>  Run the tests of this checkout of Gymnasium 1.4.0 or gymnasium-robotics
                           1.4.2 on these environments instead",
         run: python::run,

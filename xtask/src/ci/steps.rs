@@ -214,6 +214,7 @@ pub const STAGES: [Stage; 4] = [
             VERIFY,
             LEARN,
             LIVE,
+            step("data sets", "xtask python --sets 500", &[Python]),
         ],
     ),
     // The newest release.

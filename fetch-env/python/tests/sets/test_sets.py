@@ -1,0 +1,101 @@
+"""The sets in the folder FETCH_ENV_SETS, which `cargo xtask datasets` wrote, as others read them."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+minari = pytest.importorskip("minari")
+
+from episodes import (  # noqa: E402
+    assert_is_the_environments_own,
+    assert_ogbench_has,
+    assert_same,
+    seeds,
+)
+
+FOLDER = Path(os.environ.get("FETCH_ENV_SETS", "no sets"))
+SETS = sorted(path.relative_to(FOLDER / "minari") for path in FOLDER.glob("minari/fetch/*/*-v0"))
+# At most so many episodes of a set are simulated again, and frames read one by one.
+SIMULATED = 40
+FRAMES = 500
+
+
+@pytest.fixture(params=[str(path) for path in SETS])
+def dataset(request, monkeypatch):
+    """Return each data set in turn, as Minari loads it."""
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(FOLDER / "minari"))
+    return minari.load_dataset(request.param)
+
+
+def spread(count, at_most):
+    """Return at most so many numbers below a count, evenly spread."""
+    return np.unique(np.linspace(0, count - 1, min(count, at_most)).astype(int))
+
+
+def steps_of(dataset, key):
+    """Return the rows of a key of the observations before each step."""
+    return np.concatenate([episode.observations[key][:-1] for episode in dataset])
+
+
+def test_every_kind_of_every_environment_is_there():
+    tasks = ["pick-and-place", "push", "reach", "slide"]
+    kinds = ["expert", "expert-noisy", "mixed", "random", "replay", "scripted"]
+    names = [name for task in tasks for name in (task, f"{task}-dense")]
+    assert [path.parts[1:] for path in SETS] == [(n, f"{k}-v0") for n in names for k in kinds]
+
+
+def test_minari_reads_what_the_environment_gives(dataset):
+    env = dataset.recover_environment()
+    assert dataset.observation_space == env.observation_space
+    assert dataset.action_space == env.action_space
+    assert sum(len(episode) for episode in dataset) == dataset.total_steps
+    numbers = seeds(dataset)
+    assert len(set(numbers)) == dataset.total_episodes
+    for index in spread(dataset.total_episodes, SIMULATED):
+        assert_is_the_environments_own(env, numbers[index], dataset[int(index)])
+    dataset.set_seed(0)
+    for episode in dataset.sample_episodes(2):
+        assert_same(episode.actions, dataset[episode.id].actions)
+
+
+def test_minari_combines_sets(tmp_path, monkeypatch):
+    for path in SETS:
+        place = tmp_path / path
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.symlink_to(FOLDER / "minari" / path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    for task in sorted({path.parent for path in SETS}):
+        parts = [minari.load_dataset(str(path)) for path in SETS if path.parent == task]
+        combined = minari.combine_datasets(parts, f"{task}/all-v0")
+        assert combined.total_steps == sum(part.total_steps for part in parts)
+        last = combined[combined.total_episodes - 1]
+        assert_same(last.actions, parts[-1][parts[-1].total_episodes - 1].actions)
+
+
+def test_ogbench_reads_the_same(dataset):
+    assert_ogbench_has(dataset, FOLDER / "ogbench" / dataset.id.replace("/", "-"))
+
+
+def test_lerobot_reads_the_same(dataset):
+    lerobot = pytest.importorskip("lerobot.datasets.lerobot_dataset")
+    _, task, kind = dataset.id.split("/")
+    name = f"fetch/{task}-{kind}"
+    loaded = lerobot.LeRobotDataset(name, root=FOLDER / "lerobot" / name)
+    assert (loaded.num_episodes, loaded.num_frames) == (dataset.total_episodes, dataset.total_steps)
+    expected = {
+        "observation.state": steps_of(dataset, "observation"),
+        "observation.environment_state": steps_of(dataset, "desired_goal"),
+        "observation.achieved_goal": steps_of(dataset, "achieved_goal"),
+        "action": np.concatenate([episode.actions for episode in dataset]),
+        "next.reward": np.concatenate([episode.rewards for episode in dataset]),
+    }
+    table = loaded.hf_dataset.with_format("numpy")
+    for column, rows in expected.items():
+        assert_same(np.asarray(table[column][:]).reshape(rows.shape), rows)
+    for index in spread(loaded.num_frames, FRAMES):
+        frame = loaded[int(index)]
+        for column, rows in expected.items():
+            assert_same(frame[column].numpy().reshape(rows[index].shape), rows[index].astype(np.float32))
+        assert int(frame["episode_index"]) == index // 50
