@@ -1,4 +1,4 @@
-"""The sets in the folder FETCH_ENV_SETS, which `cargo xtask datasets` wrote, as others read them."""
+"""The sets of `cargo xtask datasets` in the folder FETCH_ENV_SETS, as others read them."""
 
 import os
 from pathlib import Path
@@ -43,7 +43,7 @@ def test_every_kind_of_every_environment_is_there():
     tasks = ["pick-and-place", "push", "reach", "slide"]
     kinds = ["expert", "expert-noisy", "mixed", "random", "replay", "scripted"]
     names = [name for task in tasks for name in (task, f"{task}-dense")]
-    assert [path.parts[1:] for path in SETS] == [(n, f"{k}-v0") for n in names for k in kinds]
+    assert {path.parts[1:] for path in SETS} == {(n, f"{k}-v0") for n in names for k in kinds}
 
 
 def test_minari_reads_what_the_environment_gives(dataset):
@@ -97,5 +97,6 @@ def test_lerobot_reads_the_same(dataset):
     for index in spread(loaded.num_frames, FRAMES):
         frame = loaded[int(index)]
         for column, rows in expected.items():
-            assert_same(frame[column].numpy().reshape(rows[index].shape), rows[index].astype(np.float32))
+            found = frame[column].numpy().reshape(rows[index].shape)
+            assert_same(found, rows[index].astype(np.float32))
         assert int(frame["episode_index"]) == index // 50
