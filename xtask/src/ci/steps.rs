@@ -214,7 +214,7 @@ pub const STAGES: [Stage; 4] = [
             VERIFY,
             LEARN,
             LIVE,
-            step("data sets", "xtask python --sets 500", &[Python]),
+            step("data sets", "xtask python --sets 500", &[Python, OpenGl]),
         ],
     ),
     // The newest release.
