@@ -6,6 +6,7 @@ mod steps;
 use std::{
     path::{Path, PathBuf},
     process::Command,
+    time::Instant,
 };
 
 use anyhow::{Error, ensure};
@@ -140,10 +141,10 @@ impl Placed<'_> {
         if let Some(dir) = mujoco_dir {
             cargo.env("MUJOCO_DIR", dir);
         }
+        let start = Instant::now();
         let passed = succeeds(&mut cargo)?;
-        if !passed {
-            say!("== {title}: failed")?;
-        }
+        let outcome = if passed { "passed" } else { "failed" };
+        say!("== {title}: {outcome} in {} s", start.elapsed().as_secs())?;
         Ok(passed)
     }
 }
