@@ -14,7 +14,7 @@ use lexopt::{Arg::Long, Parser};
 
 use self::{
     needs::{Need, commands_for},
-    steps::{STAGES, Stage, Step, TESTS},
+    steps::{LONGEST, STAGES, Stage, Step, TESTS},
 };
 use crate::{c_compiler, download, find_mujoco::find_mujoco, tools::succeeds};
 
@@ -22,8 +22,10 @@ pub const TEST: commands::Command = commands::Command { name: "test", usage: "",
 
 pub const CI: commands::Command = commands::Command {
     name: "ci",
-    usage: "[--available | --install]
+    usage: "[--all] [--available | --install]
 
+  --all        Also run what takes longest, as before a release: fuzzing, ThreadSanitizer, Miri,
+               mutants of the last commits, and many steps
   --available  Leave out the steps that need what is missing, and list them
   --install    Install what is missing, with apt-get and rustup",
     run: ci,
@@ -33,7 +35,7 @@ fn test(mut arguments: Parser) -> anyhow::Result<bool> {
     if let Some(argument) = arguments.next()? {
         return Err(argument.unexpected().into());
     }
-    let missing = find_missing()?;
+    let missing = find_missing(&STAGES)?;
     let (needed, others): (Vec<_>, Vec<_>) =
         missing.into_iter().partition(|need| TESTS.needs.contains(need));
     ensure!(needed.is_empty(), refusal("test", &needed));
@@ -46,25 +48,29 @@ fn test(mut arguments: Parser) -> anyhow::Result<bool> {
 }
 
 fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut available, mut install) = (false, false);
+    let (mut all, mut available, mut install) = (false, false, false);
     while let Some(argument) = arguments.next()? {
         match argument {
+            Long("all") => all = true,
             Long("available") if !install => available = true,
             Long("install") if !available => install = true,
             other => return Err(other.unexpected().into()),
         }
     }
-    let mut missing = find_missing()?;
+    let mut stages: Vec<Stage> = [TESTS].into_iter().chain(STAGES).collect();
+    if all {
+        stages.push(LONGEST);
+    }
+    let mut missing = find_missing(&stages)?;
     if install {
         for command in commands_for(&missing) {
             say!("== {command}")?;
             let status = Command::new("sh").args(["-c", &command]).status()?;
             ensure!(status.success(), "`{command}` failed");
         }
-        missing = find_missing()?;
+        missing = find_missing(&stages)?;
     }
     ensure!(available || missing.is_empty(), refusal("ci", &missing));
-    let stages: Vec<Stage> = [TESTS].into_iter().chain(STAGES).collect();
     for stage in &stages {
         if !run_stage(stage, &missing)? {
             return Ok(false);
@@ -79,11 +85,13 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Returns what is missing of all that steps need.
-fn find_missing() -> anyhow::Result<Vec<Need>> {
+/// Returns what the steps need and is missing.
+fn find_missing(stages: &[Stage]) -> anyhow::Result<Vec<Need>> {
     // A wrong MUJOCO_DIR: nothing that is installed helps.
     find_mujoco(c_compiler).map_err(Error::msg)?;
-    Ok(Need::ALL.into_iter().filter(|need| !need.is_there()).collect())
+    let is_missing =
+        |need: &Need| steps_of(stages).any(|step| step.lacks(&[*need])) && !need.is_there();
+    Ok(Need::ALL.into_iter().filter(is_missing).collect())
 }
 
 /// Says that a command needs what is missing: the machine is not ready for it, which ends it as

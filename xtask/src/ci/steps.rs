@@ -129,10 +129,8 @@ const ON_SYSTEM: Stage = Stage {
             "test --workspace --features lab/mpi --test mpi -- --test-threads 1",
             &[Mpi, Hosts],
         ),
-        step("fuzzing", "xtask fuzz --seconds 5", &[CPlusPlus]),
-        step("sanitizers, Valgrind and Miri", "xtask sanitize", &[Valgrind]),
-        step("mutants of the last commits", "xtask mutants --commits 3 --at-most 1", &[Git]),
-        step("many steps", "xtask soak --steps 64000", &[OpenGl]),
+        step("sanitizers of C", "xtask sanitize --only shim --cases 64", &[]),
+        step("Valgrind", "xtask sanitize --only memory --cases 64", &[Valgrind]),
         VERIFY,
         LEARN,
         // A run without a target, which ends before it has learned the task.
@@ -175,6 +173,19 @@ const WITHOUT_HEADERS: Stage = Stage {
             &[],
         ),
         step("tests without MuJoCo's headers", "test -p fetch-sim --features download", &[]),
+    ],
+};
+
+/// What takes longest, and looks for faults that nobody thought of: to be run before a release.
+pub const LONGEST: Stage = Stage {
+    mujoco: None,
+    needs: &[Mujoco],
+    steps: &[
+        step("fuzzing", "xtask fuzz", &[CPlusPlus]),
+        step("ThreadSanitizer", "xtask sanitize --only threads", &[]),
+        step("Miri", "xtask sanitize --only miri", &[]),
+        step("mutants of the last commits", "xtask mutants --commits 3 --at-most 1", &[Git]),
+        step("many steps", "xtask soak", &[OpenGl]),
     ],
 };
 
@@ -238,7 +249,7 @@ mod tests {
     use super::*;
 
     fn all() -> impl Iterator<Item = (Stage, Step)> {
-        let stages = [TESTS].into_iter().chain(STAGES);
+        let stages = [TESTS].into_iter().chain(STAGES).chain([LONGEST]);
         stages.flat_map(|stage| stage.steps.iter().map(move |step| (stage, *step)))
     }
 
@@ -254,7 +265,7 @@ mod tests {
             ("soak", OpenGl),
             ("page", Chromium),
             ("fuzz", CPlusPlus),
-            ("sanitize", Valgrind),
+            ("memory", Valgrind),
             ("mutants", Git),
             ("projects", Rustfmt),
             ("python", Python),
