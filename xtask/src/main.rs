@@ -104,9 +104,10 @@ const OWN: [commands::Command; 11] = [
     },
     commands::Command {
         name: "projects",
-        usage: "[--only <PROJECT>]
+        usage: "[--only <PROJECT>] [--exclude <PROJECT>]...
 
-  --only <PROJECT>  Test only this folder of fetch-env/projects, or only quickstart",
+  --only <PROJECT>     Test only this folder of fetch-env/projects, or only quickstart
+  --exclude <PROJECT>  Do not test this one",
         run: projects::run,
     },
     commands::Command {

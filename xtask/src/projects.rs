@@ -18,22 +18,26 @@ const SECTION: &str = "## Use it from your project\n";
 const CRATES: &str = "../fetch/";
 
 pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let mut only = None;
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("only") => only = Some(arguments.value()?.string()?),
-            other => return Err(other.unexpected().into()),
-        }
-    }
     let root = fs::canonicalize(ROOT)?;
     let mut names = names(&root.join(FOLDER))?;
     names.push(FIRST_PROGRAM.into());
-    if let Some(only) = only {
-        let known = format!("there is no project {only}: the projects are {}", names.join(", "));
-        names.retain(|name| *name == only);
-        if names.is_empty() {
-            return Err(lexopt::Error::from(known).into());
+    let all = names.clone();
+    let known = |name: String| {
+        let is_known = all.contains(&name);
+        is_known.then_some(name).ok_or_else(|| format!("the projects are {}", all.join(", ")))
+    };
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("only") => names = vec![arguments.value()?.parse_with(|name| known(name.into()))?],
+            Long("exclude") => {
+                let excluded = arguments.value()?.parse_with(|name| known(name.into()))?;
+                names.retain(|name| *name != excluded);
+            }
+            other => return Err(other.unexpected().into()),
         }
+    }
+    if names.is_empty() {
+        return Err(lexopt::Error::from("all projects are excluded").into());
     }
     for name in names {
         say!("projects: {name}")?;

@@ -163,6 +163,8 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "mutants --commits 0",
         "platforms --only nothing",
         "projects --only nothing",
+        "projects --exclude nothing",
+        "projects --only burn --exclude burn",
     ] {
         let output = xtask(arguments).output()?;
         assert_eq!(output.status.code(), Some(2), "{arguments}: {}", stderr(&output));

@@ -141,7 +141,11 @@ const ON_SYSTEM: Stage = Stage {
             &[],
         ),
         step("figures", "xtask figures --out target/figures", &[OpenGl]),
-        step("projects outside the workspace", "xtask projects", &[Rustfmt]),
+        step(
+            "projects outside the workspace",
+            "xtask projects --exclude burn --exclude candle",
+            &[Rustfmt],
+        ),
         step("the Python package", "xtask python", &[Python, OpenGl]),
         step("packages", "xtask packages", &[]),
         step("Linux on ARM", "xtask platforms --only aarch64-linux", &[Aarch64, Python]),
@@ -186,6 +190,8 @@ pub const LONGEST: Stage = Stage {
         step("Miri", "xtask sanitize --only miri", &[]),
         step("mutants of the last commits", "xtask mutants --commits 3 --at-most 1", &[Git]),
         step("many steps", "xtask soak", &[OpenGl]),
+        step("a project with burn", "xtask projects --only burn", &[Rustfmt]),
+        step("a project with candle", "xtask projects --only candle", &[Rustfmt]),
     ],
 };
 
