@@ -132,15 +132,6 @@ const ON_SYSTEM: Stage = Stage {
         step("sanitizers of C", "xtask sanitize --only shim --cases 64", &[]),
         step("Valgrind", "xtask sanitize --only memory --cases 64", &[Valgrind]),
         VERIFY,
-        LEARN,
-        // A run without a target, which ends before it has learned the task.
-        step(
-            "learning to push, in part",
-            "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 --set random_episodes=40 \
-             --out target/learn/push --overwrite",
-            &[],
-        ),
-        step("figures", "xtask figures --out target/figures", &[OpenGl]),
         step(
             "projects outside the workspace",
             "xtask projects --exclude burn --exclude candle",
@@ -152,9 +143,10 @@ const ON_SYSTEM: Stage = Stage {
         step("macOS", "xtask platforms --only aarch64-macos", &[Python]),
         step("Windows", "xtask platforms --only x86_64-windows", &[Python, Wine]),
         step("the reference's model", "xtask assets", &[Python]),
+        // With what `test` has built.
         step(
             "bit for bit the reference",
-            "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-2.2.2 --model reference",
+            "test --workspace --test commands where_the_reference_model_is",
             &[Python],
         ),
     ],
@@ -196,13 +188,6 @@ pub const LONGEST: Stage = Stage {
 };
 
 const VERIFY: Step = step("verify", "xtask verify", &[]);
-/// Fails if the policy does not succeed in 100 of 100 episodes.
-const LEARN: Step = step(
-    "learning to reach",
-    "xtask train --env-id FetchReach-v4 --out target/learn/reach --overwrite",
-    &[],
-);
-const LIVE: Step = step("bit for bit the reference in Python", "xtask parity live", &[]);
 
 const fn on(version: &'static str, steps: &'static [Step]) -> Stage {
     // Python's pip fetches it.
@@ -229,8 +214,21 @@ pub const STAGES: [Stage; 4] = [
                 &[],
             ),
             VERIFY,
-            LEARN,
-            LIVE,
+            // Fails if the policy does not succeed in 100 of 100 episodes.
+            step(
+                "learning to reach",
+                "xtask train --env-id FetchReach-v4 --out target/learn/reach --overwrite",
+                &[],
+            ),
+            // A run without a target, which ends before it has learned the task.
+            step(
+                "learning to push, in part",
+                "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 \
+                 --set random_episodes=40 --out target/learn/push --overwrite",
+                &[],
+            ),
+            step("figures", "xtask figures --out target/figures", &[OpenGl]),
+            step("bit for bit the reference in Python", "xtask parity live", &[]),
             step("data sets", "xtask python --sets 500", &[Python, OpenGl]),
         ],
     ),
