@@ -89,9 +89,10 @@ const OWN: [commands::Command; 11] = [
     },
     commands::Command {
         name: "packages",
-        usage: "[--bless]
+        usage: "[--bless] [--build]
 
-  --bless  Write the public interface to each crate's public-api.txt instead of comparing it",
+  --bless  Write the public interface to each crate's public-api.txt instead of comparing it
+  --build  Also build the crates from their packages",
         run: packages::run,
     },
     commands::Command {

@@ -182,6 +182,7 @@ pub const LONGEST: Stage = Stage {
         step("Miri", "xtask sanitize --only miri", &[]),
         step("mutants of the last commits", "xtask mutants --commits 3 --at-most 1", &[Git]),
         step("many steps", "xtask soak", &[OpenGl]),
+        step("crates from their packages", "xtask packages --build", &[]),
         step("a project with burn", "xtask projects --only burn", &[Rustfmt]),
         step("a project with candle", "xtask projects --only candle", &[Rustfmt]),
     ],
