@@ -172,7 +172,7 @@ const WITHOUT_HEADERS: Stage = Stage {
     ],
 };
 
-/// What takes longest, and looks for faults that nobody thought of: to be run before a release.
+/// The longest steps, which `ci --all` also runs, before a release.
 pub const LONGEST: Stage = Stage {
     mujoco: None,
     needs: &[Mujoco],
