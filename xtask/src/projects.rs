@@ -28,7 +28,10 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     };
     while let Some(argument) = arguments.next()? {
         match argument {
-            Long("only") => names = vec![arguments.value()?.parse_with(|name| known(name.into()))?],
+            Long("only") => {
+                let only = arguments.value()?.parse_with(|name| known(name.into()))?;
+                names.retain(|name| *name == only);
+            }
             Long("exclude") => {
                 let excluded = arguments.value()?.parse_with(|name| known(name.into()))?;
                 names.retain(|name| *name != excluded);
@@ -37,7 +40,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
         }
     }
     if names.is_empty() {
-        return Err(lexopt::Error::from("all projects are excluded").into());
+        return Err(lexopt::Error::from("no project is left to test").into());
     }
     for name in names {
         say!("projects: {name}")?;

@@ -165,6 +165,7 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "projects --only nothing",
         "projects --exclude nothing",
         "projects --only burn --exclude burn",
+        "projects --exclude burn --only burn",
     ] {
         let output = xtask(arguments).output()?;
         assert_eq!(output.status.code(), Some(2), "{arguments}: {}", stderr(&output));
