@@ -14,28 +14,33 @@ const TOOLS: [(&str, &str); 2] = [
 
 /// Tests that take seconds, and start no process: QEMU would need the kernel's help for that.
 const TESTS: &str = "--test properties --test numpy --test defaults --test binding \
-    --test contact_filter --test fetch --test random_models --test refusals --test visual_geoms \
-    --test choices --test spaces --test registry --test time_limit \
-    --test bad_states --test own_ids --example first_steps --example replay_buffer";
+    --test fetch --test random_models --test refusals --test visual_geoms --test choices \
+    --test spaces --test registry --test time_limit --test bad_states --test own_ids \
+    --example first_steps --example replay_buffer";
 
 /// The laws of rewards, of the buffer and of the environments, but for those that take a minute.
-const LAWS: &str = "--test laws --test conformance -- adding appending determinism fields format \
-    goals outcomes relabeling success reward snapshots_survive a_restored actions_are each_axis \
-    dense_and_sparse where_the_reference_puts_them an_episode_lasts \
+const LAWS: &str = "--test laws --test conformance --test contact_filter -- adding appending \
+    determinism fields format goals outcomes relabeling success reward snapshots_survive \
+    a_restored actions_are each_axis dense_and_sparse where_the_reference_puts_them \
+    an_episode_lasts no_rejection contacts_below contacts_of a_filter_changes \
     --skip the_step_reward_is_the_reward_of_its_goals";
 
-/// Learning on the stand-in for MuJoCo: the products of matrices, runs whose bits are those of
-/// x86_64, and Reach until it succeeds. Optimized, because the networks take most of the time.
-const LEARNING: &str = "test --release -p fetch-baselines --no-default-features --features learn \
-    --lib --test learn -- products_have gradients_agree same_bits:: both_algorithms_learn_to_reach";
+/// Products of matrices, and runs of training whose bits are those of x86_64.
+const LEARNING: &str = "--lib --test learn -- products_have gradients_agree same_bits::";
 
 fn check() -> anyhow::Result<bool> {
     let Platform { name, target, .. } = PLATFORM;
     let mujoco = download::mujoco_for(MUJOCO, name)?;
     let run = |arguments: &str| cargo_for(target, arguments, &mujoco, &TOOLS);
-    let crates = "-p goal-reward -p her-relabel -p fetch-sim -p fetch-env";
-    Ok(run(&format!("test {crates} {TESTS}"))?
-        && run(&format!("test {crates} {LAWS}"))?
-        && run(LEARNING)?
+    // The same crates with the same features each time, so that nothing is built twice.
+    let test = |tests: &str| {
+        run(&format!(
+            "test -p goal-reward -p her-relabel -p fetch-sim -p fetch-env -p fetch-baselines \
+             --features fetch-baselines/learn {tests}"
+        ))
+    };
+    Ok(test(TESTS)?
+        && test(LAWS)?
+        && test(LEARNING)?
         && run("run -p chapter -- verify --env-id FetchReach-v4")?)
 }

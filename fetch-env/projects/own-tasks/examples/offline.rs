@@ -58,7 +58,7 @@ fn learn(path: &Path, seed: u64) -> Result<CurveRow, Box<dyn Error>> {
     trainer.add_demonstrations(|buffer| -> Result<(), Box<dyn Error>> {
         Ok(buffer.append(&episodes)?)
     })?;
-    trainer.update(10_000)?;
+    trainer.update(6_000)?;
     Ok(trainer.evaluate()?)
 }
 
