@@ -35,7 +35,7 @@ fn options(frame_stack: u8) -> PixelOptions {
 
 /// The length of an episode, so that a few steps include ends.
 const LIMIT: u32 = 3;
-const NUM_ENVS: usize = 5;
+const NUM_ENVS: usize = 3;
 
 type Short = Wrapped<FetchEnv<MujocoSimulator>, TimeLimit>;
 

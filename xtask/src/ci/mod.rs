@@ -25,8 +25,8 @@ pub const CI: commands::Command = commands::Command {
     usage: "[--all] [--available | --install]
 
   --all        Also run what takes longest, as before a release: fuzzing, ThreadSanitizer, Miri,
-               mutants of the last commits, many steps, the crates built from their packages, the
-               projects with burn and candle, and more tests on other versions of MuJoCo
+               mutants of the last commits, many steps, packages, the projects with burn and candle,
+               and more tests on other versions of MuJoCo
   --available  Leave out the steps that need what is missing, and list them
   --install    Install what is missing, with apt-get and rustup",
     run: ci,

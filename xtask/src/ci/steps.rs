@@ -59,27 +59,31 @@ const ON_SYSTEM: Stage = Stage {
         step(
             "lints without rendering",
             "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
-             --features mujoco -- -D warnings",
+             --features mujoco --all-targets -- -D warnings",
             &[Clippy],
         ),
         step(
             "lints with downloading alone",
-            "clippy -p fetch-sim --no-default-features --features download -- -D warnings",
+            "clippy -p fetch-sim --no-default-features --features download --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
             "lints with Minari's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features minari -- -D warnings",
+            "clippy -p fetch-baselines --no-default-features --features minari --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
             "lints with LeRobot's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features lerobot -- -D warnings",
+            "clippy -p fetch-baselines --no-default-features --features lerobot --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
             "lints with OGBench's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features ogbench -- -D warnings",
+            "clippy -p fetch-baselines --no-default-features --features ogbench --all-targets \
+             -- -D warnings",
             &[Clippy],
         ),
         step(
@@ -113,7 +117,6 @@ const ON_SYSTEM: Stage = Stage {
             &[Rustfmt],
         ),
         step("the Python package", "xtask python", &[Python, OpenGl]),
-        step("packages", "xtask packages", &[]),
         step("Linux on ARM", "xtask platforms --only aarch64-linux", &[Aarch64, Python]),
         step("macOS", "xtask platforms --only aarch64-macos", &[Python]),
         step("Windows", "xtask platforms --only x86_64-windows", &[Python, Wine]),
@@ -170,7 +173,7 @@ const LONGEST_ON_SYSTEM: Stage = Stage {
         step("Miri", "xtask sanitize --only miri", &[]),
         step("mutants of the last commits", "xtask mutants --commits 3 --at-most 1", &[Git]),
         step("many steps", "xtask soak", &[OpenGl]),
-        step("crates from their packages", "xtask packages --build", &[]),
+        step("packages", "xtask packages --build", &[]),
         step("a project with burn", "xtask projects --only burn", &[Rustfmt]),
         step("a project with candle", "xtask projects --only candle", &[Rustfmt]),
     ],

@@ -125,7 +125,8 @@ pub fn first_signal(signals: &Signals, workers: &mut dyn Workers) -> anyhow::Res
 
 /// The seeds of the final evaluation, which no training and no other evaluation has.
 const FINAL_SEED: u64 = 1 << 50;
-const FINAL_EPISODES: usize = 100;
+/// The environments that it steps together.
+const FINAL_ENVS: usize = 20;
 
 /// Measures the policy of a run that has ended, and writes it and the page.
 pub fn finish(
@@ -135,7 +136,8 @@ pub fn finish(
 ) -> anyhow::Result<Outcome> {
     let (env_id, model, target) = (files.run.env_id()?, files.run.model, course.target);
     let policy = trainer.policy(&env_id.to_string())?;
-    let measured = measured(trainer.workers(), policy, env_id, model, course.threads)?;
+    let episodes = trainer.settings().schedule.evaluation_episodes;
+    let measured = measured(trainer.workers(), policy, episodes, env_id, model, course.threads)?;
     let (policy, episode_return_mean) = measured;
     let reached = trainer.rows().windows(2).position(|rows| target.is_reached(rows));
     let outcome = Outcome {
@@ -159,17 +161,18 @@ pub fn finish(
 fn measured(
     workers: &mut dyn Workers,
     mut policy: TrainedPolicy,
+    episodes: usize,
     env_id: EnvId,
     model: ModelChoice,
     threads: usize,
 ) -> anyhow::Result<(TrainedPolicy, f64)> {
     let config = env_id.config().with_model(model.source());
     let vec_config = VecConfig::default().with_num_threads(threads);
-    let mut envs = make_vec(config, 20, vec_config)?;
-    let count = FINAL_EPISODES;
-    let evaluation = evaluate_spread(workers, &mut envs, &mut policy, count, FINAL_SEED, |_| ())?;
+    let mut envs = make_vec(config, episodes.min(FINAL_ENVS), vec_config)?;
+    let evaluation =
+        evaluate_spread(workers, &mut envs, &mut policy, episodes, FINAL_SEED, |_| ())?;
     let summary = evaluation.summary()?;
     let rate = summary.success_rate;
-    let success = SuccessRate { rate, episodes: FINAL_EPISODES, first_seed: FINAL_SEED };
+    let success = SuccessRate { rate, episodes, first_seed: FINAL_SEED };
     Ok((policy.with_success(success), summary.episode_return_mean.value))
 }

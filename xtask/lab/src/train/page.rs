@@ -23,7 +23,7 @@ pub fn html(
 ) -> anyhow::Result<String> {
     let title = format!("{env_id}, learned in {} steps", policy.header().steps);
     let mut page = Document::new(&title);
-    page.section("curve", "Learning curve", &curves(rows)?);
+    page.section("curve", "Learning curve", &curves(rows, settings)?);
     let mut env = make(env_id, model)?;
     let mut episodes = String::new();
     for seed in PLAYED {
@@ -38,8 +38,10 @@ pub fn html(
 }
 
 /// Draws the success rate over steps and over seconds of training.
-fn curves(rows: &[CurveRow]) -> anyhow::Result<String> {
+fn curves(rows: &[CurveRow], settings: &TrainSettings) -> anyhow::Result<String> {
     let mut html = String::new();
+    let episodes = settings.schedule.evaluation_episodes;
+    let legend = format!("{episodes} greedy episodes, with the 95 % interval");
     let steps: fn(&CurveRow) -> f64 = |row| row.counters.steps as f64;
     let seconds: fn(&CurveRow) -> f64 = |row| row.counters.seconds;
     for (label, x) in [("environment steps", steps), ("seconds of training", seconds)] {
@@ -51,7 +53,7 @@ fn curves(rows: &[CurveRow]) -> anyhow::Result<String> {
             rows.iter().map(|row| (x(row), row.success_rate.low, row.success_rate.high)).collect();
         plot.band(Ink::Blue, &band);
         plot.line(Ink::Blue, rows.iter().map(|row| (x(row), row.success_rate.value)));
-        plot.legend(Ink::Blue, "100 greedy episodes, with the 95 % interval");
+        plot.legend(Ink::Blue, &legend);
         html += &plot.svg()?;
     }
     Ok(html)
