@@ -47,7 +47,8 @@ const ON_SYSTEM: Stage = Stage {
         // What is built with MPI; "lints without MuJoCo's headers" has what is built without it.
         step(
             "lints",
-            "clippy --workspace --features her-relabel/npz,lab/mpi --all-targets -- -D warnings",
+            "clippy --workspace --features fetch-sim/download,her-relabel/npz,lab/mpi \
+             --all-targets -- -D warnings",
             &[Clippy, Mpi],
         ),
         step(

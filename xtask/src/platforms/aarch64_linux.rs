@@ -18,11 +18,12 @@ const TESTS: &str = "--test properties --test numpy --test defaults --test bindi
     --test spaces --test registry --test time_limit --test bad_states --test own_ids \
     --example first_steps --example replay_buffer";
 
-/// The laws of rewards, of the buffer and of the environments, but for those that take a minute.
+/// The laws of rewards, of the buffer, of the environments and of the contact filter, but for those
+/// that take a minute.
 const LAWS: &str = "--test laws --test conformance --test contact_filter -- adding appending \
     determinism fields format goals outcomes relabeling success reward snapshots_survive \
     a_restored actions_are each_axis dense_and_sparse where_the_reference_puts_them \
-    an_episode_lasts no_rejection contacts_below contacts_of a_filter_changes \
+    an_episode_lasts no_rejection contacts_below contacts_of a_filter_changes snapshots_do_not \
     --skip the_step_reward_is_the_reward_of_its_goals";
 
 /// Products of matrices, and runs of training whose bits are those of x86_64.
