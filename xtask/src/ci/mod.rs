@@ -4,8 +4,12 @@ mod needs;
 mod steps;
 
 use std::{
+    io::{self, Seek},
+    panic,
     path::{Path, PathBuf},
     process::Command,
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
     time::Instant,
 };
 
@@ -14,7 +18,7 @@ use lexopt::{Arg::Long, Parser};
 
 use self::{
     needs::{Need, commands_for},
-    steps::{LONGEST, STAGES, Stage, Step, TESTS},
+    steps::{BESIDE, FIRST, LONGEST, OTHER_VERSIONS, Stage, Step, TESTS},
 };
 use crate::{c_compiler, download, find_mujoco::find_mujoco, tools::succeeds};
 
@@ -36,15 +40,16 @@ fn test(mut arguments: Parser) -> anyhow::Result<bool> {
     if let Some(argument) = arguments.next()? {
         return Err(argument.unexpected().into());
     }
-    let missing = find_missing(&STAGES)?;
+    let stages = [&[BESIDE][..], &FIRST, &OTHER_VERSIONS].concat();
+    let missing = find_missing(&stages)?;
     let (needed, others): (Vec<_>, Vec<_>) =
         missing.into_iter().partition(|need| TESTS.needs.contains(need));
     ensure!(needed.is_empty(), refusal("test", &needed));
-    if !run_stage(&TESTS, &[])? {
+    if !run_stages(&[TESTS], &[], Printed::AsItComes, &AtomicBool::new(false))? {
         return Ok(false);
     }
     say!("== all passed. `cargo xtask ci` also runs:")?;
-    say_steps(steps_of(&STAGES), &others)?;
+    say_steps(steps_of(&stages), &others)?;
     Ok(true)
 }
 
@@ -58,10 +63,12 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
             other => return Err(other.unexpected().into()),
         }
     }
-    let mut stages: Vec<Stage> = [TESTS].into_iter().chain(STAGES).collect();
+    let first = [&[TESTS][..], &FIRST].concat();
+    let mut then = OTHER_VERSIONS.to_vec();
     if all {
-        stages.extend(LONGEST);
+        then.extend(LONGEST);
     }
+    let stages = [&first[..], &[BESIDE], &then].concat();
     let mut missing = find_missing(&stages)?;
     if install {
         for command in commands_for(&missing) {
@@ -72,10 +79,10 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
         missing = find_missing(&stages)?;
     }
     ensure!(available || missing.is_empty(), refusal("ci", &missing));
-    for stage in &stages {
-        if !run_stage(stage, &missing)? {
-            return Ok(false);
-        }
+    let passed = run_beside(&first, &[BESIDE], &missing)?
+        && run_stages(&then, &missing, Printed::AsItComes, &AtomicBool::new(false))?;
+    if !passed {
+        return Ok(false);
     }
     if missing.is_empty() {
         say!("== all passed")?;
@@ -135,7 +142,7 @@ impl Placed<'_> {
         }
     }
 
-    fn run(&self, mujoco_dir: Option<&Path>) -> anyhow::Result<bool> {
+    fn run(&self, mujoco_dir: Option<&Path>, printed: Printed) -> anyhow::Result<bool> {
         let (title, command) = (self.title(), self.step.command);
         say!("== {title}: cargo {command}")?;
         let mut cargo = Command::new(env!("CARGO"));
@@ -151,28 +158,75 @@ impl Placed<'_> {
             cargo.env("MUJOCO_DIR", dir);
         }
         let start = Instant::now();
-        let passed = succeeds(&mut cargo)?;
+        let passed = match printed {
+            Printed::AsItComes => succeeds(&mut cargo)?,
+            Printed::AtTheEnd => {
+                // A pipe would stay open as long as a daemon that the command has started.
+                let mut output = tempfile::tempfile()?;
+                cargo.stdout(output.try_clone()?).stderr(output.try_clone()?);
+                let passed = succeeds(&mut cargo)?;
+                output.rewind()?;
+                say!("== {title}: output")?;
+                io::copy(&mut output, &mut io::stdout().lock())?;
+                passed
+            }
+        };
         let outcome = if passed { "passed" } else { "failed" };
         say!("== {title}: {outcome} in {} s", start.elapsed().as_secs())?;
         Ok(passed)
     }
 }
 
-/// Runs the steps of a stage that need nothing that is missing, until one fails.
-fn run_stage(stage: &Stage, missing: &[Need]) -> anyhow::Result<bool> {
-    let steps = stage.steps.iter().map(|step| Placed { stage, step });
-    let steps: Vec<_> = steps.filter(|step| !step.lacks(missing)).collect();
-    let mujoco_dir: Option<PathBuf> = match stage.mujoco {
-        Some("none") => Some("none".into()),
-        Some(version) if !steps.is_empty() => Some(download::mujoco(version)?),
-        _ => None,
-    };
-    for step in steps {
-        if !step.run(mujoco_dir.as_deref())? {
-            return Ok(false);
+/// When the output of a step is printed.
+#[derive(Clone, Copy)]
+enum Printed {
+    AsItComes,
+    /// Together, so that it does not mix with that of steps that run at the same time.
+    AtTheEnd,
+}
+
+/// Runs the steps of stages that need nothing that is missing, until one fails, here or in stages
+/// beside these.
+fn run_stages(
+    stages: &[Stage],
+    missing: &[Need],
+    printed: Printed,
+    failed: &AtomicBool,
+) -> anyhow::Result<bool> {
+    for stage in stages {
+        let steps = stage.steps.iter().map(|step| Placed { stage, step });
+        let steps: Vec<_> = steps.filter(|step| !step.lacks(missing)).collect();
+        let mujoco_dir: Option<PathBuf> = match stage.mujoco {
+            Some("none") => Some("none".into()),
+            Some(version) if !steps.is_empty() => Some(download::mujoco(version)?),
+            _ => None,
+        };
+        for step in steps {
+            if failed.load(Ordering::Relaxed) || !step.run(mujoco_dir.as_deref(), printed)? {
+                return Ok(false);
+            }
         }
     }
     Ok(true)
+}
+
+/// Runs stages beside others, as a step that waits for one test or one download leaves processors
+/// idle.
+fn run_beside(stages: &[Stage], others: &[Stage], missing: &[Need]) -> anyhow::Result<bool> {
+    let failed = AtomicBool::new(false);
+    let run = |stages: &[Stage], printed| {
+        let passed = run_stages(stages, missing, printed, &failed);
+        if !matches!(passed, Ok(true)) {
+            failed.store(true, Ordering::Relaxed);
+        }
+        passed
+    };
+    thread::scope(|scope| {
+        let others = scope.spawn(|| run(others, Printed::AtTheEnd));
+        let passed = run(stages, Printed::AsItComes);
+        let others = others.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
+        Ok(passed? && others?)
+    })
 }
 
 /// Prints steps, those with the same needs together, and how to get what they lack.

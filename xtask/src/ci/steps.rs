@@ -112,6 +112,21 @@ const ON_SYSTEM: Stage = Stage {
         step("sanitizers of C", "xtask sanitize --only shim --cases 64", &[]),
         step("Valgrind", "xtask sanitize --only memory --cases 64", &[Valgrind]),
         VERIFY,
+        step("the reference's model", "xtask assets", &[Python]),
+        // With what `test` has built.
+        step(
+            "bit for bit the reference",
+            "test --workspace --test commands where_the_reference_model_is",
+            &[Python],
+        ),
+    ],
+};
+
+/// What builds in folders of its own, and so can run beside the other stages on the system's MuJoCo.
+pub const BESIDE: Stage = Stage {
+    mujoco: None,
+    needs: &[Mujoco],
+    steps: &[
         step(
             "projects outside the workspace",
             "xtask projects --exclude burn --exclude candle",
@@ -121,13 +136,6 @@ const ON_SYSTEM: Stage = Stage {
         step("Linux on ARM", "xtask platforms --only aarch64-linux", &[Aarch64, Python]),
         step("macOS", "xtask platforms --only aarch64-macos", &[Python]),
         step("Windows", "xtask platforms --only x86_64-windows", &[Python, Wine]),
-        step("the reference's model", "xtask assets", &[Python]),
-        // With what `test` has built.
-        step(
-            "bit for bit the reference",
-            "test --workspace --test commands where_the_reference_model_is",
-            &[Python],
-        ),
     ],
 };
 
@@ -187,10 +195,11 @@ const fn on(version: &'static str, steps: &'static [Step]) -> Stage {
     Stage { mujoco: Some(version), needs: &[Python], steps }
 }
 
-/// What `ci` runs after [`TESTS`].
-pub const STAGES: [Stage; 4] = [
-    ON_SYSTEM,
-    WITHOUT_HEADERS,
+/// What `ci` runs after [`TESTS`], with [`BESIDE`] beside both.
+pub const FIRST: [Stage; 2] = [ON_SYSTEM, WITHOUT_HEADERS];
+
+/// What `ci` runs on other versions of MuJoCo, once the stages before have ended.
+pub const OTHER_VERSIONS: [Stage; 2] = [
     on(
         "3.6.0",
         &[
@@ -231,8 +240,8 @@ mod tests {
     use super::*;
 
     fn all() -> impl Iterator<Item = (Stage, Step)> {
-        let stages = [TESTS].into_iter().chain(STAGES).chain(LONGEST);
-        stages.flat_map(|stage| stage.steps.iter().map(move |step| (stage, *step)))
+        let stages = [&[TESTS, BESIDE][..], &FIRST, &OTHER_VERSIONS, &LONGEST].concat();
+        stages.into_iter().flat_map(|stage| stage.steps.iter().map(move |step| (stage, *step)))
     }
 
     #[test]

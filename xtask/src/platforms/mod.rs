@@ -8,7 +8,7 @@ use std::path::Path;
 
 use lexopt::{Arg::Long, Parser, ValueExt};
 
-use crate::tools::{cargo, install_target, succeeds};
+use crate::tools::{ROOT, cargo, install_target, succeeds};
 
 /// A platform, under the name that `cargo xtask mujoco --for` takes, too.
 #[derive(Clone, Copy)]
@@ -67,6 +67,8 @@ fn cargo_for(
         .args([command, "--target", target])
         .args(arguments.split_whitespace())
         .envs(variables.iter().copied())
+        // A folder of their own: what runs meanwhile for this machine need not wait.
+        .env("CARGO_TARGET_DIR", Path::new(ROOT).join("target/platforms"))
         .env("MUJOCO_DIR", mujoco);
     succeeds(&mut cargo)
 }
