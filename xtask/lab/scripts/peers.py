@@ -54,47 +54,58 @@ def envpool(env_id, num_envs, num_threads):
     return episode
 
 
-def fetch_env(env_id, num_envs, num_threads, model):
-    """This project's own environments, from Python."""
+def fetch_env_single(env_id, model):
+    """One of this project's own environments, from Python."""
     import fetch_env
     import gymnasium
 
-    name = f"fetch_env/{env_id}"
-    if num_envs == 1:
-        env = gymnasium.make(name, model=model, disable_env_checker=True)
-        env.reset(seed=SEED)
+    env = gymnasium.make(f"fetch_env/{env_id}", model=model, disable_env_checker=True)
+    env.reset(seed=SEED)
 
-        def episode(actions):
-            env.reset()
-            for action in actions:
-                env.step(action[0])
-            return EPISODE
+    def episode(actions):
+        env.reset()
+        for action in actions:
+            env.step(action[0])
+        return EPISODE
 
-        return episode
+    return episode
+
+
+def fetch_env_vector(env_id, num_envs, num_threads, model):
+    """Many of them."""
+    import fetch_env
+    import gymnasium
 
     envs = gymnasium.make_vec(
-        name, num_envs, num_threads=num_threads, autoreset_mode="SameStep", model=model
+        f"fetch_env/{env_id}",
+        num_envs,
+        num_threads=num_threads,
+        autoreset_mode="SameStep",
+        model=model,
     )
     envs.reset(seed=SEED)
 
-    def episode_of_all(actions):
+    def episode(actions):
         for batch in actions:
             envs.step(batch)
         return EPISODE * num_envs
 
-    return episode_of_all
+    return episode
 
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("peer", choices=["gymnasium-robotics", "envpool", "fetch-env"])
+    peers = ["gymnasium-robotics", "envpool", "fetch-env", "fetch-env-vector"]
+    parser.add_argument("peer", choices=peers)
     parser.add_argument("env_id")
     parser.add_argument("--num-envs", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--model", default="builtin")
     args = parser.parse_args()
     if args.peer == "fetch-env":
-        episode = fetch_env(args.env_id, args.num_envs, args.threads, args.model)
+        episode = fetch_env_single(args.env_id, args.model)
+    elif args.peer == "fetch-env-vector":
+        episode = fetch_env_vector(args.env_id, args.num_envs, args.threads, args.model)
     elif args.peer == "envpool":
         episode = envpool(args.env_id, args.num_envs, args.threads)
     else:

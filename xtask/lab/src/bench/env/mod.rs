@@ -186,14 +186,15 @@ fn steppers(
             _ => "builtin",
         };
         let peer = |name, num_envs, threads| peer(peers, name, id, (num_envs, threads), model);
+        let many = |name, threads| peer(name, num_envs, threads);
         let name = format!("envpool-{num_envs}-threads-{all}");
         entries.extend([
             Entry::new("gymnasium-robotics", UNIT, peer("gymnasium-robotics", 1, 1)?),
             Entry::new("envpool", UNIT, peer("envpool", 1, 1)?),
-            Entry::new(&name, UNIT, peer("envpool", num_envs, all)?),
+            Entry::new(&name, UNIT, many("envpool", all)?),
             Entry::new("python", UNIT, peer("fetch-env", 1, 1)?),
-            Entry::new("python-threads-1", UNIT, peer("fetch-env", num_envs, 1)?),
-            Entry::new(&format!("python-threads-{all}"), UNIT, peer("fetch-env", num_envs, all)?),
+            Entry::new("python-threads-1", UNIT, many("fetch-env-vector", 1)?),
+            Entry::new(&format!("python-threads-{all}"), UNIT, many("fetch-env-vector", all)?),
         ]);
     }
     Ok(entries)
