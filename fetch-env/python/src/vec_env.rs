@@ -4,7 +4,7 @@ use fetch_env::{
     ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MujocoEnv, RenderOptions, make_vec,
     vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
 };
-use numpy::{PyArray1, PyArray3, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArray3, ToPyArray, ndarray::ArrayView2};
 use pyo3::{
     intern,
     prelude::*,
@@ -20,19 +20,19 @@ use crate::warnings::simulate;
 
 type Envs = vec_env::VecEnv<MujocoEnv>;
 type Flags<'py> = Bound<'py, PyArray1<bool>>;
+type Successes<'py> = Bound<'py, PyArray1<f32>>;
 type Steps = VecStep<FetchObservation, Info>;
 
 /// The results of a step, an element or a row for each environment: observations, rewards, whether
-/// the tasks have ended or were cut off, successes of the steps, whether each took a step, and
-/// whether each has begun an episode.
+/// the tasks have ended or were cut off, and infos. Then, if some environments have ended an episode
+/// and begun another, which ones, and the successes at those ends.
 type StepTuple<'py> = (
     Bound<'py, PyDict>,
     Bound<'py, PyArray1<f64>>,
     Flags<'py>,
     Flags<'py>,
-    Bound<'py, PyArray1<f32>>,
-    Flags<'py>,
-    Flags<'py>,
+    Bound<'py, PyDict>,
+    Option<(Flags<'py>, Successes<'py>)>,
 );
 
 /// Many environments with a time limit. A call that simulates releases the interpreter.
@@ -262,17 +262,43 @@ fn check(step: &Steps) -> Result<()> {
     }
 }
 
+/// Returns the results of a step. Python would compute the infos slowly: a step of the simulation
+/// displaces the interpreter from the processor's caches.
 fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
-    let success = step.success().map(|success| f32::from(u8::from(success)));
+    let infos = PyDict::new(py);
+    if let Some((flags, successes)) = successes(py, step, |started| !started) {
+        infos.set_item(intern!(py, "is_success"), successes)?;
+        infos.set_item(intern!(py, "_is_success"), flags)?;
+    }
     Ok((
         observations(py, step)?,
         PyArray1::from_slice(py, step.reward()),
         PyArray1::from_slice(py, step.terminated()),
         PyArray1::from_slice(py, step.truncated()),
-        PyArray1::from_iter(py, success),
-        PyArray1::from_slice(py, step.stepped()),
-        PyArray1::from_slice(py, step.started()),
+        infos,
+        successes(py, step, |started| started),
     ))
+}
+
+/// Returns the environments that took a step and of which `chosen`, given whether they have begun an
+/// episode since, is true; and their successes, 0 for the others. `None` if there are none.
+fn successes<'py>(
+    py: Python<'py>,
+    step: &Steps,
+    chosen: impl Fn(bool) -> bool,
+) -> Option<(Flags<'py>, Successes<'py>)> {
+    let flags: Vec<bool> = step
+        .stepped()
+        .iter()
+        .zip(step.started())
+        .map(|(&stepped, &started)| stepped && chosen(started))
+        .collect();
+    if !flags.contains(&true) {
+        return None;
+    }
+    let of_chosen = step.success().zip(&flags).map(|(success, &flag)| success && flag);
+    let successes = PyArray1::from_iter(py, of_chosen.map(|success| f32::from(u8::from(success))));
+    Some((PyArray1::from_vec(py, flags), successes))
 }
 
 /// Returns observations as a dictionary of new arrays, a row for each environment.
@@ -283,8 +309,8 @@ fn observations<'py>(py: Python<'py>, step: &Steps) -> PyResult<Bound<'py, PyDic
         (intern!(py, "desired_goal"), step.desired_goal()),
         (intern!(py, "observation"), step.observation()),
     ] {
-        let rows: Bound<'_, PyArrayDyn<f64>> = PyArray1::from_slice(py, numbers)
-            .reshape(vec![step.len(), numbers.len() / step.len()])?;
+        let shape = (step.len(), numbers.len() / step.len());
+        let rows = ArrayView2::from_shape(shape, numbers).map_err(Error::value)?.to_pyarray(py);
         dict.set_item(key, rows)?;
     }
     Ok(dict)

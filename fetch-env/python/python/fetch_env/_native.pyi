@@ -17,9 +17,8 @@ Steps: TypeAlias = tuple[
     NDArray[np.float64],
     NDArray[np.bool_],
     NDArray[np.bool_],
-    NDArray[np.float32],
-    NDArray[np.bool_],
-    NDArray[np.bool_],
+    dict[str, Any],
+    tuple[NDArray[np.bool_], NDArray[np.float32]] | None,
 ]
 
 class SimulationError(RuntimeError): ...

@@ -159,18 +159,15 @@ class FetchVectorEnv(
         return self._result(self._native.step_wait())
 
     def _result(self, steps: Steps) -> Result:
-        observations, rewards, terminated, truncated, success, stepped, started = steps
-        infos: dict[str, Any] = {}
-        ended = stepped & started
-        if ended.any():
+        observations, rewards, terminated, truncated, infos, ended = steps
+        if ended is not None:
+            mask, success = ended
             final = np.full(self.num_envs, None, dtype=object)
-            for env_index in np.flatnonzero(ended).tolist():
+            for env_index in np.flatnonzero(mask).tolist():
                 final[env_index] = self._native.final_observation(env_index)
-            infos["final_obs"], infos["_final_obs"] = final, ended
-            infos["final_info"], infos["_final_info"] = _successes(success, ended), ended.copy()
-        goes_on = stepped & ~started
-        if goes_on.any():
-            infos.update(_successes(success, goes_on))
+            infos["final_obs"], infos["_final_obs"] = final, mask
+            infos["final_info"] = {"is_success": success, "_is_success": mask.copy()}
+            infos["_final_info"] = mask.copy()
         return observations, rewards, terminated, truncated, infos
 
     def render(self) -> tuple[NDArray[Any], ...] | None:
@@ -232,8 +229,3 @@ class FetchVectorEnv(
         """The seed of each environment's random numbers; ``None`` before the first reset."""
         randoms = [self._native.random(env_index) for env_index in range(self.num_envs)]
         return tuple(None if random is None else random[0] for random in randoms)
-
-
-def _successes(success: NDArray[np.float32], mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return an info with the successes where the mask is true."""
-    return {"is_success": np.where(mask, success, np.float32(0.0)), "_is_success": mask}
