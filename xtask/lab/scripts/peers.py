@@ -8,12 +8,28 @@ includes resets, which do not count as transitions.
 import argparse
 import contextlib
 import io
+import itertools
 import time
 
 import numpy as np
 
+# The episodes of the contenders in Rust.
 EPISODE = 50
+EPISODES = 20
 SEED = 0
+
+
+def play_single(env):
+    """Plays the episodes: only the first has a seed, the others continue its stream."""
+    played = itertools.count()
+
+    def episode(actions):
+        env.reset(seed=SEED if next(played) % EPISODES == 0 else None)
+        for action in actions:
+            env.step(action[0])
+        return EPISODE
+
+    return episode
 
 
 def gymnasium_robotics(env_id):
@@ -23,16 +39,7 @@ def gymnasium_robotics(env_id):
         import gymnasium_robotics
 
     gymnasium.register_envs(gymnasium_robotics)
-    env = gymnasium.make(env_id, disable_env_checker=True)
-    env.reset(seed=SEED)
-
-    def episode(actions):
-        env.reset()
-        for action in actions:
-            env.step(action[0])
-        return EPISODE
-
-    return episode
+    return play_single(gymnasium.make(env_id, disable_env_checker=True))
 
 
 def envpool(env_id, num_envs, num_threads):
@@ -59,16 +66,9 @@ def fetch_env_single(env_id, model):
     import fetch_env
     import gymnasium
 
-    env = gymnasium.make(f"fetch_env/{env_id}", model=model, disable_env_checker=True)
-    env.reset(seed=SEED)
-
-    def episode(actions):
-        env.reset()
-        for action in actions:
-            env.step(action[0])
-        return EPISODE
-
-    return episode
+    return play_single(
+        gymnasium.make(f"fetch_env/{env_id}", model=model, disable_env_checker=True)
+    )
 
 
 def fetch_env_vector(env_id, num_envs, num_threads, model):
@@ -110,14 +110,14 @@ def main():
         episode = envpool(args.env_id, args.num_envs, args.threads)
     else:
         episode = gymnasium_robotics(args.env_id)
-    shape = (20, EPISODE, args.num_envs, 4)
-    actions = np.random.default_rng(1).uniform(-1, 1, shape).astype(np.float32)
+    shape = (EPISODES, EPISODE, args.num_envs, 4)
+    actions = np.random.default_rng(SEED).uniform(-1, 1, shape).astype(np.float32)
     played = 0
     print("ready", flush=True)
     while line := next(iter(input, ""), ""):
         done, start, cpu = 0, time.perf_counter(), time.process_time()
         while done < int(line):
-            done += episode(actions[played % len(actions)])
+            done += episode(actions[played % EPISODES])
             played += 1
         print(done, time.perf_counter() - start, time.process_time() - cpu, flush=True)
 

@@ -13,7 +13,7 @@ use fetch_env::{
 use fetch_sim::{BodyId, Data};
 use nalgebra::{Quaternion, Vector3};
 
-use super::episodes::{Episodes, SEED, STEPS, random_actions};
+use super::episodes::{EPISODES, Episodes, SEED, STEPS, random_actions};
 use crate::bench::interleaved::Contender;
 
 /// A single environment. Its time includes its resets.
@@ -137,9 +137,11 @@ pub fn together(
         VecConfig::default().with_num_threads(threads).with_autoreset(AutoresetMode::SameStep);
     let mut envs = VecEnv::new(envs?, config)?;
     envs.reset(Some(SEED))?;
-    let actions = random_actions((num_envs + 1) * STEPS)?.into_flattened();
+    let actions = random_actions(EPISODES * STEPS * num_envs).into_flattened();
+    let mut batches = (0..EPISODES * STEPS).cycle();
     Ok(move || {
-        for actions in actions.chunks_exact(4 * num_envs).take(STEPS) {
+        for batch in batches.by_ref().take(STEPS) {
+            let actions = &actions[batch * 4 * num_envs..][..4 * num_envs];
             let batch = envs.step(actions)?;
             ensure!(batch.errors().next().is_none(), "{:?}", batch.errors().next());
         }

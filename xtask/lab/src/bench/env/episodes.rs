@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use baselines::{Policy, RandomPolicy};
-use fetch_env::{BoxSpace, Env, FetchConfig, FetchEnv, MujocoEnv};
+use fetch_env::{Env, FetchConfig, FetchEnv, MujocoEnv, NpRandom};
 use fetch_sim::{FetchModel, MujocoSimulator};
 
 /// Steps of an episode.
 pub const STEPS: usize = 50;
 /// Number of episodes, which are played repeatedly.
-const EPISODES: usize = 20;
+pub const EPISODES: usize = 20;
 /// Seed of the resets and, in another generator, of the actions.
 pub const SEED: u64 = 0;
 
@@ -25,7 +24,7 @@ pub struct Episodes {
 impl Episodes {
     pub fn new(config: FetchConfig) -> anyhow::Result<Arc<Self>> {
         let model = FetchModel::load(config.sim())?;
-        let actions = random_actions(EPISODES * STEPS)?;
+        let actions = random_actions(EPISODES * STEPS);
         let mut episodes = Self { config, model, starts: Vec::new(), actions };
         let mut env = episodes.env()?;
         for episode in 0..EPISODES {
@@ -56,10 +55,8 @@ impl Episodes {
     }
 }
 
-/// Draws actions uniformly from the action space.
-pub fn random_actions(count: usize) -> anyhow::Result<Vec<[f32; 4]>> {
-    let mut policy = RandomPolicy::new(&BoxSpace::uniform(vec![4], -1.0, 1.0)?, SEED);
-    let mut actions = vec![[0.0; 4]; count];
-    policy.act(&(), actions.as_flattened_mut());
-    Ok(actions)
+/// Draws actions uniformly, the same as the peers' scripts draw with numpy.
+pub fn random_actions(count: usize) -> Vec<[f32; 4]> {
+    let mut random = NpRandom::new(SEED);
+    (0..count).map(|_| [(); 4].map(|()| random.uniform(-1.0, 1.0) as f32)).collect()
 }

@@ -138,7 +138,7 @@ fn measure(
 fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
     // So many steps that every environment has touched all of its memory.
     const STEPS: usize = 10;
-    let actions = random_actions(envs)?.into_flattened();
+    let actions = random_actions(envs).into_flattened();
     let start = Instant::now();
     let mut first = make_vec(config.clone(), 1, VecConfig::default())?;
     first.reset(Some(SEED))?;
