@@ -225,7 +225,9 @@ fn run_beside(stages: &[Stage], others: &[Stage], missing: &[Need]) -> anyhow::R
         let others = scope.spawn(|| run(others, Printed::AtTheEnd));
         let passed = run(stages, Printed::AsItComes);
         let others = others.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
-        Ok(passed? && others?)
+        // An error of either is reported, also where the other lane has stopped because of it.
+        let (passed, others) = (passed?, others?);
+        Ok(passed && others)
     })
 }
 

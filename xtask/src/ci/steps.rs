@@ -38,7 +38,7 @@ pub struct Stage {
 pub const TESTS: Stage =
     Stage { mujoco: None, needs: &[Mujoco], steps: &[step("tests", "test --workspace", &[])] };
 
-/// Everything else that runs on the system's MuJoCo, cheapest first.
+/// What else runs on the system's MuJoCo and shares what is built, cheapest first.
 const ON_SYSTEM: Stage = Stage {
     mujoco: None,
     needs: &[Mujoco],
