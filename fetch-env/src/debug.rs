@@ -1,7 +1,7 @@
-//! What `main` prints of an error.
+//! How `main` prints an error.
 
-/// Lets `{:?}` print an error's message, as `{}` does: a program whose `main` returns the error
-/// prints `{:?}`, and the message says what to do.
+/// Makes `{:?}` print an error's message, as `{}` does: a program whose `main` returns an error
+/// prints it with `{:?}`, and the message says what to do.
 macro_rules! debug_as_display {
     ($error:ty) => {
         impl std::fmt::Debug for $error {

@@ -1,15 +1,15 @@
-//! The eight Fetch environments of gymnasium-robotics 1.4.2, goal-conditioned, native in Rust.
+//! The eight goal-conditioned Fetch environments of gymnasium-robotics 1.4.2, in native Rust.
 //!
 //! A [`FetchEnv`] consists of settings, a simulator, a reward and a task. The traits say what an
 //! environment does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals,
 //! [`SnapshotEnv`] saves and restores its state. [`TimeLimit`] ends its episodes. The semantics are
 //! Gymnasium's, with typed errors instead of exceptions and silent misbehavior. [`check`] tests
-//! whether any environment, of this crate or not, keeps the laws that its users rely on.
+//! whether an environment, from this crate or not, keeps the laws that its users rely on.
 //!
 //! [`wrappers`] change what an environment takes or returns: `RecordEpisodeStatistics`,
 //! `FlattenObservation`, `NormalizeObservation` and others. A [`Registry`] makes environments by
-//! name, a user's own among them. [`vec_env`] steps many at once. [`spaces`] describe actions and
-//! observations, numbers as well as choices, and draw samples.
+//! name, including a user's own. [`vec_env`] steps many at once. [`spaces`] describe actions and
+//! observations, both numbers and choices, and draw samples.
 //!
 //! ```
 //! use fetch_env::{Env, GoalEnvExt, GoalObservation, make_kinematic};
@@ -42,7 +42,7 @@
 //! | to | use |
 //! |---|---|
 //! | make a Fetch environment by its id | `make`, or [`make_kinematic`] without MuJoCo |
-//! | change its settings | [`FetchConfig`], of an [`EnvId`], which `make` takes too |
+//! | change its settings | [`FetchConfig`], made from an [`EnvId`]; pass it to `make` |
 //! | change its reward, its goals, or what it observes | [`FetchEnv::with_goal_reward`], [`FetchTask`] |
 //! | reset and step any environment | [`Env`] |
 //! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
@@ -51,7 +51,7 @@
 //! | step many at once | [`VecEnv`], from `make_vec` or [`make_kinematic_vec`] |
 //! | make environments of your own by name | [`Registry`] |
 //! | test an environment of your own | [`check`] |
-//! | see it | `RenderEnv`; `PixelObservation` as observations; `RecordVideo` as files |
+//! | see it | `RenderEnv`; `PixelObservation` for observations; `RecordVideo` for files |
 //!
 //! # Seeds
 //! `reset(Some(seed))` restarts the random numbers as numpy's `PCG64(SeedSequence(seed))`: the same
@@ -64,7 +64,8 @@
 //! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads
 //!   OpenGL; building does not need it.
 //! - `clip`: GIF, APNG and PNG files of rendered frames; with `render` also `RecordVideo`.
-//! - `her-relabel`: a [`VecStep`](vec_env::VecStep) is what `her_relabel::HerBuffer::record` takes.
+//! - `her-relabel`: converts a [`VecStep`](vec_env::VecStep) to the rows that
+//!   `her_relabel::HerBuffer::record` takes.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

@@ -136,7 +136,7 @@ fn a_snapshot_of_goals_of_another_length_is_refused() -> Result {
     built_in.reset(Some(0))?;
     let refused = own.inner().clone().restore(&built_in.inner().snapshot());
     let reason = refused.expect_err("another length").to_string();
-    assert!(reason.contains("its goal has 3 elements, this one's 7"), "{reason}");
+    assert!(reason.contains("its goal has 3 elements, this one's has 7"), "{reason}");
     Ok(())
 }
 

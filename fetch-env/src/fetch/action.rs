@@ -1,4 +1,4 @@
-//! Actions of the Fetch environments: what the four numbers command.
+//! Actions of the Fetch environments.
 
 use fetch_sim::Control;
 use nalgebra::Vector3;

@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{env_id::EnvId, error::MakeError};
 
-/// Smallest distance between the object's start and the gripper, in meters in the plane.
+/// Smallest horizontal distance between the object's start and the gripper, in meters.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
-/// Largest height of a goal in the air above the table's goals, in meters.
+/// Largest height of a goal in the air above one on the table, in meters.
 pub(super) const MAX_TARGET_RISE: f64 = 0.45;
-/// Largest distance that a setting or an option may name, in meters: far beyond the robot's reach
-/// of about 1.5 m, and small enough that a sum of a few of them is exact to a nanometer.
+/// Largest distance that a setting or an option may have, in meters: far beyond the robot's reach
+/// of about 1.5 m, and small enough that the sum of a few distances is exact to a nanometer.
 pub(super) const MAX_METERS: f64 = 1000.0;
 /// Time step of all Fetch scenes, in seconds.
 const PHYSICS_TIME_STEP: f64 = 0.002;
@@ -22,10 +22,10 @@ const MAX_EPISODE_STEPS: NonZeroU32 = NonZeroU32::new(50).expect("not zero");
 /// Smallest object range, in meters: below it hardly any draw reaches [`MIN_OBJECT_DISTANCE`].
 const MIN_OBJECT_RANGE: f64 = 0.075;
 
-/// Settings of a Fetch environment, all of them valid.
+/// Settings of a Fetch environment, always valid.
 ///
-/// [`new`](Self::new) gives the reference's numbers, and the setters change them. A setter that can
-/// be given a wrong value returns an error:
+/// [`new`](Self::new) gives the reference's numbers, and the setters change them. A setter returns
+/// an error if its value is invalid:
 /// ```
 /// use fetch_env::{FetchConfig, MakeError, RewardKind, Task};
 ///
@@ -35,8 +35,8 @@ const MIN_OBJECT_RANGE: f64 = 0.075;
 /// assert!(matches!(refused, Err(MakeError::NoObject { .. })));
 /// # Ok::<(), MakeError>(())
 /// ```
-/// No distance may exceed 1,000 m, where the robot reaches about 1.5 m, and a control step may have
-/// at most 1,000 physics steps; see [`Substeps`].
+/// No distance may exceed 1,000 m (the robot reaches about 1.5 m), and a control step may have at
+/// most 1,000 physics steps; see [`Substeps`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Saved")]
 #[must_use]
@@ -150,7 +150,7 @@ impl FetchConfig {
     }
 
     /// Sets whether half of the goals are raised by up to 0.45 m. The default is the reference's:
-    /// true in PickAndPlace alone.
+    /// true only in PickAndPlace.
     ///
     /// # Errors
     /// [`MakeError::NoObject`] if it is set in Reach.
@@ -239,7 +239,7 @@ pub(super) fn first_too_far(meters: &[f64]) -> Option<(usize, f64)> {
     coordinates.find(|(_, coordinate)| !(-MAX_METERS..=MAX_METERS).contains(coordinate))
 }
 
-/// Loaded settings before their checks.
+/// Loaded settings, not yet checked.
 #[derive(Deserialize)]
 #[serde(rename = "FetchConfig", deny_unknown_fields)]
 struct Saved {

@@ -38,7 +38,7 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     reward: R,
     pub(super) task: T,
     pub(super) simulator: S,
-    /// `None` for a reward, a task or a model of the user's own, unless the user has set it.
+    /// Empty for a reward, a task or a model of the user's own, unless the user has set them.
     pub(super) symmetries: Vec<Symmetry>,
     action_space: BoxSpace<f32>,
     observation_space: Space,
@@ -53,7 +53,7 @@ impl<S: Simulator> FetchEnv<S> {
     /// [`config.sim()`](FetchConfig::sim).
     ///
     /// # Errors
-    /// [`MakeError::SimulatorMismatch`] if the simulator is made from other settings.
+    /// [`MakeError::SimulatorMismatch`] if the simulator was made from other settings.
     pub fn new(config: FetchConfig, simulator: S) -> Result<Self, MakeError> {
         let settled = simulator.settled();
         let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
@@ -83,7 +83,7 @@ impl<S: Simulator> FetchEnv<S> {
     }
 }
 
-/// Returns the space of what is observed of a task.
+/// Returns the observation space of a task.
 fn observation_space<S: Simulator>(
     config: &FetchConfig,
     task: &impl FetchTask<S>,
@@ -102,9 +102,9 @@ fn observation_space<S: Simulator>(
 }
 
 impl<S, R, T> FetchEnv<S, R, T> {
-    /// Sets the reward, also its success, termination and truncation, for which the
-    /// configuration's [`DistanceReward`] then no longer counts. The environment has no
-    /// [symmetries](GoalEnv::symmetries) then, because the reward may prefer a side, until
+    /// Sets the reward, which also decides success, termination and truncation: it replaces the
+    /// configuration's [`DistanceReward`]. The environment then has no
+    /// [symmetries](GoalEnv::symmetries), because the reward may prefer one side, until
     /// [`with_symmetries`](Self::with_symmetries) sets them.
     ///
     /// ```
@@ -145,9 +145,9 @@ impl<S, R, T> FetchEnv<S, R, T> {
         }
     }
 
-    /// Sets the task: its goals, and what is observed beside the robot and the object. An episode
-    /// of the task before is given up, and so are its [symmetries](GoalEnv::symmetries), until
-    /// [`with_symmetries`](Self::with_symmetries) sets those of the task.
+    /// Sets the task: its goals, and what is observed besides the robot and the object. The
+    /// previous task's episode is dropped, and so are its [symmetries](GoalEnv::symmetries);
+    /// [`with_symmetries`](Self::with_symmetries) sets those of the new task.
     ///
     /// # Errors
     /// [`MakeError::EmptyGoal`] if goals have no elements.
@@ -203,7 +203,8 @@ impl<S, R, T> FetchEnv<S, R, T> {
         self.random.as_ref().map(NpRandom::initial_seed)
     }
 
-    /// Returns the random numbers as the last reset has left them; `None` before the first reset.
+    /// Returns the random number generator as the last reset left it; `None` before the first
+    /// reset.
     #[must_use]
     pub const fn np_random(&self) -> Option<&NpRandom> {
         self.random.as_ref()
@@ -211,11 +212,11 @@ impl<S, R, T> FetchEnv<S, R, T> {
 }
 
 impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
-    /// Returns the current observation, which the last reset or step returned, or which the
-    /// restored environment had.
+    /// Returns the current observation: that of the last reset or step, or of the restored
+    /// snapshot.
     ///
     /// # Errors
-    /// [`EnvError::ResetNeeded`] before a reset and after a failure, and what the task returns.
+    /// [`EnvError::ResetNeeded`] before a reset and after a failure, and any error of the task.
     pub fn observe(&self) -> Result<FetchObservation, EnvError> {
         let goal = self.goal.as_ref().ok_or(EnvError::ResetNeeded)?;
         self.observe_with(goal)
@@ -243,7 +244,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         Info::new(self.is_success(achieved, desired), goal_distance(achieved, desired))
     }
 
-    /// Draws a start, and begins an episode there. `random` is left after all draws.
+    /// Draws a start and begins an episode there.
     fn begin_episode(
         &mut self,
         options: &FetchResetOptions,
@@ -320,7 +321,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> Env for FetchEnv<S, R, T> {
             (None, Some(random)) => random.clone(),
             (None, None) => NpRandom::from_entropy()?,
         };
-        // The goal is absent until all has succeeded, so that a failure demands another reset.
+        // There is no goal until everything has succeeded, so a failure requires another reset.
         self.goal = None;
         let goal = self.begin_episode(options, &mut random);
         self.random = Some(random);

@@ -1,4 +1,4 @@
-//! The errors of making and running Fetch environments.
+//! Errors of making and running Fetch environments.
 
 use std::convert::Infallible;
 
@@ -24,7 +24,7 @@ pub enum MakeError {
         /// The most similar names, the nearest first.
         nearest: [String; 3],
     },
-    /// A setting of the object in a task without one.
+    /// An object setting in a task without an object.
     #[error("{task} has no object, so {option} cannot be set: leave it out")]
     NoObject {
         /// The task.
@@ -68,9 +68,9 @@ pub enum MakeError {
         most: u32,
     },
     /// A task whose goals have no elements.
-    #[error("the task's goals have no elements: let goal_len() return at least 1")]
+    #[error("the task's goals have no elements: return at least 1 from goal_len()")]
     EmptyGoal,
-    /// A simulator made from other settings than the configuration's.
+    /// A simulator made from settings other than the configuration's.
     #[error(
         "the simulator does not fit the configuration ({reason}): make it from the configuration's \
          sim()"
@@ -92,7 +92,7 @@ pub enum MakeError {
 
 debug_as_display!(MakeError);
 
-/// Settings that are passed as they are need no conversion that could fail.
+/// A [`FetchConfig`](super::config::FetchConfig) needs no conversion that could fail.
 impl From<Infallible> for MakeError {
     fn from(never: Infallible) -> Self {
         match never {}

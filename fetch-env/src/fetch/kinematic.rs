@@ -1,4 +1,4 @@
-//! Environments on the stand-in for the physics, alone or many at once.
+//! Environments on the stand-in for the physics, single or vectorized.
 
 use fetch_sim::{KinematicSimulator, Task};
 use goal_reward::DistanceReward;
@@ -11,7 +11,7 @@ use crate::gym::{
     wrappers::{TimeLimit, Wrapped},
 };
 
-/// The environments that [`make_kinematic`] makes, or those with your own reward and task.
+/// An environment as [`make_kinematic`] makes it, or one with your own reward and task.
 pub type KinematicEnv<R = DistanceReward, T = Task> =
     Wrapped<FetchEnv<KinematicSimulator, R, T>, TimeLimit>;
 
@@ -74,7 +74,7 @@ mod tests {
     type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
     /// Counts the allocations of the caller and of all worker threads in `rounds` of steps,
-    /// autoresets, sends and receipts.
+    /// autoresets, sends and receives.
     fn allocations<S: Simulator + Send + 'static>(
         simulator: impl Fn(&SimConfig) -> Result<S, SimError>,
         rounds: usize,
@@ -128,7 +128,7 @@ mod tests {
     fn is_free_of_allocation<S: Simulator + Send + 'static>(
         simulator: impl Fn(&SimConfig) -> Result<S, SimError>,
     ) -> Result {
-        // A second round leaves out whatever a thread allocates once.
+        // Comparing with a second round cancels whatever a thread allocates only once.
         let once = allocations(&simulator, 1)?;
         assert_eq!(once[0], 0);
         assert_eq!(allocations(&simulator, 2)?, once);

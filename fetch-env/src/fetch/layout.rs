@@ -1,4 +1,4 @@
-//! The layout of an observation: its fields, and where each task has them.
+//! The layout of an observation: its fields, and their positions in each task.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub struct ObservationField {
     pub unit: &'static str,
     /// Meaning of the elements.
     pub description: &'static str,
-    /// The same in a few words, for labels.
+    /// Short form of the description, for labels.
     pub summary: &'static str,
     /// What kind of vector the elements are.
     #[serde(skip)]
@@ -31,9 +31,9 @@ pub(super) enum Kind {
     Position,
     /// A difference of two points, or a velocity.
     Difference,
-    /// Turns about the axes: angles, or angular velocities.
+    /// Rotations about the axes: angles, or angular velocities.
     Turn,
-    /// A number of each finger, right and left.
+    /// One number per finger, right and left.
     Fingers,
 }
 

@@ -1,4 +1,4 @@
-//! Environments on MuJoCo, alone or many at once.
+//! Environments on MuJoCo, single or vectorized.
 
 use std::{
     panic,
@@ -19,13 +19,13 @@ use crate::gym::vec_env::{
 };
 use crate::gym::wrappers::{TimeLimit, Wrapped};
 
-/// The environments that [`make`] makes, or those with your own reward and task.
+/// An environment as [`make`] makes it, or one with your own reward and task.
 pub type MujocoEnv<R = DistanceReward, T = Task> =
     Wrapped<FetchEnv<MujocoSimulator, R, T>, TimeLimit>;
 
 /// Creates an environment on MuJoCo, as Gymnasium's `make` does.
 ///
-/// `config` is a name, for the reference's settings and the built-in model, an [`EnvId`], or a
+/// `config` is a name or an [`EnvId`], for the reference's settings and the built-in model, or a
 /// [`FetchConfig`].
 ///
 /// ```
@@ -42,9 +42,9 @@ pub type MujocoEnv<R = DistanceReward, T = Task> =
 /// Living environments of this process with equal [`FetchConfig::sim`] share one model, which the
 /// first of them compiles and lets settle.
 ///
-/// The thread needs a stack of 256 KiB: MuJoCo compiles the model on it, and a smaller stack may
-/// end the process. (Measured: 96 KiB are enough, with the built-in model and with the
-/// reference's.) Rust gives a thread 2 MiB.
+/// The calling thread needs a stack of 256 KiB: MuJoCo compiles the model on it, and a smaller
+/// stack may end the process. (Measured: 96 KiB are enough, with the built-in model and with the
+/// reference's.) Rust's default is 2 MiB.
 ///
 /// # Errors
 /// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name;
@@ -56,8 +56,8 @@ pub fn make(
 }
 
 impl FetchEnv<MujocoSimulator> {
-    /// Creates an environment on MuJoCo as [`make`] does, but without a time limit, to give it a
-    /// reward and a task of your own.
+    /// Creates an environment on MuJoCo as [`make`] does, but without a time limit, so that you can
+    /// give it your own reward and task.
     ///
     /// # Errors
     /// As [`make`].
@@ -93,7 +93,7 @@ pub fn make_vec(
     check_num_envs(num_envs)?;
     let config = &config.try_into().map_err(Into::into)?;
     let threads = vec_config.threads_for(num_envs);
-    // Stays alive until every environment shares it.
+    // Keeps the model alive until every environment shares it.
     let _model = shared_model(config.sim())?;
     // Most of the time goes into memory, which each thread allocates for its own environments.
     let envs = thread::scope(|scope| {

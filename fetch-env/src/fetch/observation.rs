@@ -1,4 +1,4 @@
-//! What a Fetch environment observes.
+//! Observations of a Fetch environment.
 
 use fetch_sim::{GripperState, ObjectState, Task};
 use serde::{Deserialize, Serialize};
@@ -14,15 +14,15 @@ const REACH_LEN: usize = REACH[REACH.len() - 1].range.end;
 /// Number of elements of an observation with an object.
 const OBJECT_LEN: usize = OBJECT[OBJECT.len() - 1].range.end;
 
-/// A goal, which is inline up to eight elements, so that an observation needs no allocation.
+/// A goal, stored inline up to eight elements so that an observation needs no allocation.
 pub(super) type Goal = SmallVec<[f64; 8]>;
 
 /// Observation of a Fetch environment.
 ///
-/// `achieved_goal` (3 elements, meters) is the gripper's position in Reach and the object's
-/// elsewhere; `desired_goal` (3 elements, meters) is the episode's goal. In a task of your own they
-/// are what its [`FetchTask`](super::task::FetchTask) says. `observation` holds, in the world frame
-/// (x forward from the base, y to its left, z up),
+/// `achieved_goal` (3 elements, meters) is the gripper's position in Reach and the object's in the
+/// other tasks; `desired_goal` (3 elements, meters) is the episode's goal. In a task of your own
+/// they are what its [`FetchTask`](super::task::FetchTask) defines. `observation` holds, in the
+/// world frame (x forward from the base, y to its left, z up),
 ///
 /// | Push, PickAndPlace, Slide | Reach | name | unit | meaning |
 /// |---|---|---|---|---|
@@ -51,10 +51,10 @@ pub struct FetchObservation {
     desired_goal: Goal,
 }
 
-/// The elements, inline up to 64, so that an observation needs no allocation.
+/// The elements, stored inline up to 64 so that an observation needs no allocation.
 type Elements = SmallVec<[f64; 64]>;
 
-/// Writes values to the places that a layout gives their fields.
+/// Writes each value to the place of its field in a layout.
 macro_rules! arrange {
     ($fields:ident: $($name:literal = $values:expr,)*) => {{
         let mut elements = [0.0; _];
@@ -190,7 +190,7 @@ impl GoalObservation for FetchObservation {
     }
 }
 
-/// A loaded observation before its checks.
+/// A loaded observation, not yet checked.
 #[derive(Deserialize)]
 #[serde(rename = "FetchObservation", deny_unknown_fields)]
 struct Saved {
@@ -207,11 +207,11 @@ impl TryFrom<Saved> for FetchObservation {
         let Saved { has_object, observation, achieved_goal, desired_goal } = saved;
         let (len, least) = (observation.len(), if has_object { OBJECT_LEN } else { REACH_LEN });
         if len < least {
-            return Err(format!("this observation has at least {least} elements, not {len}"));
+            return Err(format!("this observation must have at least {least} elements, not {len}"));
         }
         let goals = [achieved_goal.len(), desired_goal.len()];
         if goals[0] == 0 || goals[0] != goals[1] {
-            return Err(format!("the goals have the same length, at least 1, not {goals:?}"));
+            return Err(format!("the goals must have the same length, at least 1, not {goals:?}"));
         }
         Ok(Self { has_object, observation, achieved_goal, desired_goal })
     }

@@ -38,17 +38,17 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
         let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
         let (theirs, ours) = (&snapshot.sim, self.config.sim());
         if theirs.task() != ours.task() {
-            return foreign(format!("it is of {}, this is {}", theirs.task(), ours.task()));
+            return foreign(format!("it is from {}, this is {}", theirs.task(), ours.task()));
         }
         let (theirs, ours) = (theirs.n_substeps(), ours.n_substeps());
         if theirs != ours {
             let [theirs, ours] = [theirs, ours].map(Substeps::get);
-            return foreign(format!("it was taken with {theirs} substeps, these are {ours}"));
+            return foreign(format!("it was taken with {theirs} substeps, this has {ours}"));
         }
         if let Some(goal) = &snapshot.goal {
             let (theirs, ours) = (goal.len(), self.task.goal_len());
             if theirs != ours {
-                return foreign(format!("its goal has {theirs} elements, this one's {ours}"));
+                return foreign(format!("its goal has {theirs} elements, this one's has {ours}"));
             }
             if !goal.iter().all(|number| number.abs() <= LARGEST_NUMBER) {
                 return foreign(format!("its goal is {goal:?}"));

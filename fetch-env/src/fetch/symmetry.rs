@@ -1,4 +1,4 @@
-//! Fetch's left and right, front and back.
+//! Mirror symmetries of Fetch: left-right and front-back.
 
 use fetch_sim::{ModelSource, Simulator, Task};
 use goal_reward::{Mirror, Mirrored, Symmetry, SymmetryError};
@@ -6,7 +6,7 @@ use goal_reward::{Mirror, Mirrored, Symmetry, SymmetryError};
 use super::env::FetchEnv;
 use super::layout::{Kind, observation_fields};
 
-/// A mirror, or two: the planes across the x axis and the y axis, in meters.
+/// One or two mirrors: the positions of the planes across the x axis and the y axis, in meters.
 #[derive(Clone, Copy)]
 struct Planes {
     x: Option<f64>,
@@ -14,7 +14,7 @@ struct Planes {
 }
 
 impl Planes {
-    /// Returns the rules of a vector of this kind whose first element is `start`.
+    /// Returns the rules for a vector of this kind whose first element is `start`.
     fn rules(self, kind: Kind, start: usize) -> Vec<Mirrored> {
         let [x, y, z] = [start, start + 1, start + 2];
         let across = |element, plane: Option<f64>| {
@@ -27,7 +27,7 @@ impl Planes {
         match kind {
             Kind::Position => vec![across(x, self.x), across(y, self.y), Mirrored::same(z)],
             Kind::Difference => vec![negated(x, by_x), negated(y, by_y), Mirrored::same(z)],
-            // In a mirror, only turns about the axis across it keep their sense.
+            // In a mirror, only rotations about the axis perpendicular to it keep their direction.
             Kind::Turn => vec![negated(x, by_y), negated(y, by_x), negated(z, by_x != by_y)],
             // The right finger is the left one in the mirror between them.
             Kind::Fingers if by_y => vec![Mirrored::same(y), Mirrored::same(x)],
@@ -38,16 +38,16 @@ impl Planes {
 
 impl<S, R, T> FetchEnv<S, R, T> {
     /// Sets the [symmetries](crate::GoalEnv::symmetries) of a reward, a task or a model of your own.
-    /// [`robot_symmetries`](Self::robot_symmetries) are what it has in common with the built-in
-    /// tasks.
+    /// [`robot_symmetries`](Self::robot_symmetries) returns those of the robot, from which you can
+    /// start.
     ///
     /// ```
     /// use fetch_env::{GoalEnv, make_kinematic};
     /// use fetch_env::goal_reward::{Mirror, Mirrored, Symmetry};
     ///
     /// # let env = make_kinematic("FetchPush-v4")?.into_inner();
-    /// // A task that observes the x and y of a wall in 2 more elements. Only left and right are the
-    /// // same.
+    /// // A task that observes the x and y of a wall in 2 more elements, and has only left-right
+    /// // symmetry.
     /// let [sides, _, _] = env.robot_symmetries()?;
     /// let plane = env.simulator().settled().gripper_position.y;
     /// # use fetch_env::Simulator;
@@ -65,25 +65,25 @@ impl<S, R, T> FetchEnv<S, R, T> {
 }
 
 impl<S: Simulator, R, T> FetchEnv<S, R, T> {
-    /// Returns the symmetries of Fetch: of its left and right, of its front and back, and of both.
-    /// Each mirrors the elements that [`FetchObservation`](crate::FetchObservation) documents, goals
-    /// that are positions, and actions. The mirrors stand across the y axis and across the x axis,
-    /// through the gripper's start.
+    /// Returns the symmetries of Fetch: left-right, front-back, and both combined. Each mirrors the
+    /// elements that [`FetchObservation`](crate::FetchObservation) documents, goals that are
+    /// positions, and actions. The mirrors are perpendicular to the y axis and to the x axis and
+    /// pass through the gripper's start.
     ///
-    /// Of the built-in tasks, Push and PickAndPlace have all three: a mirrored start is one that
-    /// they draw as often. Reach and Slide have the first alone. The arm keeps them only nearly,
-    /// because it is in neither mirror's plane and reaches less far to the front. After 0 to 50
-    /// random steps and the same steps in a mirror (`cargo test -p fetch-env --test symmetry --
-    /// --nocapture`), the grippers are this far from being mirror images of each other:
+    /// Of the built-in tasks, Push and PickAndPlace have all three: they draw a mirrored start as
+    /// often as the original. Reach and Slide have only the first. The arm keeps the symmetries
+    /// only approximately, because it is in neither mirror's plane and reaches less far to the
+    /// front. After 0 to 50 random steps and the same steps mirrored (`cargo test -p fetch-env
+    /// --test symmetry -- --nocapture`), the grippers are this far from being mirror images of each
+    /// other:
     ///
     /// | | median | less in 95 % of the states | most |
     /// |---|---|---|---|
     /// | left and right | 0.1 to 0.8 mm | 2 mm | 21 mm |
     /// | front and back | 15 mm | 58 mm | 139 mm |
     ///
-    /// What an object does after a touch may differ by more: a puck that was hit ends up to 61 mm
-    /// from its mirror image. Push and PickAndPlace are learned from fewer steps with all three even
-    /// so.
+    /// An object may deviate more after a touch: a puck that was hit ends up to 61 mm from its
+    /// mirror image. Even so, Push and PickAndPlace are learned from fewer steps with all three.
     ///
     /// # Errors
     /// [`SymmetryError`] if the gripper's start is not finite.

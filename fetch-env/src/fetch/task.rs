@@ -1,4 +1,4 @@
-//! What a task adds to the robot: its goals, and more to observe.
+//! Tasks: their goals, and what they add to the observation.
 
 use std::borrow::Cow;
 
@@ -8,11 +8,12 @@ use super::config::{FetchConfig, MAX_TARGET_RISE};
 use crate::gym::{error::EnvError, np_random::NpRandom};
 
 /// The task of a [`FetchEnv`](super::env::FetchEnv): how goals are drawn, which one a state
-/// achieves, and what is observed beside the robot and the object.
+/// achieves, and what is observed besides the robot and the object.
 ///
-/// [`Task`] implements it for the built-in tasks. A task of your own is a type of yours, in
-/// [`FetchEnv::with_task`](super::env::FetchEnv::with_task). It has no state: what an episode
-/// changes is in the simulator and in the goal, so that a snapshot has all of it.
+/// [`Task`] implements it for the built-in tasks. For a task of your own, implement it for a type
+/// and pass a value to [`FetchEnv::with_task`](super::env::FetchEnv::with_task). A task has no
+/// state: everything that an episode changes is in the simulator and in the goal, so a snapshot
+/// contains all of it.
 ///
 /// ```
 /// use fetch_env::{
@@ -71,9 +72,9 @@ pub trait FetchTask<S: Simulator> {
 
     /// Begins an episode: places what the task has added to the scene, and draws the goal.
     ///
-    /// The simulator has just been reset, with the object where the
-    /// [configuration](FetchConfig::object_range) has it drawn. Draw all random numbers from
-    /// `random`, which a seed decides.
+    /// The simulator has just been reset, with the object's start drawn as the
+    /// [configuration](FetchConfig::object_range) says. Draw all random numbers from `random`,
+    /// which the seed determines.
     ///
     /// # Errors
     /// Any [`EnvError`], which the reset then returns.
@@ -102,7 +103,7 @@ pub trait FetchTask<S: Simulator> {
     }
 
     /// Returns the points that pictures mark as the goal, in meters in the world frame. By default
-    /// every three elements of the goal are one.
+    /// every three elements of the goal are one point.
     fn goal_positions<'a>(&self, desired_goal: &'a [f64]) -> Cow<'a, [[f64; 3]]> {
         Cow::Borrowed(desired_goal.as_chunks().0)
     }

@@ -1,4 +1,4 @@
-//! The errors of environments.
+//! Errors of environments.
 
 use std::{error::Error, sync::Arc};
 
@@ -19,7 +19,7 @@ pub enum EnvError {
         steps: usize,
     },
     /// An action of the wrong length.
-    #[error("the action has {actual} elements: pass {expected}, as many as the action space has")]
+    #[error("the action has {actual} elements: pass {expected}")]
     ActionLength {
         /// Number of elements of the action space.
         expected: usize,
@@ -51,8 +51,8 @@ pub enum EnvError {
     },
     /// An observation that does not have the shape of its space.
     #[error(
-        "the {key} has {actual} elements, its space {expected}: let observation_space() describe \
-         what the environment observes"
+        "the {key} has {actual} elements, but its space has {expected}: make observation_space() \
+         describe what the environment observes"
     )]
     ObservationLength {
         /// Key of the part.
@@ -123,8 +123,8 @@ impl PartialEq for EnvError {
 }
 
 impl EnvError {
-    /// Wraps an error that only some environments have: an error or a message. The environment must
-    /// be reset afterwards.
+    /// Wraps an environment's own error, given as an error or a message. The environment must be
+    /// reset afterwards.
     ///
     /// ```
     /// use fetch_env::EnvError;
@@ -138,9 +138,9 @@ impl EnvError {
 
     /// Returns the error that [`other`](Self::other) wrapped, if it is a `T`.
     ///
-    /// It is a [`SpaceError`](crate::spaces::SpaceError) if an environment cannot be wrapped, a
-    /// [`VecEnvError`](crate::vec_env::VecEnvError), and in Fetch environments a
-    /// [`SimError`](crate::SimError) or [`MakeError`](crate::MakeError), with pictures a
+    /// It can be a [`SpaceError`](crate::spaces::SpaceError), if an environment cannot be wrapped,
+    /// a [`VecEnvError`](crate::vec_env::VecEnvError), in Fetch environments a
+    /// [`SimError`](crate::SimError) or [`MakeError`](crate::MakeError), and with pictures a
     /// `RenderError` or `ClipError`.
     ///
     /// ```

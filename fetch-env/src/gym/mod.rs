@@ -1,5 +1,5 @@
-//! What knows nothing of Fetch: environments, their spaces, wrappers and vectors, and their
-//! checker.
+//! Everything that does not depend on Fetch: environments, their spaces, wrappers and vectors, and
+//! their checker.
 
 pub mod check;
 pub(crate) mod env;

@@ -13,7 +13,7 @@ use crate::gym::error::EnvError;
 /// from.
 ///
 /// The same seed gives the same numbers as in Python, bit for bit. The seed and the number of draws
-/// decide the state and are its serialized form.
+/// determine the state and are its serialized form.
 ///
 /// # Example
 /// ```
@@ -53,7 +53,7 @@ impl NpRandom {
     }
 
     /// Returns the seed with which the generator was made: always the same number, however many
-    /// were drawn. To draw a seed, pass on the generator itself, or its next `u64`.
+    /// numbers were drawn. To draw a seed, pass on the generator itself, or its next `u64`.
     #[must_use]
     pub const fn initial_seed(&self) -> u64 {
         self.seed

@@ -1,14 +1,14 @@
-//! Environments by name, to which users add their own.
+//! Environments by name, including users' own.
 
 use std::{collections::BTreeMap, fmt, sync::Arc};
 
 use super::error::EnvError;
 
-/// Environments that are made by name.
+/// A collection of environments that are made by name.
 ///
-/// Names are Gymnasium's: `Name-v1` or `namespace/Name-v1`. A registry is a value; there is none
-/// for the whole process, so that no library changes what another makes. All its environments are
-/// of one type, which may be a boxed trait object.
+/// Names are Gymnasium's: `Name-v1` or `namespace/Name-v1`. A registry is a value; there is no
+/// global one, so no library changes what another makes. All its environments are of one type,
+/// which may be a boxed trait object.
 ///
 /// ```
 /// use fetch_env::{Env, FetchConfig, FetchEnv, KinematicSimulator, Registry, RewardKind, Task};
@@ -123,7 +123,7 @@ fn versioned(id: &str) -> Option<(&str, u32)> {
     Some((name, version.parse().ok().filter(|_| is_number)?))
 }
 
-/// Whether a name is one of Gymnasium's.
+/// Whether a name follows Gymnasium's rules.
 fn is_well_formed(id: &str) -> bool {
     let consists_of = |text: &str, marks: &str| {
         !text.is_empty() && text.chars().all(|c| c.is_alphanumeric() || marks.contains(c))
@@ -150,13 +150,13 @@ impl<E> fmt::Debug for Registry<E> {
 #[non_exhaustive]
 pub enum RegistryError {
     /// The name does not follow the rules.
-    #[error("{id:?} is no name of an environment: pass one such as Name-v1 or namespace/Name-v1")]
+    #[error("{id:?} is not an environment name: pass one such as Name-v1 or namespace/Name-v1")]
     Malformed {
         /// The name.
         id: String,
     },
     /// The name is in use.
-    #[error("there is an environment {id:?} already: give the new one another name or version")]
+    #[error("there is already an environment {id:?}: give the new one another name or version")]
     Taken {
         /// The name.
         id: String,

@@ -160,7 +160,7 @@ impl Pictures {
         }
         let sizes = |sizes: Vec<usize>| format!("{} frames of {:?} bytes", sizes.len(), sizes);
         let (theirs, ours) = (frames.iter().map(Vec::len).collect(), ours().collect());
-        let reason = format!("it stacks {}, this {}", sizes(theirs), sizes(ours));
+        let reason = format!("it stacks {}, this one {}", sizes(theirs), sizes(ours));
         Err(EnvError::ForeignSnapshot { reason })
     }
 

@@ -36,7 +36,7 @@ impl<R> AsRef<ArrayRows<u8>> for PixelRows<R> {
     }
 }
 
-/// The pictures of observations that have them or are nothing else.
+/// The pictures in observations that have them, or that are only pictures.
 impl<O: BatchObservation<Rows: AsRef<ArrayRows<u8>>>, I, A> VecStep<O, I, A> {
     /// Returns the pictures: `len` rows.
     #[must_use]

@@ -78,7 +78,7 @@ fn with_pixels(state: &Space, image: ImageSpace) -> Result<Space, SpaceError> {
 /// Observes pictures of the environment and nothing else.
 ///
 /// It is [`AddRenderObservation`](crate::AddRenderObservation) without the state, for policies that
-/// only see: a [`VecStep`](crate::vec_env::VecStep) of many has one row of bytes for each
+/// see nothing else: a [`VecStep`](crate::vec_env::VecStep) of many has one row of bytes for each
 /// environment.
 ///
 /// ```

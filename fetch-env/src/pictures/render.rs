@@ -1,4 +1,4 @@
-//! Environments that can be shown to a renderer.
+//! Environments that can be rendered.
 
 use fetch_sim::{RenderError, RenderOptions, Renderer, Segment, SimConfig};
 
@@ -23,8 +23,7 @@ use crate::gym::{env::Env, error::EnvError};
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 pub trait RenderEnv: Env {
-    /// Returns the task and model of the pictures. Environments that have them in common share
-    /// renderers.
+    /// Returns the task and model of the pictures. Environments with the same ones share renderers.
     fn sim_config(&self) -> &SimConfig;
 
     /// Creates a renderer for environments with this task and model.
@@ -35,7 +34,7 @@ pub trait RenderEnv: Env {
         Ok(Renderer::new(self.sim_config(), options)?)
     }
 
-    /// Shows the current state to a renderer.
+    /// Gives a renderer the current state.
     ///
     /// # Errors
     /// [`EnvError::ResetNeeded`] before a reset and after a failure; [`RenderError`] if the

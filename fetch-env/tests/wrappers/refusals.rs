@@ -75,7 +75,7 @@ fn snapshots_of_other_wrappers_are_refused_and_change_nothing() -> Result {
     more.reset(Some(0))?;
     let before = filtered.snapshot();
     let refusal = filtered.restore(&more.snapshot());
-    let of_elements = "its statistics are of 3 elements, these of 2";
+    let of_elements = "its statistics have 3 elements, these have 2";
     assert!(refusal.is_err_and(|refusal| refusal.to_string().contains(of_elements)));
     assert_eq!(filtered.snapshot(), before);
 

@@ -89,7 +89,7 @@ pub(super) fn bad_actions<E: Checked>(subject: &Subject<'_, E>) -> Outcome {
     let mut refuse = |action: &[ActionElement<E>]| {
         let refusal = env.step(action);
         let expected = env.action_space().check_action(action);
-        // As texts, because NaN differs from itself.
+        // Compared as text, because NaN differs from itself.
         let same = match (&refusal, &expected) {
             (Err(refusal), Err(expected)) => format!("{refusal:?}") == format!("{expected:?}"),
             _ => false,

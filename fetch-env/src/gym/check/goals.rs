@@ -13,7 +13,7 @@ use crate::gym::spaces::box_space::BoxSpace;
 /// The number of random pairs of goals in a check.
 const PAIRS: usize = 100;
 
-/// Different seeds give different goals, of one length.
+/// Different seeds give different goals of the same length.
 pub(super) fn seeds_differ<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
     const SEEDS: usize = 10;
     let mut env = subject.env()?;
@@ -24,7 +24,7 @@ pub(super) fn seeds_differ<E: GoalEnv>(subject: &Subject<'_, E>) -> Outcome {
         let (achieved, goal) = (observation.achieved_goal(), observation.desired_goal());
         ensure(achieved.len() == goal.len(), || format!("goals {achieved:?} and {goal:?}"))?;
         ensure(!goals.iter().any(|other| same_bits(other, goal)), || {
-            format!("seed {seed} gives the goal {goal:?} of another")
+            format!("seed {seed} gives the same goal {goal:?} as another")
         })?;
         goals.push(goal.into());
     }

@@ -16,8 +16,8 @@ pub(super) fn reset_in_space<E: Checked>(subject: &Subject<'_, E>) -> Outcome {
     Ok("it lies in its space".into())
 }
 
-/// A seed gives one start, in any environment and after any history, and so do the resets that
-/// follow without a seed.
+/// A seed determines the start, and the starts of later resets without a seed, in any environment
+/// and after any history.
 pub(super) fn reset_is_deterministic<E: Checked>(subject: &Subject<'_, E>) -> Outcome {
     let (mut env, first) = subject.started()?;
     let second = env.reset(None)?;
@@ -47,7 +47,7 @@ pub(super) fn seeds_differ<E: Checked>(subject: &Subject<'_, E>) -> Outcome {
         let start = env.reset(Some(seed))?.observation;
         for other in &starts {
             ensure(!same_observation(&env, other, &start)?, || {
-                format!("seed {seed} gives the start {start:?} of another")
+                format!("seed {seed} gives the same start {start:?} as another")
             })?;
         }
         starts.push(start);
@@ -86,7 +86,7 @@ pub(super) fn step_in_space<E: Checked>(subject: &Subject<'_, E>) -> Outcome {
     Ok(format!("{steps} steps"))
 }
 
-/// A seed and a sequence of actions give one trajectory, across the ends of episodes too.
+/// A seed and a sequence of actions determine the trajectory, even across the ends of episodes.
 pub(super) fn step_is_deterministic<E: Checked>(subject: &Subject<'_, E>) -> Outcome {
     let steps = subject.options.num_steps();
     let (mut env, _) = subject.started()?;
@@ -118,7 +118,7 @@ pub(super) fn limit<E: Checked>(subject: &Subject<'_, E>) -> Outcome {
 /// The numbers of steps after which snapshots are taken.
 const DEPTHS: [u32; 4] = [0, 1, 7, 30];
 
-/// After a snapshot the same actions give the same results, resets without a seed included, in the
+/// After a snapshot the same actions give the same results, including resets without a seed, in the
 /// environment that `other` returns: the same one, or another into which the snapshot is restored.
 pub(super) fn snapshot<E: Checked + SnapshotEnv>(
     subject: &Subject<'_, E>,

@@ -1,4 +1,4 @@
-//! What the checks found.
+//! Results of the checks.
 
 use std::{error::Error, fmt};
 

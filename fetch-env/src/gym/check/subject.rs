@@ -32,10 +32,11 @@ impl Default for CheckOptions {
 
 impl CheckOptions {
     settings! {
-        /// Sets the seed of the episodes and, as another stream, of the actions. The default is 0.
+        /// Sets the seed of the episodes and, in a separate stream, of the actions. The default is
+        /// 0.
         with_seed(seed: u64);
         /// Sets the number of random steps in each check that steps. The default, 60, exceeds an
-        /// episode, so that the steps include resets without a seed.
+        /// episode, so the steps include resets without a seed.
         with_num_steps(num_steps: u32);
         /// Sets the number of steps after which the environment must truncate an episode; `None` if
         /// only its own rules may. The default, 50, is that of the Fetch environments.
@@ -94,8 +95,8 @@ impl<E: Env> Subject<'_, E> {
         Ok((env, reset))
     }
 
-    /// Returns the generator of actions and goals. Its stream is none of an environment's, whose
-    /// numbers would reveal the goal to the policy.
+    /// Returns the generator of actions and goals. Its stream differs from every environment's,
+    /// whose numbers would reveal the goal to the policy.
     pub(super) fn rng(&self) -> Pcg64 {
         const STREAM: u128 = 0x5eed_0fac_7105;
         Pcg64::new(self.options.seed.into(), STREAM)

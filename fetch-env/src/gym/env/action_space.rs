@@ -1,4 +1,4 @@
-//! Spaces of actions: what an environment's steps take.
+//! Spaces of the actions that an environment takes.
 
 use std::fmt::Debug;
 
@@ -33,7 +33,7 @@ pub trait ActionSpace: Clone + Debug + PartialEq + Into<Space> + Send {
     fn action_len(&self) -> usize;
 
     /// Checks an action as [`Env::step`](crate::Env::step) does: its length, and that each element
-    /// means something. Numbers beyond the bounds of a box pass, because environments clip them.
+    /// is meaningful. Numbers beyond the bounds of a box pass, because environments clip them.
     ///
     /// # Errors
     /// [`EnvError::ActionLength`], [`EnvError::ActionNotFinite`] or [`EnvError::ActionOutside`].
@@ -130,7 +130,7 @@ fn check_choices(choices: impl Iterator<Item = Choices>, action: &[i64]) -> Resu
     Ok(())
 }
 
-/// Returns the integers next to the choices.
+/// Returns the integers just outside the choices.
 fn beyond(choices: Choices) -> Vec<i64> {
     let neighbors = [choices.start.checked_sub(1), choices.last().checked_add(1)];
     neighbors.into_iter().flatten().collect()

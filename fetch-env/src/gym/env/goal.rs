@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Env, observation::GoalObservation};
 
-/// An environment whose task is to bring about a desired goal.
+/// An environment whose task is to achieve a desired goal.
 ///
 /// Every goal-conditioned environment keeps this law, on which hindsight relabeling relies, bit for
 /// bit: the reward of a step is [`compute_reward`](GoalEnvExt::compute_reward) of the observed
@@ -27,18 +27,18 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
     /// Returns the reward as a function of the goals, as a hindsight buffer needs it.
     fn goal_reward(&self) -> &Self::GoalReward;
 
-    /// Returns the symmetries of the task, from which a learner can make several experiences of
-    /// each; none by default.
+    /// Returns the symmetries of the task, with which a learner can make several experiences of
+    /// each one; none by default.
     ///
-    /// They hold for the states, the actions and the reward, also where starts and goals are drawn
-    /// on one side. Where two mirrors together are a third, it is one of them. This allocates: call
+    /// They hold for the states, the actions and the reward, even if starts and goals are drawn on
+    /// one side only. If two of them combine into a third, that one is included. This allocates: call
     /// it once.
     fn symmetries(&self) -> Vec<Symmetry> {
         Vec::new()
     }
 }
 
-/// The calls of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).
+/// The methods of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).
 ///
 /// Every [`GoalEnv`] has them; wrappers cannot forget or change one.
 ///
@@ -86,7 +86,8 @@ pub trait GoalEnvExt: GoalEnv {
         self.goal_reward().truncated(achieved_goal, desired_goal)
     }
 
-    /// Whether the achieved goal counts as the desired one; never true of goals without a distance.
+    /// Whether the achieved goal counts as the desired one; never true for goals without a
+    /// distance.
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         self.goal_reward().is_success(achieved_goal, desired_goal)
     }

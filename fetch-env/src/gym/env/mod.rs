@@ -59,9 +59,9 @@ pub trait Env {
 
     /// Starts a new episode, whether or not the last one is over.
     ///
-    /// A seed and the actions decide everything that follows. Without a seed the stream of random
-    /// numbers continues from the last episode; before the first episode the operating system
-    /// provides a seed.
+    /// A seed and the actions determine everything that follows. Without a seed the stream of
+    /// random numbers continues from the last episode; before the first episode the operating
+    /// system provides a seed.
     ///
     /// # Errors
     /// Rejects invalid options before anything changes. After any other error the environment must
@@ -103,7 +103,7 @@ pub struct Reset<O, I> {
 }
 
 impl<O, I> Reset<O, I> {
-    /// Replaces the observation by what `map` makes of it.
+    /// Replaces the observation with the result of `map`.
     ///
     /// # Errors
     /// The error of `map`.
@@ -115,7 +115,7 @@ impl<O, I> Reset<O, I> {
         Ok(Reset { observation: map(observation)?, info })
     }
 
-    /// Replaces the info by what `map` makes of it.
+    /// Replaces the info with the result of `map`.
     pub fn map_info<J>(self, map: impl FnOnce(I) -> J) -> Reset<O, J> {
         let Self { observation, info } = self;
         Reset { observation, info: map(info) }
@@ -145,7 +145,7 @@ impl<O, I> Step<O, I> {
         self.terminated || self.truncated
     }
 
-    /// Replaces the observation by what `map` makes of it.
+    /// Replaces the observation with the result of `map`.
     ///
     /// # Errors
     /// The error of `map`.
@@ -157,7 +157,7 @@ impl<O, I> Step<O, I> {
         Ok(Step { observation: map(observation)?, reward, terminated, truncated, info })
     }
 
-    /// Replaces the info by what `map` makes of it.
+    /// Replaces the info with the result of `map`.
     pub fn map_info<J>(self, map: impl FnOnce(I) -> J) -> Step<O, J> {
         let Self { observation, reward, terminated, truncated, info } = self;
         Step { observation, reward, terminated, truncated, info: map(info) }
@@ -178,7 +178,7 @@ impl<O, I> Step<O, I> {
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
 pub trait SnapshotEnv: Env {
-    /// Everything that decides the environment's future, exact to the last bit.
+    /// Everything that determines the environment's future, exact to the last bit.
     type Snapshot: Clone + Debug + PartialEq + Serialize + DeserializeOwned;
 
     /// Returns the current state.
@@ -188,12 +188,12 @@ pub trait SnapshotEnv: Env {
     /// actions give the same results, bit for bit, and so do later resets without a seed.
     ///
     /// # Errors
-    /// [`EnvError::ForeignSnapshot`] if the snapshot is of another environment; this one is then
+    /// [`EnvError::ForeignSnapshot`] if the snapshot is from another environment; this one is then
     /// unchanged.
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError>;
 }
 
-/// Snapshot of an environment and of what is around it: a wrapper with the state `T`, or a
+/// Snapshot of an environment and of what contains it: a wrapper with the state `T`, or a
 /// [`VecEnv`](crate::VecEnv), which counts the environment's episodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

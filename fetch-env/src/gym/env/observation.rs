@@ -7,7 +7,7 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// An observation that can be a row of a [`VecStep`](crate::vec_env::VecStep).
 ///
-/// Most observations name rows that exist: [`GoalRows`] take any
+/// Most observations can use existing rows: [`GoalRows`] take any
 /// [`GoalObservation`](crate::GoalObservation), [`ArrayRows`] any array of numbers.
 ///
 /// ```
@@ -43,11 +43,11 @@ pub trait BatchObservation: Clone + Debug + PartialEq {
     }
 }
 
-/// An observation with two goals; [`BatchObservation`] shows one.
+/// An observation with two goals; see the example of [`BatchObservation`].
 pub trait GoalObservation:
     BatchObservation<Rows: AsRef<GoalRows<<Self as GoalObservation>::Element>>>
 {
-    /// Precision of the observation: `f32` or `f64`. Goals are `f64`, as rewards are.
+    /// Precision of the observation: `f32` or `f64`. Goals are `f64`, like rewards.
     type Element: Element;
 
     /// Returns the part of the state that a policy sees.
@@ -60,7 +60,7 @@ pub trait GoalObservation:
     fn desired_goal(&self) -> &[f64];
 }
 
-/// Many observations of the type `O`, row after row. [`GoalRows`] and [`ArrayRows`] are such rows.
+/// Many observations of the type `O`, row after row. [`GoalRows`] and [`ArrayRows`] implement it.
 ///
 /// ```
 /// use fetch_env::vec_env::{BatchObservation, Rows};
@@ -206,7 +206,7 @@ impl<T: ArrayElement, const N: usize> BatchObservation for [T; N] {
     type Rows = ArrayRows<T>;
 }
 
-/// Rows of one length.
+/// Rows of equal length.
 #[derive(Clone, Debug, PartialEq)]
 struct Matrix<T> {
     key: &'static str,

@@ -35,7 +35,8 @@ pub trait Element: ArrayElement + Default + PartialOrd + Into<f64> {
 
 /// Arrays of a fixed shape, each element within its own closed, possibly unbounded interval.
 ///
-/// Every interval holds at least one finite number. Serializes with `null` for an infinite bound.
+/// Every interval contains at least one finite number. Serializes with `null` for an infinite
+/// bound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Bounds<T>", into = "Bounds<T>")]
 #[serde(bound(
@@ -50,13 +51,13 @@ pub struct BoxSpace<T> {
 
 impl<T: Element> BoxSpace<T> {
     /// Creates the space of arrays of `shape` between `low` and `high`, row-major; an infinite
-    /// bound means none.
+    /// bound means no bound.
     ///
     /// # Errors
     /// [`SpaceError::TooLarge`] if the shape has more than 2^28 elements;
     /// [`SpaceError::BoundCount`] if `low` or `high` does not have one element for each of the
     /// shape's; [`SpaceError::EmptyInterval`] if a bound is NaN or no finite number lies between
-    /// two.
+    /// the two bounds of an element.
     pub fn new(shape: Vec<usize>, low: Vec<T>, high: Vec<T>) -> Result<Self, SpaceError> {
         let expected = num_elements(&shape)?;
         if low.len() != expected || high.len() != expected {

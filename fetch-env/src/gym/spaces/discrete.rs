@@ -60,7 +60,7 @@ impl DiscreteSpace {
         self.choices().last()
     }
 
-    /// Whether `array` is one of the choices, and one only.
+    /// Whether `array` has one element, which is one of the choices.
     #[must_use]
     pub const fn contains(&self, array: &[i64]) -> bool {
         matches!(array, [choice] if self.choices().contains(*choice))

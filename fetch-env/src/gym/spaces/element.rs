@@ -15,7 +15,7 @@ use super::{Space, Value};
 /// # Ok::<(), fetch_env::spaces::SpaceError>(())
 /// ```
 pub trait ArrayElement: Copy + Debug + PartialEq + Send + Sync + private::Sealed + 'static {
-    /// The element of arrays without contents yet: NaN, 0 or false.
+    /// The element of an array that has not been written yet: NaN, 0 or false.
     const EMPTY: Self;
 
     /// Returns the number of elements of a member of `space`; `None` if its elements are of another

@@ -1,4 +1,4 @@
-//! The errors of spaces.
+//! Errors of spaces.
 
 /// Error returned for an invalid space.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -18,7 +18,7 @@ pub enum SpaceError {
         /// Number of upper bounds.
         high: usize,
     },
-    /// A shape of more elements than a space may have.
+    /// A shape with more elements than a space may have.
     #[error("arrays of shape {shape:?} have more than {most} elements: pass smaller lengths")]
     TooLarge {
         /// The shape.
@@ -40,19 +40,16 @@ pub enum SpaceError {
         high: f64,
     },
     /// A slice for a sample has the wrong length.
-    #[error(
-        "the slice for a sample has {actual} elements: pass {expected}, as many as the space has"
-    )]
+    #[error("the slice for a sample has {actual} elements: pass {expected}")]
     SampleLength {
         /// Number of elements of the space.
         expected: usize,
         /// Number of elements of the slice.
         actual: usize,
     },
-    /// An element without choices, or with some that no `i64` can hold.
+    /// An element without choices, or with choices that no `i64` can hold.
     #[error(
-        "element {index} has {n} choices from {start} on: pass at least one, the last of them an \
-         i64"
+        "element {index} has {n} choices from {start} on: pass at least one, the last within i64"
     )]
     Choices {
         /// Index of the element.
@@ -63,7 +60,7 @@ pub enum SpaceError {
         start: i64,
     },
     /// The number of smallest choices does not match the number of elements.
-    #[error("there are {actual} smallest choices: pass {expected}, as many as elements")]
+    #[error("there are {actual} smallest choices: pass {expected}, one for each element")]
     StartCount {
         /// Number of elements.
         expected: usize,
@@ -78,8 +75,8 @@ pub enum SpaceError {
     },
     /// The observation space lacks a part of the observations.
     #[error(
-        "the observation space has no {key} with elements of {element}: let observation_space() \
-         describe what the environment observes"
+        "the observation space has no {key} with elements of type {element}: make \
+         observation_space() describe what the environment observes"
     )]
     MissingPart {
         /// Key of the missing part.
@@ -87,10 +84,10 @@ pub enum SpaceError {
         /// Type of its elements.
         element: &'static str,
     },
-    /// A key of an observation that does not exist, or that occurs twice.
+    /// An unknown or repeated key of an observation.
     #[error(
-        "{key:?} is no further part of the observation: pass achieved_goal, desired_goal or \
-         observation, each at most once"
+        "unknown or repeated key {key:?}: pass achieved_goal, desired_goal or observation, each at \
+         most once"
     )]
     Key {
         /// The key.
@@ -120,7 +117,7 @@ pub enum SpaceError {
     Unbounded,
     /// Statistics of vectors of another length.
     #[error(
-        "the statistics are of {actual} elements: pass those of {expected}, as the observation has"
+        "the statistics have {actual} elements: pass {expected}, the length of the observation"
     )]
     StatisticsLength {
         /// Number of elements of the observation.

@@ -1,11 +1,11 @@
 //! Spaces: the actions that an environment takes and the observations that it returns.
 //!
-//! No array has more than 2^28 elements, such as 255 stacked pictures of 640 x 480, or 2 GiB of
-//! `f64`: a space that is read from a file allocates no more when it is sampled.
+//! No array has more than 2^28 elements (255 stacked pictures of 640 x 480, or 2 GiB of `f64`), so
+//! sampling a space that was read from a file allocates no more than that.
 //!
 //! Samples come from any generator of `rand_core`; [`NpRandom`](crate::NpRandom) is one that
-//! needs no further crate. A seed decides the sample. The distributions are Gymnasium's, the
-//! numbers are not: numpy draws them by other methods.
+//! needs no further crate. A seed determines the sample. The distributions are Gymnasium's; the
+//! numbers are not, because numpy draws them by other methods.
 //!
 //! ```
 //! use fetch_env::{BoxSpace, DictSpace, DiscreteSpace, NpRandom, Space};

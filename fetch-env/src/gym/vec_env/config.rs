@@ -1,4 +1,4 @@
-//! How environments are stepped together, and how they are reset.
+//! Settings of a vector of environments, and its resets.
 
 use std::{num::NonZeroUsize, thread};
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::gym::vec_env::error::VecEnvError;
 
-/// The largest number of environments of a vector. That many on MuJoCo take 82 GiB, 1.3 MiB each.
+/// The largest number of environments of a vector. On MuJoCo they take 82 GiB, 1.3 MiB each.
 pub(super) const MAX_ENVS: usize = 1 << 16;
 
 /// Checks the number of environments before memory is allocated for them.
@@ -25,14 +25,15 @@ pub(crate) const fn check_num_envs(num_envs: usize) -> Result<(), VecEnvError> {
 #[serde(rename_all = "snake_case")]
 pub enum AutoresetMode {
     /// The next step resets the environment instead: it ignores its action, gives reward 0 and ends
-    /// nothing.
+    /// no episode.
     #[default]
     NextStep,
     /// The step that ends the episode also resets the environment: observation and info are the
-    /// next episode's first, [`VecStep::next_observation`](super::VecStep::next_observation) and
-    /// [`VecStep::final_info`](super::VecStep::final_info) have the last ones.
+    /// first of the next episode; [`VecStep::next_observation`](super::VecStep::next_observation)
+    /// and [`VecStep::final_info`](super::VecStep::final_info) have the last ones of the old
+    /// episode.
     SameStep,
-    /// Never: the caller resets with a [mask](VecReset::mask). A step before that is
+    /// Never: the caller resets with a [mask](VecReset::mask). A step before that gives
     /// [`EnvError::EpisodeOver`](crate::EnvError::EpisodeOver).
     Disabled,
 }
@@ -56,7 +57,7 @@ impl VecConfig {
         /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is
         /// Gymnasium's.
         with_autoreset(autoreset: AutoresetMode);
-        /// Sets whether each worker thread keeps to its own core, the first thread to the first
+        /// Sets whether each worker thread is pinned to its own core, the first thread to the first
         /// core. The default is false: pinning helps only if nothing else runs on the machine.
         with_pin_threads(pin_threads: bool);
 
@@ -64,7 +65,7 @@ impl VecConfig {
         num_threads: usize;
         /// Returns when the next episode starts.
         autoreset: AutoresetMode;
-        /// Whether each worker thread keeps to its own core.
+        /// Whether each worker thread is pinned to its own core.
         pin_threads: bool;
     }
 
@@ -75,16 +76,16 @@ impl VecConfig {
     }
 }
 
-/// The reset of the environments of a [`VecEnv`](super::VecEnv), with one element of each list for
-/// each environment.
+/// A reset of the environments of a [`VecEnv`](super::VecEnv). Each list has one element for each
+/// environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VecReset<'a, O> {
-    /// The seeds; without, and where one is `None`, the random numbers continue, as in
+    /// The seeds; without a list, and where a seed is `None`, the random numbers continue, as in
     /// [`Env::reset_with`](crate::Env::reset_with).
     pub seeds: Option<&'a [Option<u64>]>,
     /// Whether each environment is reset; without a mask all are.
     pub mask: Option<&'a [bool]>,
-    /// Options of the resets; without, the default ones.
+    /// Options of the resets; without a list, the default ones.
     pub options: Option<&'a [O]>,
 }
 

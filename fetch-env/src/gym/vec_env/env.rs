@@ -71,10 +71,10 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         })
     }
 
-    /// Sets a function that chooses seed and options of every episode that an autoreset begins: for
-    /// curricula, or to begin the same episodes on any number of threads. It takes the index of the
-    /// environment and the number of episodes that this one has begun before, by whatever reset.
-    /// The default continues the environment's random numbers with default options.
+    /// Sets a function that chooses the seed and the options of every episode that an autoreset
+    /// begins: for curricula, or to begin the same episodes on any number of threads. It takes the
+    /// index of the environment and the number of episodes that this environment has begun before,
+    /// by any reset. The default continues the environment's random numbers with default options.
     ///
     /// The worker threads call it. Its results are reproducible if they depend on nothing but its
     /// arguments.
@@ -133,7 +133,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         &self.observation_space
     }
 
-    /// Returns the number of environments that were sent to and not yet received.
+    /// Returns the number of environments in flight: sent to and not yet received.
     #[must_use]
     pub const fn in_flight(&self) -> usize {
         self.in_flight
@@ -146,10 +146,10 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.idle.get(env_index)?.as_ref()?.env.as_ref()
     }
 
-    /// Returns an environment to change, as [`env`](Self::env) does.
+    /// Returns an environment for changing it; `None` where [`env`](Self::env) returns `None`.
     ///
-    /// The vector does not learn of resets and steps made here: its next step has the results of
-    /// the next call, an autoreset that is due stays due, and the first reset is still needed.
+    /// The vector does not notice resets and steps made here: its next step has the results of the
+    /// next call, an autoreset that is due stays due, and the first reset is still needed.
     #[must_use]
     pub fn env_mut(&mut self, env_index: usize) -> Option<&mut E> {
         self.idle.get_mut(env_index)?.as_mut()?.env.as_mut()

@@ -1,4 +1,4 @@
-//! The errors of environments that are stepped together.
+//! Errors of environments that are stepped together.
 
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
@@ -19,7 +19,7 @@ pub enum VecEnvError {
         most: usize,
     },
     /// The spaces of an environment differ from the first one's.
-    #[error("environment {env_index} has other spaces than environment 0: make all of them alike")]
+    #[error("the spaces of environment {env_index} differ from environment 0's: make them all alike")]
     SpacesDiffer {
         /// Id of the environment.
         env_index: usize,
@@ -57,9 +57,7 @@ pub enum VecEnvError {
         env_index: usize,
     },
     /// The environment is in flight, or named twice in one call.
-    #[error(
-        "environment {env_index} is in flight: send to it once, and again after recv() returns it"
-    )]
+    #[error("environment {env_index} is in flight: send to it again only after recv() returns it")]
     EnvInFlight {
         /// Id of the environment.
         env_index: usize,

@@ -7,8 +7,8 @@ use crate::gym::env::observation::GoalObservation;
 
 /// The results as the rows that [`HerBuffer::record`](her_relabel::HerBuffer::record) takes.
 ///
-/// Recording every call, that of the first reset included, stores every step, in each
-/// [`AutoresetMode`](super::AutoresetMode), from [`step`](super::VecEnv::step) as well as from
+/// Recording every call, including the first reset, stores every step, in every
+/// [`AutoresetMode`](super::AutoresetMode), from both [`step`](super::VecEnv::step) and
 /// [`recv`](super::VecEnv::recv).
 ///
 /// ```

@@ -20,8 +20,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The threads have stacks of 2 MiB, in which the environments' steps and resets run. With one
-//! thread they run on the caller's instead, which needs no hand-over.
+//! The environments step and reset on threads with stacks of 2 MiB. With one thread they do so on
+//! the caller's instead, which avoids the handover.
 //!
 //! # Asynchronously
 //! [`send`](VecEnv::send) starts some environments and [`recv`](VecEnv::recv) waits for the first
@@ -44,8 +44,8 @@
 //!
 //! # After a `fork`
 //! A child that a process forks has none of its threads. There each call of a vector that the
-//! parent has made returns [`VecEnvError::Forked`], and dropping it waits for nothing, so make the
-//! vector in the child. A single environment goes on in both processes. Fork while no other thread
+//! parent made returns [`VecEnvError::Forked`], and dropping it does not wait, so make a new vector
+//! in the child. A single environment continues in both processes. Fork only while no other thread
 //! is making an environment: a lock that it holds would stay locked in the child.
 
 pub(crate) mod config;

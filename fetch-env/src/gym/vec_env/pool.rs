@@ -20,8 +20,8 @@
 //! - *A panic.* [`Job::run`] must not unwind. If it does, the job is lost with its thread; `Alarm`
 //!   sets `lost` and wakes the caller, whose calls return [`VecEnvError::WorkerLost`] from then on.
 //! - *The end.* A drop sets `stop` and joins the threads. The queues then drop the jobs in them.
-//! - *A fork.* The child has the queues as they were in some moment, perhaps with half a push, and
-//!   none of the threads. It leaves them alone: calls are refused by the process id, and a drop
+//! - *A fork.* The child has the queues as they were at some moment, perhaps with half a push, and
+//!   none of the threads. It leaves them alone: calls compare the process id and fail, and a drop
 //!   joins no thread. The threads' own references to the queues are never dropped there, so neither
 //!   are the queues.
 
@@ -49,7 +49,7 @@ pub(super) trait Job: Send {
     fn run(&mut self);
 }
 
-/// Where jobs are done.
+/// Where jobs run.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
     Caller,
@@ -81,10 +81,9 @@ struct Shared<J> {
     lost: AtomicBool,
 }
 
-/// Stack of each thread, in bytes: what Rust gives a thread by default, but whatever
-/// `RUST_MIN_STACK` says. Making an environment on MuJoCo takes less than 96 KiB of it, stepping
-/// less than 64 KiB; the rest is for environments of other crates, and costs nothing until it is
-/// used.
+/// Stack of each thread, in bytes: Rust's default, but independent of `RUST_MIN_STACK`. Making an
+/// environment on MuJoCo takes less than 96 KiB of it, stepping less than 64 KiB; the rest is for
+/// environments of other crates, and costs nothing until it is used.
 pub(crate) const STACK_SIZE: usize = 2 << 20;
 
 /// The value of `wanted` while the caller does not wait.
@@ -160,8 +159,8 @@ impl<J: Job + 'static> Pool<J> {
         self.workers.iter().for_each(Thread::unpark);
     }
 
-    /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps. After a
-    /// [check](Self::check), because a forked process would wait forever.
+    /// Waits until `count` of the lent jobs are done: spins briefly, then sleeps. Call
+    /// [`check`](Self::check) first, because a forked process would wait forever.
     pub(super) fn wait(&self, count: usize) -> Result<(), VecEnvError> {
         let shared = &*self.shared;
         shared.wanted.store(count, SeqCst);

@@ -15,7 +15,7 @@ use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::error::EnvError;
 use crate::gym::vec_env::error::VecEnvError;
 
-/// Chooses seed and options of the episodes that autoresets begin.
+/// Chooses the seed and the options of the episodes that autoresets begin.
 pub(super) type ChooseStart<O> = dyn Fn(usize, u64) -> (Option<u64>, O) + Send + Sync;
 
 /// An environment with its next command and its last results.
@@ -29,7 +29,7 @@ pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
     pub(super) action: Box<[ActionElement<E>]>,
     /// The results of this environment alone: one row.
     pub(super) row: VecStepOf<E>,
-    /// Whether a reset was ever asked for.
+    /// Whether a reset was ever requested.
     pub(super) was_reset: bool,
     /// Whether the next step begins an episode, or is refused without an autoreset.
     pub(super) reset_is_due: bool,
@@ -58,7 +58,7 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
         }
     }
 
-    /// Checks that the environment can be expected to take a step.
+    /// Checks that a reset was requested, so that the environment can take a step.
     pub(super) fn check_reset(&self) -> Result<(), VecEnvError> {
         let Self { env_index, was_reset, .. } = *self;
         if was_reset { Ok(()) } else { Err(VecEnvError::ResetNeeded { env_index }) }
@@ -93,7 +93,7 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
     fn finish(&mut self, step: Step<E::Observation, E::Info>) -> Result<(), EnvError> {
         let is_last = step.is_last();
         self.row.set_action(&self.action);
-        // What the row cannot show has still happened to the environment.
+        // The environment has taken the step even if the row cannot show it.
         self.row
             .set_step(&step.observation, step.info)
             .inspect_err(|_| self.reset_is_due = true)?;

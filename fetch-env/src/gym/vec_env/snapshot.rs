@@ -31,8 +31,8 @@ impl<E: SnapshotEnv<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     ///
     /// # Errors
     /// [`VecEnvError::InFlight`], [`VecEnvError::OutOfUse`], [`VecEnvError::Count`] if the snapshot
-    /// is of another number of environments, or [`VecEnvError::ForeignSnapshot`]; nothing has
-    /// changed then.
+    /// has another number of environments, or [`VecEnvError::ForeignSnapshot`]; nothing has changed
+    /// then.
     pub fn restore(
         &mut self,
         snapshot: &[WrappedSnapshot<E::Snapshot, u64>],
@@ -57,7 +57,7 @@ impl<E: SnapshotEnv<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
             let env = slot.env.as_mut().ok_or(VecEnvError::OutOfUse { env_index })?;
             let foreign = |reason| VecEnvError::ForeignSnapshot { env_index, reason };
             if state.wrapper > MAX_COUNT {
-                return Err(foreign(format!("{} episodes have not begun", state.wrapper)));
+                return Err(foreign(format!("{} episodes cannot have begun", state.wrapper)));
             }
             env.restore(&state.env).map_err(|error| foreign(error.to_string()))?;
             slot.was_reset = state.wrapper > 0;

@@ -10,8 +10,8 @@ use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 ///
 /// After [`step`](super::VecEnv::step) and [`reset`](super::VecEnv::reset) row `i` is environment
 /// `i`. After [`recv`](super::VecEnv::recv) the rows are in the order in which the environments
-/// finished, and [`env_index`](Self::env_index) identifies them. A reset gives reward 0 and ends
-/// nothing.
+/// finished, and [`env_index`](Self::env_index) identifies them. A reset gives reward 0 and ends no
+/// episode.
 ///
 /// `O` is the observation of an environment, `I` its info and `A` an element of its actions.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub struct VecStep<O: BatchObservation, I = Info, A = f32> {
     action_len: usize,
     action: Vec<A>,
     observation: O::Rows,
-    /// `None` if it is always that of `observation`.
+    /// `None` if it always equals `observation`.
     next_observation: Option<O::Rows>,
     reward: Vec<f64>,
     terminated: Vec<bool>,
@@ -36,7 +36,7 @@ pub struct VecStep<O: BatchObservation, I = Info, A = f32> {
 /// The results of environments of the type `E`.
 pub type VecStepOf<E> = VecStep<<E as Env>::Observation, <E as Env>::Info, ActionElement<E>>;
 
-/// Defines getters of what each row has one element of.
+/// Defines getters of columns, which have one element per row.
 macro_rules! columns {
     ($($(#[$doc:meta])* $column:ident: [$type:ty],)*) => {$(
         $(#[$doc])*
@@ -69,14 +69,14 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
         terminated: [bool],
         /// Whether each episode was cut off, by a time limit or by a failure of its environment.
         truncated: [bool],
-        /// Whether each environment took a step in this call: not if it was reset instead, if the
+        /// Whether each environment took a step in this call: false if it was reset instead, if the
         /// step failed, or if the call left it out.
         stepped: [bool],
         /// Whether each observation is the first of an episode that this call began.
         started: [bool],
-        /// Returns the info of each row; in rows with a [`final_info`](Self::final_info) the next
-        /// episode's, as in Gymnasium. `None` where the step failed, unless the environment was
-        /// reset in the same step.
+        /// Returns the info of each row; in rows with a [`final_info`](Self::final_info) it is the
+        /// next episode's, as in Gymnasium. `None` where the step failed, unless the environment
+        /// was reset in the same step.
         info: [Option<I>],
         /// Returns the info of the last step of each episode that ended in its row, if
         /// [`AutoresetMode::SameStep`](super::AutoresetMode::SameStep) has already begun the next
@@ -136,15 +136,15 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
 
 impl<O: BatchObservation, I: AsRef<Info>, A> VecStep<O, I, A> {
     /// Iterates over the successes of the steps: whether the goal that each row's action achieved
-    /// counts as the desired one. Of a row that was reset instead, that of its first observation;
-    /// false where the step failed.
+    /// counts as the desired one. For a row that was reset instead, the goal is that of its first
+    /// observation; false where the step failed.
     pub fn success(&self) -> impl ExactSizeIterator<Item = bool> {
         (0..self.len).map(|row| self.step_info(row).is_some_and(|info| info.as_ref().is_success))
     }
 
     /// Iterates over the distances between the goal that each row's action achieved and the desired
-    /// one. Of a row that was reset instead, that of its first observation; NaN where the step
-    /// failed.
+    /// one. For a row that was reset instead, the goal is that of its first observation; NaN where
+    /// the step failed.
     pub fn distance(&self) -> impl ExactSizeIterator<Item = f64> {
         (0..self.len).map(|row| self.step_info(row).map_or(f64::NAN, |info| info.as_ref().distance))
     }
@@ -190,7 +190,7 @@ impl<O: GoalObservation, I, A> VecStep<O, I, A> {
     }
 }
 
-/// The whole of observations that are arrays.
+/// Observations that are arrays.
 impl<T, O, I, A> VecStep<O, I, A>
 where
     T: ArrayElement,
@@ -212,7 +212,7 @@ where
 
 /// Collecting the rows of environments.
 impl<O: BatchObservation, I: Clone, A: Copy + Default> VecStep<O, I, A> {
-    /// Creates `capacity` rows without results yet.
+    /// Creates `capacity` rows without results.
     pub(super) fn new(
         space: &Space,
         action_len: usize,
@@ -309,7 +309,7 @@ impl<O: BatchObservation, I, A: Copy> VecStep<O, I, A> {
         self.truncated[0] = truncated;
     }
 
-    /// Writes an error. A step before it, if only the reset after that failed, stays.
+    /// Writes an error. If only the reset after a step failed, the step stays.
     pub(super) fn set_error(&mut self, error: EnvError, ends_episode: bool) {
         if !self.stepped[0] {
             self.set_outcome(f64::NAN, false, ends_episode);

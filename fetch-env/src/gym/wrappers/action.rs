@@ -9,10 +9,10 @@ use crate::gym::env::{ActionElement, Env, Step};
 use crate::gym::spaces::box_space::{BoxSpace, Element};
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
-/// Takes actions between two other bounds than the environment's.
+/// Takes actions between two bounds of your choice.
 ///
-/// An action is clipped to the new bounds, and each element is then mapped linearly to the bounds
-/// of the inner environment's, computed in double precision. A step allocates nothing.
+/// An action is clipped to the new bounds, and each element is then mapped linearly to the inner
+/// environment's bounds, in double precision. A step allocates nothing.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::RescaleAction};
@@ -96,8 +96,8 @@ impl<T> Stateless for RescaleAction<T> {}
 /// Clips actions to the action space.
 ///
 /// The Fetch environments clip their actions themselves; this is for environments that do not. The
-/// action space stays as it is, where Gymnasium's wrapper removes its bounds: actions beyond them
-/// are accepted anyway, and samples stay useful. A step allocates nothing.
+/// action space keeps its bounds, which Gymnasium's wrapper removes: actions beyond them are
+/// accepted anyway, and samples stay useful. A step allocates nothing.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::ClipAction};
@@ -157,7 +157,7 @@ impl<T> Stateless for ClipAction<T> {}
 /// Takes each action several times, or until the episode ends.
 ///
 /// A step returns the last observation and info, and the sum of the rewards. The sum depends on
-/// more than the last goals, so that the environment is not a [`GoalEnv`](crate::GoalEnv). A
+/// more than the last goals, so the environment is not a [`GoalEnv`](crate::GoalEnv). A
 /// [`TimeLimit`](super::TimeLimit) outside counts actions, one inside counts repetitions. A step
 /// allocates nothing.
 ///

@@ -1,4 +1,4 @@
-//! Arrays that observations own, in memory that is used again.
+//! Arrays that observations own, in reused memory.
 
 use std::{fmt, ops::Deref, sync::Arc};
 
@@ -43,7 +43,7 @@ impl<T: ArrayElement> BatchObservation for SharedArray<T> {
     type Rows = ArrayRows<T>;
 }
 
-/// Creates arrays of one length in the memory of those that have been dropped.
+/// A pool of arrays of one length, which reuses the memory of dropped arrays.
 ///
 /// As long as no more than [`REMEMBERED`](Self::REMEMBERED) arrays are alive at once, each of them
 /// is allocated once.
@@ -70,8 +70,8 @@ impl<T> ArrayPool<T> {
 }
 
 impl<T: ArrayElement> ArrayPool<T> {
-    /// Returns an array that `fill` has written. Until then its elements are those of an earlier
-    /// one.
+    /// Returns an array that `fill` has written. Before that, its elements are those of an earlier
+    /// array.
     pub(crate) fn write(&mut self, fill: impl FnOnce(&mut [T])) -> SharedArray<T> {
         let is_free = |array: &mut SharedArray<T>| Arc::get_mut(&mut array.0).is_some();
         let mut array = match self.recent.iter_mut().position(is_free) {

@@ -1,4 +1,4 @@
-//! Some elements of observed vectors.
+//! Selected elements of observed vectors.
 
 use super::macros::vector_wrapper;
 use super::vector::VectorObservation;
@@ -7,12 +7,12 @@ use super::wrapper::Stateless;
 use crate::gym::spaces::box_space::{BoxSpace, Element};
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
-/// Keeps only some elements of the observed vector: no velocities, for example.
+/// Keeps only some elements of the observed vector: for example, no velocities.
 ///
-/// Gymnasium's wrapper of this name selects keys of a dictionary, for which there is
-/// [`FlattenObservation::with_keys`](super::FlattenObservation::with_keys): here a dictionary is a
-/// type with goals, without which it is a vector. The goals stay, and so does the law of goals.
-/// Observations share memory that is used again; a step allocates nothing unless many observations
+/// Gymnasium's wrapper of this name selects keys of a dictionary. Here
+/// [`FlattenObservation::with_keys`](super::FlattenObservation::with_keys) does that, because a
+/// dictionary is a type with goals, and without them it is a vector. The goals stay, and so does
+/// the law of goals. Observations reuse memory; a step allocates nothing unless many observations
 /// are kept.
 ///
 /// ```
@@ -34,9 +34,9 @@ pub struct FilterObservation<T = f64> {
 }
 
 impl<T: Element> FilterObservation<T> {
-    /// Keeps the elements of these indices, in this order.
+    /// Keeps the elements at these indices, in this order.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] if an index exceeds the vector, if
+    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] if an index is beyond the vector, if
     /// there are no indices, or if the observation space has no vector of the observations' type.
     #[must_use]
     pub fn new(kept: impl IntoIterator<Item = usize>) -> Self {

@@ -10,16 +10,16 @@ use crate::gym::spaces::{
 };
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
-/// Turns goal-conditioned observations into single vectors of `f32`, for learners that know no
-/// goals, such as PPO.
+/// Turns goal-conditioned observations into single vectors of `f32`, for learners without goals,
+/// such as PPO.
 ///
 /// [`new`](Self::new) appends the desired goal to the observation, which is what most
 /// implementations of hindsight replay feed to a network. [`with_keys`](Self::with_keys) chooses
 /// parts and order: `["achieved_goal", "desired_goal", "observation"]` gives the numbers of
 /// Gymnasium's wrapper of this name (there in double precision).
 ///
-/// The environment is then not a [`GoalEnv`](crate::GoalEnv). Observations share memory that is
-/// used again; a step allocates nothing unless many observations are kept.
+/// The environment is then not a [`GoalEnv`](crate::GoalEnv). Observations reuse memory; a step
+/// allocates nothing unless many observations are kept.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, GoalObservation, make_kinematic, wrappers::FlattenObservation};
@@ -80,7 +80,7 @@ impl FlattenObservation {
     /// Takes the parts of these keys, in this order.
     ///
     /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] for an unknown key, a key that occurs
-    /// twice, or none.
+    /// twice, or no keys.
     #[must_use]
     pub fn with_keys(keys: impl IntoIterator<Item: Into<String>>) -> Self {
         let keys = keys.into_iter().map(Into::into).collect();

@@ -16,11 +16,11 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Observes the last few vectors at once, the oldest first.
 ///
-/// After a reset all of them are the first, as Gymnasium's `FrameStackObservation` pads by default.
-/// Of goal-conditioned observations it stacks the part `observation`; goals are the current ones.
-/// (`AddRenderObservation` stacks pictures.) The space of the vectors gets another axis, the first.
-/// Observations share memory that is used again; a step allocates nothing unless many observations
-/// are kept.
+/// After a reset all of them are the first vector, as Gymnasium's `FrameStackObservation` pads by
+/// default. In goal-conditioned observations it stacks the part `observation`; the goals are the
+/// current ones. (`AddRenderObservation` stacks pictures.) The space of the vectors gets a new
+/// first axis. Observations reuse memory; a step allocates nothing unless many observations are
+/// kept.
 ///
 /// ```
 /// use std::num::NonZeroUsize;
@@ -96,7 +96,7 @@ impl<T: Element + Serialize + DeserializeOwned> SnapshotWrapper for FrameStack<T
         let (theirs, ours) = (state.len(), self.frames.len());
         if theirs != ours {
             return foreign(format!(
-                "its stacked observations have {theirs} elements, these {ours}"
+                "its stacked observations have {theirs} elements, these have {ours}"
             ));
         }
         // Nor does any space contain NaN.

@@ -33,7 +33,7 @@ macro_rules! keep {
 }
 pub(crate) use keep;
 
-/// Implements the resets and steps of a `Wrapper` that changes observations alone, by its method
+/// Implements the resets and steps of a `Wrapper` that changes only observations, by its method
 /// `observe(observation, is_first)`.
 macro_rules! observe {
     () => {
@@ -61,7 +61,7 @@ macro_rules! observe {
 }
 pub(super) use observe;
 
-/// Implements `Wrapper` for `$wrapper<T>`, which changes the observed vector alone and keeps its
+/// Implements `Wrapper` for `$wrapper<T>`, which changes only the observed vector and keeps its
 /// precision `T`, by its method `observe`, its field `vectors` and their space.
 macro_rules! vector_wrapper {
     ($wrapper:ident, |$this:ident, $vector:ident| $space:expr) => {

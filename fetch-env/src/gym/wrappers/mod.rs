@@ -24,8 +24,9 @@
 //! environment's [symmetries](crate::GoalEnv::symmetries).
 //!
 //! A [`Wrapped`] environment is an [`Env`](crate::Env) with the reset options of the inner one. It
-//! is a [`SnapshotEnv`](crate::SnapshotEnv) and a `RenderEnv` if that is, and can be wrapped again.
-//! After a failure that leaves it between two states it refuses steps until the next reset.
+//! is a [`SnapshotEnv`](crate::SnapshotEnv) and a `RenderEnv` if the inner one is, and can be
+//! wrapped again. After a failure that leaves it between two states it refuses steps until the next
+//! reset.
 //!
 //! ```
 //! use fetch_env::{Env, EnvExt, VecEnv, make_kinematic, vec_env::VecConfig};

@@ -17,14 +17,14 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// Normalizes the observed vectors, element by element, by their running mean and variance.
 ///
 /// A normalized element is `(x - mean) / sqrt(variance + epsilon)`, computed in double precision
-/// and rounded to `f32`. Every observation, that of a reset included, counts before it is
+/// and rounded to `f32`. Every observation, including that of a reset, counts before it is
 /// normalized, by the formulas of Gymnasium's wrapper of this name. Goals stay as they are, so that
-/// hindsight relabeling still works on them. Observations share memory that is used again; a step
-/// allocates nothing unless many observations are kept.
+/// hindsight relabeling still works on them. Observations reuse memory; a step allocates nothing
+/// unless many observations are kept.
 ///
 /// The statistics survive resets: until they are [frozen](Wrapped::set_frozen) the same seed gives
-/// other observations later, as it does in Gymnasium. A snapshot contains them. Each of several
-/// environments has its own; to share some, collect them with one and give
+/// different observations later, as in Gymnasium. A snapshot contains them. Each of several
+/// environments has its own; to share statistics, collect them with one and give
 /// [`frozen`](Self::frozen) copies to the others.
 ///
 /// ```
@@ -67,7 +67,7 @@ const MAX_MEAN: f64 = 1e200;
 const MAX_VARIANCE: f64 = 1e290;
 
 impl RunningStatistics {
-    /// Creates the statistics of no vectors of `len` elements: mean 0 and variance 1, with the
+    /// Creates empty statistics of vectors of `len` elements: mean 0 and variance 1, with the
     /// weight of 0.0001 vectors, as in Gymnasium.
     #[must_use]
     pub fn new(len: usize) -> Self {
@@ -86,7 +86,7 @@ impl RunningStatistics {
         &self.mean
     }
 
-    /// Returns the variance of each element, that of the population.
+    /// Returns the population variance of each element.
     #[must_use]
     pub fn variance(&self) -> &[f64] {
         &self.variance
@@ -128,10 +128,10 @@ impl NormalizeObservation {
         Self { statistics, is_frozen: false, vectors: Vectors::new() }
     }
 
-    /// Normalizes observations by statistics that stay as they are.
+    /// Normalizes observations by fixed statistics.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns what it does for [`new`](Self::new), and
-    /// a [`SpaceError`] if `statistics` has another length than the observations.
+    /// [`wrap`](super::EnvExt::wrap) returns the errors of [`new`](Self::new), and a [`SpaceError`]
+    /// if the length of `statistics` differs from that of the observations.
     #[must_use]
     pub fn frozen(statistics: RunningStatistics) -> Self {
         Self { statistics, is_frozen: true, vectors: Vectors::new() }
@@ -177,7 +177,7 @@ impl<E> Wrapped<E, NormalizeObservation> {
         &self.wrapper.statistics
     }
 
-    /// Whether the statistics stay as they are.
+    /// Whether the statistics are frozen.
     #[must_use]
     pub const fn is_frozen(&self) -> bool {
         self.wrapper.is_frozen
@@ -221,7 +221,7 @@ impl SnapshotWrapper for NormalizeObservation {
         if theirs == ours {
             return Ok(());
         }
-        let reason = format!("its statistics are of {theirs} elements, these of {ours}");
+        let reason = format!("its statistics have {theirs} elements, these have {ours}");
         Err(EnvError::ForeignSnapshot { reason })
     }
 
@@ -231,7 +231,7 @@ impl SnapshotWrapper for NormalizeObservation {
     }
 }
 
-/// Loaded statistics before their checks.
+/// Loaded statistics, not yet checked.
 #[derive(Deserialize)]
 #[serde(rename = "RunningStatistics", deny_unknown_fields)]
 struct Saved {
@@ -252,7 +252,7 @@ impl TryFrom<Saved> for RunningStatistics {
         if is_valid {
             Ok(Self { count, mean, variance })
         } else {
-            Err("these are no statistics: load what was saved".into())
+            Err("these are not valid statistics: load what was saved".into())
         }
     }
 }

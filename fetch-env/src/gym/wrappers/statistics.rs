@@ -10,8 +10,8 @@ use crate::gym::error::EnvError;
 
 /// Adds the return and the length of each finished episode to the info of its last step.
 ///
-/// Unlike Gymnasium's, they contain no time on the clock, so that equal episodes have equal infos.
-/// A step allocates nothing.
+/// Unlike Gymnasium's, they contain no wall-clock time, so equal episodes have equal infos. A step
+/// allocates nothing.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::RecordEpisodeStatistics};
@@ -30,7 +30,7 @@ use crate::gym::error::EnvError;
 pub struct RecordEpisodeStatistics(EpisodeStatistics);
 
 impl RecordEpisodeStatistics {
-    /// Creates a record of no steps yet.
+    /// Creates a record without steps.
     #[must_use]
     pub fn new() -> Self {
         Self::default()

@@ -11,10 +11,10 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Observes how much of the episode's time has passed.
 ///
-/// The vector of each observation has one more element, the last: the number of steps taken divided
-/// by `max_episode_steps`, from 0 to 1, and 1 in episodes that last longer. That is Gymnasium's
-/// wrapper of this name with `normalize_time`. Goals stay. Observations share memory that is used
-/// again; a step allocates nothing unless many observations are kept.
+/// The vector of each observation has one more element at the end: the number of steps taken
+/// divided by `max_episode_steps`, from 0 to 1, and 1 in episodes that last longer. This is
+/// Gymnasium's wrapper of this name with `normalize_time`. Goals stay. Observations reuse memory; a
+/// step allocates nothing unless many observations are kept.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, GoalObservation, make_kinematic, wrappers::TimeAwareObservation};

@@ -14,9 +14,9 @@ use crate::gym::{error::EnvError, spaces::Space};
 /// Transforms observations by a function.
 ///
 /// The function must be pure: equal observations give equal results. The environment is then not a
-/// [`GoalEnv`](crate::GoalEnv), because the function could change the goals; wrappers of the
-/// [vector](super::VectorObservation) beside the goals keep them. A step allocates what the
-/// function does.
+/// [`GoalEnv`](crate::GoalEnv), because the function could change the goals; wrappers that change
+/// only the [vector](super::VectorObservation) keep the goals. A step allocates what the function
+/// does.
 ///
 /// ```
 /// use fetch_env::wrappers::TransformObservation;
@@ -40,7 +40,7 @@ pub struct TransformObservation<F> {
 }
 
 impl<F> TransformObservation<F> {
-    /// Transforms observations to members of `observation_space`.
+    /// Transforms observations into members of `observation_space`.
     #[must_use]
     pub const fn new(observation_space: Space, transform: F) -> Self {
         Self { transform, observation_space }
@@ -74,11 +74,11 @@ impl<F> Stateless for TransformObservation<F> {}
 
 /// Transforms rewards by a function.
 ///
-/// The function must be pure: equal rewards give equal results. Made by
-/// [`with_goal_reward`](Self::with_goal_reward) from the environment's reward, it keeps a
-/// [`GoalEnv`](crate::GoalEnv) and its law: the same function transforms the
-/// [`goal_reward`](crate::GoalEnv::goal_reward), so that relabeled rewards are transformed, too.
-/// Success and the ends of episodes stay. A step allocates nothing.
+/// The function must be pure: equal rewards give equal results. If
+/// [`with_goal_reward`](Self::with_goal_reward) made it from the environment's reward, the
+/// environment stays a [`GoalEnv`](crate::GoalEnv) and keeps its law: the same function transforms
+/// the [`goal_reward`](crate::GoalEnv::goal_reward), so relabeled rewards are transformed, too.
+/// Success and the ends of episodes do not change. A step allocates nothing.
 ///
 /// ```
 /// use fetch_env::wrappers::TransformReward;

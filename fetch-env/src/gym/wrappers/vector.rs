@@ -12,9 +12,9 @@ use crate::gym::spaces::{
 
 /// An observation with a vector of numbers, which wrappers can replace.
 ///
-/// Of a [`GoalObservation`] it is the part [`observation`](GoalObservation::observation); the goals
-/// stay, so that the environment remains a [`GoalEnv`](crate::GoalEnv). Of an array it is the
-/// whole.
+/// In a [`GoalObservation`] it is the part [`observation`](GoalObservation::observation); the goals
+/// stay, so the environment remains a [`GoalEnv`](crate::GoalEnv). In an array it is the whole
+/// array.
 ///
 /// ```
 /// use fetch_env::{Env, make_kinematic, wrappers::VectorObservation};
@@ -36,7 +36,7 @@ pub trait VectorObservation: Clone + Debug + PartialEq {
     /// Replaces the vector.
     fn replace<T: Element>(self, vector: SharedArray<T>) -> Self::Replaced<T>;
 
-    /// Returns the space of the vector, if `space` is one of such observations.
+    /// Returns the space of the vector, if `space` describes such observations.
     fn vector_space(space: &Space) -> Option<&BoxSpace<Self::Element>>;
 
     /// Returns the space of observations from `space` with another vector.
@@ -78,7 +78,7 @@ pub struct GoalVector<O, T> {
 }
 
 impl<O, T> GoalVector<O, T> {
-    /// Returns the observation with the vector that it had before.
+    /// Returns the observation with its original vector.
     #[must_use]
     pub const fn original(&self) -> &O {
         &self.original

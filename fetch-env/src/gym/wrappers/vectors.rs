@@ -1,4 +1,4 @@
-//! The vectors that a wrapper makes of the observed ones.
+//! The vectors that a wrapper makes from the observed ones.
 
 use super::array::ArrayPool;
 use super::vector::VectorObservation;
@@ -12,9 +12,9 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// Key of the vector in a goal-conditioned observation.
 const OBSERVATION: &str = "observation";
 
-/// The space of the vectors that a wrapper makes of the observed ones, and memory for them.
+/// The space of the vectors that a wrapper makes from the observed ones, and memory for them.
 ///
-/// Without an environment yet it makes empty vectors.
+/// Until it has an environment it makes empty vectors.
 #[derive(Clone, Debug)]
 pub(super) struct Vectors<T> {
     /// The number of elements of an observed vector.
@@ -31,7 +31,7 @@ impl<T> Vectors<T> {
 }
 
 impl<T: Element> Vectors<T> {
-    /// Prepares vectors whose space `make_space` makes of that of the observed ones.
+    /// Prepares vectors whose space `make_space` makes from that of the observed ones.
     ///
     /// # Errors
     /// [`SpaceError::MissingPart`] if the observation space has no vector of the observations'
@@ -73,7 +73,7 @@ impl<T: Element> Vectors<T> {
         Err(EnvError::ObservationLength { key: OBSERVATION, expected, actual })
     }
 
-    /// Replaces the vector of a [checked](Self::check) observation by one that `fill` writes.
+    /// Replaces the vector of a [checked](Self::check) observation with one that `fill` writes.
     pub(super) fn replace<O: VectorObservation>(
         &mut self,
         observation: O,

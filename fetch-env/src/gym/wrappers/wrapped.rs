@@ -8,7 +8,7 @@ use crate::gym::env::{Env, Reset, SnapshotEnv, Step, WrappedSnapshot, goal::Goal
 use crate::gym::error::EnvError;
 use crate::gym::spaces::Space;
 
-/// Puts environments into wrappers. Every [`Env`] has it.
+/// Wraps environments. Every [`Env`] implements it.
 pub trait EnvExt: Env + Sized {
     /// Wraps this environment, which must be reset before its next step.
     ///
@@ -38,8 +38,8 @@ impl<E: Env> EnvExt for E {}
 pub struct Wrapped<E, W> {
     env: E,
     pub(super) wrapper: W,
-    /// Whether there was no reset yet, or a step has failed in the wrapper or below, or a reset in
-    /// the wrapper alone.
+    /// Whether a reset is needed: before the first one, after a failed step of the wrapper or of
+    /// the environment, and after a reset that failed only in the wrapper.
     reset_needed: bool,
 }
 

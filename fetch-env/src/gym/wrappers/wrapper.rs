@@ -1,4 +1,4 @@
-//! What a wrapper implements.
+//! The traits of wrappers.
 
 use std::{
     fmt::Debug,
@@ -15,13 +15,13 @@ use crate::gym::env::{Env, Reset, Step};
 use crate::gym::error::EnvError;
 use crate::gym::spaces::Space;
 
-/// What changes the actions, observations, rewards or infos of environments `E`.
+/// A wrapper, which changes the actions, observations, rewards or infos of environments `E`.
 ///
 /// [`env.wrap(wrapper)`](super::EnvExt::wrap) puts an environment into it and gives a
 /// [`Wrapped`](super::Wrapped) environment, which is an [`Env`] again. Further traits say what else
-/// it is, and you forward nothing else:
+/// it is; nothing else needs forwarding:
 ///
-/// | the wrapper implements | then the wrapped environment is, where the inner one is |
+/// | the wrapper implements | the wrapped environment is, if the inner one is |
 /// |---|---|
 /// | [`KeepsGoals`] or [`GoalWrapper`] | a [`GoalEnv`] |
 /// | [`Stateless`] or [`SnapshotWrapper`] | a [`SnapshotEnv`](crate::SnapshotEnv) |
@@ -99,9 +99,8 @@ pub trait Wrapper<E: Env> {
         Ok(())
     }
 
-    /// Resets `env`, and changes the wrapper's own state only if that succeeds. After an error that
-    /// comes later than that, whichever it is, [`Wrapped`](super::Wrapped) refuses steps until the
-    /// next reset.
+    /// Resets `env`, and changes the wrapper's own state only if that succeeds. After any later
+    /// error [`Wrapped`](super::Wrapped) refuses steps until the next reset.
     ///
     /// # Errors
     /// As [`Env::reset_with`].
@@ -132,9 +131,9 @@ pub trait Wrapper<E: Env> {
 
 /// The environment that a [`Wrapper`] resets.
 ///
-/// It notes whether the environment has begun an episode, or whether anything else may have changed
-/// it: then the wrapper has to begin the episode, too, before [`Wrapped`](super::Wrapped) takes a
-/// step.
+/// It records whether the environment has begun an episode, or whether anything else may have
+/// changed it: if so, the wrapper must begin the episode, too, before [`Wrapped`](super::Wrapped)
+/// takes a step.
 #[derive(Debug)]
 pub struct Resetting<'a, E> {
     env: &'a mut E,
@@ -179,8 +178,8 @@ impl<E> DerefMut for Resetting<'_, E> {
     }
 }
 
-/// A [`Wrapper`] whose environment keeps the law of [`GoalEnv`], with a reward of its own, as
-/// [`TransformReward`](super::TransformReward) has one. One that keeps the environment's reward
+/// A [`Wrapper`] whose environment keeps the law of [`GoalEnv`], with a reward of its own, like
+/// [`TransformReward`](super::TransformReward). A wrapper that keeps the environment's reward
 /// implements [`KeepsGoals`] instead.
 pub trait GoalWrapper<E: GoalEnv>:
     Wrapper<E, Observation: GoalObservation, Info: AsRef<Info>>
@@ -200,7 +199,7 @@ pub trait GoalWrapper<E: GoalEnv>:
 
 /// A [`Wrapper`] that leaves goals, rewards and the ends of episodes as they are, so that the
 /// environment's own [`goal_reward`](GoalEnv::goal_reward) still holds: `impl KeepsGoals for Closed
-/// {}`, as the example of [`Wrapper`] does.
+/// {}`, as in the example of [`Wrapper`].
 pub trait KeepsGoals {
     /// Whether the environment's [symmetries](GoalEnv::symmetries) hold, too, because the wrapper
     /// changes neither what is observed nor what actions do: false by default.
@@ -247,7 +246,8 @@ where
 /// }
 /// ```
 pub trait SnapshotWrapper {
-    /// Everything that decides the wrapper's future, exact to the last bit; not its settings.
+    /// Everything that determines the wrapper's future, exact to the last bit, but not its
+    /// settings.
     type State: Clone + Debug + PartialEq + Serialize + DeserializeOwned;
 
     /// Returns the current state.
@@ -256,7 +256,7 @@ pub trait SnapshotWrapper {
     /// Checks a state before anything is restored.
     ///
     /// # Errors
-    /// [`EnvError::ForeignSnapshot`] if it is of another wrapper.
+    /// [`EnvError::ForeignSnapshot`] if it is from another wrapper.
     fn check_state(&self, state: &Self::State) -> Result<(), EnvError>;
 
     /// Restores a state that has passed the [check](Self::check_state).
@@ -264,7 +264,7 @@ pub trait SnapshotWrapper {
 }
 
 /// A [`Wrapper`] whose results depend on nothing but its settings and the environment: `impl
-/// Stateless for Closed {}`, as the example of [`Wrapper`] does.
+/// Stateless for Closed {}`, as in the example of [`Wrapper`].
 pub trait Stateless {}
 
 impl<W: Stateless> SnapshotWrapper for W {

@@ -9,7 +9,7 @@ use super::error::ClipError;
 /// Hundredths of a second for which a frame is shown: a control step.
 const FRAME_DELAY: u16 = 4;
 
-/// Writes an animated PNG, or a plain one of a single frame. After the first frame only changes
+/// Writes an animated PNG, or a plain one for a single frame. After the first frame only changes
 /// are written.
 pub(super) fn write_apng(
     frames: &[Vec<u8>],

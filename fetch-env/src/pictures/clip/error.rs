@@ -1,4 +1,4 @@
-//! The errors of clips and videos.
+//! Errors of clips and videos.
 
 use std::{io, path::PathBuf};
 

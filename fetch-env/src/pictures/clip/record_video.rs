@@ -1,4 +1,4 @@
-//! Recording episodes of an environment as files.
+//! Recording of episodes as files.
 
 use std::{
     fmt, fs,
@@ -22,12 +22,12 @@ use crate::gym::wrappers::{
 };
 use crate::pictures::{pool::RendererPool, render::RenderEnv};
 
-/// Records some episodes as moving pictures.
+/// Records some episodes as videos.
 ///
-/// It is Gymnasium's wrapper of this name. Steps and resets return what they do without it, bit for
-/// bit. A video shows an episode from its reset to its last step. It is written in that step if the
-/// wrapped environment ends the episode, so a [`TimeLimit`](crate::TimeLimit) belongs inside, and
-/// otherwise by the next reset or by [`finish`](Wrapped::finish). A file of the same name is
+/// It is Gymnasium's wrapper of this name. Steps and resets return what they would without it, bit
+/// for bit. A video shows an episode from its reset to its last step. It is written in that step if
+/// the wrapped environment ends the episode, so a [`TimeLimit`](crate::TimeLimit) belongs inside,
+/// and otherwise by the next reset or by [`finish`](Wrapped::finish). A file of the same name is
 /// replaced, but nothing else of that name: a link or a folder is an error. No other file is
 /// changed, and nothing is written outside the [folder](RecordVideo::folder).
 ///
@@ -182,7 +182,7 @@ impl VideoFormat {
 }
 
 impl<E> Wrapped<E, RecordVideo> {
-    /// Returns the number of episodes that have begun. The last of them has this number less one.
+    /// Returns the number of episodes that have begun. The last of them has this number minus one.
     #[must_use]
     pub const fn num_episodes(&self) -> u64 {
         self.wrapper().num_episodes
@@ -249,7 +249,7 @@ impl fmt::Debug for RecordVideo {
     }
 }
 
-/// Returns the error of a folder or file that cannot be written.
+/// Returns the error for a folder or file that cannot be written.
 fn unwritten(path: &Path, reason: &dyn fmt::Display) -> ClipError {
     ClipError::Video { path: path.into(), reason: reason.to_string() }
 }
@@ -257,7 +257,7 @@ fn unwritten(path: &Path, reason: &dyn fmt::Display) -> ClipError {
 /// Writes a file that appears as a whole, so that a viewer never finds half a video.
 fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
-        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it is no regular file"));
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it is not a regular file"));
     }
     let mut file = AtomicWriteFile::open(path)?;
     file.write_all(bytes)?;

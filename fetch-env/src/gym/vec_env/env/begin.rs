@@ -1,4 +1,4 @@
-//! Beginning what environments do: on the threads, or at once on the caller's.
+//! Starting the work of environments: on the threads, or immediately on the caller's.
 
 use super::VecEnv;
 use crate::gym::env::observation::BatchObservation;
@@ -75,7 +75,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         });
     }
 
-    /// Gives an environment a command, which it carries out here and now, or on a thread after
+    /// Gives an environment a command, which it carries out immediately, or on a thread after
     /// [`wake`](Self::wake).
     fn begin(&mut self, env_index: usize, place: Place, command: impl FnOnce(&mut Slot<E>)) {
         let threads = self.num_threads();
@@ -99,8 +99,8 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         }
     }
 
-    /// Returns where calls that wait for all environments let them work. One thread alone would
-    /// only make the caller wait for it.
+    /// Returns where calls that wait for all environments run them. With a single thread the caller
+    /// would only wait for it.
     pub(super) fn place(&self) -> Place {
         if self.num_threads() == 1 { Place::Caller } else { Place::Threads }
     }
