@@ -17,11 +17,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("it should be at   {:.3?} m", observation.desired_goal());
 
     loop {
-        // One unit of an action moves the gripper by up to 5 cm; the fourth moves the fingers.
+        // One unit of an action moves the gripper by up to 5 cm; the fourth element moves the
+        // fingers.
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         let [dx, dy, dz] = [0, 1, 2].map(|axis| ((desired[axis] - achieved[axis]) / 0.05) as f32);
         let step = env.step(&[dx, dy, dz, 0.0])?;
-        // The reward follows from the two goals alone: hindsight relabeling relies on that.
+        // The reward depends only on the two goals: hindsight relabeling relies on that.
         let (achieved, desired) =
             (step.observation.achieved_goal(), step.observation.desired_goal());
         assert_eq!(step.reward, env.compute_reward(achieved, desired)?);

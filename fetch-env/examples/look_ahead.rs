@@ -7,7 +7,7 @@ use std::error::Error;
 
 use fetch_env::{Env, NpRandom, SnapshotEnv, make};
 
-/// Actions that are tried in each state.
+/// The number of actions tried in each state.
 const TRIALS: usize = 16;
 
 fn main() -> Result<(), Box<dyn Error>> {

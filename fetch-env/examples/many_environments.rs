@@ -32,7 +32,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         for (row, episode_return) in running.iter_mut().enumerate() {
             *episode_return += step.reward()[row];
-            // `observation()` begins the next episode there, `next_observation()` ends the old one.
+            // There, `observation()` is the first of the next episode, and `next_observation()` the
+            // last of the old one.
             if step.terminated()[row] || step.truncated()[row] {
                 returns.push(std::mem::take(episode_return));
             }

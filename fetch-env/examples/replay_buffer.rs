@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut buffer = HerBuffer::<f32>::new(config)?;
     let mut random = NpRandom::new(7);
 
-    // The buffer records whatever the environments return, the reset first.
+    // The buffer records whatever the environments return, starting with the reset.
     buffer.record(&envs.reset(Some(42))?.into())?.check()?;
     // Two episodes of 50 steps, and the reset between them.
     for _ in 0..101 {

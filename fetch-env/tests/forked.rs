@@ -1,4 +1,4 @@
-//! What a child meets that a process with environments forks.
+//! What happens in a child that is forked from a process with environments.
 #![cfg(unix)]
 
 use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError};

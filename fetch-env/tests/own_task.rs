@@ -58,7 +58,7 @@ impl<S: Simulator> FetchTask<S> for Both {
     }
 }
 
-/// Minus the distance, and the end of the episode at the goal.
+/// A reward of minus the distance, which ends the episode at the goal.
 #[derive(Clone, Debug)]
 struct EndsThere;
 

@@ -13,7 +13,7 @@ fn environment(id: EnvId) -> Result<MujocoEnv> {
     Ok(make(id.config().with_max_episode_steps(1000)?)?)
 }
 
-/// Drives at the object, which causes many contacts, or around if there is none.
+/// Drives at the object, which causes many contacts, or around if there is no object.
 fn action(step: u32, observation: &FetchObservation) -> [f32; 4] {
     let phase = step as f32;
     let toward = |axis: usize| match observation.object_position() {

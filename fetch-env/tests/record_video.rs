@@ -121,7 +121,7 @@ fn episodes_that_do_not_end_are_written_at_a_reset_by_request_or_when_full() -> 
     assert_eq!(files(folder.path())?, ["cut-episode-0.png", "cut-episode-1.png"]);
 
     let full = settings().with_name_prefix("full").with_max_frames(NonZeroU32::new(7));
-    // The limit is outside, so the recording learns of the end at the next reset only.
+    // The limit is outside, so the recording notices the end only at the next reset.
     let inner = make("FetchReach-v4")?.into_inner();
     let mut env = inner.wrap(full)?.wrap(TimeLimit::new(9.try_into().expect("not 0")))?;
     episode(&mut env)?;

@@ -11,8 +11,8 @@ use fetch_env::{
 };
 use testing::Result;
 
-/// Whether there is OpenGL; an error if there is none although the environment variable `MUJOCO_GL`
-/// demands it.
+/// Returns whether there is OpenGL; an error if there is none but the environment variable
+/// `MUJOCO_GL` demands it.
 fn can_see() -> Result<bool> {
     match make("FetchReach-v4")?.renderer(options(1).render().clone()) {
         Err(error)

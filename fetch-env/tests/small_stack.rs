@@ -1,4 +1,4 @@
-//! What environments need of a thread's stack.
+//! How much of a thread's stack environments need.
 
 use std::{env, hint::black_box, process::Command};
 

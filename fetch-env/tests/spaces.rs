@@ -177,8 +177,8 @@ fn an_unbounded_box_is_written_with_null() -> Result {
     Ok(())
 }
 
-/// Shapes of too many elements; in the last two the product exceeds a `usize`, which would wrap to
-/// 0.
+/// Shapes with too many elements; in the last two the product exceeds a `usize`, which would wrap
+/// to 0.
 const HUGE: [[usize; 3]; 5] = [
     [1, 1 << 28, 2],
     [(1 << 28) + 1, 1, 1],

@@ -1,5 +1,5 @@
-//! Fetch's left and right, front and back: what a mirror does to each field, and how exactly the arm
-//! keeps it.
+//! Mirror symmetries of Fetch: what a mirror does to each field, and how exactly the arm keeps
+//! them.
 //!
 //! `cargo test --release -p fetch-env --test symmetry -- --nocapture` prints the deviations that
 //! `FetchEnv::robot_symmetries` documents.
@@ -19,7 +19,7 @@ fn ids() -> impl Iterator<Item = EnvId> {
     EnvId::ALL.into_iter().filter(is_sparse)
 }
 
-/// What the mirror across y at `plane` does to the elements of a field, by its name.
+/// Mirrors the elements of the named field across y at `plane`.
 fn across_y(name: &str, values: &[f64], plane: f64) -> Vec<f64> {
     match (name, values) {
         ("grip_pos" | "object_pos" | "goal", [x, y, z]) => vec![*x, 2.0 * plane - y, *z],
@@ -31,7 +31,7 @@ fn across_y(name: &str, values: &[f64], plane: f64) -> Vec<f64> {
     }
 }
 
-/// What the mirror across x at `plane` does to the elements of a field, by its name.
+/// Mirrors the elements of the named field across x at `plane`.
 fn across_x(name: &str, values: &[f64], plane: f64) -> Vec<f64> {
     match (name, values) {
         ("grip_pos" | "object_pos" | "goal", [x, y, z]) => vec![2.0 * plane - x, *y, *z],
@@ -101,9 +101,9 @@ fn the_reward_is_the_same_in_the_mirror() -> Result {
     Ok(())
 }
 
-/// How far the gripper is from the mirror image of a gripper that does the same in the mirror, in
-/// millimeters, after each of 50 random steps of 20 episodes, in order; and the object likewise
-/// after the last step of each. The elements of actions are at most `largest`.
+/// Returns how far the gripper is from the mirror image of a gripper that takes the mirrored
+/// actions, in millimeters, after each of 50 random steps of 20 episodes, sorted; and the same for
+/// the object after the last step of each episode. The elements of actions are at most `largest`.
 fn deviations<S: Simulator>(
     id: EnvId,
     symmetry: usize,
@@ -153,7 +153,7 @@ fn deviations<S: Simulator>(
 #[test]
 fn the_stand_in_is_symmetric() -> Result {
     for id in ids() {
-        // Its reach, which small actions stay within, is not as far to both sides.
+        // It does not reach as far on both sides; small actions stay within its reach.
         let simulator = |config: &SimConfig| Ok(KinematicSimulator::new(config));
         for symmetry in 0..make_kinematic(id)?.symmetries().len() {
             let [grippers, objects] =

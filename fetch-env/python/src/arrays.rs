@@ -9,15 +9,15 @@ use pyo3::{intern, prelude::*, sync::PyOnceLock, types::PyDict};
 
 use crate::error::{Error, Result};
 
-/// Numbers in the precision in which Python has them.
+/// Numbers in the precision that they have in Python.
 pub(crate) enum Numbers<'py> {
     Single(PyReadonlyArrayDyn<'py, f32>),
     Double(PyReadonlyArrayDyn<'py, f64>),
 }
 
 impl<'py> Numbers<'py> {
-    /// Takes an array, or what numpy makes an array of. As numpy's own arithmetic with numbers of
-    /// single precision does, it widens other types to double precision, short ones excepted.
+    /// Takes an array, or anything that numpy can make into one. Like numpy's own arithmetic with
+    /// numbers of single precision, it widens other types to double precision, except short ones.
     pub(crate) fn take(numbers: &Bound<'py, PyAny>) -> Result<Self> {
         if let Some(taken) = Self::of_array(numbers) {
             return Ok(taken);

@@ -14,7 +14,7 @@ use pyo3::{
 use crate::arrays::Numbers;
 use crate::error::{Error, Result};
 
-/// The settings of an environment, all of them valid.
+/// The settings of an environment, always valid.
 #[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Config {
     pub(crate) config: FetchConfig,
@@ -111,8 +111,8 @@ impl Config {
         }
     }
 
-    /// Rewards of pairs of goals: a float of one pair, and otherwise an array of their batch shape,
-    /// in the precision that the reference gives it.
+    /// Rewards of pairs of goals: a float for one pair, and otherwise an array of their batch
+    /// shape, in the precision that the reference gives it.
     fn compute_reward<'py>(
         &self,
         achieved_goal: &Bound<'py, PyAny>,
@@ -186,7 +186,7 @@ impl Goals {
             )));
         }
         let (dim, batch_shape) =
-            achieved.shape().split_last().ok_or_else(|| Error::value("a goal is an array"))?;
+            achieved.shape().split_last().ok_or_else(|| Error::value("a goal must be an array"))?;
         Ok(Self {
             achieved: achieved.to_double(),
             desired: desired.to_double(),
@@ -205,7 +205,7 @@ impl Goals {
     }
 }
 
-/// Computes a boolean for each pair: a bool of one pair, and otherwise an array.
+/// Computes a boolean for each pair: a bool for one pair, and otherwise an array.
 fn flags<'py>(
     achieved_goal: &Bound<'py, PyAny>,
     desired_goal: &Bound<'py, PyAny>,

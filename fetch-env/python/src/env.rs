@@ -80,26 +80,26 @@ impl Env {
         Ok(arrays::observation(py, &self.env()?.observe()?)?)
     }
 
-    /// The seed of the random numbers, and how many of 64 bits were drawn; None before a reset.
+    /// The seed of the random numbers, and how many 64-bit numbers were drawn; None before a reset.
     fn random(&self) -> Result<Option<(u64, u64)>> {
         let random = self.env()?.np_random();
         Ok(random.map(|random| (random.initial_seed(), random.draws())))
     }
 
-    /// All that decides the future, as bytes.
+    /// Everything that determines the future, as bytes.
     fn get_state<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         let snapshot = self.env()?.snapshot();
         Ok(PyBytes::new(py, &serde_json::to_vec(&snapshot)?))
     }
 
-    /// Restores what `get_state` of an environment with equal settings has returned.
+    /// Restores a state that `get_state` of an environment with equal settings returned.
     fn set_state(&mut self, py: Python<'_>, state: &[u8]) -> Result<()> {
         let env = self.env.as_mut().ok_or_else(Error::closed)?;
         let state = serde_json::from_slice(state)?;
         simulate(py, || env.restore(&state))
     }
 
-    /// The scene: the path of a file, or the name of the main file and the contents of all.
+    /// The scene: the path of a file, or the name of the main file and the contents of all files.
     fn scene<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         let sim = self.env()?.config().sim();
         if let Some(path) = sim.model().scene_path(sim.task())? {

@@ -1,4 +1,4 @@
-//! The crates' errors as Python exceptions, with Python's remedies.
+//! The crates' errors as Python exceptions, with remedies for Python.
 
 use std::fmt::Display;
 
@@ -43,24 +43,24 @@ impl From<PyErr> for Error {
 }
 
 impl Error {
-    /// An argument that means nothing.
+    /// Returns the error of an invalid argument.
     pub(crate) fn value(message: impl Display) -> Self {
         Self(PyValueError::new_err(message.to_string()))
     }
 
-    /// An error of arguments or files, with all its causes.
+    /// Returns an error of arguments or files with all its causes.
     pub(crate) fn chain(error: impl std::error::Error) -> Self {
         let causes = std::iter::successors(error.source(), |cause| cause.source());
         let causes: Vec<_> = causes.map(ToString::to_string).collect();
         Self::value([vec![error.to_string()], causes].concat().join(": "))
     }
 
-    /// A call at the wrong time, or in the wrong process.
+    /// Returns the error of a call at the wrong time, or in the wrong process.
     pub(crate) fn runtime(message: impl Display) -> Self {
         Self(PyRuntimeError::new_err(message.to_string()))
     }
 
-    /// Adds to the message which environment it is of.
+    /// Adds the environment to the message.
     pub(crate) fn of_env(self, env_index: usize) -> Self {
         Self(Python::attach(|py| {
             let message = format!("environment {env_index}: {}", self.0.value(py));
@@ -68,7 +68,7 @@ impl Error {
         }))
     }
 
-    /// A call of an environment that was closed.
+    /// Returns the error of a call of a closed environment.
     pub(crate) fn closed() -> Self {
         static TYPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
         gymnasium_error(&TYPE, "ClosedEnvironmentError", "the environment is closed: make another")
@@ -175,6 +175,6 @@ impl From<RenderError> for Error {
 
 impl From<serde_json::Error> for Error {
     fn from(error: serde_json::Error) -> Self {
-        Self::value(format!("this is no state of an environment: {error}"))
+        Self::value(format!("this is not a state of an environment: {error}"))
     }
 }

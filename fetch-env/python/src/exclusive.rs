@@ -1,8 +1,8 @@
-//! Values that only exclusive references reach.
+//! Values that can only be reached through exclusive references.
 
 use std::sync::{Mutex, PoisonError};
 
-/// A value that any thread may use, one at a time, as Python's classes ask for.
+/// A value that any thread may use, one at a time, as Python's classes require.
 pub(crate) struct Exclusive<T>(Mutex<T>);
 
 impl<T> Exclusive<T> {

@@ -56,7 +56,7 @@ impl Buffer {
         self.buffer.config().num_envs()
     }
 
-    /// Stores what the last call of a vector has returned.
+    /// Stores what the last call of a vector returned.
     fn record(&mut self, mut envs: PyRefMut<'_, VecEnv>) -> Result<()> {
         let recorded = self.buffer.record(&envs.last_step()?.into()).map_err(Error::value)?;
         recorded.check().map_err(Error::value)
@@ -199,7 +199,7 @@ impl Buffer {
         Ok(py.detach(|| self.buffer.save(path)).map_err(PyErr::from)?)
     }
 
-    /// Reads what `save` has written.
+    /// Reads a file that `save` wrote.
     fn load(&mut self, py: Python<'_>, path: PathBuf) -> Result<()> {
         let read = py.detach(|| HerBuffer::load(path));
         self.take(read.map_err(|error| PyOSError::new_err(error.to_string()))?)
@@ -212,7 +212,7 @@ impl Buffer {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Reads what `to_bytes` has returned.
+    /// Reads bytes that `to_bytes` returned.
     fn set_bytes(&mut self, bytes: &[u8]) -> Result<()> {
         let read = HerBuffer::read_from(bytes).map_err(Error::value)?;
         self.take(read)
@@ -224,7 +224,7 @@ impl Buffer {
     fn take(&mut self, read: HerBuffer<f32>) -> Result<()> {
         let (theirs, ours) = (read.config().dims(), self.buffer.config().dims());
         if theirs != ours {
-            return Err(Error::value(format!("the buffer has {theirs:?}, this one {ours:?}")));
+            return Err(Error::value(format!("the buffer has {theirs:?}, this one has {ours:?}")));
         }
         self.buffer = read;
         Ok(())

@@ -61,7 +61,7 @@ impl Trainer {
         Ok(serde_json::to_string(self.run().settings())?)
     }
 
-    /// The policy that the run has led to.
+    /// The policy that the run has learned.
     fn policy(&mut self) -> Result<Policy> {
         let env_id = self.env_id.clone();
         Ok(Policy { policy: self.run().policy(&env_id).map_err(Error::chain)? })

@@ -42,7 +42,7 @@ mod _native {
     #[pymodule_export]
     use crate::warnings::MujocoWarning;
 
-    /// The version of gymnasium-robotics whose model it is.
+    /// The version of gymnasium-robotics from which the reference's model comes.
     #[pymodule_export]
     const REFERENCE_VERSION: &str = "1.4.2";
 

@@ -7,7 +7,7 @@ use fetch_env::{ModelSource, Task};
 use fetch_sim::download;
 use pyo3::{exceptions::PyOSError, prelude::*};
 
-/// Takes the reference's model out of its wheel into the user's cache, and returns its folder.
+/// Unpacks the reference's model from its wheel into the user's cache, and returns its folder.
 #[pyfunction]
 pub(crate) fn unpack_reference_model(py: Python<'_>, wheel: PathBuf) -> PyResult<PathBuf> {
     py.detach(|| download::reference_model_from_wheel(&wheel))
@@ -20,13 +20,13 @@ pub(crate) fn has_reference_model() -> bool {
     Task::ALL.iter().all(|&task| ModelSource::Reference.scene_path(task).is_ok())
 }
 
-/// Takes MuJoCo from this file, before anything has used it.
+/// Uses MuJoCo from this file; call it before anything uses MuJoCo.
 #[pyfunction]
 pub(crate) fn use_library(path: PathBuf) -> Result<()> {
     Ok(fetch_sim::use_library(path)?)
 }
 
-/// The path of MuJoCo's library, which is loaded now at the latest.
+/// The path of MuJoCo's library, which this call loads if nothing has yet.
 #[pyfunction]
 pub(crate) fn library_path() -> Result<PathBuf> {
     Ok(fetch_sim::library_path()?)

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use crate::error::Result;
 use crate::exclusive::Exclusive;
 
-/// The renderer of one or many environments, which the first picture makes.
+/// The renderer of one or many environments, made with the first picture.
 pub(crate) struct Pictures {
     options: RenderOptions,
     renderer: Exclusive<Option<Renderer>>,

@@ -48,7 +48,7 @@ impl Policy {
         Ok(serde_json::to_string(self.policy.header())?)
     }
 
-    /// The greedy actions for as many states as there are rows.
+    /// The greedy actions for states, one in each row.
     fn act<'py>(
         &mut self,
         py: Python<'py>,

@@ -130,7 +130,7 @@ impl VecEnv {
         Ok(results(py, envs.last_step())?)
     }
 
-    /// The last observation of the episode that the last step has ended in this environment.
+    /// The last observation of the episode that the last step ended in this environment.
     fn final_observation<'py>(
         &mut self,
         py: Python<'py>,
@@ -162,18 +162,19 @@ impl VecEnv {
         Ok(PyArray1::from_slice(py, goal.ok_or(EnvError::ResetNeeded)?))
     }
 
-    /// The seed of an environment's random numbers, and how many of 64 bits were drawn.
+    /// The seed of an environment's random numbers, and how many 64-bit numbers were drawn.
     fn random(&mut self, env_index: usize) -> Result<Option<(u64, u64)>> {
         let random = self.env(env_index)?.inner().np_random();
         Ok(random.map(|random| (random.initial_seed(), random.draws())))
     }
 
-    /// All that decides the future, as bytes.
+    /// Everything that determines the future, as bytes.
     fn get_state<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &serde_json::to_vec(&self.envs()?.snapshot()?)?))
     }
 
-    /// Restores what `get_state` of as many environments with equal settings has returned.
+    /// Restores a state that `get_state` of the same number of environments with equal settings
+    /// returned.
     fn set_state(&mut self, py: Python<'_>, state: &[u8]) -> Result<()> {
         let state: Vec<_> = serde_json::from_slice(state)?;
         let envs = self.envs()?;
@@ -231,7 +232,7 @@ impl VecEnv {
 }
 
 fn env(envs: &Envs, env_index: usize) -> Result<&MujocoEnv> {
-    let missing = || Error::runtime(format!("environment {env_index} is not here: step_wait()"));
+    let missing = || Error::runtime(format!("environment {env_index} is in flight: call step_wait()"));
     envs.env(env_index).ok_or_else(missing)
 }
 
@@ -280,8 +281,8 @@ fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
     ))
 }
 
-/// Returns the environments that took a step and of which `chosen`, given whether they have begun an
-/// episode since, is true; and their successes, 0 for the others. `None` if there are none.
+/// Returns the environments that took a step and for which `chosen` is true, given whether they
+/// have begun an episode since; and their successes, 0 for the others. `None` if there are none.
 fn successes<'py>(
     py: Python<'py>,
     step: &Steps,

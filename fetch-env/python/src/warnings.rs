@@ -17,16 +17,16 @@ create_exception!(
     fetch_env,
     MujocoWarning,
     PyUserWarning,
-    "MuJoCo warns of a model or a simulation."
+    "MuJoCo warns about a model or a simulation."
 );
 
-/// Warnings of all threads that Python has not yet been told of.
+/// Warnings of all threads that were not yet passed on to Python.
 static PENDING: SegQueue<String> = SegQueue::new();
-/// Most that wait; later ones are dropped.
+/// The largest number of warnings that wait; later ones are dropped.
 const MOST_PENDING: usize = 64;
 
-/// Calls what simulates, without the interpreter, and passes on what MuJoCo warns of. An error of
-/// the call comes first, and then a warning that Python's filters make an error.
+/// Runs a simulation without holding the interpreter, and passes on MuJoCo's warnings. An error of
+/// the call takes precedence over a warning that Python's filters turn into an error.
 pub(crate) fn simulate<T, E>(
     py: Python<'_>,
     call: impl FnOnce() -> Result<T, E> + Send,
@@ -53,7 +53,7 @@ fn pass_on(py: Python<'_>) -> Result<()> {
     Ok(passed_on?)
 }
 
-/// Collects the warnings from now on. Of several interpreters that load this module, the first does.
+/// Collects the warnings from now on. If several interpreters load this module, the first one does.
 pub(crate) fn collect() {
     let _ = set_global_default(Collector);
 }

@@ -174,7 +174,7 @@ def test_reach_is_learned(capsys):
 
 
 def test_what_the_learner_refuses():
-    with pytest.raises(ValueError, match=r"no state|settings|expected"):
+    with pytest.raises(ValueError, match=r"not a state|settings|expected"):
         fetch_env.train("FetchReach-v4", "slow", progress=False)
     with pytest.raises(ValueError, match="at least one"):
         fetch_env.evaluate("FetchReach-v4", fetch_env.Policy.shipped("FetchReach-v4"), 0)

@@ -61,5 +61,5 @@ def test_what_is_no_state_changes_nothing(push, state):
 def test_a_state_of_another_task_is_refused(push):
     reach = fetch_env.FetchEnv("FetchReach-v4")
     reach.reset(seed=0)
-    with pytest.raises(ValueError, match="of Reach, this is Push"):
+    with pytest.raises(ValueError, match="from Reach, this is Push"):
         push.set_state(reach.get_state())

@@ -1,4 +1,4 @@
-//! An environment with a fault against one law, or with none.
+//! An environment that breaks one law, or none.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -9,7 +9,7 @@ use fetch_env::{
 
 use crate::parts::{FaultyActions, FaultyReward, NotedInfo, Observation};
 
-/// Fault of an environment, or a peculiarity that is none.
+/// Fault of an environment, or a peculiarity that is not a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Fault {
     None,

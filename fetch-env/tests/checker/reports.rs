@@ -1,4 +1,4 @@
-//! What the checker says.
+//! The checker's reports.
 
 use fetch_env::{
     FetchConfig, FetchEnv, KinematicEnv, KinematicSimulator, RewardKind, Task,

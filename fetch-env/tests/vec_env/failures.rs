@@ -140,7 +140,7 @@ fn a_panic_whose_payload_panics_is_contained() -> Result {
     Ok(())
 }
 
-/// An environment whose info and itself panic when they are dropped.
+/// An environment that panics when it is dropped, and so does its info.
 struct PanicsOnDrop(TestEnv<KinematicSimulator>);
 
 impl Drop for PanicsOnDrop {

@@ -1,5 +1,5 @@
 //! Environments stepped together give the results that each gives alone, on any number of threads,
-//! and fail alone as well.
+//! and fail alone, too.
 
 mod asynchronous;
 mod common;

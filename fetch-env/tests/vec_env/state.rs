@@ -1,4 +1,5 @@
-//! The state of environments in a vector: reached, saved, restored, and begun as a function says.
+//! The state of environments in a vector: accessed, saved, restored, and begun as a function
+//! chooses.
 
 use std::sync::{
     Arc,
@@ -54,7 +55,8 @@ fn a_foreign_snapshot_changes_no_environment() -> Result {
     let count = VecEnvError::Count { what: "snapshot", actual: COUNT - 1, num_envs: COUNT };
     assert_eq!(envs.restore(&fewer), Err(count));
 
-    // The last environment's limit is 7 steps, the first one's 5: only swapped do they not fit.
+    // Two environments with different limits, 5 and 7 steps, are swapped, so their states do not
+    // fit.
     let mut longer = vec_env(COUNT, config(AutoresetMode::NextStep))?;
     longer.reset(Some(1))?;
     for step in 0..6 {

@@ -1,4 +1,4 @@
-//! What each wrapper does.
+//! The effects of each wrapper.
 
 use fetch_env::{
     BatchObservation, BoxSpace, Env, EnvError, EnvExt, FetchConfig, FetchEnv, GoalObservation,

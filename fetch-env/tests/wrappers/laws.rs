@@ -35,8 +35,8 @@ where
     check_goal_env(&make, options).and(check_snapshots(&make, options))
 }
 
-/// Fails unless several environments give the same in a vector as alone, and go on from snapshots
-/// that have been written as JSON.
+/// Fails unless several environments give the same results in a vector as alone, and continue from
+/// snapshots that were written as JSON.
 fn ensure_the_same_in_a_vector<E>(make: impl Fn() -> Result<E, EnvError>) -> Result
 where
     E: SnapshotEnv<Observation: BatchObservation, Info: Debug> + Send + 'static,

@@ -26,7 +26,7 @@ fn a_transformed_reward_is_transformed_in_hindsight_too() -> Result {
     Ok(())
 }
 
-/// A task on a line, in which each answer is true of other pairs.
+/// A task on a line, in which each predicate is true for different pairs.
 #[derive(Debug)]
 struct Line;
 

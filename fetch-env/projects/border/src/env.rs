@@ -57,13 +57,13 @@ impl Env for GoalEnvironment {
         Ok(FetchObs(self.env.reset(self.seed.take())?.observation))
     }
 
-    /// Starts the episode of this seed, as border's evaluators ask for.
+    /// Starts the episode with this seed, as border's evaluators expect.
     fn reset_with_index(&mut self, index: usize) -> Result<FetchObs> {
         Ok(FetchObs(self.env.reset(Some(index as u64))?.observation))
     }
 
     /// # Panics
-    /// If the environment fails, for which border has no error.
+    /// If the environment fails: border has no error for it.
     fn step(&mut self, action: &FetchAct) -> (Step<Self>, Record) {
         let step = self.env.step(&action.0).unwrap_or_else(|error| panic!("{error}"));
         let record = Record::from_scalar("success", f32::from(step.info.is_success));

@@ -49,8 +49,8 @@ impl StepProcessor<GoalEnvironment> for HerSteps {
     }
 }
 
-/// Settings of a [`HerReplay`]. Draws are by priority if those of the buffer and the sampler say
-/// so.
+/// Settings of a [`HerReplay`]. Draws are by priority if the settings of the buffer and the sampler
+/// say so.
 #[derive(Clone, Debug)]
 pub struct HerReplayConfig {
     pub buffer: BufferConfig,
@@ -110,7 +110,7 @@ impl ReplayBufferBase for HerReplay {
     type Batch = HerBatch;
 
     /// # Panics
-    /// If the settings are invalid, for which border has no error.
+    /// If the settings are invalid: border has no error for it.
     fn build(config: &HerReplayConfig) -> Self {
         let buffer =
             HerBuffer::new(config.buffer.clone()).unwrap_or_else(|error| panic!("{error}"));

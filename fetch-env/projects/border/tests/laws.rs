@@ -1,4 +1,4 @@
-//! The environment and the buffer mean in border what they mean alone, and border trains with both.
+//! The environment and the buffer behave in border as they do alone, and border trains with both.
 
 use border_core::record::{NullRecorder, Record, Recorder};
 use border_core::{
@@ -35,7 +35,7 @@ fn replay() -> Result<HerReplay> {
     }))
 }
 
-/// Moves forward, and calls the rewards of a batch its errors.
+/// An agent that moves forward, and takes the rewards of a batch as its errors.
 struct Forward;
 
 impl Policy<GoalEnvironment> for Forward {

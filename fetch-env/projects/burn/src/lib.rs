@@ -6,14 +6,14 @@ use burn::tensor::{Device, Tensor, TensorData};
 use fetch_env::{Env, EnvError, FetchObservation, GoalObservation, KinematicEnv, make_kinematic};
 use her_relabel::{Batch, JoinedGoal, Sampler, UnitInterval};
 
-/// What a learner needs of a batch: a row for each transition.
+/// The parts of a batch that a learner needs, with a row for each transition.
 #[derive(Clone, Debug)]
 pub struct Tensors {
     /// Observation and goal, side by side.
     pub input: Tensor<2>,
     pub action: Tensor<2>,
     pub reward: Tensor<2>,
-    /// Factor of the next value: 0 where the task ended, the target is `reward + discount * value`.
+    /// Factor of the next value, 0 where the task ended: the target is `reward + discount * value`.
     pub discount: Tensor<2>,
     pub next_input: Tensor<2>,
 }
@@ -71,7 +71,7 @@ fn input(observation: &FetchObservation) -> Vec<f32> {
     parts.map(|number| *number as f32).collect()
 }
 
-/// The calls of burn-rl have no errors: they panic if the environment fails.
+/// The methods of burn-rl return no errors: they panic if the environment fails.
 impl Environment for BurnEnv {
     type State = Tensor<1>;
     type Action = Tensor<1>;

@@ -50,7 +50,7 @@ fn tensors_are_the_memory_of_the_batch() -> Result {
         assert_eq!(tensor.dims(), [ROWS, width]);
         assert_eq!(tensor.to_data().as_slice::<f32>()?, column);
     }
-    // Even after the way through a tensor, the numbers are where the buffer wrote them.
+    // Even after passing through a tensor, the numbers are where the buffer wrote them.
     let column = tensors.input.into_data().try_into_vec::<f32>()?;
     assert_eq!(column.as_ptr(), memory);
     Ok(())

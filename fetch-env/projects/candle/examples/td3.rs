@@ -18,7 +18,7 @@ type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
 const ENV_ID: &str = "FetchReach-v4";
 const DIMS: Dims = Dims { observation: 10, goal: 3, action: 4 };
-/// The length of an input: an observation, and the goal behind it.
+/// The length of an input: an observation, followed by the goal.
 const INPUT: usize = DIMS.observation + DIMS.goal;
 const NUM_ENVS: usize = 8;
 const HIDDEN: usize = 64;
@@ -28,7 +28,7 @@ const TARGET_FRACTION: f64 = 0.05;
 const WARM_UP: usize = 1000;
 const DEVICE: Device = Device::Cpu;
 
-/// A network of two hidden layers, the one that follows it, and its optimizer.
+/// A network with two hidden layers, its target network, and its optimizer.
 struct Learning {
     weights: Vec<Var>,
     target: Vec<Var>,
@@ -98,7 +98,7 @@ impl Td3 {
         Normalizers { observation: Some(&self.observation), goal: Some(&self.goal) }
     }
 
-    /// Draws a number of the standard normal distribution.
+    /// Draws a number from the standard normal distribution.
     fn normal(&mut self) -> f64 {
         let [u, v] = [0; 2].map(|_| self.random.uniform(1e-12, 1.0));
         (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
@@ -114,7 +114,7 @@ impl Td3 {
         Ok(actions.to_vec1()?.into_iter().map(noisy).collect())
     }
 
-    /// Takes a step of the critics and, if asked for, of the actor.
+    /// Takes a step of the critics and, if requested, of the actor.
     fn update(&mut self, batch: &Batch<f32>, actor_learns: bool) -> candle_core::Result<()> {
         let matrix = |column: &[f32]| Tensor::from_slice(column, (batch.len(), ()), &DEVICE);
         let (input, next_input) = (matrix(batch.input())?, matrix(batch.next_input())?);

@@ -8,14 +8,14 @@ use her_relabel::{
     Batch, ColumnsMut, Dims, HerBuffer, JoinedGoal, Normalizers, Sampler, Scalar, UnitInterval,
 };
 
-/// What a learner needs of a batch: a row for each transition.
+/// The parts of a batch that a learner needs, with a row for each transition.
 #[derive(Clone, Debug)]
 pub struct Tensors {
     /// Observation and goal, side by side.
     pub input: Tensor,
     pub action: Tensor,
     pub reward: Tensor,
-    /// Factor of the next value: 0 where the task ended, the target is `reward + discount * value`.
+    /// Factor of the next value, 0 where the task ended: the target is `reward + discount * value`.
     pub discount: Tensor,
     pub next_input: Tensor,
 }
@@ -41,7 +41,7 @@ impl Tensors {
     }
 }
 
-/// Memory in which whole batches are drawn: one after the other, without an allocation.
+/// Memory into which whole batches are drawn, one after the other, without an allocation.
 #[derive(Debug)]
 pub struct Staging {
     sampler: Sampler,

@@ -1,8 +1,8 @@
 //! Twin delayed deep deterministic policy gradient (TD3) as an algorithm of `baselines::learn`:
-//! the environments, the relabeling, the evaluation and the checkpoints are the trainer's.
+//! the trainer provides the environments, the relabeling, the evaluation and the checkpoints.
 //!
 //! Source: Fujimoto et al., *Addressing function approximation error in actor-critic methods*,
-//! 2018. The networks are small and in plain loops, so that everything can be read here.
+//! 2018. The networks are small and written as plain loops, so that everything can be read here.
 
 use baselines::LayerWeights;
 use baselines::learn::{
@@ -27,7 +27,7 @@ pub struct Td3Settings {
     /// The standard deviation of the noise of target actions, and its bound.
     pub target_noise: f32,
     pub target_noise_clip: f32,
-    /// The number of updates of the critics for each of the actor.
+    /// The number of updates of the critics for each update of the actor.
     pub actor_interval: u64,
 }
 
@@ -47,10 +47,10 @@ impl Default for Td3Settings {
 }
 
 impl Td3Settings {
-    /// Returns the settings as those of a run.
+    /// Returns these settings as the algorithm settings of a run.
     ///
     /// # Errors
-    /// Those of writing JSON.
+    /// The errors of writing JSON.
     pub fn to_algorithm(&self) -> serde_json::Result<AlgorithmSettings> {
         serde_json::to_value(self).map(AlgorithmSettings::Other)
     }
@@ -73,14 +73,14 @@ pub fn build(
     }
 }
 
-/// A multilayer perceptron with rectified linear units that learns by Adam.
+/// A multilayer perceptron with rectified linear units that learns with Adam.
 #[derive(Debug)]
 struct Learning {
     /// The lengths of the input, of the hidden layers and of the output.
     sizes: Vec<usize>,
-    /// Of each layer the weights, a row for each input, and the biases.
+    /// The weights of each layer, a row for each input, and its biases.
     parameters: Vec<f32>,
-    /// The parameters of the network that follows this one.
+    /// The parameters of the target network, which follows this one.
     target: Vec<f32>,
     first_moment: Vec<f32>,
     second_moment: Vec<f32>,
@@ -236,7 +236,7 @@ impl Td3 {
         }
     }
 
-    /// Returns what the critics should say: the reward, and the discounted lower value of the next
+    /// Returns the targets of the critics: the reward plus the discounted lower value of the next
     /// state, for an action near the target actor's.
     fn targets(&self, batch: Transitions<'_>) -> Vec<f32> {
         let Td3Settings { target_noise, target_noise_clip, .. } = self.settings;
@@ -256,8 +256,8 @@ impl Td3 {
         rows.map(|((reward, discount), value)| reward + discount * value).collect()
     }
 
-    /// Returns the gradient of a critic, of its mean squared error, behind it the error and the
-    /// mean value.
+    /// Returns the gradient of a critic's mean squared error, followed by the error and the mean
+    /// value.
     fn critic_gradient(critic: &Learning, joined: Vec<f32>, targets: &[f32]) -> Vec<f32> {
         let share = 1.0 / targets.len() as f32;
         let pass = critic.run(joined);
@@ -268,8 +268,8 @@ impl Td3 {
         gradient
     }
 
-    /// Returns the gradient of the actor, of the negative mean value of its actions, and behind it
-    /// that loss.
+    /// Returns the gradient of the actor's loss, the negative mean value of its actions, followed
+    /// by the loss.
     fn actor_gradient(&self, batch: Transitions<'_>) -> Vec<f32> {
         let share = 1.0 / batch.len as f32;
         let AlgorithmInit { num_inputs, num_actions, .. } = self.init;
@@ -285,7 +285,7 @@ impl Td3 {
         gradient
     }
 
-    /// Returns inputs with their actions behind them.
+    /// Returns inputs, each followed by its action.
     fn joined(&self, inputs: &[f32], actions: &[f32]) -> Vec<f32> {
         let AlgorithmInit { num_inputs, num_actions, .. } = self.init;
         let rows = inputs.chunks_exact(num_inputs).zip(actions.chunks_exact(num_actions));

@@ -1,5 +1,5 @@
-//! The trainer takes the algorithm as it takes its own: it learns, the same seed gives the same
-//! bits, and so does a run that was resumed.
+//! The trainer treats the algorithm like its own: it learns, the same seed gives the same bits, and
+//! so does a run that was resumed.
 
 use std::error::Error;
 use std::ops::ControlFlow;

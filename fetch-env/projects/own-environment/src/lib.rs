@@ -41,7 +41,7 @@ impl BatchObservation for PuckObservation {
     type Rows = GoalRows<f32>;
 }
 
-/// The environment. It has no time limit of its own: put it into a [`fetch_env::TimeLimit`].
+/// The environment. It has no time limit of its own: wrap it in a [`fetch_env::TimeLimit`].
 #[derive(Clone, Debug)]
 pub struct PuckEnv {
     action_space: BoxSpace<f32>,
@@ -50,7 +50,7 @@ pub struct PuckEnv {
     state: State,
 }
 
-/// Everything that decides what comes next.
+/// Everything that determines what comes next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     puck: Puck,

@@ -29,11 +29,11 @@ const MAP: [&str; 5] = [
 const LEN: usize = MAP.len();
 /// The largest move along an axis in a step.
 const MOVE: f64 = 0.4;
-/// The steps of an episode.
+/// The number of steps of an episode.
 pub const STEPS: NonZeroU32 = NonZeroU32::new(60).unwrap();
 const PIXELS_OF_CELL: usize = 32;
 
-/// The point, where it is and where it should be.
+/// Where the point is and where it should be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
     point: [f64; 2],
@@ -60,7 +60,7 @@ impl BatchObservation for Places {
     type Rows = GoalRows<f64>;
 }
 
-/// Everything that decides what comes next; without random numbers before the first reset.
+/// Everything that determines what comes next; without random numbers before the first reset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     point: [f64; 2],

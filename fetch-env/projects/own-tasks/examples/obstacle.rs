@@ -1,8 +1,8 @@
-//! A task of your own: push the block around a wall, which every reset puts elsewhere.
-//! `cargo run --example obstacle` writes `obstacle.html`, which plays an episode back.
+//! A task of your own: push the block around a wall, which every reset moves. `cargo run --example
+//! obstacle` writes `obstacle.html`, which plays an episode back.
 //!
 //! A goal has 5 elements, in meters: the block's position, and x and y of the wall. The wall is the
-//! same in the achieved and in the desired goal, so that the reward may depend on it and remains a
+//! same in the achieved and in the desired goal, so the reward may depend on it and is still a
 //! function of the two goals.
 
 use std::error::Error;
@@ -28,7 +28,7 @@ const WALL: &str = r#"
 #[derive(Clone, Copy, Debug)]
 pub struct Obstacle;
 
-/// -1 until the block is within 5 cm of its place, and as much again near the wall.
+/// -1 until the block is within 5 cm of its place, and another -1 near the wall.
 impl GoalReward for Obstacle {
     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
         let is_missing = !self.is_success(achieved_goal, desired_goal);
@@ -58,7 +58,7 @@ impl FetchTask<MujocoSimulator> for Obstacle {
         5
     }
 
-    /// The wall's position as seen from the block, and its direction.
+    /// The wall's position relative to the block, and its direction.
     fn extra_len(&self) -> usize {
         4
     }

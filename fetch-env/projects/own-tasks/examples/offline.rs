@@ -1,7 +1,7 @@
 //! Offline learning: a script's episodes of FetchPush-v4 go to a file, and another process learns
-//! from the file alone, by imitation and hindsight.
-//! `cargo run --release --example offline collect episodes.buffer`, which takes half a minute, and
-//! then `cargo run --release --example offline learn episodes.buffer`.
+//! from only the file, by imitation and hindsight. `cargo run --release --example offline collect
+//! episodes.buffer`, which takes half a minute, and then `cargo run --release --example offline
+//! learn episodes.buffer`.
 
 use std::error::Error;
 use std::path::Path;
@@ -14,7 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 const EPISODES: usize = 1_000;
-/// The seed of the first episode, which no evaluation has.
+/// The seed of the first episode, which no evaluation uses.
 const FIRST_SEED: u64 = 1 << 45;
 /// The largest noise of a scripted action, so that mistakes and their correction are seen, too.
 const NOISE: f32 = 0.1;
@@ -42,7 +42,7 @@ fn collect(path: &Path) -> Result<(), Box<dyn Error>> {
     Ok(buffer.save(path)?)
 }
 
-/// Learns from the episodes of a file alone, and evaluates what it has learned in new episodes.
+/// Learns from only the episodes of a file, and evaluates what it has learned in new episodes.
 fn learn(path: &Path, seed: u64) -> Result<CurveRow, Box<dyn Error>> {
     let mut settings = TrainSettings::fast(Task::Push);
     settings.algorithm = AlgorithmSettings::Ddpg(DdpgSettings {
@@ -73,6 +73,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{updates} updates in {seconds:.0} s: success rate {:.3}", success_rate.value);
             Ok(())
         }
-        _ => Err("write `collect FILE`, or `learn FILE` with a seed if you like".into()),
+        _ => Err("pass `collect FILE`, or `learn FILE` and optionally a seed".into()),
     }
 }

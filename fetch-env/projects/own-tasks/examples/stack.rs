@@ -97,7 +97,7 @@ impl FetchTask<MujocoSimulator> for Stack {
         Ok(())
     }
 
-    /// The second block's position, also as seen from the gripper, and its velocity.
+    /// The second block's position, also relative to the gripper, and its velocity.
     fn observe_extra(
         &self,
         simulator: &MujocoSimulator,

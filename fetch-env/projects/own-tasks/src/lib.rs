@@ -1,1 +1,1 @@
-//! Each of the examples is a program of one file: `cargo run --example stack` runs one.
+//! Each of the examples is a single-file program: `cargo run --example stack` runs one.

@@ -1,4 +1,4 @@
-//! The maze: it is a right environment, it is learned, and an episode of it is played back.
+//! The maze: it is a correct environment, it is learned, and an episode of it is played back.
 
 #[allow(dead_code, reason = "the example's own main")]
 #[path = "../examples/maze.rs"]
@@ -36,7 +36,7 @@ fn walls_stop_the_point() -> Result {
             let observation = env.step(&action)?.observation;
             let [x, y] = observation.achieved_goal() else { panic!("{observation:?}") };
             assert!((0.0..5.0).contains(x) && (0.0..5.0).contains(y), "{observation:?}");
-            // The second and the fourth row are walls but for a cell at one end.
+            // The second and the fourth row are walls except for a cell at one end.
             assert!(!(1.0..2.0).contains(y) || *x >= 4.0, "{observation:?}");
             assert!(!(3.0..4.0).contains(y) || *x < 1.0, "{observation:?}");
         }

@@ -41,7 +41,7 @@ fn the_wall_is_drawn_with_each_reset() -> Result {
     Ok(())
 }
 
-/// A policy that knows nothing of the wall pushes the block against it and around it, but never
+/// A policy that knows nothing about the wall pushes the block against it and around it, but never
 /// through it.
 #[test]
 fn the_wall_stops_the_block() -> Result {

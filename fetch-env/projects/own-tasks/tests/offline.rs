@@ -6,7 +6,7 @@ use std::process::Command;
 
 type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 
-/// Runs the example in a process of its own, and returns what it prints.
+/// Runs the example in its own process, and returns what it prints.
 fn offline(arguments: &[&OsStr]) -> Result<String> {
     let mut command = Command::new(env!("CARGO"));
     command.args(["run", "--quiet", "--example", "offline", "--"]).args(arguments);

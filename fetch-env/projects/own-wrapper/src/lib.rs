@@ -1,5 +1,5 @@
-//! A wrapper whose info says more than the environment's: how close the episode has come to its
-//! goal so far. Everything else is the wrapped environment's, above all the rewards.
+//! A wrapper whose info contains more than the environment's: how close the episode has come to its
+//! goal so far. Everything else is the wrapped environment's, including the rewards.
 
 use fetch_env::wrappers::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
 use fetch_env::{ActionElement, Env, EnvError, Info, Reset, Space, Step};

@@ -19,7 +19,9 @@ pub enum VecEnvError {
         most: usize,
     },
     /// The spaces of an environment differ from the first one's.
-    #[error("the spaces of environment {env_index} differ from environment 0's: make them all alike")]
+    #[error(
+        "the spaces of environment {env_index} differ from environment 0's: make them all alike"
+    )]
     SpacesDiffer {
         /// Id of the environment.
         env_index: usize,
