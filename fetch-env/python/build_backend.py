@@ -1,10 +1,10 @@
 """The build backend: maturin's, with MuJoCo beside the compiled module.
 
 The build requirement `mujoco` has the headers to compile with, and the library and the decoders of
-meshes that the package brings. These get a name of their own, so that they never meet the copy of
+meshes that the package includes. These get their own names, so that they never meet the copy of
 a `mujoco` that the user has installed, whatever its version.
 
-With MUJOCO_DIR set, that installation is compiled with and brought instead.
+If MUJOCO_DIR is set, that installation is used and included instead.
 """
 
 import os
@@ -84,7 +84,7 @@ def prepare():
     bundle(mujoco)
     os.environ["MUJOCO_DIR"] = str(mujoco)
     cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
-    # The last that fits counts.
+    # The last prefix that matches counts.
     names = {HERE.parents[1]: "fetch-env", cargo: "cargo", cargo / "registry" / "src": "crates"}
     remaps = [f"--remap-path-prefix={path}={name}" for path, name in names.items()]
     os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join(remaps)

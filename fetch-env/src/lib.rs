@@ -1,4 +1,4 @@
-//! The eight goal-conditioned Fetch environments of gymnasium-robotics 1.4.2, in native Rust.
+//! The eight goal-conditioned Fetch environments of gymnasium-robotics 1.4.2, written in Rust.
 //!
 //! A [`FetchEnv`] consists of settings, a simulator, a reward and a task. The traits say what an
 //! environment does: [`Env`] resets and steps, [`GoalEnv`] derives rewards from goals,

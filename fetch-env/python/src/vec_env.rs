@@ -232,7 +232,8 @@ impl VecEnv {
 }
 
 fn env(envs: &Envs, env_index: usize) -> Result<&MujocoEnv> {
-    let missing = || Error::runtime(format!("environment {env_index} is in flight: call step_wait()"));
+    let missing =
+        || Error::runtime(format!("environment {env_index} is in flight: call step_wait()"));
     envs.env(env_index).ok_or_else(missing)
 }
 

@@ -1,4 +1,4 @@
-"""What the tests of data sets share: episodes as Minari reads them, and what they must equal."""
+"""Checks that the tests of data sets share, of episodes as Minari reads them."""
 
 import importlib
 import sys
@@ -37,7 +37,7 @@ def assert_same_episode(left, right):
 
 
 def assert_is_the_environments_own(env, seed, episode):
-    """Check that the seed and the actions of an episode give it again."""
+    """Check that the seed and the actions of an episode reproduce it."""
     assert len(episode) == 50
     observation, _ = env.reset(seed=seed)
     states = [observation]
@@ -76,7 +76,7 @@ def ogbench_utils():
 
 
 def assert_ogbench_has(dataset, folder):
-    """Check that OGBench loads the episodes of Minari's set, of ten the second for validation."""
+    """Check that OGBench loads Minari's episodes, the second of every ten for validation."""
     utils = ogbench_utils()
     episodes, numbers = list(dataset), seeds(dataset)
     parts = {

@@ -12,7 +12,7 @@ STILL = np.zeros(4, np.float32)
 
 
 def make_unstable(envs):
-    """Change the state so that no physics goes on from it."""
+    """Change the state so that the physics fails from there."""
     whole = json.loads(envs.get_state())
     states = [state["env"]["env"] for state in whole] if isinstance(whole, list) else [whole]
     for state in states:

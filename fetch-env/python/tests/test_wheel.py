@@ -11,7 +11,7 @@ import pytest
 WHEEL = os.environ.get("FETCH_ENV_WHEEL")
 pytestmark = pytest.mark.skipif(WHEEL is None, reason="FETCH_ENV_WHEEL names no wheel")
 
-#: What a user does, beside whatever else has loaded MuJoCo. The reference's meshes need decoders.
+#: What a user does, besides whatever else has loaded MuJoCo. The reference's meshes need decoders.
 PROGRAM = """
 import gymnasium
 import fetch_env
@@ -66,7 +66,7 @@ def test_it_knows_no_path_of_the_builder(contents):
 
 
 def other_pythons():
-    """Return the oldest and the newest other Python, of those that are installed beside this."""
+    """Return the oldest and the newest of the other Pythons that are installed next to this."""
     folders = Path(sys.base_prefix).parent.glob("3.*/bin")
     others = {int(folder.parent.name.split(".")[1]): folder / "python3" for folder in folders}
     minors = sorted(minor for minor in others if minor >= 10 and minor != sys.version_info.minor)

@@ -1,4 +1,4 @@
-"""The Fetch robotics benchmark for Gymnasium, native in Rust on MuJoCo.
+"""The Fetch robotics benchmark for Gymnasium, written in Rust on MuJoCo.
 
 The eight environments ``FetchReach``, ``FetchPush``, ``FetchPickAndPlace`` and ``FetchSlide``, with
 sparse and ``Dense`` rewards, give the same bits as gymnasium-robotics 1.4.2 for the same seeds and
@@ -54,7 +54,7 @@ __version__ = version("fetch-env")
 for _library in (Path(__file__).parent / "_mujoco").glob("libmujoco*"):
     _native.use_library(_library)
 
-#: The names of the environments; Gymnasium has them behind ``fetch_env/``.
+#: The names of the environments, which in Gymnasium begin with ``fetch_env/``.
 ENV_IDS = tuple(
     f"Fetch{task}{reward}-v4"
     for task in ("Reach", "Push", "PickAndPlace", "Slide")

@@ -31,8 +31,8 @@ def write_dataset(  # noqa: PLR0913
     With ``data_format="minari"`` it is what ``minari.load_dataset("fetch/push/expert-v0")`` loads
     from the folder that ``MINARI_DATASETS_PATH`` names; with ``"ogbench"``,
     ``fetch-push-expert-v0/fetch-push-expert-v0.npz`` is what ``ogbench.utils.load_dataset`` loads.
-    It appears when it is whole. Both formats have dictionary observations, actions, both rewards,
-    the seed of each episode, and ``qpos`` and ``qvel`` of each state.
+    It appears only once it is complete. Both formats have dictionary observations, actions, both
+    rewards, the seed of each episode, and ``qpos`` and ``qvel`` of each state.
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
@@ -42,15 +42,15 @@ def write_dataset(  # noqa: PLR0913
         data_format: ``"minari"`` or ``"ogbench"``.
         episodes: Number of episodes.
         seed: Seed of the first episode; the others have the seeds that follow.
-        snapshots: Also write the exact state of each step, with ``data_format="minari"`` alone:
+        snapshots: Also write the exact state of each step, only with ``data_format="minari"``:
             ``env.unwrapped.set_state(bytes(episode.infos["snapshot"][t]))`` restores it.
-        **settings: The ``model``, ``"builtin"`` or ``"reference"``; no other setting can be.
+        **settings: The ``model``, ``"builtin"`` or ``"reference"``; no other setting is allowed.
 
     Returns:
         ``success_rate`` and ``episode_return_mean`` (value and 95 % interval) and more.
 
     Raises:
-        ValueError: If there is such a data set, it cannot be written, or an argument means nothing.
+        ValueError: If the data set exists or cannot be written, or an argument is invalid.
     """
     config = _native.Config(env_id, **settings)
     summary = _native.write_dataset(config, policy, data_format, folder, episodes, seed, snapshots)

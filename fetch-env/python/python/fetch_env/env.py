@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .settings import Settings
 
 #: ``observation`` (10 numbers in Reach, 25 elsewhere), ``achieved_goal`` and ``desired_goal``
-#: (x, y, z in meters), all of ``float64``.
+#: (x, y, z in meters), all ``float64``.
 Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
 
 #: The info's value, as the reference has it.
@@ -35,7 +35,7 @@ def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
 
 
 class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]"]):
-    """A Fetch environment, as gymnasium-robotics 1.4.2 has it.
+    """A Fetch environment, as in gymnasium-robotics 1.4.2.
 
     An action is ``[dx, dy, dz, fingers]``, each from -1 to 1 and clipped: the first three move the
     gripper's target by up to 5 cm along the world's axes, the last opens (positive) or closes the
@@ -44,7 +44,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
 
     - ``observation``: 10 numbers in Reach, 25 elsewhere. Positions are in meters in the world
       frame, velocities in meters or radians per control step, and angles in radians.
-    - ``achieved_goal``: x, y, z in meters, of the gripper in Reach and of the object elsewhere.
+    - ``achieved_goal``: x, y, z in meters, of the gripper in Reach, of the object elsewhere.
     - ``desired_goal``: x, y, z in meters.
 
     ``info["is_success"]`` is 1.0 while the two goals are within 5 cm of each other, and 0.0
@@ -59,7 +59,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
-        ValueError: If a name, a setting, an action or an option means nothing.
+        ValueError: If a name, a setting, an action or an option is invalid.
         FileNotFoundError: If there is no such model.
         fetch_env.MujocoError: If MuJoCo's library cannot be loaded.
     """
@@ -97,12 +97,12 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
 
         Args:
             seed: Restarts the random numbers as numpy's ``PCG64(SeedSequence(seed))``: 0 to
-                2**64 - 1. Without, they continue.
+                2**64 - 1. Without a seed, they continue.
             options: ``desired_goal`` (x, y, z in meters) and ``object_position`` (x, y in meters)
                 replace what is drawn. The random numbers are the same with and without them.
 
         Returns:
-            The first observation, and an empty info, as the reference's.
+            The first observation, and an empty info, like the reference's.
         """
         return self._native.reset(seed, options), {}
 
@@ -123,7 +123,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         return observation, reward, terminated, truncated, {"is_success": IS_SUCCESS[success]}
 
     def render(self) -> NDArray[Any] | None:
-        """Draw the current state, which changes nothing of it.
+        """Draw the current state, without changing it.
 
         Returns:
             Colors (height, width, 3) of ``uint8``, or distances from the camera (height, width) in
@@ -137,14 +137,14 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         return None
 
     def get_state(self) -> bytes:
-        """Return all that decides the future: the simulation, the goal and the random numbers.
+        """Return all that determines the future: simulation, goal and random numbers.
 
-        A time limit around the environment has a state of its own, which this leaves out.
+        A time limit around the environment has its own state, which this leaves out.
         """
         return self._native.get_state()
 
     def set_state(self, state: bytes) -> Observation:
-        """Restore what :meth:`get_state` of an environment with equal settings has returned.
+        """Restore what :meth:`get_state` of an environment with equal settings returned.
 
         Afterwards the same actions give the same results, bit for bit.
 
@@ -167,7 +167,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     def model(self) -> Any:
         """The model as a ``mujoco.MjModel``, if the package ``mujoco`` is installed.
 
-        It is compiled from the same scene, and changes of it do not change the environment.
+        It is compiled from the same scene; changing it does not change the environment.
         """
         if self._model is None:
             self._model = simulation.model_of(self._native)
@@ -175,9 +175,9 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
 
     @property
     def data(self) -> Any:
-        """The current state as a new ``mujoco.MjData``, whose changes do not come back.
+        """The current state as a new ``mujoco.MjData``, separate from the environment.
 
-        The positions and velocities are exact; what follows from them is computed anew.
+        The positions and velocities are exact; what follows from them is recomputed.
         """
         return simulation.data_of(self._native, self.model)
 
@@ -197,7 +197,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
 
     @property
     def np_random(self) -> np.random.Generator:
-        """The random numbers in the state in which the last reset has left them.
+        """The random numbers in the state in which the last reset left them.
 
         A new generator each time: what is drawn from it changes no later reset, unlike in the
         reference.

@@ -20,8 +20,8 @@ GoalStrategy: TypeAlias = Literal["future", "final", "episode", "random"]
 class HerBuffer:
     """A replay buffer that draws transitions with goals that were achieved later (hindsight).
 
-    It holds ``float32``, and draws many times as fast as a buffer in Python. Of an environment with
-    several members it stores what each call returns::
+    It stores ``float32``, and draws many times as fast as a buffer in Python. It records what each
+    call of several environments returns::
 
         envs = fetch_env.FetchVectorEnv("FetchPush-v4", 16)
         buffer = fetch_env.HerBuffer(envs, capacity=1_000_000)
@@ -33,8 +33,8 @@ class HerBuffer:
         batch = buffer.sample(256)
 
     Args:
-        env: The environment, one or many, whose lengths and rewards count. Later changes of it do
-            not matter.
+        env: The environment, one or many, that determines lengths and rewards. Later changes to it
+            do not matter.
         capacity: Number of transitions; the oldest episodes make room for new ones.
     """
 
@@ -60,9 +60,9 @@ class HerBuffer:
         return self._native.capacity
 
     def record(self, envs: FetchVectorEnv) -> None:
-        """Store what the last ``reset``, ``step`` or ``step_wait`` of a vector has returned.
+        """Store what the last ``reset``, ``step`` or ``step_wait`` of a vector returned.
 
-        Call it after each, the first reset included. It works in each autoreset mode.
+        Call it after each of them, including the first reset. It works in every autoreset mode.
         """
         self._native.record(envs._native)  # noqa: SLF001
 
@@ -85,7 +85,7 @@ class HerBuffer:
         truncated: bool,
         env_index: int = 0,
     ) -> None:
-        """Add what a step of one environment has returned to the episode that was begun.
+        """Add what a step of one environment returned to the episode that was begun.
 
         The episode is stored when it ends: by its last step, or by :meth:`end_episode`.
         """
@@ -126,8 +126,8 @@ class HerBuffer:
             desired_goal: Of shape (3,), in meters.
             action: Of shape (T, 4).
             reward: Of shape (T,).
-            terminated: Whether the last step has ended the task.
-            truncated: Whether the last step has cut the episode off.
+            terminated: Whether the last step ended the task.
+            truncated: Whether the last step cut the episode off.
         """
         self._native.add_episode(
             observation, achieved_goal, desired_goal, action, reward, terminated, truncated
@@ -148,7 +148,7 @@ class HerBuffer:
             strategy: Where the new goals come from: from later in the episode, its end, anywhere in
                 it, or any episode.
             k: For each transition with its own goal, ``k`` get a new one.
-            seed: Draws the same batch from the same contents. Without, each call draws anew.
+            seed: Draws the same batch from the same contents. Without a seed, each call draws anew.
 
         Returns:
             New arrays with a row for each transition, which ``torch.from_numpy`` takes without a
@@ -169,7 +169,7 @@ class HerBuffer:
         self._native.save(path)
 
     def load(self, path: str | os.PathLike[str]) -> None:
-        """Replace the contents, and the capacity, by those that :meth:`save` has written."""
+        """Replace the contents and the capacity with those that :meth:`save` wrote."""
         self._native.load(path)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -180,7 +180,7 @@ class HerBuffer:
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the buffer anew, with the episodes that it had."""
+        """Recreate the buffer with the episodes that it had."""
         capacity, num_envs, contents = state.pop("_native")
         self.__dict__.update(state)
         self._native = _native.Buffer(_native.Config(**self._make), capacity, num_envs)

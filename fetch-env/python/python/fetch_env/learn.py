@@ -49,13 +49,12 @@ def train(  # noqa: PLR0913
     """Learn a task with hindsight, from rewards alone.
 
     ``train("FetchReach-v4", target=1.0)`` takes about a second on two cores, Push about a minute.
-    The settings and the seed decide everything, whatever the number of threads. Ctrl-C ends it.
+    The settings and the seed determine everything, on any number of threads. Ctrl-C ends it.
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
-        preset: ``"fast"`` or ``"authors"``, or settings of the learner as :class:`Training` has
-            them.
-        seed: Decides all random numbers.
+        preset: ``"fast"`` or ``"authors"``, or settings of the learner as in :class:`Training`.
+        seed: Determines all random numbers.
         steps: Environment steps after which it ends.
         target: Success rate at which it ends, reached in two evaluations in a row; ``None`` to use
             all steps.
@@ -113,7 +112,7 @@ def evaluate(
         env_id: The name, such as ``"FetchPush-v4"``.
         policy: The policy.
         episodes: Number of episodes.
-        seed: Seed of the first; each further one has the next.
+        seed: Seed of the first episode; each further one has the next.
         num_threads: Number of threads; 0 for one for each core.
         **settings: See :class:`fetch_env.Settings`.
 

@@ -1,4 +1,4 @@
-"""What one environment and many have in common: how they are made, copied and drawn."""
+"""Common parts of one environment and many: how they are made, copied and drawn."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RENDER_MODES = ("rgb_array", "depth_array")
 
 
 class MadeFromSettings(GoalRewards):
-    """Something native that can be made again from its settings, and continued from its state."""
+    """A native part that can be recreated from its settings, and continued from its state."""
 
     render_mode: str | None
     _native: Env | VecEnv
@@ -51,7 +51,7 @@ class MadeFromSettings(GoalRewards):
         return {**state, "_native": self._native.get_state()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make it anew, in the state that it had."""
+        """Recreate it in the state that it had."""
         native = state.pop("_native")
         self.__dict__.update(state)
         self._make()

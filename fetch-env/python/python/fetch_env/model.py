@@ -11,8 +11,8 @@ from . import _native
 def download_reference_model() -> Path:
     """Download the model of gymnasium-robotics 1.4.2 into the user's cache, and return its folder.
 
-    Afterwards ``model="reference"`` finds it. This interpreter's pip downloads it, from the index
-    that it is configured for; every file is checked. The meshes are under CC BY-NC-SA 4.0: they
+    Afterwards ``model="reference"`` finds it. This interpreter's pip downloads it, from its
+    configured index; every file is checked. The meshes are under CC BY-NC-SA 4.0: they
     may not be used commercially.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -24,7 +24,7 @@ def download_reference_model() -> Path:
 
 
 def library_path() -> Path:
-    """Return the path of MuJoCo's library, which is loaded now at the latest."""
+    """Return the path of MuJoCo's library, which this loads if nothing has yet."""
     return Path(_native.library_path())
 
 

@@ -34,7 +34,7 @@ class Policy:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
-        """Load a file that :meth:`save` or ``cargo xtask train`` has written."""
+        """Load a file that :meth:`save` or ``cargo xtask train`` wrote."""
         return cls(_native.Policy.load(path))
 
     @classmethod

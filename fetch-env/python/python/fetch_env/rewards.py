@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class GoalRewards:
-    """What follows from the goals alone, computed in Rust."""
+    """Functions of the goals alone, computed in Rust."""
 
     _config: _native.Config
     _env_id: str
@@ -34,7 +34,7 @@ class GoalRewards:
             info: Not used.
 
         Returns:
-            A float of one pair, and an array of shape (...) of several: of ``float32`` if rewards
+            A float for one pair, and an array of shape (...) for several: of ``float32`` if rewards
             are sparse or both goals are ``float32``, and otherwise of ``float64``.
         """
         del info

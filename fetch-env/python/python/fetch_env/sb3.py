@@ -135,7 +135,7 @@ class FetchVecEnv(VecEnv):
 
 
 class HerReplayBuffer(TheirHerReplayBuffer):
-    """The buffer of :mod:`fetch_env` in the place of Stable-Baselines3's ``HerReplayBuffer``.
+    """The buffer of :mod:`fetch_env` in place of Stable-Baselines3's ``HerReplayBuffer``.
 
     Pass it as ``replay_buffer_class``. It takes the same arguments and draws from the same
     distribution, from numpy's global random numbers, which ``set_random_seed`` seeds. Episodes are
@@ -225,7 +225,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         return {part: self._tensor(numbers) for part, numbers in parts.items()}
 
     def _tensor(self, numbers: NDArray[np.float32]) -> torch.Tensor:
-        # Nothing else has the array, so it is not copied.
+        # Nothing else uses the array, so it is not copied.
         return self.to_torch(numbers.astype(np.float32, copy=False), copy=False)
 
     def size(self) -> int:
@@ -248,7 +248,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         return {**super().__getstate__(), "_native": self._native.to_bytes()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the buffer anew; ``set_env`` is not needed to draw from it."""
+        """Recreate the buffer; ``set_env`` is not needed to draw from it."""
         contents = state.pop("_native")
         super().__setstate__(state)
         self._native = self._empty()

@@ -46,7 +46,7 @@ class FetchVectorEnv(
         num_envs: Number of environments, 1 to 65,536.
         autoreset_mode: When the next episode begins: ``gymnasium.vector.AutoresetMode``.
         num_threads: Number of threads; by default one for each core. With one, everything runs on
-            the caller's.
+            the caller's thread.
         max_episode_steps: Steps after which an episode is cut off.
         render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`.
         width: Width of pictures in pixels, 1 to 4096.
@@ -54,8 +54,8 @@ class FetchVectorEnv(
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
-        ValueError: If a name, a setting, an action or an option means nothing.
-        RuntimeError: If a process that was forked uses what its parent has made.
+        ValueError: If a name, a setting, an action or an option is invalid.
+        RuntimeError: If a forked process uses environments that its parent made.
         fetch_env.SimulationError: If the physics became unstable. The others have taken their step,
             and the next step resets the one that failed.
     """
@@ -109,8 +109,8 @@ class FetchVectorEnv(
         """Begin episodes in all environments, or in those that ``options["reset_mask"]`` selects.
 
         Args:
-            seed: A seed for each environment, or the first one's, which the others count up.
-                Without, the random numbers continue.
+            seed: A seed for each environment, or the first one's, from which the others count up.
+                Without a seed, the random numbers continue.
             options: ``reset_mask`` (a boolean array), ``desired_goal`` (x, y, z in meters) and
                 ``object_position`` (x, y in meters).
 
@@ -179,7 +179,7 @@ class FetchVectorEnv(
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Call a method of each environment, or get an attribute of each.
 
-        The environments are not Python's, so there are only ``goal``, ``np_random``,
+        The environments are not Python objects, so there are only ``goal``, ``np_random``,
         ``np_random_seed`` and what all have in common, such as ``compute_reward``.
         """
         if name == "goal":
@@ -204,11 +204,11 @@ class FetchVectorEnv(
         raise AttributeError(message)
 
     def get_state(self) -> bytes:
-        """Return all that decides the future of all environments."""
+        """Return all that determines the future of all environments."""
         return self._native.get_state()
 
     def set_state(self, state: bytes) -> None:
-        """Restore what :meth:`get_state` of as many environments of equal settings has returned.
+        """Restore what :meth:`get_state` of as many environments with equal settings returned.
 
         Afterwards the same actions give the same results, bit for bit.
         """
@@ -220,7 +220,7 @@ class FetchVectorEnv(
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator | None, ...]:  # type: ignore[override]
-        """The random numbers of each environment, as the last reset has left them."""
+        """The random numbers of each environment, as the last reset left them."""
         randoms = [self._native.random(env_index) for env_index in range(self.num_envs)]
         return tuple(generator(random) for random in randoms)
 

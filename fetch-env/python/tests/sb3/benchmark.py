@@ -27,7 +27,7 @@ BUFFERS = {"theirs": HerReplayBuffer, "ours": sb3.HerReplayBuffer}
 
 
 class Clock:
-    """Processor time of the methods that it was told to time."""
+    """Processor time of the methods that are timed."""
 
     def __init__(self):
         self.seconds = defaultdict(float)

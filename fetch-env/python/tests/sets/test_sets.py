@@ -19,7 +19,7 @@ if "FETCH_ENV_SETS" not in os.environ:
     pytest.skip("FETCH_ENV_SETS names no folder with sets", allow_module_level=True)
 FOLDER = Path(os.environ["FETCH_ENV_SETS"])
 SETS = sorted(path.relative_to(FOLDER / "minari") for path in FOLDER.glob("minari/fetch/*/*-v0"))
-# At most so many episodes of a set are simulated again, and frames read one by one.
+# The most episodes of a set that are simulated again, and frames that are read one by one.
 SIMULATED = 40
 FRAMES = 500
 
@@ -32,7 +32,7 @@ def dataset(request, monkeypatch):
 
 
 def spread(count, at_most):
-    """Return at most so many numbers below a count, evenly spread."""
+    """Return at most `at_most` numbers below a count, evenly spread."""
     return np.unique(np.linspace(0, count - 1, min(count, at_most)).astype(int))
 
 
