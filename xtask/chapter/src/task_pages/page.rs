@@ -65,7 +65,7 @@ fn actions(page: &mut String, task: Task) -> std::fmt::Result {
     } else {
         "moves both fingers; positive opens, negative closes"
     };
-    writeln!(page, "## Actions\n| index | least | most | what it does |\n|---|---|---|---|")?;
+    writeln!(page, "## Actions\n| index | lowest | highest | effect |\n|---|---|---|---|")?;
     for (index, axis) in ["x", "y", "z"].into_iter().enumerate() {
         writeln!(
             page,
@@ -75,7 +75,7 @@ fn actions(page: &mut String, task: Task) -> std::fmt::Result {
     writeln!(page, "| 3 | -1 | 1 | {fingers} |\n")?;
     paragraph(
         page,
-        "Elements beyond -1 and 1 are clipped. The axes are those of the world: x forward from the \
+        "Elements outside -1 to 1 are clipped. The axes are those of the world: x forward from the \
          robot's base, y to its left, z up.",
     )
 }
@@ -97,8 +97,8 @@ fn observations(page: &mut String, task: Task) -> std::fmt::Result {
         page,
         &format!(
             "`achieved_goal` is `{achieved}`. `desired_goal` is the episode's goal: x, y and z in \
-             meters. A step is a control step of {} s: velocities are per control step, also in \
-             gymnasium-robotics, whose own table says \"m/s\".",
+             meters. A step is a control step of {} s: velocities are per control step, in \
+             gymnasium-robotics too, although its own table says \"m/s\".",
             EnvId { task, reward: RewardKind::Sparse }.config().control_period()
         ),
     )
@@ -158,7 +158,7 @@ fn start(page: &mut String, config: &FetchConfig) -> std::fmt::Result {
             };
         }
     }
-    text += " `reset(Some(seed))` gives the same start as gymnasium-robotics does with the seed.";
+    text += " `reset(Some(seed))` gives the same start as gymnasium-robotics does with that seed.";
     paragraph(page, &text)
 }
 
@@ -181,7 +181,7 @@ fn random(page: &mut String, task: Task) -> std::fmt::Result {
         0 => "None".to_owned(),
         some => some.to_string(),
     };
-    writeln!(page, "## What random actions reach")?;
+    writeln!(page, "## Results of random actions")?;
     paragraph(
         page,
         &format!(
@@ -201,7 +201,7 @@ fn versions(page: &mut String, task: Task) -> std::fmt::Result {
     writeln!(page, "## Versions")?;
     paragraph(
         page,
-        "Only v4 is there, as in gymnasium-robotics 1.4.2. `FetchConfig` changes the numbers \
+        "There is only v4, as in gymnasium-robotics 1.4.2. `FetchConfig` changes the numbers \
          above.",
     )?;
     writeln!(page, "## Differences from gymnasium-robotics")?;
@@ -210,7 +210,7 @@ fn versions(page: &mut String, task: Task) -> std::fmt::Result {
     }
     writeln!(
         page,
-        "\n[Fidelity](../FIDELITY.md) has all differences, and says how they are measured.\n"
+        "\n[Fidelity](../FIDELITY.md) lists all differences, and says how they are measured.\n"
     )
 }
 

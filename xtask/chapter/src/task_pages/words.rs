@@ -12,7 +12,7 @@ pub(super) const fn to_do(task: Task) -> &'static str {
     match task {
         Task::Reach => {
             "A robot arm with seven joints moves its gripper to a goal in the air. There is no \
-             object. It is the easiest of the four tasks: use it to try an algorithm out."
+             object. It is the easiest of the four tasks: use it to try out an algorithm."
         }
         Task::Push => {
             "A robot arm with seven joints pushes a cube to a goal on the table. The fingers stay \
@@ -42,11 +42,11 @@ pub(super) const fn object(task: Task) -> &'static str {
 /// The differences from gymnasium-robotics that all tasks have.
 pub(super) const DIFFERENCES: [&str; 3] = [
     "An action with NaN or infinity is an error, and so is a simulation that diverges; there, \
-     an episode goes on with wrong numbers.",
+     an episode continues with wrong numbers.",
     "A step before the first reset or after the end of an episode is an error.",
     "The model of the robot is the project's own unless you choose `ModelSource::Reference`. With \
-     that one, observations have the same bits, but for two quantities that Python rounds \
-     differently by processor.",
+     that one, observations have the same bits, except for two quantities that Python rounds \
+     differently depending on the processor.",
 ];
 
 /// The differences that only this task has.
@@ -58,8 +58,8 @@ pub(super) const fn own_difference(task: Task) -> Option<&'static str> {
              mm.",
         ),
         Task::Slide => Some(
-            "Actions are `f32`. There, the same actions as `float64` lead elsewhere: up to 0.17 m \
-             apart at the end of an episode.",
+            "Actions are `f32`. There, the same actions as `float64` lead to other states: up to \
+             0.17 m apart at the end of an episode.",
         ),
     }
 }
