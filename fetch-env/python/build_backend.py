@@ -1,4 +1,4 @@
-"""The build backend: maturin's, with MuJoCo beside the compiled module.
+"""The build backend: maturin's, with MuJoCo next to the compiled module.
 
 The build requirement `mujoco` has the headers to compile with, and the library and the decoders of
 meshes that the package includes. These get their own names, so that they never meet the copy of

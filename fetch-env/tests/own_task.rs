@@ -58,7 +58,7 @@ impl<S: Simulator> FetchTask<S> for Both {
     }
 }
 
-/// A reward of minus the distance, which ends the episode at the goal.
+/// A reward of minus twice the distance, which ends the episode at the goal.
 #[derive(Clone, Debug)]
 struct EndsThere;
 

@@ -1,5 +1,5 @@
-//! Pictures of many environments leave no memory behind. The test has a process of its own, because
-//! it measures the whole process.
+//! Pictures of many environments leave no memory behind. The test has its own process, because it
+//! measures the whole process.
 #![cfg(all(feature = "render", target_os = "linux"))]
 
 use std::{fs, num::NonZeroU8};

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-#: What the reference's numpy rounds by processor: its BLAS sums velocities in an order of its own,
-#: and its arctangent may differ in the last bit. See fetch-env's FIDELITY.md.
+#: What the reference's numpy rounds by processor: its BLAS sums velocities in its own order, and
+#: its arctangent may differ in the last bit. See fetch-env's FIDELITY.md.
 ROUNDED = {10: slice(5, 8), 25: slice(11, 23)}
 ROUNDING = 1e-15
 

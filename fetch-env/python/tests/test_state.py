@@ -1,4 +1,4 @@
-"""States that are saved, copied and pickled go on exactly."""
+"""States that are saved, copied and pickled continue exactly."""
 
 import copy
 import pickle

@@ -15,7 +15,7 @@ pub(super) trait Precision: Element + Into<f64> {
     /// Clips an element to [-1, 1].
     fn clipped(self) -> f64;
 
-    /// Returns the displacement along an axis that an element asks for, in meters: at most 5 cm.
+    /// Returns the displacement along an axis that an element commands, in meters: at most 5 cm.
     fn displacement(self) -> f64;
 }
 

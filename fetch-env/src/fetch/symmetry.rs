@@ -77,7 +77,7 @@ impl<S: Simulator, R, T> FetchEnv<S, R, T> {
     /// --test symmetry -- --nocapture`), the grippers are this far from being mirror images of each
     /// other:
     ///
-    /// | | median | less in 95 % of the states | most |
+    /// | | median | less in 95 % of the states | maximum |
     /// |---|---|---|---|
     /// | left and right | 0.1 to 0.8 mm | 2 mm | 21 mm |
     /// | front and back | 15 mm | 58 mm | 139 mm |

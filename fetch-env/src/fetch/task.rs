@@ -109,7 +109,7 @@ pub trait FetchTask<S: Simulator> {
     }
 }
 
-/// The built-in tasks: the gripper's position is the goal in Reach, and the object's elsewhere.
+/// The built-in tasks: the gripper's position is the goal in Reach, and the object's in the others.
 impl<S: Simulator> FetchTask<S> for Task {
     fn goal_len(&self) -> usize {
         3

@@ -33,7 +33,7 @@ fn arrays_are_written_and_copied_row_by_row() -> Result {
         written_and_copied(&space, &[[0.0_f32, 10.0], [1.0, 11.0], [2.0, 12.0]])?;
     assert_eq!(rows.array(3), [0.0, 10.0, 1.0, 11.0, 2.0, 12.0]);
     assert_eq!(reversed.array(2), [2.0, 12.0, 1.0, 11.0]);
-    // The rows beside the copied one stay unwritten.
+    // The rows next to the copied one stay unwritten.
     let mut other: ArrayRows<f32> = Rows::<[f32; 2]>::new(&space, 3)?;
     Rows::<[f32; 2]>::copy_row(&mut other, 1, &rows, 2);
     assert_eq!(other.array(3)[2..4], [2.0, 12.0]);

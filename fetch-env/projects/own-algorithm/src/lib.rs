@@ -241,7 +241,7 @@ impl Td3 {
     fn targets(&self, batch: Transitions<'_>) -> Vec<f32> {
         let Td3Settings { target_noise, target_noise_clip, .. } = self.settings;
         let mut rng = ChaCha8Rng::seed_from_u64(self.init.seed);
-        // Stream 0 has drawn the first weights; each process has streams of its own.
+        // Stream 0 has drawn the first weights; each process has its own streams.
         rng.set_stream((self.init.rank as u64) << 48 | self.num_updates);
         let next = self.actor.run_target(batch.next_input.to_vec());
         let noisy = |output: &f32| {

@@ -72,7 +72,7 @@ impl FetchTask<MujocoSimulator> for Stack {
             let [x, y] = [center.x, center.y].map(|middle| middle + random.uniform(-range, range));
             Vector3::new(x, y, first.z)
         };
-        // The second block starts beside the first one.
+        // The second block starts next to the first one.
         let second = loop {
             let place = draw(config.object_range().unwrap_or_default());
             if (place - first).norm() > 2.0 * EDGE {

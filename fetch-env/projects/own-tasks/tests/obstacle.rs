@@ -21,7 +21,7 @@ fn it_passes_every_check() {
     assert!(report.passed(), "{report}");
 }
 
-/// The wall stands between the block and its place, elsewhere in each episode.
+/// The wall stands between the block and its place, at another position in each episode.
 #[test]
 fn the_wall_is_drawn_with_each_reset() -> Result {
     let mut env = obstacle()?;

@@ -1,4 +1,4 @@
-"""The parts for Stable-Baselines3, beside its own."""
+"""The parts for Stable-Baselines3, next to its own."""
 
 import pickle
 

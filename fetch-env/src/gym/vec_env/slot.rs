@@ -27,7 +27,7 @@ pub(super) struct Slot<E: Env<Observation: BatchObservation>> {
     pub(super) choose_start: Option<Arc<ChooseStart<E::ResetOptions>>>,
     pub(super) command: Command<E::ResetOptions>,
     pub(super) action: Box<[ActionElement<E>]>,
-    /// The results of this environment alone: one row.
+    /// The results of only this environment: one row.
     pub(super) row: VecStepOf<E>,
     /// Whether a reset was ever requested.
     pub(super) was_reset: bool,

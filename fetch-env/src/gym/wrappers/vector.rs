@@ -1,4 +1,4 @@
-//! The vector of numbers in an observation: the whole of an array, or a part beside the goals.
+//! The vector of numbers in an observation: a whole array, or a part next to the goals.
 
 use std::fmt::Debug;
 
