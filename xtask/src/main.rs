@@ -190,6 +190,9 @@ fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
         );
         cargo.args(["--features", "mpi"]);
     }
+    if arguments.starts_with(&["bench".into(), "learn".into()]) {
+        cargo.args(["--features", "product"]);
+    }
     replace_by(cargo.arg("--").args(arguments))
 }
 

@@ -2,6 +2,7 @@
 //! of 256 x 256 by 256 x 256 and against PyTorch, the drawing of their batches, and how soon Reach is
 //! learned.
 
+mod product;
 mod reach;
 
 use std::{hint::black_box, sync::Arc, time::Duration};
@@ -12,7 +13,6 @@ use baselines::{
         AlgorithmInit, AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Transitions,
     },
 };
-use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use fetch_env::{Env, Task, VecEnv, make_kinematic, vec_env::VecConfig};
 use goal_reward::DistanceReward;
 use her_relabel::{
@@ -35,9 +35,8 @@ const LEARNERS: (&str, &str) = ("learners.py", include_str!("../../../scripts/le
 /// The length of a row and of a column of the matrices.
 const SIZE: usize = 256;
 const BATCH: usize = 256;
-/// The number of products of a turn, and of updates: those of a cycle of the preset `fast`. Short
-/// turns would measure how long the machine's second core takes to wake up.
-const PRODUCTS: usize = 2048;
+/// The number of updates of a turn: those of a cycle of the preset `fast`. Short turns would measure
+/// how long the machine's second core takes to wake up.
 const UPDATES: usize = 160;
 const DRAWS: usize = 200;
 
@@ -58,8 +57,8 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
         let hidden = vec![SIZE; num_hidden];
         let operations = operations(buffer.dims, &hidden);
         let mut entries = vec![
-            Entry::new("product", "operations/s", product(1)?),
-            Entry::new("products-2", "operations/s", product(2)?),
+            Entry::new("product", "operations/s", product::contender(1)?),
+            Entry::new("products-2", "operations/s", product::contender(2)?),
         ];
         for num_threads in [1, 2] {
             let name = format!("threads-{num_threads}");
@@ -183,28 +182,6 @@ impl Replay {
             demonstrated: &[false; BATCH],
         })
     }
-}
-
-/// Multiplies matrices on threads that wait for each other as often as an update's do.
-fn product(num_threads: usize) -> anyhow::Result<impl FnMut() -> anyhow::Result<usize>> {
-    const BETWEEN_WAITS: usize = 8;
-    let pool = ThreadPoolBuilder::new().num_threads(num_threads).build()?;
-    let matrix = |value: f32| Mat::from_fn(SIZE, SIZE, |_, _| value);
-    let mut targets = vec![matrix(0.0); num_threads];
-    let (left, right) = (matrix(0.5), matrix(0.25));
-    Ok(move || {
-        pool.install(|| {
-            for _ in 0..PRODUCTS / BETWEEN_WAITS {
-                targets.par_iter_mut().for_each(|target| {
-                    for _ in 0..BETWEEN_WAITS {
-                        let (left, right) = (black_box(&left), black_box(&right));
-                        matmul(target.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
-                    }
-                });
-            }
-        });
-        Ok(num_threads * PRODUCTS * 2 * SIZE.pow(3))
-    })
 }
 
 fn ddpg(hidden: &[usize]) -> AlgorithmSettings {
