@@ -1,4 +1,4 @@
-//! Random events, which happen to a list of episodes and to a buffer alike.
+//! Random events, applied to a list of episodes and to a buffer alike.
 
 use her_relabel::rand_core::Rng;
 use her_relabel::{
@@ -22,10 +22,10 @@ const DESIRED: [f64; 4] = [-1.75, 0.05, 0.0999, 2.5];
 /// Rewards whose sums are exact.
 const REWARDS: [f64; 5] = [-1.0, -0.0, 0.0, 0.25, 3.5];
 
-/// What an environment lives in a row: a step, the state after it, and the start of an episode.
+/// The events in an environment's row: a step, the state after it, and the start of an episode.
 type Life = (Taken, State, Episode);
 
-/// The list, and the numbers of what happens.
+/// The list, and the generator of the events' numbers.
 pub(crate) struct World {
     config: BufferConfig,
     pub(crate) list: List,
@@ -92,7 +92,7 @@ impl World {
         }
     }
 
-    /// Lets an event happen to both.
+    /// Applies an event to both.
     pub(crate) fn happen<S: Scalar>(&mut self, buffer: &mut HerBuffer<S>, event: &Event) {
         let num_envs = self.config.num_envs();
         match event {
@@ -175,7 +175,7 @@ impl World {
         }
     }
 
-    /// Names the fields, in another order than that of the configuration.
+    /// Names the fields, in a different order than the configuration.
     fn named<'a>(&'a self, fields: &'a [Vec<f64>]) -> Vec<FieldRows<'a, f64>> {
         let names = self.config.fields().iter().map(|field| &field.name[..]);
         names.zip(fields.iter().map(|field| &field[..])).rev().collect()
