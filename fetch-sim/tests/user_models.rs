@@ -1,4 +1,4 @@
-//! Users' models: what MuJoCo or the Fetch tasks cannot use is a typed error.
+//! Users' models: those that MuJoCo or the Fetch tasks cannot use are typed errors.
 #![cfg(all(feature = "mujoco", unix, not(fetch_sim_no_shim)))]
 
 use std::{
@@ -143,7 +143,7 @@ fn joints_and_actuators_of_another_kind_are_errors() {
 fn files_without_a_name_or_contents_are_errors() {
     let long = "x".repeat(1000);
     for name in ["", "x/", &long, "with\0nul"] {
-        // Versions differ in what they make of a file that nothing includes.
+        // Versions differ in how they treat a file that nothing includes.
         let beside = Model::from_files(&[("main.xml", SCENE), (name, SCENE)]);
         assert!(matches!(beside, Ok(_) | Err(SimError::Model { .. })), "{name}: {beside:?}");
         let main = Model::from_files(&[(name, ""), ("main.xml", SCENE)]);
