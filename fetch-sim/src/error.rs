@@ -35,7 +35,7 @@ pub enum SimError {
         /// The symptom, such as a MuJoCo warning.
         reason: String,
     },
-    /// A buffer of the physics engine overflowed, so that its result is not the model's.
+    /// A buffer of the physics engine overflowed, so the result is not what the model prescribes.
     #[error("the physics ran out of memory ({reason}): set larger sizes in the model, and reset")]
     BufferFull {
         /// The buffer.
@@ -161,7 +161,7 @@ pub enum SimError {
     WrongLength {
         /// What the slice is for.
         what: &'static str,
-        /// The length that the model asks for.
+        /// The length that the model needs.
         expected: usize,
         /// The length of the slice.
         actual: usize,

@@ -184,7 +184,8 @@ fn a_flat_mesh_is_an_error_that_says_so() {
     assert!(refusal.to_string().contains("coplanar"), "{refusal}");
 }
 
-/// C's `stderr` is the host's: what it writes there while models are compiled arrives.
+/// C's `stderr` belongs to the host: whatever the host writes there while models are compiled
+/// arrives.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[test]
 fn c_code_keeps_its_standard_error_while_models_are_compiled() -> Result {

@@ -39,7 +39,7 @@ pub struct StepData<'a, O, G = O, A = O> {
     pub next_observation: &'a [O],
     /// The goal achieved after the step, `dims.goal` elements.
     pub next_achieved_goal: &'a [G],
-    /// Whether the task ended here, so that there is no later reward.
+    /// Whether the task ended here, so that no rewards follow.
     pub terminated: bool,
     /// Whether the episode was cut off here, by a time limit for example, although the task goes
     /// on.

@@ -39,7 +39,7 @@ impl Header {
         Ok([&MAGIC[..], &version, &size, padded.as_bytes()].concat())
     }
 
-    /// Reads a header from the beginning of a file, if it is that of plain elements.
+    /// Reads a header from the beginning of a file, if its elements are plain.
     pub(crate) fn read(file: &mut impl Read) -> io::Result<Self> {
         let mut start = [0; MAGIC.len() + 2];
         file.read_exact(&mut start)?;

@@ -101,7 +101,7 @@ impl Words for Draws {
     }
 }
 
-/// The random words of a batch of which some rows are drawn several times.
+/// The random words of a batch in which some rows are drawn several times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Redrawn<'a> {
     by_attempt: [Draws; MAX_DRAWS],

@@ -12,7 +12,8 @@ use rand_chacha::rand_core::SeedableRng;
 use crate::events::Event;
 use crate::list::{Episode, List, State, Taken};
 
-/// Numbers of which some differ in the last bits only, and some are equal once rounded to `f32`.
+/// Numbers, some of which differ only in the last bits, and some of which are equal once rounded to
+/// `f32`.
 const NUMBERS: [f64; 10] =
     [-2.0, -1.25, -0.0, 0.0, 0.1, 0.100_000_000_000_1, 0.100_000_001_490_116_12, 1e-40, 1.5, 3.25];
 
