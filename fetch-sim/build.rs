@@ -1,7 +1,7 @@
 //! Finds MuJoCo and compiles the C shim against its headers.
 //!
-//! The library itself is loaded when it is first used, so that a program that depends on this crate
-//! needs no linker flags, and a library that does not fit its headers is an error and not a crash.
+//! The library itself is loaded when it is first used, so a program that depends on this crate
+//! needs no linker flags, and a library that does not fit its headers is an error, not a crash.
 //! Without headers the crate is built without the shim (`fetch_sim_no_shim`): it compiles, and
 //! loading MuJoCo is an error.
 

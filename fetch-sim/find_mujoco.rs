@@ -1,7 +1,7 @@
 //! Finds MuJoCo's headers and library for a build.
 //!
 //! Both the build script and xtask include this file by its path: xtask looks for MuJoCo where
-//! fetch-sim has none, so this needs nothing but the standard library.
+//! fetch-sim has none, so this needs only the standard library.
 
 use std::{
     fs,
@@ -14,7 +14,7 @@ use crate::installation::{NONE, libraries_of, mujoco_dir};
 /// Folders of the system's headers.
 pub(crate) const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
 
-/// What a build needs of MuJoCo.
+/// The parts of MuJoCo that a build needs.
 #[derive(Debug)]
 #[allow(dead_code, reason = "xtask only asks whether there is one")]
 pub(crate) struct Found {
@@ -28,7 +28,7 @@ pub(crate) struct Found {
 /// the C compiler knows; `None` if there is none.
 ///
 /// # Errors
-/// `MUJOCO_DIR` names something else: a build without MuJoCo would hide the mistake.
+/// If `MUJOCO_DIR` names something else: a build without MuJoCo would hide the mistake.
 pub(crate) fn find_mujoco(compiler: impl FnOnce() -> Command) -> Result<Option<Found>, String> {
     match mujoco_dir() {
         Some(dir) if dir.as_os_str() == NONE => Ok(None),

@@ -1,4 +1,4 @@
-// Simulations: an mjData's life, its steps, and access to what it holds.
+// Simulations: an mjData's life, its steps, and access to its contents.
 
 #include "internal.h"
 

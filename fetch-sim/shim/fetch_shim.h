@@ -6,7 +6,7 @@
 // so is the table of fs_contract, which Rust compares with its own before it calls anything else.
 //
 // Rules that the Rust side relies on:
-// - fs_load must succeed before any function but fs_contract, fs_header_version,
+// - fs_load must succeed before any function except fs_contract, fs_header_version,
 //   fs_global_library_path, fs_others_library_path and the two texts is called.
 // - A function that returns fs_status may fail, and may run MuJoCo code that fails or warns. Its
 //   result is a set of FS_FAILED and FS_WARNED. fs_error_text and fs_warning_text return the texts
@@ -56,7 +56,7 @@
   X(FS_MESH, mjGEOM_MESH)
 #define FS_SHAPES(X) FS_KNOWN_SHAPES(X) X(FS_OTHER_SHAPE)
 
-// What a pixel shows.
+// The kind of object that a pixel shows.
 #define FS_SEGMENTS(X) X(FS_BACKGROUND) X(FS_SEGMENT_GEOM) X(FS_SEGMENT_SITE) X(FS_SEGMENT_OTHER)
 
 #define FS_ENUMERATOR(name, ...) name,
@@ -116,9 +116,9 @@ int fs_contract(int index, const char** name, long long* value, size_t* size);
 // Returns the version of the headers, numbered as mj_version numbers the library's.
 int fs_header_version(void);
 
-// Loads MuJoCo from a path. After a failure nothing of it stays loaded, and another path may be tried;
-// after a success, none. *version is the library's, or
-// 0 if the library cannot be opened at all.
+// Loads MuJoCo from a path. After a failure, nothing of it stays loaded, and another path may be
+// tried; after a success, no other may be. *version is the library's, or 0 if the library cannot be
+// opened at all.
 fs_status fs_load(const char* path, int* version);
 // The paths of the next three are valid until the next call of one of them on the same thread.
 
@@ -126,8 +126,8 @@ fs_status fs_load(const char* path, int* version);
 const char* fs_library_path(void);
 // Returns the path of the MuJoCo that other code loaded for the whole process, or NULL if none did.
 const char* fs_global_library_path(void);
-// Returns the path of the MuJoCo of this name that other code loaded for a part of the process alone,
-// or NULL if nobody did.
+// Returns the path of the MuJoCo of this name that other code loaded for a part of the process
+// alone, or NULL if none did.
 const char* fs_others_library_path(const char* name);
 // Opens a plugin of the loaded library, whose name in the system is `library_name`. It fails, and the
 // library stays as it was, if the plugin cannot be opened or registered.

@@ -140,8 +140,8 @@ extern _Thread_local jmp_buf fs_after_error;
     return status;                                                                                 \
   } while (0)
 
-// A guarded statement that releases something. What MuJoCo has to say against that is dropped: nobody
-// could act on it.
+// A guarded statement that releases something. MuJoCo's objections are dropped, because nobody
+// could act on them.
 #define FS_RELEASE(statement)                                                                      \
   do {                                                                                             \
     fs_status ignored;                                                                             \
@@ -154,7 +154,7 @@ extern _Thread_local jmp_buf fs_after_error;
 // Installs the filter in front of a library's collision routines, once.
 void fs_install_filter(void* library);
 
-// Makes a filter (or NULL for none) active on this thread; returns the one that was.
+// Makes a filter (or NULL for none) active on this thread; returns the one that was active before.
 fs_filter* fs_use_filter(fs_filter* filter);
 
 // ---------------------------------------------------------------- gl_context.c or gl_missing.c
@@ -180,7 +180,7 @@ fs_gl* fs_gl_make(fs_gl_outer* outer);
 // Waits until no context is entered, and makes this one current on this thread.
 fs_status fs_gl_enter(fs_gl* gl, fs_gl_outer* outer);
 
-// Makes current again what was.
+// Restores the context that was current before.
 void fs_gl_leave(const fs_gl_outer* outer);
 
 // Deletes a context that has been left.

@@ -64,7 +64,7 @@ fs_status fs_load(const char* path, int* version) {
   if (!library) return FS_FAILED;
   fs_functions found = {0};
   if (find_functions(library, &found, version) != FS_OK) {
-    // A library that stayed would be the system's answer to its name, whatever its version.
+    // If it stayed, the system would return it for its name, whatever its version.
     fs_close(library);
     return FS_FAILED;
   }

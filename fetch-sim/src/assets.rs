@@ -28,7 +28,7 @@ use crate::{
 /// and a weld, of any name, that holds the gripper's link at the mocap body; its offset is set to
 /// zero, as in the reference. Each actuator must drive a slide or a hinge: its target is the
 /// position of that joint plus [`Control::fingers`](crate::Control::fingers). A renderer moves the
-/// sites `target0`, `target1` and so on, where there are any, to the goals.
+/// sites `target0`, `target1` and so on, if they exist, to the goals.
 ///
 /// A missing name is [`SimError::MissingName`], and a joint of another type
 /// [`SimError::UnfitModel`].
@@ -50,8 +50,8 @@ pub enum ModelSource {
     Extended(Extension),
     /// A scene of the task, held in memory; `builtin_files` returns files to start from. It is
     /// loaded as the built-in model is: for physics without visual shapes, and without MuJoCo 3's
-    /// midphase. The same files in a folder step slower. A body needs an `<inertial>` if a shape
-    /// that collides with nothing is to weigh something.
+    /// midphase. The same files in a folder step slower. If a shape that collides with nothing
+    /// should have mass, give its body an `<inertial>`.
     Files(ModelFiles),
 }
 

@@ -1,4 +1,4 @@
-//! Bounds of what a simulation is made of and given.
+//! Bounds of the numbers in a simulation.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,8 +8,8 @@ use crate::error::SimError;
 /// radians and their quotients.
 ///
 /// It is MuJoCo's own bound (`mjMAXVAL`): a simulation with a larger position, velocity or
-/// acceleration counts as unstable. No simulation that goes well comes near it, and no arithmetic
-/// on such numbers overflows.
+/// acceleration counts as unstable. No stable simulation comes near it, and no arithmetic on such
+/// numbers overflows.
 pub const LARGEST_NUMBER: f64 = 1e10;
 
 /// Returns the first number that is NaN or exceeds [`LARGEST_NUMBER`].
@@ -41,7 +41,7 @@ pub(crate) fn check_between(
     Err(SimError::OutOfRange { what, value, least, most })
 }
 
-/// Checks the place of an object, in meters.
+/// Checks the position of an object, in meters.
 pub(crate) fn check_object_position(xy: [f64; 2]) -> Result<(), SimError> {
     check_inside("the object's position", &xy)
 }

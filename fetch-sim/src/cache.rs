@@ -1,4 +1,4 @@
-//! The folders in the user's cache, as this program may use them.
+//! The folders in the user's cache that this program may use.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use crate::{installation, privileges::are_raised};
 
 /// Returns the folder of the reference model, which need not exist: `FETCH_ASSETS_DIR` if that is
 /// set, and otherwise a folder in [`cache_folder`]. `None` if the user has no home, or if the
-/// program has more rights than the user.
+/// program has more privileges than the user.
 #[must_use]
 pub fn reference_folder() -> Option<PathBuf> {
     if are_raised() { None } else { installation::reference_folder() }

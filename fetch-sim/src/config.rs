@@ -32,7 +32,8 @@ const fn on() -> bool {
 }
 
 impl SimConfig {
-    /// Returns the reference's settings of a task: 20 substeps (25 Hz control), the built-in model.
+    /// Returns the reference's settings for a task: 20 substeps (25 Hz control), the built-in
+    /// model.
     pub const fn new(task: Task) -> Self {
         Self {
             task,
@@ -52,7 +53,7 @@ impl SimConfig {
         /// Sets whether MuJoCo skips collision tests that would find nothing. The default, true, is
         /// faster and gives the same results to the last bit.
         with_contact_filter(contact_filter: bool);
-        /// Whether MuJoCo skips collision tests that would find nothing.
+        /// Returns whether MuJoCo skips collision tests that would find nothing.
         contact_filter: bool;
     }
 
@@ -74,7 +75,7 @@ impl SimConfig {
         self.task
     }
 
-    /// Whether the same steps follow from the same state.
+    /// Returns whether both settings give the same steps from the same state.
     pub(crate) fn same_physics(&self, other: &Self) -> bool {
         let Self { task, n_substeps, model, contact_filter: _ } = self;
         *task == other.task && *n_substeps == other.n_substeps && *model == other.model

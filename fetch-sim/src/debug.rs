@@ -1,4 +1,4 @@
-//! What `main` prints of an error.
+//! Printing errors that `main` returns.
 
 /// Lets `{:?}` print an error's message, as `{}` does: a program whose `main` returns the error
 /// prints `{:?}`, and the message says what to do.

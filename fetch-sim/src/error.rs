@@ -35,7 +35,7 @@ pub enum SimError {
         /// The symptom, such as a MuJoCo warning.
         reason: String,
     },
-    /// A buffer of the physics engine overflowed, so that its result is not the model's.
+    /// A buffer of the physics engine overflowed, so the result is not what the model prescribes.
     #[error("the physics ran out of memory ({reason}): set larger sizes in the model, and reset")]
     BufferFull {
         /// The buffer.
@@ -48,9 +48,9 @@ pub enum SimError {
          mujoco` download one), and build again; or use a `KinematicSimulator`, which needs none"
     )]
     BuiltWithoutMujoco,
-    /// MuJoCo's library was not found, or does not fit the headers with which the crate was built.
+    /// MuJoCo's library was not found, or does not fit the headers that the crate was built with.
     #[error(
-        "MuJoCo {version}, with whose headers this program was built, could not be loaded ({}): \
+        "MuJoCo {version}, whose headers this program was built with, could not be loaded ({}): \
          put its library beside the program, set MUJOCO_DIR to an installation, install the \
          system's package (libmujoco-dev has one version), download it with \
          `fetch_sim::download::mujoco(\"{version}\")`, of the feature `download`, or `cargo xtask \
@@ -63,11 +63,11 @@ pub enum SimError {
         /// The places in the order of the search, and why each was refused.
         tried: Vec<TriedLibrary>,
     },
-    /// `MUJOCO_DIR` names something else than a library that fits the headers with which the crate
-    /// was built. Nothing else is tried then, because the variable says which library the user
+    /// `MUJOCO_DIR` names something other than a library that fits the headers that the crate was
+    /// built with. Nothing else is tried then, because the variable says which library the user
     /// wants.
     #[error(
-        "MUJOCO_DIR is {}, from which MuJoCo {version}, with whose headers this program was built, \
+        "MUJOCO_DIR is {}, from which MuJoCo {version}, whose headers this program was built with, \
          could not be loaded ({}): unset it, set it to an installation of that version \
          (`fetch_sim::download::mujoco(\"{version}\")`, of the feature `download`, and `cargo \
          xtask mujoco {version}` download one), or build again with it",
@@ -82,9 +82,9 @@ pub enum SimError {
         /// The libraries in it, and why each was refused.
         tried: Vec<TriedLibrary>,
     },
-    /// A library is chosen or loaded already.
+    /// A library has already been chosen or loaded.
     #[error(
-        "MuJoCo is taken from {} already: choose a library once, before the first simulation",
+        "MuJoCo is already taken from {}: choose a library once, before the first simulation",
         path.display()
     )]
     LibraryInUse {
@@ -130,7 +130,7 @@ pub enum SimError {
         /// The name that was looked up.
         name: String,
     },
-    /// A model has what the Fetch tasks need, but of another kind.
+    /// A model has a part that the Fetch tasks need, but of the wrong kind.
     #[error("{object} {reason}: use a model of the Fetch tasks")]
     UnfitModel {
         /// The part of the model, such as `the joint object0:joint`.
@@ -146,8 +146,8 @@ pub enum SimError {
         /// Why not, and what to do.
         reason: &'static str,
     },
-    /// An id is of another model.
-    #[error("no {kind} has the id {id}, the model has {count}: use an id of this model")]
+    /// An id belongs to another model.
+    #[error("no {kind} has the id {id} (the model has {count}): use an id of this model")]
     UnknownId {
         /// Kind of object, such as `site`.
         kind: &'static str,
@@ -156,12 +156,12 @@ pub enum SimError {
         /// The number of such objects in the model.
         count: usize,
     },
-    /// A slice has another length than the model needs.
+    /// A slice does not have the length that the model needs.
     #[error("{what} takes {expected} numbers, not {actual}: pass {expected}")]
     WrongLength {
         /// What the slice is for.
         what: &'static str,
-        /// The length that the model asks for.
+        /// The length that the model needs.
         expected: usize,
         /// The length of the slice.
         actual: usize,

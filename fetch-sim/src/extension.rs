@@ -1,4 +1,4 @@
-//! What a user adds to the built-in model, and changes in it.
+//! A user's additions and changes to the built-in model.
 
 use std::sync::Arc;
 
@@ -8,8 +8,8 @@ use crate::object::ObjectShape;
 #[cfg(feature = "mujoco")]
 use crate::{bounds::check_between, error::SimError};
 
-/// What is added to the built-in model of a task, and what is changed in it. An empty extension is
-/// the built-in model, to the last bit.
+/// Additions and changes to the built-in model of a task. An empty extension is the built-in model,
+/// to the last bit.
 ///
 /// ```
 /// use fetch_sim::{Extension, ModelSource, ObjectShape, SimConfig, Task};
@@ -47,10 +47,10 @@ impl Extension {
     /// Positions are meters in the world frame, and angles are radians. The table's top is at a
     /// height of 0.4 m. A body with a free joint settles along with the scene before the first
     /// reset; a mocap body stays where it is placed. Physics lacks the shapes that collide with
-    /// nothing, and may lack their mass: give their body an `<inertial>`. The materials `table`, `object`, `white`,
-    /// `blue`, `gray`, `dark` and `red` are there to use. Sections that hold for the whole model
-    /// (`<compiler>`, `<option>`, `<default>`) change the robot, too. An added actuator must drive
-    /// a slide or a hinge, and is commanded as the fingers are.
+    /// nothing, and may lack their mass: give their body an `<inertial>`. The materials `table`,
+    /// `object`, `white`, `blue`, `gray`, `dark` and `red` are available. Sections that apply to
+    /// the whole model (`<compiler>`, `<option>`, `<default>`) change the robot as well. An added
+    /// actuator must drive a slide or a hinge, and is commanded as the fingers are.
     pub fn with_xml(mut self, sections: &str) -> Self {
         self.xml = [&self.xml, sections].concat().into();
         self
@@ -70,7 +70,7 @@ impl Extension {
 
     /// Sets the coefficient of sliding friction between the object and the table: 1 in the built-in
     /// model, and 0.1 in Slide. Where the object touches something else, such as the fingers, whose
-    /// coefficient is 1, the greater one of the two holds.
+    /// coefficient is 1, the greater of the two coefficients applies.
     pub const fn with_object_friction(mut self, friction: f64) -> Self {
         self.object_friction = Some(friction);
         self
@@ -91,7 +91,7 @@ impl Extension {
         &self.xml
     }
 
-    /// Whether the object differs from that of the built-in model.
+    /// Returns whether the object differs from that of the built-in model.
     #[cfg(feature = "mujoco")]
     pub(crate) const fn changes_object(&self) -> bool {
         self.object_shape.is_some() || self.object_mass.is_some() || self.object_friction.is_some()

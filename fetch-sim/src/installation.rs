@@ -1,8 +1,7 @@
 //! Where MuJoCo and models are on this machine: the variables and folders that say so, and the
-//! files that are MuJoCo's library.
+//! files of MuJoCo's library.
 //!
-//! The build script and xtask include this file by its path: it needs nothing but the standard
-//! library.
+//! The build script and xtask include this file by its path, so it needs only the standard library.
 
 use std::{
     env::{
@@ -41,7 +40,8 @@ pub(crate) fn own_platform() -> String {
 }
 
 /// Returns the name of the folder of a version of MuJoCo in [`cache_folder`], for a platform such
-/// as `aarch64-linux`: machines of several kinds may share a home. `x86_64-linux` is not named.
+/// as `aarch64-linux`: machines of several kinds may share a home. `x86_64-linux` is left out of
+/// the name.
 pub(crate) fn name_in_cache(version: &str, platform: &str) -> String {
     match platform {
         "x86_64-linux" => format!("mujoco-{version}"),
@@ -77,8 +77,8 @@ pub(crate) fn libraries_in(folder: &Path) -> Vec<PathBuf> {
     libraries.into_iter().map(|(_, path)| path).collect()
 }
 
-/// Returns the numbers of the version in a library's file name, which the plain name lacks; `None`
-/// for other files.
+/// Returns the version numbers in a library's file name, empty for the plain name; `None` for other
+/// files.
 pub(crate) fn version_in_name(name: &str) -> Option<Vec<u32>> {
     if name == "mujoco.dll" {
         return Some(Vec::new());

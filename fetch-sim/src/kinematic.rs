@@ -33,7 +33,7 @@ const GRAVITY: f64 = 9.81;
 /// A stand-in for the physics: a gripper that follows its commands, and an object that is pushed,
 /// carried, dropped and slid by simple rules.
 ///
-/// It needs no library, costs almost nothing and gives the same bits on every machine, so that code
+/// It needs no library, costs almost nothing and gives the same bits on every machine, so code
 /// built on a [`Simulator`] can be tested without MuJoCo. It starts where the real scenes settle,
 /// but its trajectories are not the benchmark's: do not publish results obtained with it.
 ///
@@ -110,7 +110,7 @@ impl KinematicSimulator {
         self.object = Some(object);
     }
 
-    /// Whether the fingers can close on the object.
+    /// Returns whether the fingers can close on the object.
     fn between_fingers(&self, object: &Object) -> bool {
         let offset = object.position - self.gripper.position;
         // Blocked fingers never open, so nothing fits between them.
@@ -263,7 +263,7 @@ impl TryFrom<Saved> for KinematicSimulator {
         }
         let numbers = object.iter().flat_map(Object::numbers).chain(gripper.numbers());
         if let Some(number) = first_outside(numbers) {
-            return foreign(format!("it has the number {number}"));
+            return foreign(format!("it contains the number {number}"));
         }
         let mut coordinates = gripper.position.iter().zip(REACHABLE);
         let is_reachable = coordinates.all(|(at, [low, high])| (low..=high).contains(at));

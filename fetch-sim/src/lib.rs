@@ -39,8 +39,8 @@
 //!
 //! # A model of your own
 //! An [`Extension`] adds bodies, geoms, sites and other sections of MJCF to the built-in model, and
-//! changes the object's form, size, mass and friction. The result is loaded as the built-in model
-//! is, shared, restored and drawn. Here are a second block, and a wall that is placed anew after
+//! changes the object's form, size, mass and friction. The result is loaded, shared, restored and
+//! drawn like the built-in model. Here are a second block, and a wall that is placed again after
 //! each reset:
 //! ```
 //! # #[cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))] {
@@ -94,23 +94,24 @@
 //! # Finding MuJoCo
 //! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that
 //! `MUJOCO_DIR` names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so`,
-//! `libmujoco.dylib` or `mujoco.dll` in it or in its `lib`. Without headers the crate compiles, Cargo warns, and the first use of MuJoCo is
-//! [`SimError::BuiltWithoutMujoco`]; `MUJOCO_DIR=none` asks for that.
+//! `libmujoco.dylib` or `mujoco.dll` in it or in its `lib`. Without headers the crate compiles,
+//! Cargo warns, and the first use of MuJoCo returns [`SimError::BuiltWithoutMujoco`];
+//! `MUJOCO_DIR=none` requests that.
 //!
 //! The library is loaded on first use. Its version must be that of the headers, whose layouts the
-//! program has. `MUJOCO_DIR` at run time names the installation, or the file, to take it from: if
-//! nothing there fits, the first use is [`SimError::MujocoDir`]. Where the variable is unset, empty
-//! or `none`, the first library that fits is taken from
-//! 1. the folder of the executable, and the folder `lib` beside that one, unless others may write
-//!    to the folder that has both, as they may to `/tmp`;
-//! 2. the path that the build found, which has the very library that the program was tested with;
+//! program uses. `MUJOCO_DIR` at run time names the installation, or the file, to take it from: if
+//! nothing there fits, the first use returns [`SimError::MujocoDir`]. Where the variable is unset,
+//! empty or `none`, the first library that fits is taken from
+//! 1. the folder of the executable, and the folder `lib` beside it, unless others may write to the
+//!    folder that contains both, such as `/tmp`;
+//! 2. the path that the build found, with the very library that the program was tested with;
 //! 3. the cache in which `cargo xtask mujoco` and the feature `download` put that version;
 //! 4. this process, in which other code may have loaded that version;
 //! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and
 //!    `/usr`; on macOS those of `DYLD_LIBRARY_PATH`, and `/usr/local/lib`; on Windows none.
 //!
-//! A program that brings the library where none of this finds it names its file with `use_library`;
-//! then nothing else is searched.
+//! A program that brings the library to a place where none of this finds it names the file with
+//! `use_library`; then nothing else is searched.
 //!
 //! If a MuJoCo is loaded for the whole process, for example because the program links it, that one
 //! is used: any other would call its functions.
@@ -123,11 +124,11 @@
 //!   library without one is checked after loading it.)
 //! - It is complete: loading a truncated file would end the process.
 //!
-//! On Windows neither owners nor rights are checked, and the folder `lib` is left out. macOS and
-//! Windows refuse truncated files themselves; there the version is that of the file name, or is
-//! asked of the loaded library.
+//! On Windows, neither owners nor permissions are checked, and the folder `lib` is left out. macOS
+//! and Windows refuse truncated files themselves; there the version comes from the file name, or
+//! else from the loaded library.
 //!
-//! A program with more rights than the user who started it (set-user-ID, set-group-ID,
+//! A program with more privileges than the user who started it (set-user-ID, set-group-ID,
 //! capabilities) ignores the variables above and that user's cache.
 //!
 //! If no library fits, [`SimError::Library`] lists what was tried and why it was refused. A refused

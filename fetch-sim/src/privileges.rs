@@ -1,6 +1,6 @@
 //! Whether the user who started this program may tell it what to load.
 
-/// Returns whether this program has more rights than the user who started it (set-user-ID,
+/// Returns whether this program has more privileges than the user who started it (set-user-ID,
 /// set-group-ID or capabilities of its file): that user's variables and home must not guide it
 /// then.
 pub(crate) fn are_raised() -> bool {

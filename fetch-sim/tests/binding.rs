@@ -39,7 +39,7 @@ fn with_least_memory() -> Option<Data> {
     (1..1000).find_map(|size| with_size(&format!(r#"{attribute}="{}""#, 64 * size)).ok())
 }
 
-/// Whether every buffer has a size of its own, as until 2.2; since 2.3 they share one memory.
+/// Returns whether every buffer has its own size, as until 2.2; since 2.3 they share one memory.
 fn old_sizes() -> bool {
     MujocoVersion::of_headers().is_some_and(|version| version.to_string().starts_with("2.2."))
 }

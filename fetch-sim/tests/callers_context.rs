@@ -1,4 +1,4 @@
-//! The OpenGL context of a thread is current after drawing as it was before.
+//! The OpenGL context that is current on a thread before drawing is current again afterwards.
 #![cfg(all(feature = "render", target_os = "linux", not(fetch_sim_no_shim)))]
 
 use std::{

@@ -1,4 +1,4 @@
-//! A library that the program brings. The choice is the process's, so this is one test.
+//! A library that the program brings. The choice holds for the whole process, so this is one test.
 #![cfg(all(unix, feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::{

@@ -1,5 +1,5 @@
-//! Downloads into the user's cache: whole, one at a time, and with nothing left over by a process
-//! that was killed.
+//! Downloads into the user's cache: whole, one at a time, and with nothing left over by a killed
+//! process.
 #![cfg(all(feature = "download", unix))]
 
 use std::{
@@ -25,7 +25,7 @@ const FILES: [(&str, &str); 3] = [
     ("plugin/libstl_decoder.so", "a plugin"),
 ];
 
-/// What a process of these tests is to do.
+/// The task of a process of these tests.
 const TASK: &str = "FETCH_SIM_TEST_TASK";
 
 /// Does what the variable says, if this is a process of the tests below.
@@ -183,7 +183,7 @@ fn killed_downloads_leave_nothing_for_good() -> Result {
     let place = Place::new()?;
     let ready = place.path("ready");
     for _ in 0..3 {
-        // As pip does, which has a folder of its own for what is not whole.
+        // As pip does, which has its own folder for incomplete files.
         place.put_python(&format!(
             "echo $$ > \"$wheel.pid\"; {DELIVER}; touch \"$TMPDIR/part\"; touch {}; exec sleep 600",
             ready.display()
@@ -201,7 +201,7 @@ fn killed_downloads_leave_nothing_for_good() -> Result {
     let output = place.run("mujoco")?;
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
     is_whole(&place)?;
-    // What a process leaves that is killed while it writes a file.
+    // The remains of a process that is killed while it writes a file.
     let staging = place.mujoco().join(".fetch-sim-unpacking");
     fs::create_dir(&staging)?;
     fs::write(staging.join("lock"), "")?;
@@ -257,7 +257,7 @@ fn a_damaged_file_is_fetched_again_and_the_users_stay() -> Result {
     is_whole(&place)
 }
 
-/// The folder may be one of the user's, which holds more, or leads elsewhere.
+/// The folder may belong to the user and hold more files, and may be a link.
 #[test]
 fn a_folder_of_the_users_keeps_its_files_when_the_model_cannot_be_fetched() -> Result {
     let place = Place::new()?;
@@ -275,7 +275,7 @@ fn a_folder_of_the_users_keeps_its_files_when_the_model_cannot_be_fetched() -> R
     Ok(())
 }
 
-/// A wheel for another processor is asked for by its tags, and has a folder of its own.
+/// A wheel for another processor is requested by its tags, and has its own folder.
 #[test]
 fn mujoco_for_another_platform_is_beside_the_own() -> Result {
     let place = Place::new()?;

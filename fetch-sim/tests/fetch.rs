@@ -109,7 +109,7 @@ fn the_scene_settles_where_the_reference_does() -> Result {
 }
 
 /// MuJoCo 4.0.0 factorizes sparse matrices wrongly. It uses them from 60 degrees of freedom on, or
-/// where a model asks for them.
+/// if a model requests them.
 #[test]
 fn the_scenes_are_solved_without_sparse_matrices() -> Result {
     for task in Task::ALL {

@@ -1,4 +1,4 @@
-//! What a process meets that was forked from one with renderers.
+//! Rendering in a process that was forked from one with renderers.
 #![cfg(all(feature = "render", target_os = "linux", not(fetch_sim_no_shim)))]
 
 use std::{
@@ -10,7 +10,7 @@ use std::{
 use fetch_sim::{MujocoSimulator, RenderError, RenderOptions, Renderer, SimConfig, Task};
 use testing::{Result, in_child};
 
-/// A small picture of the task, of which every renderer draws the same bytes.
+/// A small picture of the task, for which every renderer draws the same bytes.
 fn picture(renderer: &mut Renderer, simulator: &MujocoSimulator) -> Result<Vec<u8>, RenderError> {
     renderer.update_scene(simulator, &[])?;
     renderer.rgb().map(<[u8]>::to_vec)

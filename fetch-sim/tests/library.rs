@@ -50,7 +50,7 @@ fn simulate_in_this_process() -> Result {
     Ok(())
 }
 
-/// What a copy of this program printed, or how it ended.
+/// The output of a copy of this program, or how it ended.
 struct Printed(String);
 
 impl Printed {
@@ -135,8 +135,8 @@ fn a_mujoco_dir_that_names_nothing_is_an_error() -> Result {
     Ok(())
 }
 
-/// A program with the rights of its file's owner does not obey the user who starts it. Only root
-/// can make one for another user.
+/// A program with the privileges of its file's owner does not obey the user who starts it. Only
+/// root can make one for another user.
 #[test]
 fn a_set_user_id_program_ignores_the_environment() -> Result {
     const STRANGER: u32 = 12345;

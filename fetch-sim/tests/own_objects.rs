@@ -118,7 +118,8 @@ fn a_body_is_shown_as_the_object_is() -> Result {
         assert_eq!(Some(simulator.object_state("object0")?), simulator.object());
         let data = simulator.data();
         let model = data.model();
-        // The site of the same name on the body, or else the body: another body's site is not its.
+        // The site of the same name on the body, or else the body itself: a site on another body
+        // does not count.
         let site = data.site_position(model.site("object1")?)?;
         assert_eq!(simulator.object_state("object1")?.position, site);
         let body = data.body_pose(model.body("object2")?)?;

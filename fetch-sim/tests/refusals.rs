@@ -1,4 +1,4 @@
-//! What is no part of a model, and no number for it, is a typed error that changes nothing.
+//! Foreign ids, wrong lengths and invalid numbers are typed errors that change nothing.
 #![cfg(all(feature = "mujoco", not(fetch_sim_no_shim)))]
 
 use std::sync::Arc;

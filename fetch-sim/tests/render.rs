@@ -289,7 +289,7 @@ fn renderers_do_not_disturb_each_other_on_one_thread_or_several() -> Result {
     Ok(())
 }
 
-/// Runs the next test in a process of its own, and returns its answer.
+/// Runs the next test in a separate process, and returns its answer.
 fn in_a_process_with(variable: &str, value: impl AsRef<OsStr>) -> Result<Vec<u8>> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("answer");
@@ -303,7 +303,7 @@ fn in_a_process_with(variable: &str, value: impl AsRef<OsStr>) -> Result<Vec<u8>
 }
 
 #[test]
-#[ignore = "run by other tests, in processes of their own"]
+#[ignore = "run by other tests, in separate processes"]
 fn answer_with_a_picture() -> Result {
     let answer = match try_renderer(Task::PickAndPlace, RenderOptions::default()) {
         Ok(mut renderer) => {

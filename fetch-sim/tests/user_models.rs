@@ -1,4 +1,4 @@
-//! Users' models: what MuJoCo or the Fetch tasks cannot use is a typed error.
+//! Users' models: those that MuJoCo or the Fetch tasks cannot use are typed errors.
 #![cfg(all(feature = "mujoco", unix, not(fetch_sim_no_shim)))]
 
 use std::{
@@ -143,7 +143,7 @@ fn joints_and_actuators_of_another_kind_are_errors() {
 fn files_without_a_name_or_contents_are_errors() {
     let long = "x".repeat(1000);
     for name in ["", "x/", &long, "with\0nul"] {
-        // Versions differ in what they make of a file that nothing includes.
+        // Versions differ in how they treat a file that nothing includes.
         let beside = Model::from_files(&[("main.xml", SCENE), (name, SCENE)]);
         assert!(matches!(beside, Ok(_) | Err(SimError::Model { .. })), "{name}: {beside:?}");
         let main = Model::from_files(&[(name, ""), ("main.xml", SCENE)]);
@@ -184,7 +184,8 @@ fn a_flat_mesh_is_an_error_that_says_so() {
     assert!(refusal.to_string().contains("coplanar"), "{refusal}");
 }
 
-/// C's `stderr` is the host's: what it writes there while models are compiled arrives.
+/// C's `stderr` belongs to the host: whatever the host writes there while models are compiled
+/// arrives.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[test]
 fn c_code_keeps_its_standard_error_while_models_are_compiled() -> Result {

@@ -1,4 +1,4 @@
-//! Rewards of a thousand pairs, which fit the cache: `cargo bench -p goal-reward`.
+//! Rewards of a thousand pairs, which fit in the cache: `cargo bench -p goal-reward`.
 //! `cargo xtask bench reward` measures a million pairs against the speed of memory.
 #![allow(missing_docs)] // for the macros' output
 

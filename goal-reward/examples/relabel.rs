@@ -1,4 +1,4 @@
-//! Hindsight: an arm that missed its goal is rewarded for the place that it did reach.
+//! Hindsight: an arm that missed its goal is rewarded for the place that it reached.
 //!
 //! `cargo run -p goal-reward --example relabel`
 #![allow(clippy::print_stdout, reason = "an example prints what it computes")]
@@ -6,7 +6,7 @@
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 
 fn main() -> Result<(), GoalError> {
-    // The gripper's place after each of four steps: the goals that were achieved, row after row.
+    // The gripper's position after each of four steps: the achieved goals, row after row.
     let achieved = [[1.30, 0.75, 0.53], [1.34, 0.75, 0.53], [1.38, 0.75, 0.53], [1.42, 0.75, 0.53]];
     let desired = [[1.30, 0.75, 0.80]; 4];
     let new_goal = [achieved[3]; 4];

@@ -7,8 +7,8 @@
 /// ([`check_goals`](crate::check_goals) returns an error instead).
 ///
 /// # Precision
-/// Equal, bit for bit, to `numpy.linalg.norm(a - b, axis=-1)` on `float64`: numpy adds up to seven
-/// squares from left to right, and more by pairwise summation in eight running sums, split in
+/// Equal, bit for bit, to `numpy.linalg.norm(a - b, axis=-1)` on `float64`: numpy adds at most
+/// seven squares from left to right, and more by pairwise summation in eight running sums, split in
 /// halves above 128 elements. As in numpy, distances above about 1e154 overflow to infinity.
 ///
 /// # Example

@@ -148,7 +148,7 @@ impl GoalReward for DistanceReward {
     }
 }
 
-/// Writes `f` of every pair's distance. The loop for three dimensions has no branch, so that the
+/// Writes `f` of every pair's distance. The loop for three dimensions has no branch, so the
 /// compiler vectorizes it.
 #[inline(always)]
 fn map_distance<T>(

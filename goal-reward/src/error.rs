@@ -30,7 +30,9 @@ pub enum GoalError {
     #[error("a goal is empty: pass goals of at least one element")]
     Empty,
     /// The two goals, or the two sides of a batch, have different lengths.
-    #[error("achieved_goal has {achieved} elements and desired_goal {desired}: pass equally many")]
+    #[error(
+        "achieved_goal has {achieved} elements and desired_goal {desired}: pass the same number"
+    )]
     LengthMismatch {
         /// The number of elements of the achieved goal or goals.
         achieved: usize,
@@ -45,7 +47,7 @@ pub enum GoalError {
         /// The goal's dimension.
         dim: usize,
     },
-    /// The caller's output slice does not hold one element per pair.
+    /// The output slice does not hold one element per pair.
     #[error("the output holds {actual} elements for {expected} pairs of goals: pass one per pair")]
     OutputLength {
         /// The number of pairs.

@@ -2,8 +2,8 @@
 //!
 //! A goal-conditioned task asks for a `desired_goal` and reports the `achieved_goal`; both are
 //! slices of `f64` whose elements have a fixed meaning. Everything here is a function of those two
-//! slices alone, so that hindsight relabeling can compute the reward that the environment *would
-//! have given* for another goal, bit for bit.
+//! slices alone, so hindsight relabeling can compute the reward that the environment *would have
+//! given* for another goal, bit for bit.
 //!
 //! [`DistanceReward`] is the reward of the Fetch tasks. At the threshold it compares as
 //! gymnasium-robotics does:
@@ -26,7 +26,7 @@
 //! | measure a distance as numpy does | [`goal_distance`] |
 //! | refuse goals that are not finite | [`GoalReward::try_reward`] |
 //! | write your own reward | [`GoalReward`] |
-//! | say how a task looks in a mirror | [`Symmetry`] |
+//! | describe the mirror symmetry of a task | [`Symmetry`] |
 //!
 //! # Example
 //! ```

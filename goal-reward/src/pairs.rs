@@ -1,4 +1,4 @@
-//! A batch of achieved and desired goals, and the checks of goals.
+//! A batch of achieved and desired goals, and checks of goals.
 
 use crate::error::{GoalError, GoalRole};
 
@@ -49,7 +49,7 @@ impl<'a> GoalPairs<'a> {
         self.achieved.len() / self.dim
     }
 
-    /// Whether the batch is empty.
+    /// Returns whether the batch is empty.
     #[inline]
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -130,7 +130,7 @@ pub fn check_goals(achieved_goal: &[f64], desired_goal: &[f64]) -> Result<(), Go
 
 /// Returns an error for the first element of goals of `dim` elements that is not finite.
 fn check_finite(role: GoalRole, goals: &[f64], dim: usize) -> Result<(), GoalError> {
-    // Block by block without a branch inside, so that the compiler vectorizes it.
+    // Blocks without a branch inside, so that the compiler vectorizes them.
     const BLOCK: usize = 64;
     let is_bad = |block: &[f64]| block.iter().fold(false, |bad, value| bad | !value.is_finite());
     if !goals.chunks(BLOCK).any(is_bad) {

@@ -43,12 +43,12 @@ pub trait GoalReward {
     /// Returns the reward for achieving `achieved_goal` when the goal is `desired_goal`.
     fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64;
 
-    /// Whether `achieved_goal` counts as reaching `desired_goal`.
+    /// Returns whether `achieved_goal` counts as reaching `desired_goal`.
     fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool;
 
     /// Returns the range in which the reward of every pair of finite goals lies, for learners that
-    /// keep their estimates of returns within what is possible. Unbounded by default, which is
-    /// always right; a narrower range speeds learning up.
+    /// keep their estimates of returns within the possible range. Unbounded by default, which is
+    /// always right; a narrower range speeds up learning.
     ///
     /// ```
     /// use goal_reward::{DistanceReward, GoalReward};
@@ -60,15 +60,15 @@ pub trait GoalReward {
         f64::NEG_INFINITY..=f64::INFINITY
     }
 
-    /// Whether the task ends here, so that no later reward exists. Never by default, as in every
+    /// Returns whether the task ends here, so that no rewards follow. Never by default, as in every
     /// Fetch task, where the agent must hold a reached goal.
     fn terminated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         let _ = (achieved_goal, desired_goal);
         false
     }
 
-    /// Whether the episode is cut off here for a reason outside the task. Never by default; a time
-    /// limit does not depend on the goals and is counted elsewhere.
+    /// Returns whether the episode is cut off here for a reason outside the task. Never by default;
+    /// a time limit does not depend on the goals and is counted elsewhere.
     fn truncated(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
         let _ = (achieved_goal, desired_goal);
         false

@@ -1,9 +1,9 @@
-//! Symmetries of tasks: the mirror image of what is observed, achieved, desired and done.
+//! Symmetries of tasks: mirror images of observations, goals and actions.
 
 use thiserror::Error;
 
-/// Where an element of a mirrored vector comes from: the mirrored element is `sign * x + offset` of
-/// the element `x` at `source`.
+/// The rule for one element of a mirrored vector: `sign * x + offset`, where `x` is the element at
+/// `source`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Mirrored {
@@ -13,20 +13,20 @@ pub struct Mirrored {
 }
 
 impl Mirrored {
-    /// The element at `source` as it is: one that does not change if `source` is its own index, or
-    /// one of a pair that changes places.
+    /// Copies the element at `source`, which is the element's own index if it does not change, or
+    /// the index of the element with which it swaps places.
     pub const fn same(source: usize) -> Self {
-        // -0.0 is the neutral element of addition: the element keeps its bits.
+        // -0.0 is the additive identity: the element keeps its bits.
         Self { source, sign: 1.0, offset: -0.0 }
     }
 
-    /// The element at `source` with the opposite sign: a difference or a velocity across the plane,
-    /// or a turn about an axis in it.
+    /// Negates the element at `source`: a difference or a velocity across the plane, or a rotation
+    /// about an axis in it.
     pub const fn negated(source: usize) -> Self {
         Self { source, sign: -1.0, offset: -0.0 }
     }
 
-    /// The coordinate at `source` on the other side of `plane`, in the unit of the coordinate:
+    /// Mirrors the coordinate `x` at `source` across `plane`, which has the same unit:
     /// `2 * plane - x`.
     pub const fn across(source: usize, plane: f64) -> Self {
         Self { source, sign: -1.0, offset: 2.0 * plane }
@@ -38,13 +38,13 @@ impl Mirrored {
         self.sign * element(self.source) + self.offset
     }
 
-    /// The rule behind `further` other elements.
+    /// Returns the rule for a vector that follows `further` other elements.
     const fn behind(self, further: usize) -> Self {
         Self { source: self.source + further, ..self }
     }
 }
 
-/// The mirror image of vectors of one length. Mirrored twice, a vector is the same again, up to
+/// The mirror image of vectors of one length. Mirroring a vector twice gives the same vector, up to
 /// rounding.
 ///
 /// ```
@@ -66,11 +66,11 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// Checks the rules of a vector's elements, one for each.
+    /// Creates a mirror from one rule per element of a vector.
     ///
     /// # Errors
     /// [`SymmetryError`] if a source is not an element, an offset is not finite, or mirroring twice
-    /// would not give the vector again.
+    /// would not give the same vector.
     pub fn new(elements: impl Into<Vec<Mirrored>>) -> Result<Self, SymmetryError> {
         let elements = elements.into();
         for (index, element) in elements.iter().enumerate() {
@@ -89,7 +89,8 @@ impl Mirror {
         Ok(Self { elements })
     }
 
-    /// Returns the mirror image of these vectors with those of `further` behind each.
+    /// Returns the mirror of vectors that consist of one of this mirror's vectors and one of
+    /// `further`'s.
     pub fn followed_by(mut self, further: &Self) -> Self {
         let len = self.elements.len();
         self.elements.extend(further.elements.iter().map(|element| element.behind(len)));
@@ -107,7 +108,7 @@ impl Mirror {
         self.elements.len()
     }
 
-    /// Whether vectors have no elements.
+    /// Returns whether vectors have no elements.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.elements.is_empty()
@@ -133,10 +134,10 @@ impl Mirror {
 }
 
 /// A symmetry of a task: from the mirror image of a state, the mirror image of an action leads to
-/// the mirror image of the next state, with the same reward and the same end.
+/// the mirror image of the next state, with the same reward and the same ending.
 ///
-/// Seen in a mirror, an experience is therefore another experience, from which one can learn as
-/// well. How exactly that holds is a question of the task.
+/// The mirror image of an experience is therefore another experience to learn from. How exactly
+/// this holds depends on the task.
 ///
 /// ```
 /// use goal_reward::{Mirror, Mirrored, Symmetry};
@@ -162,12 +163,14 @@ pub struct Symmetry {
     pub action: Mirror,
 }
 
-/// Error returned for rules that are no [`Mirror`].
+/// Error returned for rules that do not form a [`Mirror`].
 #[derive(Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SymmetryError {
-    /// An element comes from one that does not exist.
-    #[error("mirrored element {index} is element {from} of {len}: pass an index below {len}")]
+    /// An element comes from an element that does not exist.
+    #[error(
+        "mirrored element {index} comes from element {from} of {len}: pass an index below {len}"
+    )]
     Outside {
         /// The mirrored element.
         index: usize,
@@ -186,8 +189,8 @@ pub enum SymmetryError {
     },
     /// An element does not return to its place.
     #[error(
-        "mirrored element {index} is element {from}, and mirrored again it is another one: let \
-         two elements change places by the same rule, or each stay in its own"
+        "mirrored element {index} comes from element {from}, but mirroring twice does not return \
+         it: swap two elements by the same rule, or leave each in its place"
     )]
     NotInverse {
         /// The mirrored element.
@@ -195,8 +198,8 @@ pub enum SymmetryError {
         /// Where it comes from.
         from: usize,
     },
-    /// A vector has another length than the mirror's.
-    #[error("a vector has {actual} elements, and its mirror {expected}: pass equally many")]
+    /// A vector and the mirror have different lengths.
+    #[error("a vector has {actual} elements and its mirror {expected}: pass the same number")]
     WrongLength {
         /// The mirror's length.
         expected: usize,

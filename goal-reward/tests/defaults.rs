@@ -1,4 +1,4 @@
-//! What the traits give without an override, and what a batch says about itself.
+//! Default methods of the reward trait, and the properties of a batch.
 
 use std::rc::Rc;
 
@@ -8,7 +8,7 @@ use goal_reward::{
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
-/// A task that tells its two goals apart in every method that it has to define, and in the flags.
+/// A task whose required methods and flags all depend on the order of its two goals.
 struct Ahead;
 
 impl GoalReward for Ahead {
@@ -26,7 +26,7 @@ impl GoalReward for Ahead {
     }
 }
 
-/// A task with nothing but what must be defined.
+/// A task that defines only the required methods.
 struct Endless;
 
 impl GoalReward for Endless {
@@ -123,7 +123,7 @@ fn a_batch_compares_the_threshold_as_one_pair_does() -> Result {
     Ok(())
 }
 
-/// Every place of an element, in blocks of any number of goals.
+/// Checks every position of an element, in batches of any number of goals.
 #[test]
 fn the_first_element_that_is_not_finite_is_named_wherever_it_is() -> Result {
     const LEN: usize = 200;
@@ -149,7 +149,7 @@ fn the_first_element_that_is_not_finite_is_named_wherever_it_is() -> Result {
     Ok(())
 }
 
-/// As numpy, 128 squares are added in one block. Two blocks of 64 would often have other bits.
+/// As in numpy, 128 squares are added in one block. Two blocks of 64 would often give other bits.
 #[test]
 fn the_longest_block_is_not_split() {
     let step_of_seeds = if cfg!(miri) { 20 } else { 1 };

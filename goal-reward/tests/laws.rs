@@ -1,4 +1,4 @@
-//! Behavior on which users of the reference environment rely, at the threshold and for bad goals.
+//! Behavior that users of the reference environment rely on, at the threshold and for bad goals.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;

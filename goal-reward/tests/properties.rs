@@ -16,7 +16,7 @@ fn element() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// A dimension and two matrices of equally many goals of that dimension.
+/// A dimension, and two matrices with the same number of goals of that dimension.
 fn batch() -> impl Strategy<Value = (usize, Vec<f64>, Vec<f64>)> {
     (1_usize..20, 0_usize..9).prop_flat_map(|(dim, rows)| {
         let goals = || prop::collection::vec(element(), dim * rows);

@@ -1,9 +1,9 @@
-//! Mirrors: twice is the identity, and whatever is not its own inverse is refused.
+//! Mirrors: mirroring twice is the identity, and rules that are not their own inverse are refused.
 
 use goal_reward::{Mirror, Mirrored, SymmetryError};
 use proptest::prelude::*;
 
-/// Rules of some elements: each kept, negated or across a plane, and some pairs swapped.
+/// Rules for some elements: each kept, negated or mirrored across a plane, and some pairs swapped.
 fn mirror() -> impl Strategy<Value = Mirror> {
     let rule = (0..3_u8, -2.0..2.0_f64, any::<bool>());
     prop::collection::vec(rule, 1..12).prop_map(|rules| {
@@ -73,7 +73,7 @@ fn what_is_not_its_own_inverse_is_refused() {
             vec![Mirrored::same(0), Mirrored::negated(2)],
             Err(SymmetryError::Outside { index: 1, from: 2, len: 2 }),
         ),
-        // Twice the same source, a cycle of three, another sign on the way back, another plane.
+        // The same source twice, a cycle of three, a different sign on the way back, another plane.
         (vec![Mirrored::same(0), Mirrored::same(0)], not_inverse(1, 0)),
         (vec![Mirrored::same(1), Mirrored::same(2), Mirrored::same(0)], not_inverse(0, 1)),
         (vec![Mirrored::same(1), Mirrored::negated(0)], not_inverse(0, 1)),

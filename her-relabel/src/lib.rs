@@ -14,10 +14,10 @@
 //!   additional [fields](BufferConfig::with_field).
 //! - Transitions are drawn uniformly or [by priority](Sampler::with_priorities), singly or in
 //!   [windows](Sampler::with_n_step), with goals of any [mixture](GoalMixture) of strategies.
-//! - A [batch](Batch) has the element type of the network, on request with observations and goals
-//!   [joined](Sampler::with_joined_goal) and [normalized](Normalizers), some of its rows
-//!   [mirrored](Sampler::with_mirrored) or with [moved goals](Sampler::with_goal_noise), in columns that can be
-//!   [taken](Batch::take_columns) or written into [your own memory](Sampler::sample_into).
+//! - A [batch](Batch) has the element type of the network. On request, observations and goals are
+//!   [joined](Sampler::with_joined_goal) and [normalized](Normalizers), and some rows are
+//!   [mirrored](Sampler::with_mirrored) or get [moved goals](Sampler::with_goal_noise). Columns can
+//!   be [taken](Batch::take_columns) or written into [your own memory](Sampler::sample_into).
 //! - A buffer is [saved](HerBuffer::save) and [loaded](HerBuffer::load) with its unfinished
 //!   episodes, and continues exactly where it was. The feature `npz` exchanges episodes with numpy.
 //! - On Linux, the transitions lie in huge pages if the system provides them, which makes sampling
@@ -36,11 +36,11 @@
 //! | normalize what networks see | [`Normalizer`], as [`Normalizers`] while drawing |
 //! | learn from the mirror image as well | [`Sampler::with_mirrored`] and a [`Symmetry`](goal_reward::Symmetry) |
 //! | move new goals a little | [`GoalNoise`] |
-//! | show a network that acts the same | [`Normalizers::write_input`] with [`StateRows`] |
+//! | give a network the same input while acting | [`Normalizers::write_input`] with [`StateRows`] |
 //!
 //! # Features
-//! - `npz`: writes episodes to archives of numpy arrays, and reads them and those of OGBench. Off by
-//!   default.
+//! - `npz`: writes episodes to archives of numpy arrays, and reads such archives and those of
+//!   OGBench. Off by default.
 //!
 //! # Example
 //! ```

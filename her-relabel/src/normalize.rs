@@ -20,7 +20,7 @@ impl Normalizer {
     }
 
     /// Normalizes vectors, a row-major matrix of any number of rows, into memory of the same length
-    /// and any element type: the input of a network, for example, of which the vectors are a part.
+    /// and any element type, such as a part of a network's input.
     ///
     /// # Errors
     /// [`NormalizerError::WrongLength`], [`NormalizerError::WrongTarget`] or
@@ -70,7 +70,7 @@ impl Normalizer {
     #[inline(always)]
     fn element(&self, value: f64, mean: f64, factor: f64) -> f64 {
         let normalized = (value - mean) * factor;
-        // As `clamp`, without its check of the bounds.
+        // Like `clamp`, but without its check of the bounds.
         let low = if normalized < -self.clip { -self.clip } else { normalized };
         if low > self.clip { self.clip } else { low }
     }

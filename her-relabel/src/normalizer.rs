@@ -41,11 +41,12 @@ impl NormalizerConfig {
 /// The running mean and standard deviation of vectors, element by element.
 ///
 /// Learners normalize the inputs of a network: they [`update`](Self::update) a normalizer with
-/// observations (or goals) as they come, [`merge`](Self::merge) those of several workers, and
-/// [`normalize`](Self::normalize) batches, or [let the draw do it](crate::Normalizers). A
-/// normalized element is `(x - mean) * (1 / std)`, clipped to `[-clip, clip]`. The standard
-/// deviation is that of the population, `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`.
-/// Before the first update the mean is 0 and the standard deviation 1.
+/// observations (or goals) as they arrive, [`merge`](Self::merge) the normalizers of several
+/// workers, and [`normalize`](Self::normalize) batches, or [let the draw do
+/// it](crate::Normalizers). A normalized element is `(x - mean) * (1 / std)`, clipped to
+/// `[-clip, clip]`. The standard deviation is that of the population,
+/// `sqrt(sum((x - mean)^2) / n)`, but at least `min_std`. Before the first update the mean is 0 and
+/// the standard deviation 1.
 ///
 /// Sums are kept in `f64`, as distances from the mean: large means cost no digits, and a merge is
 /// as exact as one pass over all vectors. Merges in a fixed order give the same bits. A normalizer
@@ -173,7 +174,7 @@ impl Normalizer {
     /// Adds the vectors that another normalizer has seen.
     ///
     /// # Errors
-    /// [`NormalizerError::WrongLength`] if it has other dimensions, or
+    /// [`NormalizerError::WrongLength`] if it has different dimensions, or
     /// [`NormalizerError::TooLarge`]; then nothing has changed.
     pub fn merge(&mut self, other: &Self) -> Result<(), NormalizerError> {
         if other.dim() != self.dim() {
@@ -252,7 +253,7 @@ pub enum NormalizerError {
         /// The elements of a vector.
         dim: usize,
     },
-    /// A matrix does not consist of whole rows, or a normalizer has other dimensions.
+    /// A matrix does not consist of whole rows, or a normalizer has different dimensions.
     #[error("{len} elements are not whole vectors of {dim}: check the dimensions")]
     WrongLength {
         /// The number of elements.
@@ -260,7 +261,7 @@ pub enum NormalizerError {
         /// The elements of a vector.
         dim: usize,
     },
-    /// The memory for normalized vectors has another length than the vectors.
+    /// The memory for normalized vectors and the vectors have different lengths.
     #[error("{rows} elements do not fit memory for {len}: pass memory of the same length")]
     WrongTarget {
         /// The length of the memory, in elements.

@@ -1,4 +1,4 @@
-//! The one number type of ratios, discounts and exponents.
+//! The number type of ratios, discounts and exponents.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

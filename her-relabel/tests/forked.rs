@@ -15,7 +15,7 @@ use her_relabel::{
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
-/// Longer than any call here takes: a child that waits forever is ended then.
+/// Longer than any call here takes. A child that still waits after it is ended.
 const FOREVER: Duration = Duration::from_secs(60);
 
 #[test]

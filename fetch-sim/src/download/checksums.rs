@@ -12,7 +12,7 @@ pub(super) fn parse(list: &str) -> Option<Vec<Listed<'_>>> {
     list.lines().map(|line| line.split_once("  ").map(|(sha256, name)| (name, sha256))).collect()
 }
 
-/// Whether all files of a list are in a folder, as they should be.
+/// Returns whether all files of a list are in a folder, with the listed checksums.
 pub(super) fn are_there(folder: &Path, files: &[Listed<'_>]) -> bool {
     files.iter().all(|(name, sha256)| {
         fs::read(folder.join(name)).is_ok_and(|bytes| check(name, &bytes, sha256).is_ok())

@@ -19,7 +19,7 @@ pub enum DownloadError {
     Platform {
         /// Its name.
         platform: String,
-        /// The names of those that have.
+        /// The names of the platforms that have wheels.
         known: Vec<&'static str>,
     },
     /// Python's pip could not download a package.
@@ -29,7 +29,7 @@ pub enum DownloadError {
         /// pip's message.
         reason: String,
     },
-    /// A wheel is damaged, or of something else, or a file in it is not the published one.
+    /// A wheel is damaged or the wrong one, or a file in it is not the published one.
     Wheel {
         /// The wheel.
         path: PathBuf,

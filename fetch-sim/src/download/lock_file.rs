@@ -1,4 +1,5 @@
-//! A file that is locked, and removed by who had the lock: it must not be another's by then.
+//! A file that is locked, and removed by the process that held the lock, unless another process has
+//! it by then.
 
 use std::{
     fs::{self, File},
@@ -6,14 +7,14 @@ use std::{
     path::Path,
 };
 
-/// A locked file. On Unix it is removed while it is locked, so that a lock may turn out to be of a
-/// file that has no name any more.
+/// A locked file. On Unix it is removed while it is locked, so a lock may turn out to belong to a
+/// file that no longer has a name.
 #[cfg(unix)]
 pub(super) struct LockFile(#[expect(dead_code, reason = "it is unlocked when it is dropped")] File);
 
 #[cfg(unix)]
 impl LockFile {
-    /// Creates a file unless it is there, and waits for its lock; returns `None` if the file was
+    /// Creates a file unless it exists, and waits for its lock; returns `None` if the file was
     /// removed meanwhile.
     pub(super) fn lock(path: &Path) -> io::Result<Option<Self>> {
         use std::os::unix::fs::MetadataExt;
@@ -37,8 +38,8 @@ pub(super) struct LockFile(Option<File>);
 
 #[cfg(windows)]
 impl LockFile {
-    /// Creates a file unless it is there, and waits for its lock. It is there: `None` is Unix's
-    /// alone.
+    /// Creates a file unless it exists, and waits for its lock. It never returns `None`, which is
+    /// only for Unix.
     pub(super) fn lock(path: &Path) -> io::Result<Option<Self>> {
         use std::os::windows::fs::OpenOptionsExt;
 

@@ -35,8 +35,8 @@ pub fn mujoco(version: &str) -> Result<PathBuf, DownloadError> {
 }
 
 /// Downloads a version of MuJoCo for programs of another system or processor, such as
-/// `aarch64-linux`, and returns its folder, as [`mujoco`] does: to build for that platform on this
-/// one. The names are those of [`std::env::consts`], with the processor first.
+/// `aarch64-linux`, and returns its folder, as [`mujoco`] does. Use it to build for that platform
+/// on this one. The names are those of [`std::env::consts`], with the processor first.
 ///
 /// # Errors
 /// As [`mujoco`].
@@ -120,16 +120,16 @@ fn missing<'a>(names: impl Iterator<Item = &'a str> + Clone, version: &str) -> O
     None
 }
 
-/// Whether a file of the wheel's folder `mujoco` is needed: headers, the library and the mesh
-/// decoders.
+/// Returns whether a file of the wheel's folder `mujoco` is needed: headers, the library and the
+/// mesh decoders.
 fn is_wanted(name: &str) -> bool {
     let library = |name: &str| !name.contains('/') && version_in_name(name).is_some();
     let below = |folder: &str| name.starts_with(folder) && !name.contains("..");
     below("include/") || below("plugin/") || library(name)
 }
 
-/// Returns the PyPI package with the headers and the library: from 4.0 on, `mujoco` is Python
-/// alone.
+/// Returns the PyPI package with the headers and the library: from 4.0 on, `mujoco` contains only
+/// Python.
 fn package(version: &str) -> &'static str {
     let major = version.split('.').next().and_then(|major| major.parse().ok());
     if major.is_some_and(|major: u16| major >= 4) { "mujoco-core" } else { "mujoco" }

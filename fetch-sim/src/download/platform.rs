@@ -7,7 +7,7 @@ use super::{error::DownloadError, wheel::PYTHON};
 /// A system and processor.
 #[derive(Debug)]
 pub(super) struct Platform {
-    /// Its name, of Rust's names for both.
+    /// Its name, made of Rust's names for both.
     pub(super) name: &'static str,
     /// Python's names for both.
     python: &'static str,
@@ -17,9 +17,9 @@ pub(super) struct Platform {
 
 #[derive(Debug)]
 enum Tags {
-    /// Those of this processor, for any version of the C library.
+    /// The tags of this processor, for any version of the C library.
     Manylinux(&'static str),
-    /// The newest, from which pip derives the others.
+    /// The newest tag, from which pip derives the others.
     One(&'static str),
 }
 
@@ -51,8 +51,8 @@ impl Platform {
         })
     }
 
-    /// Returns pip's arguments that ask for wheels of this platform. There are none where Python is
-    /// of this platform: pip then also knows which wheels this machine can use.
+    /// Returns pip's arguments that ask for wheels of this platform. There are none if Python
+    /// itself is of this platform: pip then also knows which wheels this machine can use.
     pub(super) fn pip_arguments(&self) -> Vec<String> {
         let script = "import platform, sys; print(sys.platform, platform.machine())";
         let output = Command::new(PYTHON).args(["-c", script]).output();

@@ -20,13 +20,13 @@ const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
 const FILES: &str = include_str!("reference_model.sha256");
 
 /// Downloads the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless a
-/// complete copy is there, and returns its folder. Files of the model with other contents are
+/// complete copy is there, and returns its folder. Files of the model with different contents are
 /// replaced, and other files stay.
 ///
 /// Its meshes are under CC BY-NC-SA 4.0: not for commercial use.
 ///
 /// # Errors
-/// Any [`DownloadError`] but [`DownloadError::Version`].
+/// Any [`DownloadError`] except [`DownloadError::Version`].
 pub fn reference_model() -> Result<PathBuf, DownloadError> {
     let folder = folder()?;
     let put = |unpacking: &Unpacking<'_>| {

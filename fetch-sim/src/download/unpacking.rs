@@ -1,5 +1,5 @@
 //! Putting files into a folder: one process at a time, each file whole or not at all. The next
-//! process removes what one that was killed has left over.
+//! process removes what a killed one has left over.
 
 use std::{
     fs,
@@ -9,26 +9,26 @@ use std::{
 
 use super::{error::DownloadError, lock_file::LockFile};
 
-/// Name of the folder, in the one to be filled, for everything unfinished: the file that is being
-/// written, and what pip downloads. A file in it is locked while it is in use; if that is unlocked,
-/// a process that was killed left the rest.
+/// Name of the folder for everything unfinished, inside the folder to fill: the file that is being
+/// written, and pip's downloads. A file in it is locked while it is in use; if that file is
+/// unlocked, a killed process left the rest.
 const STAGING: &str = ".fetch-sim-unpacking";
 const LOCK: &str = "lock";
 const UNFINISHED: &str = "unfinished";
 const DOWNLOADS: &str = "downloads";
 
-/// The right to put files into a folder, which one process has at a time.
+/// The right to put files into a folder, which only one process has at a time.
 pub(super) struct Unpacking<'a> {
     folder: &'a Path,
-    /// Whether there was no such folder.
+    /// Whether the folder did not exist.
     is_new: bool,
     staging: PathBuf,
     lock: LockFile,
 }
 
 impl<'a> Unpacking<'a> {
-    /// Puts files into a folder unless it is complete, and removes what a process that was killed
-    /// has left there.
+    /// Puts files into a folder unless it is complete, and removes what a killed process has left
+    /// there.
     pub(super) fn complete(
         folder: &'a Path,
         is_complete: impl Fn() -> bool,
@@ -43,7 +43,7 @@ impl<'a> Unpacking<'a> {
     }
 
     /// Creates a folder if there is none, waits until no other process puts files into it, and
-    /// removes what one that was killed has left.
+    /// removes what a killed process has left.
     pub(super) fn begin(folder: &'a Path) -> Result<Self, DownloadError> {
         let is_new = !folder.exists();
         let staging = folder.join(STAGING);
@@ -60,7 +60,7 @@ impl<'a> Unpacking<'a> {
         Ok(downloads)
     }
 
-    /// Puts a file below the folder, in place of one with other contents.
+    /// Puts a file below the folder, and replaces one with different contents.
     pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<(), DownloadError> {
         let path = self.folder.join(name);
         if fs::read(&path).is_ok_and(|there| there == bytes) {

@@ -20,9 +20,9 @@ pub(super) struct Wheel {
 }
 
 impl Wheel {
-    /// Downloads the wheel of a requirement such as `mujoco==3.6.0` into a folder, by pip, which
-    /// knows the user's index, mirror, proxy and certificates. More of pip's arguments may say which
-    /// of the wheels.
+    /// Downloads the wheel of a requirement such as `mujoco==3.6.0` into a folder with pip, which
+    /// knows the user's index, mirror, proxy and certificates. Additional arguments of pip may
+    /// select one of the wheels.
     pub(super) fn fetch(
         requirement: &str,
         which: &[String],
@@ -82,7 +82,7 @@ impl Wheel {
         Ok(bytes)
     }
 
-    /// Returns the error that the wheel is not usable for a reason.
+    /// Returns the error of a wheel that cannot be used for this reason.
     pub(super) fn error(&self, reason: String) -> DownloadError {
         DownloadError::Wheel { path: self.path.clone(), reason }
     }

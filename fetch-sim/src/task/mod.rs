@@ -48,13 +48,13 @@ impl Task {
         self.spec().name
     }
 
-    /// Whether the scene holds an object to move.
+    /// Returns whether the scene holds an object to move.
     #[must_use]
     pub const fn has_object(self) -> bool {
         self.spec().object.is_some()
     }
 
-    /// Whether the fingers are held closed, so that `action[3]` has no effect.
+    /// Returns whether the fingers are held closed, so that `action[3]` has no effect.
     #[must_use]
     pub const fn block_gripper(self) -> bool {
         self.spec().block_gripper

@@ -2,7 +2,7 @@
 //!
 //! A state and a goal have [`BITS`] bits each, an action flips one bit of the state, and the reward
 //! is 0 for reaching the goal and -1 otherwise. A random walk of 15 steps hardly ever reaches the
-//! desired one of 32768 goals, so that ordinary experience replay sees no reward to learn from.
+//! desired one of 32768 goals, so ordinary experience replay sees no reward to learn from.
 //!
 //! Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 3.1.
 
@@ -74,8 +74,8 @@ impl Network {
     }
 }
 
-/// Returns -1 for each bit that agrees with the goal's and 1 for each that differs, which are
-/// equally far from 0; and a 1 for the bias.
+/// Returns -1 for each bit that agrees with the goal's and 1 for each that differs, both equally
+/// far from 0, and a 1 for the bias.
 fn inputs(state: &[f32], goal: &[f32]) -> [f64; BITS + 1] {
     let mut inputs = [1.0; BITS + 1];
     for (input, (state, goal)) in inputs.iter_mut().zip(state.iter().zip(goal)) {

@@ -29,7 +29,7 @@ fn check<T: Scalar>(is_sealed: bool, input: Input) {
     buffer.write_to(&mut saved).expect("memory takes everything");
     let again = HerBuffer::<T>::read_from(&saved[..]).expect("a saved buffer");
     assert_eq!(drawn, draw(&again));
-    // It accepts more episodes, if it has the sizes of the common ones.
+    // The buffer accepts more episodes, if its sizes are those of the common episodes.
     let config = buffer.config();
     if config.dims() == common::DIMS && config.capacity() < 1000 {
         let fits = config.fields().iter().all(|field| field.name == "value" && field.len == 1);

@@ -48,12 +48,12 @@ impl Model {
         self.finished.extend((0..len).map(|t| (episode, t)));
     }
 
-    /// Whether a step of the environment can be recorded or skipped.
+    /// Returns whether a step of the environment can be recorded or skipped.
     fn has_begun(&self, env: usize) -> bool {
         self.under_way[env].is_some() || self.discarded[env]
     }
 
-    /// Returns the row of an environment, whose effects on the environment's episode it follows.
+    /// Returns the row of an environment, and applies its effects to the environment's episode.
     fn row(
         &mut self,
         env: usize,

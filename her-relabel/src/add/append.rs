@@ -5,16 +5,16 @@ use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 
 impl<T: Scalar> HerBuffer<T> {
-    /// Appends copies of all finished episodes of another buffer, such as one that another process
-    /// has filled, in their order. The oldest transitions make room, as for any other episode.
+    /// Appends copies of all finished episodes of another buffer, in order: a buffer that another
+    /// process has filled, for example. The oldest transitions make room, as for any other episode.
     ///
     /// The copies get the priority of new transitions. The other buffer has already decided which
     /// [still episodes](crate::StillEpisodes) to keep, so all of its episodes are added.
     ///
     /// # Errors
-    /// [`AddError::WrongLength`] if observations, goals, actions or fields have other lengths,
-    /// [`AddError::MissingField`] and [`AddError::UnknownField`] if the other buffer has other
-    /// fields, or has them in another order; then nothing has been added.
+    /// [`AddError::WrongLength`] if observations, goals, actions or fields have different lengths,
+    /// [`AddError::MissingField`] and [`AddError::UnknownField`] if the other buffer has different
+    /// fields, or the same in a different order; then nothing has been added.
     ///
     /// ```
     /// use her_relabel::{BufferConfig, Dims, HerBuffer};

@@ -1,11 +1,11 @@
-//! The arguments of adding: starts, steps and episodes of one environment, and rows of many.
+//! Data to add: starts, steps and episodes of one environment, and rows of many.
 //!
 //! `O` is the type of observations, `G` that of goals, rewards and fields, and `A` that of actions:
 //! `f32` or `f64`, independent of each other and of the type that the buffer stores.
 
 use crate::store::config::Dims;
 
-/// The name of a field and its numbers: `len` of them for one step, and a row-major matrix with
+/// The name of a field and its numbers: `len` of them for one step, or a row-major matrix with
 /// `len` columns for several.
 pub type FieldRows<'a, G> = (&'a str, &'a [G]);
 
@@ -39,7 +39,7 @@ pub struct StepData<'a, O, G = O, A = O> {
     pub next_observation: &'a [O],
     /// The goal achieved after the step, `dims.goal` elements.
     pub next_achieved_goal: &'a [G],
-    /// Whether the task ended here, so that there is no later reward.
+    /// Whether the task ended here, so that no rewards follow.
     pub terminated: bool,
     /// Whether the episode was cut off here, by a time limit for example, although the task goes
     /// on.
@@ -82,7 +82,7 @@ pub struct EpisodeData<'a, O, G = O, A = O> {
 /// |---|---|
 /// | next step | in the row after the episode's last step; `stepped` is not set in it |
 /// | same step | in the row of the episode's last step |
-/// | disabled | in the row of the reset, which the caller asks for |
+/// | disabled | in the row of the reset that the caller requests |
 ///
 /// The columns from `action` to `terminated` and the fields are read in rows with a step, and those
 /// from `observation` to `desired_goal` in rows with a start. A column that no row needs may be

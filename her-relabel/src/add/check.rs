@@ -1,4 +1,4 @@
-//! The checks of what is added, and their error.
+//! Checks of added data, and their error.
 
 use thiserror::Error;
 
@@ -14,7 +14,7 @@ use crate::store::storage::Storage;
 pub enum AddError {
     /// The environment does not exist.
     #[error(
-        "there is no environment {env_index} among {num_envs}: number them from 0, and set their \
+        "environment {env_index} does not exist: there are {num_envs}, numbered from 0; set their \
          number with `BufferConfig::with_num_envs`"
     )]
     UnknownEnv {
@@ -23,7 +23,7 @@ pub enum AddError {
         /// The number of environments.
         num_envs: usize,
     },
-    /// Two rows of one call are of the same environment.
+    /// Two rows of one call belong to the same environment.
     #[error("environment {env_index} has two rows: pass at most one row per environment")]
     RepeatedEnv {
         /// The environment.
@@ -90,13 +90,13 @@ pub enum AddError {
     #[error(transparent)]
     UnknownField(#[from] UnknownField),
     /// A field of the configuration is not given.
-    #[error("the field `{name}` is missing: give every step all fields of the configuration")]
+    #[error("the field `{name}` is missing: pass all configured fields with every step")]
     MissingField {
         /// Its name.
         name: String,
     },
     /// A field is given twice.
-    #[error("the field `{name}` is given twice: leave one out")]
+    #[error("the field `{name}` is given twice: pass it once")]
     RepeatedField {
         /// Its name.
         name: String,
@@ -121,15 +121,15 @@ impl<O: Scalar, G: Scalar> StartData<'_, O, G> {
 }
 
 impl<O: Scalar, G: Scalar, A: Scalar> StepData<'_, O, G, A> {
-    /// Checks the lengths of all but the fields.
+    /// Checks all lengths except those of the fields.
     pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
         check_len("action", self.action.len(), dims.action)?;
         check_len("next_observation", self.next_observation.len(), dims.observation)?;
         check_len("next_achieved_goal", self.next_achieved_goal.len(), dims.goal)
     }
 
-    /// Checks the numbers. Those of the fields are in their row `at`, and their lengths must have
-    /// been checked.
+    /// Checks the numbers. Those of the fields are in row `at` of each field, whose length must
+    /// have been checked.
     pub(crate) fn check_numbers<T: Scalar>(
         &self,
         fields: &Fields,
@@ -169,7 +169,7 @@ impl<O: Scalar, G: Scalar, A: Scalar> EpisodeData<'_, O, G, A> {
 }
 
 impl<O, G, A> StepRows<'_, O, G, A> {
-    /// Checks the lengths of all but the fields.
+    /// Checks all lengths except those of the fields.
     pub(crate) fn check_lens(&self, dims: Dims) -> Result<(), AddError> {
         let n = self.env_index.len();
         check_len("stepped", self.stepped.len(), n)?;
@@ -236,11 +236,11 @@ fn check_finite<T: Scalar, S: Scalar>(field: &str, values: &[S]) -> Result<(), A
     Ok(())
 }
 
-/// The largest magnitude of a reward. The steps of an episode are fewer than 2^58, because a row of
-/// a step takes at least 16 bytes, so that no sum of its rewards is infinite in `f32`.
+/// The largest magnitude of a reward. An episode has fewer than 2^58 steps, because the row of a
+/// step takes at least 16 bytes, so no sum of its rewards is infinite in `f32`.
 const MAX_REWARD: f64 = 1e20;
 
-/// Whether a reward can be stored.
+/// Returns whether a reward can be stored.
 pub(crate) fn is_reward(reward: f64) -> bool {
     (-MAX_REWARD..=MAX_REWARD).contains(&reward)
 }

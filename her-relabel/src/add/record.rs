@@ -30,8 +30,8 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Returns an error if the buffer refused a row. Environments that failed are not such rows:
-    /// they report their errors themselves.
+    /// Returns an error if the buffer refused a row. A failed environment is not a refused row: it
+    /// reports its error itself.
     ///
     /// # Errors
     /// [`RefusedRow`].
@@ -72,8 +72,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`AddError::NoEpisode`] if a row has a step of an environment that has begun no episode since
     /// the last one ended: the rows of its reset were not recorded. [`AddError::UnknownEnv`],
-    /// [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error of the fields. Nothing has
-    /// changed then.
+    /// [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error of the fields. Then nothing
+    /// has changed.
     ///
     /// # Example
     /// The first of two environments ends its episode and starts another in the same step.

@@ -124,7 +124,7 @@ impl<T: Scalar> HerBuffer<T> {
     }
 
     /// Ends the unfinished episode as truncated, or forgets it if it has no steps. Returns whether
-    /// it had some.
+    /// it had any.
     pub(crate) fn cut_off(&mut self, env_index: usize) -> bool {
         let has_steps = self.unfinished[env_index].steps(&self.storage.layout) > 0;
         if has_steps {

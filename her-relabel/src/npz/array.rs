@@ -1,4 +1,4 @@
-//! The arrays of an archive of episodes, reading them row by row, and the error of importing them.
+//! The arrays of an archive of episodes, read row by row, and the error of importing them.
 
 use std::io::{self, BufReader, Read};
 use std::ops::Range;
@@ -12,7 +12,7 @@ use crate::npz::header::Header;
 use crate::npz::io_error;
 use crate::store::fields::Field;
 
-// The names of the arrays, of which `HerBuffer::export_npz` lists the contents.
+// The names of the arrays. `HerBuffer::export_npz` lists their contents.
 pub(crate) const EPISODE_LENGTHS: &str = "episode_lengths";
 pub(crate) const OBSERVATIONS: &str = "observations";
 pub(crate) const ACHIEVED_GOALS: &str = "achieved_goals";
@@ -30,7 +30,7 @@ pub(crate) fn field_array(field: &Field) -> String {
 /// The number of bytes of an element, and their decoder.
 type Encoding<E> = (usize, fn(&[u8]) -> E);
 
-/// The types that an array may have: in words, and each with its name in numpy's notation.
+/// The types that an array may have: a description, and the name of each in numpy's notation.
 pub(crate) struct Types<E: 'static>(&'static str, &'static [(&'static str, Encoding<E>)]);
 
 pub(crate) const FLOATS: Types<f64> = Types(
@@ -172,7 +172,7 @@ fn open_file<'a>(archive: &'a Archive<'a>, name: &str) -> Result<Box<dyn Read + 
             Ok(Box::new(file.verifying_reader(DeflateDecoder::new(file.data()))))
         }
         _ => {
-            let source = io::Error::other("its compression is none of numpy's");
+            let source = io::Error::other("it uses a compression that numpy does not use");
             Err(NpzError::Array { array, source })
         }
     }
@@ -237,10 +237,10 @@ pub enum NpzError {
         /// The number of rewards.
         expected: u64,
     },
-    /// The goals of an archive of OGBench cannot be in these columns.
+    /// These columns of an archive of OGBench cannot contain the goals.
     #[error(
-        "columns {columns:?} of {width} are no goals of {goal} elements: name as many columns as a \
-         goal of the buffer has, among those of the array"
+        "columns {columns:?} of {width} cannot be goals of {goal} elements: choose {goal} columns \
+         of the array"
     )]
     Columns {
         /// The columns.

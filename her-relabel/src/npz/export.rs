@@ -22,7 +22,8 @@ use crate::store::storage::Storage;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Writes all finished episodes, or what is left of them, as an archive of numpy arrays. As
-    /// with [`save`](Self::save), the file appears whole or not at all, and no other is changed.
+    /// with [`save`](Self::save), the file appears whole or not at all, and no other file is
+    /// changed.
     ///
     /// The arrays for `E` episodes of `N` transitions in total, with each state stored once:
     ///
@@ -90,8 +91,8 @@ impl<T: Scalar> HerBuffer<T> {
     }
 }
 
-/// The time of all arrays, the first that an archive can express, in seconds since 1970: archives
-/// of the same episodes are the same.
+/// The time of all arrays, in seconds since 1970: the earliest that an archive can express, so that
+/// archives of the same episodes are identical.
 const TIME: i64 = 315_532_800;
 
 /// The writer of an archive.
@@ -121,7 +122,7 @@ impl<T: Scalar, W: Write> Archive<'_, T, W> {
         })
     }
 
-    /// Writes an array, of which `write` writes the part of one episode.
+    /// Writes an array. `write` writes the part of one episode.
     fn array(
         &mut self,
         name: &str,

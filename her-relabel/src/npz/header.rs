@@ -6,13 +6,13 @@ use std::io::{self, Read};
 
 const MAGIC: [u8; 6] = *b"\x93NUMPY";
 
-/// The number of bytes of which a header is a multiple, so that the elements are aligned.
+/// The size of a header is a multiple of this number of bytes, which aligns the elements.
 const ALIGNMENT: usize = 64;
 
 /// The largest size of a header in bytes, about ten times what numpy writes.
 const MAX_LEN: usize = 1024;
 
-/// What the header of an array says.
+/// The contents of an array's header.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Header {
     /// The type in numpy's notation.
@@ -39,7 +39,7 @@ impl Header {
         Ok([&MAGIC[..], &version, &size, padded.as_bytes()].concat())
     }
 
-    /// Reads a header from the beginning of a file, if it is that of plain elements.
+    /// Reads a header from the beginning of a file, if its elements are plain.
     pub(crate) fn read(file: &mut impl Read) -> io::Result<Self> {
         let mut start = [0; MAGIC.len() + 2];
         file.read_exact(&mut start)?;
@@ -68,7 +68,7 @@ fn refused(reason: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, reason)
 }
 
-/// What is left of a header's text, a dictionary in Python's notation.
+/// The unread rest of a header's text, a dictionary in Python's notation.
 struct Text<'a>(&'a str);
 
 impl<'a> Text<'a> {

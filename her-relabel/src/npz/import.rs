@@ -18,8 +18,8 @@ use crate::store::config::Dims;
 impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number.
     /// The archive has the form that [`export_npz`](Self::export_npz) writes, compressed or not,
-    /// with all fields of this buffer. Other arrays are ignored. Episodes that the buffer leaves
-    /// out as [still](crate::StillEpisodes) are counted, too.
+    /// and contains all fields of this buffer. Other arrays are ignored. Episodes that the buffer
+    /// leaves out as [still](crate::StillEpisodes) are counted too.
     ///
     /// An import takes no more memory than the file and this buffer's capacity, whatever sizes the
     /// archive claims.

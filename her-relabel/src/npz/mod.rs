@@ -8,7 +8,7 @@ pub(crate) mod ogbench;
 
 use std::io;
 
-/// Returns an archive's error as one of its reader or writer.
+/// Converts an archive's error to an I/O error.
 fn io_error(error: rawzip::Error) -> io::Error {
     match error.into_kind() {
         rawzip::ErrorKind::IO(error) => error,

@@ -14,10 +14,10 @@ use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
 
-/// The array that tells the last states of trajectories.
+/// The array that marks the last state of each trajectory.
 const TERMINALS: &str = "terminals";
 
-/// Where an archive of OGBench has the goals.
+/// The columns of the goals in an archive of OGBench.
 ///
 /// ```
 /// use her_relabel::GoalColumns;
@@ -38,21 +38,21 @@ pub struct GoalColumns<'a> {
     pub array: &'a str,
     /// The number of its columns.
     pub width: usize,
-    /// The columns that are the goal.
+    /// The columns that form the goal.
     pub columns: Range<usize>,
-    /// The array with the desired goal of each state, of which the first of a trajectory counts;
-    /// `None` if there is none: the goal of a trajectory is then the one that its last state
-    /// achieves.
+    /// The array with the desired goal of each state; the goal of a trajectory is the first one.
+    /// With `None`, it is the goal that the trajectory's last state achieves.
     pub desired: Option<&'a str>,
 }
 
 impl<T: Scalar> HerBuffer<T> {
     /// Adds all trajectories of an archive of [OGBench](https://github.com/seohongpark/ogbench), in
-    /// their order, and returns their number. The buffer has no fields.
+    /// their order, and returns their number. The buffer must have no fields.
     ///
-    /// The archive has a row for each state, and each trajectory ends where `terminals`, of the type
-    /// `bool`, is true; the action of that last row counts for nothing. Each is cut off after its
-    /// last step, and `reward` gives the rewards. One of a single state is left out.
+    /// The archive has a row for each state, and each trajectory ends where `terminals`, of the
+    /// type `bool`, is true; the action of that last row is ignored. Each trajectory is truncated
+    /// after its last step, and `reward` computes the rewards. Trajectories of a single state are
+    /// left out.
     ///
     /// An import takes no more memory than the file and this buffer's capacity, whatever sizes the
     /// archive claims.
@@ -92,7 +92,7 @@ fn read<T: Scalar>(
 ) -> Result<u64, NpzError> {
     let archive = &ZipArchive::from_slice(bytes).map_err(io_error)?;
     let Dims { observation, goal, action } = buffer.config().dims();
-    // Of a trajectory that is longer than the buffer, the last states.
+    // The states kept of a trajectory that is longer than the buffer: the last ones.
     let kept = buffer.config().capacity() as u64 + 1;
     let GoalColumns { array, width, ref columns, desired } = *goals;
     if columns.len() != goal || columns.end > width {
@@ -140,7 +140,7 @@ fn read<T: Scalar>(
         acted.truncate(acted.len() - action);
         rewards.clear();
         let steps = achieved.chunks_exact(goal).skip(1);
-        // The buffer refuses goals that have no reward.
+        // Goals without a reward give NaN, which the buffer refuses.
         let reward_of = |achieved| reward.try_reward(achieved, wanted).unwrap_or(f64::NAN);
         rewards.extend(steps.map(reward_of));
         if rewards.is_empty() {

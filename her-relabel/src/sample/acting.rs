@@ -1,4 +1,4 @@
-//! The inputs of networks while acting: the same numbers as those of a draw.
+//! The inputs of networks while acting: the same numbers as in a draw.
 
 use thiserror::Error;
 
@@ -22,12 +22,12 @@ pub struct StateRows<'a, O, G = O> {
 }
 
 impl Normalizers<'_> {
-    /// Writes the inputs of a network that acts: each observation followed by a goal, normalized,
+    /// Writes the inputs of a network that acts: each observation followed by a goal, normalized;
     /// `n * (dims.observation + dims.goal)` elements for `n` states.
     ///
     /// They are the rows that a draw with this [joined goal](crate::Sampler::with_joined_goal) and
     /// these normalizers writes to [`Batch::input`](crate::Batch::input) for the same numbers, bit
-    /// for bit. A buffer of `f32` has rounded the numbers of a state in `f64`.
+    /// for bit. Note that a buffer of `f32` rounds the numbers of a state in `f64`.
     ///
     /// # Errors
     /// [`InputError`]; then nothing has been written.
@@ -128,7 +128,7 @@ pub enum InputError {
         actual: usize,
     },
     /// A normalizer is for vectors of another length.
-    #[error("a normalizer has {actual} elements instead of {expected}: pass those of these states")]
+    #[error("a normalizer has {actual} elements instead of {expected}: pass one for these states")]
     NormalizerDim {
         /// The length of the vectors.
         expected: usize,

@@ -1,4 +1,4 @@
-//! What a draw reads, and the goal of a drawn row.
+//! The input of a draw, and the goal of a drawn row.
 
 use crate::sample::draws::{Purpose, Words};
 use crate::sample::goals::Goal;
@@ -16,7 +16,7 @@ pub(crate) struct Aim {
     pub(crate) is_relabeled: bool,
 }
 
-/// What a draw reads: the stored episodes, and the settings.
+/// The input of a draw: the stored episodes and the settings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Task<'a, S> {
     pub(crate) storage: &'a Storage<S>,

@@ -84,25 +84,25 @@ columns! { Batch: {
     goal_source: [Option<TransitionId>; always] = None,
         "source of each new goal, `len` elements: the transition whose next achieved goal it is \
         (with [PastDesired](crate::GoalStrategy::PastDesired), whose desired goal), or `None` for \
-        a row that kept its goal. The difference of the two numbers is the number of steps it lies \
-        ahead.";
+        a row that kept its goal. The source's number minus that of the row's transition is the \
+        number of steps it lies ahead.";
     importance_weight: [T; priorities] = T::default(),
         "factors of the rows' losses, `len` elements, which correct for non-uniform draws. Empty \
         unless the sampler draws [by priority](crate::Sampler::with_priorities).";
 } }
 
 columns! { {
-    /// Memory for drawing, without meaning between calls.
+    /// Memory for drawing, with unspecified contents between calls.
     pub(crate) struct Scratch;
     /// Some rows of [`Scratch`].
     pub(crate) struct ScratchRows;
 } {
     relabeled: [Relabeled; always] = Relabeled::default(),
-        "relabeled rows, in front.";
+        "relabeled rows, at the front.";
     achieved_pairs: [f64; goals] = 0.0,
-        "achieved goals that the reward function judges, in front.";
+        "achieved goals that the reward function judges, at the front.";
     desired_pairs: [f64; goals] = 0.0,
-        "goals for which it judges them.";
+        "desired goals of the same pairs.";
     judged_achieved: [f64; judged] = 0.0,
         "achieved goals whose success is judged, if no column holds them as they are stored.";
     judged_desired: [f64; judged] = 0.0,
@@ -110,10 +110,10 @@ columns! { {
     field_rows: [T; fields] = T::default(),
         "fields, row by row.";
     mirrored: [f64; mirrored] = 0.0,
-        "mirror image of one state and its goal, in front.";
+        "mirror image of one state and its goal, at the front.";
 } }
 
-/// Memory for judging the drawn rows, without meaning between calls.
+/// Memory for judging the drawn rows, with unspecified contents between calls.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Judged {
     pub(crate) rewards: Vec<f64>,
@@ -188,7 +188,7 @@ impl<T: Scalar> Batch<T> {
         self.len
     }
 
-    /// Whether there are no rows, because nothing has been sampled yet.
+    /// Returns whether there are no rows, because nothing has been sampled yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
@@ -234,7 +234,7 @@ impl<T: Scalar> Batch<T> {
         Ok(&self.field_values[place.start * self.len()..place.end * self.len()])
     }
 
-    /// Follows the fields of a buffer.
+    /// Takes over the fields of a buffer.
     pub(crate) fn follow_fields(&mut self, fields: &Fields) {
         if !self.fields.is_same(fields) {
             self.fields = fields.clone();

@@ -115,8 +115,8 @@ macro_rules! columns {
         }
 
         impl<'a, T: Scalar> $columns<T> {
-            /// Makes room for so many rows, whose contents are unspecified: in `given`, for the
-            /// columns for which it has memory.
+            /// Makes room for `rows` rows with unspecified contents: in `given`, for the columns
+            /// that it has memory for.
             pub(crate) fn resize(
                 &'a mut self,
                 rows: usize,

@@ -1,4 +1,4 @@
-//! Drawing a batch: which transitions, which goals, what rewards.
+//! Drawing a batch: its transitions, goals and rewards.
 
 use std::any::Any;
 
@@ -22,7 +22,7 @@ use crate::store::config::Dims;
 use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 
-/// A batch that is emptied unless it becomes whole, also if the reward function panics.
+/// A batch that is emptied on drop unless it was completed, even if the reward function panics.
 struct ClearOnDrop<'a, T>(&'a mut Batch<T>);
 
 impl<T> Drop for ClearOnDrop<'_, T> {
@@ -54,10 +54,10 @@ impl Sampler {
         self.sample_into(buffer, reward, source, batch, transforms, columns)
     }
 
-    /// Draws a batch as [`sample`](Self::sample) does, but writes columns to the memory that
-    /// `columns` has for them, such as tensors or pinned memory, and the others to `batch`.
-    /// Observations and goals are mirrored and normalized by `transforms`; [`Normalizers`] alone do,
-    /// too.
+    /// Draws a batch as [`sample`](Self::sample) does, but writes the columns for which `columns`
+    /// has memory, such as tensors or pinned memory, to that memory, and the others to `batch`.
+    /// `transforms` mirrors and normalizes observations and goals; you can also pass
+    /// [`Normalizers`] alone.
     ///
     /// # Errors
     /// [`SampleError`]; then the batch is empty, and the contents of `columns` are unspecified.
@@ -127,7 +127,7 @@ impl Sampler {
         let form = Formed { observation, goal, relative };
         form.check(storage.layout.dims())?;
         let symmetry = self.check_symmetry(symmetry, storage.layout.dims())?;
-        // A buffer of the batch's type, if the batch takes everything as it is stored.
+        // The storage in the batch's type, if the batch takes everything as it is stored.
         let is_plain = form.is_plain() && symmetry.is_none();
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| is_plain);
         let widths = Widths::of(self, &storage.layout, window, as_stored.is_some());
@@ -218,7 +218,7 @@ impl Sampler {
         Ok(Some(symmetry))
     }
 
-    /// Checks that a batch can be drawn, and returns the most steps of its rows.
+    /// Checks that a batch can be drawn, and returns the maximal number of steps of its rows.
     fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<usize, SampleError> {
         if self.batch_size() == 0 {
             return Err(SampleError::EmptyBatch);
@@ -236,7 +236,7 @@ impl Sampler {
             }
         }
         let Dims { observation, goal, action } = storage.layout.dims();
-        // Longer windows than episodes need no memory.
+        // Windows longer than the longest episode need no more memory.
         let window = self.window().min(storage.episodes.longest() as usize);
         let goals = goal.saturating_mul(window);
         let input = observation.saturating_add(goal);

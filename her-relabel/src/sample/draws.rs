@@ -1,4 +1,4 @@
-//! The random numbers of a batch: their source, and draws by them.
+//! The random numbers of a batch: their source, and draws that use them.
 
 use rand_core::Rng;
 
@@ -42,8 +42,8 @@ impl<R: Rng + ?Sized> RandomSource for &mut R {
 /// The number of words that each row of a batch may use.
 const WORDS_PER_ROW: u64 = 4;
 
-/// The random words of a batch, all functions of one key: each row has its own places of the key's
-/// sequence, so that its words are available in any order and on any thread.
+/// The random words of a batch, all functions of one key: each row has its own places in the key's
+/// sequence, so its words are available in any order and on any thread.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draws {
     key: u64,
@@ -64,7 +64,7 @@ pub(crate) trait Words: Copy + Sync {
     fn word(&self, row: usize, purpose: Purpose) -> u64;
 }
 
-/// The most times that a row is drawn.
+/// The maximal number of times that a row is drawn.
 pub(crate) const MAX_DRAWS: usize = 4;
 
 /// A row that no batch has, whose words are the keys of other sequences.
@@ -75,19 +75,19 @@ impl Draws {
         Self { key }
     }
 
-    /// Returns the words of the rows that are drawn for the `attempt + 1`st time.
+    /// Returns the words that draw rows in attempt `attempt`, counted from 0.
     pub(crate) fn attempt(&self, attempt: usize) -> Self {
         if attempt == 0 { *self } else { Self::new(self.word(KEYS + attempt, Purpose::Transition)) }
     }
 
-    /// Returns the words that decide, as those of the purpose [`Purpose::Transition`], whether the
-    /// rows are kept that were drawn for the `attempt + 1`st time.
+    /// Returns the words that decide, for the purpose [`Purpose::Transition`], whether the rows
+    /// drawn in attempt `attempt` are kept.
     pub(crate) fn chances(&self, attempt: usize) -> Self {
         Self::new(self.word(KEYS + attempt, Purpose::Relabel))
     }
 
-    /// Returns the words that decide, as those of the purpose [`Purpose::Transition`], which rows
-    /// are mirrored.
+    /// Returns the words that decide, for the purpose [`Purpose::Transition`], which rows are
+    /// mirrored.
     pub(crate) fn mirroring(&self) -> Self {
         Self::new(self.word(KEYS + MAX_DRAWS, Purpose::Transition))
     }
@@ -101,7 +101,7 @@ impl Words for Draws {
     }
 }
 
-/// The random words of a batch of which some rows are drawn several times.
+/// The random words of a batch in which some rows are drawn several times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Redrawn<'a> {
     by_attempt: [Draws; MAX_DRAWS],
@@ -146,7 +146,7 @@ pub(crate) fn geometric(gamma: UnitInterval, n: u64, unit: f64) -> u64 {
 }
 
 /// Draws a live transition, each with the same probability, from a random word. At least one must
-/// live.
+/// be live.
 #[inline(always)]
 pub(crate) fn uniform(episodes: &Episodes, word: u64) -> u64 {
     let live = episodes.live();

@@ -27,8 +27,8 @@ pub(crate) trait Form<S, T>: Copy + Sync {
     /// Writes the state after the step, with the goal of the row.
     fn put_next<G: Scalar>(self, rows: &mut Rows<'_, T>, at: usize, next: State<'_, S>, goal: &[G]);
 
-    /// Writes what depends on the goal again, which has moved: the states before and after the step
-    /// are those of the row.
+    /// Writes everything that depends on the goal again, because the goal has moved. The states are
+    /// those before and after the step of the row.
     fn put_moved<G: Scalar>(
         self,
         rows: &mut Rows<'_, T>,
@@ -57,7 +57,7 @@ impl<'a, S> State<'a, S> {
     }
 }
 
-/// Every part as it is stored: in a column of its own, or observations joined with goals.
+/// Every part as it is stored: in its own column, or observations joined with goals.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AsStored<const JOINED: bool>;
 
@@ -119,12 +119,12 @@ impl<T: Scalar, const JOINED: bool> Form<T, T> for AsStored<JOINED> {
 pub(crate) struct Formed<'a> {
     pub(crate) observation: Option<&'a Normalizer>,
     pub(crate) goal: Option<&'a Normalizer>,
-    /// Whether the goals behind observations are relative.
+    /// Whether the goals joined with observations are relative.
     pub(crate) relative: bool,
 }
 
 impl Formed<'_> {
-    /// Whether nothing is normalized or relative.
+    /// Returns whether nothing is normalized or relative.
     pub(crate) fn is_plain(&self) -> bool {
         self.observation.is_none() && self.goal.is_none() && !self.relative
     }
@@ -153,7 +153,7 @@ impl Formed<'_> {
         }
     }
 
-    /// Writes an observation and the goal behind it to `target`, which holds no more.
+    /// Writes an observation followed by the goal to `target`, which has exactly their length.
     pub(crate) fn put_input<O: Scalar, G: Scalar, T: Scalar>(
         &self,
         target: &mut [T],
@@ -208,7 +208,7 @@ impl Formed<'_> {
             if self.relative {
                 self.put_relative(&mut columns.input[end..][..len], goal, state.achieved_goal());
             } else {
-                // The goal as it was just written, which need not be normalized again.
+                // The goal was just written here, and need not be normalized again.
                 let written = &columns.desired_goal[at * len..][..len];
                 convert_short(&mut columns.input[end..][..len], written);
                 convert_short(&mut columns.next_input[end..][..len], written);

@@ -1,4 +1,4 @@
-//! From random words to the rows of a batch, on one thread or several.
+//! Turning random words into the rows of a batch, on one thread or several.
 
 use std::iter;
 
@@ -18,7 +18,7 @@ use crate::store::transition_id::TransitionId;
 /// memory.
 const AHEAD: usize = 8;
 
-/// The largest number of rows that do not gain from another thread.
+/// The largest number of rows that does not gain from another thread.
 pub(crate) const PART: usize = 512;
 
 /// The number of bytes of a cache line.
@@ -49,9 +49,9 @@ pub(crate) struct Counts {
 }
 
 impl<'a, S: Scalar> Task<'a, S> {
-    /// Draws rows on the threads of the current rayon pool, if they are more than `part`. Every row
-    /// is a function of the random words of its place in the batch, so the division into parts does
-    /// not change the batch.
+    /// Draws rows on the threads of the current rayon pool, if there are more than `part`. Every
+    /// row is a function of the random words of its place in the batch, so the division into parts
+    /// does not change the batch.
     pub(crate) fn gather_parts<T: Scalar>(
         self,
         words: impl Words,

@@ -223,13 +223,13 @@ impl From<GoalMixture> for Vec<GoalPart> {
 #[non_exhaustive]
 pub enum MixtureError {
     /// There are no parts, or too many.
-    #[error("a mixture of {count} parts is not possible: pass from 1 to {MAX_PARTS}")]
+    #[error("a mixture cannot have {count} parts: pass 1 to {MAX_PARTS}")]
     PartCount {
         /// The number of parts.
         count: usize,
     },
     /// A weight is negative, NaN or infinite.
-    #[error("the weight {weight} is negative or not finite: use a finite number from 0")]
+    #[error("the weight {weight} is negative or not finite: use a finite number, at least 0")]
     BadWeight {
         /// The weight.
         weight: f64,

@@ -1,11 +1,11 @@
-//! The inputs of networks: the goal behind each observation, the normalizers, the mirror.
+//! The inputs of networks: joined goals, normalizers and the symmetry.
 
 use goal_reward::Symmetry;
 use serde::{Deserialize, Serialize};
 
 use crate::normalizer::Normalizer;
 
-/// The goal that [`Sampler::with_joined_goal`](crate::Sampler::with_joined_goal) writes behind each
+/// The goal that [`Sampler::with_joined_goal`](crate::Sampler::with_joined_goal) appends to each
 /// observation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -17,26 +17,25 @@ pub enum JoinedGoal {
     Relative,
 }
 
-/// The normalizers of a draw, of which [`Sampler::sample_into`](crate::Sampler::sample_into) has an
-/// example. Parts without a normalizer are written as they are stored, and [`Default`]
-/// has none at all.
+/// The normalizers of a draw; [`Sampler::sample_into`](crate::Sampler::sample_into) has an example.
+/// Parts without a normalizer are written as they are stored, and [`Default`] has no normalizers.
 ///
 /// The numbers are those of [`Normalizer::normalize_into`], bit for bit, without a second pass over
 /// the batch. Rewards and success are computed from the stored goals.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Normalizers<'a> {
-    /// Of observations, before and after the step.
+    /// The normalizer of observations, before and after the step.
     pub observation: Option<&'a Normalizer>,
-    /// Of goals, achieved and desired. With [`JoinedGoal::Relative`], of the relative goals alone:
-    /// the columns of achieved and desired goals are as they are stored.
+    /// The normalizer of goals, achieved and desired. With [`JoinedGoal::Relative`], it normalizes
+    /// only the relative goals: the columns of achieved and desired goals are as they are stored.
     pub goal: Option<&'a Normalizer>,
 }
 
-/// What [`Sampler::sample_into`](crate::Sampler::sample_into) borrows to write rows otherwise than
-/// they are stored. [`Default`] has nothing, and [`Normalizers`] alone are [`From`] them.
+/// The changes that [`Sampler::sample_into`](crate::Sampler::sample_into) makes to rows while it
+/// writes them. [`Default`] changes nothing, and [`Normalizers`] alone convert with [`From`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Transforms<'a> {
-    /// The normalizers, of mirrored rows as well.
+    /// The normalizers, which also apply to mirrored rows.
     pub normalizers: Normalizers<'a>,
     /// The symmetry of the task, by which the sampler
     /// [mirrors rows](crate::Sampler::with_mirrored).

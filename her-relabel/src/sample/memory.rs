@@ -1,8 +1,8 @@
-//! Memory of batches, whose size the caller chooses.
+//! Memory for batches, whose size the caller chooses.
 
 use crate::sample::sampler::SampleError;
 
-/// Changes the length of a vector, whose new elements are `value`.
+/// Changes the length of a vector. New elements are `value`.
 ///
 /// # Errors
 /// [`SampleError::TooLarge`] if there is no memory for it; then the vector has not changed.
@@ -17,7 +17,7 @@ pub(crate) fn resize<E: Clone>(
     Ok(())
 }
 
-/// Replaces the elements of a vector by `len` times `value`.
+/// Replaces the elements of a vector with `len` copies of `value`.
 ///
 /// # Errors
 /// [`SampleError::TooLarge`] if there is no memory for them.

@@ -1,4 +1,4 @@
-//! Rows as in a mirror.
+//! Mirrored rows.
 
 use goal_reward::{Mirror, Symmetry};
 
@@ -10,7 +10,7 @@ use crate::scalar::Scalar;
 use crate::split_mix::unit;
 use crate::unit_interval::UnitInterval;
 
-/// The form of a batch of which some rows are mirrored.
+/// The form of a batch in which some rows are mirrored.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mirroring<'a> {
     form: Formed<'a>,
@@ -20,7 +20,8 @@ pub(crate) struct Mirroring<'a> {
 }
 
 impl<'a> Mirroring<'a> {
-    /// Mirrors the share of the rows that `draws` decides, and writes all in `form`.
+    /// Mirrors the average share `share` of the rows, chosen by `draws`, and writes all rows in
+    /// `form`.
     pub(crate) fn new(
         form: Formed<'a>,
         symmetry: &'a Symmetry,
@@ -30,7 +31,7 @@ impl<'a> Mirroring<'a> {
         Self { form, symmetry, share, draws: draws.mirroring() }
     }
 
-    /// Whether the row at `at` is mirrored.
+    /// Returns whether the row at `at` is mirrored.
     #[inline(always)]
     fn mirrors<T>(&self, rows: &Rows<'_, T>, at: usize) -> bool {
         unit(self.draws.word(rows.first + at, Purpose::Transition)) < self.share.get()

@@ -18,12 +18,12 @@ use crate::unit_interval::UnitInterval;
 /// Noise in the goals of relabeled rows, for [`Sampler::with_goal_noise`](crate::Sampler).
 ///
 /// A share of the new goals is moved by a vector that is drawn uniformly from a ball, with as many
-/// dimensions as goals have elements. The moved goal is rounded to the buffer's type, and what
-/// follows from the row's goal follows from the moved one: reward, termination, success. One that
-/// the type cannot hold keeps its place.
+/// dimensions as goals have elements. The moved goal is rounded to the buffer's type, and the
+/// reward, termination and success of the row follow from it. A goal stays in place if the type
+/// cannot hold the moved one.
 ///
-/// A radius below the distance within which a goal counts as reached makes rows that almost reach
-/// their goal, besides those that reach it exactly.
+/// If the radius is below the distance within which a goal counts as reached, some rows reach their
+/// goal only approximately, besides those that reach it exactly.
 ///
 /// Source: Lin et al., *Invariant transform experience replay*, 2019, which also mirrors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,26 +34,26 @@ pub struct GoalNoise {
 }
 
 impl GoalNoise {
-    /// Creates noise of at most `radius`, in the unit of the goals, finite and at least 0, in the
+    /// Creates noise of at most `radius`, in the unit of the goals, finite and at least 0, for the
     /// share `share` of the relabeled rows. For the Fetch tasks, 0.04 m and 0.5 work well.
     pub const fn new(radius: f64, share: UnitInterval) -> Self {
         Self { radius, share }
     }
 
     settings! {
-        /// Returns the farthest that a goal is moved.
+        /// Returns the farthest distance that a goal is moved.
         radius: f64;
         /// Returns the average share of relabeled rows whose goal is moved.
         share: UnitInterval;
     }
 
-    /// Whether the radius is finite and at least 0.
+    /// Returns whether the radius is finite and at least 0.
     pub(crate) fn is_valid(&self) -> bool {
         (0.0..f64::INFINITY).contains(&self.radius)
     }
 
-    /// Moves the new goal of the row `row` of the batch, of a buffer of `S`; `false` if it is one
-    /// that stays.
+    /// Moves the new goal of row `row` of a batch from a buffer of `S`. Returns `false` if the goal
+    /// stays in place.
     pub(crate) fn displace<S: Scalar>(
         self,
         words: impl Words,
@@ -67,9 +67,9 @@ impl GoalNoise {
         if !is_chosen || self.radius == 0.0 {
             return false;
         }
-        // Of a normal vector with two more elements, brought to length 1, the others are uniform in
-        // the ball. Source: Voelker et al., *Efficiently sampling vectors and coordinates from the
-        // n-sphere and n-ball*, 2017.
+        // If a normal vector with two more elements is scaled to length 1, its other elements are
+        // uniform in the ball. Source: Voelker et al., *Efficiently sampling vectors and
+        // coordinates from the n-sphere and n-ball*, 2017.
         let two_squares = -2.0 * log1p(-unit(words.word(0, Purpose::Goal)));
         let squares = (0..goal.len()).map(|index| normal(words, index).powi(2)).sum::<f64>();
         let factor = self.radius / (two_squares + squares).sqrt();
@@ -93,7 +93,7 @@ fn normal(words: Draws, index: usize) -> f64 {
 }
 
 impl<S: Scalar> Task<'_, S> {
-    /// Draws rows as [`gather_parts`](Self::gather_parts) does, and moves goals of theirs.
+    /// Draws rows as [`gather_parts`](Self::gather_parts) does, and moves some of their goals.
     pub(crate) fn gather_moved<T: Scalar>(
         self,
         words: impl Words,

@@ -48,7 +48,7 @@ pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
 }
 
 /// Ends each relabeled window at the first step with which the new goal ends the task.
-/// `keeps_stored` says whether its last step also ends the task if it is stored so.
+/// `keeps_stored` says whether the last step also ends the task where the stored one does.
 fn terminate<S: Scalar, T: Scalar>(
     storage: &Storage<S>,
     form: impl Form<S, T>,

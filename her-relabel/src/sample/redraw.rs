@@ -1,4 +1,4 @@
-//! Drawing rows again whose goal was already achieved before the step.
+//! Redrawing rows whose goal was already achieved before the step.
 
 use goal_reward::{GoalPairs, GoalReward};
 
@@ -14,7 +14,7 @@ use crate::store::storage::Storage;
 /// The number of rows whose memory is requested at a time.
 const AHEAD: usize = 16;
 
-/// Memory for drawing again, of which only the attempts are read afterwards.
+/// Memory for redrawing. Only the attempts are read afterwards.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Redraws {
     /// The draw, from 0, that each row is taken from.
@@ -27,7 +27,7 @@ pub(crate) struct Redraws {
 }
 
 impl Redraws {
-    /// Chooses the draw of each row of a batch, of which `pick` draws the transitions.
+    /// Chooses the draw of each row of a batch. `pick` draws the transitions.
     ///
     /// The rows are drawn in rounds. In each, the reward function judges all drawn rows with one
     /// call, and those that are not kept are drawn again in the next round, at most [`MAX_DRAWS`]
@@ -71,8 +71,8 @@ impl Redraws {
         Ok(Redrawn::new(draws, &self.attempts))
     }
 
-    /// Writes the pairs of goals of the pending rows: the goal achieved before the step, and that
-    /// of the row.
+    /// Writes the pairs of goals of the pending rows: the goal achieved before the step, and the
+    /// goal of the row.
     fn draw_pairs<S: Scalar>(
         &mut self,
         task: Task<'_, S>,

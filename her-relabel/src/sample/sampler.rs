@@ -102,7 +102,7 @@ impl Sampler {
         /// Sets the average share of rows that get a new goal. As each row is drawn independently,
         /// the share in one batch varies.
         with_ratio(ratio: UnitInterval);
-        /// Sets what decides the termination of relabeled rows. The default is
+        /// Sets the rule for the termination of relabeled rows. The default is
         /// [`Termination::Stored`], as in the paper: no learner bootstraps from a state that ended
         /// its task.
         with_termination(termination: Termination);
@@ -128,14 +128,15 @@ impl Sampler {
         /// correct for the priorities alone, as if no row had been drawn again. `is_success` is
         /// called once for each of the first three draws, with all rows that are drawn.
         with_already_achieved(already_achieved: UnitInterval);
-        /// Sets whether the reward function gives the rewards of all rows, not only of relabeled ones:
-        /// for a reward other than the one that was stored. The default is false.
+        /// Sets whether the reward function computes the rewards of all rows, not only of relabeled
+        /// ones: for a reward other than the stored one. The default is false.
         ///
-        /// What [termination](Self::with_termination) says of relabeled rows then holds for all.
+        /// The rule of [termination](Self::with_termination) for relabeled rows then applies to all
+        /// rows.
         with_recomputed_rewards(recomputed_rewards: bool);
-        /// Sets the average share of rows that are mirrored: 0 by default, and 1/2 to see both sides
-        /// alike. A mirrored row is that of the mirror image of its transition, by the
-        /// [symmetry](crate::Transforms::symmetry) that each draw must then be given.
+        /// Sets the average share of rows that are mirrored: 0 by default, and 1/2 to see both
+        /// sides equally often. A mirrored row is the row of the mirror image of its transition, by
+        /// the [symmetry](crate::Transforms::symmetry) that each draw then needs.
         ///
         /// Observations, goals and actions are mirrored, in `f64` and before they are normalized.
         /// Everything else is as without this setting, bit for bit: which transitions and goals are
@@ -155,21 +156,21 @@ impl Sampler {
         batch_size: usize;
         /// Returns the average share of rows that get a new goal.
         ratio: UnitInterval;
-        /// Returns what decides the termination of relabeled rows.
+        /// Returns the rule for the termination of relabeled rows.
         termination: Termination;
-        /// Whether [`Batch::success`](crate::Batch::success) is computed.
+        /// Returns whether [`Batch::success`](crate::Batch::success) is computed.
         success: bool;
         /// Returns the windows of several steps.
         n_step: Option<NStep>;
         /// Returns the exponent of the importance weights; `None` for uniform draws.
         priorities: Option<UnitInterval>;
-        /// Whether batches are drawn on several threads.
+        /// Returns whether batches are drawn on several threads.
         parallel: bool;
-        /// Returns the goal that is written behind each observation.
+        /// Returns the goal that is appended to each observation.
         joined_goal: Option<JoinedGoal>;
         /// Returns the probability of keeping a row whose goal was already achieved.
         already_achieved: UnitInterval;
-        /// Whether the reward function gives the rewards of all rows.
+        /// Returns whether the reward function computes the rewards of all rows.
         recomputed_rewards: bool;
         /// Returns the average share of rows that are mirrored.
         mirrored: UnitInterval;
@@ -206,7 +207,7 @@ impl Sampler {
         self
     }
 
-    /// Sets the goal that is written behind each observation, as the input of a network:
+    /// Sets the goal that is appended to each observation, as the input of a network:
     /// [`Batch::input`](crate::Batch::input) and [`Batch::next_input`](crate::Batch::next_input)
     /// take the place of the observations. The default is `None`.
     #[must_use]
@@ -215,10 +216,11 @@ impl Sampler {
         self
     }
 
-    /// Sets noise in the goals of relabeled rows. The default is `None`. Which transitions and goals
-    /// are drawn does not depend on it, unless rows are
-    /// [drawn again](Self::with_already_achieved), which the moved goals decide.
-    /// [`Batch::goal_source`](crate::Batch::goal_source) is where the goal was before it was moved.
+    /// Sets noise in the goals of relabeled rows. The default is `None`. The noise does not change
+    /// which transitions and goals are drawn, unless rows are [drawn
+    /// again](Self::with_already_achieved), which depends on the moved goals.
+    /// [`Batch::goal_source`](crate::Batch::goal_source) is the source of the goal before it was
+    /// moved.
     #[must_use]
     pub fn with_goal_noise(mut self, noise: impl Into<Option<GoalNoise>>) -> Self {
         self.goal_noise = noise.into();
@@ -288,7 +290,7 @@ impl NStep {
     /// discount of what follows them.
     #[inline(always)]
     pub(crate) fn sum(self, rewards: impl Iterator<Item = f64>) -> (f64, f64) {
-        // -0.0 is the neutral element of addition: a single reward keeps its bits.
+        // -0.0 is the additive identity: a single reward keeps its bits.
         rewards.fold((-0.0, 1.0), |(sum, discount), reward| {
             (sum + discount * reward, discount * self.gamma.get())
         })
@@ -312,7 +314,7 @@ pub enum SampleError {
     #[error("the buffer has no priorities: configure them with `BufferConfig::with_priorities`")]
     NoPriorities,
     /// Every priority is 0.
-    #[error("all priorities are 0, so that none can be drawn: set a positive one")]
+    #[error("all priorities are 0, so nothing can be drawn: set a positive one")]
     ZeroPriorities,
     /// There is not enough memory for the rows of the batch or the steps of their windows.
     #[error("there is no memory for a batch of this size: reduce `batch_size` or `n_step`")]
@@ -332,8 +334,8 @@ pub enum SampleError {
     },
     /// A normalizer of the draw is for vectors of another length.
     #[error(
-        "a normalizer has {actual} elements instead of {expected}: pass those of this buffer's \
-         observations and goals"
+        "a normalizer has {actual} elements instead of {expected}: pass normalizers for this \
+         buffer's observations and goals"
     )]
     NormalizerDim {
         /// The length of the vectors in the buffer.
@@ -342,7 +344,7 @@ pub enum SampleError {
         actual: usize,
     },
     /// The sampler mirrors rows, but the draw has no symmetry.
-    #[error("rows cannot be mirrored without a symmetry: pass `Transforms` with that of the task")]
+    #[error("rows cannot be mirrored without a symmetry: pass the task's in `Transforms`")]
     NoSymmetry,
     /// The symmetry of the draw is for vectors of another length.
     #[error("a mirror has {actual} elements instead of {expected}: pass the symmetry of this task")]
@@ -352,8 +354,8 @@ pub enum SampleError {
         /// The length of the mirror's vectors.
         actual: usize,
     },
-    /// The radius of the goals' noise is negative or not finite.
-    #[error("the goals' noise has the radius {radius}: choose a finite number of at least 0")]
+    /// The radius of the goal noise is negative or not finite.
+    #[error("the radius of the goal noise is {radius}: use a finite number, at least 0")]
     BadRadius {
         /// The radius.
         radius: f64,

@@ -3,9 +3,9 @@
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
 
-/// Whether threads help to draw. They do not in a process that was forked from one that has drawn
-/// with them, because the child has none of the pool's threads and would wait forever. In a pool
-/// that the child created they do.
+/// Returns whether threads help to draw. They do not in a process that was forked from one that has
+/// drawn with them, because the child has none of the pool's threads and would wait forever. In a
+/// pool that the child created, they do.
 pub(crate) fn have_threads() -> bool {
     /// The first process that has drawn with threads.
     static PROCESS: AtomicU32 = AtomicU32::new(NONE);

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 
 use atomic_write_file::AtomicWriteFile;
 
-/// The number of symbolic links that lead to a file, at most, as on Linux.
+/// The maximal number of symbolic links that lead to a file, as on Linux.
 const MAX_LINKS: usize = 40;
 
 /// Writes a file without a name in the same directory, and then gives it the name of the file that
 /// it replaces, with its permissions. If anything fails, a previous file is unchanged, and nothing
-/// else is left over. A symbolic link stays one: the file that it leads to is replaced.
+/// else is left over. A symbolic link is kept: the file that it leads to is replaced.
 ///
 /// At the end the file gets the name `.NAME.xxxxxx`, and is then renamed. A process that is killed
 /// in between leaves that file, and so does one that is killed while it writes to a file system
-/// without unnamed files (`O_TMPFILE`). Nothing proves later whose file it is, so it is left to the
-/// user.
+/// without unnamed files (`O_TMPFILE`). Nothing proves later whose file it is, so it is left for
+/// the user.
 pub(crate) fn replace<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
@@ -65,7 +65,7 @@ fn target_of(path: &Path) -> io::Result<PathBuf> {
             Err(_) => return Ok(path),
         }
     }
-    Err(io::Error::other(format!("{} is a link in a circle", path.display())))
+    Err(io::Error::other(format!("{} is part of a loop of symbolic links", path.display())))
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ mod huge {
 
     use crate::scalar::Scalar;
 
-    /// A slice in a memory map of its own.
+    /// A slice in its own memory map.
     #[derive(Debug)]
     pub(crate) struct Block<T> {
         map: MmapMut,
@@ -36,10 +36,10 @@ mod huge {
     impl<T> Block<T> {
         fn of_bytes(bytes: usize) -> Self {
             let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
-                // As a `Vec` does if memory runs out.
+                // Like a `Vec` when memory runs out.
                 handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<T>()))
             });
-            // If there are no huge pages, small ones serve.
+            // If there are no huge pages, small ones are used.
             let _ = map.advise(Advice::HugePage);
             Self { map, element: PhantomData }
         }

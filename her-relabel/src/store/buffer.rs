@@ -1,4 +1,4 @@
-//! The buffer: its configuration, what it holds, and its priorities.
+//! The buffer: its configuration, contents and priorities.
 
 use crate::scalar::Scalar;
 use crate::store::config::{BufferConfig, ConfigError};
@@ -97,7 +97,7 @@ impl<T: Scalar> HerBuffer<T> {
         (live.end - live.start) as usize
     }
 
-    /// Whether there is nothing to sample.
+    /// Returns whether there is nothing to sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.storage.episodes.live().is_empty()
@@ -109,7 +109,8 @@ impl<T: Scalar> HerBuffer<T> {
         self.storage.episodes.len()
     }
 
-    /// Returns the oldest and the newest transition that can be sampled, as can all between them.
+    /// Returns the oldest and the newest transition that can be sampled; all between them can be,
+    /// too.
     #[must_use]
     pub fn transition_ids(&self) -> Option<(TransitionId, TransitionId)> {
         let live = self.storage.episodes.live();
@@ -124,8 +125,8 @@ impl<T: Scalar> HerBuffer<T> {
         under_way.for_each(Unfinished::discard);
     }
 
-    /// Sets the priorities of transitions, or of their episodes. The last priority counts if one is
-    /// given several times. Overwritten transitions are ignored.
+    /// Sets the priorities of transitions, or of their episodes. If a transition is given several
+    /// times, the last priority counts. Overwritten transitions are ignored.
     ///
     /// A priority is itself the weight of a draw: for the paper's prioritized replay, pass
     /// `(|td_error| + epsilon).powf(alpha)`.

@@ -103,7 +103,7 @@ impl BufferConfig {
         &self.fields
     }
 
-    /// Checks all settings but the size of the memory, which depends on the element type.
+    /// Checks all settings except the size of the memory, which depends on the element type.
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
         let Dims { observation, goal, action } = self.dims;
         let sizes = [
@@ -146,7 +146,7 @@ pub enum ConfigError {
         /// The name of the size.
         name: &'static str,
     },
-    /// A field has an invalid name, or that of another field.
+    /// A field has an invalid name, or the name of another field.
     #[error(
         "the field name {name:?} is invalid or taken: use up to 64 ASCII letters, digits and \
          underscores, and each name once"
@@ -162,13 +162,13 @@ pub enum ConfigError {
         priority: f64,
     },
     /// The distance of still episodes is negative, NaN or infinite.
-    #[error("the distance of still episodes is {distance}: use a finite number from 0")]
+    #[error("the distance of still episodes is {distance}: use a finite number, at least 0")]
     BadDistance {
         /// The distance.
         distance: f64,
     },
-    /// The rows of `capacity` transitions cannot be addressed, or there is no memory for so many
-    /// environments.
+    /// The rows of `capacity` transitions cannot be addressed, or there is no memory for this
+    /// number of environments.
     #[error("there is no memory for these sizes: reduce `capacity`, `dims` or `num_envs`")]
     TooLarge,
 }

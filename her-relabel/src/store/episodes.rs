@@ -87,8 +87,8 @@ impl Episode {
 }
 
 impl Episodes {
-    /// Creates an empty list, whose first episode gets the number `first_episode`, and its first
-    /// transition `transition`.
+    /// Creates an empty list, whose first episode gets the number `first_episode` and whose first
+    /// transition gets `transition`.
     pub(crate) fn new(first_episode: u64, transition: u64) -> Self {
         let mut records = Queue::default();
         records.push(Record::new(transition, Ending::default()));
@@ -151,7 +151,7 @@ impl Episodes {
         self.records.len() - 1
     }
 
-    /// Returns a bound of the steps of every episode.
+    /// Returns an upper bound on the number of steps of every episode.
     pub(crate) fn longest(&self) -> u64 {
         self.longest
     }

@@ -48,7 +48,7 @@ impl Fields {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Whether there is at most one field.
+    /// Returns whether there is at most one field.
     pub(crate) fn is_plain(&self) -> bool {
         self.0.len() < 2
     }

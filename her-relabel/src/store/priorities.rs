@@ -24,13 +24,12 @@ impl Priorities {
     }
 
     settings! {
-        /// Sets the priority of what is added. The default, [`NewPriority::Highest`], is the
-        /// paper's.
+        /// Sets the priority of new units. The default, [`NewPriority::Highest`], is the paper's.
         with_new_priority(new_priority: NewPriority);
 
-        /// Returns what has a priority.
+        /// Returns the unit that has a priority.
         unit: PriorityUnit;
-        /// Returns the priority of what is added.
+        /// Returns the priority of new units.
         new_priority: NewPriority;
     }
 }
@@ -50,7 +49,7 @@ pub enum PriorityUnit {
     Episode,
 }
 
-/// The priority of what is added.
+/// The priority of new transitions or episodes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NewPriority {
@@ -84,7 +83,7 @@ pub enum PriorityError {
         priority: f64,
     },
     /// A transition was never stored in this buffer.
-    #[error("transition {number} was never stored here: pass those of a batch from this buffer")]
+    #[error("transition {number} was never stored here: pass transitions drawn from this buffer")]
     UnknownTransition {
         /// The number of the transition.
         number: u64,
@@ -92,7 +91,7 @@ pub enum PriorityError {
 }
 debug_as_display!(PriorityError);
 
-/// Whether a number is a valid priority.
+/// Returns whether a number is a valid priority.
 pub(crate) fn is_priority(priority: f64) -> bool {
     (0.0..=MAX_PRIORITY).contains(&priority)
 }

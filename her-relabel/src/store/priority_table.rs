@@ -1,4 +1,4 @@
-//! The priorities of what is stored.
+//! The priorities of stored transitions or episodes.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ impl PriorityTable {
         Self { settings, highest: 1.0, tree: SumTree::new() }
     }
 
-    /// Follows the episodes after some were added or dropped.
+    /// Updates the table after episodes were added or dropped.
     pub(crate) fn follow(&mut self, episodes: &Episodes) {
         let priority = match self.settings.new_priority() {
             NewPriority::Highest => self.highest,

@@ -43,7 +43,7 @@ impl StillEpisodes {
         seed: u64;
     }
 
-    /// Whether the distance is finite and at least 0.
+    /// Returns whether the distance is finite and at least 0.
     pub(crate) fn is_valid(&self) -> bool {
         (0.0..f64::INFINITY).contains(&self.max_distance)
     }

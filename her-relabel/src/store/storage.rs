@@ -53,7 +53,7 @@ impl<T: Scalar> Storage<T> {
         self.store_episode(rows, ending);
     }
 
-    /// Adds an episode as [`push_episode`](Self::push_episode) does, also if it is still.
+    /// Adds an episode as [`push_episode`](Self::push_episode) does, even if it is still.
     pub(crate) fn store_episode(&mut self, rows: &[T], ending: Ending) {
         let steps = (rows.len() / self.layout.row() - 1) as u64;
         let kept = self.capacity as u64 - steps;
@@ -91,7 +91,7 @@ impl<T: Scalar> Storage<T> {
     }
 }
 
-/// Whether the episode of this number, with these rows, is kept.
+/// Returns whether the episode of this number, with these rows, is kept.
 fn keeps<T: Scalar>(still: &StillEpisodes, number: u64, layout: &Layout, rows: &[T]) -> bool {
     let first = &rows[layout.achieved_goal()];
     let is_near = |row: &[T]| {
@@ -108,7 +108,7 @@ fn keeps<T: Scalar>(still: &StillEpisodes, number: u64, layout: &Layout, rows: &
 pub(crate) struct Unfinished<T> {
     pub(crate) rows: Vec<T>,
     pub(crate) desired_goal: Vec<T>,
-    /// Whether the episode was discarded, so that the rest of its steps is expected.
+    /// Whether the episode was discarded, so that more of its steps may arrive.
     pub(crate) is_discarded: bool,
 }
 
@@ -122,7 +122,7 @@ impl<T: Scalar> Unfinished<T> {
         (self.rows.len() / layout.row()).saturating_sub(1)
     }
 
-    /// Forgets the episode, whose other steps may still come.
+    /// Forgets the episode, whose remaining steps may still arrive.
     pub(crate) fn discard(&mut self) {
         self.rows.clear();
         self.is_discarded = true;

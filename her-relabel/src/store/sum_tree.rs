@@ -5,8 +5,8 @@ use std::ops::Range;
 /// The number of summands of a sum on the next level: those of a cache line.
 const FANOUT: usize = 8;
 
-/// Weights of consecutive numbers that slide upward, and sums of them, so that the time of a draw
-/// or a change grows with the logarithm of their number.
+/// Weights of consecutive numbers that slide upward, and sums of them, so the time of a draw or a
+/// change grows with the logarithm of their number.
 ///
 /// A sum is always computed from its summands, never adjusted: no error accumulates, and equal
 /// weights give equal draws, whatever their history.
@@ -36,7 +36,7 @@ impl SumTree {
         fits.then_some(tree)
     }
 
-    /// Returns the size of a tree of so many weights.
+    /// Returns the size of a tree of `len` weights.
     pub(crate) fn size_for(len: usize) -> usize {
         len.next_power_of_two().max(FANOUT)
     }
@@ -66,7 +66,7 @@ impl SumTree {
         self.fill(number..number + 1, weight);
     }
 
-    /// Moves the live numbers to `live`, of which neither end may be lower than before, and gives
+    /// Moves the live numbers to `live`, neither end of which may be lower than before, and gives
     /// each new number the weight `weight`.
     pub(crate) fn slide(&mut self, live: Range<u64>, weight: f64) {
         let old = self.live.clone();
@@ -112,7 +112,7 @@ impl SumTree {
         (number & (self.size() as u64 - 1)) as usize
     }
 
-    /// Gives the numbers, at most as many as the places, the same weight.
+    /// Gives the numbers, of which there are no more than places, the same weight.
     fn fill(&mut self, numbers: Range<u64>, weight: f64) {
         let mut start = numbers.start;
         while start < numbers.end {

@@ -1,4 +1,4 @@
-//! What a network sees while acting is what it sees while learning, bit for bit.
+//! A network sees the same bits while acting as while learning.
 
 use crate::common::{Result, Telling};
 use her_relabel::{

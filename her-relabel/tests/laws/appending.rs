@@ -11,7 +11,7 @@ fn saved(buffer: &HerBuffer<f64>) -> Vec<u8> {
 }
 
 proptest! {
-    /// Also where the oldest transitions have to go, in either buffer.
+    /// Also if either buffer must drop its oldest transitions.
     #[test]
     fn a_buffer_with_another_appended_equals_one_that_got_all_episodes(
         lens in prop::collection::vec(1u32..8, 0..12),
@@ -26,7 +26,7 @@ proptest! {
         }
         let mut whole = first.clone();
         first.append(&second)?;
-        // What the second buffer has dropped, the whole never gets.
+        // Whatever the second buffer has dropped, the whole never gets.
         let total: usize = lens[split..].iter().map(|len| *len as usize).sum();
         let mut dropped = total.saturating_sub(capacities.1);
         if dropped == 0 {
@@ -62,7 +62,7 @@ fn unfinished_episodes_stay_where_they_are() -> Result {
     Ok(())
 }
 
-/// The other buffer has decided, so that no share of a share is kept.
+/// The other buffer has already decided, so a share of a share is never kept.
 #[test]
 fn still_episodes_that_the_other_buffer_keeps_are_added() -> Result {
     let none = StillEpisodes::new(1e9, UnitInterval::ZERO);

@@ -53,7 +53,7 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|number| number.to_bits()).collect()
 }
 
-/// Asserts that all that follows from transitions, goals and rewards has the same bits.
+/// Asserts that everything that follows from transitions, goals and rewards has the same bits.
 fn assert_same_outcomes(one: &Batch<f64>, other: &Batch<f64>) -> Result {
     assert_eq!(bits(one.reward()), bits(other.reward()));
     assert_eq!(bits(one.discount()), bits(other.discount()));
@@ -232,7 +232,8 @@ fn check_ball(len: usize) -> Result {
     Ok(())
 }
 
-/// Each is drawn by itself: rows by whether they are relabeled, moved and mirrored.
+/// Counts rows by whether they are relabeled, moved and mirrored, each of which is drawn
+/// independently.
 #[test]
 fn mirroring_moving_and_relabeling_are_independent() -> Result {
     let quarter = UnitInterval::new(0.25)?;
@@ -265,7 +266,7 @@ fn rows_are_drawn_again_by_their_moved_goals() -> Result {
         let achieved = pairs.filter(|(achieved, goal)| reward().is_success(achieved, goal)).count();
         Ok(achieved as f64 / batch.len() as f64)
     };
-    // A row is kept at last when it was rejected three times.
+    // A row is always kept after three rejections.
     let rejected = share_achieved(&sampler)?;
     let left = share_achieved(&sampler.with_already_achieved(UnitInterval::ZERO))?;
     assert!(rejected > 0.2 && (left - rejected.powi(4)).abs() < 0.01, "{rejected} {left}");

@@ -44,7 +44,7 @@ fn add(buffer: &mut HerBuffer<f64>, goals: &[f64]) -> Result {
     Ok(())
 }
 
-/// A row: its step, and the step that achieved its goal if that is new.
+/// A row: its step, and the step that achieved its goal if the goal is new.
 type Drawn = (usize, Option<usize>);
 
 fn count(

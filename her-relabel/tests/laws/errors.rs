@@ -1,4 +1,4 @@
-//! What a program whose `main` returns an error prints.
+//! The output of a program whose `main` returns an error.
 
 use std::error::Error;
 use std::io;

@@ -140,7 +140,7 @@ fn every_episode_has_a_transition() {
     let file = saved(&buffer);
     let second = |first: u64| with_numbers(&file, &[(RECORD + 8, first << 2 | 1)]);
     assert!(!is_damaged(&second(1)) && !is_damaged(&second(2)) && !is_damaged(&second(3)));
-    // As many as the first or the third begins with.
+    // The second cannot begin with the same transition as the first or the third.
     assert!(is_damaged(&second(0)) && is_damaged(&second(4)));
     // The first begins with the first transition that is left, or before it.
     assert!(is_damaged(&with_numbers(&file, &[(RECORD, 1 << 2 | 1)])));

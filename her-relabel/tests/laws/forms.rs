@@ -1,5 +1,5 @@
-//! The forms of a batch: another element type, joined goals, normalizers, discounts, memory of the
-//! caller's. Each has the numbers of the plain batch.
+//! The forms of a batch: another element type, joined goals, normalizers, discounts,
+//! caller-provided memory. Each has the numbers of the plain batch.
 
 use std::num::NonZeroUsize;
 

@@ -6,8 +6,7 @@
 //! 2. No goal comes from another episode or environment, and goals are independent: `relabeling`,
 //!    `ring`.
 //! 3. The ratio holds for a batch of one, an episode of one, and for 0 and 1: `relabeling`.
-//! 4. The ring is a list of episodes of which the newest steps are kept, each equally likely:
-//!    `ring`.
+//! 4. The ring is a list of episodes that keeps the newest steps, each equally likely: `ring`.
 //! 5. Sampling changes nothing, and a batch is not a view of the buffer: `determinism`; it
 //!    allocates nothing: `tests/allocation.rs`. A benchmark shows that its time does not grow.
 //! 6. A cleared buffer is empty, and environments do not mix: `ring`, `vectorized`.

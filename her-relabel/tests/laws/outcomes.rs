@@ -11,8 +11,8 @@ use her_relabel::{
     UnitInterval,
 };
 
-/// [`Telling`] for a task that ends once its goal is reached, which tells the achieved goal from
-/// the desired one: a state reaches the states of its episode that are not later.
+/// [`Telling`] for a task that ends once its goal is reached, and that distinguishes the achieved
+/// goal from the desired one: a state reaches the states of its episode that are not later.
 struct Ending;
 
 impl GoalReward for Ending {

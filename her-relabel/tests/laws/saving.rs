@@ -239,7 +239,7 @@ fn saving_touches_no_other_file() -> Result {
     Ok(())
 }
 
-/// A disk with room for so many bytes.
+/// A disk with room for a number of bytes.
 struct Disk(usize);
 
 impl Write for Disk {

@@ -6,7 +6,7 @@ use crate::common::{DIMS, Result, achieved_goal, action, desired_goal, observati
 
 pub(crate) const NUM_ENVS: usize = 4;
 
-/// What a row holds.
+/// The contents of a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Row {
     pub(crate) env: usize,

@@ -10,7 +10,7 @@ use her_relabel::{HerBuffer, NpzError};
 
 use crate::common::{Result, config, drawn, exported, filled};
 
-/// A disk with room for so many bytes, which refuses everything from some call on.
+/// A disk with room for a number of bytes, which refuses everything from some call on.
 struct Disk {
     contents: Cursor<Vec<u8>>,
     room: usize,

@@ -93,8 +93,8 @@ fn assert_shares(counts: &[u64], shares: &[f64], what: &str) {
     }
 }
 
-/// The probability of each goal, by its source, for a transition; beside `TRANSITIONS` achieved
-/// goals as many desired ones.
+/// The probability of each goal, by its source, for a transition: `TRANSITIONS` achieved goals and
+/// as many desired ones.
 fn goal_shares(strategy: GoalStrategy, transition: usize) -> Vec<f64> {
     let (start, end) = episode(transition);
     let mut shares = vec![0.0; 2 * TRANSITIONS];

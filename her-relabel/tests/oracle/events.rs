@@ -1,4 +1,4 @@
-//! What may happen to a buffer, and the settings that it may have.
+//! Random events and settings of a buffer.
 
 use her_relabel::{BufferConfig, Dims, NewPriority, Priorities, PriorityUnit};
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ pub(crate) enum Event {
     Step(usize, (bool, bool)),
     End(usize),
     Discard(usize),
-    /// A whole episode of so many steps.
+    /// A whole episode of this number of steps.
     Whole(usize, (bool, bool)),
     /// A row of each environment: whether it is stepped, terminated, truncated, started.
     Record([[bool; 4]; 3]),

@@ -1,4 +1,4 @@
-//! A plain list of episodes: what the documentation says that a buffer holds.
+//! A plain list of episodes: the contents of a buffer according to the documentation.
 
 use her_relabel::{NewPriority, Priorities, PriorityUnit};
 
@@ -9,7 +9,7 @@ pub(crate) struct State {
     pub(crate) achieved_goal: Vec<f64>,
 }
 
-/// What leads from a state to the next one.
+/// The step from a state to the next one.
 #[derive(Clone, Debug)]
 pub(crate) struct Taken {
     pub(crate) action: Vec<f64>,
@@ -82,7 +82,7 @@ impl List {
         }
     }
 
-    /// Whether a step of the environment can be recorded or skipped.
+    /// Returns whether a step of the environment can be recorded or skipped.
     pub(crate) fn has_begun(&self, env: usize) -> bool {
         self.under_way[env].is_some() || self.discarded[env]
     }

@@ -6,8 +6,8 @@
 //! - [`rows`] computes every number of a batch again, from the list and the task of [`task`].
 //! - [`exact`] compares both in random worlds: nothing may differ by a bit where the documentation
 //!   determines it.
-//! - [`draws`] counts what is drawn, where the documentation claims probabilities, and says which
-//!   bias it notices.
+//! - [`draws`] counts draws where the documentation claims probabilities, and says which bias it
+//!   notices.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod draws;

@@ -6,7 +6,7 @@ use her_relabel::{Batch, GoalStrategy, HerBuffer, Sampler, Scalar, Termination};
 use crate::list::{Episode, List};
 use crate::task::Exceed;
 
-/// Asserts that the buffer says of itself what the list says.
+/// Asserts that the buffer reports the same contents as the list.
 pub(crate) fn assert_contents<S: Scalar>(list: &List, buffer: &HerBuffer<S>) {
     let transitions = list.transitions();
     assert_eq!(buffer.len(), transitions.len());
@@ -56,7 +56,7 @@ pub(crate) fn places<S: Scalar, B: Scalar>(
     })
 }
 
-/// Whether a strategy may give a transition the goal of this source, desired or achieved.
+/// Returns whether a strategy may give a transition the goal of this source, desired or achieved.
 fn may_give(strategy: GoalStrategy, list: &List, place: Place, is_desired: bool) -> bool {
     let transitions = list.transitions();
     let (episode, _) = transitions[place.transition];
@@ -73,7 +73,7 @@ fn may_give(strategy: GoalStrategy, list: &List, place: Place, is_desired: bool)
     may_be_achieved && !is_desired
 }
 
-/// What a row must hold after its first step.
+/// The parts of a row that depend on the steps of its window.
 struct Outcome {
     reward: f64,
     steps: usize,

@@ -1,4 +1,4 @@
-//! Random events, which happen to a list of episodes and to a buffer alike.
+//! Random events, applied to a list of episodes and to a buffer alike.
 
 use her_relabel::rand_core::Rng;
 use her_relabel::{
@@ -12,7 +12,8 @@ use rand_chacha::rand_core::SeedableRng;
 use crate::events::Event;
 use crate::list::{Episode, List, State, Taken};
 
-/// Numbers of which some differ in the last bits only, and some are equal once rounded to `f32`.
+/// Numbers, some of which differ only in the last bits, and some of which are equal once rounded to
+/// `f32`.
 const NUMBERS: [f64; 10] =
     [-2.0, -1.25, -0.0, 0.0, 0.1, 0.100_000_000_000_1, 0.100_000_001_490_116_12, 1e-40, 1.5, 3.25];
 
@@ -22,10 +23,10 @@ const DESIRED: [f64; 4] = [-1.75, 0.05, 0.0999, 2.5];
 /// Rewards whose sums are exact.
 const REWARDS: [f64; 5] = [-1.0, -0.0, 0.0, 0.25, 3.5];
 
-/// What an environment lives in a row: a step, the state after it, and the start of an episode.
+/// The events in an environment's row: a step, the state after it, and the start of an episode.
 type Life = (Taken, State, Episode);
 
-/// The list, and the numbers of what happens.
+/// The list, and the generator of the events' numbers.
 pub(crate) struct World {
     config: BufferConfig,
     pub(crate) list: List,
@@ -92,7 +93,7 @@ impl World {
         }
     }
 
-    /// Lets an event happen to both.
+    /// Applies an event to both.
     pub(crate) fn happen<S: Scalar>(&mut self, buffer: &mut HerBuffer<S>, event: &Event) {
         let num_envs = self.config.num_envs();
         match event {
@@ -175,7 +176,7 @@ impl World {
         }
     }
 
-    /// Names the fields, in another order than that of the configuration.
+    /// Names the fields, in a different order than the configuration.
     fn named<'a>(&'a self, fields: &'a [Vec<f64>]) -> Vec<FieldRows<'a, f64>> {
         let names = self.config.fields().iter().map(|field| &field.name[..]);
         names.zip(fields.iter().map(|field| &field[..])).rev().collect()

@@ -19,8 +19,9 @@ pub struct ContactFilter {
 }
 
 impl ContactFilter {
-    /// The most geoms that a filtered model may have. Its tables grow with the square of their
-    /// number: at this one they take up to 4 MB for each model and 30 MB for each simulation.
+    /// The maximal number of geoms in a filtered model. The filter's tables grow with the square of
+    /// their number: at the maximum they take up to 4 MB for each model and 30 MB for each
+    /// simulation.
     pub const MAX_GEOMS: usize = 1024;
 
     pub(crate) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {

@@ -1,4 +1,4 @@
-//! One simulation of a model: its steps, what can go wrong in them, and the arrays that it holds.
+//! One simulation of a model: its steps, their errors, and its arrays.
 
 use std::{ffi::c_int, fmt, ptr, slice, sync::Arc};
 
@@ -47,7 +47,7 @@ impl Data {
         Ok(Self { filter: None, raw, arrays, model })
     }
 
-    /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so that a
+    /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so a
     /// [`step`](Self::step) is exactly MuJoCo's own, and as slow. A model of more than
     /// [`ContactFilter::MAX_GEOMS`] geoms gets none.
     ///
@@ -214,10 +214,10 @@ const FAULTS: [(Fault, &str); 7] = [
     (Fault::BadInertia, "the inertia matrix is singular"),
     (Fault::ContactsFull, "the contact buffer is full"),
     (Fault::ConstraintsFull, "the constraint buffer is full"),
-    (Fault::BadQpos, "a position is not finite or huge"),
-    (Fault::BadQvel, "a velocity is not finite or huge"),
-    (Fault::BadQacc, "an acceleration is not finite or huge"),
-    (Fault::BadCtrl, "a control is not finite or huge"),
+    (Fault::BadQpos, "a position is huge or not finite"),
+    (Fault::BadQvel, "a velocity is huge or not finite"),
+    (Fault::BadQacc, "an acceleration is huge or not finite"),
+    (Fault::BadCtrl, "a control is huge or not finite"),
 ];
 
 impl fmt::Debug for Data {

@@ -16,19 +16,19 @@ use super::{
     version::MujocoVersion,
 };
 
-/// What came of loading the decoders.
+/// The outcome of loading the decoders.
 #[derive(Debug, Default)]
 pub(crate) struct Decoders {
     /// Whether some were loaded.
     pub(crate) loaded: bool,
-    /// Why others were not.
+    /// Why others were not loaded.
     pub(crate) failures: Vec<String>,
 }
 
 static DECODERS: OnceLock<Decoders> = OnceLock::new();
 
 impl Decoders {
-    /// Whether they have been loaded, or could not be.
+    /// Returns whether the decoders have been loaded, or could not be.
     pub(crate) fn are_settled() -> bool {
         DECODERS.get().is_some()
     }

@@ -13,7 +13,7 @@ use self::nothing::Nothing;
 /// its size) or of a field of one (with its offset and size).
 pub(crate) type Item = (&'static str, i64, usize);
 
-/// Declares what Rust shares with the shim, and lists it in [`ITEMS`].
+/// Declares the items that Rust shares with the shim, and lists them in [`ITEMS`].
 macro_rules! contract {
     (
         numbers { $($number:ident = $value:literal,)* }
@@ -125,7 +125,7 @@ contract! {
         /// Positions at which a picture shows copies of a site.
         pub(crate) RawGoals = fs_goals { site: c_int, count: c_int, positions: *const f64, }
 
-        /// What a pixel shows.
+        /// The object that a pixel shows.
         pub(crate) RawSegment = fs_segment { kind: c_int, id: c_int, }
     }
 }

@@ -115,8 +115,8 @@ impl Model {
         self.property(ModelArray::JntDofadr, ObjectKind::Joint, joint.0).map(|at| at as usize)
     }
 
-    /// Returns the number of a joint's coordinates in `qpos`: 7 of a free joint, 4 of a ball, and 1
-    /// of a hinge or a slide.
+    /// Returns the number of a joint's coordinates in `qpos`: 7 for a free joint, 4 for a ball, and
+    /// 1 for a hinge or a slide.
     ///
     /// # Errors
     /// [`SimError::UnknownId`]
@@ -162,7 +162,7 @@ impl Model {
         Ok(usize::try_from(joint).ok().map(JointId))
     }
 
-    /// Whether a body is `ancestor` or one of its descendants.
+    /// Returns whether a body is `ancestor` or one of its descendants.
     ///
     /// # Errors
     /// [`SimError::UnknownId`]
@@ -185,8 +185,8 @@ impl Model {
         })
     }
 
-    /// Returns what the model stores for an object in an array with one number for each of its
-    /// kind.
+    /// Returns the number that the model stores for an object, in an array with one number for each
+    /// object of its kind.
     fn property(&self, array: ModelArray, kind: ObjectKind, id: usize) -> Result<c_int, SimError> {
         let numbers = self.array(array);
         let unknown = || SimError::UnknownId { kind: kind.name(), id, count: numbers.len() };

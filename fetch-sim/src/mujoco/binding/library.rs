@@ -41,16 +41,17 @@ pub fn library_path() -> Result<PathBuf, SimError> {
 /// The library that the program brings.
 static CHOSEN: OnceLock<PathBuf> = OnceLock::new();
 
-/// What came of loading MuJoCo.
+/// The outcome of loading MuJoCo.
 static LOADED: OnceLock<Result<PathBuf, SimError>> = OnceLock::new();
 
-/// Takes MuJoCo from this file, which the program brings: for plugins and extension modules, beside
-/// whose executable there is no library. Call it before anything else uses MuJoCo; nothing is
-/// loaded yet.
+/// Takes MuJoCo from this file, which the program brings: for plugins and extension modules, which
+/// have no library beside the executable. Call it before anything else uses MuJoCo; it does not
+/// load anything yet.
 ///
-/// The library may have any name, also as its SONAME, so that it meets no other copy in the process;
-/// decoders in the folder `plugin` beside it must then be linked to that name. It must have the
-/// version of the headers. Who may write to it is not checked, and `MUJOCO_DIR` does not count.
+/// The library may have any file name and SONAME, so that it does not clash with another copy in
+/// the process; decoders in the folder `plugin` beside it must then be linked to that name. It must
+/// have the version of the headers. Who may write to it is not checked, and `MUJOCO_DIR` is
+/// ignored.
 ///
 /// ```no_run
 /// # #[cfg(not(fetch_sim_no_shim))] {
@@ -76,7 +77,7 @@ pub fn use_library(path: impl AsRef<Path>) -> Result<(), SimError> {
     if chosen == path { Ok(()) } else { Err(SimError::LibraryInUse { path: chosen.clone() }) }
 }
 
-/// Looks at a library or plugin before it is loaded.
+/// Checks a library or plugin before it is loaded.
 pub(super) fn look_at(file: &Path) -> Result<LibraryFile, String> {
     if CHOSEN.get().is_some() { LibraryFile::chosen(file) } else { LibraryFile::look_at(file) }
 }
@@ -218,7 +219,7 @@ pub(crate) fn check(status: c_int) -> Result<(), SimError> {
     check_as(status, |message| SimError::Mujoco { message })
 }
 
-/// As [`check`], with the error that `error` makes from MuJoCo's message.
+/// Like [`check`], with the error that `error` makes from MuJoCo's message.
 pub(crate) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Result<(), E> {
     if status & ffi::FS_WARNED != 0 {
         // SAFETY: the shim's buffer holds a terminated string, and only this thread writes to it.

@@ -1,4 +1,4 @@
-//! A safe binding of what this crate needs of MuJoCo, for any model.
+//! A safe binding of the parts of MuJoCo that this crate needs, for any model.
 
 pub(crate) mod contact_filter;
 pub(crate) mod data;

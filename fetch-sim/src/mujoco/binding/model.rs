@@ -102,7 +102,7 @@ impl Model {
         Self::compile(main, |raw| unsafe { ffi::fs_load_files(names, bytes, sizes, count, raw) })
     }
 
-    /// Compiles a model by a function of the shim, which is called with the library loaded. If it
+    /// Compiles a model with a function of the shim, which is called with the library loaded. If it
     /// fails before the mesh decoders were loaded, it is tried again with them.
     fn compile(
         name: &str,
@@ -194,7 +194,7 @@ impl fmt::Debug for Model {
     }
 }
 
-/// Adds to the message about a flat mesh, which later versions explain themselves, what Qhull says.
+/// Explains the message of Qhull about a flat mesh, which later versions explain themselves.
 fn explained(message: String) -> String {
     if message.contains("qhull error") {
         message + ": its points are coplanar, or nearly: give the mesh a thickness"

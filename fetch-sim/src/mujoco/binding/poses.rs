@@ -1,4 +1,4 @@
-//! Where the bodies and sites of a simulation are, and how they move.
+//! The poses of a simulation's bodies and sites, and their Jacobians.
 
 use std::ffi::c_int;
 

@@ -72,10 +72,10 @@ impl Search {
 
     /// Returns the places, in the order in which they are tried.
     ///
-    /// A library that is loaded for the whole process is the only place, and so is what the program
-    /// has chosen or `MUJOCO_DIR`, because using another library would hide a mistake. Otherwise
-    /// what lies beside the program comes before the library of the build, and that before those
-    /// with the same version.
+    /// A library that is loaded for the whole process is the only place. So is the library that the
+    /// program has chosen, or else `MUJOCO_DIR`, because using another library would hide a
+    /// mistake. Otherwise, the libraries beside the program come first, then the library of the
+    /// build, and then others of the same version.
     pub(crate) fn places(&self) -> Vec<Place> {
         if let Some(global) = &self.global {
             return vec![loaded(Some(global))];
@@ -124,7 +124,7 @@ impl Search {
         ]
     }
 
-    /// Returns libraries with those first that have the version in their names.
+    /// Returns the libraries, first those with the version in their names.
     fn fitting_first(&self, mut files: Vec<PathBuf>) -> Vec<PathBuf> {
         let version = format!(".{}", self.version);
         let has_version = |path: &PathBuf| {
@@ -135,8 +135,8 @@ impl Search {
         files
     }
 
-    /// Returns the system's libraries by the names that they may have. They are not left to the
-    /// system's loader to find, so that they are checked before their code runs.
+    /// Returns the system's libraries by the names that they may have. The system's loader does not
+    /// look for them, so that they are checked before their code runs.
     fn libraries_of_system(&self) -> Vec<PathBuf> {
         let names = [library_name(self.version), LIBRARY.to_owned()];
         let paths = self.system.iter().flat_map(|folder| names.each_ref().map(|n| folder.join(n)));

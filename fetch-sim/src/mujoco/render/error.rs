@@ -18,7 +18,7 @@ pub enum RenderError {
     /// The machine has no OpenGL that can draw without a window.
     #[error(
         "there is no OpenGL to render with ({reason}): {WAY_TO_OPENGL}; everything else works \
-         without"
+         without it"
     )]
     NoOpenGl {
         /// The cause.

@@ -33,16 +33,16 @@ use crate::config::SimConfig;
 /// Draws simulations of one model, off screen.
 ///
 /// A renderer has a separate model and state, into which [`update_scene`](Self::update_scene)
-/// copies what is visible, so that drawing never changes the simulation. Pictures are row-major
-/// with the top row first. They are borrowed from the renderer, which reuses their memory.
+/// copies what is visible, so drawing never changes the simulation. Pictures are row-major with the
+/// top row first. They are borrowed from the renderer, which reuses their memory.
 ///
 /// Any thread may use a renderer, one at a time. Its OpenGL context is current only within a call,
 /// and afterwards the context that was current on the thread before, if any, is current again. The
 /// renderers of a process draw one after another, because drivers crash otherwise (Mesa 22.3 does).
 ///
-/// OpenGL does not survive a `fork`, because the child lacks the threads of its drivers. There
-/// every picture is [`RenderError::Forked`], and so is a new renderer, unless the parent had none
-/// before. Dropping one is always safe.
+/// OpenGL does not survive a `fork`, because the child lacks the threads of its drivers. In the
+/// child, every picture is [`RenderError::Forked`], and so is a new renderer, unless the parent had
+/// none before. Dropping one is always safe.
 ///
 /// ```
 /// # #[cfg(not(fetch_sim_no_shim))] {

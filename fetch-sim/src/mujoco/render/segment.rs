@@ -1,11 +1,11 @@
-//! What the pixels of a picture show.
+//! The objects that the pixels of a picture show.
 
 use super::super::binding::{
     ffi::{self, RawSegment},
     ids::{GeomId, SiteId},
 };
 
-/// What a pixel shows.
+/// The object that a pixel shows.
 ///
 /// The ids belong to the renderer's [`model`](super::Renderer::model), which has shapes that the
 /// simulation lacks.

@@ -113,7 +113,7 @@ impl NamedBody {
     }
 }
 
-/// Whether a body can move: it or a body that carries it has a joint or is a mocap body.
+/// Returns whether a body can move: it or a body that carries it has a joint or is a mocap body.
 fn moves(model: &Model, mut body: BodyId) -> Result<bool, SimError> {
     while body != BodyId::WORLD {
         if model.first_joint(body)?.is_some() || model.mocap_index(body)?.is_some() {

@@ -91,8 +91,8 @@ impl FetchModel {
     /// [`SimError::NoAssets`] if the model's files are missing, [`SimError::Model`] if it cannot be
     /// compiled, [`SimError::MissingName`] or [`SimError::UnfitModel`] if it is not a model of the
     /// task, [`SimError::OutOfRange`] or [`SimError::NoObject`] if an
-    /// [`Extension`](crate::Extension) does not fit, [`SimError::Library`], [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`]
-    /// if MuJoCo cannot be used.
+    /// [`Extension`](crate::Extension) does not fit, [`SimError::Library`],
+    /// [`SimError::BuiltWithoutMujoco`] or [`SimError::ShimMismatch`] if MuJoCo cannot be used.
     pub fn load(config: &SimConfig) -> Result<Arc<Self>, SimError> {
         Self::settle(scene::load(config, scene::PHYSICS)?, config).map(Arc::new)
     }
@@ -203,8 +203,11 @@ const AXIS: usize = 1;
 fn address(model: &Model, joint: JointId, coordinates: usize) -> Result<JointAddress, SimError> {
     if model.coordinate_count(joint)? != coordinates {
         let name = model.joint_name(joint)?.unwrap_or("of an actuator");
-        let reason =
-            if coordinates == FREE { "is no free joint" } else { "is neither a slide nor a hinge" };
+        let reason = if coordinates == FREE {
+            "is not a free joint"
+        } else {
+            "is neither a slide nor a hinge"
+        };
         return Err(SimError::UnfitModel { object: format!("the joint {name}"), reason });
     }
     Ok(JointAddress { qpos: model.qpos_address(joint)?, dof: model.dof_address(joint)? })

@@ -1,4 +1,4 @@
-//! What a simulator shows of a body or a site.
+//! The states of bodies and sites that a simulator shows.
 
 use nalgebra::Vector3;
 
@@ -8,14 +8,14 @@ use crate::mujoco::binding::{
 };
 use crate::{error::SimError, simulator::ObjectState};
 
-/// The frame of which a state is shown.
+/// The frame whose state is shown.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Frame {
     Site(SiteId),
     Body(BodyId),
 }
 
-/// Computes states, in memory of its own.
+/// A computation of states, in its own memory.
 #[derive(Debug)]
 pub(super) struct Observer {
     /// Room for the Jacobians of one frame, `[3][nv]` each.

@@ -103,7 +103,7 @@ fn extended(task: Task, extension: &Extension) -> Result<ModelFiles, SimError> {
         object.mass = extension.object_mass().unwrap_or(object.mass);
         if let Some(friction) = extension.object_friction() {
             object.friction = friction;
-            // Between two geoms the greater coefficient holds, so the table's would.
+            // Between two geoms the greater coefficient applies, so the table's would.
             added += &format!(
                 r#"<contact><pair geom1="table0" geom2="object0"
                      friction="{friction} {friction} {OTHER_FRICTION} 0.0001"/></contact>"#

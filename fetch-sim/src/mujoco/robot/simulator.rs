@@ -81,7 +81,7 @@ impl MujocoSimulator {
 
     /// Returns the state of a body of the scene, as [`object`](Simulator::object) shows the task's
     /// object: of the site on the body that has its name, or else of the body's frame. Use it for
-    /// the further objects of a model of your own.
+    /// additional objects of your own model.
     ///
     /// # Errors
     /// [`SimError::MissingName`] if the model has no body of this name, [`SimError::UnfitBody`] if
@@ -102,7 +102,7 @@ impl MujocoSimulator {
     /// Places a body that has a free joint, at rest, or a mocap body, such as a wall. `position`
     /// (meters) and `orientation` are those of the body's frame in the world frame.
     ///
-    /// Everything shown afterwards is up to date, also what a step leaves one substep old. A reset
+    /// Everything shown afterwards is up to date, even what a step leaves one substep old. A reset
     /// takes free bodies back to where they settled, and mocap bodies to where the model has them.
     ///
     /// ```
@@ -316,7 +316,7 @@ impl Simulator for MujocoSimulator {
         let before = self.snapshot();
         self.return_to(snapshot).inspect_err(|_| {
             // MuJoCo refuses some states of valid numbers. It takes its own state back, unless a
-            // step has failed in it; then a reset is due anyway.
+            // step has failed in it, in which case a reset is due anyway.
             let _ = self.return_to(&before);
         })
     }

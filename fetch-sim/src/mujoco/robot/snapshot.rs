@@ -44,11 +44,11 @@ impl MujocoSnapshot {
     ) -> Result<(), SimError> {
         let foreign = |reason: String| Err(SimError::ForeignSnapshot { reason });
         if !self.config.same_physics(config) {
-            return foreign(format!("it is of {:?}, this is of {config:?}", self.config));
+            return foreign(format!("it was taken from {:?}, this is {config:?}", self.config));
         }
         let version = MujocoVersion::of_shim().to_string();
         if self.mujoco != version {
-            return foreign(format!("it is of MuJoCo {}, this is of {version}", self.mujoco));
+            return foreign(format!("it was taken with MuJoCo {}, this is {version}", self.mujoco));
         }
         let fits = self.qpos.len() == data.qpos().len()
             && self.qvel.len() == data.qvel().len()
@@ -58,11 +58,11 @@ impl MujocoSnapshot {
             && self.object.is_some() == config.task().has_object()
             && self.moving.len() == num_moving;
         if !fits {
-            return foreign("its arrays have other lengths".into());
+            return foreign("its arrays have different lengths".into());
         }
         match first_outside(self.numbers()) {
             None => Ok(()),
-            Some(number) => foreign(format!("it has the number {number}")),
+            Some(number) => foreign(format!("it contains the number {number}")),
         }
     }
 

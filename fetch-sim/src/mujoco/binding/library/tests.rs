@@ -1,4 +1,4 @@
-//! Tests of the contract and of what is loaded.
+//! Tests of the contract and of the loaded library.
 
 #[cfg(all(target_os = "linux", not(fetch_sim_no_shim)))]
 mod search;

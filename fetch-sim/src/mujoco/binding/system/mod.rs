@@ -1,5 +1,5 @@
-//! What differs from system to system: the names of MuJoCo's libraries, the folders in which the
-//! system has libraries, and what can be known of a file before it is loaded.
+//! The differences between systems: the names of MuJoCo's libraries, the folders in which the
+//! system has libraries, and the checks of a file before it is loaded.
 
 #[cfg(target_vendor = "apple")]
 mod apple;

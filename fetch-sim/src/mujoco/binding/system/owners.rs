@@ -1,4 +1,4 @@
-//! Who may write to a file that is to be loaded: loading a library runs its code.
+//! Checks of who may write to a file before it is loaded, because loading a library runs its code.
 
 use std::{
     fs::{self, Metadata},
@@ -40,13 +40,14 @@ pub(in super::super) fn check_owners(file: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether others may put files into a folder. A folder that cannot be inspected counts as shared.
+/// Returns whether others may put files into a folder. A folder that cannot be inspected counts as
+/// shared.
 pub(in super::super) fn is_shared(folder: &Path) -> bool {
     look_at(folder).map_or(true, |seen| is_writable_by_others(&seen))
 }
 
-/// Whether others than its owner may write to an entry. A group with the number of the owner is
-/// taken for the owner's private one, which most distributions give each user.
+/// Returns whether anyone but its owner may write to an entry. A group with the number of the owner
+/// counts as the owner's private group, which most distributions give each user.
 fn is_writable_by_others(seen: &Metadata) -> bool {
     let group_is_private = seen.gid() == seen.uid();
     seen.mode() & 0o002 != 0 || (seen.mode() & 0o020 != 0 && !group_is_private)

@@ -1,7 +1,8 @@
 //! Windows.
 //!
-//! The rights to a file are in access control lists, which are not read here. So libraries are taken
-//! from few places: there are no folders of the system, and none beside that of the executable.
+//! The permissions of a file are in access control lists, which are not read here. So libraries are
+//! taken from fewer places: not from the system's folders, nor from a folder beside the
+//! executable's.
 
 use std::{
     fs, io,
@@ -44,7 +45,7 @@ pub(in super::super) fn check_owners(_: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether others may put files into a folder: it is not known that they may not.
+/// Returns true, because it is not known whether others may put files into a folder.
 pub(in super::super) fn is_shared(_: &Path) -> bool {
     true
 }

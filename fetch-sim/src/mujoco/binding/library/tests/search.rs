@@ -1,4 +1,4 @@
-//! Tests of the search for the library, which each need a process of their own.
+//! Tests of the search for the library, each of which needs a separate process.
 
 use std::{
     env,
@@ -129,12 +129,12 @@ impl Places {
         Ok(path)
     }
 
-    /// Searches in a process of its own, and returns what it printed.
+    /// Searches in a separate process, and returns its output.
     fn search(&self, mujoco_dir: Option<&Path>) -> Result<String> {
         self.search_after(None, mujoco_dir)
     }
 
-    /// As [`search`](Self::search), in a process that has opened a library.
+    /// Like [`search`](Self::search), in a process that has opened a library.
     fn search_after(&self, before: Option<&Path>, mujoco_dir: Option<&Path>) -> Result<String> {
         let name =
             format!("{}::search_in_this_process", module_path!().split_once("::").ok_or("")?.1);
@@ -298,7 +298,7 @@ fn a_library_that_is_cut_is_refused() -> Result {
     Ok(())
 }
 
-/// Another library in its stead would hide the mistake.
+/// Using another library instead would hide the mistake.
 #[test]
 fn a_wrong_mujoco_dir_is_an_error_whatever_else_there_is() -> Result {
     let places = Places::new()?;
