@@ -19,7 +19,7 @@ use her_relabel::{
     Batch, ColumnsMut, Dims, GoalStrategy, HerBuffer, JoinedGoal, Normalizer, NormalizerConfig,
     Normalizers, Sampler, UnitInterval,
 };
-use rayon::{ThreadPoolBuilder, prelude::*};
+use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use super::{
