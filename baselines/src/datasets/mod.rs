@@ -3,8 +3,8 @@
 //! buffer.
 //!
 //! A data set is a function of its settings and its first seed: on the same version of MuJoCo it
-//! has the same bytes on each machine. It is written episode by episode, so that its length takes
-//! no memory, under another name that it loses when it is whole.
+//! has the same bytes on each machine. It is written episode by episode, so memory does not grow
+//! with its length, and under a temporary name until it is complete.
 //!
 //! ```
 //! # #[cfg(feature = "minari")] {
@@ -73,10 +73,10 @@ pub trait DatasetWriter {
         false
     }
 
-    /// Gives the data set its name.
+    /// Finishes the data set and gives it its name.
     ///
     /// # Errors
-    /// [`DatasetError::Exists`] if there is something of that name by now; [`DatasetError::File`]
+    /// [`DatasetError::Exists`] if something with that name exists by now; [`DatasetError::File`]
     /// if it cannot be written; [`DatasetError::TooFew`].
     fn finish(self: Box<Self>) -> Result<(), DatasetError>;
 }

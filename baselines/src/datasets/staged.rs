@@ -19,7 +19,7 @@ pub(super) struct StagedFolder {
 }
 
 impl StagedFolder {
-    /// Creates the folder, with the folders that its place is in.
+    /// Creates the folder under its temporary name, and the parents of its place.
     pub(super) fn create(target: PathBuf) -> Result<Self, DatasetError> {
         if fs::symlink_metadata(&target).is_ok() {
             return Err(DatasetError::Exists { path: target });
@@ -31,7 +31,7 @@ impl StagedFolder {
         let prefix = format!(".{name}.");
         let mut builder = Builder::new();
         builder.prefix(&prefix);
-        // As any folder that the user makes, not only for the user's own eyes.
+        // The permissions of an ordinary folder: by default only its owner could read it.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let folder = builder.tempdir_in(parent).map_err(DatasetError::file(parent))?;
@@ -54,7 +54,7 @@ impl StagedFolder {
         json.and_then(|json| fs::write(&path, json + "\n")).map_err(DatasetError::file(&path))
     }
 
-    /// Gives the folder its place.
+    /// Renames the folder to its final name.
     pub(super) fn publish(self) -> Result<(), DatasetError> {
         let Self { target, folder } = self;
         match fs::rename(folder.path(), &target) {

@@ -88,7 +88,7 @@ fn an_episode_of_another_task_is_refused() -> Result {
     record.actions.pop();
     for mut writer in writers(folder.path())? {
         let error = writer.write(&record).err().ok_or("written")?;
-        let expected = "actions has 199 elements, which must be 200";
+        let expected = "actions has 199 elements: expected 200";
         assert_eq!(error.to_string(), expected);
     }
     Ok(())
