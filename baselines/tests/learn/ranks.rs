@@ -182,7 +182,7 @@ fn a_run_that_cannot_be_shared_is_refused() {
     });
     for error in errors {
         let text = error.to_string();
-        assert!(text.contains("rank 2 has another seed than rank 0: 8 instead of 7"), "{text}");
+        assert!(text.contains("rank 2 has a different seed than rank 0: 8 instead of 7"), "{text}");
     }
     for (change, words) in [
         (discount_less as fn(&mut TrainSettings), "gamma than rank 0: 0.9 instead of 0.95"),
@@ -197,7 +197,7 @@ fn a_run_that_cannot_be_shared_is_refused() {
         });
         for error in errors {
             let text = error.to_string();
-            assert!(text.contains(&format!("rank 1 has another {words}")), "{text}");
+            assert!(text.contains(&format!("rank 1 has a different {words}")), "{text}");
         }
     }
 }
@@ -229,7 +229,7 @@ fn facts_that_differ_or_are_missing_are_named() {
         });
         for answer in answers {
             let text = answer.unwrap_err().to_string();
-            assert!(text.contains(&format!("rank 1 has another {words}")), "{text}");
+            assert!(text.contains(&format!("rank 1 has a different {words}")), "{text}");
         }
     }
 }
