@@ -1,4 +1,4 @@
-//! What a recorded episode is.
+//! What holds for every recorded episode.
 
 use baselines::datasets::{About, DatasetError, EpisodeRecord};
 use fetch_env::{EnvId, FetchConfig, FetchObservation, GoalEnvExt, RewardKind, Task, make};

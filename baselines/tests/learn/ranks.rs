@@ -145,7 +145,7 @@ fn ranks_end_with_the_same_bits_as_each_other_and_again() -> Result {
     Ok(())
 }
 
-/// Settings mean all ranks together or each of them, and both learn.
+/// Settings count for all ranks together or for each of them, and both learn.
 #[test]
 fn ranks_share_a_run_or_each_has_as_much() -> Result {
     for (per_rank, steps_of_a_cycle) in [(false, 100), (true, 200)] {
@@ -316,7 +316,7 @@ fn a_run_ends_where_any_rank_says() {
 fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
     let mut settings = all_on(ddpg());
     settings.schedule.num_envs = 4;
-    // Episodes are under way where the checkpoint is.
+    // Episodes are under way when the checkpoint is saved.
     settings.schedule.steps_per_cycle = 30;
     let whole = on_ranks(2, |workers| train(workers, settings.clone(), 1_000));
     let folder = tempdir()?;
