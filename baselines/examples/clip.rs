@@ -1,5 +1,5 @@
-//! Writes one episode of the scripted policy as a clip: `clip FetchPickAndPlace-v4 episode.gif
-//! [SEED [SIDE]]`, where SIDE is in pixels.
+//! Writes one episode of the scripted policy as a clip:
+//! `clip FetchPickAndPlace-v4 episode.gif [SEED [SIDE]]`, where SIDE is in pixels.
 //!
 //! A file name that ends in `.png` gets a lossless APNG, any other a GIF.
 

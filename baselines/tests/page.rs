@@ -242,7 +242,7 @@ fn every_position_of_a_goal_is_shown_through_wrappers() -> Result {
     Ok(())
 }
 
-/// A plane without an end has no size of its own.
+/// An infinite plane has no size.
 #[test]
 fn an_infinite_plane_is_drawn() -> Result {
     let plane = r#"<worldbody><geom type="plane" size="0 0 1" contype="0"

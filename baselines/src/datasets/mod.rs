@@ -64,8 +64,8 @@ pub trait DatasetWriter {
     /// Writes the next episode.
     ///
     /// # Errors
-    /// [`DatasetError::Length`] if the episode is of another environment than the data set, which
-    /// is then unchanged; [`DatasetError::File`] if a file cannot be written.
+    /// [`DatasetError::Length`] if the episode comes from a different environment than the data
+    /// set, which then stays unchanged; [`DatasetError::File`] if a file cannot be written.
     fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError>;
 
     /// Returns whether the episodes must have [snapshots](EpisodeRecord::with_snapshots).

@@ -8,10 +8,11 @@ use tempfile::{Builder, TempDir};
 
 use super::error::DatasetError;
 
-/// A folder that is filled under another name, `.NAME.xxxxxx` beside its place, and then renamed.
+/// A folder that is filled under a temporary name, `.NAME.xxxxxx` beside its place, and then
+/// renamed.
 ///
-/// Dropping it before that removes the folder. A process that is killed leaves the folder under that
-/// other name.
+/// Dropping it before that removes the folder. A process that is killed leaves the folder under the
+/// temporary name.
 #[derive(Debug)]
 pub(super) struct StagedFolder {
     target: PathBuf,
@@ -59,7 +60,7 @@ impl StagedFolder {
         let Self { target, folder } = self;
         match fs::rename(folder.path(), &target) {
             Ok(()) => {
-                // There is nothing left to remove under the other name.
+                // There is nothing left to remove under the temporary name.
                 let _ = folder.keep();
                 Ok(())
             }

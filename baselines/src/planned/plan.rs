@@ -26,7 +26,7 @@ pub struct Plan {
 
 impl Plan {
     /// Records what a policy does from an environment's state to the end of the episode.
-    /// `observation` is that of the state.
+    /// `observation` is the observation of that state.
     ///
     /// ```
     /// use baselines::{Plan, PlannedPolicy, ScriptedPolicy};
@@ -87,7 +87,7 @@ impl Plan {
 ///
 /// From the state that they were planned for, in an environment made the same way, they have the
 /// same result, bit for bit; from any other state they mean nothing. After the last one, all
-/// actions are 0, as of a [`ZeroPolicy`](crate::ZeroPolicy).
+/// actions are 0, like those of a [`ZeroPolicy`](crate::ZeroPolicy).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedPolicy {
     actions: Vec<Vec<f32>>,

@@ -10,7 +10,7 @@ use crate::trained::error::TrainedPolicyError;
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PolicyError {
-    /// A [`TrainedPolicy`](crate::TrainedPolicy) was trained for other lengths.
+    /// A [`TrainedPolicy`](crate::TrainedPolicy) was trained with other lengths.
     #[error(transparent)]
     Trained(#[from] TrainedPolicyError),
     /// The environment does not have the columns that a

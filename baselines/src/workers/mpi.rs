@@ -237,7 +237,7 @@ impl MpiWorkers {
         result
     }
 
-    /// Replaces this process's part by the mean of all.
+    /// Replaces this process's part by the mean over all processes.
     fn average_own_part(&mut self, numbers: &mut [f32], world: &SimpleCommunicator) {
         let mut parts = std::mem::take(&mut self.parts);
         let own = share(self, numbers.len());

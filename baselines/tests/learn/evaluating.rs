@@ -1,4 +1,4 @@
-//! Evaluations: what is evaluated is what is exported.
+//! Evaluations: the evaluated policy is the exported one.
 
 use baselines::learn::{AlgorithmSettings, DdpgSettings, SacSettings, Trainer};
 use baselines::{TrainedPolicy, evaluate};

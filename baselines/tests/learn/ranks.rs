@@ -339,7 +339,7 @@ fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
     let resumed: Vec<_> = resumed.into_iter().collect::<Result<_, _>>()?;
     assert!(resumed == whole);
 
-    // On other numbers of ranks, all finished episodes are there, and the run goes on.
+    // On other numbers of ranks, all finished episodes are there, and the run continues.
     for size in [1, 4] {
         let mut lens = on_ranks(size, |workers| {
             let (mut trainer, resumed) = Trainer::resume_with_workers(make, path, 1, workers)?;

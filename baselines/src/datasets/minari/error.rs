@@ -17,7 +17,7 @@ pub enum MinariError {
         /// The error of the file system.
         source: io::Error,
     },
-    /// The metadata are not those of a data set.
+    /// The metadata do not describe a data set.
     #[error("{} does not describe a Minari data set", path.display())]
     Metadata {
         /// The file.
@@ -54,7 +54,7 @@ pub enum MinariError {
         /// The column, after the names of the structs that contain it.
         column: String,
     },
-    /// A column has elements of another type.
+    /// A column has elements of the wrong type.
     #[error("{column} of {} must have the type {expected}", path.display())]
     Type {
         /// The file.
