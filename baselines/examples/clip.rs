@@ -1,4 +1,4 @@
-//! One episode of the scripted policy as a clip:
+//! Writes one episode of the scripted policy as a clip:
 //! `clip FetchPickAndPlace-v4 episode.gif [SEED [SIDE]]`, where SIDE is in pixels.
 //!
 //! A file name that ends in `.png` gets a lossless APNG, any other a GIF.
@@ -11,7 +11,7 @@ use fetch_env::{Env, EnvId, RenderEnv, RenderOptions, clip::Clip, make};
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let [id, path, rest @ ..] = arguments.as_slice() else {
-        return Err("give an environment and a file".into());
+        return Err("pass an environment and a file".into());
     };
     let id: EnvId = id.parse()?;
     let seed = rest.first().map_or(Ok(0), |seed| seed.parse())?;

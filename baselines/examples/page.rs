@@ -1,5 +1,5 @@
-//! One episode of the scripted policy as a page that plays it back, with a plot of the distance:
-//! `page FetchPush-v4 episode.html [SEED]`.
+//! Writes one episode of the scripted policy as a page that plays it back, with a plot of the
+//! distance: `page FetchPush-v4 episode.html [SEED]`.
 
 use std::{env, error::Error, fs};
 
@@ -12,7 +12,7 @@ use fetch_env::{EnvId, make};
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let [id, path, rest @ ..] = arguments.as_slice() else {
-        return Err("give an environment and a file".into());
+        return Err("pass an environment and a file".into());
     };
     let id: EnvId = id.parse()?;
     let seed = rest.first().map_or(Ok(0), |seed| seed.parse())?;

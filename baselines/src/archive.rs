@@ -1,11 +1,11 @@
-//! Writing archives: of checkpoints and of data sets.
+//! Writes the archives of checkpoints and data sets.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
 use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions, write::StreamWriter};
 
-/// An archive that is being written: parts that have names, and are not compressed.
+/// An archive being written: named parts that are not compressed.
 pub(crate) struct Archive<'a>(ZipWriter<StreamWriter<Once<BufWriter<&'a mut File>>>>);
 
 impl<'a> Archive<'a> {
@@ -14,11 +14,11 @@ impl<'a> Archive<'a> {
         Self(ZipWriter::new_stream(writer))
     }
 
-    /// Begins the next part, and returns what it is written to.
+    /// Begins the next part and returns its writer.
     pub(crate) fn part(&mut self, name: &str) -> io::Result<&mut impl Write> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
-            // The same at all times, so that the same parts are the same bytes.
+            // A fixed time, so that equal parts have equal bytes.
             .last_modified_time(DateTime::DEFAULT)
             .large_file(true);
         self.0.start_file(name, options)?;
@@ -30,8 +30,8 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// A writer that returns one error, and then takes what comes without writing it: an archive that
-/// is dropped after an error is finished all the same, and prints the next error.
+/// A writer that returns its first error and then discards everything: an archive that is dropped
+/// after an error still finishes, and would print the next error.
 struct Once<W> {
     writer: W,
     has_failed: bool,

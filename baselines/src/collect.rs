@@ -1,4 +1,4 @@
-//! Episodes of a policy, collected into a hindsight replay buffer.
+//! Collects episodes of a policy into a hindsight replay buffer.
 
 use fetch_env::spaces::SpaceError;
 use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset};
@@ -12,7 +12,7 @@ use crate::policy::{Policy, PolicyError};
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectError {
-    /// The policy is not one for this environment.
+    /// The policy does not fit this environment.
     #[error(transparent)]
     Policy(#[from] PolicyError),
     /// The environment failed.
@@ -42,15 +42,16 @@ debug_as_display!(CollectError);
 /// Returns the configuration of a buffer that holds `capacity` transitions of an environment.
 ///
 /// # Errors
-/// [`SpaceError::MissingPart`] if the environment does not observe an observation and goals.
+/// [`SpaceError::MissingPart`] if the environment's observation space has no observation or no
+/// goals.
 pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfig, SpaceError> {
     let dims = dims_of(env.observation_space(), env.action_space().action_len())?;
     Ok(BufferConfig::new(capacity, dims))
 }
 
 /// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it
-/// is terminated or truncated, adds them to a buffer as its environment `buffer_env`, and calls
-/// `progress` after each. Returns the results of the episodes.
+/// is terminated or truncated, adds them to a buffer as episodes of its environment `buffer_env`,
+/// and calls `progress` after each. Returns the results of the episodes.
 ///
 /// The buffer also gets the terminal observation of each, and `terminated` and `truncated` as the
 /// environment sets them.

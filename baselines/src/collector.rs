@@ -1,4 +1,4 @@
-//! Steps of many environments, collected into a hindsight replay buffer.
+//! Collects steps of many environments into a hindsight replay buffer.
 
 use fetch_env::vec_env::{AutoresetMode, VecEnvError, VecReset};
 use fetch_env::{
@@ -14,7 +14,7 @@ use crate::policy::{PolicyError, VecPolicy};
 /// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
 /// buffer can store: its observations and actions are `f32` or `f64`.
 ///
-/// Every such environment implements it. A function over any of them:
+/// Every such environment implements this trait. A function that takes any of them:
 ///
 /// ```
 /// use baselines::{CollectEnv, Collector, CollectorError, VecPolicy};
@@ -75,7 +75,7 @@ impl<E> CollectEnv for E where
 #[derive(Debug)]
 pub struct Collector<E: CollectEnv> {
     envs: VecEnv<E>,
-    /// Of all environments, a row for each.
+    /// The actions of all environments, a row for each.
     actions: Vec<ActionElement<E>>,
     /// The unfinished episode of each environment.
     episodes: Vec<Episode>,
@@ -92,7 +92,7 @@ pub struct CollectorSnapshot<S> {
     episodes: Vec<Option<Episode>>,
 }
 
-/// The steps of a call of [`Collector::collect`].
+/// The result of a call of [`Collector::collect`].
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Collected {
@@ -112,7 +112,7 @@ pub struct Collected {
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CollectorError {
-    /// The policy is not one for these environments.
+    /// The policy does not fit these environments.
     #[error(transparent)]
     Policy(#[from] PolicyError),
     /// The environments could not be stepped together.
@@ -126,10 +126,10 @@ pub enum CollectorError {
         /// The environment's error.
         source: EnvError,
     },
-    /// The buffer is not one for these environments.
+    /// The buffer does not fit these environments.
     #[error(
-        "the buffer does not fit the environments: make it from buffer_config() of one of them, \
-         and pass it to reset() before the first steps that it takes"
+        "the buffer does not fit the environments: make it with buffer_config() of one of them, \
+         and pass it to reset() before collecting into it"
     )]
     Buffer(#[from] AddError),
     /// An environment returned numbers that the buffer cannot store.
@@ -151,7 +151,8 @@ impl From<RefusedRow> for CollectorError {
 }
 
 impl<E: CollectEnv> Collector<E> {
-    /// Takes environments, which the first call of [`collect`](Self::collect) resets.
+    /// Creates a collector of environments, which the first call of [`collect`](Self::collect)
+    /// resets.
     #[must_use]
     pub fn new(envs: VecEnv<E>) -> Self {
         let num_envs = envs.num_envs();
@@ -173,10 +174,10 @@ impl<E: CollectEnv> Collector<E> {
     /// Resets all environments, the first with `seed`, the next with `seed + 1`, and so on. Without
     /// a seed their random numbers continue.
     ///
-    /// Steps that go to another buffer than before need a reset with that buffer first.
+    /// Before collecting into a different buffer, reset with that buffer.
     ///
     /// # Errors
-    /// [`CollectorError`] as [`collect`](Self::collect).
+    /// [`CollectorError`], as from [`collect`](Self::collect).
     pub fn reset<T: Scalar>(
         &mut self,
         seed: Option<u64>,
@@ -212,8 +213,8 @@ impl<E: CollectEnv> Collector<E> {
         })
     }
 
-    /// Restores a snapshot, so that collecting continues where it was taken. The first batch that
-    /// the policy sees is not that of the snapshot, as [`VecEnv::restore`] says.
+    /// Restores a snapshot: collecting continues where it was taken. The first batch that the
+    /// policy sees is not the snapshot's; see [`VecEnv::restore`].
     ///
     /// # Errors
     /// As [`VecEnv::restore`]; nothing has changed then.
@@ -262,7 +263,7 @@ impl<E: CollectEnv> Collector<E> {
             self.reset(None, buffer)?;
         }
         let mut collected = Collected::default();
-        // Those that have taken no step and begun no episode.
+        // Environments that have taken no step and begun no episode.
         let mut still = vec![num_steps > 0; self.envs.num_envs()];
         for _ in 0..num_steps {
             policy.act_all(self.envs.last_step(), &mut self.actions);

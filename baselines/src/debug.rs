@@ -1,4 +1,4 @@
-//! What `main` prints of an error.
+//! How `main` prints an error.
 
 /// Lets `{:?}` print an error's message and then those of its causes: a program whose `main`
 /// returns the error prints `{:?}`, and the messages say what to do.

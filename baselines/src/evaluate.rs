@@ -49,14 +49,14 @@ pub struct Summary {
     pub final_distance_mean: Estimate,
 }
 
-/// Error returned by [`evaluate`], and by what makes figures of its episodes.
+/// Error returned when a policy is evaluated or its episodes are summarized.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluationError {
     /// There are no episodes to take a mean of.
     #[error("there is no episode to evaluate: run at least one")]
     NoEpisodes,
-    /// The policy is not one for this environment.
+    /// The policy does not fit this environment.
     #[error(transparent)]
     Policy(#[from] PolicyError),
     /// The environment failed.
@@ -158,7 +158,7 @@ pub(crate) fn run_episode<E: GoalEnv, X>(
     finish_episode(env, policy, start.observation, episode, failed, watch)
 }
 
-/// Runs an episode on from an observation as [`run_episode`] does.
+/// Continues an episode from an observation, as [`run_episode`] does.
 pub(crate) fn finish_episode<E: GoalEnv, X>(
     env: &mut E,
     policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
@@ -187,8 +187,9 @@ pub(crate) fn finish_episode<E: GoalEnv, X>(
 /// Runs `count` episodes as [`evaluate`] does, as many at a time as there are environments, and
 /// calls `progress` after each. `policy` chooses the actions of all environments, a row for each.
 ///
-/// The episodes are those of one environment with the same seeds. The environments' own episodes
-/// are abandoned, and [`AutoresetMode`](fetch_env::vec_env::AutoresetMode) does not matter.
+/// The episodes are the same as in a single environment with the same seeds. The environments' own
+/// episodes are abandoned, and [`AutoresetMode`](fetch_env::vec_env::AutoresetMode) does not
+/// matter.
 ///
 /// # Errors
 /// [`EvaluationError::Policy`] if the policy does not fit the environments;

@@ -16,7 +16,7 @@
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
 //! | fill a replay buffer | [`collect`], or a [`Collector`] of many environments |
 //! | write a data set for LeRobot, Minari or OGBench | a `datasets::DatasetWriter` |
-//! | read a data set of Minari | `datasets::import_minari` |
+//! | read a Minari data set | `datasets::import_minari` |
 //! | train a policy | `learn::Trainer` |
 //! | train with your own algorithm | `learn::Algorithm` |
 //! | share a run between processes | [`workers`] |

@@ -7,12 +7,12 @@ use crate::policy::VecPolicy;
 use crate::workers::{UnreadableMessage, Workers, gather_values, share};
 
 /// Evaluates a policy as [`evaluate_vec`](crate::evaluate_vec) does, each process on its [`share`]
-/// of the seeds. All get the episodes of all, the same for any number of processes.
+/// of the seeds. All processes get all episodes, which are the same for any number of processes.
 ///
 /// # Errors
-/// As [`evaluate_vec`](crate::evaluate_vec), in the process where it happens, with the number of
-/// the episode among all. That process does not take part in the exchange of results, for which the
-/// others then wait: it has to end the run. [`EvaluationError::Unreadable`] in all processes.
+/// As [`evaluate_vec`](crate::evaluate_vec), in the process where an episode fails, with the number
+/// of the episode among all. That process does not take part in the exchange of results, which the
+/// others wait for, so it must end the run. [`EvaluationError::Unreadable`] in all processes.
 pub fn evaluate_spread<E: GoalEnv + Send + 'static>(
     workers: &mut dyn Workers,
     envs: &mut VecEnv<E>,
@@ -39,8 +39,8 @@ pub fn gather_episodes(
     Ok(Evaluation { episodes: all.into_iter().flatten().map(from_message).collect() })
 }
 
-/// An episode as it is sent. JSON has no numbers that are not finite, which an episode may have:
-/// its return and its final distance are sent as their bits.
+/// An episode as it is sent. Its return and its final distance are sent as bits, because they may
+/// be infinite or NaN, which JSON lacks.
 type Message = (Option<u64>, [u64; 2], usize, [bool; 2]);
 
 fn to_message(episode: &Episode) -> Message {

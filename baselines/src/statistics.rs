@@ -18,9 +18,9 @@ pub enum StatisticsError {
         /// The value, counted from 0.
         index: usize,
     },
-    /// The ends of an interval are beyond the largest number.
+    /// The ends of an interval exceed the largest number.
     #[error(
-        "the values are so far apart that no number is as large as the ends of their interval: \
+        "the values are so far apart that the ends of their interval exceed the largest number: \
          divide them by a constant"
     )]
     TooFarApart,
@@ -38,7 +38,7 @@ debug_as_display!(StatisticsError);
 
 /// An estimate with its 95 % confidence interval.
 ///
-/// It is serialized with `null` for an end that is not bounded.
+/// It is serialized with `null` for an unbounded end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Bounded", into = "Bounded")]
 pub struct Estimate {
@@ -78,7 +78,7 @@ impl Estimate {
     ///
     /// # Errors
     /// [`StatisticsError::Empty`], [`StatisticsError::NotFinite`], and
-    /// [`StatisticsError::TooFarApart`] if no number is as large as an end of the interval.
+    /// [`StatisticsError::TooFarApart`] if an end of the interval exceeds the largest number.
     pub fn mean(sample: &[f64]) -> Result<Self, StatisticsError> {
         check_finite(sample)?;
         let (sample, unit) = scaled(sample);
@@ -148,7 +148,7 @@ impl Estimate {
         let z2n = z * z / n;
         let center = (p + 0.5 * z2n) / (1.0 + z2n);
         let half_width = z * (p * (1.0 - p) / n + 0.25 * z2n / n).sqrt() / (1.0 + z2n);
-        // Rounding would put the ends of 0 and 1 beside them.
+        // Rounding would move ends of 0 and 1 slightly off.
         let low = if successes == 0 { 0.0 } else { (center - half_width).clamp(0.0, p) };
         let high = if successes == count { 1.0 } else { (center + half_width).clamp(p, 1.0) };
         Ok(Self { value: p, low, high })
@@ -166,10 +166,10 @@ fn check_finite(sample: &[f64]) -> Result<(), StatisticsError> {
     }
 }
 
-/// Returns a sample divided by a unit near its largest value, and the unit. It is a power of two,
-/// so that no digit changes. The sums of such numbers and of their squares do not overflow.
+/// Returns a sample divided by a unit near its largest value, and the unit, which is a power of
+/// two, so no digit changes. The sums of such numbers and of their squares do not overflow.
 fn scaled(sample: &[f64]) -> (Vec<f64>, f64) {
-    /// The largest exponent for which two to its power, and one over that, have all digits.
+    /// The largest exponent for which two to its power and one over that have full precision.
     const MOST: i32 = 1022;
     let largest = sample.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
     let exponent = (largest.log2().floor() as i32).clamp(-MOST, MOST);
@@ -187,8 +187,8 @@ fn interquartile_mean(numbers: &mut [f64]) -> f64 {
     mean(&numbers[cut..numbers.len() - cut])
 }
 
-/// Returns the mean of numbers, which rounding does not put beyond the least or the greatest of
-/// them; 0 if there are none.
+/// Returns the mean of numbers, kept between the least and the greatest of them despite rounding; 0
+/// if there are none.
 fn mean(numbers: &[f64]) -> f64 {
     let mean = numbers.iter().sum::<f64>() / (numbers.len() as f64).max(1.0);
     let least = numbers.iter().copied().reduce(f64::min).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Files of policies that are damaged or forged: they are refused, or still policies.
+//! Damaged or forged policy files are rejected, or are still policies.
 
 use std::sync::LazyLock;
 
@@ -86,7 +86,7 @@ fn headers_that_claim_too_much_are_refused() {
     assert!(matches!(load_and_act(&nested), Err(TrainedPolicyError::Format { .. })));
 }
 
-/// A policy for other environments than its normalizers, or with scales that no update gives.
+/// A policy whose normalizers are for other environments, or have scales that no update gives.
 #[test]
 fn forged_normalizers_are_refused_or_harmless() -> Result {
     for key in ["observation_normalizer", "goal_normalizer"] {
@@ -135,7 +135,7 @@ fn any_value() -> impl Strategy<Value = Value> {
 }
 
 proptest! {
-    /// A part of the policy's header, or of the file's, is another value.
+    /// A part of the policy's header, or of the file's, is replaced by another value.
     #[test]
     fn forged_headers_never_panic(at in 0..200_usize, new in any_value(), of_policy: bool) {
         let change = |header: &mut Value| forge(header, &mut at.clone(), &new);
@@ -151,7 +151,7 @@ proptest! {
     ) {
         let mut file = REAL.clone();
         for (at, bit, in_header) in flips {
-            // Most of the file are weights.
+            // Most of the file is weights.
             let len = if in_header { 4_000.min(file.len()) } else { file.len() };
             file[at.index(len)] ^= 1 << bit;
         }

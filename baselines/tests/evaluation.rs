@@ -5,7 +5,7 @@ use fetch_env::{FetchObservation, GoalObservation, make_kinematic};
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
-/// An episode of so many steps that ends at a distance.
+/// An episode of `length` steps that ends at a distance.
 const fn episode(length: usize, final_distance: f64, success: bool, success_any: bool) -> Episode {
     let episode_return = -(length as f64);
     Episode {
@@ -55,7 +55,7 @@ fn without_episodes_there_are_no_figures() {
     assert!(matches!(nothing.success_at(&[0.05]), Err(EvaluationError::NoEpisodes)));
 }
 
-/// The last step decides about success, and every step about success at any of them.
+/// The last step decides `success`, and all steps decide `success_any`.
 #[test]
 fn an_episode_adds_up_its_steps() -> Result {
     let mut env = make_kinematic("FetchReach-v4")?;
@@ -64,7 +64,7 @@ fn an_episode_adds_up_its_steps() -> Result {
         let mut policy = |observation: &FetchObservation, action: &mut [f32]| {
             let goals = observation.desired_goal().iter().zip(observation.achieved_goal());
             let way: Vec<_> = goals.map(|(desired, achieved)| desired - achieved).collect();
-            // The observation before a step is the one after the step before.
+            // The observation before a step is the one after the previous step.
             let is_reached = way.iter().map(|axis| axis * axis).sum::<f64>().sqrt() < 0.05;
             reached += usize::from(steps > 0 && is_reached);
             steps += 1;
@@ -75,7 +75,8 @@ fn an_episode_adds_up_its_steps() -> Result {
         let episode = evaluate(&mut env, &mut policy, 1, 3, |_| ())?.episodes[0];
         assert_eq!((episode.seed, episode.episode_length, steps), (Some(3), 50, 50));
         assert_eq!((episode.success, episode.success_any), (!leaves, true));
-        // All steps but those that end at the goal; the last is not observed any more.
+        // A reward of -1 for all steps except those that end at the goal; the last one is not
+        // observed.
         let at_goal = reached + usize::from(episode.success);
         assert_eq!(episode.episode_return, at_goal as f64 - 50.0);
         assert_eq!(episode.final_distance < 0.05, episode.success);

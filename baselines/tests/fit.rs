@@ -11,7 +11,7 @@ use her_relabel::HerBuffer;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
-/// Push's policy in Reach, wherever a policy is taken.
+/// Reach rejects Push's policy everywhere a policy is passed.
 #[test]
 fn a_trained_policy_of_other_lengths_is_refused() -> Result {
     let is_refusal = |error: &PolicyError| {
@@ -53,11 +53,11 @@ fn a_scripted_policy_takes_what_begins_with_its_columns() -> Result {
     };
     assert_eq!((task, expected, actual), (Task::Push, [25, 3, 4], [10, 3, 4]));
 
-    // The script of Reach reads the columns with which all tasks begin.
+    // The script of Reach reads the columns that all tasks begin with.
     let mut push = make_kinematic("FetchPush-v4")?;
     evaluate(&mut push, &mut ScriptedPolicy::new(Task::Reach), 1, 0, |_| ())?;
 
-    // A further column behind those of the task changes no action.
+    // Another column after those of the task changes no action.
     for (id, task) in [("FetchReach-v4", Task::Reach), ("FetchPush-v4", Task::Push)] {
         let mut plain = make_kinematic(id)?;
         let timed = TimeAwareObservation::new(plain.max_episode_steps());
@@ -81,7 +81,7 @@ fn a_random_policy_of_another_space_is_refused() -> Result {
     Ok(())
 }
 
-/// Takes no environment.
+/// Fits no environment.
 struct Picky;
 
 impl<O> Policy<O> for Picky {

@@ -1,4 +1,4 @@
-//! What a child meets that a process with a trainer forks.
+//! What happens to a trainer in a forked child process.
 #![cfg(unix)]
 
 use baselines::learn::{CheckpointError, TrainError, TrainSettings, Trainer};

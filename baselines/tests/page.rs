@@ -134,7 +134,7 @@ fn bad_input_is_an_error() -> Result {
     let thin = Plot::new("plot", Axis::new("x", 0.0, 1e-9), Axis::new("y", 0.0, 1.0));
     assert!(thin.svg().is_ok());
     assert!(matches!(thin.with_equal_scale().svg(), Err(PageError::Plot { .. })));
-    // A single value still makes an axis, and points that are no numbers stay within it.
+    // A single value still makes an axis, and points that are not numbers stay within it.
     let mut plot = Plot::new("one value", Axis::around("x", [1.0]), Axis::new("y", 2.0, 2.0));
     plot.line(Ink::Blue, [(f64::NAN, f64::INFINITY), (1.0, 2.0)]);
     assert!(!plot.svg()?.contains("NaN"));
@@ -242,7 +242,7 @@ fn every_position_of_a_goal_is_shown_through_wrappers() -> Result {
     Ok(())
 }
 
-/// A plane without an end has no size of its own.
+/// An infinite plane has no size.
 #[test]
 fn an_infinite_plane_is_drawn() -> Result {
     let plane = r#"<worldbody><geom type="plane" size="0 0 1" contype="0"

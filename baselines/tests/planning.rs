@@ -1,4 +1,4 @@
-//! Plans: the same on any number of threads, and in their episodes what they promise.
+//! Plans are the same on any number of threads, and their episodes end as they promise.
 
 mod plane;
 
@@ -13,7 +13,7 @@ use plane::Plane;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
-/// A search that is soon over.
+/// The settings of a short search.
 fn short() -> PlannerSettings {
     PlannerSettings { population: 7, elites: 3, iterations: 4, ..PlannerSettings::default() }
 }

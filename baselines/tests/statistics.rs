@@ -113,7 +113,7 @@ fn numbers_of_any_size_have_the_estimates_of_ordinary_ones() -> Result<(), Stati
         }
         assert_eq!(Estimate::mean(&[value])?.value, value);
     }
-    // Of these, the interval has no finite ends.
+    // The interval of these has no finite ends.
     let far = [f64::MAX, -f64::MAX];
     assert_eq!(Estimate::mean(&far), Err(StatisticsError::TooFarApart));
     assert_eq!(Estimate::interquartile_mean(&far, 0)?.low, -f64::MAX);

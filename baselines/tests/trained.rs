@@ -82,7 +82,7 @@ fn the_policies_of_this_crate_are_of_their_tasks_and_succeed() -> Result {
         assert!(success.rate.value >= least, "{env_id}: {success:?}");
         let mut envs = make_vec(env_id, 10, VecConfig::default())?;
         let measured = evaluate_vec(&mut envs, &mut policy, 40, 1 << 52, |_| ())?.summary()?;
-        // How far a puck slides depends on MuJoCo's version, and the policy has learned on 3.6.0.
+        // How far a puck slides depends on MuJoCo's version, and the policy was trained on 3.6.0.
         let is_elsewhere = MujocoVersion::of_library()?.to_string() != "3.6.0";
         let least = if task == Task::Slide && is_elsewhere { 0.2 } else { success.rate.low };
         assert!(measured.success_rate.high >= least, "{env_id}: {measured:?}");

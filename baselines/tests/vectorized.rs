@@ -114,7 +114,7 @@ fn a_buffer_for_fewer_environments_is_an_error() -> Result {
     Ok(())
 }
 
-/// One error instead of an endless evaluation, alone and among others, of however many episodes.
+/// An endless episode gives an error, in one environment and in many, for any number of episodes.
 #[test]
 fn an_episode_without_an_end_is_an_error() -> Result {
     let endless = || Ok::<_, EnvError>(make_kinematic("FetchReach-v4")?.into_inner());
@@ -135,7 +135,7 @@ fn an_episode_without_an_end_is_an_error() -> Result {
 struct Failing {
     reset: Option<u64>,
     step: Option<u64>,
-    /// That of the episode.
+    /// The seed of the episode.
     seed: Option<u64>,
 }
 

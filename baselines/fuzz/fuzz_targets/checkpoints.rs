@@ -1,4 +1,4 @@
-//! Checkpoints that are almost valid are refused, or their run goes on.
+//! Almost valid checkpoints are rejected, or their runs continue.
 #![no_main]
 
 mod small;
@@ -23,7 +23,7 @@ struct Checkpoint {
     entries: Vec<(String, Vec<u8>)>,
 }
 
-/// A change of an entry, whose checksum in the archive fits; or of the whole archive.
+/// A change to an entry, whose checksum in the archive then fits, or to the whole archive.
 #[derive(Arbitrary, Debug)]
 enum Change {
     Bytes {
@@ -77,7 +77,7 @@ fn checkpoint(algorithm: Algorithm) -> Checkpoint {
     Checkpoint { name, entries }
 }
 
-/// Replaces bytes by their places, modulo the length.
+/// Replaces the bytes at these places, modulo the length.
 fn replace(bytes: &mut [u8], changes: &[(u32, u8)]) {
     let len = bytes.len();
     for (at, byte) in changes.iter().filter(|_| len > 0) {

@@ -1,4 +1,4 @@
-//! Settings of training are refused, or train.
+//! Training settings are rejected, or they train.
 #![no_main]
 
 mod small;

@@ -37,7 +37,8 @@ pub fn settings(algorithm: Algorithm) -> TrainSettings {
     settings
 }
 
-/// Trains and evaluates. What has been read may be too much to learn with, which is an error.
+/// Trains and evaluates. Numbers that were read may be too extreme to learn with, which is an
+/// error.
 pub fn train(trainer: &mut Trainer<TestEnv>) -> Result<(), TrainError> {
     trainer.cycle()?;
     trainer.evaluate().map(drop)

@@ -1,4 +1,4 @@
-//! What a data set is of, and what made it.
+//! The description of a data set.
 
 use fetch_env::{Env, EnvId, MujocoEnv, RewardKind, Space, Task};
 use fetch_sim::{ModelSource, MujocoVersion};
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::error::DatasetError;
 
-/// What a data set is of, and what made it; each format writes it beside the episodes.
+/// The description of a data set and its origin; each format writes it beside the episodes.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct About {
@@ -32,19 +32,20 @@ pub struct About {
     pub(super) action_space: Space,
     #[serde(skip)]
     pub(super) states: [usize; 2],
-    /// Steps of a second of simulated time.
+    /// Steps per second of simulated time.
     #[serde(skip)]
     #[cfg(feature = "lerobot")]
     pub(super) steps_per_second: f64,
 }
 
 impl About {
-    /// Describes a data set of an environment under a name of letters, digits, `-` and `_` in parts
-    /// that `/` separates, with a version at its end: `fetch/push/expert-v0`.
+    /// Describes a data set of an environment. Its name consists of letters, digits, `-` and `_`,
+    /// in parts separated by `/`, and ends with a version: `fetch/push/expert-v0`.
     ///
     /// # Errors
-    /// [`DatasetError::Name`] for another name; [`DatasetError::Settings`] if the environment is not
-    /// the one that its name stands for, on the built-in or the reference's model.
+    /// [`DatasetError::Name`] for any other name; [`DatasetError::Settings`] if the environment
+    /// does not have the settings that its name stands for, with the built-in or the reference's
+    /// model.
     pub fn new(
         name: &str,
         env: &MujocoEnv,
@@ -93,7 +94,7 @@ impl About {
         format!("fetch/{}{dense}/{set}-v0", scene(env_id.task).replace('_', "-"))
     }
 
-    /// Returns a sentence on the data set.
+    /// Returns a sentence about the data set.
     #[cfg(feature = "minari")]
     pub(super) fn sentence(&self) -> String {
         let Self { env_id, policy, model, version, mujoco, .. } = self;
@@ -105,12 +106,12 @@ impl About {
     }
 }
 
-/// Returns the name of a task's scene, which is also that of gymnasium-robotics' module.
+/// Returns the name of a task's scene, which is also the name of gymnasium-robotics' module.
 pub(super) fn scene(task: Task) -> &'static str {
     task.spec().scene_file.trim_end_matches(".xml")
 }
 
-/// Whether a name is one that all formats can have.
+/// Whether all formats can use a name.
 fn is_name(name: &str) -> bool {
     let is_part = |part: &str| {
         !part.is_empty() && part.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b))

@@ -1,4 +1,4 @@
-//! Columns of a table of Arrow.
+//! Columns of an Arrow table.
 
 #[cfg(feature = "minari")]
 use std::collections::HashMap;
@@ -38,7 +38,7 @@ impl Columns {
         Ok(())
     }
 
-    /// Adds a matrix of infos, of which Minari also writes the shape of a row.
+    /// Adds a matrix of infos and, as Minari does, the shape of its rows.
     #[cfg(feature = "minari")]
     pub(super) fn shaped_rows(
         &mut self,

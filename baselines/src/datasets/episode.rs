@@ -1,4 +1,4 @@
-//! Recording an episode with everything that a data set holds of it.
+//! Records an episode with everything that a data set stores.
 
 use fetch_env::{ActionElement, Env, GoalObservation, Info, MujocoEnv, Reset, SnapshotEnv, Step};
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
@@ -34,7 +34,7 @@ pub struct EpisodeRecord {
     pub observations: Vec<f64>,
     /// The goals that the states achieve, `T + 1` rows, in meters.
     pub achieved_goals: Vec<f64>,
-    /// The goal to achieve, `T + 1` rows that are the same, in meters.
+    /// The goal to achieve, `T + 1` equal rows, in meters.
     pub desired_goals: Vec<f64>,
     /// The actions, `T` rows.
     pub actions: Vec<f32>,
@@ -63,7 +63,7 @@ pub struct EpisodeRecord {
 }
 
 impl EpisodeRecord {
-    /// Also keeps a snapshot of each state, from which the episode goes on bit for bit. Joint
+    /// Also keeps a snapshot of each state, from which the episode continues bit for bit. Joint
     /// positions and velocities are not enough for that.
     #[must_use]
     pub const fn with_snapshots(mut self) -> Self {
@@ -81,8 +81,8 @@ impl EpisodeRecord {
     ///
     /// # Errors
     /// [`DatasetError::Policy`] if the policy does not fit the environment;
-    /// [`DatasetError::Environment`] if a reset or a step fails, after which the record is not one
-    /// of a whole episode.
+    /// [`DatasetError::Environment`] if a reset or a step fails, after which the record does not
+    /// hold a whole episode.
     pub fn record(
         &mut self,
         env: &mut MujocoEnv,
@@ -161,7 +161,7 @@ impl EpisodeRecord {
         }
     }
 
-    /// Checks that all columns are of one episode in the environment of a data set.
+    /// Checks that all columns have the lengths of one episode in the environment of a data set.
     pub(super) fn check(&self, about: &About) -> Result<(), DatasetError> {
         let steps = self.rewards.len();
         let states = steps + 1;

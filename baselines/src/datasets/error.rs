@@ -7,32 +7,32 @@ use fetch_env::EnvError;
 
 use crate::policy::PolicyError;
 
-/// Error returned where a data set is recorded or written.
+/// Error returned when a data set is recorded or written.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
     /// The environment has settings that its name does not stand for.
     #[error(
-        "the environment does not have the settings of {env_id}, so nobody could make it again from \
-         the data set: make it from the name, with the built-in or the reference's model"
+        "the environment does not have the settings of {env_id}, so it could not be recreated \
+         from the data set: make it from the name, with the built-in or the reference's model"
     )]
     Settings {
-        /// The name of the environment with these task and reward.
+        /// The name of the environment with this task and reward.
         env_id: String,
     },
-    /// The data set's name is not one that a format can have.
+    /// The formats cannot use the data set's name.
     #[error(
-        "{name:?} is no name of a data set: it has letters, digits, `-`, `_`, and `/` between its \
-         parts, and ends with a version such as -v0"
+        "{name:?} is not a name for a data set: use letters, digits, `-`, `_`, and `/` between \
+         parts, and end it with a version such as -v0"
     )]
     Name {
         /// The name.
         name: String,
     },
-    /// There is something already where the data set would be.
+    /// Something already exists where the data set would be.
     #[error("{} exists already: choose another place, or remove it", path.display())]
     Exists {
-        /// Where.
+        /// The place.
         path: PathBuf,
     },
     /// A file could not be written.
@@ -44,7 +44,7 @@ pub enum DatasetError {
         source: io::Error,
     },
     /// A column of the episode does not have a row for each state or step.
-    #[error("{column} has {actual} elements, which must be {expected}")]
+    #[error("{column} has {actual} elements: expected {expected}")]
     Length {
         /// The column.
         column: &'static str,
@@ -54,16 +54,14 @@ pub enum DatasetError {
         expected: usize,
     },
     /// There are fewer episodes than the format's own loader needs.
-    #[error(
-        "there are {episodes} episodes, and this format needs at least {least}: write more of them"
-    )]
+    #[error("there are {episodes} episodes, and this format needs at least {least}: write more")]
     TooFew {
         /// The number of episodes.
         episodes: usize,
         /// The number that is needed.
         least: usize,
     },
-    /// The policy is not one for this environment.
+    /// The policy does not fit this environment.
     #[error(transparent)]
     Policy(#[from] PolicyError),
     /// The environment failed.
@@ -78,7 +76,7 @@ pub enum DatasetError {
     #[cfg(any(feature = "lerobot", feature = "minari"))]
     #[error("the episode cannot be written as Arrow")]
     Arrow(#[from] arrow_schema::ArrowError),
-    /// A file of Parquet could not be written.
+    /// A Parquet file could not be written.
     #[cfg(feature = "lerobot")]
     #[error("the episode cannot be written as Parquet")]
     Parquet(#[from] parquet::errors::ParquetError),
@@ -87,7 +85,7 @@ pub enum DatasetError {
 debug_as_display!(DatasetError);
 
 impl DatasetError {
-    /// Returns what makes an error of the file system one at `path`.
+    /// Returns a function that turns an error of the file system into one at `path`.
     pub(super) fn file(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { path: path.to_owned(), source }
     }

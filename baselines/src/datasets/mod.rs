@@ -3,8 +3,8 @@
 //! buffer.
 //!
 //! A data set is a function of its settings and its first seed: on the same version of MuJoCo it
-//! has the same bytes on each machine. It is written episode by episode, so that its length takes
-//! no memory, under another name that it loses when it is whole.
+//! has the same bytes on each machine. It is written episode by episode, so memory does not grow
+//! with its length, and under a temporary name until it is complete.
 //!
 //! ```
 //! # #[cfg(feature = "minari")] {
@@ -64,8 +64,8 @@ pub trait DatasetWriter {
     /// Writes the next episode.
     ///
     /// # Errors
-    /// [`DatasetError::Length`] if the episode is of another environment than the data set, which
-    /// is then unchanged; [`DatasetError::File`] if a file cannot be written.
+    /// [`DatasetError::Length`] if the episode comes from a different environment than the data
+    /// set, which then stays unchanged; [`DatasetError::File`] if a file cannot be written.
     fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError>;
 
     /// Returns whether the episodes must have [snapshots](EpisodeRecord::with_snapshots).
@@ -73,10 +73,10 @@ pub trait DatasetWriter {
         false
     }
 
-    /// Gives the data set its name.
+    /// Finishes the data set and gives it its name.
     ///
     /// # Errors
-    /// [`DatasetError::Exists`] if there is something of that name by now; [`DatasetError::File`]
+    /// [`DatasetError::Exists`] if something with that name exists by now; [`DatasetError::File`]
     /// if it cannot be written; [`DatasetError::TooFew`].
     fn finish(self: Box<Self>) -> Result<(), DatasetError>;
 }

@@ -1,4 +1,4 @@
-//! Data sets of all that a training run sees.
+//! Data sets of the episodes that a training run collects.
 
 use std::cell::Cell;
 use std::sync::mpsc::{Sender, channel};
@@ -28,13 +28,13 @@ pub enum ReplayError {
 
 debug_as_display!(ReplayError);
 
-/// Trains on environments that `make` makes, and writes the first `count` episodes that are
-/// collected, from random ones to those of what was learned, with all writers; calls `progress`
-/// after each. The writers have not finished then.
+/// Trains on environments that `make` makes, writes the first `count` episodes that the run
+/// collects, from random ones to those of the learned policy, with all writers, and calls
+/// `progress` after each. It does not finish the writers.
 ///
-/// Each episode is reset with a seed of its own, which its record has; otherwise the run is that of
-/// a [`Trainer`], whose episodes go on with the random numbers of the last.
-/// The episodes are the same for the same settings and seed.
+/// Each episode is reset with its own seed, which its record contains. Otherwise the run is that of
+/// a [`Trainer`], in which each episode continues the random numbers of the last. The episodes are
+/// the same for the same settings and seed.
 ///
 /// # Errors
 /// [`ReplayError`].
@@ -74,7 +74,7 @@ pub fn write_replay(
     while episodes.len() < count {
         trainer.cycle()?;
         let mut kept: Vec<Kept> = receiver.try_iter().collect();
-        // Of one environment they are in the order of time.
+        // The episodes of one environment stay in the order of time.
         kept.sort_by_key(|kept| kept.env);
         kept.truncate(count - episodes.len());
         for Kept { record, episode, .. } in kept {
@@ -96,7 +96,7 @@ struct Kept {
     episode: Episode,
 }
 
-/// Resets an environment with a seed for each episode, and sends the episodes that end.
+/// A wrapper that resets an environment with a seed for each episode, and sends finished episodes.
 struct Keeping {
     env: usize,
     seeds: ResetSeeds,

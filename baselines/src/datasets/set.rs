@@ -14,7 +14,7 @@ use crate::policy::{Policy, PolicyError, RandomPolicy};
 use crate::scripted::ScriptedPolicy;
 use crate::trained::{TrainedPolicy, TrainedPolicyError};
 
-/// What acts in a set of episodes.
+/// The kind of policy that acts in a set of episodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -30,7 +30,7 @@ pub enum SetKind {
     ///
     /// Source of both numbers: Plappert et al., *Multi-goal reinforcement learning*, 2018.
     ExpertNoisy,
-    /// These four in turn, an episode each: the seed of an episode, modulo 4, decides.
+    /// These four in turn: the seed of an episode, modulo 4, decides which one acts.
     Mixed,
 }
 
@@ -44,7 +44,7 @@ impl SetKind {
     pub const ALL: [Self; 5] =
         [Self::Random, Self::Scripted, Self::Expert, Self::ExpertNoisy, Self::Mixed];
 
-    /// Returns the name of the set, as in that of a data set.
+    /// Returns the name of the set, as it appears in a data set's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -56,7 +56,7 @@ impl SetKind {
         }
     }
 
-    /// Returns what acts in the episode of a seed.
+    /// Returns the kind that acts in the episode with this seed.
     const fn of_episode(self, seed: u64) -> Self {
         match (self, seed % 4) {
             (Self::Mixed, 0) => Self::Random,
@@ -68,8 +68,8 @@ impl SetKind {
     }
 }
 
-/// Runs the episodes of a set, reset with the seeds `first_seed`, `first_seed + 1`, ..., writes each
-/// with all writers and calls `progress` after it. The writers have not finished then.
+/// Runs the episodes of a set, reset with the seeds `first_seed`, `first_seed + 1`, ..., writes
+/// each with all writers and calls `progress` after it. It does not finish the writers.
 ///
 /// # Errors
 /// [`DatasetError`].
@@ -97,7 +97,7 @@ pub fn write_set(
 #[derive(Debug)]
 pub struct SetPolicy {
     kind: SetKind,
-    /// What acts in the episode.
+    /// The kind that acts in the episode.
     acting: SetKind,
     space: BoxSpace<f32>,
     random: RandomPolicy,
@@ -107,7 +107,7 @@ pub struct SetPolicy {
 }
 
 impl SetPolicy {
-    /// Creates the policy of a set for an environment; [`begin`](Self::begin) comes next.
+    /// Creates the policy of a set for an environment; call [`begin`](Self::begin) next.
     ///
     /// # Errors
     /// As [`TrainedPolicy::shipped`].
@@ -125,16 +125,16 @@ impl SetPolicy {
         })
     }
 
-    /// Begins the episode of a seed.
+    /// Begins the episode with a seed.
     pub fn begin(&mut self, seed: u64) {
         self.acting = self.kind.of_episode(seed);
         self.random = RandomPolicy::new(&self.space, seed);
         self.noise = ChaCha8Rng::seed_from_u64(seed);
-        // Other numbers than those of the random actions.
+        // A different stream from that of the random actions.
         self.noise.set_stream(1);
     }
 
-    /// Returns what acts, in words.
+    /// Returns a description of the policy.
     #[must_use]
     pub const fn describe(&self) -> &'static str {
         match self.kind {

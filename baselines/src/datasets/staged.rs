@@ -8,10 +8,11 @@ use tempfile::{Builder, TempDir};
 
 use super::error::DatasetError;
 
-/// A folder that is filled under another name, `.NAME.xxxxxx` beside its place, and then renamed.
+/// A folder that is filled under a temporary name, `.NAME.xxxxxx` beside its place, and then
+/// renamed.
 ///
-/// Dropping it before that removes the folder. A process that is killed leaves the folder under that
-/// other name.
+/// Dropping it before that removes the folder. A process that is killed leaves the folder under the
+/// temporary name.
 #[derive(Debug)]
 pub(super) struct StagedFolder {
     target: PathBuf,
@@ -19,7 +20,7 @@ pub(super) struct StagedFolder {
 }
 
 impl StagedFolder {
-    /// Creates the folder, with the folders that its place is in.
+    /// Creates the folder under its temporary name, and the parents of its place.
     pub(super) fn create(target: PathBuf) -> Result<Self, DatasetError> {
         if fs::symlink_metadata(&target).is_ok() {
             return Err(DatasetError::Exists { path: target });
@@ -31,7 +32,7 @@ impl StagedFolder {
         let prefix = format!(".{name}.");
         let mut builder = Builder::new();
         builder.prefix(&prefix);
-        // As any folder that the user makes, not only for the user's own eyes.
+        // The permissions of an ordinary folder: by default only its owner could read it.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let folder = builder.tempdir_in(parent).map_err(DatasetError::file(parent))?;
@@ -54,12 +55,12 @@ impl StagedFolder {
         json.and_then(|json| fs::write(&path, json + "\n")).map_err(DatasetError::file(&path))
     }
 
-    /// Gives the folder its place.
+    /// Renames the folder to its final name.
     pub(super) fn publish(self) -> Result<(), DatasetError> {
         let Self { target, folder } = self;
         match fs::rename(folder.path(), &target) {
             Ok(()) => {
-                // There is nothing left to remove under the other name.
+                // There is nothing left to remove under the temporary name.
                 let _ = folder.keep();
                 Ok(())
             }

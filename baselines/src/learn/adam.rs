@@ -1,4 +1,4 @@
-//! The optimizer, and networks that it trains.
+//! The optimizer and the networks that it trains.
 
 use super::algorithm::StateMut;
 use super::network::Network;
@@ -16,8 +16,8 @@ const BETA_1: f32 = 0.9;
 const BETA_2: f32 = 0.999;
 const EPSILON: f32 = 1e-8;
 
-/// Moments below this become 0. Those of a unit that is never active decay for ever, and processors
-/// take many times as long for numbers below 1.2e-38.
+/// Moments below this become 0. Those of a unit that is never active decay forever, and processors
+/// are many times slower with numbers below 1.2e-38.
 const SMALLEST: f32 = 1e-30;
 
 impl Adam {

@@ -1,4 +1,4 @@
-//! What a learning algorithm is.
+//! The interface of learning algorithms.
 
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
@@ -9,9 +9,9 @@ use super::error::TrainError;
 use super::range::check_range;
 use crate::trained::LayerWeights;
 
-/// A learning algorithm: it improves an actor by batches of transitions.
+/// A learning algorithm: it improves an actor with batches of transitions.
 ///
-/// [`Ddpg`](super::Ddpg) and [`Sac`](super::Sac) are the two that this crate has.
+/// [`Ddpg`](super::Ddpg) and [`Sac`](super::Sac) are the two in this crate.
 /// [`Trainer::with_algorithm`](super::Trainer::with_algorithm) trains with any other.
 ///
 /// An algorithm is deterministic: the same state and the same batch give the same bits, on any
@@ -95,7 +95,7 @@ pub trait Algorithm: Debug + Send {
     /// Returns the name of the algorithm, such as `ddpg`, which policies and checkpoints record.
     fn name(&self) -> &str;
 
-    /// Returns the discount of a step, from 0 to 1. The [`Transitions`] of an update have it.
+    /// Returns the discount of a step, from 0 to 1. The [`Transitions`] of an update include it.
     fn gamma(&self) -> f64;
 
     /// Improves the actor by one batch, and returns the losses.
@@ -108,33 +108,32 @@ pub trait Algorithm: Debug + Send {
     /// It runs on a rayon pool of one or two threads.
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses;
 
-    /// Writes the actions that explore, from -1 to 1, for `inputs`: one row of each for each
-    /// environment. `noise` has a number of the standard normal distribution for each element of
-    /// the actions.
+    /// Writes exploring actions, from -1 to 1, for `inputs`: one row of each for each environment.
+    /// `noise` has a number of the standard normal distribution for each element of the actions.
     fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]);
 
-    /// Returns the layers of the greedy actor, which is evaluated: rectified linear units between
-    /// them, and a hyperbolic tangent of the outputs.
+    /// Returns the layers of the greedy actor, the one that is evaluated, with rectified linear
+    /// units between them and a hyperbolic tangent of the outputs.
     fn greedy_layers(&self) -> Vec<LayerWeights>;
 
-    /// Returns everything that the following updates depend on, to be saved or replaced.
+    /// Returns everything that later updates depend on, to be saved or replaced.
     fn state_mut(&mut self) -> StateMut<'_>;
 }
 
 /// A new algorithm, or why it could not be built.
 pub(super) type Built = Result<Box<dyn Algorithm>, TrainError>;
 
-/// What an algorithm is built for: the sizes of its networks, the rewards, and its seed.
+/// What an algorithm is built from: the sizes of its networks, the rewards, and its seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlgorithmInit {
     /// The length of an input: observation and goal.
     pub num_inputs: usize,
     /// The length of an action.
     pub num_actions: usize,
-    /// The range of the rewards, as [`GoalReward::bounds`](goal_reward::GoalReward::bounds) says
-    /// it; a trainer refuses rewards outside.
+    /// The range of the rewards, from [`GoalReward::bounds`](goal_reward::GoalReward::bounds); a
+    /// trainer rejects rewards outside it.
     pub reward_bounds: RangeInclusive<f64>,
-    /// The seed of the first weights and of all noise, the same in all processes.
+    /// The seed of the initial weights and of all noise, the same in all processes.
     pub seed: u64,
     /// The rank of this process, whose updates need their own noise: 0 in a run of one process.
     pub rank: usize,
@@ -158,8 +157,8 @@ impl AlgorithmInit {
 
     /// Returns the lowest and the highest discounted sum of any number of rewards, at least one.
     pub(super) fn return_bounds(&self, gamma: f64) -> [f32; 2] {
-        // One reward, or endlessly many. Without a discount, the latter of 0 are NaN, which `min`
-        // and `max` pass over.
+        // One reward, or infinitely many. Without a discount, infinitely many zeros give NaN, which
+        // `min` and `max` ignore.
         let endless = |reward: f32| reward / (1.0 - gamma as f32);
         let (low, high) = (*self.reward_bounds.start() as f32, *self.reward_bounds.end() as f32);
         [low.min(endless(low)), high.max(endless(high))]
@@ -170,7 +169,7 @@ impl AlgorithmInit {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Losses {
-    /// The squared error of the critic, for several critics their sum.
+    /// The squared error of the critic; of several critics, the sum.
     pub critic: f32,
     /// The loss of the actor.
     pub actor: f32,
@@ -185,7 +184,7 @@ impl Losses {
         Self { critic, actor, value }
     }
 
-    /// Whether all are finite.
+    /// Whether all are finite numbers.
     pub(super) fn are_finite(&self) -> bool {
         [self.critic, self.actor, self.value].iter().all(|loss| loss.is_finite())
     }
@@ -207,9 +206,8 @@ pub struct Transitions<'a> {
     pub discount: &'a [f32],
     /// The inputs of the networks after the step, `(len, num_inputs)`.
     pub next_input: &'a [f32],
-    /// Whether each transition is of a
-    /// [demonstration](super::Trainer::add_demonstrations), `(len)`. Hindsight may have changed its
-    /// goal; its action is the demonstrated one.
+    /// Whether each transition comes from a [demonstration](super::Trainer::add_demonstrations),
+    /// `(len)`. Hindsight may have changed its goal; its action is the demonstrated one.
     pub demonstrated: &'a [bool],
 }
 
@@ -225,7 +223,7 @@ impl Transitions<'_> {
     }
 }
 
-/// The state of an [`Algorithm`]: everything that its following updates depend on.
+/// The state of an [`Algorithm`]: everything that its later updates depend on.
 #[derive(Debug)]
 pub struct StateMut<'a> {
     /// The number of updates so far.
@@ -252,7 +250,7 @@ mod tests {
             .return_bounds(gamma)
     }
 
-    /// The extreme returns are of rewards that are all the same.
+    /// The extreme returns come from rewards that are all the same.
     #[test]
     fn returns_of_any_number_of_steps_are_within_their_bounds() {
         let rewards = [-3.0, -1.0, 0.0, 0.5, 2.0];

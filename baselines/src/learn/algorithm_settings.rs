@@ -17,7 +17,7 @@ settings! {
         /// al., 2020): true.
         pub layer_norm: bool,
         /// The factor of the actor's last weights at the start: 0.1, measured, because an actor
-        /// that starts saturated never starts. The authors: 1.
+        /// that starts saturated never learns. The authors: 1.
         pub last_layer_scale: f32 => 0.0..=10.0,
         /// The learning rate of the actor: 0.002, measured. The authors, and for Reach and Slide:
         /// 0.001.
@@ -62,17 +62,17 @@ settings! {
         /// learning with demonstrations*, 2018, and Fujimoto and Gu, *A minimalist approach to
         /// offline reinforcement learning*, 2021.
         pub imitation_weight: f32 => 0.0..=1_000.0,
-        /// How much more an action is imitated the better it is: 0, all alike. Each square of the
+        /// How much more strongly better actions are imitated: 0, not at all. Each square of the
         /// imitation is multiplied by the exponential function of this number times the advantage
-        /// of the demonstrated action over the actor's, as the critic estimates it, and by 10 at
-        /// most. Without a value in the loss, 0 is goal-conditioned behavior cloning (Ghosh et
-        /// al., *Learning to reach goals via iterated supervised learning*, 2021), and 1 the
-        /// advantage weight of Yang et al., *Rethinking goal-conditioned supervised learning and
-        /// its connection to offline RL*, 2022. Measured on noisy episodes of a trained policy: 1
+        /// of the demonstrated action over the actor's, as the critic estimates it, but by 10 at
+        /// most. Without a value in the loss, 0 is goal-conditioned behavior cloning (Ghosh et al.,
+        /// *Learning to reach goals via iterated supervised learning*, 2021), and 1 the advantage
+        /// weight of Yang et al., *Rethinking goal-conditioned supervised learning and its
+        /// connection to offline RL*, 2022. Measured on noisy episodes of a trained policy: 1
         /// without a value, 5 with one.
         pub advantage_factor: f32 => 0.0..=1_000.0,
-        /// The standard deviation of the noise that explores: 0.2, the authors'; 0.1 for Slide, as
-        /// in MRL.
+        /// The standard deviation of the exploration noise: 0.2, the authors'; 0.1 for Slide, as in
+        /// MRL.
         pub noise: f32 => 0.0..=10.0,
     }
 }
@@ -150,7 +150,7 @@ settings! {
         /// The temperature at the start, the weight of the entropy: 0.1. Stable-Baselines3: 1.
         pub initial_temperature: f32 => 1e-6..=1_000.0,
         /// The entropy that the temperature aims at, for each element of an action: -1, the
-        /// authors'. `None` for a temperature that stays as it is at the start.
+        /// authors'. `None` for a temperature that stays at its initial value.
         pub target_entropy: Option<f32> => -100.0..=0.69,
     }
 }

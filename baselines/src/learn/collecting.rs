@@ -1,4 +1,4 @@
-//! What collects steps.
+//! The part of a run that collects steps.
 
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{ActionSpace, VecEnv};
@@ -25,7 +25,7 @@ pub(super) struct Collecting<E: LearnEnv> {
 /// The steps of a cycle.
 pub(super) struct Steps {
     pub(super) collected: Collected,
-    /// The number of episodes that ended, also of those that the buffer does not keep.
+    /// The number of episodes that ended, including those that the buffer does not keep.
     pub(super) ended: u64,
     /// The number of those that ended in success.
     pub(super) successes: u64,
@@ -43,7 +43,7 @@ impl<E: LearnEnv> Collecting<E> {
         Self { collector: Collector::new(envs), explorer, seed }
     }
 
-    /// Begins an episode in each environment, in a run of `steps` steps so far.
+    /// Begins an episode in each environment, in a run that has taken `steps` steps so far.
     pub(super) fn begin_episodes(
         &mut self,
         steps: u64,
@@ -54,7 +54,8 @@ impl<E: LearnEnv> Collecting<E> {
         self.collector.reset(Some(first_seed), buffer)
     }
 
-    /// Takes steps in each environment with the actor's actions, all of them random without it.
+    /// Takes steps in each environment with the actor's actions, or with random ones if there is no
+    /// actor.
     pub(super) fn collect(
         &mut self,
         num_steps: usize,

@@ -1,5 +1,5 @@
-//! What the algorithms of an actor and critics share: the values that critics estimate, gradients
-//! that processes average, and what is printed of an algorithm.
+//! What actor-critic algorithms share: the values that critics estimate, gradients that processes
+//! average, and how an algorithm is printed.
 
 use super::algorithm::Transitions;
 use super::network::Network;
@@ -44,14 +44,14 @@ pub(super) fn regress(
     (loss, value)
 }
 
-/// The gradients of an update, and the losses behind them, in one vector that processes average.
+/// The gradients of an update and then the losses, in one vector that processes average.
 pub(super) struct Gradients<const N: usize> {
     pub(super) numbers: Vec<f32>,
     lens: [usize; N],
 }
 
 impl<const N: usize> Gradients<N> {
-    /// Creates parts of these lengths.
+    /// Creates parts with these lengths.
     pub(super) fn new(lens: [usize; N]) -> Self {
         Self { numbers: vec![0.0; lens.iter().sum()], lens }
     }

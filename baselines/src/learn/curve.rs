@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::algorithm::Losses;
 use crate::statistics::Estimate;
 
-/// What has happened so far.
+/// The counts of a run so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Counters {
@@ -56,7 +56,7 @@ pub struct CurveRow {
     pub final_distance_mean: f64,
     /// The success rate of the episodes collected since the last evaluation.
     pub collected_success: Option<f64>,
-    /// The losses of the updates since the last evaluation, their mean.
+    /// The mean losses of the updates since the last evaluation.
     pub losses: Option<Losses>,
 }
 
@@ -83,9 +83,9 @@ impl Target {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct UpdateSeconds {
-    /// All of it.
+    /// The time in all.
     pub total: f64,
-    /// What averaging over processes has taken of it, waiting included.
+    /// The part of it spent averaging over processes, waiting included.
     pub exchanging: f64,
 }
 

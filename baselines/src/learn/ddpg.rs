@@ -23,7 +23,8 @@ pub struct Ddpg {
     /// The lowest and the highest target; infinite if nothing is clipped.
     target_bounds: [f32; 2],
     networks: Networks,
-    /// Of the critic and of the actor, and the losses: the critic's, the actor's and the value.
+    /// The gradients of the critic and of the actor, and the losses: the critic's, the actor's and
+    /// the value.
     gradients: Gradients<3>,
     critic_work: Work,
     actor_work: Work,
@@ -40,22 +41,22 @@ struct Networks {
 
 debug_settings!(Ddpg);
 
-/// The most by which an advantage multiplies imitation, as Yang et al. have it.
+/// The largest factor by which an advantage multiplies imitation, as in Yang et al.
 const HIGHEST_FACTOR: f32 = 10.0;
 
-/// What a gradient is computed with; passes and vectors are reused.
+/// The passes and vectors that a gradient is computed with; they are reused.
 #[derive(Default)]
 struct Work {
     actor: Pass,
     critic: Pass,
     actions: Vec<f32>,
     targets: Vec<f32>,
-    /// By how much each transition is imitated.
+    /// How strongly each transition is imitated.
     imitation: Vec<f32>,
 }
 
 impl Ddpg {
-    /// Creates networks, whose first weights `init.seed` decides.
+    /// Creates networks with initial weights that `init.seed` determines.
     ///
     /// # Errors
     /// [`TrainError::Setting`] if a setting is out of its range, `init.num_inputs` is not from 1 to
@@ -300,7 +301,7 @@ mod tests {
         }
     }
 
-    /// Imitation is all of the loss here.
+    /// The loss is imitation alone here.
     #[test]
     fn an_action_is_imitated_the_more_the_better_it_is() {
         let imitating = |advantage_factor| {

@@ -1,4 +1,4 @@
-//! Which transitions of a buffer are of demonstrations.
+//! Which transitions of a buffer come from demonstrations.
 
 use std::ops::Range;
 
@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Demonstrated {
-    /// Each after the one before it.
+    /// In ascending order, without overlaps.
     ranges: Vec<Range<u64>>,
-    /// The number of transitions whose scale the inputs have not taken in.
+    /// The number of transitions that the normalizers have not taken in.
     pub(super) unseen: u64,
 }
 
@@ -22,7 +22,7 @@ impl Demonstrated {
         after > 0 && id.get() < self.ranges[after - 1].end
     }
 
-    /// Adds the transitions of a buffer that are newer than `newest`, all without one.
+    /// Adds the transitions of a buffer that are newer than `newest`, or all if it is `None`.
     pub(super) fn add(&mut self, buffer: &HerBuffer<f32>, newest: Option<TransitionId>) {
         let Some((oldest, last)) = buffer.transition_ids() else { return };
         let start = newest.map_or(0, |newest| newest.get() + 1).max(oldest.get());

@@ -1,12 +1,12 @@
-//! The environments that can be learned.
+//! The environments that a trainer can learn.
 
 use fetch_env::BoxSpace;
 
 use crate::collector::CollectEnv;
 
-/// An environment that a [`Trainer`](super::Trainer) learns: its actions are a box from -1 to 1.
+/// An environment that a [`Trainer`](super::Trainer) can learn: its actions are a box from -1 to 1.
 ///
-/// Every such environment implements it. A function over any of them:
+/// Every such environment implements this trait. A function that takes any of them:
 ///
 /// ```
 /// use baselines::learn::{LearnEnv, TrainError, TrainSettings, Trainer};

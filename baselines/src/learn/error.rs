@@ -46,8 +46,8 @@ pub enum TrainError {
     Normalize(#[from] NormalizerError),
     /// There is nothing to learn from.
     #[error(
-        "the buffer has no finished episode to draw: add demonstrations by add_demonstrations, or \
-         collect by cycle or run"
+        "the buffer has no finished episode to draw: add demonstrations with add_demonstrations, \
+         or collect with cycle or run"
     )]
     NothingToDraw,
     /// The run failed.
@@ -66,7 +66,7 @@ pub enum TrainError {
     /// An evaluation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluationError),
-    /// The trainer was made before a fork: its threads are in the parent process alone.
+    /// The trainer was made before a fork: its threads exist only in the parent process.
     #[error(
         "this process was forked, and the trainer's threads are not in it: make the trainer here"
     )]
@@ -97,7 +97,7 @@ pub enum RunError {
     /// Observations could not be normalized.
     #[error(transparent)]
     Normalize(#[from] NormalizerError),
-    /// A drawn reward is not one that the reward function says it gives.
+    /// A drawn reward is outside the bounds that the reward function gives.
     #[error(
         "a reward is {value}, but GoalReward::bounds says {low} to {high}: widen the bounds, or \
          correct the reward"
@@ -105,7 +105,7 @@ pub enum RunError {
     RewardOutside {
         /// The first such reward.
         value: f64,
-        /// The lowest reward by [`GoalReward::bounds`](goal_reward::GoalReward::bounds).
+        /// The lowest reward according to [`GoalReward::bounds`](goal_reward::GoalReward::bounds).
         low: f64,
         /// The highest one.
         high: f64,
@@ -164,7 +164,7 @@ fn resume_hint(checkpoint: Option<&PathBuf>) -> String {
         .map_or_else(String::new, |path| format!("; the last checkpoint is {}", path.display()))
 }
 
-/// Error returned where a checkpoint cannot be saved or resumed.
+/// Error returned when a checkpoint cannot be saved or resumed.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
@@ -204,15 +204,15 @@ pub enum CheckpointError {
         /// The checkpoint before it.
         before: Option<PathBuf>,
     },
-    /// The checkpoint is of another environment.
-    #[error("the checkpoint {} is of another environment: {reason}", path.display())]
+    /// The checkpoint belongs to a different environment.
+    #[error("the checkpoint {} belongs to a different environment: {reason}", path.display())]
     Foreign {
         /// The checkpoint.
         path: PathBuf,
         /// What differs.
         reason: String,
     },
-    /// The folder has a file in the place of a checkpoint that is not this run's.
+    /// A file in the place of a checkpoint does not belong to this run.
     #[error(
         "{} is not a checkpoint of this run, so nothing is written: choose another folder",
         path.display()

@@ -31,10 +31,10 @@ pub(crate) struct ExplorerState {
     decisions: u64,
     /// The number of episodes that have begun.
     episodes: u64,
-    /// Of the episode of each environment.
+    /// The kind of each environment's episode.
     kinds: Vec<EpisodeKind>,
-    /// The number of steps for which the action of each such episode is still held, and the
-    /// actions.
+    /// For each environment, the number of steps for which its action in `held_actions` is still
+    /// held.
     held: Vec<u64>,
     held_actions: Vec<f32>,
 }
@@ -57,8 +57,8 @@ pub(crate) struct LastBatch {
 
 impl LastBatch {
     fn of<O: GoalObservation<Element: Scalar>, I>(batch: &VecStep<O, I>) -> Self {
-        // The row of an environment that has failed, whose next action does not matter, is not
-        // finite, which JSON cannot express.
+        // JSON cannot express the row of a failed environment, which is not finite. Its next action
+        // does not matter.
         let finite = |number: f64| if number.is_finite() { number } else { 0.0 };
         let goals = |goals: &[f64]| goals.iter().map(|number| finite(*number)).collect();
         Self {
@@ -78,8 +78,8 @@ impl LastBatch {
     }
 }
 
-/// How the actions of all environments are chosen: those of the actor with noise, random actions
-/// and random episodes.
+/// The choice of all environments' actions: the actor's with noise, random actions and random
+/// episodes.
 ///
 /// Each decision draws from its own stream of random numbers.
 pub(crate) struct Explorer {
@@ -88,7 +88,7 @@ pub(crate) struct Explorer {
     /// The actor's inputs; the vector is reused.
     rows: Vec<f32>,
     state: ExplorerState,
-    /// What the next decision sees instead of the batch that it gets.
+    /// The batch that the next decision sees, after a resume, instead of the one that it gets.
     resumed: Option<LastBatch>,
 }
 
@@ -122,8 +122,8 @@ impl Explorer {
         self.resumed.clone().unwrap_or_else(|| LastBatch::of(batch))
     }
 
-    /// Restores a state, and what the next decision sees, if they are of as many environments and
-    /// of goals and observations of these lengths.
+    /// Restores a state and the batch that the next decision sees. Returns `false`, and restores
+    /// nothing, if they do not fit the number of environments or `dims`.
     pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch, dims: Dims) -> bool {
         let num_envs = self.state.kinds.len();
         let fits = state.kinds.len() == num_envs
@@ -141,7 +141,7 @@ impl Explorer {
         fits
     }
 
-    /// Continues after the decisions and the episodes of a run.
+    /// Skips the random streams of the decisions and episodes that a run has used.
     pub(crate) const fn skip(&mut self, decisions: u64, episodes: u64) {
         self.state.decisions = decisions;
         self.state.episodes = episodes;
@@ -197,7 +197,7 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
         }
         if let Some(actor) = actor
             && state.kinds.iter().any(|kind| *kind != EpisodeKind::Random)
-            // Always, because the numbers of a last batch are finite.
+            // Always true, because the numbers of a last batch are finite.
             && inputs.write(&last.states(), rows).is_ok()
         {
             actor.explore(rows, &noise, actions);
@@ -210,7 +210,7 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
             if *kind == EpisodeKind::Random || actor.is_none() {
                 if *held == 0 {
                     held_action.copy_from_slice(&random);
-                    // Nothing else depends on the chance here.
+                    // Nothing else uses this chance here.
                     *held = 1 + (chance * settings.held_actions as f64) as u64;
                 }
                 *held -= 1;

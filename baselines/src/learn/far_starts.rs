@@ -11,10 +11,11 @@ use crate::collector::CollectEnv;
 /// The number of starts from which the farthest is taken.
 const NUM_STARTS: usize = 4;
 
-/// Begins a share of the episodes at the one of several starts that is farthest from its goal.
+/// A wrapper that begins a share of the episodes at the one of several starts that is farthest from
+/// its goal.
 ///
-/// It resets the environment with seeds of its own, and so knows nothing of the task. An episode
-/// that is reset with a seed begins where the seed says.
+/// It only resets the environment with its own seeds, so it needs no knowledge of the task. An
+/// episode that is reset with a seed begins where that seed puts it.
 #[derive(Clone, Debug)]
 pub(super) struct FarStarts {
     share: f64,

@@ -15,7 +15,7 @@ use crate::trained::{InputPart, LayerWeights};
 #[serde(deny_unknown_fields)]
 pub(crate) struct Inputs {
     pub(crate) observation: Normalizer,
-    /// Of relative goals, if inputs have them.
+    /// The normalizer of goals, or of relative goals if the inputs have them.
     pub(crate) goal: Normalizer,
     relative_goal: bool,
     /// The elements that are always 0.
@@ -98,15 +98,15 @@ impl Inputs {
         Ok(())
     }
 
-    /// Takes away from rows of inputs what networks do not see.
+    /// Sets the elements that networks do not see to 0 in rows of inputs.
     pub(crate) fn leave_out(&self, inputs: &mut [f32]) {
         for row in inputs.chunks_exact_mut(self.dim()) {
             self.left_out.iter().for_each(|element| row[*element] = 0.0);
         }
     }
 
-    /// Takes away the weights of what networks do not see from the first layer of one of them, so
-    /// that it computes the same from whole inputs.
+    /// Sets the weights of the elements that networks do not see to 0 in the first layer of one, so
+    /// it computes the same from whole inputs.
     pub(crate) fn leave_out_weights(&self, layer: &mut LayerWeights) {
         let len = layer.weights.len() / layer.num_inputs;
         for element in &self.left_out {

@@ -1,4 +1,4 @@
-//! What updates the actor.
+//! The part of a run that updates the actor.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
@@ -39,13 +39,13 @@ impl Learner {
         })
     }
 
-    /// Checks that the threads are in this process: in one that was forked, nothing would answer.
+    /// Checks that the threads are in this process: in a forked one, nothing would answer.
     pub(super) fn check_process(&self) -> Result<(), TrainError> {
         if self.process == std::process::id() { Ok(()) } else { Err(TrainError::Forked) }
     }
 
-    /// Takes the updates of these numbers, counted from 0, and calls `check` with the losses of
-    /// each.
+    /// Performs the updates with these numbers, counted from 0, and calls `check` with the losses
+    /// of each.
     pub(super) fn update<E: LearnEnv>(
         &mut self,
         numbers: Range<u64>,
@@ -68,7 +68,7 @@ impl Learner {
         Ok(())
     }
 
-    /// Returns a checksum of everything that the following updates depend on.
+    /// Returns a checksum of everything that later updates depend on.
     pub(super) fn checksum(&mut self) -> u64 {
         let mut hasher = DefaultHasher::new();
         let state = self.algorithm.state_mut();

@@ -1,16 +1,16 @@
 //! Learning with hindsight: algorithms, their settings, and the loop that trains.
 //!
 //! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
-//! actor by an [`Algorithm`]: [`Ddpg`], [`Sac`] or your own. It takes any goal-conditioned
+//! actor with an [`Algorithm`]: [`Ddpg`], [`Sac`] or your own. It takes any goal-conditioned
 //! environment whose actions are a box from -1 to 1. The presets [`TrainSettings::fast`],
 //! [`TrainSettings::authors`] and [`TrainSettings::book`] have settings for the Fetch tasks.
 //!
 //! The same settings and the same seed give the same curve and the same policy, bit for bit, on any
-//! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume).
-//! They are the same on each processor of x86_64 (AVX-512, AVX2 or neither) and aarch64, as far as
-//! the environment is: MuJoCo differs between the two, the kinematic stand-in does not. Tests run
-//! on all of these, some of them in QEMU. A processor without fused multiply-add takes many times
-//! as long, because a function of the C library does it instead.
+//! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume). They
+//! are the same on every x86_64 (AVX-512, AVX2 or neither) and aarch64 processor if the environment
+//! is: MuJoCo differs between the two architectures, the kinematic stand-in does not. Tests run on
+//! all of these, some of them in QEMU. A processor without fused multiply-add takes many times as
+//! long, because a function of the C library replaces it.
 //!
 //! ```
 //! use std::ops::ControlFlow;

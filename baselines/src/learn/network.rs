@@ -15,7 +15,7 @@ pub(crate) struct Shape {
     pub(crate) layer_norm: bool,
 }
 
-/// The places of a layer's parameters in the vector of all.
+/// The places of a layer's parameters in the vector of all parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layer {
     pub(crate) num_inputs: usize,

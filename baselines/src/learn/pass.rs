@@ -10,18 +10,18 @@ use super::vectors::vectorize;
 /// Added to a variance before its root is taken: PyTorch's default for layer normalization.
 const EPSILON: f32 = 1e-5;
 
-/// A pass of some rows through a network of one shape, with all that its gradient needs.
+/// A pass of some rows through a network of one shape, with everything that its gradient needs.
 #[derive(Clone, Default)]
 pub(crate) struct Pass {
     num_rows: usize,
     input: Vec<f32>,
     layers: Vec<LayerPass>,
     product: Product,
-    /// The gradient of the layer in work, and of the one before it.
+    /// The gradients of the current layer and of the one before it.
     gradients: [Vec<f32>; 2],
 }
 
-/// What a layer has computed.
+/// The results of a layer.
 #[derive(Clone, Default)]
 struct LayerPass {
     output: Vec<f32>,
@@ -146,7 +146,7 @@ impl LayerPass {
         );
     }
 
-    /// Adds biases, normalizes each row, scales and shifts it, and sets what is negative to 0.
+    /// Adds biases, normalizes each row, scales and shifts it, and sets negative numbers to 0.
     #[inline(always)]
     fn normalize(&mut self, width: usize, biases: &[f32], scales: &[f32], shifts: &[f32]) {
         self.normalized.resize(self.output.len(), 0.0);

@@ -1,4 +1,4 @@
-//! The presets: settings that were found for the Fetch tasks.
+//! The presets: settings found for the Fetch tasks.
 
 use fetch_env::{ObservationField, Task};
 
@@ -11,13 +11,13 @@ use super::settings::{
 impl TrainSettings {
     /// Returns the settings that this project found to learn soonest on a few cores.
     ///
-    /// Source: own measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain exploration
-    /// for long horizon multi-goal reinforcement learning*, 2020). What leaves inputs out, mirrors,
-    /// moves goals, and changes rewards and starts was chosen on the seeds 100 to 104. The settings
-    /// know the observations and the symmetries of the tasks, but no solution: Reach, whose
-    /// episodes need no object, and Slide, whose object moves on after the robot has left it, have
-    /// other numbers than Push and PickAndPlace. For an environment of your own,
-    /// [`default`](Self::default) presumes nothing.
+    /// Source: this project's measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain
+    /// exploration for long horizon multi-goal reinforcement learning*, 2020). The settings that
+    /// leave out inputs, mirror, move goals, and change rewards and starts were chosen on the seeds
+    /// 100 to 104. The presets use the observations and the symmetries of the tasks, but no
+    /// solution. Reach, which has no object, and Slide, whose object keeps moving after the robot
+    /// has left it, have different numbers than Push and PickAndPlace. For your own environment,
+    /// [`default`](Self::default) assumes nothing about the task.
     #[must_use]
     pub fn fast(task: Task) -> Self {
         let mut ddpg = DdpgSettings::default();
@@ -83,7 +83,7 @@ impl TrainSettings {
 
     /// Returns the settings of the authors, in one process.
     ///
-    /// Source: `her/experiment/config.py` of openai/baselines, with two episodes and 40 updates a
+    /// Source: `her/experiment/config.py` of openai/baselines, with two episodes and 40 updates per
     /// cycle.
     #[must_use]
     pub fn authors() -> Self {
@@ -108,8 +108,9 @@ impl TrainSettings {
         }
     }
 
-    /// Returns the settings of [`fast`](Self::fast), with SAC and what the book that the chapter is
-    /// from found best for it on Push: gamma 0.95 and a fixed temperature of 0.05.
+    /// Returns the settings of [`fast`](Self::fast), with SAC and the values that the book found
+    /// best for it on Push: gamma 0.95 and a fixed temperature of 0.05. This project implements the
+    /// book's chapter on the anatomy of these environments.
     ///
     /// Source: the book's chapter on sparse rewards, a comparison of 24 settings. Its other numbers
     /// are those of Stable-Baselines3, which learn much later: learning rate 0.0003, target fraction
@@ -122,8 +123,8 @@ impl TrainSettings {
 }
 
 impl SacSettings {
-    /// Returns the settings with the temperature that the book fixes, and critics that are not
-    /// normalized, as its are not.
+    /// Returns the settings with the book's fixed temperature and, as in the book, critics that are
+    /// not normalized.
     #[must_use]
     pub fn book() -> Self {
         Self {
@@ -135,7 +136,7 @@ impl SacSettings {
     }
 }
 
-/// Returns the elements of the fields of these names in a task's observation.
+/// Returns the elements of the fields with these names in a task's observation.
 fn elements(task: Task, names: &[&str]) -> Vec<usize> {
     let fields = names.iter().filter_map(|name| ObservationField::find(task, name));
     fields.flat_map(|field| field.range.clone()).collect()

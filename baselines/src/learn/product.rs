@@ -46,7 +46,7 @@ impl<'a> Matrix<'a> {
 /// Multiplies matrices; its memory is reused.
 #[derive(Clone, Default)]
 pub(super) struct Product {
-    /// Some columns of the right matrix, row after row, filled up with zeros.
+    /// Some columns of the right matrix, row after row, padded with zeros.
     panel: Vec<f32>,
     /// The left matrix if it is transposed, in tiles of some of its rows, column after column.
     tiles: Vec<f32>,
@@ -61,7 +61,7 @@ impl Product {
         self.write_on(Arch::new(), left, right, target);
     }
 
-    /// Writes the product by the instructions of a processor.
+    /// Writes the product with the instructions of a processor.
     fn write_on(&mut self, arch: Arch, left: Matrix<'_>, right: Matrix<'_>, target: &mut [f32]) {
         let ((num_rows, num_terms), (right_rows, num_columns)) = (left.size(), right.size());
         assert_eq!((num_terms, num_rows * num_columns), (right_rows, target.len()));
@@ -88,7 +88,7 @@ struct Work<'a> {
 const ROWS: usize = 8;
 const ROWS_OF_FEW_REGISTERS: usize = 6;
 
-/// The registers of processors that have many.
+/// The number of registers of processors that have many.
 const MANY_REGISTERS: usize = 32;
 
 impl WithSimd for Work<'_> {
@@ -223,10 +223,10 @@ fn pack(matrix: Matrix<'_>, columns: Range<usize>, panel: &mut [f32], width: usi
     }
 }
 
-/// The rows and columns of what is transposed in registers.
+/// The number of rows and columns of a block that is transposed in registers.
 const BLOCK: usize = 4;
 
-/// Copies columns of a matrix that is transposed to rows of length `width`.
+/// Copies columns of a transposed matrix to rows of length `width`.
 #[inline(always)]
 fn pack_transposed(matrix: Matrix<'_>, columns: Range<usize>, panel: &mut [f32], width: usize) {
     for to in panel.chunks_exact_mut(width) {
@@ -257,7 +257,7 @@ fn pack_transposed(matrix: Matrix<'_>, columns: Range<usize>, panel: &mut [f32],
     }
 }
 
-/// Returns the first `len` numbers of memory, whatever they are, and makes it longer if needed.
+/// Returns the first `len` numbers of memory, whatever their values, and makes it longer if needed.
 fn resized(memory: &mut Vec<f32>, len: usize) -> &mut [f32] {
     if memory.len() < len {
         memory.resize(len, 0.0);

@@ -1,6 +1,6 @@
 //! Ranges of settings.
 
-/// Checks that a number, if there is one, or each of a list, is in its range.
+/// Checks that a number, if there is one, or each number of a list is in its range.
 macro_rules! check_range {
     (
         $number:expr,

@@ -1,4 +1,4 @@
-//! What holds transitions and draws them.
+//! The part of a run that holds transitions and draws them.
 
 use std::ops::RangeInclusive;
 
@@ -21,14 +21,14 @@ use crate::collect::buffer_config;
 
 /// The buffer of a run, and how batches are drawn from it.
 pub(super) struct Replay<E: LearnEnv> {
-    /// Has the reward as a function of goals.
+    /// An environment that has the reward as a function of goals.
     pub(super) template: E,
     pub(super) buffer: HerBuffer<f32>,
     pub(super) inputs: Inputs,
     pub(super) demonstrated: Demonstrated,
-    /// The range of the rewards, in single precision as the buffer has them.
+    /// The range of the rewards, in single precision as in the buffer.
     reward_bounds: RangeInclusive<f32>,
-    /// By which some rows are mirrored, each batch by another one.
+    /// The symmetries by which some rows are mirrored; batches take them in turn.
     symmetries: Vec<Symmetry>,
     sampler: Sampler,
     settings: InputSettings,
@@ -86,15 +86,15 @@ impl<E: LearnEnv> Replay<E> {
         })
     }
 
-    /// Sets the discount of a step, which the algorithm says.
+    /// Sets the discount of a step, which the algorithm determines.
     pub(super) fn set_discount(&mut self, gamma: f64) -> Result<(), TrainError> {
         self.sampler = self.sampler.with_discount(share("gamma", gamma)?);
         Ok(())
     }
 
-    /// Returns the scale of `num_rows` transitions, as many as were added since the last call, with
-    /// relabeled goals, as the authors do; `None` if there are none. `number` of `purpose` decides
-    /// which.
+    /// Returns the statistics of `num_rows` drawn transitions, as many as were added since the last
+    /// call, with relabeled goals, as the authors do; `None` if there are none. `purpose` and
+    /// `number` determine the draw.
     pub(super) fn seen(
         &self,
         num_rows: usize,
@@ -184,7 +184,7 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
         .with_goal_noise((noise.share() != UnitInterval::ZERO).then_some(noise)))
 }
 
-/// Returns the symmetries by which transitions are mirrored; none if none is.
+/// Returns the symmetries by which transitions are mirrored; empty if none are.
 fn symmetries<E: LearnEnv>(
     template: &E,
     settings: &ReplaySettings,
@@ -204,13 +204,13 @@ fn symmetries<E: LearnEnv>(
     Ok(symmetries)
 }
 
-/// Returns the symmetry of batch `number`, which takes its turn.
+/// Returns the symmetry of batch `number`; they take turns.
 fn turn(symmetries: &[Symmetry], number: u64) -> Option<&Symmetry> {
     let count = symmetries.len() as u64;
     symmetries.get(usize::try_from(number.checked_rem(count)?).ok()?)
 }
 
-/// Returns which still episodes are left out; `None` if none is.
+/// Returns which still episodes are left out; `None` if none are.
 fn still_episodes(settings: &ReplaySettings) -> Result<Option<StillEpisodes>, TrainError> {
     let kept = share("still_kept", settings.still_kept)?;
     let still = StillEpisodes::new(settings.still_distance, kept);

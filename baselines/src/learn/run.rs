@@ -23,7 +23,7 @@ use crate::workers::{agree, gather_values, share, sum};
 /// The seed of the first evaluation's first episode. The seeds of training are below 2^40.
 const EVALUATION_SEED: u64 = 1 << 41;
 
-/// The number of evaluations of a run whose settings do not say how often.
+/// The number of evaluations of a run whose settings do not say how often to evaluate.
 const DEFAULT_EVALUATIONS: u64 = 20;
 
 /// What a process has collected in a cycle.
@@ -32,17 +32,17 @@ struct CollectedShare {
     steps: u64,
     episodes: u64,
     discarded_episodes: u64,
-    /// The number of episodes that ended, also of those that the buffer does not keep.
+    /// The number of episodes that ended, including those that the buffer does not keep.
     ended: u64,
     successes: u64,
-    /// The scale of what was collected.
+    /// The statistics of what was collected.
     seen: Option<Inputs>,
     /// Whether the process has transitions to draw.
     can_draw: bool,
 }
 
 impl<E: LearnEnv> Trainer<E> {
-    /// Runs until `num_steps` steps have been collected in all, the target is reached, or `watch`
+    /// Runs until `num_steps` steps have been collected in total, the target is reached, or `watch`
     /// breaks, in any process; `watch` gets this trainer and each row of the learning curve. It
     /// evaluates as often as [`evaluation_interval`](super::ScheduleSettings::evaluation_interval)
     /// says, and at the end of all steps if there is no row yet.
@@ -67,8 +67,8 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(())
     }
 
-    /// Takes the next cycle of a run of `num_steps` steps, as [`run`](Self::run) does, for callers
-    /// that look at each. Returns a row of the learning curve if an evaluation was due.
+    /// Runs the next cycle of a run of `num_steps` steps, as [`run`](Self::run) does, for callers
+    /// that inspect each cycle. Returns a row of the learning curve if an evaluation was due.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -78,7 +78,7 @@ impl<E: LearnEnv> Trainer<E> {
         let before = self.counters.steps / steps;
         self.cycle()?;
         let is_due = self.counters.updates > 0 && self.counters.steps / steps > before;
-        // The last one shows what the run has led to.
+        // The last row shows the result of the run.
         let is_over = self.counters.steps >= num_steps;
         if !is_due && !(is_over && (interval.is_none() || self.rows.is_empty())) {
             return Ok(None);
@@ -104,13 +104,13 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(())
     }
 
-    /// Updates the actor `num_updates` times from what the buffer has, and collects nothing. With
-    /// [demonstrations](Self::add_demonstrations), this is offline learning, for which
-    /// [`imitation_weight`](super::DdpgSettings::imitation_weight) is made. [`run`](Self::run) goes
-    /// on from there.
+    /// Updates the actor `num_updates` times from the contents of the buffer, and collects nothing.
+    /// With [demonstrations](Self::add_demonstrations), this is offline learning, which
+    /// [`imitation_weight`](super::DdpgSettings::imitation_weight) is meant for. [`run`](Self::run)
+    /// continues from there.
     ///
     /// # Errors
-    /// [`TrainError`]: [`NothingToDraw`](TrainError::NothingToDraw) if the buffer, of any process,
+    /// [`TrainError`]: [`NothingToDraw`](TrainError::NothingToDraw) if the buffer of any process
     /// has no finished episode.
     ///
     /// ```
@@ -149,10 +149,10 @@ impl<E: LearnEnv> Trainer<E> {
         Ok(())
     }
 
-    /// Takes in the scale of demonstrations that no update has seen.
+    /// Updates the normalizers with demonstrations that they have not taken in.
     fn see_demonstrations(&mut self) -> Result<(), TrainError> {
         let unseen = std::mem::take(&mut self.replay.demonstrated.unseen);
-        // Some may have made room already.
+        // The buffer may have dropped some already.
         let num_rows = unseen.min(self.replay.buffer.len() as u64);
         let (purpose, number) = (Purpose::DemonstratedNormalizers, self.counters.updates);
         let seen = self.replay.seen(num_rows as usize, purpose, number);
@@ -242,7 +242,7 @@ impl<E: LearnEnv> Trainer<E> {
     }
 
     /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no
-    /// other evaluation has.
+    /// other evaluation uses.
     ///
     /// # Errors
     /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::Forked`], and
@@ -251,7 +251,7 @@ impl<E: LearnEnv> Trainer<E> {
         self.learner.check_process()?;
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
-        // What is evaluated has no name in a file.
+        // The name matters only in a file.
         let mut policy = self.policy("")?;
         let mut first_bad = None;
         let mut greedy = |batch: &VecStepOf<E>, actions: &mut [f32]| {

@@ -23,8 +23,8 @@ pub struct Sac {
     networks: Networks,
     log_temperature: Vec<f32>,
     temperature_adam: Adam,
-    /// Of both critics and of the actor, and the losses: the critics', the actor's, the value, and
-    /// the logarithm of the actions' density.
+    /// The gradients of both critics and of the actor, and the losses: the critics', the actor's,
+    /// the value, and the logarithm of the actions' density.
     gradients: Gradients<4>,
     critic_work: Work,
     actor_work: Work,
@@ -41,7 +41,7 @@ struct Networks {
 
 debug_settings!(Sac);
 
-/// What a gradient is computed with; passes and vectors are reused.
+/// The passes and vectors that a gradient is computed with; they are reused.
 #[derive(Default)]
 struct Work {
     actor: Pass,
@@ -51,7 +51,7 @@ struct Work {
 }
 
 impl Sac {
-    /// Creates networks, whose first weights and noise `init.seed` decides.
+    /// Creates networks with initial weights and noise that `init.seed` determines.
     ///
     /// # Errors
     /// [`TrainError::Setting`] if a setting is out of its range, `init.num_inputs` is not from 1 to

@@ -1,4 +1,4 @@
-//! Actions of a normal distribution, through a hyperbolic tangent.
+//! Actions drawn from a normal distribution and passed through a hyperbolic tangent.
 
 use rand::Rng;
 
@@ -46,8 +46,8 @@ impl Sampled {
         }
     }
 
-    /// Returns the gradient of output `index` of the actor, given that of an action's element and
-    /// `weight`, that of the logarithms of the densities.
+    /// Returns the gradient of output `index` of the actor, given the gradient of an action's
+    /// element and `weight`, the gradient of the logarithms of the densities.
     pub(super) fn slope(
         &self,
         index: usize,

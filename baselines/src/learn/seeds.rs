@@ -5,7 +5,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// What random numbers are for.
+/// A use of random numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Purpose {
     /// The first weights, and the noise of updates.
@@ -26,7 +26,7 @@ pub(super) enum Purpose {
     DemonstratedNormalizers,
 }
 
-/// Returns the seed of what a process does by itself: that of the run for the first one.
+/// Returns the seed of a process's own random numbers: for the first process, that of the run.
 pub(super) fn seed_of_rank(seed: u64, rank: usize) -> u64 {
     if rank == 0 { seed } else { seed_for(seed, Purpose::Ranks, rank as u64) }
 }
@@ -38,18 +38,18 @@ pub(super) fn seed_for(seed: u64, purpose: Purpose, number: u64) -> u64 {
     rng.next_u64()
 }
 
-/// Which reset of an environment is next, of those that a wrapper draws for itself.
+/// The seeds of the resets that a wrapper draws for itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ResetSeeds {
-    /// Of the last reset with a seed.
+    /// The seed of the last reset that had one.
     seed: u64,
     /// The number of resets since.
     resets: u64,
 }
 
 impl ResetSeeds {
-    /// Returns what follows a reset with a seed, or without one.
+    /// Returns the state after a reset with a seed, or without one.
     pub(crate) const fn after(self, seed: Option<u64>) -> Self {
         match seed {
             Some(seed) => Self { seed, resets: 0 },

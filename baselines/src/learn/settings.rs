@@ -26,9 +26,9 @@ pub struct TrainSettings {
     pub schedule: ScheduleSettings,
 }
 
-/// Settings that presume nothing of the task, from which to begin with an environment of your own:
-/// no lengths, no share of episodes or transitions left out, and evaluations in proportion to the
-/// steps of a run. Goals need no difference, as angles have none.
+/// Settings that assume nothing about the task, to start from with your own environment: no
+/// distances, no episodes or transitions left out, and evaluations in proportion to the steps of a
+/// run. Goals need no meaningful difference, which angles lack.
 impl Default for TrainSettings {
     fn default() -> Self {
         Self {
@@ -196,16 +196,16 @@ settings! {
         /// The weight of goals pursued in other episodes; future goals have weight 1: 0, and 1
         /// for Slide, as in MRL.
         pub past_desired: f64 => 0.0..=1_000.0,
-        /// The share kept of transitions whose goal was achieved before the step: 0.2, measured,
-        /// because they teach nothing. The authors: 1.
+        /// The probability of keeping a transition whose goal was already achieved before the step:
+        /// 0.2, measured, because they teach nothing. The authors: 1.
         pub already_achieved: f64 => 0.0..=1.0,
         /// The farthest that an achieved goal moves in an episode that counts as still, in the unit
         /// of the goals: 0.01 m.
         pub still_distance: f64 => 0.0..=1_000.0,
-        /// The share kept of still episodes: 0.1, measured. The authors: 1.
+        /// The probability of keeping a still episode: 0.1, measured. The authors: 1.
         pub still_kept: f64 => 0.0..=1.0,
-        /// The share of the drawn transitions that are seen in a mirror, in an environment with
-        /// [symmetries](fetch_env::GoalEnv::symmetries), of which each batch has one: 0, the
+        /// The share of the drawn transitions that are mirrored, in an environment with
+        /// [symmetries](fetch_env::GoalEnv::symmetries), of which each batch uses one: 0, the
         /// authors'.
         ///
         /// 0.75 for Push and PickAndPlace, which have three, and 0.5 for Slide, which has one.
@@ -229,9 +229,9 @@ settings! {
 settings! {
     /// What the networks see.
     pub struct InputSettings {
-        /// Whether the networks see the way from the achieved to the desired goal, their
-        /// difference, instead of the desired goal: true, measured. The authors: false, with
-        /// `relative_goals` as a setting.
+        /// Whether the networks see the difference from the achieved to the desired goal instead of
+        /// the desired goal: true, measured. The authors: false, with `relative_goals` as a
+        /// setting.
         pub relative_goal: bool,
         /// The smallest standard deviation by which inputs are divided: 0.01, the authors'.
         pub min_std: f64 => 1e-6..=1_000.0,
@@ -283,9 +283,10 @@ settings! {
         pub evaluation_interval: Option<u64> => 1..=1_000_000_000,
         /// The number of greedy episodes of an evaluation: 100.
         pub evaluation_episodes: usize => 1..=10_000,
-        /// Whether each process has as many environments, transitions of a batch and of a buffer,
-        /// and random episodes as these settings say, instead of its share of them: false, so that
-        /// a run learns the same from as many steps on any number of processes. The authors: true.
+        /// Whether each process has the numbers of environments, transitions of a batch and of a
+        /// buffer, and random episodes that these settings say, instead of its share of them:
+        /// false, so that a run learns the same from the same number of steps on any number of
+        /// processes. The authors: true.
         pub per_rank: bool,
     }
 }

@@ -21,7 +21,7 @@ impl<R: GoalReward> Stricter<'_, R> {
             .collect()
     }
 
-    /// Passes pairs on: as they are with a strictness of 1, whose factor would round.
+    /// Passes pairs on; unchanged if the strictness is 1, whose factor would round.
     fn with_moved<T>(
         &self,
         pairs: GoalPairs<'_>,

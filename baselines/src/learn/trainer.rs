@@ -1,4 +1,4 @@
-//! A training run: what it is made of.
+//! A training run and its parts.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -23,8 +23,8 @@ use crate::workers::{OneProcess, UnreadableMessage, Workers, agree, share, sum};
 
 /// Trains an actor on goal-conditioned environments with hindsight.
 ///
-/// It has three parts: what collects, what holds and draws, and what updates.
-/// [`run`](Self::run) is the loop over them.
+/// It has three parts: one collects steps, one holds and draws transitions, and one updates the
+/// actor. [`run`](Self::run) is the loop over them.
 pub struct Trainer<E: LearnEnv> {
     /// Distinguishes the run from all others, even with the same settings and seed.
     pub(super) run_id: u64,
@@ -97,12 +97,12 @@ impl<E: LearnEnv> Trainer<E> {
         Self::with_algorithm(make, settings, seed, num_threads, workers, AlgorithmSettings::build)
     }
 
-    /// Prepares a run with an algorithm that `build` makes of the
+    /// Prepares a run with an algorithm that `build` makes from the
     /// [settings](TrainSettings::algorithm), which are [`AlgorithmSettings::Other`] for your own;
     /// otherwise as [`with_workers`](Self::with_workers), with [`OneProcess`] for a single process.
     ///
     /// # Errors
-    /// [`TrainError`] as from [`with_workers`](Self::with_workers), and those of `build`.
+    /// [`TrainError`] as from [`with_workers`](Self::with_workers), and the errors of `build`.
     pub fn with_algorithm(
         make: impl Fn() -> Result<E, EnvError>,
         settings: TrainSettings,
@@ -177,7 +177,7 @@ impl<E: LearnEnv> Trainer<E> {
         &mut *self.workers
     }
 
-    /// Returns what has happened so far.
+    /// Returns the counts of the run so far.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         &self.counters
@@ -230,9 +230,9 @@ impl<E: LearnEnv> Trainer<E> {
         TrainedPolicy::new(header, &layers)
     }
 
-    /// Calls `add` to add episodes to the buffer: demonstrations of a script, or episodes of a
+    /// Calls `add` to add episodes to the buffer: demonstrations of a script, or episodes from a
     /// file. [`update`](Self::update) learns from them alone, and [`run`](Self::run) from them and
-    /// from what it collects. Algorithms learn which transitions are
+    /// from what it collects. Algorithms can tell which transitions are
     /// [demonstrated](super::Transitions::demonstrated).
     ///
     /// # Errors

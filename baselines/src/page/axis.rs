@@ -9,7 +9,7 @@ use plotters::coord::{
 
 use super::document::number;
 
-/// Most ticks of an axis.
+/// The maximum number of ticks of an axis.
 const TICKS: usize = 6;
 
 /// An axis: its label with the unit, and the range that is shown.
@@ -44,7 +44,7 @@ impl Axis {
         value.max(self.range.start).min(self.range.end)
     }
 
-    /// Returns round numbers in the range, as they are written.
+    /// Returns round numbers in the range, each with its label.
     pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
         let ticks = RangedCoordf64::from(self.range.clone()).key_points(BoldPoints(TICKS));
         let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);

@@ -91,7 +91,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// Leaves a single pose of each body at rest.
+    /// Keeps a single pose of each body at rest.
     pub(super) fn finish(&mut self) {
         for poses in &mut self.bodies {
             if poses.chunks_exact(7).all(|pose| pose == &poses[..7]) {

@@ -8,10 +8,10 @@ use super::{
     plot::{Ink, Plot},
 };
 
-/// The most plots of observed elements.
+/// The maximum number of plots of observed elements.
 const MOST_PLOTS: usize = 64;
 
-/// The most points of a line: more than a screen has pixels.
+/// The maximum number of points of a line: more than a screen has pixels.
 const MOST_POINTS: usize = 1000;
 
 /// The observations of an episode, an entry for each frame.

@@ -4,11 +4,11 @@ use fetch_env::{EnvError, SimError};
 
 use crate::policy::PolicyError;
 
-/// Error returned where a page, or a part of it, cannot be made.
+/// Error returned when a page, or a part of it, cannot be made.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PageError {
-    /// The policy is not one for this environment.
+    /// The policy does not fit this environment.
     #[error(transparent)]
     Policy(#[from] PolicyError),
     /// The environment failed during the episode.
@@ -28,7 +28,7 @@ pub enum PageError {
     /// The simulator's model or a pose cannot be read.
     #[error(transparent)]
     Simulator(#[from] SimError),
-    /// What an environment shows of a state cannot be played back.
+    /// The environment's view of a state cannot be played back.
     #[error("the scene cannot be shown: {reason}")]
     Scene {
         /// What is wrong.

@@ -1,4 +1,4 @@
-//! The frames of an episode, in the form in which a page shows them.
+//! The frames of an episode in the form that a page shows.
 
 use fetch_env::GoalObservation;
 use serde::Serialize;
@@ -21,7 +21,7 @@ pub(super) enum Frames {
 }
 
 impl Frames {
-    /// Returns no frames yet, of an environment after a reset.
+    /// Returns the empty frames of an environment after a reset.
     pub(super) fn new(
         env: &impl PlaybackEnv,
         observation: &impl GoalObservation,

@@ -1,9 +1,9 @@
 //! Self-contained HTML pages that play episodes back (feature `page`).
 //!
-//! [`episode_page`] turns an environment and a policy into a page; [`PlaybackEnv`] says how an
-//! environment of yours is shown. You build other pages from a
-//! [`Document`], [`Playback`]s, [`Plot`]s and [`table`]s. A page loads nothing from elsewhere, and
-//! follows the reader's preference for light or dark.
+//! [`episode_page`] turns an environment and a policy into a page; [`PlaybackEnv`] says how your
+//! own environment is shown. You build other pages from a [`Document`], [`Playback`]s, [`Plot`]s
+//! and [`table`]s. A page loads nothing from elsewhere, and follows the reader's preference for
+//! light or dark.
 //!
 //! ```
 //! use baselines::{ScriptedPolicy, page::episode_page};

@@ -8,7 +8,7 @@ use super::error::PageError;
 /// Seconds for which the page shows a picture.
 const PERIOD: f64 = 0.1;
 
-/// The most pixels along a side that a page holds: enough to see, and some 100 kB a picture.
+/// The most pixels along a side that a page holds: enough to see, and about 100 kB per picture.
 const MOST_SIDE: usize = 480;
 
 /// The pictures of an episode.
@@ -19,12 +19,12 @@ pub(super) struct Pictures {
     /// The width and height of each as it was drawn.
     #[serde(skip)]
     size: [usize; 2],
-    /// Addresses that hold the pictures themselves, as PNG.
+    /// The pictures as data URLs of PNG images.
     pictures: Vec<String>,
 }
 
 impl Pictures {
-    /// Returns no pictures yet; all will have one width and height.
+    /// Returns no pictures yet; all must have the same width and height.
     pub(super) const fn new(size: [usize; 2]) -> Self {
         Self { period: PERIOD, size, pictures: Vec::new() }
     }

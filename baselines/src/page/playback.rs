@@ -11,8 +11,8 @@ use crate::{
     policy::Policy,
 };
 
-/// A recorded episode as a figure: to play, turn and zoom (WebGL 2), to play as pictures, or as
-/// plots, as the environment's [`scene`](PlaybackEnv::scene) says.
+/// A recorded episode as a figure: a 3-D view to play, turn and zoom (WebGL 2), pictures to play,
+/// or plots, depending on the environment's [`scene`](PlaybackEnv::scene).
 #[derive(Clone, Debug)]
 pub struct Playback {
     title: String,
@@ -144,7 +144,7 @@ impl Playback {
                 ));
             }
         };
-        // A browser ends a script at the first "</", wherever it stands.
+        // A browser ends a script at the first "</", wherever it is.
         let json = serde_json::to_string(&self.episode)?.replace('<', "\\u003c");
         let last = self.num_steps();
         Ok(format!(

@@ -23,11 +23,11 @@ const TOP: i32 = 46 * SCALE;
 const BELOW: i32 = 40 * SCALE;
 const INNER_HEIGHT: i32 = 170 * SCALE;
 
-/// How SVG begins the placeholder of an [`Ink`], and the one of dots, which [`dotted`] recognizes.
+/// How the placeholder of an [`Ink`] begins in SVG, and that of dots, which [`dotted`] recognizes.
 const SOLID: &str = "\"#0102";
 const DOTTED: &str = "\"#0103";
 
-/// The height of the drawing's inner part, at most: far more than any screen shows.
+/// The maximum height of the drawing's inner part: far more than any screen shows.
 const MOST_INNER_HEIGHT: i32 = 100 * WIDTH;
 
 /// A color of the page: a custom property of its style sheet, which differs in light and dark.
@@ -182,7 +182,7 @@ impl Plot {
         let failed = |reason| PageError::Plot { plot: self.title.clone(), reason };
         for axis in [&self.x, &self.y] {
             let Axis { label, range } = axis;
-            // The plotting library would look for the ticks of an infinite length forever.
+            // The plotting library would search forever for the ticks of an infinite length.
             if !(axis.length().is_finite() && axis.length() >= 0.0) {
                 return Err(failed(format!(
                     "the axis {label:?} is {range:?}: make its length finite"
@@ -202,7 +202,7 @@ impl Plot {
         for (ink, property) in Ink::PROPERTIES.iter().enumerate() {
             svg = svg.replace(&format!("{SOLID}{ink:02X}\""), &format!("\"var(--{property})\""));
         }
-        // The style sheet has the font.
+        // The style sheet sets the font.
         for default in [
             " opacity=\"1\"",
             " stroke=\"none\"",
@@ -290,7 +290,7 @@ impl Plot {
     }
 }
 
-/// Returns a line of SVG with a polyline through dots replaced by the dots: lines of no length with
+/// Returns a line of SVG in which dots replace a polyline through them: lines of no length with
 /// round ends, which take a fifth of the space of circles.
 fn dotted(line: &str) -> String {
     let Some((look, points)) = line.split_once(" points=\"").filter(|_| line.contains(DOTTED))
@@ -308,7 +308,7 @@ fn outline(from: Point, to: Point) -> [Point; 5] {
     [from, (to.0, from.1), to, (from.0, to.1), from]
 }
 
-/// Returns the look of a text that is centered on its anchor vertically.
+/// Returns the style of a text that is vertically centered on its anchor.
 fn text(size: u32, ink: Ink, h_pos: HPos, bold: bool) -> TextStyle<'static> {
     let style = if bold { FontStyle::Bold } else { FontStyle::Normal };
     // plotters divides the size by this for SVG.

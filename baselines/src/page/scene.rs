@@ -1,4 +1,4 @@
-//! The environments whose episodes are played back, and what shows their states.
+//! The environments whose episodes can be played back, and how their states are shown.
 
 use std::any::{Any, TypeId};
 
@@ -8,9 +8,9 @@ use fetch_sim::{MujocoSimulator, Simulator};
 
 /// An environment whose episodes can be played back.
 ///
-/// All Fetch environments are, in all wrappers that keep goals: in 3-D on MuJoCo, and as plots on
-/// other simulators. One of your own needs a line for plots of what it observes, and one more to
-/// say what shows its [`scene`](Self::scene) instead:
+/// All Fetch environments can, in all wrappers that keep goals: in 3-D on MuJoCo, and as plots on
+/// other simulators. Your own environment needs one line to show plots of its observations, and one
+/// method to show its [`scene`](Self::scene) instead:
 ///
 /// ```
 /// use baselines::page::{PlaybackEnv, Scene};
@@ -50,31 +50,31 @@ use fetch_sim::{MujocoSimulator, Simulator};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait PlaybackEnv: GoalEnv {
-    /// Returns what shows the current state: the same kind in all states of an episode. The default
-    /// is [`Scene::Columns`].
+    /// Returns the scene of the current state: the same kind in all states of an episode. The
+    /// default is [`Scene::Columns`].
     fn scene(&self) -> Scene<'_> {
         Scene::Columns
     }
 
     /// Returns the points of the episode's goal that are drawn among [bodies](Scene::Bodies), in
-    /// meters in the world frame. By default every three elements of the goal are one.
+    /// meters in the world frame. By default, every three elements of the goal are one point.
     fn goal_positions(&self, desired_goal: &[f64]) -> Vec<[f64; 3]> {
         desired_goal.as_chunks().0.to_vec()
     }
 
-    /// Returns how titles name the environment, such as by its id.
+    /// Returns the environment's name in titles, such as its id.
     fn title(&self) -> String {
         "Episode".into()
     }
 }
 
-/// What shows a state.
+/// How a state is shown.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Scene<'a> {
     /// The bodies of a simulation, drawn in 3-D.
     Bodies(&'a MujocoSimulator),
-    /// A picture. One of more than 480 pixels along a side is made smaller.
+    /// A picture. A picture with more than 480 pixels along a side is shrunk.
     Picture {
         /// Height x width x 3 (red, green, blue), the top row first.
         rgb: Vec<u8>,
@@ -83,7 +83,7 @@ pub enum Scene<'a> {
         /// The number of rows.
         height: usize,
     },
-    /// Nothing: the elements of observations and goals are plotted over the steps.
+    /// Plots of the elements of observations and goals over the steps.
     Columns,
 }
 

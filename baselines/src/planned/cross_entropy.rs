@@ -4,8 +4,8 @@ use rand::{RngExt, SeedableRng, distr::Open01};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// The least standard deviation of a parameter, as a share of its first: candidates that are all
-/// alike find nothing better.
+/// The least standard deviation of a parameter, as a share of its initial one: candidates that are
+/// all alike find nothing better.
 const LEAST_SPREAD: f64 = 0.1;
 
 /// Independent normal distributions, one for each parameter.
@@ -34,7 +34,7 @@ impl Normals {
             .collect()
     }
 
-    /// Takes mean and standard deviation of each parameter from candidates.
+    /// Fits the mean and standard deviation of each parameter to candidates.
     pub(super) fn fit(&mut self, candidates: &[&[f64]]) {
         let count = candidates.len() as f64;
         for (index, (mean, std)) in self.mean.iter_mut().zip(&mut self.std).enumerate() {

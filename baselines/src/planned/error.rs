@@ -21,7 +21,7 @@ pub enum PlannerError {
     /// There is no environment to simulate in.
     #[error("there is no environment to simulate in: pass one for each thread")]
     NoEnvironment,
-    /// An element of the action has no bounds, between which the search could draw it.
+    /// An element of the action has no finite bounds for the search to draw it between.
     #[error(
         "element {index} of an action lies between {low} and {high}: give the environment's \
          action space finite bounds"
@@ -34,7 +34,7 @@ pub enum PlannerError {
         /// Its upper bound.
         high: f32,
     },
-    /// The first policy, or that of the task, is not one for this environment.
+    /// The first policy, or that of the task, does not fit this environment.
     #[error(transparent)]
     Policy(#[from] PolicyError),
     /// An environment could not be restored or stepped.

@@ -1,9 +1,9 @@
-//! Actions about those of a plan: a few numbers that say how far they differ from it.
+//! Actions near those of a plan: a few numbers say how far they differ from it.
 
 use fetch_env::BoxSpace;
 
 /// The actions of a plan, to which offsets are added: one for each element of an action at each
-/// knot, and straight lines between them.
+/// knot, with linear interpolation between knots.
 pub(super) struct Knots<'a> {
     actions: &'a [Vec<f32>],
     space: &'a BoxSpace<f32>,

@@ -19,18 +19,18 @@ pub use plan::{Plan, PlannedPolicy};
 pub use rollouts::PlanEnv;
 pub use settings::PlannerSettings;
 
-/// Searches for the actions that achieve the goal of one episode, by simulating many candidates
-/// from its start.
+/// A planner that searches for the actions that achieve the goal of one episode, by simulating many
+/// candidates from its start.
 ///
-/// It knows what no policy knows: what the simulator will do. So it says how much of a task can be
-/// solved at all, and in how few steps, and not how well one acts on observations. Candidates are
-/// drawn by the cross-entropy method: normal distributions of a few numbers, fitted again and again
-/// to the best candidates so far. Those that end in success come first, the sooner the better, and
-/// then those that end nearest to the goal.
+/// It knows what no policy knows: what the simulator will do. So it shows how much of a task can be
+/// solved at all and in how few steps, not how well a policy can act on observations. Candidates
+/// are drawn by the cross-entropy method: normal distributions of a few numbers, fitted again and
+/// again to the best candidates so far. Those that end in success come first, the sooner the
+/// better, and then those that end nearest to the goal.
 ///
 /// A search ends at the first iteration with a success, or after a number of iterations. The plan
-/// depends on the start and on the settings, and not on the number of environments, of which each
-/// has a thread.
+/// depends on the start and on the settings, not on the number of environments. Each environment
+/// has its own thread.
 ///
 /// ```
 /// use baselines::{PlannedPolicy, Planner, PlannerSettings, evaluate};
@@ -50,9 +50,9 @@ pub use settings::PlannerSettings;
 /// ```
 ///
 /// Source: Rubinstein, "The cross-entropy method for combinatorial and continuous optimization",
-/// Methodology and Computing in Applied Probability 1 (1999); that elites are kept from one
-/// iteration to the next: Pinneri et al., "Sample-efficient cross-entropy method for real-time
-/// planning", CoRL (2020).
+/// Methodology and Computing in Applied Probability 1 (1999); for keeping elites from one iteration
+/// to the next: Pinneri et al., "Sample-efficient cross-entropy method for real-time planning",
+/// CoRL (2020).
 #[derive(Clone, Debug)]
 pub struct Planner {
     settings: PlannerSettings,
@@ -69,10 +69,10 @@ impl Planner {
     }
 
     /// Plans from the state of the first environment, whose observation is `observation`, to the
-    /// end of its episode: what `first` does, and then actions about those.
+    /// end of its episode: it tries the actions of `first`, and then actions near them.
     ///
-    /// The environments must be made the same way; afterwards all are in that state. Where an
-    /// episode goes on for longer than that of `first`, the actions after that are 0.
+    /// The environments must be made the same way; afterwards all are in that state. If an episode
+    /// lasts longer than that of `first`, the actions after that are 0.
     ///
     /// # Errors
     /// [`PlannerError::NoEnvironment`]; [`PlannerError::Unbounded`];
@@ -92,9 +92,9 @@ impl Planner {
         Ok(Plan { rollouts: rollouts.end()?, ..best })
     }
 
-    /// Plans an episode of a Fetch task, as [`plan`](Self::plan) does: what the task's
-    /// [`ScriptedPolicy`] does, where the task is Slide then single strikes of different angles,
-    /// speeds, run-ups and follow-throughs, and then actions about the best of these.
+    /// Plans an episode of a Fetch task, as [`plan`](Self::plan) does: it tries the task's
+    /// [`ScriptedPolicy`], then for Slide single strikes with different angles, speeds, run-ups and
+    /// follow-throughs, and then actions near the best of these.
     ///
     /// # Errors
     /// As [`plan`](Self::plan), and [`PlannerError::Policy`] if the observations do not begin with
@@ -126,7 +126,7 @@ impl Planner {
         self.search(rollouts, best, Vec::new(), normals, Strike::new)
     }
 
-    /// Searches for actions about those of the best plan so far.
+    /// Searches for actions near those of the best plan so far.
     fn search_actions<E: PlanEnv>(
         &self,
         rollouts: &mut Rollouts<'_, E>,
@@ -143,7 +143,7 @@ impl Planner {
         self.search(rollouts, best, elites, normals, policy)
     }
 
-    /// Searches among the policies of a family, and returns the best plan, at the end or so far.
+    /// Searches among the policies of a family. Returns the best plan, which may still be `best`.
     fn search<E: PlanEnv, P: Policy<E::Observation> + Send>(
         &self,
         rollouts: &mut Rollouts<'_, E>,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::evaluate::{Episode, Event, finish_episode};
 use crate::policy::{Policy, PolicyError};
 
-/// The actions from a state to the end of the episode, and what they bring about there.
+/// The actions from a state to the end of the episode, and their result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// An action for each step.
@@ -26,7 +26,7 @@ pub struct Plan {
 
 impl Plan {
     /// Records what a policy does from an environment's state to the end of the episode.
-    /// `observation` is that of the state.
+    /// `observation` is the observation of that state.
     ///
     /// ```
     /// use baselines::{Plan, PlannedPolicy, ScriptedPolicy};
@@ -74,8 +74,8 @@ impl Plan {
         Ok(Self { actions, episode, steps_to_goal, achieved_goal, rollouts: 1 })
     }
 
-    /// Orders plans from the best to the worst: those that end in success by the step at which they
-    /// achieve the goal for good, then the others; and equals by their final distance.
+    /// Orders plans from the best to the worst: first those that end in success, by the step at
+    /// which they achieve the goal for good, then the others; ties by their final distance.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         let steps = |plan: &Self| plan.steps_to_goal.unwrap_or(usize::MAX);
         let distance = |plan: &Self| plan.episode.final_distance;
@@ -83,11 +83,11 @@ impl Plan {
     }
 }
 
-/// Plays the actions of a [`Plan`], one after another, whatever it observes.
+/// A policy that plays the actions of a [`Plan`], one after another, whatever it observes.
 ///
-/// From the state for which they were planned, and in an environment made the same way, they bring
-/// about the same, bit for bit; from any other they mean nothing. After the last one it does
-/// nothing, as a [`ZeroPolicy`](crate::ZeroPolicy).
+/// From the state that they were planned for, in an environment made the same way, they have the
+/// same result, bit for bit; from any other state they mean nothing. After the last one, all
+/// actions are 0, like those of a [`ZeroPolicy`](crate::ZeroPolicy).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedPolicy {
     actions: Vec<Vec<f32>>,

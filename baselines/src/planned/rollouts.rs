@@ -1,4 +1,4 @@
-//! Candidates, simulated from the same state on several threads.
+//! Simulates candidates from the same state on several threads.
 
 use std::{panic, thread};
 
@@ -11,8 +11,8 @@ use crate::policy::Policy;
 /// A goal-conditioned environment in which a [`Planner`](crate::Planner) simulates: it takes
 /// snapshots, and its actions are a box of `f32`.
 ///
-/// Every such environment implements it, if it can be sent to a thread. A function over any of
-/// them:
+/// Every such environment that can be sent to a thread implements this trait. A function that takes
+/// any of them:
 ///
 /// ```
 /// use baselines::{PlanEnv, Planner, PlannerError, PlannerSettings, ZeroPolicy};
@@ -39,7 +39,7 @@ impl<E> PlanEnv for E where
 {
 }
 
-/// Environments that simulate candidates from one state, a thread each.
+/// Environments that simulate candidates from one state, each on its own thread.
 pub(super) struct Rollouts<'a, E: PlanEnv> {
     envs: &'a mut [E],
     start: E::Snapshot,
@@ -49,7 +49,7 @@ pub(super) struct Rollouts<'a, E: PlanEnv> {
 }
 
 impl<'a, E: PlanEnv> Rollouts<'a, E> {
-    /// Simulates from the state of the first environment, whose observation this is.
+    /// Prepares to simulate from the state of the first environment, which has this observation.
     pub(super) fn new(
         envs: &'a mut [E],
         observation: &'a E::Observation,

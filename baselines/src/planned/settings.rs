@@ -18,12 +18,12 @@ pub struct PlannerSettings {
     /// The largest number of iterations of a search: 20. Range: 0, for none, to 1,000,000.
     pub iterations: usize,
     /// The number of times at which an element of the action is drawn: 10, spread evenly over the
-    /// steps, and straight lines between them. Range: 2 to 1,024.
+    /// steps, with linear interpolation between them. Range: 2 to 1,024.
     pub knots: usize,
-    /// The standard deviation of the first candidates' actions about those of the best plan, as a
-    /// share of the distance between the bounds of an action: 0.15. Range: above 0, to 1.
+    /// The standard deviation of the first candidates' actions around those of the best plan, as a
+    /// share of the distance between the bounds of an action: 0.15. Range: above 0, at most 1.
     pub spread: f64,
-    /// Whether a search goes on after the first success, for one in fewer steps: false.
+    /// Whether a search continues after the first success, to find one in fewer steps: false.
     pub fewest_steps: bool,
 }
 
@@ -57,6 +57,6 @@ impl PlannerSettings {
         let (text, range) = (knots.to_string(), 2..=1_024);
         check(range.contains(&knots), "knots", text, "choose from 2 to 1024")?;
         let is_share = spread > 0.0 && spread <= 1.0;
-        check(is_share, "spread", spread.to_string(), "choose a number above 0, to 1")
+        check(is_share, "spread", spread.to_string(), "choose a number above 0 and at most 1")
     }
 }

@@ -6,11 +6,11 @@ use fetch_env::{Space, Task, spaces::SpaceError};
 
 use crate::trained::error::TrainedPolicyError;
 
-/// Error returned where a policy does not fit an environment.
+/// Error returned when a policy does not fit an environment.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PolicyError {
-    /// A [`TrainedPolicy`](crate::TrainedPolicy) was trained for other lengths.
+    /// A [`TrainedPolicy`](crate::TrainedPolicy) was trained with other lengths.
     #[error(transparent)]
     Trained(#[from] TrainedPolicyError),
     /// The environment does not have the columns that a
@@ -29,7 +29,7 @@ pub enum PolicyError {
         /// Those of the environment.
         actual: [usize; 3],
     },
-    /// A [`RandomPolicy`](crate::RandomPolicy) draws from another action space.
+    /// A [`RandomPolicy`](crate::RandomPolicy) draws from a different action space.
     #[error(
         "the random policy draws from {expected:?}, and the environment takes {actual:?}: make \
          the policy from the environment's action_space()"
@@ -40,7 +40,7 @@ pub enum PolicyError {
         /// The space of the environment.
         actual: Box<Space>,
     },
-    /// A [`PlannedPolicy`](crate::PlannedPolicy) plays actions of another length.
+    /// A [`PlannedPolicy`](crate::PlannedPolicy) plays actions of a different length.
     #[error(
         "the plan has an action of {actual} elements, and the environment takes {expected}: play \
          it in the environment for which it was made"
@@ -54,7 +54,7 @@ pub enum PolicyError {
     /// The environment does not observe numbers and goals.
     #[error(transparent)]
     Space(#[from] SpaceError),
-    /// The error of a policy of your own.
+    /// The error of your own policy.
     #[error(transparent)]
     Other(Box<dyn Error + Send + Sync>),
 }

@@ -1,4 +1,4 @@
-//! What a policy is, of one environment and of many, and the simplest one.
+//! Policies of one environment and of many, and the simplest one.
 
 mod error;
 mod random;
@@ -64,10 +64,9 @@ impl<O, A, F: FnMut(&O, &mut [A])> Policy<O, A> for F {
 
 /// A policy of many environments: it chooses the actions of all of them at once.
 ///
-/// `O` is the observation of an environment, `I` its info and `A` an element of its actions, as of
-/// a [`VecStep`]. [`RandomPolicy`], [`ZeroPolicy`] and
-/// [`TrainedPolicy`](crate::TrainedPolicy) are policies of one environment and of many, and
-/// closures are, too:
+/// `O` is the observation of an environment, `I` its info and `A` an element of its actions, as in
+/// a [`VecStep`]. [`RandomPolicy`], [`ZeroPolicy`] and [`TrainedPolicy`](crate::TrainedPolicy) are
+/// policies of one environment and of many, as are closures:
 ///
 /// ```
 /// use baselines::evaluate_vec;
@@ -103,8 +102,8 @@ pub trait VecPolicy<O: BatchObservation = FetchObservation, I = Info, A = f32> {
         Ok(())
     }
 
-    /// Forgets the last episodes, because all environments were reset. Of environments that begin
-    /// an episode by themselves, the batch says so: [`VecStep::started`].
+    /// Forgets the last episodes, because all environments were reset. For environments that begin
+    /// an episode by themselves, see [`VecStep::started`].
     fn reset_all(&mut self) {}
 
     /// Writes the actions for the rows of a batch to `actions`, a row for each.
@@ -121,7 +120,7 @@ where
     }
 }
 
-/// Does nothing: every action is 0.
+/// A policy that does nothing: every action is 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ZeroPolicy;
 

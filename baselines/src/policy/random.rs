@@ -9,15 +9,15 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Policy, VecPolicy, error::PolicyError};
 
-/// Draws every action from an action space, as its
+/// A policy that draws every action from an action space, as its
 /// [`sample_action`](ActionSpace::sample_action) does.
 ///
 /// Elements of a `f32` box from -1 to 1, such as those of the Fetch tasks, are drawn in single
 /// precision, both bounds included.
 ///
-/// Actions come from ChaCha and the environments' resets from PCG, so that both may have the same
-/// seed. In Python the same seed draws actions from the very stream that drew the goal: action and
-/// goal then correlate, and the mean return of Reach is one unit too high.
+/// Actions come from ChaCha and the environments' resets from PCG, so both may have the same seed.
+/// In Python the same seed draws actions from the very stream that drew the goal: action and goal
+/// then correlate, and the mean return of Reach is one unit too high.
 ///
 /// ```
 /// use baselines::{RandomPolicy, evaluate};
@@ -56,7 +56,7 @@ impl<S: ActionSpace> RandomPolicy<S> {
     fn draw(&mut self, actions: &mut [S::Element]) {
         for row in actions.chunks_exact_mut(self.space.action_len().max(1)) {
             if self.is_unit_box {
-                // The published figures of random policies are of these draws.
+                // The published figures of random policies come from these draws.
                 let elements = row.iter_mut().map(|element| element as &mut dyn Any);
                 for element in elements.filter_map(|element| element.downcast_mut::<f32>()) {
                     *element = self.generator.random_range(-1.0..=1.0);

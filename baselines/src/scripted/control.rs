@@ -13,8 +13,8 @@ pub(super) const ACTION_LEN: usize = 4;
 /// The number of elements of a position, with which a goal begins.
 const POSITION_LEN: usize = 3;
 
-/// Where a task's observations have the columns that its controller reads: the indices of their
-/// first elements. Observations of other tasks may go on after the columns of this one.
+/// Where the columns that a controller reads are in its task's observations: the indices of their
+/// first elements. Observations of other tasks may have more columns after these.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Columns {
     gripper: usize,
@@ -45,7 +45,7 @@ impl Columns {
         }
     }
 
-    /// Returns the least lengths of observation, goal and action that the controller needs.
+    /// Returns the minimum lengths of observation, goal and action that the controller needs.
     pub(super) const fn lengths(&self) -> [usize; 3] {
         [self.len, POSITION_LEN, ACTION_LEN]
     }

@@ -28,8 +28,8 @@ pub(crate) use strike::Strike;
 /// | Slide | goes behind the puck, and strikes it at the speed at which friction stops it at the goal |
 ///
 /// It acts on every observation that begins with the task's
-/// [columns](fetch_env::observation_fields) and whose goal begins with a position, as those of a
-/// task of your own do that adds columns.
+/// [columns](fetch_env::observation_fields) and whose goal begins with a position, such as those of
+/// your own task that adds columns.
 #[derive(Clone, Debug)]
 pub struct ScriptedPolicy {
     task: Task,
@@ -72,7 +72,7 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for ScriptedPolicy {
             Task::PickAndPlace => Some(self.phase.act(&view, &view.object?)),
             Task::Slide => Some(slide::act(&view, &view.object?)),
         });
-        // An observation without the columns is refused by the check of spaces.
+        // The check of spaces rejects an observation without the columns.
         command.unwrap_or(Command::HOLD).write(action);
     }
 }

@@ -11,10 +11,11 @@ use super::{
 };
 use crate::policy::Policy;
 
-/// Distance to the place where the strike begins at which the gripper is there (meters).
+/// Distance within which the gripper counts as at the place where the strike begins (meters).
 const ARRIVED: f64 = 0.02;
 
-/// Strikes the puck once, along a line that the first observation and the parameters decide.
+/// A controller that strikes the puck once, along a line that the first observation and the
+/// parameters determine.
 ///
 /// The gripper goes behind the puck, as far as the run-up says, and then along the line until it
 /// has passed the puck's first place by the follow-through.
@@ -27,7 +28,8 @@ pub(crate) struct Strike {
 
 #[derive(Clone, Copy, Debug)]
 struct Parameters {
-    /// Angle from the direction in which friction lets the puck slide to the goal (radians).
+    /// Angle from the direction in which the puck, slowed by friction, slides to the goal
+    /// (radians).
     angle: f64,
     /// What is added to the action that gives the puck the speed at which it stops at the goal.
     speed: f64,
@@ -61,7 +63,7 @@ impl Strike {
     pub(crate) const MEAN: [f64; 4] = [0.0, 0.0, 0.12, 0.05];
     pub(crate) const SPREAD: [f64; 4] = [0.15, 0.2, 0.04, 0.05];
 
-    /// Returns a strike with the parameters that [`MEAN`](Self::MEAN) has.
+    /// Returns a strike with parameters in the order of [`MEAN`](Self::MEAN).
     pub(crate) fn new(parameters: &[f64]) -> Self {
         let number = |index: usize| parameters.get(index).copied().unwrap_or(Self::MEAN[index]);
         let parameters = Parameters {
@@ -118,7 +120,7 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for Strike {
     fn act(&mut self, observation: &O, action: &mut [f32]) {
         let view = View::new(&self.columns, observation);
         let seen = view.and_then(|view| Some((view, view.object?)));
-        // The planner checks the columns before.
+        // The planner has checked the columns.
         let command = seen.map_or(Command::HOLD, |(view, object)| {
             let mut line = self.line.unwrap_or_else(|| self.line(&view, object));
             let command = self.command(&mut line, &view, &object);

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Error returned where a [`TrainedPolicy`](crate::TrainedPolicy) cannot be loaded or used.
+/// Error returned when a [`TrainedPolicy`](crate::TrainedPolicy) cannot be loaded or used.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainedPolicyError {
@@ -43,7 +43,7 @@ pub enum TrainedPolicyError {
         /// What is wrong.
         reason: String,
     },
-    /// The file has another version.
+    /// The file has a different version.
     #[error("the file has version {version}, and this crate reads version {expected}")]
     Version {
         /// The file's version.
@@ -51,7 +51,7 @@ pub enum TrainedPolicyError {
         /// The version that is read.
         expected: u32,
     },
-    /// A tensor is missing, or has another shape or type than the header says.
+    /// A tensor is missing, or has a different shape or type than the header says.
     #[error("the tensor {tensor} is {actual}: expected {expected}")]
     Tensor {
         /// The tensor.
@@ -71,10 +71,10 @@ pub enum TrainedPolicyError {
         /// The number.
         value: f32,
     },
-    /// States or actions that are not as many rows.
+    /// States and actions have different numbers of rows.
     #[error("the {what} have {actual} numbers: pass {rows} rows of {len}")]
     Rows {
-        /// What has another length.
+        /// What has a wrong length.
         what: &'static str,
         /// Its length.
         actual: usize,
@@ -83,7 +83,7 @@ pub enum TrainedPolicyError {
         /// The length of a row.
         len: usize,
     },
-    /// The policy was trained for an environment of other lengths.
+    /// The policy was trained for an environment with other lengths.
     #[error(
         "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not \
          for {actual:?}"

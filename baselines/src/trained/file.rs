@@ -47,9 +47,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
     });
     let layers = layers.collect::<Result<Vec<_>, _>>()?;
     if tensors.len() != 2 * num_layers {
-        return Err(Error::Format {
-            reason: "it has more tensors than those of layers".to_owned(),
-        });
+        return Err(Error::Format { reason: "it has tensors that belong to no layer".to_owned() });
     }
     TrainedPolicy::new(header, &layers)
 }
@@ -83,7 +81,7 @@ pub(crate) fn to_bytes(
     safetensors::serialize(views.collect::<Result<Vec<_>, _>>()?, metadata)
 }
 
-/// Returns the numbers of bytes in a safetensors file.
+/// Returns the numbers that the bytes of a tensor encode.
 pub(crate) fn from_bytes(bytes: &[u8]) -> impl Iterator<Item = f32> + '_ {
     let (chunks, _) = bytes.as_chunks::<4>();
     chunks.iter().map(|chunk| f32::from_le_bytes(*chunk))

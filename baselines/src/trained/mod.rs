@@ -35,7 +35,7 @@ pub struct TrainedPolicy {
     work: Work,
 }
 
-/// What an action is computed from; the vectors are reused.
+/// The vectors that an action is computed with; they are reused.
 #[derive(Clone, Debug, Default)]
 struct Work {
     /// The way to the goal.
@@ -162,8 +162,8 @@ impl TrainedPolicy {
     /// ```
     ///
     /// # Errors
-    /// [`TrainedPolicyError::Rows`] if the lengths are not those of as many rows; then nothing is
-    /// written.
+    /// [`TrainedPolicyError::Rows`] if the lengths are not those of the same number of rows;
+    /// nothing is written then.
     pub fn act_rows<S: Scalar>(
         &mut self,
         states: &StateRows<'_, S, f64>,
@@ -315,7 +315,7 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for TrainedPolicy {
     }
 }
 
-/// Chooses the same actions as one at a time.
+/// Chooses the same actions as for one environment at a time.
 impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for TrainedPolicy {
     fn check_spaces(
         &self,

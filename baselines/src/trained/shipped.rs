@@ -20,7 +20,7 @@ impl TrainedPolicy {
     /// ```
     ///
     /// # Errors
-    /// Those of [`from_bytes`](Self::from_bytes), which the files of this crate do not give.
+    /// Those of [`from_bytes`](Self::from_bytes), which the files of this crate do not cause.
     pub fn shipped(task: Task) -> Result<Self, TrainedPolicyError> {
         let bytes: &[u8] = match task {
             Task::Reach => include_bytes!("../../policies/reach.safetensors"),

@@ -5,8 +5,8 @@ use super::{Workers, gather_values};
 /// The processes of a run do not agree.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "rank {rank} has another {what} than rank 0: {theirs} instead of {first}; start all ranks with \
-     the same program, files and flags"
+    "rank {rank} has a different {what} than rank 0: {theirs} instead of {first}; start all ranks \
+     with the same program, files and flags"
 )]
 #[non_exhaustive]
 pub struct Disagreement {
@@ -46,7 +46,7 @@ pub fn agree(workers: &mut dyn Workers, facts: &[(&str, String)]) -> Result<(), 
 
 type Fact = (String, String);
 
-/// Returns the name of the first fact that differs, and what it is in either list.
+/// Returns the name of the first fact that differs, and its value in either list.
 fn difference<'a>(theirs: &'a [Fact], first: &'a [Fact]) -> Option<[&'a str; 3]> {
     const NONE: &str = "none";
     let index = (0..theirs.len().max(first.len())).find(|&i| theirs.get(i) != first.get(i))?;

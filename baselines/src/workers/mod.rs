@@ -1,6 +1,6 @@
 //! Processes that share a run: each has a rank, and they exchange what they compute.
 //!
-//! [`OneProcess`] is a run without others. With the feature `mpi`, `MpiWorkers` are the processes
+//! [`OneProcess`] is a run of one process. With the feature `mpi`, `MpiWorkers` are the processes
 //! that `mpirun` or `srun` starts.
 //!
 #![doc = include_str!("../../MANY_MACHINES.md")]
@@ -22,8 +22,8 @@ pub use self::values::{UnreadableMessage, gather_values, sum};
 
 /// Processes that share a run.
 ///
-/// All of them call the same methods in the same order; a call returns when all have made it. In
-/// what a method returns, the processes are in the order of their ranks.
+/// All of them call the same methods in the same order; a call returns when all have made it.
+/// Results of several processes are in the order of their ranks.
 ///
 /// ```
 /// use baselines::workers::{OneProcess, UnreadableMessage, Workers, share, sum};
@@ -45,12 +45,12 @@ pub trait Workers: fmt::Debug + Send {
     /// Returns the number of processes.
     fn size(&self) -> usize;
 
-    /// Replaces each number by its mean over all processes. All have as many numbers, and all get
-    /// the same bits.
+    /// Replaces each number by its mean over all processes. All pass equally many numbers, and all
+    /// get the same bits.
     fn average(&mut self, numbers: &mut [f32]);
 
-    /// Sends the message `messages[rank]` to each process, and returns the messages that all have
-    /// sent to this one. There are as many `messages` as processes.
+    /// Sends the message `messages[rank]` to each process, and returns the messages that all
+    /// processes sent to this one. There is one message for each process.
     fn exchange(&mut self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
 
     /// Returns the time spent in these methods so far, waiting included, in seconds.
@@ -61,8 +61,8 @@ pub trait Workers: fmt::Debug + Send {
         self.exchange(vec![message.to_vec(); self.size()])
     }
 
-    /// Sends a message to the first process, and returns the messages of all there, and none
-    /// elsewhere.
+    /// Sends a message to the first process. Returns the messages of all in the first process, and
+    /// none in the others.
     fn gather_first(&mut self, message: Vec<u8>) -> Vec<Vec<u8>> {
         let mut messages = vec![Vec::new(); self.size()];
         messages[0] = message;
@@ -95,7 +95,7 @@ impl Workers for OneProcess {
     }
 }
 
-/// Returns the share of this process in `count` things: consecutive ones, in the order of ranks.
+/// Returns this process's share of `count` things: consecutive ones, in the order of ranks.
 #[must_use]
 pub fn share(workers: &dyn Workers, count: usize) -> Range<usize> {
     share_of(workers.rank(), workers.size(), count)

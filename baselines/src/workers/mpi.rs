@@ -15,13 +15,13 @@ use ::mpi::traits::{Communicator, Destination, Source};
 use super::watch::Watch;
 use super::{Workers, share, share_of};
 
-/// Where a launcher says the rank: Open MPI, Slurm and PMIx, and MPICH.
+/// The environment variables in which launchers pass the rank: Open MPI, Slurm and PMIx, and MPICH.
 const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
 
-/// The greatest length of a message of MPI, whose lengths have 31 bits.
+/// The maximum length of an MPI message, whose length has 31 bits.
 const MAX_LEN: usize = 1 << 30;
 
-/// Error returned where MPI cannot be started.
+/// Error returned when MPI cannot be started.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum MpiError {
@@ -31,8 +31,8 @@ pub enum MpiError {
          with srun; Debian has mpirun in the package openmpi-bin"
     )]
     NoLauncher,
-    /// MPI has been started before in this process.
-    #[error("MPI has been started before in this process: clone the first MpiWorkers")]
+    /// MPI was already started in this process.
+    #[error("MPI was already started in this process: clone the first MpiWorkers")]
     Started,
     /// The MPI library does not let threads take turns.
     #[error(
@@ -52,7 +52,7 @@ debug_as_display!(MpiError);
 #[error("{awaited} for {} s: it is slow, stopped or unreachable", limit.as_secs_f64())]
 #[non_exhaustive]
 pub struct Late {
-    /// What has not come.
+    /// What has not arrived.
     pub awaited: Awaited,
     /// The process that has waited for it.
     pub by: usize,
@@ -66,7 +66,7 @@ debug_as_display!(Late);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Awaited {
-    /// An answer of this process.
+    /// An answer from this process.
     Rank(usize),
     /// All processes, when MPI starts. It does not say which one is late.
     Start,
@@ -86,9 +86,9 @@ impl fmt::Display for Awaited {
 
 /// The processes that `mpirun`, `mpiexec` or `srun` starts.
 ///
-/// A run that has come to its end calls [`finish`](Self::finish). When the last clone is dropped
-/// without it, because of an error or a panic, MPI ends all processes, so that none waits for ever
-/// for one that is gone.
+/// A run that ends normally calls [`finish`](Self::finish). If the last clone is dropped without
+/// it, because of an error or a panic, MPI ends all processes, so that none waits forever for one
+/// that is gone.
 #[derive(Clone)]
 pub struct MpiWorkers {
     session: Arc<Session>,
@@ -124,12 +124,12 @@ impl Drop for Session {
 }
 
 impl MpiWorkers {
-    /// Starts MPI, once in a process.
+    /// Starts MPI, which a process can do only once.
     ///
-    /// When another process has not answered for `limit`, because it is slow, stopped or
-    /// unreachable, `on_late` is called, on a separate thread. The call that waits cannot be
-    /// interrupted: `on_late` reports the process and ends this one, upon which the launcher ends
-    /// the others. The limit also holds while MPI starts, which is now, and while it ends.
+    /// If another process has not answered for `limit`, because it is slow, stopped or unreachable,
+    /// `on_late` is called on a separate thread. The waiting call cannot be interrupted: `on_late`
+    /// must report the late process and end this one, and the launcher then ends the others. The
+    /// limit also applies while MPI starts, in this call, and while it ends.
     ///
     /// # Errors
     /// [`MpiError`].
@@ -158,8 +158,7 @@ impl MpiWorkers {
         Ok(Self { session, rank, size, parts: Vec::new(), seconds: 0.0 })
     }
 
-    /// Says that the run has come to its end: when the last clone is dropped, MPI ends in good
-    /// order.
+    /// Marks the run as ended normally: when the last clone is dropped, MPI shuts down cleanly.
     pub fn finish(self) {
         self.session.is_finished.store(true, Ordering::Release);
     }
@@ -238,7 +237,7 @@ impl MpiWorkers {
         result
     }
 
-    /// Replaces this process's part by the mean of all.
+    /// Replaces this process's part by the mean over all processes.
     fn average_own_part(&mut self, numbers: &mut [f32], world: &SimpleCommunicator) {
         let mut parts = std::mem::take(&mut self.parts);
         let own = share(self, numbers.len());
@@ -283,7 +282,7 @@ impl MpiWorkers {
         scope(|scope| {
             let send = |other| (other, self.wait_for(world, other).immediate_send(scope, own));
             let sends: Vec<_> = self.others().filter(|_| !own.is_empty()).map(send).collect();
-            // The own part has been taken, and is as empty as those that are never sent.
+            // The own part was taken and is now empty, like the parts that are never sent.
             for (other, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty())
             {
                 self.wait_for(world, other).receive_into(part);

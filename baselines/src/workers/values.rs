@@ -29,7 +29,7 @@ pub fn gather_values<T: Serialize + DeserializeOwned>(
     workers: &mut dyn Workers,
     value: &T,
 ) -> Result<Vec<T>, UnreadableMessage> {
-    // A value that cannot be written is sent as an empty message, for which all name this process.
+    // A value that cannot be written is sent as an empty message, and all then name this process.
     let messages = workers.gather(&serde_json::to_vec(value).unwrap_or_default());
     let read = |(rank, message): (usize, &Vec<u8>)| {
         serde_json::from_slice(message)

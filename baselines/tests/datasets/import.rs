@@ -1,4 +1,4 @@
-//! Data sets of Minari in a replay buffer.
+//! Minari data sets in a replay buffer.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,14 +12,14 @@ use crate::{NAME, Result, archive, buffer, collected, records, write};
 
 const DIMS: Dims = Dims { observation: 2, goal: 1, action: 1 };
 
-/// Two episodes that Minari 0.5.4 has written: one of three steps, and one of five that terminates
-/// and whose goal is another one from the third state on. `what_minari_wrote_has_the_same_bits`
-/// tells their numbers.
+/// Two episodes that Minari 0.5.4 wrote: one of three steps, and one of five that terminates and
+/// whose goal changes at the third state. `what_minari_wrote_has_the_same_bits` lists their
+/// numbers.
 fn by_minari() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/datasets/by_minari")
 }
 
-/// A copy of that set, with another file of its first episode or other metadata.
+/// A copy of that set with a changed file of its first episode or changed metadata.
 fn changed(name: &str, change: impl FnOnce(&mut Vec<u8>)) -> Result<TempDir> {
     let folder = tempfile::tempdir()?;
     for episode in ["data/0", "data/1"] {
@@ -35,7 +35,7 @@ fn changed(name: &str, change: impl FnOnce(&mut Vec<u8>)) -> Result<TempDir> {
     Ok(folder)
 }
 
-/// Replaces a text wherever it is.
+/// Replaces a text wherever it occurs.
 fn replace(bytes: &mut [u8], from: &str, to: &str) {
     assert_eq!(from.len(), to.len());
     for at in 0..bytes.len() - from.len() {
@@ -94,7 +94,7 @@ fn what_minari_wrote_has_the_same_bits() -> Result {
     let mut imported = small(DIMS)?;
     assert_eq!(import_minari(&mut imported, by_minari())?, 3);
     let mut expected = small(DIMS)?;
-    // The goal of a step is that of the state which it leads to.
+    // The goal of a step is that of the state that it leads to.
     for (episode, states, goal, terminated) in
         [(0, 0..4, 0.5, false), (1, 0..3, 1.5, false), (1, 2..6, 2.5, true)]
     {

@@ -1,4 +1,4 @@
-//! What a recorded episode is.
+//! What holds for every recorded episode.
 
 use baselines::datasets::{About, DatasetError, EpisodeRecord};
 use fetch_env::{EnvId, FetchConfig, FetchObservation, GoalEnvExt, RewardKind, Task, make};
@@ -88,7 +88,7 @@ fn an_episode_of_another_task_is_refused() -> Result {
     record.actions.pop();
     for mut writer in writers(folder.path())? {
         let error = writer.write(&record).err().ok_or("written")?;
-        let expected = "actions has 199 elements, which must be 200";
+        let expected = "actions has 199 elements: expected 200";
         assert_eq!(error.to_string(), expected);
     }
     Ok(())

@@ -112,7 +112,7 @@ fn snapshots_that_are_asked_for_must_be_there() -> Result {
     let folder = tempfile::tempdir()?;
     let mut writer = MinariWriter::create(folder.path(), about()?)?.with_snapshots();
     let error = writer.write(&records(1)?[0]).err().ok_or("written")?;
-    assert_eq!(error.to_string(), "snapshots has 0 elements, which must be 51");
+    assert_eq!(error.to_string(), "snapshots has 0 elements: expected 51");
     Ok(())
 }
 

@@ -58,7 +58,7 @@ fn a_run_is_the_same_bytes_again() -> Result {
     Ok(())
 }
 
-/// Keeps what it is to write.
+/// A writer that keeps the episodes.
 #[derive(Default)]
 struct Keep(Arc<Mutex<Vec<EpisodeRecord>>>);
 

@@ -14,7 +14,7 @@ use crate::{NAME, Result, records, write, writers};
 
 const EPISODES: usize = 20;
 
-/// The names in a folder, but for those that a process that was killed leaves.
+/// The names in a folder, except those that a killed process leaves.
 fn names(folder: &Path) -> Result<Vec<String>> {
     let entries = fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name()));
     let names = entries.collect::<Result<Vec<_>>>()?;
@@ -75,7 +75,7 @@ fn a_writer_that_does_not_finish_leaves_nothing() -> Result {
 #[ignore = "runs until it is killed"]
 fn writes_forever() {
     let folder = std::env::var_os("BASELINES_WRITES_TO").unwrap();
-    // It ends with the process that has started it, however that ends.
+    // It ends with its parent process, however that ends.
     let parent = thread::spawn(|| io::stdin().read_to_end(&mut Vec::new()));
     let records = records(EPISODES as u64).unwrap();
     let mut count = 0;

@@ -215,7 +215,7 @@ fn a_run_stops_when_environments_cannot_be_reset() -> Result {
         }
         other => panic!("{other:?}"),
     }
-    // The first one that is made has the rewards; the other one steps on.
+    // The first environment that is made provides the rewards; of the others, one keeps stepping.
     let made = AtomicU64::new(0);
     let make = || {
         let is_second = made.fetch_add(1, Ordering::Relaxed) == 2;
@@ -240,7 +240,7 @@ fn environments_that_fail_but_can_be_reset_lose_their_episodes_alone() -> Result
     trainer.cycle()?;
     assert_eq!((trainer.counters().steps, trainer.counters().discarded_episodes), (200, 0));
     trainer.cycle()?;
-    // Both lose the third episode after 29 steps, and the rest of it one by one.
+    // Both lose the third episode after 29 steps, and one episode at each step after that.
     assert_eq!((trainer.counters().steps, trainer.counters().discarded_episodes), (258, 42));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Checkpoints with contents that no run leaves: they are refused, or the run goes on.
+//! Checkpoints with contents that no run writes are rejected, or the run continues.
 
 use std::fs::{self, File};
 use std::io::{Read, Write};
@@ -28,7 +28,7 @@ pub(crate) fn entries(path: &Path) -> Result<Vec<Entry>> {
     Ok(entries)
 }
 
-/// The folder of a run, its checkpoint and that one's entries.
+/// The folder of a run, its checkpoint and the checkpoint's entries.
 fn run(trainer: &mut Trainer<Kinematic>) -> Result<(TempDir, PathBuf, Vec<Entry>)> {
     let folder = tempdir()?;
     trainer.cycle()?;

@@ -1,4 +1,4 @@
-//! Evaluations: what is evaluated is what is exported.
+//! Evaluations: the evaluated policy is the exported one.
 
 use baselines::learn::{AlgorithmSettings, DdpgSettings, SacSettings, Trainer};
 use baselines::{TrainedPolicy, evaluate};
@@ -26,7 +26,7 @@ fn algorithms() -> Vec<AlgorithmSettings> {
 fn the_exported_policy_ends_the_evaluated_episodes_to_the_last_bit() -> Result {
     for (seed, algorithm) in (0..).zip(algorithms()) {
         let mut settings = settings(algorithm);
-        // As many rows at a time.
+        // This is the number of rows at a time.
         settings.schedule.evaluation_episodes = 1 + seed as usize;
         settings.schedule.updates_per_cycle = 5;
         let name = format!("{:?}", settings.algorithm);

@@ -1,4 +1,5 @@
-//! What is in a folder beside the checkpoints of a run: other runs', and files of the user's.
+//! What a folder contains besides the checkpoints of a run: other runs' checkpoints, and files of
+//! the user.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -34,7 +35,8 @@ fn checkpoints_of_another_run_are_neither_replaced_nor_removed_nor_continued() -
     }
     let before = contents(folder.path())?;
     assert_eq!(before.len(), 2);
-    // Also a run of the same settings and the same seed is another one, at any number of steps.
+    // A run with the same settings and the same seed is a different run, too, at any number of
+    // steps.
     for seed in [1, 2] {
         let mut other = trainer(seed)?;
         for cycles in 0..5 {

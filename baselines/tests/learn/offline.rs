@@ -1,4 +1,4 @@
-//! Demonstrations: updates from them alone, and what algorithms learn of them.
+//! Demonstrations: updates from them alone, and what algorithms see of them.
 
 use std::mem;
 use std::ops::ControlFlow;
@@ -105,7 +105,7 @@ fn inputs_are_normalized_by_demonstrations() -> Result {
     assert_eq!(num_rows(&trainer)?, 0);
     trainer.update(1)?;
     assert_eq!(num_rows(&trainer)?, 4 * 50);
-    // Those that are seen are not taken in again.
+    // Demonstrations that were taken in are not taken in again.
     trainer.update(1)?;
     assert_eq!(num_rows(&trainer)?, 4 * 50);
     demonstrate(&mut trainer, 1)?;
@@ -195,7 +195,7 @@ impl Counted {
     fn start(&self, workers: Box<dyn Workers>) -> Result<Trainer<Kinematic>, TrainError> {
         let build = |settings: &_, init| self.build(settings, init);
         let mut settings = imitating();
-        // All transitions are as likely.
+        // All transitions are equally likely.
         settings.replay.already_achieved = 1.0;
         settings.replay.still_kept = 1.0;
         Trainer::with_algorithm(make, settings, 0, 1, workers, build)

@@ -145,7 +145,7 @@ fn ranks_end_with_the_same_bits_as_each_other_and_again() -> Result {
     Ok(())
 }
 
-/// Settings mean all ranks together or each of them, and both learn.
+/// Settings count for all ranks together or for each of them, and both learn.
 #[test]
 fn ranks_share_a_run_or_each_has_as_much() -> Result {
     for (per_rank, steps_of_a_cycle) in [(false, 100), (true, 200)] {
@@ -182,7 +182,7 @@ fn a_run_that_cannot_be_shared_is_refused() {
     });
     for error in errors {
         let text = error.to_string();
-        assert!(text.contains("rank 2 has another seed than rank 0: 8 instead of 7"), "{text}");
+        assert!(text.contains("rank 2 has a different seed than rank 0: 8 instead of 7"), "{text}");
     }
     for (change, words) in [
         (discount_less as fn(&mut TrainSettings), "gamma than rank 0: 0.9 instead of 0.95"),
@@ -197,7 +197,7 @@ fn a_run_that_cannot_be_shared_is_refused() {
         });
         for error in errors {
             let text = error.to_string();
-            assert!(text.contains(&format!("rank 1 has another {words}")), "{text}");
+            assert!(text.contains(&format!("rank 1 has a different {words}")), "{text}");
         }
     }
 }
@@ -229,7 +229,7 @@ fn facts_that_differ_or_are_missing_are_named() {
         });
         for answer in answers {
             let text = answer.unwrap_err().to_string();
-            assert!(text.contains(&format!("rank 1 has another {words}")), "{text}");
+            assert!(text.contains(&format!("rank 1 has a different {words}")), "{text}");
         }
     }
 }
@@ -316,7 +316,7 @@ fn a_run_ends_where_any_rank_says() {
 fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
     let mut settings = all_on(ddpg());
     settings.schedule.num_envs = 4;
-    // Episodes are under way where the checkpoint is.
+    // Episodes are under way when the checkpoint is saved.
     settings.schedule.steps_per_cycle = 30;
     let whole = on_ranks(2, |workers| train(workers, settings.clone(), 1_000));
     let folder = tempdir()?;
@@ -339,7 +339,7 @@ fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
     let resumed: Vec<_> = resumed.into_iter().collect::<Result<_, _>>()?;
     assert!(resumed == whole);
 
-    // On other numbers of ranks, all finished episodes are there, and the run goes on.
+    // On other numbers of ranks, all finished episodes are there, and the run continues.
     for size in [1, 4] {
         let mut lens = on_ranks(size, |workers| {
             let (mut trainer, resumed) = Trainer::resume_with_workers(make, path, 1, workers)?;

@@ -27,7 +27,7 @@ fn a_resumed_run_ends_with_the_same_bits() -> Result {
     for algorithm in [ddpg(), sac()] {
         let folder = tempdir()?;
         let mut settings = all_on(algorithm);
-        // Episodes are under way, random and still ones among them, where the checkpoints are.
+        // Episodes are under way, random and still ones among them, when checkpoints are saved.
         settings.schedule.steps_per_cycle = 30;
         settings.exploration.random_episode_share = 0.3;
         let mut whole = Trainer::new(make, settings.clone(), 5, 2)?;

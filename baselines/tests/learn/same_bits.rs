@@ -1,4 +1,4 @@
-//! Runs end with the same bits on each processor: these checksums are those of all.
+//! Runs end with the same bits on each processor: these checksums hold for all.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::ops::ControlFlow;
@@ -7,7 +7,7 @@ use baselines::learn::{AlgorithmSettings, DdpgSettings, SacSettings, Trainer};
 
 use crate::runs::{Result, all_on, make, outcome};
 
-/// Returns the weights in a policy's file, behind the header, which names all settings.
+/// Returns the weights in a policy's file, after the header, which contains all settings.
 fn weights(policy: &[u8]) -> Option<&[u8]> {
     let (header_len, rest) = policy.split_first_chunk()?;
     rest.get(usize::try_from(u64::from_le_bytes(*header_len)).ok()?..)
@@ -16,7 +16,7 @@ fn weights(policy: &[u8]) -> Option<&[u8]> {
 /// Returns a checksum of the curve of a run, and of the weights at its end.
 fn checksum(algorithm: AlgorithmSettings) -> Result<String> {
     let mut settings = all_on(algorithm);
-    // Lengths that are no multiple of a vector, and enough columns for several.
+    // Lengths that are not multiples of a vector's, and enough columns for several vectors.
     settings.replay.batch_size = 61;
     settings.schedule.evaluation_interval = Some(200);
     let mut trainer = Trainer::new(make, settings, 7, 2)?;

@@ -11,10 +11,10 @@ use serde_json::Value;
 use crate::runs::{Result, ddpg, make, sac, settings};
 use testing::{Number, numbers, with_number_replaced};
 
-/// What is tried in the place of every fraction.
+/// The values that are tried in place of every fraction.
 const FRACTIONS: [f64; 10] =
     [-1.0, 0.0, 0.5, 2.0, 9.0, 1e-40, 1e39, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
-/// What is tried in the place of every whole number.
+/// The values that are tried in place of every whole number.
 const INTEGERS: [u64; 7] = [0, 1, 2, 1_000_000, 1_000_000_000_000, u64::MAX / 2, u64::MAX];
 
 /// More memory than any of the tried settings takes at the start.
@@ -51,7 +51,7 @@ fn refused(settings: TrainSettings) -> Option<&'static str> {
     assert!(memory.bytes_max < MOST_BYTES, "{} bytes: {text}", memory.bytes_max);
     match outcome.expect("it ran") {
         Err(TrainError::Setting { name, .. }) => assert_eq!(Some(name), checked),
-        // Numbers in their ranges may still be too much to learn with.
+        // Numbers in their ranges may still be too extreme to learn with.
         Ok(()) => assert_eq!(checked, None, "{text}"),
         Err(TrainError::Run { source, .. }) if matches!(*source, RunError::Diverged { .. }) => {
             assert_eq!(checked, None, "{text}");
@@ -110,7 +110,7 @@ fn both_ends_of_every_range_are_in_it() -> Result {
                 };
                 let settings = replaced(&value, number, end).ok_or("a setting is no number")?;
                 if ["updates_per_cycle", "evaluation_episodes"].contains(&name) {
-                    // Their most takes minutes.
+                    // Their largest values take minutes.
                     settings.check()?;
                 } else {
                     assert_eq!(refused(settings), None, "{name}: {end:?}");

@@ -338,7 +338,7 @@ fn ranks_with_other_flags_are_named() -> Result {
         let mut command = ranks(1);
         command.arg(LAB).args(words(TRAIN)).args(["--mpi", "--steps", "200"]);
         command.args(["--out", "target/unused", ":", "-n", "1", LAB]).args(words(&flags));
-        run(&mut command)?.failed_with(&format!("rank 1 has another {error}"));
+        run(&mut command)?.failed_with(&format!("rank 1 has a different {error}"));
     }
     Ok(())
 }

@@ -29,7 +29,8 @@ enum Elements<'a> {
     Counts(Vec<i64>),
 }
 
-/// Returns the columns of an episode that comes after `num_episodes` others of `num_frames` frames.
+/// Returns the columns of an episode that follows `num_episodes` others with `num_frames` frames in
+/// all.
 pub(super) fn features<'a>(
     episode: &'a EpisodeRecord,
     about: &About,
@@ -42,7 +43,7 @@ pub(super) fn features<'a>(
     let steps = episode.rewards.len();
     let len = steps as i64;
     let feature = |name, width, elements| Feature { name, width, elements };
-    // Of the state before each step, and of that after it.
+    // Columns of the state before each step, and of the state after it.
     let before = |name, width, column: &'a [f64]| {
         feature(name, width, Elements::Doubles(&column[..(steps * width).min(column.len())]))
     };

@@ -1,5 +1,5 @@
-//! LeRobot's format, version 3.0: files of Parquet that hold many episodes each, and files of JSON
-//! and Parquet that say what is in them.
+//! LeRobot's format, version 3.0: Parquet files that hold many episodes each, and JSON and Parquet
+//! files that describe them.
 
 mod frames;
 mod shards;

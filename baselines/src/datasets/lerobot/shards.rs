@@ -1,4 +1,4 @@
-//! A table in files of Parquet.
+//! A table in Parquet files.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -9,9 +9,9 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties};
 
 use crate::datasets::error::DatasetError;
 
-/// Files in a folder, as LeRobot numbers them.
+/// The number of files in a folder, by LeRobot's numbering.
 pub(super) const FILES_OF_CHUNK: i64 = 1000;
-/// The rows in memory, in bytes.
+/// The size of the rows that are kept in memory, in bytes.
 const ROW_GROUP: usize = 4 << 20;
 
 /// Which file a row is in.
@@ -21,7 +21,7 @@ pub(super) struct Shard {
     pub(super) file: i64,
 }
 
-/// A table that grows, in the files `chunk-000/file-000.parquet` and those that follow.
+/// A growing table, in the files `chunk-000/file-000.parquet` and those that follow.
 #[derive(Debug)]
 pub(super) struct Shards {
     folder: PathBuf,
@@ -72,7 +72,7 @@ impl Shards {
     }
 }
 
-/// Creates a file for tables like one.
+/// Creates a file for tables with the schema of `table`.
 pub(super) fn create(path: &Path, table: &RecordBatch) -> Result<ArrowWriter<File>, DatasetError> {
     let file = File::create_new(path).map_err(DatasetError::file(path))?;
     let properties = WriterProperties::builder()

@@ -1,4 +1,4 @@
-//! What LeRobot normalizes by: the range, mean and standard deviation of each element.
+//! The statistics that LeRobot normalizes by: range, mean and standard deviation of each element.
 
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ pub(super) struct Statistics {
 }
 
 impl Statistics {
-    /// Returns those of no rows.
+    /// Returns the statistics of no rows.
     pub(super) fn new(width: usize) -> Self {
         Self {
             count: 0,
@@ -40,7 +40,7 @@ impl Statistics {
         statistics
     }
 
-    /// Adds the rows of others.
+    /// Adds the rows of other statistics.
     ///
     /// Source: Chan, Golub and LeVeque, *Updating formulae and a pairwise algorithm for computing
     /// sample variances*, 1979.

@@ -1,4 +1,4 @@
-//! Writing a data set in LeRobot's format.
+//! Writes data sets in LeRobot's format.
 
 use std::collections::HashMap;
 use std::fs;
@@ -24,9 +24,9 @@ use crate::datasets::staged::StagedFolder;
 /// The size from which a file is full, in MiB.
 const FILE_SIZE: usize = 100;
 
-/// Writes a data set that LeRobot loads, in version 3.0 of its format, without video: a row for each
-/// step, in files of Parquet of about 100 MiB. Its id for LeRobot is the name of the data set with
-/// `-` between all parts but the first: `fetch/push-expert-v0`.
+/// Writes a data set that LeRobot loads, in version 3.0 of its format, without video: a row for
+/// each step, in Parquet files of about 100 MiB. Its id for LeRobot is the name of the data set
+/// with `-` between all parts but the first: `fetch/push-expert-v0`.
 ///
 /// | column | shape | type |
 /// |---|---|---|
@@ -39,17 +39,17 @@ const FILE_SIZE: usize = 100;
 /// | `next.distance`, in meters; `next.sparse_reward`, `next.dense_reward` of the state after the step | `(1,)` | `float64` |
 /// | `qpos`, `qvel` of the state before the step | `(dim,)` | `float64` |
 ///
-/// There are also LeRobot's own: `timestamp`, `frame_index`, `episode_index`, `index` and
-/// `task_index`. LeRobot's policies see states, environment states and actions, and its loader makes
-/// single precision of all numbers. The format has no place for the state after the last step. The
-/// metadata have the seed of each episode, and statistics without quantiles.
+/// There are also LeRobot's own columns: `timestamp`, `frame_index`, `episode_index`, `index` and
+/// `task_index`. LeRobot's policies see states, environment states and actions, and its loader
+/// converts all numbers to single precision. The format has no place for the state after the last
+/// step. The metadata contain the seed of each episode, and statistics without quantiles.
 #[derive(Debug)]
 pub struct LeRobotWriter {
     about: About,
     folder: StagedFolder,
     frames: Shards,
     episodes: Shards,
-    /// Of each column.
+    /// The statistics of each column.
     statistics: Vec<Statistics>,
     num_episodes: i64,
     num_frames: i64,
@@ -60,7 +60,7 @@ impl LeRobotWriter {
     /// names for LeRobot.
     ///
     /// # Errors
-    /// [`DatasetError::Exists`] if there is something of that name; [`DatasetError::File`] if a
+    /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if a
     /// folder cannot be made.
     pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
         let name = match about.name.split_once('/') {
@@ -148,7 +148,7 @@ impl LeRobotWriter {
         Ok(row.into_table()?)
     }
 
-    /// Gives the data set its name.
+    /// Finishes the data set and gives it its name.
     ///
     /// # Errors
     /// As [`DatasetWriter::finish`], and [`DatasetError::Parquet`].
@@ -226,7 +226,7 @@ impl DatasetWriter for LeRobotWriter {
     }
 }
 
-/// Returns the task in words, as LeRobot's policies are told it.
+/// Returns the task in words, for LeRobot's policies.
 const fn task(about: &About) -> &'static str {
     match about.env_id.task {
         Task::Reach => "Move the gripper to the target.",

@@ -1,22 +1,22 @@
-//! A file of Arrow, read column by column.
+//! Reads an Arrow file column by column.
 //!
-//! Every place and length that the file claims is checked against the file first, which the reader
-//! of `arrow-ipc` does not do: it panics where a buffer lies outside of its message.
+//! Every position and length that the file claims is checked against the file first. The reader of
+//! `arrow-ipc` does not do this: it panics if a buffer lies outside of its message.
 
 use arrow_ipc::{
     Endianness, Field, FieldNode, Footer, Precision, RecordBatch, Type, root_as_footer,
     root_as_message,
 };
 
-/// What a file begins and ends with.
+/// The bytes that a file begins and ends with.
 const MAGIC: &[u8] = b"ARROW1";
-/// What comes before the length of a message, but for the oldest files.
+/// The bytes before the length of a message, except in the oldest files.
 const CONTINUATION: &[u8] = &[0xff; 4];
 
 /// Why a column cannot be read.
 #[derive(Debug)]
 pub(super) enum Fault {
-    /// The file is no file of Arrow, or not one that Minari writes.
+    /// The file is not an Arrow file, or not one that Minari writes.
     File(&'static str),
     Missing,
     Type {
@@ -43,14 +43,14 @@ pub(super) struct ArrowFile<'a> {
 struct Batch<'a> {
     rows: usize,
     message: RecordBatch<'a>,
-    /// What the buffers are parts of.
+    /// The bytes that contain the buffers.
     body: &'a [u8],
 }
 
 /// A column, and where its parts are in each batch.
 struct Column<'a> {
     field: Field<'a>,
-    /// The nodes of the structs that it is in.
+    /// The nodes of the structs that contain it.
     outer: Vec<usize>,
     place: Place,
 }
@@ -63,9 +63,9 @@ struct Place {
 }
 
 impl<'a> ArrowFile<'a> {
-    /// Reads where everything is.
+    /// Reads the positions of all batches.
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, Fault> {
-        let no_arrow = Fault::File("it is not whole, or no file of Arrow");
+        let no_arrow = Fault::File("it is not a whole Arrow file");
         let inner = bytes.strip_prefix(MAGIC).and_then(|_| bytes.strip_suffix(MAGIC));
         let Some((before, length)) = inner.and_then(|inner| inner.split_last_chunk()) else {
             return Err(no_arrow);
@@ -126,7 +126,7 @@ impl<'a> ArrowFile<'a> {
         Ok(numbers)
     }
 
-    /// Returns the elements of a column of truth values.
+    /// Returns the elements of a column of booleans.
     pub(super) fn flags(&self, path: &[&str]) -> Result<Vec<bool>, Fault> {
         let Column { field, outer, place } = self.column(path)?;
         if field.type_type() != Type::Bool || field.dictionary().is_some() {
@@ -142,7 +142,7 @@ impl<'a> ArrowFile<'a> {
         Ok(flags)
     }
 
-    /// Looks for a column by the names of the structs that it is in, and its own.
+    /// Finds a column by the names of the structs that contain it and its own name.
     fn column(&self, path: &[&str]) -> Result<Column<'a>, Fault> {
         let (mut place, mut outer) = (Place::default(), Vec::new());
         let mut fields = self.footer.schema().and_then(|schema| schema.fields());
@@ -169,7 +169,7 @@ impl<'a> ArrowFile<'a> {
     }
 }
 
-/// What lies outside of the file.
+/// The fault of a part that lies outside of the file.
 const OUTSIDE: Fault = Fault::File("a part lies outside of it");
 
 /// Returns a part of some bytes.
@@ -177,7 +177,7 @@ fn slice(bytes: &[u8], offset: usize, len: usize) -> Result<&[u8], Fault> {
     offset.checked_add(len).and_then(|end| bytes.get(offset..end)).ok_or(OUTSIDE)
 }
 
-/// Returns how a field's numbers are read if they are of single or double precision.
+/// Returns how a field's numbers are read if they have single or double precision.
 fn float(field: Option<Field<'_>>) -> Option<Encoding> {
     let field = field.filter(|field| field.dictionary().is_none())?;
     match field.type_as_floating_point()?.precision() {
@@ -208,7 +208,7 @@ impl<'a> Batch<'a> {
         Ok(Self { rows, message, body })
     }
 
-    /// Checks that parts have `len` elements, and that all are there.
+    /// Checks that parts have `len` elements, none of them missing.
     fn check(&self, nodes: &[usize], len: usize) -> Result<(), Fault> {
         for node in nodes {
             let node: Option<&FieldNode> =
@@ -224,8 +224,8 @@ impl<'a> Batch<'a> {
         Ok(())
     }
 
-    /// Returns the bytes of the elements of a field, which come after the one that tells which are
-    /// missing.
+    /// Returns the bytes of a field's elements, which follow the buffer that marks missing
+    /// elements.
     fn elements(&self, place: Place, len: usize) -> Result<&'a [u8], Fault> {
         let buffers = self.message.buffers();
         let buffer = buffers.and_then(|all| all.iter().nth(place.buffer + 1));
@@ -237,7 +237,7 @@ impl<'a> Batch<'a> {
 }
 
 impl Place {
-    /// Moves behind a field and all that is in it.
+    /// Moves past a field and everything in it.
     fn skip(&mut self, field: Field<'_>) -> Result<(), Fault> {
         let (buffers, has_children) = match field.type_type() {
             _ if field.dictionary().is_some() => (2, false),

@@ -16,7 +16,7 @@ pub(super) fn own_spec(about: &About) -> Value {
     spec(about, &format!("fetch_env/{env_id}"), classes, kwargs)
 }
 
-/// Returns that of gymnasium-robotics, which `recover_environment(eval_env=True)` makes.
+/// Returns the environment of gymnasium-robotics, which `recover_environment(eval_env=True)` makes.
 pub(super) fn robotics_spec(about: &About) -> Value {
     let EnvId { task, reward } = about.env_id;
     let module = scene(task);

@@ -1,33 +1,33 @@
-//! The error of importing a data set of Minari.
+//! The error of importing a Minari data set.
 
 use std::io;
 use std::path::PathBuf;
 
 use her_relabel::{AddError, ConfigError};
 
-/// Error returned where a data set of Minari cannot be imported.
+/// Error returned when a Minari data set cannot be imported.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum MinariError {
     /// A file could not be read.
-    #[error("{} cannot be read: give the folder of a data set, which has a folder data", path.display())]
+    #[error("{} cannot be read: pass the folder of a data set, which contains the folder data", path.display())]
     File {
         /// The file.
         path: PathBuf,
         /// The error of the file system.
         source: io::Error,
     },
-    /// The metadata are not those of a data set.
-    #[error("{} does not describe a data set of Minari", path.display())]
+    /// The metadata do not describe a data set.
+    #[error("{} does not describe a Minari data set", path.display())]
     Metadata {
         /// The file.
         path: PathBuf,
         /// What is wrong.
         source: serde_json::Error,
     },
-    /// The episodes are not in files of Arrow.
+    /// The episodes are not in Arrow files.
     #[error(
-        "the data set is in the format {format:?}: let Minari write it again with \
+        "the data set is in the format {format:?}: rewrite it with Minari and \
          data_format=\"arrow\""
     )]
     Format {
@@ -51,11 +51,11 @@ pub enum MinariError {
     Missing {
         /// The file.
         path: PathBuf,
-        /// The column, behind the name of what it is in.
+        /// The column, after the names of the structs that contain it.
         column: String,
     },
-    /// A column has elements of another type.
-    #[error("{column} of {} must be of the type {expected}", path.display())]
+    /// A column has elements of the wrong type.
+    #[error("{column} of {} must have the type {expected}", path.display())]
     Type {
         /// The file.
         path: PathBuf,
@@ -76,11 +76,11 @@ pub enum MinariError {
         /// The number that the buffer needs.
         expected: usize,
     },
-    /// There is no memory for the episodes beside the buffer.
+    /// There is not enough memory for the episodes beside the buffer.
     #[error("the episodes do not fit into memory beside the buffer")]
     Memory(#[from] ConfigError),
-    /// The buffer refuses an episode.
-    #[error("the buffer does not take episode {episode}")]
+    /// The buffer rejected an episode.
+    #[error("the buffer rejected episode {episode}")]
     Episode {
         /// The number of the episode in the data set.
         episode: u64,

@@ -1,4 +1,4 @@
-//! Reading a data set of Minari into a replay buffer.
+//! Reads a Minari data set into a replay buffer.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,26 +9,27 @@ use serde::Deserialize;
 use super::arrow::{ArrowFile, Fault};
 use super::error::MinariError;
 
-/// What is read of the metadata of a data set.
+/// The part of a data set's metadata that is read.
 #[derive(Deserialize)]
 struct Metadata {
     total_episodes: u64,
     data_format: String,
 }
 
-/// Adds all episodes of a data set of Minari, in their order, to a buffer without fields, and
-/// returns the number of those that were added.
+/// Adds all episodes of a Minari data set, in order, to a buffer without fields, and returns how
+/// many were added.
 ///
-/// The data set is in Minari's Arrow format, written by a [`MinariWriter`](crate::datasets::MinariWriter)
-/// or by Minari itself, and its observations are a dictionary of `observation`, `achieved_goal` and
-/// `desired_goal`, all of single or double precision. Rewards are those of the data set.
+/// The data set is in Minari's Arrow format, written by a
+/// [`MinariWriter`](crate::datasets::MinariWriter) or by Minari itself, and its observations are a
+/// dictionary of `observation`, `achieved_goal` and `desired_goal`, all in single or double
+/// precision. Rewards are those of the data set.
 ///
-/// The goal of a step is the desired goal of the state that it leads to, for which its reward is.
-/// An episode of a buffer has one goal and ends once, so one of the data set in which the goal
-/// changes, or that goes on after a step that terminated or truncated it, becomes several. An
-/// episode that only stops is cut off there.
+/// The goal of a step is the desired goal of the state that it leads to, which its reward is for.
+/// An episode of a buffer has one goal and ends once, so an episode of the data set becomes several
+/// if its goal changes, or if it continues after a step that terminated or truncated it. An episode
+/// that just stops counts as truncated.
 ///
-/// An import takes no more memory than a buffer like this one and some times the file of an
+/// An import takes no more memory than another buffer like this one and a few times the file of an
 /// episode, whatever sizes that file claims.
 ///
 /// # Errors
@@ -74,7 +75,7 @@ fn read(path: &Path) -> Result<Vec<u8>, MinariError> {
     fs::read(path).map_err(|source| MinariError::File { path: path.to_owned(), source })
 }
 
-/// An episode of a data set: a row for each state, where the last one's step counts for nothing.
+/// An episode of a data set: a row for each state, where the step of the last row is ignored.
 struct Columns {
     dims: Dims,
     observations: Vec<f64>,

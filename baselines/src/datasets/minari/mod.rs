@@ -1,4 +1,4 @@
-//! Minari's format, version 0.5: a folder with a file of JSON and one of Arrow for each episode.
+//! Minari's format, version 0.5: a folder with a JSON file and an Arrow file for each episode.
 
 mod arrow;
 mod environment;

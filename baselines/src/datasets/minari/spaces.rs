@@ -1,4 +1,4 @@
-//! Spaces as Minari writes them: JSON as of Python, which has infinities.
+//! Spaces as Minari writes them: Python's JSON, which has infinities.
 
 use fetch_env::spaces::Element;
 use fetch_env::{BoxSpace, Space};

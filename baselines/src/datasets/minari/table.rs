@@ -1,4 +1,4 @@
-//! An episode as a table of Arrow: a row for each state, as Minari lays it out.
+//! An episode as an Arrow table in Minari's layout: a row for each state.
 
 use arrow_array::{BooleanArray, Float32Array, Float64Array, RecordBatch, UInt8Array};
 use arrow_schema::ArrowError;
@@ -18,9 +18,9 @@ pub(super) fn table(
     observations.rows("achieved_goal", doubles(&episode.achieved_goals))?;
     observations.rows("desired_goal", doubles(&episode.desired_goals))?;
     let mut infos = Columns::new(states);
-    // A number, as the environments of Python return it.
+    // A number, as Python environments return it.
     let success = episode.is_success.iter().map(|success| f32::from(u8::from(*success)));
-    // Rows of one number, because Minari cannot read its own copies of single ones.
+    // Rows of one number, because Minari cannot read its own copies of plain numbers.
     infos.shaped_rows("is_success", Float32Array::from_iter_values(success))?;
     infos.shaped_rows("distance", doubles(&episode.distances))?;
     infos.shaped_rows("sparse_reward", doubles(&episode.sparse_rewards))?;
@@ -40,7 +40,7 @@ pub(super) fn table(
     table.into_table()
 }
 
-/// Returns the snapshots inside the time limit as JSON, with spaces up to the longest.
+/// Returns the snapshots inside the time limit as JSON, padded with spaces to the longest.
 fn snapshots(episode: &EpisodeRecord) -> Result<UInt8Array, ArrowError> {
     let texts = episode.snapshots.iter().map(|snapshot| serde_json::to_vec(snapshot.inner()));
     let mut texts = texts
@@ -51,7 +51,7 @@ fn snapshots(episode: &EpisodeRecord) -> Result<UInt8Array, ArrowError> {
     Ok(texts.concat().into())
 }
 
-/// Returns the rows of the steps with one more of zeros, which Minari ignores.
+/// Returns the rows of the steps and one row of zeros, which Minari ignores.
 fn padded<T: Copy + Default>(rows: &[T], states: usize) -> Vec<T> {
     let width = rows.len().checked_div(states - 1).unwrap_or_default();
     let mut padded = rows.to_vec();

@@ -1,4 +1,4 @@
-//! Writing a data set in Minari's format.
+//! Writes data sets in Minari's format.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::datasets::episode::EpisodeRecord;
 use crate::datasets::error::DatasetError;
 use crate::datasets::staged::StagedFolder;
 
-/// The version of Minari whose format it is: later ones read it, too.
+/// The version of Minari whose format this is; later versions read it, too.
 const VERSION: &str = "0.5.0";
 
 /// Writes a data set that Minari loads, in its Arrow format: a folder for each episode, where each
@@ -32,14 +32,14 @@ const VERSION: &str = "0.5.0";
 /// | `infos["qpos"]`, `["qvel"]` | `(T + 1, dim)` | `f8` |
 /// | `infos["snapshot"]`, [if it is asked for](Self::with_snapshots) | `(T + 1, length)` | `u1` |
 ///
-/// The metadata of an episode has its seed. `recover_environment()` makes the environment of the
-/// Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
+/// The metadata of an episode contain its seed. `recover_environment()` makes the environment of
+/// the Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
 /// gymnasium-robotics.
 #[derive(Debug)]
 pub struct MinariWriter {
     about: About,
     folder: StagedFolder,
-    /// Where the episodes are.
+    /// The folder of the episodes.
     data: PathBuf,
     episodes: usize,
     steps: usize,
@@ -49,10 +49,11 @@ pub struct MinariWriter {
 
 impl MinariWriter {
     /// Begins a data set in a folder of data sets, which the environment variable
-    /// `MINARI_DATASETS_PATH` names for Minari; the data set is below it, where its name says.
+    /// `MINARI_DATASETS_PATH` names for Minari; the data set is below it, at the path that its name
+    /// gives.
     ///
     /// # Errors
-    /// [`DatasetError::Exists`] if there is something of that name; [`DatasetError::File`] if a
+    /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if a
     /// folder cannot be made.
     pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
         let folder = StagedFolder::create(root.as_ref().join(&about.name))?;
@@ -62,8 +63,8 @@ impl MinariWriter {
     }
 
     /// Also writes the exact state of the environment inside its time limit, as the bytes that
-    /// `get_state` of the Python package returns, with spaces up to the longest of the episode:
-    /// `env.unwrapped.set_state(bytes(episode.infos["snapshot"][t]))`. They take about 3 kB.
+    /// `get_state` of the Python package returns, padded with spaces to the longest of the episode:
+    /// `env.unwrapped.set_state(bytes(episode.infos["snapshot"][t]))`. Each state takes about 3 kB.
     #[must_use]
     pub const fn with_snapshots(mut self) -> Self {
         self.has_snapshots = true;
@@ -97,7 +98,7 @@ impl MinariWriter {
         Ok(())
     }
 
-    /// Gives the data set its name.
+    /// Finishes the data set and gives it its name.
     ///
     /// # Errors
     /// As [`DatasetWriter::finish`].

@@ -1,4 +1,4 @@
-//! An array of numpy whose length is known last.
+//! A numpy array whose length is known only at the end.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
@@ -38,7 +38,7 @@ impl Element for bool {
     }
 }
 
-/// An array that waits in a file without a name, which nothing leaves behind.
+/// An array in an unnamed temporary file, which never stays behind.
 #[derive(Debug)]
 pub(super) struct Column {
     name: &'static str,
@@ -50,8 +50,8 @@ pub(super) struct Column {
 }
 
 impl Column {
-    /// Creates an array beside where it will be. `width` is the length of a row; `None` makes it a
-    /// vector.
+    /// Creates an array in a temporary file in `folder`. `width` is the length of a row; `None`
+    /// makes it a vector.
     pub(super) fn create<T: Element>(
         name: &'static str,
         width: Option<usize>,

@@ -1,4 +1,4 @@
-//! Writing a data set in OGBench's format.
+//! Writes data sets in OGBench's format.
 
 use std::fs::File;
 use std::io;
@@ -15,11 +15,11 @@ use crate::datasets::staged::StagedFolder;
 use crate::lengths::lengths_of;
 use crate::policy::PolicyError;
 
-/// Of so many episodes, one is for validation: the second, and then each tenth.
+/// One of this many episodes is for validation: the second, and then every tenth.
 const VALIDATION: usize = 10;
 
 /// Writes a data set that OGBench's `load_dataset` reads: a folder with `NAME.npz` for training,
-/// `NAME-val.npz` for validation, and `about.json`. NAME is that of the data set with `-` between
+/// `NAME-val.npz` for validation, and `about.json`. NAME is the data set's name with `-` between
 /// its parts. Of ten episodes in a row, the second is for validation.
 ///
 /// The arrays for `E` episodes of `N` steps in total have a row for each of the `N + E` states,
@@ -36,8 +36,8 @@ const VALIDATION: usize = 10;
 /// | `is_success` | `(N + E,)` | `bool` |
 /// | `seeds` | `(E,)` | `u8` (64 bits) |
 ///
-/// OGBench itself reads the first, `actions`, `terminals`, `qpos` and `qvel`, and makes single
-/// precision of observations.
+/// OGBench itself reads `observations`, `actions`, `terminals`, `qpos` and `qvel`, and converts
+/// observations to single precision.
 #[derive(Debug)]
 pub struct OgBenchWriter {
     about: About,
@@ -51,7 +51,7 @@ impl OgBenchWriter {
     /// Begins a data set in a folder of data sets.
     ///
     /// # Errors
-    /// [`DatasetError::Exists`] if there is something of that name; [`DatasetError::File`] if files
+    /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if files
     /// cannot be made.
     pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
         let folder = StagedFolder::create(root.as_ref().join(file_name(&about)))?;
@@ -77,7 +77,7 @@ impl OgBenchWriter {
         Ok(())
     }
 
-    /// Gives the data set its name.
+    /// Finishes the data set and gives it its name.
     ///
     /// # Errors
     /// As [`DatasetWriter::finish`].
@@ -116,7 +116,7 @@ fn file_name(about: &About) -> String {
 /// The arrays of an archive.
 #[derive(Debug)]
 struct Part {
-    /// With a row for each state, in the order of [`create`](Self::create).
+    /// Columns with a row for each state, in the order of [`create`](Self::create).
     observations: Column,
     actions: Column,
     terminals: Column,

@@ -13,7 +13,7 @@ pub(super) struct EnvMark<S> {
     action_space: BoxSpace<f32>,
     observation_space: Space,
     outcomes: Vec<Outcome>,
-    /// Of an environment that has not been reset.
+    /// The snapshot of an environment that has not been reset.
     snapshot: S,
 }
 
@@ -29,10 +29,10 @@ struct Outcome {
 }
 
 impl<S: DeserializeOwned> EnvMark<S> {
-    /// Reads a mark, or says how the environment differs.
+    /// Reads a mark, or returns how the environment differs.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
         serde_json::from_slice(bytes)
-            .map_err(|error| format!("its state has another form: {error}"))
+            .map_err(|error| format!("its state has a different form: {error}"))
     }
 
     /// Marks an environment whose goals have `goal_len` numbers.
@@ -48,20 +48,21 @@ impl<S: DeserializeOwned> EnvMark<S> {
         }
     }
 
-    /// Says how an environment differs. One that does not is then as it was before its first reset.
+    /// Returns how an environment differs. One that does not differ is left as it was before its
+    /// first reset.
     pub(super) fn check<E>(&self, env: &mut E, goal_len: usize) -> Result<(), String>
     where
         E: LearnEnv + SnapshotEnv<Snapshot = S>,
     {
         if self.action_space != *env.action_space() {
-            return Err("its actions have another space".to_owned());
+            return Err("its action space is different".to_owned());
         }
         if self.observation_space != *env.observation_space() {
-            return Err("its observations have another space".to_owned());
+            return Err("its observation space is different".to_owned());
         }
         let same = outcomes(env.goal_reward(), goal_len);
         if !self.outcomes.iter().zip(&same).all(|(theirs, ours)| theirs.is_nearly(ours)) {
-            return Err("it has other rewards for the same goals".to_owned());
+            return Err("it has different rewards for the same goals".to_owned());
         }
         env.restore(&self.snapshot).map_err(|error| error.to_string())
     }

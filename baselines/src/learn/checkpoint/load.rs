@@ -14,22 +14,23 @@ use super::{
 use crate::learn::error::CheckpointError as Error;
 use crate::workers::Workers;
 
-/// What a process needs of a checkpoint.
+/// The parts of a checkpoint that a process needs.
 pub(super) struct Loaded {
     pub(super) path: PathBuf,
-    /// The checkpoint before it, where the folder is known.
+    /// The checkpoint before it; known only in the first process.
     pub(super) before: Option<PathBuf>,
     pub(super) saved: Saved,
     pub(super) networks: Vec<u8>,
     pub(super) environment: Vec<u8>,
-    /// The state of the process; empty on another number of processes.
+    /// The state of the process; empty on a different number of processes.
     pub(super) own: Vec<u8>,
     /// The buffers, each with the process that wrote it.
     pub(super) buffers: Vec<(usize, Vec<u8>)>,
 }
 
 impl Loaded {
-    /// Reads the last checkpoint of a folder in the first process, and sends each what it needs.
+    /// Reads the last checkpoint of a folder in the first process, and sends each process what it
+    /// needs.
     pub(super) fn read(folder: &Path, workers: &mut dyn Workers) -> Result<Self, Error> {
         let (rank, size) = (workers.rank(), workers.size());
         let mut file = if rank == 0 { Some(CheckpointFile::open(folder, size)?) } else { None };
@@ -59,7 +60,7 @@ impl Loaded {
         })?;
         let num_ranks = saved.num_ranks;
         let own = send(workers, &|rank| (num_ranks == size).then(|| own_name(rank)))?;
-        // On another number of processes, the buffers are distributed round-robin. With more
+        // On a different number of processes, the buffers are distributed round-robin. With more
         // processes than buffers, several processes get the same one.
         let mut buffers = Vec::new();
         for round in 0..num_ranks.div_ceil(size) {
@@ -81,7 +82,7 @@ pub(super) fn header(path: &Path) -> io::Result<Header> {
     Ok(serde_json::from_reader(BufReader::new(entry(&mut archive, STATE)?))?)
 }
 
-/// Finds an entry that takes as much of the file as of the memory.
+/// Finds an entry; it is not compressed, so it takes no more memory than it takes of the file.
 fn entry<'a, R: Read + Seek>(
     archive: &'a mut ZipArchive<R>,
     name: &str,
@@ -98,7 +99,7 @@ struct CheckpointFile {
     path: PathBuf,
     before: Option<PathBuf>,
     archive: ZipArchive<BufReader<File>>,
-    /// The number of bytes that entries may still have.
+    /// The number of bytes of entries that may still be read.
     left: u64,
 }
 

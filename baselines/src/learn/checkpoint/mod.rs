@@ -38,7 +38,7 @@ const ENVIRONMENT: &str = "environment.json";
 #[serde(deny_unknown_fields)]
 struct Saved {
     version: u32,
-    /// The run that the checkpoint is of.
+    /// The run that the checkpoint belongs to.
     run_id: u64,
     settings: TrainSettings,
     seed: u64,
@@ -49,7 +49,7 @@ struct Saved {
     rows: Vec<CurveRow>,
     inputs: Inputs,
     num_updates: u64,
-    /// Of each process, in its buffer.
+    /// The demonstrated transitions in the buffer of each process.
     demonstrated: Vec<Demonstrated>,
 }
 
@@ -75,11 +75,11 @@ fn checkpoint_path(folder: &Path, steps: u64) -> PathBuf {
     folder.join(format!("checkpoint-{steps:012}.zip"))
 }
 
-/// Returns the checkpoints of a folder, oldest first: the files that have the names that
+/// Returns the checkpoints of a folder, oldest first: the files with names that
 /// [`Trainer::save`](super::Trainer::save) gives, whatever their contents.
 ///
 /// # Errors
-/// Those of reading the folder.
+/// The errors of reading the folder.
 pub fn checkpoints(folder: impl AsRef<Path>) -> io::Result<Vec<PathBuf>> {
     Ok(checkpoints_by_steps(folder.as_ref())?.into_values().collect())
 }
@@ -124,10 +124,10 @@ impl Saved {
     /// Checks that a run could have left this state.
     fn check(&self) -> Result<(), String> {
         if self.num_ranks == 0 {
-            return Err("it is of no process".to_owned());
+            return Err("it has no processes".to_owned());
         }
         if self.demonstrated.len() != self.num_ranks {
-            return Err("it has demonstrations of another number of processes".to_owned());
+            return Err("it has demonstrations for a different number of processes".to_owned());
         }
         for demonstrated in &self.demonstrated {
             check_counts([("demonstrated transitions", demonstrated.unseen)])?;
@@ -140,10 +140,10 @@ impl Saved {
         check_counts(self.recent.counts())?;
         if self.num_updates != self.counters.updates {
             let (networks, run) = (self.num_updates, self.counters.updates);
-            return Err(format!("its networks have had {networks} updates, and its run {run}"));
+            return Err(format!("its networks have had {networks} updates, but its run {run}"));
         }
         if !self.inputs.have(&self.settings.inputs) {
-            return Err("its networks have other inputs than its settings say".to_owned());
+            return Err("its networks have different inputs than its settings say".to_owned());
         }
         Ok(())
     }
@@ -158,7 +158,7 @@ impl<S> Own<S> {
 
 fn check_counts<const N: usize>(counts: [(&str, u64); N]) -> Result<(), String> {
     match counts.iter().find(|(_, count)| *count > MAX_COUNT) {
-        Some((what, count)) => Err(format!("it is of {count} {what}")),
+        Some((what, count)) => Err(format!("it counts {count} {what}")),
         None => Ok(()),
     }
 }

@@ -24,9 +24,9 @@ use crate::workers::{OneProcess, Workers};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Resumed {
-    /// With the bits of a run that was never stopped.
+    /// With the same bits as a run that was never stopped.
     Exactly,
-    /// On another number of processes. Networks, optimizers, normalizers, counters and finished
+    /// On a different number of processes. Networks, optimizers, normalizers, counters and finished
     /// episodes are those of the checkpoint. Unfinished episodes are lost: the environments begin
     /// new ones, and all later random numbers differ.
     OnOtherRanks {
@@ -36,13 +36,14 @@ pub enum Resumed {
 }
 
 impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
-    /// Continues the run of the last checkpoint in a folder, on environments that `make` makes as
-    /// those of the run were made. It ends with the same bits as a run that was never stopped.
+    /// Continues the run of the last checkpoint in a folder, on environments that `make` makes in
+    /// the same way as those of the run. It ends with the same bits as a run that was never
+    /// stopped.
     ///
     /// # Errors
-    /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged or of
-    /// another environment: one with other spaces, with other rewards for the same goals, or that
-    /// does not take the checkpoint's snapshots.
+    /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged or belongs
+    /// to a different environment: one with different spaces, with different rewards for the same
+    /// goals, or that rejects the checkpoint's snapshots.
     pub fn resume(
         make: impl Fn() -> Result<E, EnvError>,
         folder: impl AsRef<Path>,
@@ -52,9 +53,9 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         Self::resume_with_workers(make, folder, num_threads, workers).map(|(trainer, _)| trainer)
     }
 
-    /// Continues a run as [`resume`](Self::resume) does, shared by several processes, and says
-    /// whether it does so exactly: on as many processes as wrote the checkpoint. The first process
-    /// reads it.
+    /// Continues a run as [`resume`](Self::resume) does, shared by several processes. Returns
+    /// whether it continues exactly: on the same number of processes that wrote the checkpoint. The
+    /// first process reads it.
     ///
     /// # Errors
     /// [`CheckpointError`](Error) as [`resume`](Self::resume).
@@ -150,7 +151,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         Ok((trainer, resumed))
     }
 
-    /// Replaces the vectors of the algorithm's state; `false` if they do not fit.
+    /// Replaces the vectors of the algorithm's state. Returns `false` if they do not fit.
     fn decode_networks(&mut self, num_updates: u64, file: &[u8]) -> Result<bool, String> {
         let tensors = SafeTensors::deserialize(file).map_err(|error| error.to_string())?;
         let saved: BTreeMap<_, _> = tensors.iter().collect();

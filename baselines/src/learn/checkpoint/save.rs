@@ -21,7 +21,7 @@ use crate::learn::trainer::Trainer;
 use crate::trained::file::to_bytes;
 use crate::workers::{gather_values, sum};
 
-/// The number of checkpoints that stay in a folder.
+/// The number of checkpoints that are kept in a folder.
 const KEPT: usize = 2;
 
 impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
@@ -29,14 +29,14 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// checkpoints except the last one. Returns its path. The first process writes, and
     /// all wait for it.
     ///
-    /// A run is what [`new`](Self::new) has begun, with what was [resumed](Self::resume) from it.
-    /// Two runs are not the same if only their settings and seeds are. One trainer at a time saves
-    /// checkpoints in a folder.
+    /// A run is what [`new`](Self::new) began, with everything that was [resumed](Self::resume)
+    /// from it. Equal settings and seeds do not make two runs the same. Only one trainer at a time
+    /// may save checkpoints in a folder.
     ///
     /// # Errors
     /// [`CheckpointError::OtherRun`](Error::OtherRun) if the folder has checkpoints of another run,
-    /// or something that cannot be read in the place of this one; otherwise
-    /// [`CheckpointError`](Error). The earlier checkpoints are whole then.
+    /// or an unreadable file in the place of this one; otherwise another
+    /// [`CheckpointError`](Error). Earlier checkpoints stay whole.
     pub fn save(&mut self, folder: impl AsRef<Path>) -> Result<PathBuf, Error> {
         let folder = folder.as_ref();
         let path = checkpoint_path(folder, self.counters.steps);
@@ -64,8 +64,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         Ok(path)
     }
 
-    /// Returns the state and the buffer of each other process in the first one, and nothing in the
-    /// others.
+    /// Returns the state and the buffer of each other process in the first process, and nothing in
+    /// the others.
     fn gather_parts(&mut self, own: &[u8]) -> io::Result<Vec<[Vec<u8>; 2]>> {
         let (mut states, mut buffer) = (Vec::new(), Vec::new());
         if self.workers.rank() > 0 {
@@ -77,7 +77,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         Ok(states.into_iter().zip(buffers).skip(1).map(|(state, buffer)| [state, buffer]).collect())
     }
 
-    /// Writes a checkpoint, and removes those that it makes stale.
+    /// Writes a checkpoint and removes those that it makes obsolete.
     fn write(
         &mut self,
         folder: &Path,
