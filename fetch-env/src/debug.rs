@@ -1,7 +1,7 @@
 //! How `main` prints an error.
 
-/// Makes `{:?}` print an error's message, as `{}` does: a program whose `main` returns an error
-/// prints it with `{:?}`, and the message says what to do.
+/// Lets `{:?}` print an error's message, as `{}` does: a program whose `main` returns the error
+/// prints `{:?}`, and the message says what to do.
 macro_rules! debug_as_display {
     ($error:ty) => {
         impl std::fmt::Debug for $error {

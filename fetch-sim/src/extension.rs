@@ -97,8 +97,8 @@ impl Extension {
         self.object_shape.is_some() || self.object_mass.is_some() || self.object_friction.is_some()
     }
 
-    /// Checks the object's numbers. The bounds are far from what the solver and the scene can bear,
-    /// and catch numbers in other units.
+    /// Checks the object's numbers. The bounds are far wider than any size, mass or friction that
+    /// makes sense in the scene: they catch numbers in other units.
     #[cfg(feature = "mujoco")]
     pub(crate) fn check(&self) -> Result<(), SimError> {
         for size in self.object_shape.iter().flat_map(|shape| shape.sizes()) {

@@ -1,7 +1,7 @@
 //! Setters and getters of settings.
 
 /// Defines chained setters, written `with_field(field: Type);`, and getters, written
-/// `field: Type;`, of fields that are `Copy`.
+/// `field: Type;`, for fields that are `Copy`.
 macro_rules! settings {
     () => {};
     ($(#[$doc:meta])* $field:ident: $type:ty; $($rest:tt)*) => {

@@ -1,4 +1,4 @@
-//! Printing errors that `main` returns.
+//! How `main` prints an error.
 
 /// Lets `{:?}` print an error's message, as `{}` does: a program whose `main` returns the error
 /// prints `{:?}`, and the message says what to do.

@@ -17,7 +17,7 @@ fn normalizer(dim: usize, seen: &[f64]) -> Result<Normalizer> {
     Ok(normalizer)
 }
 
-/// Numbers of which some differ in the last bits of `f64` only, as far as those of sensors.
+/// Numbers that `f32` rounds, zero with a sign, and a number below the normal range of `f32`.
 fn numbers(len: usize) -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(prop_oneof![-3.0..3.0, Just(0.1), Just(-0.0), Just(1e-40)], len)
 }
