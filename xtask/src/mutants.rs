@@ -158,7 +158,7 @@ impl Outcome {
         Self { caught, missed: lines("missed.txt") }
     }
 
-    /// Prints the result, and returns whether tests catch enough mutants and all survivors are known.
+    /// Prints the result, and returns whether tests catch enough mutants and survivors are known.
     fn report(&self, name: &str) -> anyhow::Result<bool> {
         let equivalent = equivalent()?;
         let unknown: Vec<_> =

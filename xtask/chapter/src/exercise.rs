@@ -139,7 +139,7 @@ fn rewards(seed: u64) -> anyhow::Result<bool> {
     let nearest_minus_one = missed.iter().map(|s| s.distance).fold(f64::INFINITY, f64::min);
     say!(
         "(a) The dense return is {dense_return:.2}, the sparse one {sparse_return:.2}: the dense \
-         is not the more negative."
+         return is not more negative."
     )?;
     say!("(b) The sparse reward is 0 in {} of {} steps.", reached.len(), steps.len())?;
     say!(
@@ -163,7 +163,7 @@ fn push(seed: u64) -> anyhow::Result<bool> {
     let object = &first.observation()[field.range.clone()];
     let tracks_object = first.achieved_goal() == object;
     say!(
-        "(a) The object's position stands at indices {} to {}: {object:.4?} m.",
+        "(a) The object's position is at indices {} to {}: {object:.4?} m.",
         field.range.start,
         field.range.end - 1
     )?;
@@ -190,8 +190,8 @@ fn thresholds(seed: u64) -> anyhow::Result<bool> {
         say!("  {threshold:7.2} m  {:5.3}  ({:.3} to {:.3})", rate.value, rate.low, rate.high)?;
     }
     say!(
-        "The wider the threshold, the easier the task; at the benchmark's 0.05 m chance hardly \
-         ever succeeds."
+        "The wider the threshold, the easier the task; at the benchmark's 0.05 m random \
+         actions hardly ever succeed."
     )?;
     Ok(rates.is_sorted_by(|a, b| a.value <= b.value) && rates[2].value < 0.1)
 }

@@ -118,13 +118,13 @@ fn doctor_finds_nothing_wrong() -> Result {
     Ok(())
 }
 
-/// Also where the program was built with another one.
+/// Also where the program was built with another MuJoCo.
 #[test]
 fn doctor_notices_a_mujoco_dir_that_names_nothing() -> Result {
     let output = chapter("doctor").env("MUJOCO_DIR", "/nonexistent").output()?;
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8(output.stdout)?;
-    assert!(text.starts_with("FAIL  MuJoCo is missing, or not the one of the build\n"), "{text}");
+    assert!(text.starts_with("FAIL  MuJoCo is missing, or not the one used for the build\n"), "{text}");
     assert!(text.contains("MUJOCO_DIR is /nonexistent, "), "{text}");
     Ok(())
 }

@@ -44,7 +44,7 @@ const ON_SYSTEM: Stage = Stage {
     needs: &[Mujoco],
     steps: &[
         step("formatting", "fmt --all --check", &[Rustfmt]),
-        // The code that needs MPI; "lints without MuJoCo's headers" has the code without it.
+        // What is built with MPI; "lints without MuJoCo's headers" has what is built without it.
         step(
             "lints",
             "clippy --workspace --features fetch-sim/download,her-relabel/npz,lab/mpi \
