@@ -221,6 +221,7 @@ fn bad_actions(seed: u64) -> anyhow::Result<Finding> {
     let rejected = env.step(&[0.0, f32::NAN, 0.0, 0.0]);
     let healthy = matches!(rejected, Err(EnvError::ActionNotFinite { .. }));
     // Libraries that accept them continue with finite, wrong observations.
-    let seen = rejected.err().map_or_else(|| "a NaN was accepted".into(), |error| error.to_string());
+    let seen =
+        rejected.err().map_or_else(|| "a NaN was accepted".into(), |error| error.to_string());
     finding(healthy, seen)
 }

@@ -43,8 +43,8 @@ fn expected_reward(reward: &DistanceReward, achieved: &[f64], desired: &[f64]) -
     }
 }
 
-/// Returns whether the formula gives the reward of `compute_reward`, within a tolerance, and that of
-/// the step if the goal was the step's.
+/// Returns whether the formula gives the reward of `compute_reward`, within a tolerance, and that
+/// of the step if the goal was the step's.
 pub(crate) fn formula_agrees(
     env: &MujocoEnv,
     achieved: &[f64],

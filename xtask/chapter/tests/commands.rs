@@ -124,7 +124,10 @@ fn doctor_notices_a_mujoco_dir_that_names_nothing() -> Result {
     let output = chapter("doctor").env("MUJOCO_DIR", "/nonexistent").output()?;
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8(output.stdout)?;
-    assert!(text.starts_with("FAIL  MuJoCo is missing, or not the one used for the build\n"), "{text}");
+    assert!(
+        text.starts_with("FAIL  MuJoCo is missing, or not the one used for the build\n"),
+        "{text}"
+    );
     assert!(text.contains("MUJOCO_DIR is /nonexistent, "), "{text}");
     Ok(())
 }

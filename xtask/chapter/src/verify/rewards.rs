@@ -1,5 +1,5 @@
-//! Sections 2.5 and 2.6: the reward computed in three ways, and for goals that the environment never
-//! set.
+//! Sections 2.5 and 2.6: the reward computed in three ways, and for goals that the environment
+//! never set.
 
 use baselines::{Policy, RandomPolicy, buffer_config, collect};
 use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
