@@ -1,4 +1,4 @@
-//! One start, and what came of it.
+//! One start, and the results from it.
 
 use std::{fmt, time::Duration};
 
@@ -7,13 +7,13 @@ use fetch_env::{FetchObservation, GoalObservation, goal_reward::goal_distance};
 
 use crate::shared::json::Metric;
 
-/// What plays an episode, in the order of [`Start::plans`].
+/// The players of an episode, in the order of [`Start::plans`].
 pub const PLAYERS: [&str; 3] = ["planned", "scripted", "trained"];
 
 /// The distance within which an object counts as untouched (meters).
 const STILL: f64 = 0.05;
 
-/// The height by which an object that falls off the table comes down at least (meters).
+/// The least height that an object falls when it falls off the table (meters).
 const FALL: f64 = 0.1;
 
 /// A start, and how the episode from it ends.
@@ -25,14 +25,14 @@ pub struct Start {
     desired_goal: Vec<f64>,
     /// The time that planning took.
     pub seconds: f64,
-    /// Of each of the [`PLAYERS`].
+    /// The plan of each of the [`PLAYERS`].
     pub plans: [Plan; 3],
 }
 
 /// Why a plan does not achieve its goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// What is to be moved was not moved: the arm cannot reach where it would have to be.
+    /// The object or gripper was not moved: the arm cannot reach where it would have to be.
     Untouched,
     /// It stops short of the goal.
     Short,

@@ -23,7 +23,7 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Listens to signals, which still end the process at once.
+    /// Listens for signals, which still end the process at once.
     pub fn listen() -> io::Result<Self> {
         let end_at_once = Arc::new(AtomicBool::new(true));
         let received = Arc::new(AtomicUsize::new(0));
@@ -52,12 +52,12 @@ impl Signals {
     }
 }
 
-/// Why a command ended that had received a signal.
+/// Why a command ended after it received a signal.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopped(usize);
 
 impl Stopped {
-    /// Returns why a command ends, if it has received this signal.
+    /// Returns why a command ends if it has received this signal; 0 is no signal.
     pub fn by(signal: usize) -> Option<Self> {
         (signal != 0).then_some(Self(signal))
     }

@@ -115,7 +115,7 @@ struct Replay {
     dims: Dims,
     sampler: Sampler,
     observation: Normalizer,
-    /// Of relative goals.
+    /// The normalizer of relative goals.
     goal: Normalizer,
 }
 
@@ -267,7 +267,7 @@ fn operations(dims: Dims, hidden: &[usize]) -> usize {
     let Dims { observation, goal, action } = dims;
     let [actor, actor_first] = weights(observation + goal, action);
     let [critic, critic_first] = weights(observation + goal + action, 1);
-    // Targets; the critic forward and backward, but for the gradient of its inputs; the same of the
+    // Targets; the critic forward and backward, except the gradient of its inputs; the same for the
     // actor; and the critic once more, forward and backward to the actions.
     let targets = actor + critic;
     let learned = 3 * critic - critic_first + 3 * actor - actor_first;
