@@ -30,7 +30,7 @@ pub fn tool((name, version): (&str, &str)) -> anyhow::Result<PathBuf> {
     Ok(program)
 }
 
-/// Whether rustup has the toolchain with the components, or can install them.
+/// Installs a toolchain with components unless rustup has them, and returns whether it has.
 pub fn install_toolchain(toolchain: &str, components: &[&str]) -> anyhow::Result<bool> {
     let mut list = Command::new("rustup");
     list.args(["component", "list", "--installed", "--toolchain", toolchain]);
@@ -47,7 +47,7 @@ pub fn install_toolchain(toolchain: &str, components: &[&str]) -> anyhow::Result
     Ok(has || install.status().is_ok_and(|status| status.success()))
 }
 
-/// Whether rustup has the standard library of a target for this toolchain, or can install it.
+/// Installs a target's standard library unless rustup has it, and returns whether it has.
 pub fn install_target(target: &str) -> bool {
     let mut list = Command::new("rustup");
     list.args(["target", "list", "--installed"]);

@@ -47,7 +47,7 @@ fn help_lists_every_command() -> Result {
     Ok(())
 }
 
-/// The names of all commands, from the overview.
+/// Returns the names of all commands, from the overview.
 fn names() -> Result<Vec<String>> {
     let text = stdout(&xtask("--help").output()?);
     let (_, list) = text.split_once("Commands:\n").ok_or("no list")?;

@@ -48,7 +48,7 @@ fn numbered(number: &str) -> Result<Exercise, &'static str> {
     })
 }
 
-/// Exercise 1: the observation's structure over five seeds, and the range of the goals.
+/// Answers exercise 1: the observation's structure over five seeds, and the range of the goals.
 fn observations(seed: u64) -> anyhow::Result<bool> {
     const RESETS: usize = 5;
     say!("Exercise 1: FetchReachDense-v4 over {RESETS} seeds")?;
@@ -122,7 +122,7 @@ impl Trajectory {
     }
 }
 
-/// Exercise 2: dense and sparse rewards along one trajectory.
+/// Answers exercise 2: dense and sparse rewards along one trajectory.
 fn rewards(seed: u64) -> anyhow::Result<bool> {
     say!("Exercise 2: FetchReachDense-v4 and FetchReach-v4, seed {seed}, the same random actions")?;
     let mut policy = RandomPolicy::new(make(DENSE_REACH)?.action_space(), seed);
@@ -149,7 +149,7 @@ fn rewards(seed: u64) -> anyhow::Result<bool> {
     Ok(same && nearest_minus_one > 0.05 && farthest_zero <= 0.05)
 }
 
-/// Exercise 3: the 25 numbers of FetchPush.
+/// Answers exercise 3: the 25 numbers of FetchPush.
 fn push(seed: u64) -> anyhow::Result<bool> {
     say!("Exercise 3: FetchPushDense-v4, seed {seed}")?;
     let mut env = make("FetchPushDense-v4")?;
@@ -178,7 +178,7 @@ fn push(seed: u64) -> anyhow::Result<bool> {
     Ok(tracks_object && moved < 1e-3)
 }
 
-/// Exercise 4: success against the distance threshold.
+/// Answers exercise 4: success against the distance threshold.
 fn thresholds(seed: u64) -> anyhow::Result<bool> {
     const EPISODES: usize = 100;
     const THRESHOLDS: [f64; 5] = [0.01, 0.02, 0.05, 0.10, 0.20];

@@ -34,7 +34,7 @@ fn train(file: &Path, out: &Path) -> Command {
     command
 }
 
-/// The table without the columns of seconds.
+/// Returns the table without the columns of seconds.
 fn table(out: &Path) -> Result<Vec<String>> {
     let text = fs::read_to_string(out.join("table.csv"))?;
     let without = |line: &str| line.rsplitn(4, ',').last().unwrap_or_default().to_owned();

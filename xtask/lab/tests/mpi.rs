@@ -38,7 +38,7 @@ fn ranks(count: usize) -> Command {
     command
 }
 
-/// Two ranks of the lab.
+/// Returns a command that starts two ranks of the lab.
 fn two_ranks() -> Command {
     let mut command = ranks(2);
     command.arg(LAB);

@@ -6,7 +6,7 @@ use std::{fs, path::Path, process::Command};
 
 use program::{Result, errors_of, lab, output_of, read_json};
 
-/// A run with small networks and short evaluations.
+/// Returns the command of a run with small networks and short evaluations.
 fn train(flags: &str, demos: &Path, out: &Path) -> Command {
     let mut command = lab("train --target 2 --threads 1 --set hidden=[16,16] \
          --set evaluation_episodes=5 --set imitation_weight=100");

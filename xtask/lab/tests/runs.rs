@@ -16,7 +16,8 @@ use std::{
 use program::{Result, errors_of, lab, output_of, read_json};
 use tempfile::tempdir;
 
-/// A run with small networks, evaluations and checkpoints after every 100 steps.
+/// Returns the command of a run with small networks, and evaluations and checkpoints after every
+/// 100 steps.
 fn train(flags: &str, out: &Path) -> Command {
     let mut command =
         lab("train --target 2 --checkpoint-seconds 0 --threads 1 --set hidden=[32,32] \
@@ -63,7 +64,7 @@ fn policy(out: &Path) -> Result<Vec<u8>> {
     Ok(fs::read(out.join("policy.safetensors"))?)
 }
 
-/// The files of a folder and what is in them.
+/// Returns the files of a folder and their contents.
 fn contents(folder: &Path) -> Result<BTreeMap<OsString, Vec<u8>>> {
     let file = |entry: fs::DirEntry| Ok((entry.file_name(), fs::read(entry.path())?));
     fs::read_dir(folder)?.map(|entry| file(entry?)).collect()
@@ -187,7 +188,7 @@ fn overwriting_removes_what_a_run_wrote_and_nothing_else() -> Result {
     Ok(())
 }
 
-/// The contents of a folder, except the user's files of a test.
+/// Returns the contents of a folder, except the user's files of a test.
 fn contents_of_run(out: &Path) -> Result<BTreeMap<OsString, Vec<u8>>> {
     let is_users = |name: &OsString| {
         ["photos", "thesis.txt", "checkpoint-best.zip"].iter().any(|other| name == other)

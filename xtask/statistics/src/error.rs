@@ -24,7 +24,7 @@ pub enum TestError {
     /// There are too many trials for an exact test.
     #[error(
         "the samples have more than {most} trials together: use chi_square, which is as good \
-         for so many"
+         at that size"
     )]
     TooManyTrials {
         /// The largest number of trials that is tested.

@@ -63,7 +63,7 @@ fn fishers_test_is_scipys() -> Result {
     Ok(())
 }
 
-/// An exact test of so many trials would take forever, and their sum overflows.
+/// An exact test of more trials would take forever, and their sum overflows.
 #[test]
 fn an_exact_test_of_too_many_trials_is_refused() -> Result {
     assert!((fisher_exact(1, 500_000, 3, 500_000)? - 0.625).abs() < 1e-5);
@@ -151,7 +151,7 @@ fn the_asymptotic_value_is_the_series() -> Result {
     Ok(())
 }
 
-/// Above a million paths, the value is next to the exact one just below.
+/// Just above a million paths, the value is close to the exact one just below.
 #[test]
 fn the_asymptotic_value_continues_the_exact_one() -> Result {
     for shift in [20.0, 40.0, 70.0] {

@@ -24,7 +24,7 @@ pub const FONT: &str = "sans-serif";
 
 /// A drawing by plotters, on any backend.
 pub trait Drawing {
-    /// Width and height, in pixels: at most 2^26 of them.
+    /// Returns the width and the height, in pixels: at most 2^26 pixels in all.
     fn size(&self) -> (u32, u32);
 
     /// Draws everything onto a white area of this size.

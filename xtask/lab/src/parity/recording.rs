@@ -119,7 +119,7 @@ mod tests {
     const REAL: &str =
         concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recordings/mujoco-2.2.2/reach-still.npz");
 
-    /// The arrays of a real recording; no checksum protects them once they are put together again.
+    /// Returns the arrays of a real recording; no checksum protects them in a new archive.
     fn arrays() -> Result<Vec<(String, Vec<u8>)>> {
         let mut archive = ZipArchive::new(File::open(REAL)?)?;
         let mut arrays = Vec::new();
@@ -155,7 +155,7 @@ mod tests {
         archive(&arrays)
     }
 
-    /// An array of only a header, of version 2, and some numbers.
+    /// Returns an array with this header, of version 2, and some zeros.
     fn array(len: u32, header: &str) -> Vec<u8> {
         let mut array = b"\x93NUMPY\x02\0".to_vec();
         array.extend(len.to_le_bytes());

@@ -66,12 +66,12 @@ impl Start {
         Self { seed, distance, achieved_goal, desired_goal, seconds, plans }
     }
 
-    /// The plan of the planner.
+    /// Returns the plan of the planner.
     pub const fn planned(&self) -> &Plan {
         &self.plans[0]
     }
 
-    /// Why the best plan fails; `None` if it succeeds.
+    /// Returns why the planner's plan fails; `None` if it succeeds.
     pub fn failure(&self) -> Option<Failure> {
         let plan = self.planned();
         if plan.episode.success {
@@ -93,7 +93,7 @@ impl Start {
         })
     }
 
-    /// The figures of this start.
+    /// Returns the figures of this start.
     pub fn figures(&self, title: &str) -> Vec<(String, Metric)> {
         let name = |figure: &str| format!("{title}/seed-{}/{figure}", self.seed);
         let plan = self.planned();

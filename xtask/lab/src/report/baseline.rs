@@ -29,7 +29,7 @@ impl Outcome {
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
     }
 
-    /// The color of the policy in all plots.
+    /// Returns the color of the policy in all plots.
     pub fn ink(&self) -> Ink {
         match self.policy {
             PolicyChoice::Random | PolicyChoice::Zero => Ink::Orange,

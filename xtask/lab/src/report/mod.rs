@@ -127,7 +127,7 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
     Ok(html + "</div>")
 }
 
-/// The number of checks, and the checks of each environment to unfold.
+/// Returns the number of checks, and the checks of each environment to unfold.
 fn checks(groups: &[Group]) -> String {
     let all = || groups.iter().flat_map(|group| &group.checks);
     let failed = all().filter(|check| !check.passed).count();

@@ -46,7 +46,7 @@ impl Signals {
         self.end_at_once.store(true, Ordering::SeqCst);
     }
 
-    /// The signal that was put off; 0 for none.
+    /// Returns the signal that was put off; 0 for none.
     pub fn received(&self) -> usize {
         self.received.load(Ordering::SeqCst)
     }
@@ -62,7 +62,7 @@ impl Stopped {
         (signal != 0).then_some(Self(signal))
     }
 
-    /// The exit code, as a shell gives it to a process that a signal has ended.
+    /// Returns the exit code that a shell reports for a process ended by this signal.
     pub fn exit_code(self) -> u8 {
         u8::try_from(128 + self.0).unwrap_or(u8::MAX)
     }

@@ -294,7 +294,7 @@ fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {
     figures
 }
 
-/// The steps and the success rate at which a run ends by default.
+/// Returns the steps and the success rate at which a run ends by default.
 pub const fn limits(task: Task) -> (u64, f64) {
     match task {
         Task::Reach => (10_000, 1.0),

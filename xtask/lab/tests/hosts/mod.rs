@@ -35,7 +35,7 @@ fn of_page(start: &str) -> impl Iterator<Item = &str> {
     PAGE.lines().filter(move |line| line.starts_with(start))
 }
 
-/// The page's command for several hosts, up to the program. A host has one rank.
+/// Returns the page's command for several hosts, up to the program, with one rank on each host.
 fn mpirun(hosts: &TwoHosts) -> Result<Command> {
     let host_file: Vec<_> = of_page("node").map(|line| line.replace("=4", "=1")).collect();
     fs::write(hosts.folder().join("hosts"), host_file.join("\n"))?;
@@ -48,7 +48,7 @@ fn mpirun(hosts: &TwoHosts) -> Result<Command> {
     Ok(command)
 }
 
-/// Two ranks of the lab, one on each host.
+/// Returns a command that trains with two ranks, one on each host.
 fn train_on(hosts: &TwoHosts, flags: &str, name: &str) -> Result<Command> {
     let mut command = mpirun(hosts)?;
     command.arg(LAB).args(words(TRAIN)).arg("--mpi").args(words(flags)).arg("--out");

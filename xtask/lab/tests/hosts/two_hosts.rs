@@ -148,12 +148,12 @@ impl TwoHosts {
         Ok(())
     }
 
-    /// The folder in which programs start. Both hosts have it.
+    /// Returns the folder in which programs start. Both hosts have it.
     pub(super) fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// The folder of runs on the first host; the second one has an empty folder there.
+    /// Returns the folder of runs on the first host; the second one has an empty folder there.
     pub(super) fn runs(&self) -> PathBuf {
         self.folder.path().join("runs")
     }
@@ -226,8 +226,8 @@ impl TwoHosts {
     }
 }
 
-/// Whether two hosts can be made here. Where namespaces can, CI must have the programs; elsewhere a
-/// test that needs them prints that it is skipped.
+/// Whether two hosts can be made here. Where namespaces work, CI must have the programs; elsewhere,
+/// a test that needs them prints that it is skipped.
 fn can_be_made() -> bool {
     const PACKAGES: &str = "apt-get install iproute2 openssh-server openssh-client";
     let skipped = |why: &str| {
@@ -253,7 +253,7 @@ fn can_be_made() -> bool {
     has_links.is_ok_and(|it| it.status.success()) || skipped("the kernel has no links (veth)")
 }
 
-/// The folders of programs, also of those for root.
+/// Returns the folders of programs, including those for root.
 fn path() -> OsString {
     let mut path = env::var_os("PATH").unwrap_or_default();
     path.push(":/usr/sbin:/sbin");

@@ -40,7 +40,7 @@ impl<T: Scalar> Table<T> {
     }
 }
 
-/// The sampler of all draws: k = 4 and future goals.
+/// Returns the sampler of all draws: k = 4 and future goals.
 fn sampler(size: usize) -> Sampler {
     Sampler::new(size, GoalStrategy::Future, UnitInterval::from_k(4))
 }

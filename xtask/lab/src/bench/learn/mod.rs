@@ -211,7 +211,7 @@ fn ddpg(hidden: &[usize]) -> AlgorithmSettings {
     AlgorithmSettings::Ddpg(DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() })
 }
 
-/// SAC of the preset `book`, whose networks have the sizes of DDPG's.
+/// Returns SAC of the preset `book`, with networks of the same size as DDPG's.
 fn sac() -> AlgorithmSettings {
     AlgorithmSettings::Sac(SacSettings { hidden: vec![SIZE; 2], ..SacSettings::book() })
 }
@@ -257,7 +257,7 @@ fn draw(replay: &Arc<Replay>) -> impl FnMut() -> anyhow::Result<usize> + use<> {
     }
 }
 
-/// The floating-point operations of the matrix products of an update.
+/// Returns the number of floating-point operations in the matrix products of an update.
 fn operations(dims: Dims, hidden: &[usize]) -> usize {
     let weights = |inputs: usize, outputs: usize| -> [usize; 2] {
         let sizes = [&[inputs], hidden, &[outputs]].concat();
