@@ -11,7 +11,7 @@ use crate::tools::ROOT;
 #[derive(Clone, Copy)]
 struct Target {
     name: &'static str,
-    /// The crate in whose folder `fuzz` it is, a workspace with a cargo configuration of its own.
+    /// The crate whose folder `fuzz` has it, a workspace with its own cargo configuration.
     of: &'static str,
 }
 
@@ -60,7 +60,7 @@ impl Target {
     fn fuzz(self, seconds: u32) -> anyhow::Result<bool> {
         let Self { name, of } = self;
         let folder = Path::new(ROOT).join(of).join("fuzz");
-        // What is found is added to the first of the corpora; the committed one has the seeds.
+        // New inputs are added to the first corpus; the committed one has the seeds.
         let [found, seeds, artifacts] =
             ["target/corpus", "corpus", "artifacts"].map(|part| folder.join(part).join(name));
         for folder in [&found, &seeds, &artifacts] {

@@ -4,7 +4,7 @@
 //! can fetch MuJoCo or say that it is missing. It hands commands that step environments on to the
 //! packages `chapter` and `lab`.
 //!
-//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
+//! Exit codes: 0 if everything passed, 1 if a check failed or could not run, 2 for wrong usage.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 
@@ -37,7 +37,7 @@ use anyhow::{Context, ensure};
 use commands::{COMMANDS, Listed, Program};
 
 use self::find_mujoco::find_mujoco;
-// The modules of fetch-sim that are included here name it so.
+// The modules of fetch-sim that are included here use this name.
 use self::installation as cache;
 
 /// The commands that xtask runs itself.
@@ -73,7 +73,7 @@ const OWN: [commands::Command; 11] = [
 
   --only <CHECK>  Run only this check: shim (AddressSanitizer and UndefinedBehaviorSanitizer on the
                   C code), memory (Valgrind), threads (ThreadSanitizer) or miri
-  --cases <N>     Random models of the check shim; memory takes a tenth [default: 256]",
+  --cases <N>     Number of random models in the check shim; memory uses a tenth [default: 256]",
         run: sanitize::run,
     },
     commands::Command {
@@ -99,7 +99,7 @@ const OWN: [commands::Command; 11] = [
         name: "platforms",
         usage: "[--only <PLATFORM>]
 
-  --only <PLATFORM>  Only for this one: aarch64-linux (tests in QEMU), aarch64-macos (compiles and
+  --only <PLATFORM>  Only this platform: aarch64-linux (tests in QEMU), aarch64-macos (compiles and
                      links) or x86_64-windows (tests in Wine)",
         run: platforms::run,
     },
@@ -108,17 +108,17 @@ const OWN: [commands::Command; 11] = [
         usage: "[--only <PROJECT>] [--exclude <PROJECT>]...
 
   --only <PROJECT>     Test only this folder of fetch-env/projects, or only quickstart
-  --exclude <PROJECT>  Do not test this one",
+  --exclude <PROJECT>  Do not test this project",
         run: projects::run,
     },
     commands::Command {
         name: "python",
         usage: "[--sb3 | --sets <STEPS> [--lerobot] | --their-tests <FOLDER>]
 
-  --sb3                   Test the parts for Stable-Baselines3 instead, which brings torch
-  --sets <STEPS>          Write all data sets with so many steps each, and read them with the loaders
-                          of Minari and OGBench instead
-  --lerobot               Read them with LeRobot's, too, which brings torch
+  --sb3                   Test the parts for Stable-Baselines3 instead, which installs torch
+  --sets <STEPS>          Instead, write all data sets with this many steps each, and read them
+                          with the loaders of Minari and OGBench
+  --lerobot               Also read them with LeRobot's loader, which installs torch
   --their-tests <FOLDER>  Run the tests of this checkout of Gymnasium 1.4.0 or gymnasium-robotics
                           1.4.2 on these environments instead",
         run: python::run,
@@ -159,7 +159,7 @@ fn overview() -> String {
     )
 }
 
-/// Replaces this process by a command of a package, so that the command receives its signals; or,
+/// Replaces this process with a command of a package, so that the command receives its signals; or,
 /// where processes cannot be replaced, runs it and returns its exit code.
 fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     let missing = match find_mujoco(c_compiler) {
@@ -171,7 +171,7 @@ fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
         let fix = "apt-get update && apt-get install -y libmujoco-dev, or \
                    `cargo xtask mujoco 3.6.0` and set MUJOCO_DIR as it says";
         ensure!(arguments[0] == "doctor", "{missing}: {fix}");
-        // Doctor's first finding; it can look for nothing else.
+        // Doctor's first finding; without MuJoCo, it cannot look for anything else.
         say!("FAIL  MuJoCo is missing\n      {missing}\n      fix: {fix}")?;
         return Ok(ExitCode::FAILURE);
     }

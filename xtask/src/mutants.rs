@@ -29,7 +29,7 @@ const CRATES: [(&str, &str); 5] = [
         "-p fetch-baselines --no-default-features -f baselines/src/statistics/*.rs \
          -f baselines/src/evaluate.rs",
     ),
-    // Without what needs MuJoCo or OpenGL.
+    // Without the code that needs MuJoCo or OpenGL.
     (
         "fetch-env",
         "-p fetch-env --no-default-features --features her-relabel -e fetch-env/src/pictures/** \
@@ -115,21 +115,21 @@ fn test(program: &Path, name: &str, selection: &str, choice: &Choice) -> anyhow:
     }
     let mut test = mutants(&chosen);
     test.args(["--profile=mutants", "--baseline=skip", "--timeout=120", "--cap-lints=true"])
-        // The compiler never ends either where a constant does not.
+        // A mutant in a constant can keep the compiler itself from ending.
         .arg("--build-timeout=300")
-        // Examples in the documentation take long to build, and rarely notice anything.
+        // Examples in the documentation take long to build, and rarely catch anything.
         .arg("--cargo-test-arg=--tests")
         .arg("--output")
         .arg(&folder)
-        // A mutant is noticed by any failure: the smallest one takes long to find.
+        // Any failure catches a mutant: finding the smallest one takes long.
         .env("PROPTEST_MAX_SHRINK_ITERS", "0");
     let status = test.status().with_context(|| format!("{} did not start", program.display()))?;
-    // 2: some were missed. 3: some took too long, as those do that never end.
+    // 2: some were missed. 3: some timed out, as mutants that never end do.
     ensure!(matches!(status.code(), Some(0 | 2 | 3)), "{name}: cargo-mutants failed");
     Outcome::read(&folder).report(name)
 }
 
-/// Returns what the last commits have changed: all of them, if there are fewer.
+/// Returns what the last commits changed, or all commits if there are fewer.
 fn diff_of(commits: NonZeroU32) -> anyhow::Result<Vec<u8>> {
     let git = |arguments: &[&str]| -> anyhow::Result<Vec<u8>> {
         let output = Command::new("git").args(arguments).current_dir(ROOT).output()?;
@@ -141,7 +141,7 @@ fn diff_of(commits: NonZeroU32) -> anyhow::Result<Vec<u8>> {
     git(&["diff", list.lines().last().context("there is no commit")?])
 }
 
-/// The mutants of a run by their fate.
+/// The mutants of a run, by outcome.
 struct Outcome {
     caught: usize,
     missed: Vec<String>,
@@ -150,7 +150,7 @@ struct Outcome {
 impl Outcome {
     fn read(folder: &Path) -> Self {
         let lines = |name| -> Vec<String> {
-            // Without any mutant there is no file.
+            // There is no file if there are no mutants.
             let text = fs::read_to_string(folder.join("mutants.out").join(name));
             text.unwrap_or_default().lines().map(without_position).collect()
         };
@@ -158,7 +158,7 @@ impl Outcome {
         Self { caught, missed: lines("missed.txt") }
     }
 
-    /// Prints the result. It passes if tests notice enough mutants, and no survivor is unknown.
+    /// Prints the result, and returns whether tests catch enough mutants and survivors are known.
     fn report(&self, name: &str) -> anyhow::Result<bool> {
         let equivalent = equivalent()?;
         let unknown: Vec<_> =
@@ -166,16 +166,16 @@ impl Outcome {
         let viable = self.caught + self.missed.len();
         let share = self.caught as f64 / viable.max(1) as f64;
         say!(
-            "mutants of {name}: {} of {viable} noticed ({:.1} %), {} equivalent, {} unknown",
+            "mutants of {name}: {} of {viable} caught ({:.1} %), {} equivalent, {} unknown",
             self.caught,
             100.0 * share,
             self.missed.len() - unknown.len(),
             unknown.len()
         )?;
         for mutant in &unknown {
-            say!("  no test notices: {mutant}")?;
+            say!("  no test catches: {mutant}")?;
         }
-        // A part of few mutants may have many of the equivalent ones.
+        // A small part may have many of the equivalent mutants.
         let is_enough = viable < 100 || share >= CAUGHT;
         Ok(unknown.is_empty() && is_enough)
     }
@@ -188,7 +188,7 @@ fn without_position(mutant: &str) -> String {
     format!("{file}:{change}")
 }
 
-/// Returns the mutants that no test can notice. Each is a line, below which its reason is indented.
+/// Returns the mutants that no test can catch: a line each, with the reason indented below it.
 fn equivalent() -> anyhow::Result<BTreeSet<&'static str>> {
     let mut mutants = BTreeSet::new();
     let mut lines = EQUIVALENT.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));

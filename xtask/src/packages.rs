@@ -39,8 +39,8 @@ fn has_no_unused_dependency() -> anyhow::Result<bool> {
     succeeds(Command::new(tool(MACHETE)?).arg("--skip-target-dir").arg(ROOT))
 }
 
-/// Builds with the `rust-version` of the packages. Without rustup there is only clippy's word for
-/// it, from its lint `incompatible_msrv`.
+/// Builds with the `rust-version` of the packages. Without rustup, only clippy's lint
+/// `incompatible_msrv` checks it.
 fn builds_with_the_oldest_rust() -> anyhow::Result<bool> {
     let manifest = fs::read_to_string(Path::new(ROOT).join("Cargo.toml"))?;
     let version = manifest
@@ -92,7 +92,7 @@ fn has_the_known_interface(bless: bool) -> anyhow::Result<bool> {
     }
     if !is_known {
         say!(
-            "the public interface has changed: if that is meant, say so in CHANGELOG.md and run \
+            "the public interface has changed: if that is intended, say so in CHANGELOG.md and run \
              `cargo xtask packages --bless`"
         )?;
     }
@@ -101,8 +101,8 @@ fn has_the_known_interface(bless: bool) -> anyhow::Result<bool> {
 
 /// Packs the crates, and builds them from their packages if asked to, as publishing does.
 fn can_be_published(build: bool) -> anyhow::Result<bool> {
-    // Cargo unpacks packages once for each target folder and version, so that an old folder would
-    // show it the sources of an earlier run.
+    // Cargo unpacks packages once for each target folder and version, so an old folder would give
+    // it the sources of an earlier run.
     let folder = tempfile::tempdir_in(Path::new(ROOT).join("target"))?;
     let mut publish = cargo();
     publish.args(["publish", "--workspace", "--dry-run", "--quiet", "--allow-dirty"]);

@@ -13,7 +13,7 @@ use lexopt::{Arg::Long, Parser, ValueExt};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const FOLDER: &str = "fetch-env/projects";
 const FIRST_PROGRAM: &str = "quickstart";
-/// The README's section with the first program, and the place of the crates in its dependencies.
+/// The README's section with the first program, and the path of the crates in its dependencies.
 const SECTION: &str = "## Use it from your project\n";
 const CRATES: &str = "../fetch/";
 
@@ -72,11 +72,12 @@ fn names(folder: &Path) -> anyhow::Result<Vec<String>> {
     Ok(names)
 }
 
-/// Makes the README's first program in a new project outside the repository and runs it, with the
+/// Creates the README's first program in a new project outside the repository and runs it, with the
 /// workspace's versions of all dependencies.
 fn first_program(root: &Path) -> anyhow::Result<bool> {
     let readme = fs::read_to_string(root.join("README.md"))?;
-    let section = readme.split_once(SECTION).context("the README has no such section")?.1;
+    let section =
+        readme.split_once(SECTION).context("the README has no section with the first program")?.1;
     let block = |language: &str| {
         let (_, rest) = section.split_once(&format!("```{language}\n"))?;
         Some(rest.split_once("```")?.0)
@@ -84,7 +85,7 @@ fn first_program(root: &Path) -> anyhow::Result<bool> {
     let (dependencies, program) =
         block("toml").zip(block("rust")).context("the README's section has no program")?;
     let lines = program.lines().count();
-    ensure!(lines <= 30, "the README's first program has {lines} lines: 30 are the limit");
+    ensure!(lines <= 30, "the README's first program has {lines} lines: the limit is 30");
 
     let folder = tempfile::tempdir()?;
     let project = folder.path().join("push");

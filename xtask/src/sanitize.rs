@@ -1,5 +1,5 @@
-//! `sanitize`: runs tests under tools that see what a test cannot: memory that is used wrongly,
-//! races, and undefined behavior.
+//! `sanitize`: runs tests under tools that see what a test cannot: misused memory, races, and
+//! undefined behavior.
 
 use std::{num::NonZeroU32, process::Command};
 
@@ -8,13 +8,13 @@ use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::{NIGHTLY, cargo, install_toolchain, on_toolchain, succeeds};
 
-/// The target of the build: naming it keeps flags from build scripts.
+/// The target of the build: naming it keeps the flags away from build scripts.
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 
-/// Environment variable of the program that runs tests.
+/// Environment variable that names the program that runs tests.
 const RUNNER: &str = "CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER";
 
-/// Returns whether nothing was found in a number of random models.
+/// A check, which returns whether nothing was found in this number of random models.
 type Check = fn(cases: u32) -> anyhow::Result<bool>;
 
 const CHECKS: [(&str, Check); 4] =
@@ -46,7 +46,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// AddressSanitizer, with its search for leaks, and UndefinedBehaviorSanitizer on the C shim.
+/// Runs AddressSanitizer, with its search for leaks, and UndefinedBehaviorSanitizer on the C shim.
 fn shim(cases: u32) -> anyhow::Result<bool> {
     let output = Command::new("cc").arg("-print-file-name=libasan.so").output();
     let library = output.ok().and_then(|output| String::from_utf8(output.stdout).ok());
@@ -64,7 +64,7 @@ fn shim(cases: u32) -> anyhow::Result<bool> {
     succeeds(&mut test)
 }
 
-/// Valgrind over loading, stepping, failing and dropping simulations.
+/// Runs Valgrind on loading, stepping, failing and dropping simulations.
 fn memory(cases: u32) -> anyhow::Result<bool> {
     let is_there = Command::new("valgrind").arg("--version").output().is_ok();
     ensure!(is_there, "there is no Valgrind: apt-get install -y valgrind");
@@ -79,7 +79,7 @@ fn memory(cases: u32) -> anyhow::Result<bool> {
     succeeds(&mut test)
 }
 
-/// ThreadSanitizer over the vectorized environments.
+/// Runs ThreadSanitizer on the vectorized environments.
 fn threads(_: u32) -> anyhow::Result<bool> {
     if !install_toolchain(NIGHTLY, &["rust-src"])? {
         say!("rustup cannot install {NIGHTLY}, so the check for races was skipped")?;
@@ -92,7 +92,7 @@ fn threads(_: u32) -> anyhow::Result<bool> {
     succeeds(&mut test)
 }
 
-/// Miri over the crates without C: it interprets them, and sees every undefined behavior that
+/// Runs Miri on the crates without C: it interprets them, and sees all undefined behavior that
 /// happens.
 fn miri(_: u32) -> anyhow::Result<bool> {
     if !install_toolchain(NIGHTLY, &["miri", "rust-src"])? {

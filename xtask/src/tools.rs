@@ -1,4 +1,4 @@
-//! The tools and toolchains that commands run, and where.
+//! The tools and toolchains that commands run, and where they are.
 
 use std::{
     env,
@@ -11,8 +11,8 @@ use anyhow::{Context, ensure};
 /// Folder of the workspace.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// A toolchain for what stable Rust lacks. Later ones may write another documentation format than
-/// the tool that compares interfaces reads.
+/// A toolchain for what stable Rust lacks. A later one may write a documentation format that the
+/// tool that compares interfaces cannot read.
 pub const NIGHTLY: &str = "nightly-2026-05-20";
 
 /// Returns the path of a tool, which is built on first use.
@@ -30,7 +30,7 @@ pub fn tool((name, version): (&str, &str)) -> anyhow::Result<PathBuf> {
     Ok(program)
 }
 
-/// Whether rustup has the toolchain with the components, or can install them.
+/// Installs a toolchain with components unless rustup has them, and returns whether it has.
 pub fn install_toolchain(toolchain: &str, components: &[&str]) -> anyhow::Result<bool> {
     let mut list = Command::new("rustup");
     list.args(["component", "list", "--installed", "--toolchain", toolchain]);
@@ -47,7 +47,7 @@ pub fn install_toolchain(toolchain: &str, components: &[&str]) -> anyhow::Result
     Ok(has || install.status().is_ok_and(|status| status.success()))
 }
 
-/// Whether rustup has the standard library of a target for this toolchain, or can install it.
+/// Installs a target's standard library unless rustup has it, and returns whether it has.
 pub fn install_target(target: &str) -> bool {
     let mut list = Command::new("rustup");
     list.args(["target", "list", "--installed"]);
@@ -59,16 +59,16 @@ pub fn install_target(target: &str) -> bool {
     has || install.status().is_ok_and(|status| status.success())
 }
 
-/// Returns a cargo command of another toolchain.
+/// Returns a cargo command that runs on another toolchain.
 pub fn on_toolchain(toolchain: &str, command: &str) -> Command {
     let mut cargo = Command::new("rustup");
     cargo.args(["run", toolchain, "cargo", command]).current_dir(ROOT);
-    // Cargo sets it for this process, of its own toolchain.
+    // Cargo sets it for this process, to its own toolchain.
     cargo.env_remove("RUSTUP_TOOLCHAIN");
     cargo
 }
 
-/// Returns a cargo command of the workspace.
+/// Returns a cargo command that runs in the workspace.
 pub fn cargo() -> Command {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.current_dir(ROOT);

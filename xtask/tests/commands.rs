@@ -47,7 +47,7 @@ fn help_lists_every_command() -> Result {
     Ok(())
 }
 
-/// The names of all commands, from the overview.
+/// Returns the names of all commands, from the overview.
 fn names() -> Result<Vec<String>> {
     let text = stdout(&xtask("--help").output()?);
     let (_, list) = text.split_once("Commands:\n").ok_or("no list")?;
@@ -189,7 +189,7 @@ fn without_mujoco_doctor_names_the_problem_and_the_fix() -> Result {
 
 #[test]
 fn an_empty_mujoco_dir_is_as_good_as_none() -> Result {
-    // The search for MuJoCo comes before that for MPI, at which this ends.
+    // The search for MuJoCo comes before the search for MPI, which ends this.
     let mut train = xtask("train --mpi");
     let output = train.env("MUJOCO_DIR", "").env("MPICC", "/nonexistent").output()?;
     assert_eq!(output.status.code(), Some(1));
@@ -204,7 +204,7 @@ fn a_foreign_or_damaged_wheel_leaves_the_cache_as_it_was() -> Result {
     fs::create_dir(&cache)?;
     fs::write(cache.join("kept"), "as it was")?;
     let wheel = folder.path().join("foreign.whl");
-    // An archive of something else, and then a file that is no archive.
+    // An archive of something else, and then a file that is not an archive.
     for contents in [fs::read(RECORDING)?, b"no archive".to_vec()] {
         fs::write(&wheel, contents)?;
         let output = xtask("assets --from").arg(&wheel).env("FETCH_ASSETS_DIR", &cache).output()?;

@@ -7,11 +7,11 @@ use crate::json::Metric;
 /// A claim that was checked.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// Slash path, such as `FetchReach-v4/reward/sparse`.
+    /// Its path, such as `FetchReach-v4/reward/sparse`.
     pub name: String,
     /// Whether it holds.
     pub passed: bool,
-    /// The observation, in words.
+    /// What was seen, in words.
     pub seen: String,
     /// What was measured.
     pub figure: Metric,
@@ -34,12 +34,12 @@ impl Check {
     }
 }
 
-/// The first word of a line.
+/// Returns the first word of a line.
 pub const fn mark(passed: bool) -> &'static str {
     if passed { "ok  " } else { "FAIL" }
 }
 
-/// Prints checks below a heading, a line each.
+/// Prints checks below a heading, one per line.
 ///
 /// # Errors
 /// Standard output is closed or full.

@@ -29,7 +29,7 @@ pub(crate) const COMMAND: Command = Command {
     run,
 };
 
-/// Whether all is well, and the observation in words.
+/// Whether all is well, and what was seen, in words.
 type Finding = (bool, String);
 
 /// A problem, how to look for it, and how to fix it.
@@ -43,7 +43,7 @@ const PUSH: EnvId = EnvId { task: Task::Push, reward: RewardKind::Sparse };
 
 const SYMPTOMS: [Symptom; 12] = [
     Symptom {
-        name: "MuJoCo is missing, or not the one of the build",
+        name: "MuJoCo is missing, or not the one used for the build",
         look: library,
         fix: "apt-get update && apt-get install -y libmujoco-dev, or `cargo xtask mujoco 3.6.0` \
               and set MUJOCO_DIR as it says",
@@ -59,7 +59,7 @@ const SYMPTOMS: [Symptom; 12] = [
         fix: "check the environment id: tasks with an object observe 25 numbers",
     },
     Symptom {
-        name: "compute_reward is not to be had through a wrapper",
+        name: "compute_reward is not available through a wrapper",
         look: wrapped_compute_reward,
         fix: "implement KeepsGoals for the Wrapper if it keeps goals and rewards, else GoalWrapper",
     },
@@ -71,7 +71,7 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "desired_goal is identical across resets",
         look: goals_differ,
-        fix: "pass another seed to each reset, or none after the first",
+        fix: "pass a different seed to each reset, or none after the first",
     },
     Symptom {
         name: "achieved_goal does not match obs[\"observation\"][:3] for FetchPush",
@@ -100,7 +100,7 @@ const SYMPTOMS: [Symptom; 12] = [
         fix: "check the model: the gripper starts at [1.34, 0.75, 0.53] in Reach",
     },
     Symptom {
-        name: "actions that are no numbers are taken",
+        name: "actions that are not numbers are accepted",
         look: bad_actions,
         fix: "check the policy's output: the policy has diverged",
     },
@@ -136,7 +136,7 @@ fn finding(healthy: bool, seen: impl Into<String>) -> anyhow::Result<Finding> {
     Ok((healthy, seen.into()))
 }
 
-/// The finding of one of verify's checks.
+/// Returns the finding of one of verify's checks.
 fn verified(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Finding> {
     let check = check_by_name(id, seed, name)?;
     finding(check.passed, check.seen)
@@ -144,10 +144,10 @@ fn verified(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Finding> {
 
 fn library(_seed: u64) -> anyhow::Result<Finding> {
     let (version, path) = (MujocoVersion::of_library()?, library_path()?);
-    let mut seen = format!("MuJoCo {version}, headers and library alike; {}", path.display());
+    let mut seen = format!("MuJoCo {version}, headers and library; {}", path.display());
     if version.to_string() == "4.0.0" {
         seen += "\n      its sparse Cholesky factorization is wrong (fixed in 4.0.1): no Fetch \
-                 scene needs it, but models of 60 or more degrees of freedom, or with \
+                 scene needs it, but models with 60 or more degrees of freedom, or with \
                  jacobian=\"sparse\", do";
     }
     finding(true, seen)
@@ -163,7 +163,7 @@ fn dictionary(seed: u64) -> anyhow::Result<Finding> {
     let (env, observation) = reach(seed)?;
     let healthy = matches!(env.observation_space(), Space::Dict(_))
         && env.observation_space().contains(&observation.to_value(env.observation_space())?);
-    finding(healthy, "observation, achieved_goal and desired_goal, each of its own")
+    finding(healthy, "observation, achieved_goal and desired_goal are separate")
 }
 
 fn wrapped_compute_reward(seed: u64) -> anyhow::Result<Finding> {
@@ -182,7 +182,7 @@ fn goals_differ(seed: u64) -> anyhow::Result<Finding> {
     let other = env.reset(Some(seed.wrapping_add(1)))?.observation;
     let next = env.reset(None)?.observation;
     let healthy = first == again && first != other && other != next;
-    finding(healthy, "the same for the same seed, another for another and for none")
+    finding(healthy, "the same for the same seed, different for another seed and without one")
 }
 
 fn dense_is_registered(_seed: u64) -> anyhow::Result<Finding> {
@@ -221,6 +221,7 @@ fn bad_actions(seed: u64) -> anyhow::Result<Finding> {
     let rejected = env.step(&[0.0, f32::NAN, 0.0, 0.0]);
     let healthy = matches!(rejected, Err(EnvError::ActionNotFinite { .. }));
     // Libraries that accept them continue with finite, wrong observations.
-    let seen = rejected.err().map_or_else(|| "a NaN was taken".into(), |error| error.to_string());
+    let seen =
+        rejected.err().map_or_else(|| "a NaN was accepted".into(), |error| error.to_string());
     finding(healthy, seen)
 }

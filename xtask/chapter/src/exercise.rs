@@ -48,7 +48,7 @@ fn numbered(number: &str) -> Result<Exercise, &'static str> {
     })
 }
 
-/// Exercise 1: the observation's structure over five seeds, and the range of the goals.
+/// Answers exercise 1: the observation's structure over five seeds, and the range of the goals.
 fn observations(seed: u64) -> anyhow::Result<bool> {
     const RESETS: usize = 5;
     say!("Exercise 1: FetchReachDense-v4 over {RESETS} seeds")?;
@@ -122,7 +122,7 @@ impl Trajectory {
     }
 }
 
-/// Exercise 2: dense and sparse rewards along one trajectory.
+/// Answers exercise 2: dense and sparse rewards along one trajectory.
 fn rewards(seed: u64) -> anyhow::Result<bool> {
     say!("Exercise 2: FetchReachDense-v4 and FetchReach-v4, seed {seed}, the same random actions")?;
     let mut policy = RandomPolicy::new(make(DENSE_REACH)?.action_space(), seed);
@@ -139,7 +139,7 @@ fn rewards(seed: u64) -> anyhow::Result<bool> {
     let nearest_minus_one = missed.iter().map(|s| s.distance).fold(f64::INFINITY, f64::min);
     say!(
         "(a) The dense return is {dense_return:.2}, the sparse one {sparse_return:.2}: the dense \
-         is not the more negative."
+         return is not more negative."
     )?;
     say!("(b) The sparse reward is 0 in {} of {} steps.", reached.len(), steps.len())?;
     say!(
@@ -149,7 +149,7 @@ fn rewards(seed: u64) -> anyhow::Result<bool> {
     Ok(same && nearest_minus_one > 0.05 && farthest_zero <= 0.05)
 }
 
-/// Exercise 3: the 25 numbers of FetchPush.
+/// Answers exercise 3: the 25 numbers of FetchPush.
 fn push(seed: u64) -> anyhow::Result<bool> {
     say!("Exercise 3: FetchPushDense-v4, seed {seed}")?;
     let mut env = make("FetchPushDense-v4")?;
@@ -163,7 +163,7 @@ fn push(seed: u64) -> anyhow::Result<bool> {
     let object = &first.observation()[field.range.clone()];
     let tracks_object = first.achieved_goal() == object;
     say!(
-        "(a) The object's position stands at indices {} to {}: {object:.4?} m.",
+        "(a) The object's position is at indices {} to {}: {object:.4?} m.",
         field.range.start,
         field.range.end - 1
     )?;
@@ -178,7 +178,7 @@ fn push(seed: u64) -> anyhow::Result<bool> {
     Ok(tracks_object && moved < 1e-3)
 }
 
-/// Exercise 4: success against the distance threshold.
+/// Answers exercise 4: success against the distance threshold.
 fn thresholds(seed: u64) -> anyhow::Result<bool> {
     const EPISODES: usize = 100;
     const THRESHOLDS: [f64; 5] = [0.01, 0.02, 0.05, 0.10, 0.20];
@@ -190,8 +190,8 @@ fn thresholds(seed: u64) -> anyhow::Result<bool> {
         say!("  {threshold:7.2} m  {:5.3}  ({:.3} to {:.3})", rate.value, rate.low, rate.high)?;
     }
     say!(
-        "The wider the threshold, the easier the task; at the benchmark's 0.05 m chance hardly \
-         ever succeeds."
+        "The wider the threshold, the easier the task; at the benchmark's 0.05 m random \
+         actions hardly ever succeed."
     )?;
     Ok(rates.is_sorted_by(|a, b| a.value <= b.value) && rates[2].value < 0.1)
 }

@@ -57,7 +57,7 @@ impl Metric {
         Self { value, unit }
     }
 
-    /// Returns a number of things.
+    /// Returns a count.
     pub const fn count(value: usize) -> Self {
         Self::new(value as f64, "1")
     }
@@ -99,7 +99,7 @@ pub fn write_results(
     write_json(path, &Output { versions: Versions::current(), machine, settings, results })
 }
 
-/// Writes a value as JSON, making the folders on the way.
+/// Writes a value as JSON, making missing folders.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -110,12 +110,12 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
 /// Returns a value as lines of JSON.
 ///
 /// # Errors
-/// The value cannot be JSON.
+/// The value cannot be written as JSON.
 pub fn json_text(value: &impl Serialize) -> anyhow::Result<String> {
     Ok(serde_json::to_string_pretty(value)? + "\n")
 }
 
-/// Writes a file, making the folders on the way.
+/// Writes a file, making missing folders.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -123,8 +123,8 @@ pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     write_file(path, text.as_bytes())
 }
 
-/// Writes a file, making the folders on the way. A regular file appears whole or not at all; a
-/// device or a pipe takes what is written.
+/// Writes a file, making missing folders. A regular file appears whole or not at all; a device or a
+/// pipe gets the bytes directly.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -140,8 +140,8 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     replace_file(&fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()), bytes)
 }
 
-/// Writes a file, which appears whole or not at all, in the place of the one that is there; in that
-/// of a symbolic link, too.
+/// Writes a file, which appears whole or not at all. It replaces an existing file, and also a
+/// symbolic link.
 ///
 /// # Errors
 /// The file cannot be written.

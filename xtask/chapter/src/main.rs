@@ -1,6 +1,6 @@
 //! The chapter's commands: `cargo xtask <command>` hands them on to this program.
 //!
-//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage.
+//! Exit codes: 0 if everything passed, 1 if a check failed or could not run, 2 for wrong usage.
 #![forbid(unsafe_code)]
 
 use std::{ffi::OsString, process::ExitCode};

@@ -1,5 +1,5 @@
-//! Rewards compared: those of the steps, of `compute_reward` and of the formula, also for goals
-//! that the environment never set.
+//! Compares the rewards of steps, of `compute_reward` and of the formula, also for goals that the
+//! environment never set.
 
 use baselines::{Policy, RandomPolicy};
 use fetch_env::{Env, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
@@ -14,7 +14,7 @@ pub(crate) struct GoalSampler {
 
 impl GoalSampler {
     pub(crate) fn new(seed: u64) -> Self {
-        // The random policy has the stream of the plain seed.
+        // The random policy uses the stream of the plain seed.
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(1);
         Self { generator }
@@ -43,8 +43,8 @@ fn expected_reward(reward: &DistanceReward, achieved: &[f64], desired: &[f64]) -
     }
 }
 
-/// Whether the formula gives `compute_reward`'s reward, within a tolerance, and that of a step if
-/// the goal was the step's.
+/// Returns whether the formula gives the reward of `compute_reward`, within a tolerance, and that
+/// of the step if the goal was the step's.
 pub(crate) fn formula_agrees(
     env: &MujocoEnv,
     achieved: &[f64],
@@ -66,7 +66,7 @@ pub(crate) struct Comparison {
     pub(crate) tolerance: f64,
 }
 
-/// Numbers of rewards that are wrong.
+/// The numbers of wrong rewards.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mismatches {
     /// Steps at which step, `compute_reward` and formula do not agree.
@@ -75,7 +75,7 @@ pub(crate) struct Mismatches {
     pub(crate) goals: usize,
     /// Steps whose reward differs from `compute_reward`'s in any bit.
     pub(crate) bits: usize,
-    /// Steps whose reward is not one of its kind: positive, or neither 0 nor -1 if it is sparse.
+    /// Steps whose reward is impossible: positive, or neither 0 nor -1 if it is sparse.
     pub(crate) range: usize,
 }
 

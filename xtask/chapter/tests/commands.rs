@@ -16,7 +16,7 @@ fn chapter(arguments: &str) -> Command {
     command
 }
 
-/// Standard output of a command that must succeed.
+/// Returns the standard output of a command that must succeed.
 fn output_of(command: &mut Command) -> Result<String> {
     let output = command.output()?;
     let text = String::from_utf8(output.stdout)?;
@@ -118,13 +118,16 @@ fn doctor_finds_nothing_wrong() -> Result {
     Ok(())
 }
 
-/// Also where the program was built with another one.
+/// Also where the program was built with another MuJoCo.
 #[test]
 fn doctor_notices_a_mujoco_dir_that_names_nothing() -> Result {
     let output = chapter("doctor").env("MUJOCO_DIR", "/nonexistent").output()?;
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8(output.stdout)?;
-    assert!(text.starts_with("FAIL  MuJoCo is missing, or not the one of the build\n"), "{text}");
+    assert!(
+        text.starts_with("FAIL  MuJoCo is missing, or not the one used for the build\n"),
+        "{text}"
+    );
     assert!(text.contains("MUJOCO_DIR is /nonexistent, "), "{text}");
     Ok(())
 }

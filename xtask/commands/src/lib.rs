@@ -1,7 +1,7 @@
-//! What the programs of `cargo xtask` share: the names of all commands, how one of a program's is
-//! run, and what it prints.
+//! Code that the programs of `cargo xtask` share: the names of all commands, running a command, and
+//! its output.
 //!
-//! It builds in a second: xtask runs on a bare machine.
+//! It builds in a second, because xtask runs on a bare machine.
 #![forbid(unsafe_code)]
 
 mod names;

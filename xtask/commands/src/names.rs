@@ -11,7 +11,7 @@ pub enum Program {
     Lab,
 }
 
-/// A command, as the list has it.
+/// A command in the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Listed {
     /// The program that has it.
@@ -72,7 +72,7 @@ commands! {
     }
 }
 
-/// Returns the command of a name.
+/// Returns the command with this name.
 #[must_use]
 pub fn find(name: &str) -> Option<Listed> {
     COMMANDS.iter().copied().find(|command| command.name == name)

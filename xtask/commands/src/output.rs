@@ -1,5 +1,5 @@
-//! What a command prints: standard output, which may be a closed pipe or a full disk, and the last
-//! word on standard error.
+//! The output of a command: lines on standard output, which may be a closed pipe or a full disk,
+//! and the final error on standard error.
 
 use std::{
     fmt,
@@ -15,7 +15,7 @@ macro_rules! say {
     ($($line:tt)*) => { $crate::write_line(format_args!($($line)*)) };
 }
 
-/// What an error of [`say!`] is known by.
+/// The mark of an error of [`say!`].
 #[derive(Debug)]
 struct Unwritable;
 
@@ -25,7 +25,7 @@ impl fmt::Display for Unwritable {
     }
 }
 
-/// Prints a line to standard output: what [`say!`] calls.
+/// Prints a line to standard output; [`say!`] calls it.
 ///
 /// # Errors
 /// Standard output is closed or full.
@@ -33,13 +33,13 @@ pub fn write_line(line: fmt::Arguments<'_>) -> anyhow::Result<()> {
     writeln!(io::stdout(), "{line}").context(Unwritable)
 }
 
-/// Prints a line to standard error. Nothing is left to do where that fails.
+/// Prints a line to standard error, and ignores a failure to do so.
 pub fn tell(line: impl fmt::Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Tells why a command ended, and returns its exit code: 2 for wrong arguments, otherwise 1. A
-/// reader that has closed its pipe has seen enough, which is no failure.
+/// Prints why a command ended, and returns its exit code: 2 for wrong arguments, otherwise 1. A
+/// closed pipe is not a failure: its reader has seen enough.
 pub fn end_with(error: &anyhow::Error) -> ExitCode {
     let kind = error.root_cause().downcast_ref().map(io::Error::kind);
     if error.is::<Unwritable>() && kind == Some(io::ErrorKind::BrokenPipe) {

@@ -9,7 +9,7 @@ use crate::names;
 /// A command of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Command {
-    /// Its name, as the [list](crate::COMMANDS) of all commands has it.
+    /// Its name in the [list](crate::COMMANDS) of all commands.
     pub name: &'static str,
     /// Its arguments, and a line for each.
     pub usage: &'static str,
@@ -21,7 +21,7 @@ pub struct Command {
 ///
 /// # Errors
 /// A [`lexopt::Error`] if there is no such command or its arguments are wrong; otherwise the
-/// command's.
+/// command's error.
 pub fn run(commands: &[Command], arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     let name = arguments.first().and_then(|name| name.to_str()).unwrap_or_default();
     let command = commands.iter().find(|command| command.name == name).ok_or_else(|| {

@@ -1,12 +1,12 @@
-"""Learners of PyTorch and Stable-Baselines3, to compare with.
+"""Learners in PyTorch and Stable-Baselines3, to compare with.
 
 `learners.py time LAYERS` makes a DDPG learner with hidden layers of 256 units, on one thread, and
-reads orders from standard input, a line each: `update COUNT WORK`; it answers with COUNT times WORK
-and the seconds that COUNT updates took, by the clock on the wall and by the processor's.
+reads orders from standard input, one per line: `update COUNT WORK`; it answers with COUNT times
+WORK and the seconds that COUNT updates took, in wall time and in processor time.
 
 `learners.py reach SEED MODEL` trains Stable-Baselines3's SAC with hindsight on FetchReach-v4 until
 two evaluations in a row succeed in all of 100 episodes, with the settings of RL Baselines3 Zoo,
-saves the model, and prints the steps, and the seconds of training without those of evaluations.
+saves the model, and prints the steps and the seconds of training, without the evaluations.
 """
 
 import sys
@@ -26,7 +26,7 @@ def network(inputs, layers, outputs):
 
 
 class Learner:
-    """The update of `Ddpg`, as one would write it in PyTorch."""
+    """The update of `Ddpg`, as a user would write it in PyTorch."""
 
     def __init__(self, layers):
         make = lambda: (

@@ -1,7 +1,7 @@
 """Steps a peer with random actions, and times it.
 
 Reads numbers of transitions from standard input, one on each line. It does at least as many, and
-answers with the transitions done and their seconds of wall time and of process time. The time
+answers with the transitions done and the seconds they took, in wall time and in process time. The time
 includes resets, which do not count as transitions.
 """
 

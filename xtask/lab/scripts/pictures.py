@@ -1,7 +1,7 @@
 """Renders gymnasium-robotics after random actions, and times it.
 
 Reads seconds from standard input, one on each line. It renders for at least as long, and answers
-with the pictures done and their seconds of wall time and of process time. It takes a step before
+with the pictures done and the seconds they took, in wall time and in process time. It takes a step before
 each picture, which is not timed.
 """
 

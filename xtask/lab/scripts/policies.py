@@ -2,7 +2,7 @@
 
     python policies.py --out DIR POLICY.safetensors...  [--episodes N] [--seed S]
 
-writes 0.npz, 1.npz, ..., one for each: whether the last step of each episode was a success, the
+writes 0.npz, 1.npz, ..., one for each policy: whether the last step of each episode was a success, the
 distance after it and the actions. Needs gymnasium-robotics. The network is computed in the order of
 operations of `baselines::TrainedPolicy`, so that the actions have the same bits.
 """

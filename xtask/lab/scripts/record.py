@@ -4,7 +4,7 @@ Needs gymnasium-robotics 1.4.2, gymnasium 1.4.0 and mujoco (3.6.0 to 4.0.0 were 
 
     python record.py --out DIR [--episodes N] [--seed S]
 
-writes one .npz file a task and kind, in the format that `cargo xtask parity --fixtures DIR` reads:
+writes one .npz file per task and kind, in the format that `cargo xtask parity --fixtures DIR` reads:
 E episodes of T steps; index 0 along T + 1 is the state after reset(seed).
 """
 
@@ -39,7 +39,7 @@ def wild_action(rng, _observation):
 
 
 def chase_action(rng, observation):
-    """Drives at the object: many contacts."""
+    """Drives at the object, for many contacts."""
     to_object = observation["observation"][6:9]
     return np.append(20.0 * to_object, rng.uniform(-1.0, 1.0)) + rng.normal(0.0, 0.2, 4)
 
@@ -118,7 +118,7 @@ def record(task, kind, episodes, seed):
         "initial_qvel": env.initial_qvel.copy(),
     }
     counter = ContactCounter(env)
-    # Another stream than the resets': equal seeds would correlate actions and goals.
+    # A different stream from the resets': equal seeds would correlate actions and goals.
     rng = np.random.default_rng([seed, list(KINDS).index(kind)])
     seeds = np.arange(seed, seed + episodes, dtype=np.int64)
     recorded = [record_episode(env, counter, int(s), KINDS[kind], rng) for s in seeds]

@@ -1,9 +1,9 @@
 """Stable-Baselines3's hindsight buffer: how fast it is, and what it samples.
 
 `sb3.py time N` fills a buffer with N transitions of float64 (observation 25, goals 3, action 4,
-episodes of 50 steps), then reads orders from standard input, a line each: `sample SIZE BATCHES` (a
+episodes of 50 steps), then reads orders from standard input, one per line: `sample SIZE BATCHES` (a
 step is added after each batch) or `add STEPS`; it answers with the rows done and the seconds they
-took, by the clock on the wall and by the processor's.
+took, in wall time and in processor time.
 
 `sb3.py sample EPISODES OUT --rows N` fills a buffer with the episodes of an archive, as
 `HerBuffer::export_npz` writes them, and writes a batch of N rows for each strategy.
@@ -24,7 +24,7 @@ THRESHOLD = 0.05
 
 
 class GoalTask(gymnasium.Env):
-    """The sparse reward, in a space; nobody steps it."""
+    """The sparse reward, with the spaces; it is never stepped."""
 
     def __init__(self, observation, goal, action):
         box = lambda size: gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)

@@ -1,4 +1,4 @@
-"""Starts the real Fetch environments, also on versions of MuJoCo on which they do not start.
+"""Starts the real Fetch environments, even on versions of MuJoCo on which they fail to start.
 
 From MuJoCo 3.12 on, gymnasium-robotics 1.4.2 cannot make any Fetch environment: it asserts that the
 type of a joint, a numpy integer, is in a tuple of MuJoCo's enumeration, and these no longer compare
@@ -30,7 +30,7 @@ def convert_joint_types():
         exec(changed, vars(mujoco_utils))
 
 
-# Whether the environments start only with this help.
+# Whether the environments start only with this workaround.
 WORKAROUND = not starts()
 if WORKAROUND:
     convert_joint_types()

@@ -47,10 +47,10 @@ pub struct Args {
     /// name)
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write a data set instead, of `fetch/TASK/POLICY-v0`, into the folder that --out names
+    /// Write a data set instead, named `fetch/TASK/POLICY-v0`, into the folder that --out names
     #[arg(long, value_enum, requires = "out", conflicts_with = "mpi")]
     format: Option<Format>,
-    /// Also write the exact state of each step, in Minari's format alone: about 3 kB a step
+    /// Also write the exact state of each step, only in Minari's format: about 3 kB per step
     #[arg(long, requires = "format")]
     snapshots: bool,
     /// Also write the results as JSON
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     share_run(&args.ranks, &facts, |workers| collect_shared(args, &mut *workers()))
 }
 
-/// Collects this rank's share of the episodes, and saves those of all ranks in the first.
+/// Collects this rank's share of the episodes; the first rank saves those of all ranks.
 fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool> {
     let config = args.env_id.config().with_model(args.model.source());
     let mut env = make(config)?;
@@ -112,7 +112,7 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
     report(args, &evaluation)
 }
 
-/// Writes the episodes as a data set, one after the other.
+/// Writes the episodes as a data set, one after another.
 fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bool> {
     let Args { env_id, policy: name, episodes, seed, model, snapshots, .. } = args;
     ensure!(
@@ -149,7 +149,7 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
     report(args, &evaluation)
 }
 
-/// Returns what acts in an episode: its actions depend on the episode's seed alone.
+/// Returns the policy of an episode, whose actions depend only on the episode's seed.
 fn acting<'a>(
     name: &str,
     random: &'a mut RandomPolicy,

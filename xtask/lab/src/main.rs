@@ -1,8 +1,8 @@
 //! The commands that step environments and are not the chapter's: `cargo xtask <command>` hands
 //! them on to this program.
 //!
-//! Exit codes: 0 if everything passed, 1 if a check failed or could not be made, 2 for wrong usage,
-//! 130 and 143 for a run of training or planning that SIGINT or SIGTERM has stopped.
+//! Exit codes: 0 if everything passed, 1 if a check failed or could not run, 2 for wrong usage,
+//! 130 and 143 for training or planning that SIGINT or SIGTERM stopped.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 
@@ -56,7 +56,7 @@ enum Command {
     Soak(soak::Args),
 }
 
-/// Parses the arguments, with the descriptions of the commands that the list has.
+/// Parses the arguments, with the descriptions of the commands from the list.
 fn parse() -> Cli {
     let mut cli = Cli::command();
     for listed in commands::of(Program::Lab) {

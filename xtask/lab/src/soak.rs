@@ -1,5 +1,5 @@
-//! `soak`: steps, resets, saves and draws environments for a long time, and looks whether memory,
-//! handles or threads are left behind.
+//! `soak`: steps, resets, saves and renders environments for a long time, and checks that no
+//! memory, handles or threads are left behind.
 
 use std::{
     fmt,
@@ -26,7 +26,7 @@ use crate::shared::{
     progress,
 };
 
-/// Environments of a round, and the steps that each of them takes in it.
+/// The environments of a round, and the steps that each of them takes.
 const ENVS: usize = 8;
 const STEPS: usize = 1_000;
 
@@ -34,10 +34,10 @@ const STEPS: usize = 1_000;
 const PARTS: usize = 2;
 const PICTURES: usize = 4;
 
-/// Steps at which the table has a row.
+/// The number of rows of the table.
 const ROWS: u64 = 20;
 
-/// What memory may grow by in the second half of the steps, once caches are full (bytes).
+/// How much memory may grow in the second half of the steps, once caches are full (bytes).
 const MAY_GROW: u64 = 8 << 20;
 
 const MIB: f64 = (1 << 20) as f64;
@@ -97,8 +97,8 @@ fn picture() -> RenderOptions {
     RenderOptions::default().with_width(84).with_height(84).with_samples(0)
 }
 
-/// Makes the environments of a task, does with them what a user does, and drops them. Returns the
-/// number of steps.
+/// Makes the environments of a task, uses them as a user does, and drops them. Returns the number
+/// of steps.
 fn one_round(task: Task, seed: u64, file: &Path, draws: bool) -> anyhow::Result<u64> {
     type Snapshot = CollectorSnapshot<<MujocoEnv as SnapshotEnv>::Snapshot>;
 
@@ -128,10 +128,10 @@ fn one_round(task: Task, seed: u64, file: &Path, draws: bool) -> anyhow::Result<
     Ok((ENVS * STEPS) as u64)
 }
 
-/// Prints what the table says. It passes if nothing is left behind.
+/// Prints what the table shows, and returns whether nothing is left behind.
 fn report(args: &Args, rows: &[Row], draws: bool) -> anyhow::Result<bool> {
     if !draws {
-        say!("nothing was drawn: there is no OpenGL")?;
+        say!("nothing was rendered: there is no OpenGL")?;
     }
     let settled = &rows[rows.len() / 2..];
     let first = settled.first().context("a row")?.held;

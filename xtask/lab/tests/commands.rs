@@ -71,7 +71,7 @@ fn damaged_and_foreign_recordings_are_rejected() -> Result {
     Ok(())
 }
 
-/// The names of a benchmark's figures, all of which must be positive.
+/// Returns the names of a benchmark's figures, which must all be positive.
 fn figures_in(path: &Path) -> Result<Vec<String>> {
     let output = read_json(path)?;
     let results = output["results"].as_array().ok_or("no list")?;

@@ -34,7 +34,7 @@ fn train(file: &Path, out: &Path) -> Command {
     command
 }
 
-/// The table without the columns of seconds.
+/// Returns the table without the columns of seconds.
 fn table(out: &Path) -> Result<Vec<String>> {
     let text = fs::read_to_string(out.join("table.csv"))?;
     let without = |line: &str| line.rsplitn(4, ',').last().unwrap_or_default().to_owned();
@@ -75,7 +75,7 @@ fn a_killed_or_stopped_grid_goes_on_to_the_same_table() -> Result {
 
     for (signal, code) in [("-KILL", None), ("-INT", Some(130))] {
         let out = folder.path().join(signal);
-        // The user's own file, beside those of the grid.
+        // The user's own file, beside the grid's files.
         fs::create_dir_all(&out)?;
         fs::write(out.join("thesis.txt"), "a thesis")?;
         let mut grid = train(&file, &out).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
@@ -86,14 +86,14 @@ fn a_killed_or_stopped_grid_goes_on_to_the_same_table() -> Result {
         assert!(Command::new("sh").args(["-c", &kill]).status()?.success());
         let output = grid.wait_with_output()?;
         assert_eq!(output.status.code(), code, "{}", errors_of(&output));
-        assert!(code.is_none() || errors_of(&output).contains("the same command goes on"));
+        assert!(code.is_none() || errors_of(&output).contains("the same command continues"));
         assert!(!out.join("table.csv").exists(), "the grid has ended");
         let kept = num_policies(&out);
         assert!((1..4).contains(&kept), "{kept}");
         output_of(&mut train(&file, &out))?;
         assert_eq!(table(&out)?, lines);
         assert_eq!(fs::read_to_string(out.join("thesis.txt"))?, "a thesis");
-        // It has nothing to run any more.
+        // It has nothing left to run.
         output_of(&mut train(&file, &out))?;
         assert_eq!(table(&out)?, lines);
     }
@@ -124,7 +124,7 @@ fn a_changed_grid_and_a_folder_of_something_else_are_refused() -> Result {
     let [file, out, taken] = ["grid.json", "out", "taken"].map(|name| folder.path().join(name));
     fs::write(&file, GRID.replace("[0.9, 0.95]", "[0.95]").replace("[3, 1]", "[3]"))?;
     output_of(&mut train(&file, &out))?;
-    // The order of keys is no change.
+    // The order of keys is not a change.
     let before = table(&out)?;
     for (from, to, difference) in [
         ("[0.95]", "[0.9]", "grid.set.gamma"),
@@ -168,13 +168,13 @@ fn bad_grid_files_are_refused() -> Result {
         ("[0.9, 0.95]", "[0.9, 2]", "gamma is 2.0: choose from 0.0 to 1.0"),
         ("[0.9, 0.95]", "[0.9, \"much\"]", "\"much\" is not a value of gamma"),
         ("[0.9, 0.95]", "[0.9, 0.90]", "gamma=0.9, hidden=[32,32]"),
-        ("\"hidden\"", "\"gamma\"", "gamma is there twice"),
-        ("[3, 1]", "[3, 1, 3]", "seed 3 is there twice"),
+        ("\"hidden\"", "\"gamma\"", "gamma appears twice"),
+        ("[3, 1]", "[3, 1, 3]", "seed 3 appears twice"),
         ("[3, 1]", "[]", "seeds is empty"),
         ("\"seeds\": [3, 1]", "\"target\": 1", "duplicate field `target`"),
         (",\n    \"seeds\": [3, 1]", "", "missing field `seeds`"),
         ("\"steps\": 600", "\"steps\": -600", "invalid value: integer `-600`"),
-        ("}\n}", "", "the file is no grid"),
+        ("}\n}", "", "the file is not a grid"),
         ("[3, 1]", &format!("{:?}", (0..501).collect::<Vec<_>>()), "has 1002 runs"),
     ] {
         assert!(GRID.contains(from) || from == "}\n}", "{from}");

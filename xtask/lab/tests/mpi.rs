@@ -1,8 +1,8 @@
-//! Ranks that share a run, started by `mpirun`: the same bits, and clear ends when something fails.
+//! Ranks that share a run, started by `mpirun`: the same bits, and a clear end if something fails.
 //!
 //! The faults are those that a cluster has: ranks that are killed in each phase or stopped, a full
-//! disk, missing and damaged files, other flags, settings and seeds. Those of a network between two
-//! hosts are in `hosts`.
+//! disk, missing and damaged files, different flags, settings and seeds. Faults of a network
+//! between two hosts are in `hosts`.
 
 mod hosts;
 
@@ -27,7 +27,7 @@ const DEADLINE: Duration = Duration::from_secs(180);
 const TRAIN: &str = "train --target 2 --threads 1 --checkpoint-seconds 0 --set hidden=[32,32] \
                      --set evaluation_episodes=4 --set evaluation_interval=100";
 
-/// Starts as many ranks as are asked for, on any machine; the program follows.
+/// Returns a command that starts `count` ranks on any machine; the program follows.
 fn ranks(count: usize) -> Command {
     let mut command = Command::new("mpirun");
     command
@@ -38,7 +38,7 @@ fn ranks(count: usize) -> Command {
     command
 }
 
-/// Two ranks of the lab.
+/// Returns a command that starts two ranks of the lab.
 fn two_ranks() -> Command {
     let mut command = ranks(2);
     command.arg(LAB);
@@ -62,7 +62,7 @@ struct Ended {
 }
 
 impl Ended {
-    /// Waits for the end of a run, and returns what it has printed.
+    /// Waits for the end of a run, and returns what it printed.
     fn of(mut child: Child) -> Result<Self> {
         let mut output = child.stdout.take().ok_or("no output")?;
         let mut errors = child.stderr.take().ok_or("no errors")?;
@@ -87,14 +87,14 @@ impl Ended {
         Ok(Self { succeeded: status.success(), code: status.code(), text })
     }
 
-    /// Checks that the run has failed, with one error of its own, which has these words.
+    /// Checks that the run failed with exactly one error, which contains these words.
     fn failed_with(&self, words: &str) {
         let Self { succeeded, text, .. } = self;
         let errors: Vec<_> = text.lines().filter(|line| line.starts_with("error:")).collect();
         assert!(!succeeded && errors.len() == 1 && errors[0].contains(words), "{words}\n{text}");
     }
 
-    /// Checks that the launcher has said which rank was killed.
+    /// Checks that the launcher said which rank was killed.
     fn was_killed(&self, rank: usize) {
         let Self { succeeded, text, .. } = self;
         let is_told = text.contains(&format!("process rank {rank}")) && text.contains("signal 9");
@@ -315,7 +315,7 @@ fn a_rank_that_never_starts_mpi_is_missed() -> Result {
 #[test]
 fn a_rank_that_never_ends_mpi_is_missed() -> Result {
     let folder = tempdir()?;
-    // The first rank waits for a reader of the pipe, and the other one has nothing to do any more.
+    // The first rank waits for a reader of the pipe, and the other one has nothing left to do.
     let pipe = folder.path().join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status()?.success());
     let flags = "bench ranks --mpi --seconds 0 --wait-seconds 2 --json";
@@ -364,7 +364,7 @@ fn a_checkpoint_that_cannot_be_written_ends_the_run_and_leaves_the_last_one() ->
     let out = folder.path().join("run");
     let child = start_in(&folder, "--steps 100000000")?;
     wait_for(|| out.join("checkpoint-000000000200.zip").exists())?;
-    // The place of a later one is taken.
+    // The path of a later one is taken.
     let taken = out.join("checkpoint-000000000600.zip");
     fs::create_dir(&taken)?;
     Ended::of(child)?.failed_with("600.zip is not a checkpoint of this run");
@@ -390,7 +390,7 @@ fn what_all_ranks_see_is_told_once() -> Result {
     Ok(())
 }
 
-/// Exact on as many ranks; on others, the run says what is not.
+/// A run resumed on the same number of ranks is exact; on another, it says what is not exact.
 #[test]
 fn a_run_resumed_on_other_ranks_says_what_is_not_exact() -> Result {
     let folder = tempdir()?;
@@ -399,7 +399,7 @@ fn a_run_resumed_on_other_ranks_says_what_is_not_exact() -> Result {
     let flags = ["train", "--steps", "800", "--threads", "1", "--resume"];
     let resumed = run(Command::new(LAB).args(flags).arg(&out))?;
     assert!(resumed.succeeded, "{}", resumed.text);
-    assert!(resumed.text.contains("the checkpoint is of 2 ranks, and this run has 1"));
+    assert!(resumed.text.contains("the checkpoint is from 2 ranks, and this run has 1"));
     Ok(())
 }
 

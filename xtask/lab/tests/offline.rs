@@ -6,7 +6,7 @@ use std::{fs, path::Path, process::Command};
 
 use program::{Result, errors_of, lab, output_of, read_json};
 
-/// A run with small networks and short evaluations.
+/// Returns the command of a run with small networks and short evaluations.
 fn train(flags: &str, demos: &Path, out: &Path) -> Command {
     let mut command = lab("train --target 2 --threads 1 --set hidden=[16,16] \
          --set evaluation_episodes=5 --set imitation_weight=100");
@@ -25,7 +25,7 @@ fn a_run_learns_from_a_data_set_without_a_step() -> Result {
     output_of(train("--updates 50", &set, &out).arg("--json").arg(path("run.json")))?;
     let curve = fs::read_to_string(out.join("curve.csv"))?;
     let last = curve.lines().last().ok_or("no line")?.split(',').collect::<Vec<_>>();
-    // No steps, no episodes but those of the set, and all updates.
+    // No steps, only the episodes of the set, and all updates.
     assert_eq!((last[0], last[1], last[3]), ("0", "0", "50"), "{curve}");
     let outcome = &read_json(&path("run.json"))?["settings"][0];
     assert_eq!(outcome["counters"]["demonstrations"], 9);

@@ -16,7 +16,8 @@ use std::{
 use program::{Result, errors_of, lab, output_of, read_json};
 use tempfile::tempdir;
 
-/// A run with small networks, evaluations and checkpoints after every 100 steps.
+/// Returns the command of a run with small networks, and evaluations and checkpoints after every
+/// 100 steps.
 fn train(flags: &str, out: &Path) -> Command {
     let mut command =
         lab("train --target 2 --checkpoint-seconds 0 --threads 1 --set hidden=[32,32] \
@@ -53,7 +54,7 @@ fn num_checkpoints(out: &Path) -> usize {
 }
 
 fn send(signal: &str, run: &Child) -> Result {
-    // The shell's own command: the program is not on every machine.
+    // The shell's own command, because not every machine has the program.
     let kill = format!("kill {signal} {}", run.id());
     assert!(Command::new("sh").args(["-c", &kill]).status()?.success());
     Ok(())
@@ -63,7 +64,7 @@ fn policy(out: &Path) -> Result<Vec<u8>> {
     Ok(fs::read(out.join("policy.safetensors"))?)
 }
 
-/// The files of a folder and what is in them.
+/// Returns the files of a folder and their contents.
 fn contents(folder: &Path) -> Result<BTreeMap<OsString, Vec<u8>>> {
     let file = |entry: fs::DirEntry| Ok((entry.file_name(), fs::read(entry.path())?));
     fs::read_dir(folder)?.map(|entry| file(entry?)).collect()
@@ -125,7 +126,7 @@ fn a_second_signal_ends_a_run_at_once_and_one_alone_other_commands() -> Result {
     assert!(signal.is_some_and(|signal| [2, 15].contains(&signal)), "{signal:?}");
     for (signal, number) in [("-INT", 2), ("-TERM", 15)] {
         let collect = lab("collect --policy random --episodes 1000000 --out");
-        // Shells start what runs in the background with SIGINT ignored, and so these tests.
+        // Shells start background programs, and so these tests, with SIGINT ignored.
         let mut run = Command::new("env")
             .arg("--default-signal=INT")
             .arg(collect.get_program())
@@ -164,7 +165,7 @@ fn overwriting_removes_what_a_run_wrote_and_nothing_else() -> Result {
             "run.lock",
         ]
     );
-    // What is wrong is found before anything is removed.
+    // Errors are found before anything is removed.
     let before = contents_of_run(&out)?;
     for (flags, words) in [
         ("", "has a run: continue it with --resume, replace it with --overwrite"),
@@ -187,7 +188,7 @@ fn overwriting_removes_what_a_run_wrote_and_nothing_else() -> Result {
     Ok(())
 }
 
-/// What a folder has beside the user's files of a test.
+/// Returns the contents of a folder, except the user's files of a test.
 fn contents_of_run(out: &Path) -> Result<BTreeMap<OsString, Vec<u8>>> {
     let is_users = |name: &OsString| {
         ["photos", "thesis.txt", "checkpoint-best.zip"].iter().any(|other| name == other)
@@ -222,8 +223,8 @@ fn a_folder_of_something_else_is_not_overwritten() -> Result {
     Ok(())
 }
 
-/// Whenever it is killed, either the old run can be resumed or a new one started, and what can't
-/// says what to do instead.
+/// Whenever it is killed, either the old run can be resumed or a new one started, and the other
+/// command says what to do instead.
 #[test]
 fn a_killed_overwrite_leaves_a_run_to_resume_or_a_folder_to_start_in() -> Result {
     let folder = tempdir()?;
@@ -251,7 +252,7 @@ fn a_killed_overwrite_leaves_a_run_to_resume_or_a_folder_to_start_in() -> Result
         assert!(errors.contains(words), "{errors}");
         output_of(&mut works)?;
     }
-    // The same for a folder with nothing but a description.
+    // The same for a folder with only a description.
     for entry in fs::read_dir(&out)? {
         let path = entry?.path();
         if !path.ends_with("run.json") {
@@ -273,10 +274,10 @@ fn one_process_at_a_time_writes_in_a_folder() -> Result {
         let output = second.output()?;
         let (errors, holder) = (errors_of(&output), format!("process {} on ", run.id()));
         assert_eq!(output.status.code(), Some(1), "{errors}");
-        assert!(errors.contains(&holder) && errors.contains("is at work there"), "{errors}");
+        assert!(errors.contains(&holder) && errors.contains("is using the folder"), "{errors}");
     }
     assert!(run.try_wait()?.is_none() && fs::read(out.join("run.json"))? == description);
-    // A process that is killed has no lock any more.
+    // A killed process no longer has the lock.
     run.kill()?;
     run.wait()?;
     output_of(resume(&out).args(["--steps", "1"]))?;
@@ -302,7 +303,8 @@ fn of_two_starts_at_the_same_time_one_has_the_folder() -> Result {
             if output.status.success() {
                 succeeded.push(seed);
             } else {
-                let is_told = errors.contains("is at work there") || errors.contains("has a run");
+                let is_told =
+                    errors.contains("is using the folder") || errors.contains("has a run");
                 assert!(is_told, "round {round}: {errors}");
             }
         }

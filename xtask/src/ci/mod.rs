@@ -1,4 +1,4 @@
-//! `test` and `ci`: what a newcomer runs, and what continuous integration runs after it.
+//! `test` and `ci`: the tests that a newcomer runs, and all that continuous integration runs.
 
 mod needs;
 mod steps;
@@ -31,7 +31,7 @@ pub const CI: commands::Command = commands::Command {
   --all        Also run what takes longest, as before a release: fuzzing, ThreadSanitizer, Miri,
                mutants of the last commits, many steps, packages, the projects with burn and candle,
                and more tests on other versions of MuJoCo
-  --available  Leave out the steps that need what is missing, and list them
+  --available  Skip the steps that need something missing, and list them
   --install    Install what is missing, with apt-get and rustup",
     run: ci,
 };
@@ -95,22 +95,22 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
 
 /// Returns what the steps need and is missing.
 fn find_missing(stages: &[Stage]) -> anyhow::Result<Vec<Need>> {
-    // A wrong MUJOCO_DIR: nothing that is installed helps.
+    // If MUJOCO_DIR is wrong, installing something does not help.
     find_mujoco(c_compiler).map_err(Error::msg)?;
     let is_missing =
         |need: &Need| steps_of(stages).any(|step| step.lacks(&[*need])) && !need.is_there();
     Ok(Need::ALL.into_iter().filter(is_missing).collect())
 }
 
-/// Says that a command needs what is missing: the machine is not ready for it, which ends it as
-/// wrong usage does.
+/// Returns the error of a command that needs something missing: the machine is not ready for it, so
+/// it ends as it does for wrong usage.
 fn refusal(command: &str, missing: &[Need]) -> lexopt::Error {
-    let mut lines = vec![format!("`{command}` needs what is missing here:")];
+    let mut lines = vec![format!("`{command}` needs these, which are missing:")];
     lines.extend(missing.iter().map(|need| format!("  {}", need.name())));
     lines.push("To install it:".into());
     lines.extend(commands_for(missing).iter().map(|command| format!("  {command}")));
     if command == "ci" {
-        lines.push("`cargo xtask ci --available` runs what needs none of it.".into());
+        lines.push("`cargo xtask ci --available` runs the steps that need none of them.".into());
     }
     lines.join("\n").into()
 }
@@ -147,8 +147,7 @@ impl Placed<'_> {
         say!("== {title}: cargo {command}")?;
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(command.split(' ')).env("RUSTDOCFLAGS", "-D warnings");
-        // With these set, tests of pictures, of pages and of two hosts fail where they skip
-        // otherwise.
+        // With these set, tests of pictures, of pages and of two hosts fail instead of skipping.
         if self.step.needs.is_empty() {
             cargo.env_remove("CI").env_remove("MUJOCO_GL");
         } else {
@@ -161,7 +160,7 @@ impl Placed<'_> {
         let passed = match printed {
             Printed::AsItComes => succeeds(&mut cargo)?,
             Printed::AtTheEnd => {
-                // A pipe would stay open as long as a daemon that the command has started.
+                // A pipe would stay open as long as a daemon that the command started.
                 let mut output = tempfile::tempfile()?;
                 cargo.stdout(output.try_clone()?).stderr(output.try_clone()?);
                 let passed = succeeds(&mut cargo)?;
@@ -181,12 +180,12 @@ impl Placed<'_> {
 #[derive(Clone, Copy)]
 enum Printed {
     AsItComes,
-    /// Together, so that it does not mix with that of steps that run at the same time.
+    /// All at once, so that it does not mix with that of steps that run at the same time.
     AtTheEnd,
 }
 
-/// Runs the steps of stages that need nothing that is missing, until one fails, here or in stages
-/// beside these.
+/// Runs the steps of stages that need nothing missing, until one fails, here or in the stages that
+/// run beside these.
 fn run_stages(
     stages: &[Stage],
     missing: &[Need],
@@ -210,8 +209,8 @@ fn run_stages(
     Ok(true)
 }
 
-/// Runs stages beside others, as a step that waits for one test or one download leaves processors
-/// idle.
+/// Runs stages beside others, because a step that waits for one test or one download leaves
+/// processors idle.
 fn run_beside(stages: &[Stage], others: &[Stage], missing: &[Need]) -> anyhow::Result<bool> {
     let failed = AtomicBool::new(false);
     let run = |stages: &[Stage], printed| {
@@ -225,13 +224,13 @@ fn run_beside(stages: &[Stage], others: &[Stage], missing: &[Need]) -> anyhow::R
         let others = scope.spawn(|| run(others, Printed::AtTheEnd));
         let passed = run(stages, Printed::AsItComes);
         let others = others.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
-        // An error of either is reported, also where the other lane has stopped because of it.
+        // An error of either lane is reported, even if the other one stopped because of it.
         let (passed, others) = (passed?, others?);
         Ok(passed && others)
     })
 }
 
-/// Prints steps, those with the same needs together, and how to get what they lack.
+/// Prints steps, grouped by what they lack, and how to install that.
 fn say_steps<'a>(steps: impl Iterator<Item = Placed<'a>>, missing: &[Need]) -> anyhow::Result<()> {
     let mut groups: Vec<(Vec<Need>, Vec<String>)> = Vec::new();
     for step in steps {

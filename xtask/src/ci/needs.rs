@@ -1,5 +1,5 @@
-//! What steps need beyond the README's first command: how it is known to be there, and what brings
-//! it.
+//! The tools that steps need beyond the README's first command: how to find and how to install
+//! them.
 
 use std::{
     path::Path,
@@ -11,7 +11,7 @@ use crate::{c_compiler, find_mujoco::find_mujoco};
 /// A tool or library of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// The headers of the system's, or of the one that `MUJOCO_DIR` names.
+    /// MuJoCo's headers: the system's, or those of the MuJoCo that `MUJOCO_DIR` names.
     Mujoco,
     Rustfmt,
     Clippy,
@@ -27,7 +27,7 @@ pub enum Need {
     Wine,
 }
 
-/// What brings a tool.
+/// What installs a tool.
 #[derive(Clone, Copy, Debug)]
 enum Source {
     /// Debian's packages.
@@ -132,7 +132,7 @@ fn runs(program: &str, arguments: &[&str]) -> bool {
     command.status().is_ok_and(|status| status.success())
 }
 
-/// Whether the dynamic linker knows a library by the beginning of its name.
+/// Whether the dynamic linker knows a library whose name begins with `name`.
 fn has_library(name: &str) -> bool {
     // Few users have it in their path.
     let list = Command::new("/sbin/ldconfig").arg("-p").output();
@@ -142,7 +142,7 @@ fn has_library(name: &str) -> bool {
     })
 }
 
-/// Returns the commands that bring what is missing, in the order in which to run them.
+/// Returns the commands that install what is missing, in the order in which to run them.
 pub fn commands_for(missing: &[Need]) -> Vec<String> {
     let (mut packages, mut components) = (Vec::new(), Vec::new());
     for need in missing {

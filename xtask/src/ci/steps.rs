@@ -1,7 +1,7 @@
 //! The steps of `test` and `ci`.
 //!
-//! Most name the whole workspace, so that they share what is built: the features of a crate are
-//! those that all chosen packages ask for.
+//! Most name the whole workspace, so that they share what is built: a crate gets all the features
+//! that the chosen packages ask for.
 
 use super::needs::Need::{
     self, Aarch64, CPlusPlus, Chromium, Clippy, Git, Hosts, Mpi, Mujoco, OpenGl, Python, Rustfmt,
@@ -33,12 +33,12 @@ pub struct Stage {
     pub steps: &'static [Step],
 }
 
-/// All tests that need no more than the README's first command, with the default features: what
-/// `test` runs, and `ci` first.
+/// All tests that need no more than the README's first command, with the default features: `test`
+/// runs them, and `ci` runs them first.
 pub const TESTS: Stage =
     Stage { mujoco: None, needs: &[Mujoco], steps: &[step("tests", "test --workspace", &[])] };
 
-/// What else runs on the system's MuJoCo and shares what is built, cheapest first.
+/// The other steps that run on the system's MuJoCo and share what is built, cheapest first.
 const ON_SYSTEM: Stage = Stage {
     mujoco: None,
     needs: &[Mujoco],
@@ -114,20 +114,20 @@ const ON_SYSTEM: Stage = Stage {
             "test --workspace --features lab/mpi --test mpi -- --test-threads 1",
             &[Mpi, Hosts],
         ),
-        step("sanitizers of C", "xtask sanitize --only shim --cases 64", &[]),
+        step("sanitizers on the C code", "xtask sanitize --only shim --cases 64", &[]),
         step("Valgrind", "xtask sanitize --only memory --cases 64", &[Valgrind]),
         VERIFY,
         step("the reference's model", "xtask assets", &[Python]),
-        // With what `test` has built.
+        // Uses what `test` has built.
         step(
-            "bit for bit the reference",
+            "bit parity with the reference",
             "test --workspace --test commands where_the_reference_model_is",
             &[Python],
         ),
     ],
 };
 
-/// What builds in folders of its own, and so can run beside the other stages on the system's MuJoCo.
+/// Steps that build in their own folders, and so can run beside the others on the system's MuJoCo.
 pub const BESIDE: Stage = Stage {
     mujoco: None,
     needs: &[Mujoco],
@@ -208,10 +208,10 @@ pub const OTHER_VERSIONS: [Stage; 2] = [
     on(
         "3.6.0",
         &[
-            // What a version of MuJoCo can change.
+            // Tests of what a version of MuJoCo can change.
             step("tests of the environments", "test -p fetch-sim -p fetch-env", &[OpenGl]),
             step(
-                "bit for bit the reference",
+                "bit parity with the reference",
                 "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-3.6.0 --model reference",
                 &[],
             ),
@@ -230,7 +230,7 @@ pub const OTHER_VERSIONS: [Stage; 2] = [
                 &[],
             ),
             step("figures", "xtask figures --out target/figures", &[OpenGl]),
-            step("bit for bit the reference in Python", "xtask parity live", &[]),
+            step("bit parity with the reference in Python", "xtask parity live", &[]),
             step("data sets", "xtask python --sets 500", &[Python, OpenGl]),
         ],
     ),

@@ -6,7 +6,7 @@ use crate::download;
 pub(super) const PLATFORM: Platform =
     Platform { name: "aarch64-linux", target: "aarch64-unknown-linux-gnu", check };
 
-/// Programs of Debian's packages.
+/// Programs from Debian's packages.
 const TOOLS: [(&str, &str); 2] = [
     ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER", "aarch64-linux-gnu-gcc"),
     ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER", "qemu-aarch64 -L /usr/aarch64-linux-gnu"),
@@ -18,7 +18,7 @@ const TESTS: &str = "--test properties --test numpy --test defaults --test bindi
     --test spaces --test registry --test time_limit --test bad_states --test own_ids \
     --example first_steps --example replay_buffer";
 
-/// The laws of rewards, of the buffer, of the environments and of the contact filter, but for those
+/// The laws of rewards, of the buffer, of the environments and of the contact filter, except those
 /// that take a minute.
 const LAWS: &str = "--test laws --test conformance --test contact_filter -- adding appending \
     determinism fields format goals outcomes relabeling success reward snapshots_survive \
@@ -26,7 +26,7 @@ const LAWS: &str = "--test laws --test conformance --test contact_filter -- addi
     an_episode_lasts no_rejection contacts_below contacts_of a_filter_changes snapshots_do_not \
     --skip the_step_reward_is_the_reward_of_its_goals";
 
-/// Products of matrices, and runs of training whose bits are those of x86_64.
+/// Matrix products, and training runs that give the same bits as on x86_64.
 const LEARNING: &str = "--lib --test learn -- products_have gradients_agree same_bits::";
 
 fn check() -> anyhow::Result<bool> {

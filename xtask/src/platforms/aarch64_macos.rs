@@ -36,7 +36,7 @@ fn check() -> anyhow::Result<bool> {
     Ok(compile_without_mujoco(PLATFORM.target)? && link_shim()?)
 }
 
-/// Compiles and links the shim as a library of its own.
+/// Compiles and links the shim as a separate library.
 fn link_shim() -> anyhow::Result<bool> {
     let mujoco = download::mujoco_for(MUJOCO, PLATFORM.name)?;
     let zig = zig()?;

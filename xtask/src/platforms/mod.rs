@@ -1,4 +1,4 @@
-//! `platforms`: builds and tests the crates for other systems and processors than this machine's.
+//! `platforms`: builds and tests the crates for systems and processors other than this machine's.
 
 mod aarch64_linux;
 mod aarch64_macos;
@@ -10,7 +10,7 @@ use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::{ROOT, cargo, install_target, succeeds};
 
-/// A platform, under the name that `cargo xtask mujoco --for` takes, too.
+/// A platform, under the name that `cargo xtask mujoco --for` also takes.
 #[derive(Clone, Copy)]
 struct Platform {
     name: &'static str,
@@ -52,7 +52,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Runs a command of cargo for a target, where variables may name tools for that target, and
+/// Runs a cargo command for a target, with environment variables that may name tools for it, and
 /// returns whether it succeeded.
 fn cargo_for(
     target: &str,
@@ -67,7 +67,7 @@ fn cargo_for(
         .args([command, "--target", target])
         .args(arguments.split_whitespace())
         .envs(variables.iter().copied())
-        // A folder of their own: what runs meanwhile for this machine need not wait.
+        // A separate folder, so that builds for this machine need not wait.
         .env("CARGO_TARGET_DIR", Path::new(ROOT).join("target/platforms"))
         .env("MUJOCO_DIR", mujoco);
     succeeds(&mut cargo)

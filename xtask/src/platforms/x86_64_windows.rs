@@ -40,15 +40,15 @@ fn run_tests() -> anyhow::Result<bool> {
         ("TEMP", r"C:\windows\temp"),
     ];
     let run = |arguments: &str| cargo_for(target, arguments, &mujoco, &variables);
-    // Nothing can be drawn, which is an error of its own.
+    // Rendering is impossible, and must return its own error.
     let passed = run("test -p fetch-sim --no-default-features --features mujoco --tests")?
         && run("test -p fetch-sim --test render -- without_opengl")?;
-    // It would wait for the next program.
+    // Otherwise it would wait for the next program.
     let mut end = Command::new("wineserver");
     Ok(succeeds(end.arg("--kill").env("WINEPREFIX", prefix)).is_ok() && passed)
 }
 
-/// Creates Wine's folder, unless it is there.
+/// Creates Wine's folder, unless it exists.
 fn prepare(folder: &Path) -> anyhow::Result<()> {
     let library = folder.join("drive_c/windows/system32/bcryptprimitives.dll");
     if library.exists() {

@@ -1,4 +1,4 @@
-//! Why two samples cannot be tested, and what the tests check first.
+//! The error of the tests, and the checks that they make first.
 
 /// Error returned for samples that cannot be tested.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -10,7 +10,7 @@ pub enum TestError {
     /// A value is NaN or infinite.
     #[error("value {index} of a sample is not finite: leave it out, or find where it comes from")]
     NotFinite {
-        /// The value, counted from 0.
+        /// The index of the value, counted from 0.
         index: usize,
     },
     /// There are more successes than trials.
@@ -23,15 +23,15 @@ pub enum TestError {
     },
     /// There are too many trials for an exact test.
     #[error(
-        "the samples have more than {most} trials together: test so many with chi_square, which is \
-         as good then"
+        "the samples have more than {most} trials together: use chi_square, which is as good \
+         at that size"
     )]
     TooManyTrials {
-        /// The largest number that is tested.
+        /// The largest number of trials that is tested.
         most: u64,
     },
     /// Two lists that belong together have different lengths.
-    #[error("one list has {first} values and the other {second}: pass as many of both")]
+    #[error("one list has {first} values and the other {second}: pass the same number of both")]
     Lengths {
         /// The length of the first list.
         first: usize,

@@ -4,15 +4,15 @@ use statrs::function::factorial::ln_binomial;
 
 use crate::error::{TestError, check_successes};
 
-/// Returns the p-value of Fisher's exact test, two-sided, of whether `a` successes of `a_total`
-/// trials and `b` of `b_total` are samples of the same share: the probability of all tables that
-/// are at most as probable.
+/// Returns the two-sided p-value of Fisher's exact test of whether `a` successes in `a_total`
+/// trials and `b` in `b_total` come from the same success rate: the probability of all tables that
+/// are no more probable than the observed one.
 ///
 /// Source: R. A. Fisher, "On the interpretation of chi-square from contingency tables, and the
 /// calculation of P", Journal of the Royal Statistical Society 85 (1922).
 ///
 /// # Errors
-/// [`TestError::Empty`] without trials, [`TestError::MoreSuccesses`] than trials, and
+/// [`TestError::Empty`] without trials, [`TestError::MoreSuccesses`] for more than trials, and
 /// [`TestError::TooManyTrials`] for more than a million trials of both samples together.
 pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> Result<f64, TestError> {
     check_successes(a, a_total)?;
@@ -20,8 +20,8 @@ pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> Result<f64, T
     if a_total.saturating_add(b_total) > MOST_TRIALS {
         return Err(TestError::TooManyTrials { most: MOST_TRIALS });
     }
-    // Those of the hypergeometric distribution, up to a factor that all tables share. Logarithms of
-    // factorials do not overflow.
+    // The weights of the hypergeometric distribution, up to a factor that all tables share.
+    // Logarithms of factorials do not overflow.
     let successes = a + b;
     let log_weight = |a: u64| ln_binomial(a_total, a) + ln_binomial(b_total, successes - a);
     let log_observed = log_weight(a);
@@ -43,6 +43,6 @@ pub fn fisher_exact(a: u64, a_total: u64, b: u64, b_total: u64) -> Result<f64, T
 /// The number of trials up to which all tables are summed, in less than a second.
 const MOST_TRIALS: u64 = 1_000_000;
 
-/// The difference of logarithms up to which two tables count as equally probable, for their
-/// rounding; that of R's `fisher.test`.
+/// The difference of logarithms up to which two tables count as equally probable, because of
+/// rounding; the same as in R's `fisher.test`.
 const TOLERANCE: f64 = 1e-7;

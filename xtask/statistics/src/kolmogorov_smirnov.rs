@@ -41,12 +41,12 @@ fn distance(a: &[f64], b: &[f64]) -> u128 {
     distances.max().unwrap_or_default()
 }
 
-/// Returns the share of the orders of both samples' values, each a path in a grid, that somewhere
-/// are at least as far from the diagonal.
+/// Returns the share of all orders of the two samples' values, each a path in a grid, that are
+/// somewhere at least `distance` from the diagonal.
 fn exact(n: usize, m: usize, distance: u128) -> f64 {
     let is_far =
         |i: usize, j: usize| (i as u128 * m as u128).abs_diff(j as u128 * n as u128) >= distance;
-    // Of the paths to each point in a row of the grid, the share that were far.
+    // The share of the paths to each point in a row of the grid that have been far.
     let mut far = vec![0.0; m + 1];
     for i in 0..=n {
         for j in 0..=m {

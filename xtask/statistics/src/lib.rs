@@ -1,7 +1,7 @@
 //! Tests of whether two samples come from the same distribution.
 //!
-//! Parity and the chapter's commands compare this project with the reference by them. The estimates
-//! with intervals, which libraries return, are `baselines::Estimate`.
+//! Parity and the chapter's commands compare this project with the reference by these tests. The
+//! estimates with intervals that the libraries return are `baselines::Estimate`.
 #![forbid(unsafe_code)]
 
 mod chi_square;

@@ -49,7 +49,8 @@ fn doubled_ranks(differences: &[f64]) -> Vec<u64> {
     ranks
 }
 
-/// Returns the share of all signs whose sum of positive ranks is at least as far from the middle.
+/// Returns the share of all choices of signs whose sum of positive ranks is at least as far from
+/// the middle as `positive`.
 fn exact(ranks: &[u64], positive: u64) -> f64 {
     let total: u64 = ranks.iter().sum();
     // The share of the signs so far that have each sum.

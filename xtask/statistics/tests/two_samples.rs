@@ -63,7 +63,7 @@ fn fishers_test_is_scipys() -> Result {
     Ok(())
 }
 
-/// An exact test of so many would take for ever, and their sum overflows.
+/// An exact test of more trials would take forever, and their sum overflows.
 #[test]
 fn an_exact_test_of_too_many_trials_is_refused() -> Result {
     assert!((fisher_exact(1, 500_000, 3, 500_000)? - 0.625).abs() < 1e-5);
@@ -79,7 +79,7 @@ fn an_exact_test_of_too_many_trials_is_refused() -> Result {
 }
 
 proptest! {
-    /// Success and failure are names, and so are the samples.
+    /// Swapping the samples, or success and failure, changes nothing.
     #[test]
     fn fishers_test_is_symmetric(
         n in 1_u64..400,
@@ -151,7 +151,7 @@ fn the_asymptotic_value_is_the_series() -> Result {
     Ok(())
 }
 
-/// Above a million paths, the value is next to the exact one just below.
+/// Just above a million paths, the value is close to the exact one just below.
 #[test]
 fn the_asymptotic_value_continues_the_exact_one() -> Result {
     for shift in [20.0, 40.0, 70.0] {
@@ -198,7 +198,7 @@ fn wilcoxons_test_is_scipys() -> Result {
         assert_eq!(wilcoxon(&zeros, &differences)?.1, found.1);
     }
     assert_eq!(wilcoxon(&[1.0, 2.0], &[1.0, 2.0])?.1, 1.0);
-    // Differences larger than any number, as their halves.
+    // Differences larger than any number are computed as halves.
     let (a, b) = ([1e308, -1.2e308, 3.0], [-1e308, 1.7e308, 4.0]);
     assert_eq!(wilcoxon(&a, &b)?, wilcoxon(&[2.0, -2.9, 3.0], &[0.0, 0.0, 3.5])?);
     let lengths = TestError::Lengths { first: 1, second: 2 };
@@ -206,7 +206,7 @@ fn wilcoxons_test_is_scipys() -> Result {
     Ok(())
 }
 
-/// A shift that is small beside the differences between episodes shows in pairs alone.
+/// A shift that is small beside the differences between episodes shows only in pairs.
 #[test]
 fn a_shift_of_every_pair_is_noticed() -> Result {
     let ours = numbers(300, |x| (x * 37.0) % 101.0);
@@ -218,7 +218,7 @@ fn a_shift_of_every_pair_is_noticed() -> Result {
 
 #[test]
 fn the_chi_square_test_is_the_formula() -> Result {
-    // By hand: 10 of each row expected to be 15, 20 of each to be 15.
+    // By hand: each count of 10 or 20 is expected to be 15.
     let (statistic, p) = chi_square(&[10, 20], &[20, 10])?;
     assert!((statistic - 20.0 / 3.0).abs() < 1e-12, "{statistic}");
     assert!((p - 0.009_823).abs() < 1e-6, "{p}");
@@ -235,7 +235,7 @@ fn the_chi_square_test_is_the_formula() -> Result {
         chi_square(&[50, 1, 30, 4, 3], &[50, 8, 30, 4, 2])?,
         chi_square(&[50, 30, 8], &[50, 30, 14])?
     );
-    // The two smallest categories expect too few, and are one.
+    // The two smallest categories expect too few, and are merged.
     assert_eq!(
         chi_square(&[30, 20, 3, 4], &[20, 30, 4, 3])?,
         chi_square(&[30, 20, 7], &[20, 30, 7])?

@@ -19,7 +19,7 @@ pub enum Input {
     Integer(u16, u64),
 }
 
-/// What takes the place of a node.
+/// What replaces a node.
 #[derive(Arbitrary, Debug)]
 pub enum Node {
     /// `null`.
@@ -34,7 +34,7 @@ pub enum Node {
     Text(String),
     /// An array loses its last element, an object its first field.
     Shorter,
-    /// An array gets its last element again.
+    /// An array gets a copy of its last element.
     Longer,
 }
 

@@ -1,4 +1,4 @@
-//! A part of a test in a process that was forked.
+//! Part of a test in a forked process.
 
 use std::{
     os::unix::process::{CommandExt, ExitStatusExt},
@@ -12,7 +12,7 @@ use fork::{Fork, fork, waitpid};
 
 use crate::Result;
 
-/// Longer than any call here takes: a child that waits forever is ended then.
+/// Longer than any call here takes: a child that hangs is aborted then.
 const FOREVER: Duration = Duration::from_secs(60);
 
 /// Runs a part of a test in a forked child, and fails if that fails or hangs.
@@ -28,7 +28,7 @@ pub fn in_child(part: impl FnOnce() -> Result) -> Result {
                 abort();
             });
             let result = catch_unwind(AssertUnwindSafe(|| part().expect("no error in the child")));
-            // Another program takes over, so that no handler of a library waits for its threads.
+            // Another program replaces this one, so no library's exit handler waits for threads.
             let _failure = Command::new(if result.is_ok() { "true" } else { "false" }).exec();
             abort();
         }

@@ -1,4 +1,4 @@
-//! What the tests and fuzz targets of several packages share.
+//! Code that the tests and fuzz targets of several packages share.
 #![forbid(unsafe_code)]
 #![allow(clippy::expect_used, clippy::unwrap_used, reason = "a panic fails a test")]
 

@@ -10,11 +10,11 @@ pub trait OnStep<S> {
     /// Steps `simulator`.
     ///
     /// # Errors
-    /// Those of the step.
+    /// The errors of the step.
     fn step(&mut self, simulator: &mut S, control: &Control) -> Result<(), SimError>;
 }
 
-/// A simulator whose steps are those of `on_step`; everything else is `simulator`'s.
+/// A simulator whose steps are those of `on_step`; everything else goes to `simulator`.
 #[derive(Debug)]
 pub struct Delegating<S, H> {
     /// The simulator that is stepped.
@@ -66,7 +66,7 @@ impl<S: Simulator, H: OnStep<S>> Simulator for Delegating<S, H> {
 /// The result of a step in which the gripper goes down.
 pub type Fault = fn() -> Result<(), SimError>;
 
-/// The stand-in with a fault.
+/// The kinematic stand-in with a fault.
 pub type Faulty = Delegating<KinematicSimulator, Fault>;
 
 impl Faulty {

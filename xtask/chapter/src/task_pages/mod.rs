@@ -19,7 +19,7 @@ pub(crate) const COMMAND: Command = Command {
     name: "task-pages",
     usage: "[--check]
 
-  --check  Write nothing, and fail if a page is not what the code gives",
+  --check  Write nothing, and fail if a page is out of date",
     run,
 };
 

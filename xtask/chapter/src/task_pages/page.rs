@@ -13,7 +13,7 @@ use crate::reference::RandomReference;
 const DISPLACEMENT: f64 = 0.05;
 /// The least distance between the object's start and the gripper's, in meters.
 const OBJECT_DISTANCE: f64 = 0.1;
-/// The most by which a goal in the air is raised, in meters.
+/// The largest rise of a goal in the air, in meters.
 const RISE: f64 = 0.45;
 
 /// Returns the page, in Markdown.
@@ -220,7 +220,7 @@ mod tests {
 
     use super::*;
 
-    /// The numbers that the code keeps to itself.
+    /// Checks the numbers that the code does not export.
     #[test]
     fn starts_and_steps_have_the_numbers_of_the_pages() -> anyhow::Result<()> {
         for task in Task::ALL {

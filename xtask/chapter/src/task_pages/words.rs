@@ -1,4 +1,4 @@
-//! What the pages say in words: what no table of the code has.
+//! The text of the pages that no table of the code has.
 
 use fetch_sim::Task;
 
@@ -7,7 +7,7 @@ pub(super) fn file_name(task: Task) -> &'static str {
     task.spec().scene_file.trim_end_matches(".xml")
 }
 
-/// What there is to do.
+/// Returns what there is to do in a task.
 pub(super) const fn to_do(task: Task) -> &'static str {
     match task {
         Task::Reach => {
@@ -31,7 +31,7 @@ pub(super) const fn to_do(task: Task) -> &'static str {
     }
 }
 
-/// The name of the object, if there is one.
+/// Returns the name of a task's object, if there is one.
 pub(super) const fn object(task: Task) -> &'static str {
     match task {
         Task::Slide => "puck",
@@ -49,7 +49,7 @@ pub(super) const DIFFERENCES: [&str; 3] = [
      differently depending on the processor.",
 ];
 
-/// The differences that only this task has.
+/// Returns the differences that only this task has.
 pub(super) const fn own_difference(task: Task) -> Option<&'static str> {
     match task {
         Task::Reach | Task::Push => None,
@@ -64,8 +64,8 @@ pub(super) const fn own_difference(task: Task) -> Option<&'static str> {
     }
 }
 
-/// Breaks a text into lines of at most 100 characters, with those after the first behind `indent`;
-/// the first has as many characters before it.
+/// Breaks a text into lines of at most 100 characters. Each line after the first begins with
+/// `indent`, and the caller writes as many characters before the first one.
 pub(super) fn wrapped(text: &str, indent: &str) -> String {
     const WIDTH: usize = 100;
     let (mut lines, mut column) = (String::new(), indent.len());

@@ -46,7 +46,7 @@ fn displacement(env: &mut MujocoEnv, seed: u64, axis: usize, name: &str) -> anyh
         .map(|other| (after[other] - before[other]).abs())
         .fold(0.0, f64::max);
     let passed = (0.005..0.05).contains(&moved) && aside < 0.5 * moved;
-    let seen = format!("+1 moves the gripper {moved:+.4} m along {name}, {aside:.4} m aside");
+    let seen = format!("+1 moves the gripper {moved:+.4} m along {name}, {aside:.4} m sideways");
     Ok(Check::new(format!("action/d{name}"), passed, seen, Metric::new(moved, "m")))
 }
 

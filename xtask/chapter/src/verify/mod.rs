@@ -1,4 +1,4 @@
-//! `verify`: makes every check of the chapter's lab by stepping the environments.
+//! `verify`: runs every check of the chapter's lab by stepping the environments.
 
 mod actions;
 mod baseline;
@@ -34,7 +34,7 @@ pub(crate) const COMMAND: Command = Command {
     run,
 };
 
-/// A part of the lab: the checks of one environment that belong to a section of the chapter or two.
+/// A part of the lab: the checks of one environment for one or two sections of the chapter.
 type Part = fn(EnvId, &mut MujocoEnv, u64) -> anyhow::Result<Vec<Check>>;
 
 const PARTS: [Part; 5] =
@@ -43,7 +43,7 @@ const PARTS: [Part; 5] =
 /// Checks of one environment, or of what all have in common.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// The environment's id, or what they are about.
+    /// The environment's id, or what the checks are about.
     pub heading: String,
     /// The checks.
     pub checks: Vec<Check>,
@@ -88,9 +88,9 @@ pub fn failed(groups: &[Group]) -> usize {
     groups.iter().flat_map(|group| &group.checks).filter(|check| !check.passed).count()
 }
 
-/// Makes the checks of each environment, in the order of `ids`, on all cores; then, if these are
-/// all environments, those of what the tasks have in common. Tells of each environment on standard
-/// error.
+/// Runs the checks of each environment on all cores, and returns them in the order of `ids`; then,
+/// if these are all environments, the checks of what the tasks have in common. Reports each
+/// environment on standard error.
 ///
 /// # Errors
 /// An environment cannot be made or stepped.
@@ -105,7 +105,7 @@ pub fn check_environments(ids: &[EnvId], seed: u64) -> anyhow::Result<Vec<Group>
     Ok(groups)
 }
 
-/// Makes the checks of an observation or of rewards, and returns the one of a name.
+/// Runs the checks of observations or of rewards, and returns the one with this name.
 pub(crate) fn check_by_name(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Check> {
     let mut env = make(id)?;
     let part = if name.starts_with("reward/") { rewards::check } else { observations::check };
@@ -123,7 +123,7 @@ fn check_one(id: EnvId, seed: u64) -> anyhow::Result<Vec<Check>> {
     Ok(checks)
 }
 
-/// The checks of fetch-env's environment checker.
+/// Runs the checks of fetch-env's environment checker.
 fn conformance(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let options = CheckOptions::default().with_seed(seed);
     let make = || Ok(make(id)?);

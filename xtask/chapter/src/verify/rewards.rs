@@ -1,4 +1,5 @@
-//! Sections 2.5 and 2.6: the reward three ways, and for goals that the environment never set.
+//! Sections 2.5 and 2.6: the reward computed in three ways, and for goals that the environment
+//! never set.
 
 use baselines::{Policy, RandomPolicy, buffer_config, collect};
 use fetch_env::{Env, EnvId, GoalEnv, GoalEnvExt, GoalObservation, MujocoEnv};
@@ -42,7 +43,7 @@ pub(crate) fn check(id: EnvId, env: &mut MujocoEnv, seed: u64) -> anyhow::Result
         Check::none_of(
             "reward/range",
             found.range,
-            format!("every reward {range}: {} others", found.range),
+            format!("every reward is {range}: {} are not", found.range),
         ),
         Check::new(
             "reward/threshold",
@@ -64,7 +65,7 @@ fn arbitrary_goals(env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Check> {
     let observation = env.step(&action)?.observation;
     let achieved = observation.achieved_goal();
     let mut mismatches = 0;
-    // Far goals, goals about the threshold, and the achieved goal itself.
+    // Far goals, goals near the threshold, and the achieved goal itself.
     let mut arbitrary: Vec<[f64; 3]> = (0..GOALS).map(|_| goals.sample()).collect();
     arbitrary.extend((0..GOALS).map(|_| goals.sample_near(achieved, 0.05)));
     for goal in arbitrary.iter().map(<[f64; 3]>::as_slice).chain([achieved]) {

@@ -1,5 +1,5 @@
 //! `bench instructions`: counts the instructions of the hot path with valgrind. The count does not
-//! depend on the load of the machine, so that a change of one per cent shows.
+//! depend on the load of the machine, so a change of one percent shows.
 
 use std::{fs, process::Command};
 

@@ -20,7 +20,7 @@ pub trait Contender {
     }
 }
 
-/// A closure that does the work and returns its amount is a contender, too.
+/// A closure that does the work and returns its amount is also a contender.
 impl<F: FnMut() -> anyhow::Result<usize>> Contender for F {
     fn work(&mut self) -> anyhow::Result<usize> {
         self()
@@ -62,12 +62,12 @@ impl Entry {
     }
 }
 
-/// The clock that counts.
+/// The clock that a ratio uses.
 #[derive(Clone, Copy, Debug)]
 pub enum Clock {
     Wall,
-    /// Processor time of the calling thread, or of all of another process. Other load disturbs it
-    /// less. For contenders of one thread.
+    /// Processor time of the calling thread, or of all threads of another process. Other load
+    /// disturbs it less. For contenders with one thread.
     Cpu,
 }
 
@@ -81,8 +81,7 @@ struct Speeds {
     cpu: Vec<f64>,
 }
 
-/// Lets the contenders take turns for a time and at least three rounds, after a round of warming
-/// up.
+/// Lets the contenders take turns for a time and at least three rounds, after a warm-up round.
 pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result<Rounds> {
     const LEAST_ROUNDS: usize = 3;
     let mut speeds = Vec::new();
@@ -94,7 +93,7 @@ pub fn interleave(mut entries: Vec<Entry>, duration: Duration) -> anyhow::Result
     let mut round = 0;
     while round < LEAST_ROUNDS || start.elapsed() < duration {
         for turn in 0..entries.len() {
-            // The order changes, so that none always follows the same other.
+            // The order changes, so that no contender always follows the same other one.
             let at = (turn + round) % entries.len();
             let timed = entries[at].contender.timed()?;
             speeds[at].cpu.push(timed.done as f64 / timed.cpu);

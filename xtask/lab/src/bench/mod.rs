@@ -40,13 +40,13 @@ enum Benchmark {
     Her(her::Args),
     /// Count the instructions of a step and a reset with valgrind
     Instructions(instructions::Args),
-    /// Measure updates of a learner, against a plain matrix product
+    /// Measure updates of a learner, compared with a plain matrix product
     Learn(learn::Args),
-    /// Measure what ranks exchange with MPI, and the constants of the model of their speed
+    /// Measure exchanges between ranks through MPI: the constants of the model of their speed
     Ranks(ranks::Args),
-    /// Measure pictures per second, against those of the sky alone
+    /// Measure pictures per second, compared with pictures of the sky alone
     Render(render::Args),
-    /// Measure rewards of a million pairs of goals, against copying as many bytes
+    /// Measure rewards of a million pairs of goals, compared with copying as many bytes
     Reward(reward::Args),
 }
 
@@ -74,10 +74,10 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 /// The flags `--task` and `--model`.
 #[derive(Clone, Copy, Debug, clap::Args, Serialize)]
 pub struct Subjects {
-    /// Measure this task only
+    /// Measure only this task
     #[arg(long, value_parser = parse_task)]
     task: Option<Task>,
-    /// Measure this model only
+    /// Measure only this model
     #[arg(long, value_enum)]
     model: Option<ModelChoice>,
 }
@@ -124,7 +124,7 @@ fn flag_of(task: Task) -> String {
     task_name(task).replace('_', "-")
 }
 
-/// Prints the figures of a measurement below a prefix, and keeps them.
+/// Prints the figures of a measurement with a prefix, and keeps them.
 fn report(
     figures: &mut Vec<(String, Metric)>,
     prefix: &str,

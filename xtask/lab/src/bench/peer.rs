@@ -1,4 +1,4 @@
-//! Python scripts that carry out orders and time themselves.
+//! Python scripts that execute orders and time themselves.
 
 use std::{
     cell::RefCell,
@@ -16,7 +16,7 @@ use tempfile::TempDir;
 use super::interleaved::{Contender, Timed};
 use crate::shared::python;
 
-/// A peer as a contender: it carries out the same order in each turn, and times itself.
+/// A peer as a contender: it executes the same order in each turn, and times itself.
 pub struct Orders {
     peer: Rc<RefCell<Peer>>,
     order: String,
@@ -48,7 +48,7 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Starts a script, given by name and text, with a library of OpenGL, and waits until it is
+    /// Starts a script, given by name and text, with an OpenGL library, and waits until it is
     /// ready.
     pub fn start(
         python: &Path,
@@ -78,7 +78,7 @@ impl Peer {
         Ok(Rc::new(RefCell::new(peer)))
     }
 
-    /// Sends an order and waits until it is carried out.
+    /// Sends an order and waits until it is executed.
     fn timed(&mut self, order: &str) -> anyhow::Result<Timed> {
         writeln!(self.orders, "{order}")?;
         self.orders.flush()?;
@@ -113,7 +113,7 @@ pub fn note_other_mujoco() -> anyhow::Result<()> {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // Errors do not matter: the process may have ended by itself.
+        // Errors do not matter: the process may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

@@ -1,4 +1,4 @@
-//! `bench ranks`: how long ranks take to average numbers, as many as gradients have.
+//! `bench ranks`: measures how long ranks take to average as many numbers as gradients have.
 
 use std::{
     hint::black_box,
@@ -53,7 +53,7 @@ pub fn run(args: &Args, json: Option<&PathBuf>) -> anyhow::Result<bool> {
     })
 }
 
-/// Returns the median time of averaging so many numbers.
+/// Returns the median time of averaging `len` numbers.
 fn average(workers: &mut dyn Workers, len: usize, limit: Duration) -> anyhow::Result<f64> {
     let mut numbers = vec![1.0; len];
     let mut times = Vec::new();

@@ -20,7 +20,7 @@ use crate::shared::{json::Metric, python};
 /// The format of the reference's pictures.
 const LARGE: Format = Format { side: 480, samples: 4 };
 const LARGE_HARD: Format = Format { side: 480, samples: 0 };
-/// A usual format for policies.
+/// A common format for policies.
 const SMALL: Format = Format { side: 84, samples: 0 };
 
 const PEER: &str = "gymnasium-robotics";
@@ -43,7 +43,7 @@ pub struct Args {
     peers: bool,
 }
 
-/// The settings, after a picture was drawn.
+/// The settings, and the OpenGL library that drew the pictures.
 #[derive(Serialize)]
 pub struct Settings<'a> {
     #[serde(flatten)]
@@ -125,8 +125,8 @@ fn opengl() -> anyhow::Result<&'static str> {
     Renderer::backend().context("a renderer was made")
 }
 
-/// A view straight up from above the robot, of nothing but the sky: the least that OpenGL needs for
-/// a picture. It still transforms the scene.
+/// A view straight up from above the robot, of only the sky: the least that OpenGL needs for a
+/// picture. It still transforms the scene.
 const UP: FreeCamera = FreeCamera {
     lookat: Vector3::new(1.3, 0.75, 20.0),
     distance: 10.0,

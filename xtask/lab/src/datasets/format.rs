@@ -61,7 +61,7 @@ impl Format {
     }
 }
 
-/// The bytes of all files of a folder.
+/// The contents of all files of a folder.
 #[derive(Clone, Debug)]
 pub struct Contents {
     pub bytes: u64,
@@ -72,7 +72,7 @@ pub struct Contents {
 impl Contents {
     pub fn of(folder: &Path) -> anyhow::Result<Self> {
         let (mut bytes, mut hash) = (0, Hash::new());
-        // A part at a time, because files may be larger than memory.
+        // One part at a time, because files may be larger than memory.
         let mut part = vec![0; 1 << 20];
         for path in files(folder)? {
             let mut file = File::open(&path).with_context(|| path.display().to_string())?;

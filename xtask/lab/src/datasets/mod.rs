@@ -20,29 +20,29 @@ use crate::shared::{
 
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Folder for the data sets: those of Minari go to its folder `minari`, which
-    /// MINARI_DATASETS_PATH names for Minari, those of OGBench to `ogbench`, and those of LeRobot to
-    /// `lerobot`, which HF_LEROBOT_HOME names for LeRobot
+    /// Folder for the data sets: those for Minari go to its folder `minari` (set
+    /// MINARI_DATASETS_PATH to it), those for OGBench to `ogbench`, and those for LeRobot to
+    /// `lerobot` (set HF_LEROBOT_HOME to it)
     #[arg(long)]
     out: PathBuf,
     /// Only these, separated by commas: an environment (FetchPush-v4), a set (random, scripted,
     /// expert, expert-noisy, mixed, replay), or one set of one environment (FetchPush-v4/expert)
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Steps of each set, of which the last episode may add some
+    /// Steps of each set; the last episode may add some
     #[arg(long, default_value = "1000000")]
     steps: NonZeroUsize,
-    /// Formats, separated by commas; all if it is left out
+    /// Formats, separated by commas; all by default
     #[arg(long, value_enum, value_delimiter = ',')]
     format: Vec<Format>,
-    /// Seed of the first episode of each set; the others have the seeds that follow. The seed of
-    /// the run for replay
+    /// Seed of the first episode of each set; the others have the seeds that follow. For replay,
+    /// the seed of the run
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Model of the robot
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
-    /// Also write the exact state of each step, in Minari's format alone: about 3 kB a step
+    /// Also write the exact state of each step, only in Minari's format: about 3 kB per step
     #[arg(long)]
     snapshots: bool,
     /// Also write the table as JSON
@@ -66,14 +66,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     let bar = progress::bar(sets.len() * args.steps.get(), "steps");
     let write = |set: &Set| set.write(&args.out, formats, &command(args, set), &bar);
-    // A set is the work of one thread, so that the number of threads changes no bit.
+    // One thread writes a set, so the number of threads changes no bit.
     let written: Vec<_> = sets.par_iter().map(write).collect::<anyhow::Result<_>>()?;
     bar.finish_and_clear();
     report(args, &written)?;
     Ok(true)
 }
 
-/// Returns the sets that `--only` names; all without it.
+/// Returns the sets that `--only` names, or all without it.
 fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, Kind)>> {
     let all = EnvId::ALL.into_iter().flat_map(|id| Kind::all().map(move |kind| (id, kind)));
     let names = |(id, kind): (EnvId, Kind)| {
@@ -91,7 +91,7 @@ fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, Kind)>> {
     Ok(all.filter(is_chosen).collect())
 }
 
-/// Returns the command that makes a set again.
+/// Returns the command that reproduces a set.
 fn command(args: &Args, set: &Set) -> String {
     let Args { steps, seed, model, snapshots, .. } = args;
     let (id, kind, model) = (set.env_id, set.kind.name(), flag_name(*model));

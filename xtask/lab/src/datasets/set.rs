@@ -1,4 +1,4 @@
-//! Writing one data set in all formats that are asked for.
+//! Writing one data set in all chosen formats.
 
 use std::path::Path;
 
@@ -13,12 +13,12 @@ use indicatif::ProgressBar;
 use super::format::{Contents, Format};
 use crate::shared::choice::ModelChoice;
 
-/// What a data set has the episodes of.
+/// The source of the episodes of a data set.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
-    /// Of a policy.
+    /// Episodes of a policy.
     Acting(SetKind),
-    /// Of a training run.
+    /// Episodes of a training run.
     Replay,
 }
 
@@ -28,7 +28,7 @@ impl Kind {
         SetKind::ALL.into_iter().map(Self::Acting).chain([Self::Replay])
     }
 
-    /// Returns the name of the kind, as in that of a data set.
+    /// Returns the name of the kind, as in the name of a data set.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Acting(kind) => kind.name(),
@@ -58,7 +58,7 @@ pub struct Written {
 }
 
 impl Set {
-    /// Writes the set below a folder, which has one for each format.
+    /// Writes the set below a folder, which has a folder for each format.
     pub fn write(
         self,
         out: &Path,

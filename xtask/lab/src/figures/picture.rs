@@ -10,7 +10,7 @@ use plotters::{coord::Shift, prelude::*, style};
 /// Why a drawing failed.
 pub type DrawError = Box<dyn std::error::Error + Send + Sync>;
 
-/// The surface of a drawing.
+/// The area of a drawing.
 pub type Area<B> = DrawingArea<B, Shift>;
 
 /// Any of plotters' backends.
@@ -18,13 +18,13 @@ pub trait Backend: DrawingBackend<ErrorType: 'static> {}
 
 impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
 
-/// The font family of all texts. PNG is drawn with DejaVu Sans, on every machine the same; the
+/// The font family of all texts. PNG is drawn with DejaVu Sans, the same on every machine; the
 /// viewer of an SVG chooses the font.
 pub const FONT: &str = "sans-serif";
 
 /// A drawing by plotters, on any backend.
 pub trait Drawing {
-    /// Width and height, in pixels: at most 2^26 of them.
+    /// Returns the width and the height, in pixels: at most 2^26 pixels in all.
     fn size(&self) -> (u32, u32);
 
     /// Draws everything onto a white area of this size.
@@ -38,7 +38,7 @@ pub trait Drawing {
 
 /// A rendered picture within a drawing.
 pub struct Frame<'a> {
-    /// Place of its upper left corner, in pixels.
+    /// Position of its upper left corner, in pixels.
     pub at: (usize, usize),
     /// Width and height, in pixels.
     pub size: (u32, u32),
@@ -82,7 +82,7 @@ fn make(drawing: &impl Drawing) -> Result<Picture, DrawError> {
     Ok(Picture { svg, png })
 }
 
-/// The number of pixels of a drawing, at most.
+/// The largest number of pixels of a drawing.
 const MOST_PIXELS: u64 = 1 << 26;
 
 /// Registers the font of PNG, which also measures the texts of SVG.

@@ -17,7 +17,7 @@ pub struct Scene {
     id: EnvId,
     seed: u64,
     observation: FetchObservation,
-    /// The picture, or the reason that there is none.
+    /// The picture, or the reason why there is none.
     rgb: Result<Vec<u8>, RenderError>,
 }
 
@@ -44,7 +44,7 @@ impl Scene {
         Ok(Self { id, seed, observation, rgb })
     }
 
-    /// Returns the picture alone as PNG, or the reason that there is none.
+    /// Returns the picture alone as PNG, or the reason why there is none.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         let rgb = self.rgb.as_ref().map_err(ToString::to_string)?;
         let mut png = Vec::new();

@@ -36,7 +36,7 @@ pub struct Point {
     pub final_distance_mean: f64,
 }
 
-/// The interquartile mean of all runs at a place of the horizontal axis.
+/// The interquartile mean of all runs at a point of the horizontal axis.
 pub type Band = (f64, Estimate);
 
 impl Group {
@@ -90,7 +90,7 @@ impl Group {
         self.runs.values().filter_map(|run| reached(run)).collect()
     }
 
-    /// Says how many runs reached the target, and when.
+    /// Returns a line that says how many runs reached the target, and when.
     pub fn summary(&self) -> anyhow::Result<String> {
         let (reached, total) = (self.reached(), self.runs.len());
         let mut text =
@@ -114,7 +114,7 @@ impl Group {
         Ok(text)
     }
 
-    /// Returns the interquartile mean of the runs at all places where one of them was evaluated.
+    /// Returns the interquartile mean of the runs at all points where one of them was evaluated.
     /// The rate of a run that has ended stays at its last value.
     pub fn bands(&self, place: fn(&Point) -> f64) -> anyhow::Result<Vec<Band>> {
         let mut places: Vec<f64> = self.runs.values().flatten().map(place).collect();

@@ -19,9 +19,9 @@ use crate::{
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folders of runs to add, as `train` writes them; those of several seeds are found below
+    /// Folders of runs to add, as `train` writes them, or folders that contain such folders
     runs: Vec<PathBuf>,
-    /// Folder of the curves, a file for each environment and preset, and of their pictures
+    /// Folder of the curves, one file for each environment and preset, and of their pictures
     #[arg(long, default_value = "baselines/learning")]
     folder: PathBuf,
 }
@@ -39,13 +39,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     for folder in &args.runs {
         let found = runs_below(folder)?;
-        ensure!(!found.is_empty(), "{} has no run: give a folder of `train`", folder.display());
+        ensure!(!found.is_empty(), "{} has no run: pass a folder of `train`", folder.display());
         for files in found {
             let (name, lines) = (files.run.group(), files.read_curve()?);
             if let Some(other) = runs.insert(name.clone(), files.run.clone()) {
                 ensure!(
                     other.differs_in_seed_alone(&files.run),
-                    "{} is another run than those before it, but its curve has the same name, \
+                    "{} is a different run from those before it, but its curve has the same name, \
                      {name}: gather it in another folder with --folder",
                     files.folder.display()
                 );
@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     ensure!(
         !groups.is_empty(),
-        "{} has no curves: give folders of runs that `train` has written",
+        "{} has no curves: pass folders of runs that `train` has written",
         args.folder.display()
     );
     fs::create_dir_all(&args.folder)
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Returns the entries of a folder by name.
+/// Returns the entries of a folder, sorted by name.
 fn entries(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder)
         .with_context(|| format!("cannot read the folder {}", folder.display()))?;
@@ -82,7 +82,7 @@ fn entries(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Returns the run of a folder, or those of its folders.
+/// Returns the run in a folder, or the runs in its subfolders.
 fn runs_below(folder: &Path) -> anyhow::Result<Vec<RunFiles>> {
     if RunFiles::is_run(folder) {
         return Ok(vec![RunFiles::open(folder)?]);

@@ -19,11 +19,11 @@ pub struct FileParity {
 /// The standard that a file must meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Standard {
-    /// Every bit is equal: the reference model on the recording's own MuJoCo.
+    /// Every bit is equal, for the reference model on the recording's own MuJoCo.
     Bits,
     /// The deviation is at most this while the real robot does not touch itself.
     Free(f64),
-    /// None: the motion is chaotic, or the recording is of another MuJoCo.
+    /// No standard: the motion is chaotic, or the recording is from another MuJoCo.
     Nothing,
 }
 

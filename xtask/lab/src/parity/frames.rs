@@ -17,7 +17,7 @@ use crate::shared::{
 };
 
 const SCRIPT: &str = include_str!("../../scripts/frames.py");
-/// The largest accepted mean difference of a picture, of 255.
+/// The largest accepted mean difference between pictures, on a scale of 255.
 const TOLERANCE: f64 = 1.0;
 
 #[derive(clap::Args, Serialize)]
@@ -62,7 +62,7 @@ pub fn compare(&Args { seed }: &Args) -> anyhow::Result<Found> {
         let name = format!("frames/{}", EnvId { task, reward: RewardKind::Sparse });
         checks.push(judge(&name, &differences));
     }
-    check::print("pictures, 480 x 480, the difference of colors of 255", &checks)?;
+    check::print("pictures, 480 x 480; differences of colors on a scale of 255", &checks)?;
     Ok(Found::of_checks("", checks))
 }
 
@@ -74,7 +74,7 @@ fn judge(name: &str, differences: &[f64]) -> Check {
     Check::new(name, largest < TOLERANCE, seen, Metric::new(largest, "1"))
 }
 
-/// Returns the mean difference of two pictures' colors.
+/// Returns the mean difference between the colors of two pictures.
 fn difference(ours: &[u8], theirs: &[u8]) -> anyhow::Result<f64> {
     ensure!(ours.len() == theirs.len(), "the pictures differ in size");
     let sum: u64 = ours.iter().zip(theirs).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();

@@ -61,8 +61,8 @@ fn lengths() -> Vec<usize> {
     (0..EPISODES).map(|_| random.uniform(1.0, LONGEST as f64 + 1.0) as usize).collect()
 }
 
-/// Returns a full buffer whose observations and achieved goals are the numbers of episode and
-/// state, so that each sampled row shows the whole draw. The desired goals are negative.
+/// Returns a full buffer whose observations and achieved goals are the numbers of the episode and
+/// the state, so that each sampled row shows the whole draw. The desired goals are negative.
 fn numbered_episodes() -> anyhow::Result<HerBuffer<f64>> {
     let lengths = lengths();
     let mut buffer = HerBuffer::new(BufferConfig::new(lengths.iter().sum(), DIMS))?;
@@ -155,7 +155,7 @@ impl Rows {
         strategy: &str,
     ) -> anyhow::Result<Vec<Check>> {
         let faults = self.faults() + theirs.faults();
-        let seen = format!("{faults} rows with a foreign goal, a wrong reward or an end");
+        let seen = format!("{faults} rows with a foreign goal, a wrong reward or a termination");
         let relabeled = |rows: &Self| rows.draws().filter(|draw| draw.goal.is_some()).count();
         let (ours, other) = (relabeled(self) as u64, relabeled(theirs) as u64);
         let (n, m) = (self.reward.len() as u64, theirs.reward.len() as u64);
@@ -194,7 +194,7 @@ impl Rows {
         let of = |which: usize| counts.values().map(|both| both[which]).collect::<Vec<_>>();
         let (statistic, p) = chi_square(&of(0), &of(1))?;
         let n = counts.len();
-        let seen = format!("chi-square {statistic:.3} a degree, p {p:.3}, {n} categories");
+        let seen = format!("chi-square {statistic:.3} per degree, p {p:.3}, {n} categories");
         Ok(Check::of_test(format!("{strategy}/{name}"), p, LEAST_P_VALUE, seen))
     }
 

@@ -68,12 +68,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 }
 
 impl Args {
-    /// Writes what a comparison with these settings found, and returns whether all is close enough.
+    /// Writes what a comparison with these settings found, and returns whether all of it is close
+    /// enough.
     fn finish(&self, settings: &impl Serialize, found: Found) -> anyhow::Result<bool> {
         let Found { figures, bad } = found;
         write_results(self.json.as_ref(), settings, figures)?;
         if !bad.is_empty() {
-            say!("\nnot as close as it should be: {}", bad.join(", "))?;
+            say!("\nnot close enough: {}", bad.join(", "))?;
         }
         Ok(bad.is_empty())
     }
@@ -87,7 +88,7 @@ struct Found {
 }
 
 impl Found {
-    /// Returns the figures of checks, with a prefix to their names.
+    /// Returns the figures of checks, with a prefix before their names.
     fn of_checks(prefix: &str, checks: Vec<Check>) -> Self {
         let mut found = Self::default();
         for Check { name, passed, figure, .. } in checks {
@@ -126,6 +127,6 @@ impl Models {
 fn tell_workaround(mujoco: &str) -> anyhow::Result<()> {
     say!(
         "gymnasium-robotics cannot make a Fetch environment on MuJoCo {mujoco}: an assertion on \
-         joint types fails. It ran with int() around those types; nothing else of it was changed."
+         joint types fails. It ran with int() around those types; nothing else in it was changed."
     )
 }

@@ -19,7 +19,8 @@ impl<T> Array<T> {
     }
 }
 
-/// The largest array that is read, in bytes: some thousand episodes, and no compressed trap.
+/// The largest array that is read, in bytes: enough for some thousand episodes, but not for a zip
+/// bomb.
 const MOST_BYTES: u64 = if cfg!(test) { 1 << 20 } else { 1 << 30 };
 
 /// The largest header of an array in bytes, about ten times what numpy writes.

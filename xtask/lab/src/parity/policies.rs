@@ -20,15 +20,15 @@ use crate::shared::{
 };
 
 const SCRIPT: &str = include_str!("../../scripts/policies.py");
-/// The episodes on which the two models are compared: of Slide, one in ten ends otherwise on the
-/// other model, so that the rates of fewer would differ by chance.
+/// The episodes on which the two models are compared: in Slide, one in ten ends differently on the
+/// other model, so the rates over fewer episodes would differ by chance.
 const MODEL_EPISODES: usize = 6_000;
 /// The most by which their success rates may differ.
 const MODEL_TOLERANCE: f64 = 0.01;
 
 #[derive(clap::Args, Serialize)]
 pub struct Args {
-    /// Files of policies; by default those that come with baselines
+    /// Files of policies; by default those shipped with baselines
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     /// First seed of the episodes
@@ -70,7 +70,7 @@ pub fn compare(args: &Args) -> anyhow::Result<Found> {
     Ok(Found::of_checks("policies/", checks))
 }
 
-/// Writes the policies of `baselines` to a folder.
+/// Writes the policies shipped with `baselines` to a folder.
 fn shipped(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let write = |task| {
         let path = folder.join(format!("{}.safetensors", task_name(task)));

@@ -48,14 +48,14 @@ pub fn compare(args: &FixtureArgs) -> anyhow::Result<Found> {
 pub fn live(args: &LiveArgs) -> anyhow::Result<Found> {
     let folder = tempfile::tempdir()?;
     let (episodes, seed) = (args.episodes.to_string(), args.seed.to_string());
-    say!("recording {episodes} episodes a task and kind from seed {seed} in Python")?;
+    say!("recording {episodes} episodes per task and kind from seed {seed} in Python")?;
     let arguments = ["--episodes", &episodes, "--seed", &seed];
     python::record(folder.path(), SCRIPT, &arguments, "disable")?;
     replay_all(folder.path(), &mut Models::new(args.model.source()))
 }
 
 fn replay_all(folder: &Path, models: &mut Models) -> anyhow::Result<Found> {
-    // Reads all before it replays any, to report a damaged file at once.
+    // Reads all files before replaying any, to report a damaged file at once.
     let recordings = recordings_in(folder)?
         .iter()
         .map(|path| Recording::read(path))

@@ -119,7 +119,7 @@ mod tests {
     const REAL: &str =
         concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recordings/mujoco-2.2.2/reach-still.npz");
 
-    /// The arrays of a real recording, which no checksum protects when they are put together again.
+    /// Returns the arrays of a real recording; no checksum protects them in a new archive.
     fn arrays() -> Result<Vec<(String, Vec<u8>)>> {
         let mut archive = ZipArchive::new(File::open(REAL)?)?;
         let mut arrays = Vec::new();
@@ -155,7 +155,7 @@ mod tests {
         archive(&arrays)
     }
 
-    /// An array of nothing but a header, of version 2, and some numbers.
+    /// Returns an array with this header, of version 2, and some zeros.
     fn array(len: u32, header: &str) -> Vec<u8> {
         let mut array = b"\x93NUMPY\x02\0".to_vec();
         array.extend(len.to_le_bytes());
@@ -191,7 +191,7 @@ mod tests {
         Ok(())
     }
 
-    /// A small file can hold as much as a large one.
+    /// A small file can hold a large array.
     #[test]
     fn an_array_of_too_many_bytes_is_refused() -> Result {
         let error = read(&with_array("actions", vec![0; 2 << 20])?)?.err().ok_or("it was read")?;
@@ -219,7 +219,7 @@ mod tests {
             ]
         }
 
-        /// Damages the bytes, and often those of the header.
+        /// Damages the bytes, only those of the header if `in_header`.
         fn apply(&self, bytes: &mut Vec<u8>, in_header: bool) {
             let len = if in_header { bytes.len().min(128) } else { bytes.len() };
             if len == 0 {

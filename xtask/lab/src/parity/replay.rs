@@ -22,7 +22,8 @@ const ROUNDING_TOLERANCE: f64 = 1e-15;
 
 #[derive(Clone, Debug, Default)]
 pub struct EpisodeParity {
-    /// Whether every bit is the recording's, and values that Python rounds are within 1e-15.
+    /// Whether every bit is equal to the recording's, and values that Python rounds differ by at
+    /// most 1e-15.
     pub bit_equal: bool,
     /// The largest deviation of an observation or a goal.
     pub deviation: Deviation,
@@ -36,7 +37,7 @@ pub struct EpisodeParity {
     pub returns: [f64; 2],
 }
 
-/// A deviation and its place.
+/// A deviation and where it occurs.
 #[derive(Clone, Debug, Default)]
 pub struct Deviation {
     pub size: f64,

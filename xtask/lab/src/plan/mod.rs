@@ -1,6 +1,6 @@
-//! `plan`: plans episodes on exact snapshots, and shows beside them what the scripted and the
-//! trained policy do from the same starts. Ctrl-C and SIGTERM end it with the starts that are done,
-//! a second signal at once.
+//! `plan`: plans episodes on exact snapshots, and shows what the scripted and the trained policy do
+//! from the same starts. Ctrl-C and SIGTERM end it after the current start, a second signal at
+//! once.
 
 mod start;
 mod table;
@@ -33,8 +33,8 @@ pub struct Args {
     /// Seed of the first start; the others have the seeds that follow
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Begin with what the better of the two policies does, and go on after the first success, for
-    /// one in fewer steps
+    /// Start from the better of the two policies' episodes, and continue after the first success to
+    /// find one in fewer steps
     #[arg(long)]
     fewest_steps: bool,
     /// Number of threads; results do not depend on it
@@ -51,7 +51,7 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// What plays the episodes.
+/// The players of the episodes.
 struct Players {
     planner: Planner,
     scripted: ScriptedPolicy,
@@ -104,8 +104,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 }
 
 impl Players {
-    /// Plays the episode of a seed in three ways. The plan is played from the reset once more, and
-    /// has to end the same.
+    /// Plays the episode of a seed in three ways. The plan is then played from the reset again, and
+    /// must end the same way.
     fn play(&mut self, args: &Args, envs: &mut [MujocoEnv], seed: u64) -> anyhow::Result<Start> {
         let env = &mut envs[0];
         let first = env.reset(Some(seed))?.observation;
@@ -128,7 +128,7 @@ impl Players {
         let replayed = evaluate(&mut envs[0], &mut replay, 1, seed, |_| ())?.episodes[0];
         ensure!(
             replayed == Episode { seed: Some(seed), ..planned.episode },
-            "the plan of seed {seed} ends otherwise when it is played: {replayed:?}, not {:?}",
+            "the plan of seed {seed} ends differently when it is played: {replayed:?}, not {:?}",
             planned.episode
         );
         Ok(Start::new(seed, &first, seconds, [planned, scripted, trained]))

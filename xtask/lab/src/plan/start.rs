@@ -1,4 +1,4 @@
-//! One start, and what came of it.
+//! One start, and the results from it.
 
 use std::{fmt, time::Duration};
 
@@ -7,13 +7,13 @@ use fetch_env::{FetchObservation, GoalObservation, goal_reward::goal_distance};
 
 use crate::shared::json::Metric;
 
-/// What plays an episode, in the order of [`Start::plans`].
+/// The players of an episode, in the order of [`Start::plans`].
 pub const PLAYERS: [&str; 3] = ["planned", "scripted", "trained"];
 
 /// The distance within which an object counts as untouched (meters).
 const STILL: f64 = 0.05;
 
-/// The height by which an object that falls off the table comes down at least (meters).
+/// The least height that an object falls when it falls off the table (meters).
 const FALL: f64 = 0.1;
 
 /// A start, and how the episode from it ends.
@@ -25,14 +25,14 @@ pub struct Start {
     desired_goal: Vec<f64>,
     /// The time that planning took.
     pub seconds: f64,
-    /// Of each of the [`PLAYERS`].
+    /// The plan of each of the [`PLAYERS`].
     pub plans: [Plan; 3],
 }
 
 /// Why a plan does not achieve its goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// What is to be moved was not moved: the arm cannot reach where it would have to be.
+    /// The object or gripper was not moved: the arm cannot reach where it would have to be.
     Untouched,
     /// It stops short of the goal.
     Short,
@@ -66,12 +66,12 @@ impl Start {
         Self { seed, distance, achieved_goal, desired_goal, seconds, plans }
     }
 
-    /// The plan of the planner.
+    /// Returns the plan of the planner.
     pub const fn planned(&self) -> &Plan {
         &self.plans[0]
     }
 
-    /// Why the best plan fails; `None` if it succeeds.
+    /// Returns why the planner's plan fails; `None` if it succeeds.
     pub fn failure(&self) -> Option<Failure> {
         let plan = self.planned();
         if plan.episode.success {
@@ -93,7 +93,7 @@ impl Start {
         })
     }
 
-    /// The figures of this start.
+    /// Returns the figures of this start.
     pub fn figures(&self, title: &str) -> Vec<(String, Metric)> {
         let name = |figure: &str| format!("{title}/seed-{}/{figure}", self.seed);
         let plan = self.planned();

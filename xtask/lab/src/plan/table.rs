@@ -5,7 +5,7 @@ use fetch_env::Task;
 use super::start::{Failure, PLAYERS, Start};
 use crate::shared::json::Metric;
 
-/// The distances at which the starts of Slide are divided into rings (meters).
+/// The distances that divide the starts of Slide into rings (meters).
 const RINGS: [f64; 4] = [0.3, 0.5, 0.6, 0.7];
 
 /// The head of the table. Steps are means over the episodes that achieve their goals.
@@ -14,9 +14,9 @@ pub const HEAD: &str = "\
  steps planned | steps scripted | steps trained | rollouts | seconds |
 |---|---|---|---|---|---|---|---|---|---|---|---|---|";
 
-/// A row: the starts whose goals are equally far.
+/// A row: the starts whose goals are in the same range of distances.
 pub struct Row {
-    /// The distance, as names of figures have it.
+    /// The distance, as in the names of figures.
     label: String,
     starts: usize,
     cells: Vec<Cell>,
@@ -29,7 +29,7 @@ struct Cell {
     figure: Option<Metric>,
 }
 
-/// Returns the rows, the last of which is of all starts.
+/// Returns the rows; the last one is of all starts.
 pub fn rows(task: Task, starts: &[Start]) -> Vec<Row> {
     let mut rows = Vec::new();
     if task == Task::Slide {

@@ -29,7 +29,7 @@ impl Outcome {
         Ok(Self { id, policy, evaluation, ranges: watched.ranges })
     }
 
-    /// The color of the policy in all plots.
+    /// Returns the color of the policy in all plots.
     pub fn ink(&self) -> Ink {
         match self.policy {
             PolicyChoice::Random | PolicyChoice::Zero => Ink::Orange,
@@ -62,13 +62,13 @@ pub fn evaluate_all(episodes: usize, seed: u64) -> anyhow::Result<Vec<Outcome>> 
     outcomes
 }
 
-/// The least and the greatest value of each element: observation, achieved goal, desired goal.
+/// The lowest and the highest value of each element: observation, achieved goal, desired goal.
 pub type Ranges = Vec<(f64, f64)>;
 
 /// The range of no values.
 const NONE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
-/// Widens ranges to hold others.
+/// Widens ranges to include others.
 pub fn include(ranges: &mut Ranges, others: &Ranges) {
     ranges.resize(others.len(), NONE);
     for (range, other) in ranges.iter_mut().zip(others) {
@@ -128,7 +128,7 @@ pub fn against_reference(outcomes: &[Outcome]) -> anyhow::Result<String> {
     ];
     Ok(format!(
         "<p>Uniformly random actions, here and in 400 episodes of gymnasium-robotics 1.4.2. \
-         p is the probability of so large a difference if both were the same environment: one in \
+         p is the probability of a difference this large if both were the same environment: one in \
          twenty of these {} values is below 0.05 by chance.</p>\n{}",
         rows.len(),
         table(columns, rows),

@@ -48,7 +48,7 @@ const SECTIONS: [(&str, &str); 8] = [
     ("distributions", "How episodes end"),
     ("workspace", "Goals and objects over the workspace"),
     ("rewards", "Dense against sparse reward"),
-    ("observations", "What is observed"),
+    ("observations", "Observations"),
 ];
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
@@ -127,12 +127,12 @@ fn playbacks(seed: u64) -> anyhow::Result<String> {
     Ok(html + "</div>")
 }
 
-/// The number of checks, and those of each environment to unfold.
+/// Returns the number of checks, and the checks of each environment to unfold.
 fn checks(groups: &[Group]) -> String {
     let all = || groups.iter().flat_map(|group| &group.checks);
     let failed = all().filter(|check| !check.passed).count();
     let mut html = format!(
-        "<p>{} checks, each made by stepping the environments (<code>cargo xtask verify</code>): \
+        "<p>{} checks, each of which steps the environments (<code>cargo xtask verify</code>): \
          {}.</p>\n",
         all().count(),
         verdict(failed),

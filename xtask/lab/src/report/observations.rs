@@ -8,7 +8,7 @@ use super::baseline::{Outcome, Ranges, include};
 
 pub fn section(outcomes: &[Outcome]) -> String {
     let mut html = String::from(
-        "<p>The least and the greatest value of each element in the episodes of the random and of \
+        "<p>The lowest and the highest value of each element in the episodes of the random and of \
          the scripted policy, one line for each element.</p>\n",
     );
     for task in Task::ALL {
@@ -39,8 +39,8 @@ fn task_table(task: Task, ranges: &Ranges) -> String {
         Column::Text("Index"),
         Column::Text("Name"),
         Column::Text("Unit"),
-        Column::Number("Least"),
-        Column::Number("Greatest"),
+        Column::Number("Lowest"),
+        Column::Number("Highest"),
     ];
     table(columns, rows)
 }

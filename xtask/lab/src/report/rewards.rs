@@ -8,7 +8,7 @@ use chapter::Trajectory;
 use fetch_env::{Env, Task, make};
 use goal_reward::{DistanceReward, DistanceThreshold, GoalReward, RewardKind};
 
-/// Three plots: over distance, along a random and along a successful trajectory.
+/// Returns three plots: over distance, along a random and along a successful trajectory.
 pub fn section(seed: u64) -> anyhow::Result<String> {
     let mut policy = RandomPolicy::new(make("FetchReach-v4")?.action_space(), seed);
     let random = Trajectory::of(&mut policy, seed)?;
@@ -36,7 +36,7 @@ fn plot(title: &str, x: Axis, low: f64) -> Plot {
     plot
 }
 
-/// The rewards at every millimeter of distance.
+/// Plots the rewards at every millimeter of distance.
 fn over_distance() -> Plot {
     let mut plot =
         plot("Reward over distance", Axis::new("distance to the goal (m)", 0.0, 0.3), -1.1);

@@ -7,7 +7,7 @@ use goal_reward::RewardKind;
 
 const RESETS: usize = 400;
 
-/// Two plots for each task: from above, and from the robot's right.
+/// Returns two plots for each task: from above, and from the robot's right.
 pub fn section(seed: u64) -> anyhow::Result<String> {
     let mut html = format!(
         "<p>{RESETS} resets of each task, seeds from {seed} on: the goals, and where the object \
@@ -62,7 +62,7 @@ impl Workspace {
         [self.plot("seen from above", 1, "y (m)"), self.plot("seen from the side", 2, "z (m)")]
     }
 
-    /// x to the right, and the axis `up` upwards.
+    /// Plots x to the right, and the axis `up` upwards.
     fn plot(&self, from: &str, up: usize, label: &str) -> Plot {
         let [low, high] = &self.table;
         let points = || self.goals.iter().chain(&self.objects).chain([&self.gripper]);

@@ -7,7 +7,7 @@ use fetch_env::{Env, MujocoEnv};
 use fetch_sim::{ModelSource, Task};
 use serde::{Deserialize, Serialize};
 
-/// Returns the name of a task in the names of files and arrays: that of its scene.
+/// Returns the name of a task in the names of files and arrays, which is the name of its scene.
 pub fn task_name(task: Task) -> &'static str {
     task.spec().scene_file.trim_end_matches(".xml")
 }

@@ -1,4 +1,4 @@
-//! What this process holds of the system.
+//! The resources that this process holds.
 
 use std::fs;
 
@@ -15,10 +15,10 @@ pub struct Held {
 }
 
 impl Held {
-    /// Looks at this process.
+    /// Measures this process.
     pub fn now() -> anyhow::Result<Self> {
         let status =
-            fs::read_to_string("/proc/self/status").context("a process is measured on Linux")?;
+            fs::read_to_string("/proc/self/status").context("measuring a process needs Linux")?;
         let number = |name: &str| -> anyhow::Result<u64> {
             let line = status.lines().find_map(|line| line.strip_prefix(name));
             let number = line.and_then(|line| line.split_whitespace().next());

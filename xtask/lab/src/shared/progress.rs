@@ -3,7 +3,7 @@
 use commands::tell;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Returns a bar over `total` parts on standard error; hidden where that is no terminal.
+/// Returns a bar of `total` parts on standard error, hidden if that is not a terminal.
 pub fn bar(total: usize, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());

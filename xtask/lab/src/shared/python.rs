@@ -9,19 +9,19 @@ use std::{
 use anyhow::{Context, ensure};
 use fetch_sim::{MujocoVersion, cache_folder};
 
-/// The version of MuJoCo on which the peers run: EnvPool's.
+/// The version of MuJoCo on which the peers run, which is EnvPool's.
 pub const MUJOCO: &str = "3.6.0";
 /// The packages of the real environment, on [`MUJOCO`].
 pub const REFERENCE: [&str; 3] = ["gymnasium-robotics==1.4.2", "gymnasium==1.4.0", "mujoco==3.6.0"];
-/// The newest that the interpreter offers.
+/// The newest version that the interpreter can install.
 const ENVPOOL: &str = "envpool";
 
-/// The script that starts the real environments, which those that record them import.
+/// The script that starts the real environments; the recording scripts import it.
 const START_SCRIPT: &str = include_str!("../../scripts/start.py");
 
 /// The package of the replay buffer to compare with.
 pub const STABLE_BASELINES3: [&str; 1] = ["stable-baselines3==2.9.2"];
-/// The packages of the learners to compare with, and of what exports their policies.
+/// The packages of the learners to compare with, and of the script that exports their policies.
 pub const LEARNERS: [&str; 5] = [
     "stable-baselines3==2.9.2",
     "gymnasium-robotics==1.4.2",
@@ -43,7 +43,7 @@ pub struct Peers {
 impl Peers {
     pub fn new() -> anyhow::Result<Self> {
         let python = environment("python-peers", &[&REFERENCE[..], &[ENVPOOL]].concat())?;
-        // Without a connection it stays the one that was the newest.
+        // Without a connection, the installed version stays.
         let upgrade = ["-m", "pip", "install", "--quiet", "--upgrade", ENVPOOL];
         let _ = Command::new(&python).args(upgrade).output();
         install_package(&python)?;
@@ -61,12 +61,12 @@ fn install_package(python: &Path) -> anyhow::Result<()> {
     let mut install = Command::new(python);
     install.args(["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"]);
     install.arg(format!("{ROOT}/fetch-env/python"));
-    // It brings the MuJoCo that its build requirements name.
+    // It includes the MuJoCo that its build requirements name.
     install.env_remove("MUJOCO_DIR").env("CARGO_TARGET_DIR", format!("{ROOT}/target/python"));
     run(&mut install)
 }
 
-/// Returns the interpreter of the environment of a name, with these packages.
+/// Returns the interpreter of the environment with this name and these packages.
 pub fn environment(name: &str, packages: &[&str]) -> anyhow::Result<PathBuf> {
     let folder = cache_folder().context("the user has no home: set XDG_CACHE_HOME")?.join(name);
     let python = folder.join("bin/python");
@@ -89,7 +89,7 @@ fn reference_on(mujoco: &str) -> anyhow::Result<PathBuf> {
     }
     ensure!(
         !mujoco.starts_with("2."),
-        "this is built on MuJoCo {mujoco}, which Python's packages do not have: run \
+        "this is built on MuJoCo {mujoco}, which Python packages do not offer: run \
          `cargo xtask mujoco {MUJOCO}` and set MUJOCO_DIR as it says"
     );
     let package = format!("mujoco=={mujoco}");
@@ -97,7 +97,7 @@ fn reference_on(mujoco: &str) -> anyhow::Result<PathBuf> {
     environment(&format!("python-mujoco-{mujoco}"), &packages)
 }
 
-/// Runs a script that records the real environment into a folder, with a library of OpenGL.
+/// Runs a script that records the real environment into a folder, with an OpenGL library.
 pub fn record(into: &Path, script: &str, arguments: &[&str], gl: &str) -> anyhow::Result<()> {
     let python = reference_on(&MujocoVersion::of_library()?.to_string())?;
     let path = into.join("record.py");
@@ -110,7 +110,7 @@ pub fn record(into: &Path, script: &str, arguments: &[&str], gl: &str) -> anyhow
         .env("PYTHONWARNINGS", "ignore"))
 }
 
-/// Runs a command to its end.
+/// Runs a command and waits until it ends.
 pub fn run(command: &mut Command) -> anyhow::Result<()> {
     let status = command.status().with_context(|| format!("{command:?} did not start"))?;
     ensure!(status.success(), "{command:?} failed: run this again");

@@ -17,15 +17,15 @@ pub struct RankArgs {
     wait_seconds: f64,
 }
 
-/// Makes the processes that share a run; every time the same ones.
+/// Makes the processes that share a run: the same ones in every call.
 pub type MakeWorkers<'a> = &'a dyn Fn() -> Box<dyn Workers>;
 
 /// Runs a command, shared by all ranks if the flags say so. `facts` must be the same in all of
 /// them.
 ///
-/// A rank that fails says so and ends all: the first rank at once, the others a second later, so
-/// that an error that all have is reported once. All ranks end together where a signal has stopped
-/// them, which is no failure.
+/// A rank that fails reports its error and ends all ranks: the first rank at once, the others a
+/// second later, so that an error of all ranks is reported once. If a signal stops them, all ranks
+/// end together, which is not a failure.
 pub fn share_run(
     args: &RankArgs,
     facts: &[(&str, String)],
@@ -102,7 +102,7 @@ fn with_mpi(_: f64, _: impl FnOnce(MakeWorkers) -> anyhow::Result<bool>) -> anyh
     )
 }
 
-/// Returns in all ranks what the first one gets.
+/// Returns, in all ranks, what `get` returns in the first one.
 pub fn of_first<T: Serialize + DeserializeOwned>(
     workers: &mut dyn Workers,
     get: impl FnOnce() -> anyhow::Result<T>,

@@ -23,7 +23,7 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Listens to signals, which still end the process at once.
+    /// Listens for signals, which still end the process at once.
     pub fn listen() -> io::Result<Self> {
         let end_at_once = Arc::new(AtomicBool::new(true));
         let received = Arc::new(AtomicUsize::new(0));
@@ -46,23 +46,23 @@ impl Signals {
         self.end_at_once.store(true, Ordering::SeqCst);
     }
 
-    /// The signal that was put off; 0 for none.
+    /// Returns the signal that was put off; 0 for none.
     pub fn received(&self) -> usize {
         self.received.load(Ordering::SeqCst)
     }
 }
 
-/// Why a command ended that had received a signal.
+/// Why a command ended after it received a signal.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopped(usize);
 
 impl Stopped {
-    /// Returns why a command ends, if it has received this signal.
+    /// Returns why a command ends if it has received this signal; 0 is no signal.
     pub fn by(signal: usize) -> Option<Self> {
         (signal != 0).then_some(Self(signal))
     }
 
-    /// The exit code, as a shell gives it to a process that a signal has ended.
+    /// Returns the exit code that a shell reports for a process ended by this signal.
     pub fn exit_code(self) -> u8 {
         u8::try_from(128 + self.0).unwrap_or(u8::MAX)
     }

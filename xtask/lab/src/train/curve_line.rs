@@ -54,7 +54,7 @@ pub fn reached<T>(curve: &[T], success_rate: fn(&T) -> f64, target: f64) -> Opti
     curve.windows(2).find(is_reached).map(|pair| &pair[1])
 }
 
-/// Returns lines with their header.
+/// Returns lines as CSV, with a header.
 pub fn csv_text(lines: impl IntoIterator<Item = impl Serialize>) -> anyhow::Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     lines.into_iter().try_for_each(|line| writer.serialize(line))?;

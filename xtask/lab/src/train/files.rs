@@ -29,11 +29,11 @@ use crate::shared::{
 pub struct RunFiles {
     pub folder: PathBuf,
     pub run: Run,
-    /// Where files are written: in the first rank.
+    /// Held where files are written: in the first rank.
     _lock: Option<RunLock>,
 }
 
-/// What a resumed run needs to know beside its checkpoint: `run.json`.
+/// What a resumed run needs besides its checkpoint: `run.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -41,14 +41,14 @@ pub struct Run {
     pub model: ModelChoice,
     /// Environment steps after which the run ends.
     pub steps: u64,
-    /// Updates after which a run ends that learns from its demonstrations alone.
+    /// Updates after which the run ends, if it learns only from demonstrations.
     pub updates: Option<NonZeroU64>,
     /// Success rate at which the run ends.
     pub target: f64,
     pub seed: u64,
     preset: Preset,
     demos: Option<String>,
-    /// What differs from the preset, as flags say it.
+    /// The differences from the preset, as flags.
     changes: Vec<String>,
 }
 
@@ -69,7 +69,7 @@ impl Run {
         }
     }
 
-    /// Reads the description of the run that a folder has.
+    /// Reads the description of the run in a folder.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(RUN);
         let text = fs::read_to_string(&path)
@@ -81,11 +81,11 @@ impl Run {
         Ok(self.env_id.parse()?)
     }
 
-    /// Names the runs that differ in their seeds alone, such as `FetchPush-v4-fast`: the beginning
-    /// of the names of files.
+    /// Returns the name of the runs that differ only in their seeds, such as `FetchPush-v4-fast`:
+    /// the beginning of the names of files.
     pub fn group(&self) -> String {
-        // A number of episodes, or the name of their file, in which the parts' own dash means
-        // nothing.
+        // A number of episodes, or the name of their file, in which the dash between parts is
+        // escaped.
         let demos = self.demos.as_ref().map(|demos| {
             let stem = Path::new(demos).file_stem().unwrap_or(demos.as_ref());
             format!("demos={}", file_name(&stem.to_string_lossy()).replace('-', "%2D"))
@@ -102,8 +102,8 @@ impl Run {
     }
 }
 
-/// Returns a text as a part of a name of a file: what may mean something there is `%` and its code,
-/// as in addresses.
+/// Returns a text as part of a file name: characters with a meaning there become `%` and their
+/// code, as in URLs.
 pub fn file_name(text: &str) -> String {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"=.,_-[]".contains(&byte);
     let escaped = |byte: u8| match is_plain(byte) {
@@ -139,7 +139,7 @@ fn written(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Whether there is something, be it a link to nothing.
+/// Whether a path exists, even as a link to nothing.
 fn exists(path: &Path) -> bool {
     path.symlink_metadata().is_ok()
 }
@@ -149,9 +149,9 @@ impl RunFiles {
     pub fn check_free(folder: &Path, overwrite: bool) -> anyhow::Result<()> {
         let (written, shown) = (written(folder)?, folder.display());
         if exists(&folder.join(RUN)) {
-            // That of something else stays.
+            // The `run.json` of another program stays.
             Run::read(folder)?;
-            // A description alone is what is left of a start that was killed.
+            // A start that was killed leaves only a description.
             if overwrite || written.is_empty() {
                 return Ok(());
             }
@@ -164,7 +164,7 @@ impl RunFiles {
         }
         if let Some(path) = written.first() {
             bail!(
-                "{} is there, but no {RUN} says whose it is: choose another folder with --out",
+                "{} exists, but no {RUN} says whose it is: choose another folder with --out",
                 path.display()
             );
         }
@@ -177,9 +177,9 @@ impl RunFiles {
         Ok(())
     }
 
-    /// Begins a run in a folder, which it makes if there is none, and removes what the run before
-    /// it has written. Until the last checkpoint is removed, that one can be resumed; then a new
-    /// run can be started, whenever this process is killed.
+    /// Begins a run in a folder, which is made if there is none, and removes what the run before it
+    /// wrote. If this process is killed, the old run can be resumed until its last checkpoint is
+    /// removed, and after that a new run can be started.
     pub fn create(folder: &Path, args: &Args, seed: u64) -> anyhow::Result<Self> {
         let lock = RunLock::take(folder)?;
         Self::check_free(folder, args.overwrite)?;
@@ -192,9 +192,9 @@ impl RunFiles {
         Ok(files)
     }
 
-    /// Opens the folder of a run to continue it.
+    /// Opens the folder of a run to resume it.
     pub fn resume(folder: &Path) -> anyhow::Result<Self> {
-        // No lock is left in a folder that has no run.
+        // This leaves no lock in a folder without a run.
         Run::read(folder)?;
         let lock = RunLock::take(folder)?;
         let files = Self { _lock: Some(lock), ..Self::open(folder)? };
@@ -211,27 +211,27 @@ impl RunFiles {
         Ok(Self::of_rank(folder, Run::read(folder)?))
     }
 
-    /// The folder of a run whose files another rank writes.
+    /// Returns the folder of a run whose files another rank writes.
     pub fn of_rank(folder: &Path, run: Run) -> Self {
         Self { folder: folder.to_owned(), run, _lock: None }
     }
 
-    /// Whether a folder is that of a run.
+    /// Whether a folder is the folder of a run.
     pub fn is_run(folder: &Path) -> bool {
         folder.join(RUN).is_file()
     }
 
-    /// Whether the run of a folder has ended: its page is written last.
+    /// Whether the run in a folder has ended: its page is written last.
     pub fn is_finished(folder: &Path) -> bool {
         Self::is_run(folder) && folder.join(PAGE).is_file()
     }
 
-    /// Whether the run of a folder can be resumed.
+    /// Whether the run in a folder can be resumed.
     pub fn has_checkpoint(folder: &Path) -> anyhow::Result<bool> {
         Ok(Self::is_run(folder) && !checkpoints(folder)?.is_empty())
     }
 
-    /// Removes the checkpoints of a run that is not to be resumed.
+    /// Removes the checkpoints of a run that will not be resumed.
     pub fn remove_checkpoints(&self) -> anyhow::Result<()> {
         for path in checkpoints(&self.folder)? {
             fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
@@ -272,12 +272,12 @@ pub struct Outcome {
     pub env_id: String,
     pub seed: u64,
     pub counters: Counters,
-    /// The success rate at which the run was to end; more than 1 for none.
+    /// The success rate at which the run ends; more than 1 for none.
     pub target: f64,
     /// The counters at the second of the evaluations that reached the target.
     pub reached: Option<Counters>,
     pub success: Option<SuccessRate>,
-    /// On the same episodes as the success.
+    /// The mean return of the same episodes as `success`.
     pub episode_return_mean: f64,
 }
 

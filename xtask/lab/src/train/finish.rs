@@ -16,12 +16,12 @@ use super::{
 };
 use crate::shared::{choice::ModelChoice, signals::Signals};
 
-/// After how much a run ends.
+/// The length of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Length {
     /// Environment steps.
     Steps(u64),
-    /// Updates from demonstrations alone, without a step.
+    /// Updates from demonstrations alone, without environment steps.
     Updates(u64),
 }
 
@@ -32,7 +32,7 @@ impl Length {
         end
     }
 
-    /// Returns how far a run is.
+    /// Returns how far a run has got.
     pub const fn reached(self, counters: &Counters) -> u64 {
         match self {
             Self::Steps(_) => counters.steps,
@@ -40,7 +40,7 @@ impl Length {
         }
     }
 
-    /// Goes on to the next moment at which a run can stop. Returns a row if it was evaluated.
+    /// Continues to the next point at which a run can stop. Returns a row if it was evaluated.
     fn go_on(self, trainer: &mut Trainer<MujocoEnv>) -> Result<Option<CurveRow>, TrainError> {
         match self {
             Self::Steps(end) => trainer.run_cycle(end),
@@ -62,12 +62,12 @@ pub struct Course {
     pub length: Length,
     pub target: Target,
     pub threads: usize,
-    /// Least number of seconds between two checkpoints.
+    /// The minimum number of seconds between two checkpoints.
     pub checkpoint_seconds: f64,
 }
 
-/// Trains to the end of a run, or to that of the cycle in which a rank receives a signal, and saves
-/// a last checkpoint. The first rank calls `watch` after each evaluation.
+/// Trains to the end of a run, or of the cycle in which a rank receives a signal, and saves a last
+/// checkpoint. The first rank calls `watch` after each evaluation.
 pub fn train(
     trainer: &mut Trainer<MujocoEnv>,
     files: &RunFiles,
@@ -123,12 +123,12 @@ pub fn first_signal(signals: &Signals, workers: &mut dyn Workers) -> anyhow::Res
     Ok(all.into_iter().find(|signal| *signal != 0).unwrap_or(0))
 }
 
-/// The seeds of the final evaluation, which no training and no other evaluation has.
+/// The first seed of the final evaluation, whose seeds no training and no other evaluation uses.
 const FINAL_SEED: u64 = 1 << 50;
-/// The environments that it steps together.
+/// The number of environments that it steps together.
 const FINAL_ENVS: usize = 20;
 
-/// Measures the policy of a run that has ended, and writes it and the page.
+/// Measures the policy of a run that has ended, and writes the policy and the page.
 pub fn finish(
     trainer: &mut Trainer<MujocoEnv>,
     files: &RunFiles,

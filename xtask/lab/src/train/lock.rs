@@ -16,26 +16,26 @@ use rustix::{fs::OFlags, system::uname};
 /// lock of a process that has just taken it.
 pub const LOCK: &str = "run.lock";
 
-/// What the file begins with, so that no file of the user's is taken for it.
+/// The beginning of the file, so that no file of the user is taken for it.
 const MARK: &str = "process ";
 
-/// A lock that its process holds until it is dropped or the process ends, however it does.
+/// A lock that its process holds until it is dropped or the process ends, in whatever way.
 pub struct RunLock {
     _file: File,
 }
 
 impl RunLock {
-    /// Takes the lock of a folder, and makes the folder if there is none.
+    /// Takes the lock of a folder, which is made if there is none.
     pub fn take(folder: &Path) -> anyhow::Result<Self> {
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
         let path = folder.join(LOCK);
         let take = || -> anyhow::Result<File> {
             let mut options = File::options();
             options.read(true).write(true).create(true).truncate(false);
-            // A link may lead to a file of the user's.
+            // A link may lead to a file of the user.
             let mut file =
                 options.custom_flags(OFlags::NOFOLLOW.bits().cast_signed()).open(&path)?;
-            ensure!(file.metadata()?.is_file(), "it is no regular file");
+            ensure!(file.metadata()?.is_file(), "it is not a regular file");
             let is_busy = match file.try_lock() {
                 Ok(()) => false,
                 Err(TryLockError::WouldBlock) => true,
@@ -55,10 +55,10 @@ impl RunLock {
                 let holder = holder.trim_end();
                 let holder = if holder.is_empty() { "another process" } else { holder };
                 bail!(
-                    "{holder} is at work there: wait until it has ended, or choose another folder"
+                    "{holder} is using the folder: wait until it has ended, or choose another one"
                 );
             }
-            ensure!(holder.is_empty() || holder.starts_with(MARK), "it is no lock of a run");
+            ensure!(holder.is_empty() || holder.starts_with(MARK), "it is not the lock of a run");
             let host = uname();
             let host = host.nodename().to_string_lossy();
             file.set_len(0)?;

@@ -56,23 +56,23 @@ pub struct Args {
     /// Number of environments stepped together
     #[arg(long)]
     envs: Option<NonZeroUsize>,
-    /// Number of threads, and of a grid's runs at a time; results do not depend on it
+    /// Number of threads, or of a grid's runs at a time; results do not depend on it
     #[arg(long)]
     #[arg(default_value_t = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
     threads: NonZeroUsize,
     /// Environment steps after which the run ends, if it has not reached the target
     #[arg(long)]
     steps: Option<u64>,
-    /// Learn offline, from the episodes of --demos alone, with this number of updates and without a
-    /// step
+    /// Learn offline, from the episodes of --demos alone, with this number of updates and no
+    /// environment steps
     #[arg(long, requires = "demos", conflicts_with = "steps")]
     updates: Option<NonZeroU64>,
     /// Success rate at which the run ends, if two evaluations in a row reach it; 2 for never
     #[arg(long)]
     target: Option<f64>,
     /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of
-    /// episodes: an archive of numpy arrays (.npz), of `collect` or of a data set of OGBench's
-    /// format, or a saved buffer
+    /// episodes: an archive of numpy arrays (.npz), from `collect` or in OGBench's format, or a
+    /// saved buffer
     #[arg(long, value_parser = options::demos)]
     demos: Option<String>,
     /// Change a setting, such as gamma=0.98; can be given several times
@@ -81,25 +81,25 @@ pub struct Args {
     /// Model of the robot
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
-    /// Folder of the run; by default it has the names of environment and seed below results/train,
-    /// or that of the grid's file
+    /// Folder of the run; by default a folder below results/train, named after the environment and
+    /// the seed, or after the grid's file
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Replace the run that the folder has: the files that it wrote, and no others
+    /// Replace the run in the folder: the files that it wrote, and no others
     #[arg(long)]
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
     #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
     #[arg(conflicts_with_all = ["demos", "updates", "set", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
-    /// Run every setting of a grid with every seed, a run a thread; the same command goes on where
-    /// it was. The file is JSON: env_id, preset, steps and target as the flags, seeds, a list, and
-    /// set, an object with a list of values for each key of --set
+    /// Run every setting of a grid with every seed, one run per thread; the same command continues
+    /// where it stopped. The file is JSON: env_id, preset, steps and target as in the flags, seeds
+    /// (a list), and set (an object with a list of values for each key of --set)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["env_id", "preset", "algorithm", "seed"])]
     #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "model"])]
     #[arg(conflicts_with_all = ["overwrite", "resume", "mpi"])]
     grid: Option<PathBuf>,
-    /// Least number of seconds between two checkpoints
+    /// Minimum number of seconds between two checkpoints
     #[arg(long, default_value_t = 30.0)]
     checkpoint_seconds: f64,
     /// Also write the results as JSON
@@ -144,7 +144,7 @@ fn run_shared(
     Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
 }
 
-/// A run that is ready to go on.
+/// A run that is ready to continue.
 type Ready = (Trainer<MujocoEnv>, RunFiles);
 
 fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::Result<Ready> {
@@ -161,9 +161,9 @@ fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::
         say!("train: resuming {} after {} steps", folder.display(), trainer.counters().steps)?;
         if let Resumed::OnOtherRanks { before } = resumed {
             say!(
-                "train: the checkpoint is of {before} ranks, and this run has {size}: networks, \
+                "train: the checkpoint is from {before} ranks, and this run has {size}: networks, \
                  optimizers, normalizers, counters and finished episodes are the same; unfinished \
-                 episodes are lost, and all following random numbers are others"
+                 episodes are lost, and all later random numbers differ"
             )?;
         }
     }
@@ -294,7 +294,7 @@ fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {
     figures
 }
 
-/// The steps after which a run ends by default, and the success rate at which it does.
+/// Returns the steps and the success rate at which a run ends by default.
 pub const fn limits(task: Task) -> (u64, f64) {
     match task {
         Task::Reach => (10_000, 1.0),

@@ -23,11 +23,11 @@ use crate::shared::choice::flag_name;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// Those of openai/baselines, in one process
+    /// Settings of openai/baselines, in one process
     Authors,
-    /// Fast's, with SAC at the discount and the temperature of the book that the chapter is from
+    /// Settings of fast, with SAC and the discount and temperature of the chapter's book
     Book,
-    /// Those that learn soonest on a few cores
+    /// Settings that learn fastest on a few cores
     Fast,
 }
 
@@ -40,7 +40,7 @@ pub enum AlgorithmChoice {
     Sac,
 }
 
-/// Returns what all ranks of a run must have in common, beside the settings.
+/// Returns what all ranks of a run must have in common, besides the settings.
 pub fn facts(args: &Args) -> [(&'static str, String); 10] {
     [
         ("command", "train".to_owned()),
@@ -84,7 +84,7 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
     Ok(settings)
 }
 
-/// Returns settings with another value for one of them; the error says what is wrong.
+/// Returns settings with one value changed; the error says what is wrong.
 pub fn change(settings: &TrainSettings, key: &str, to: Value) -> anyhow::Result<TrainSettings> {
     let mut value = serde_json::to_value(settings)?;
     let Some(place) = find(&mut value, key) else { bail!(unknown(&value, key)) };
@@ -96,7 +96,7 @@ pub fn change(settings: &TrainSettings, key: &str, to: Value) -> anyhow::Result<
     Ok(settings)
 }
 
-/// Returns the error of a wrong flag, with which a command ends as with those that clap finds.
+/// Returns the error of a wrong flag, which ends a command as clap's own errors do.
 fn usage(message: &str) -> anyhow::Error {
     clap::Error::raw(ErrorKind::ValueValidation, format!("{message}\n")).into()
 }
@@ -112,7 +112,7 @@ fn find<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     }
 }
 
-/// Says that there is no such setting, and which has the nearest name.
+/// Returns the message that there is no such setting, with the nearest name.
 fn unknown(settings: &Value, key: &str) -> String {
     let mut names = Vec::new();
     collect_names(settings, &mut names);
@@ -133,9 +133,9 @@ fn collect_names(value: &Value, names: &mut Vec<String>) {
     }
 }
 
-/// The noise of scripted episodes, so that the policy also sees what comes of mistakes.
+/// The noise of scripted episodes, so that the policy also sees the results of mistakes.
 const DEMO_NOISE: f32 = 0.1;
-/// The seed of the first demonstration of the first run, which no training and no evaluation has.
+/// The seed of the first demonstration of the first run, which no training or evaluation uses.
 const DEMO_SEED: u64 = 1 << 45;
 
 /// Returns the episodes of a saved buffer as an archive of numpy arrays.
@@ -151,10 +151,10 @@ fn archive_of(saved: &str) -> anyhow::Result<Vec<u8>> {
     Ok(archive.into_inner())
 }
 
-/// The largest number of scripted demonstrations, which take some 30 s.
+/// The largest number of scripted demonstrations, which take about 30 s.
 const MOST_DEMOS: usize = 10_000;
 
-/// Checks what `--demos` says, if it is a number and not a file.
+/// Checks the value of `--demos`, if it is a number and not a file.
 pub fn demos(text: &str) -> Result<String, String> {
     let is_count = text.parse::<usize>().is_ok_and(|count| count <= MOST_DEMOS);
     if is_count || text.parse::<f64>().is_err() {
@@ -172,8 +172,8 @@ const GOALS: GoalColumns<'_> = GoalColumns {
     desired: Some("desired_goals"),
 };
 
-/// Adds the episodes of an archive of numpy arrays: of a buffer, or of OGBench's format, in which
-/// nothing tells the lengths of episodes.
+/// Adds the episodes of an archive of numpy arrays: of a buffer, or in OGBench's format, which does
+/// not store the lengths of episodes.
 fn import(
     buffer: &mut HerBuffer<f32>,
     archive: &[u8],
@@ -202,7 +202,7 @@ pub fn add_demos(
             fs::read(demos).with_context(|| format!("--demos {demos}: cannot read the archive"))?
         } else {
             archive_of(demos).with_context(|| {
-                format!("--demos {demos}: write a number, an archive .npz or a saved buffer")
+                format!("--demos {demos}: pass a number, an archive .npz or a saved buffer")
             })?
         };
         let env = make(args.env_id, args.model)?;

@@ -1,10 +1,10 @@
-# A host: host.sh NAME FOLDER OUT, in namespaces of its own, of which this is the first process.
+# A host: host.sh NAME FOLDER OUT, in its own namespaces, of which this is the first process.
 #
-# It ends when its standard input is closed, and with it, in the kernel's hands, every other process
-# of the host, its files in memory and its network.
+# It ends when its standard input is closed. The kernel then removes every other process of the
+# host, its files in memory and its network.
 set -eu
 hostname "$1"
-# The names of both hosts, and nothing of the machine's that is not the same on two hosts.
+# The names of both hosts, and nothing from the machine that would differ between two hosts.
 mount --bind "$2/names" /etc/hosts
 mount -t tmpfs tmpfs /run
 mount -t tmpfs tmpfs /dev/shm
@@ -13,7 +13,7 @@ ip link set lo up
 echo "made"
 # The other process makes the links now.
 read -r _
-# The folder of a run is on the first host alone.
+# The folder of a run is only on the first host.
 [ "$1" = node1 ] || mount -t tmpfs tmpfs "$3"
 "$(command -v sshd || echo /usr/sbin/sshd)" -f "$2/sshd_config" -E "$2/$1.log"
 echo "ready"

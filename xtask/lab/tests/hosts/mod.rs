@@ -1,4 +1,4 @@
-//! Ranks on two hosts, and the network between them: the bits of one host, and clear ends when it
+//! Ranks on two hosts, and the network between them: the bits of one host, and a clear end if it
 //! fails.
 //!
 //! The hosts are namespaces of this machine, which need Linux, root, iproute2 and OpenSSH.
@@ -22,7 +22,7 @@ use crate::{Ended, LAB, Result, Results, TRAIN, results, run, start, train, wait
 
 const PAGE: &str = include_str!("../../../../baselines/MANY_MACHINES.md");
 
-/// Cycles that are long in collecting, and such that are long in updating.
+/// Cycles that mostly collect, and cycles that mostly update.
 const COLLECTING: &str = "--steps 9000 --set batch_size=16 --set steps_per_cycle=1000 \
                           --set updates_per_cycle=2";
 const UPDATING: &str = "--steps 500 --set batch_size=16 --set updates_per_cycle=100";
@@ -30,12 +30,12 @@ const UPDATING: &str = "--steps 500 --set batch_size=16 --set updates_per_cycle=
 /// How long ranks wait for each other.
 const WAIT: &str = "--wait-seconds 2";
 
-/// The lines of the page that start so.
+/// Returns the lines of the page that begin with `start`.
 fn of_page(start: &str) -> impl Iterator<Item = &str> {
     PAGE.lines().filter(move |line| line.starts_with(start))
 }
 
-/// The page's command for several hosts, up to the program. A host has one rank.
+/// Returns the page's command for several hosts, up to the program, with one rank on each host.
 fn mpirun(hosts: &TwoHosts) -> Result<Command> {
     let host_file: Vec<_> = of_page("node").map(|line| line.replace("=4", "=1")).collect();
     fs::write(hosts.folder().join("hosts"), host_file.join("\n"))?;
@@ -48,7 +48,7 @@ fn mpirun(hosts: &TwoHosts) -> Result<Command> {
     Ok(command)
 }
 
-/// Two ranks of the lab, one on each host.
+/// Returns a command that trains with two ranks, one on each host.
 fn train_on(hosts: &TwoHosts, flags: &str, name: &str) -> Result<Command> {
     let mut command = mpirun(hosts)?;
     command.arg(LAB).args(words(TRAIN)).arg("--mpi").args(words(flags)).arg("--out");
@@ -56,12 +56,12 @@ fn train_on(hosts: &TwoHosts, flags: &str, name: &str) -> Result<Command> {
     Ok(command)
 }
 
-/// Separates what ranks say from what the launcher says, as clusters with two networks do.
+/// Separates the ranks' network from the launcher's, as clusters with two networks do.
 fn apart(command: &mut Command) -> &mut Command {
     command.env("OMPI_MCA_btl_tcp_if_include", RANKS).env("OMPI_MCA_oob_tcp_if_include", LAUNCHER)
 }
 
-/// Starts a run, and waits until it is well in a cycle after its second checkpoint.
+/// Starts a run, and waits until it is well into a cycle after its second checkpoint.
 fn start_on(hosts: &TwoHosts, command: &mut Command) -> Result<Child> {
     let child = start(command)?;
     let checkpoints = || {
@@ -73,7 +73,7 @@ fn start_on(hosts: &TwoHosts, command: &mut Command) -> Result<Child> {
     Ok(child)
 }
 
-/// Checks that a run has failed, and that ranks have said which one they missed.
+/// Checks that a run failed, and that ranks said which one they missed.
 fn ranks_are_missed(ended: &Ended) {
     let Ended { succeeded, text, .. } = ended;
     let errors: Vec<_> = text.lines().filter(|line| line.starts_with("error:")).collect();
@@ -95,7 +95,7 @@ fn set_links(hosts: &TwoHosts, state: &str) -> Result {
     [RANKS, LAUNCHER].iter().try_for_each(|network| hosts.set_link(network, state))
 }
 
-/// Resumes a run on the hosts, and checks that it ends with the bits of one that was not cut.
+/// Resumes a run on the hosts, and checks that it ends with the bits of an uninterrupted run.
 fn resumes(hosts: &TwoHosts, flags: &str) -> Result {
     let out = hosts.runs().join("run");
     let mut resume = mpirun(hosts)?;
@@ -166,8 +166,8 @@ fn a_cut_between_ranks_that_update_is_named() -> Result {
     a_cut_between_ranks_is_named(UPDATING)
 }
 
-/// The launcher, which waits longer than the ranks, then has no way to the other host: it ends when
-/// the network is back.
+/// The launcher waits longer than the ranks, and then cannot reach the other host: it ends when the
+/// network is back.
 #[test]
 fn a_cut_between_ranks_and_launcher_is_named_by_the_ranks() -> Result {
     let Some(hosts) = TwoHosts::make()? else { return Ok(()) };
@@ -182,7 +182,7 @@ fn a_cut_between_ranks_and_launcher_is_named_by_the_ranks() -> Result {
     resumes(&hosts, UPDATING)
 }
 
-/// The page's settings, but within seconds.
+/// The page's settings, but with limits of seconds.
 const IMPATIENT: [(&str, &str); 3] = [
     ("OMPI_MCA_oob_tcp_keepalive_time", "1"),
     ("OMPI_MCA_oob_tcp_keepalive_intvl", "1"),
@@ -203,7 +203,7 @@ fn a_cut_between_ranks_and_launcher_is_named_by_the_launcher() -> Result {
     resumes(&hosts, UPDATING)
 }
 
-/// A firewall that lets the launcher through, and no rank.
+/// A firewall lets the launcher through, but no rank.
 #[test]
 fn ranks_that_cannot_connect_are_named() -> Result {
     let Some(hosts) = TwoHosts::make()? else { return Ok(()) };

@@ -1,8 +1,8 @@
-//! Two hosts on one machine: namespaces of their own, joined by two networks.
+//! Two hosts on one machine: separate namespaces, joined by two networks.
 //!
 //! A host has its own name, network, processes, shared memory and SSH server. The first network
-//! carries SSH and what the launcher says, the second one is free for what ranks say. Nothing of
-//! the machine's is changed, and no namespace has a name: the kernel removes them with their last
+//! carries SSH and the launcher's messages, the second one is free for the ranks' messages. Nothing
+//! on the machine is changed, and no namespace has a name: the kernel removes them with their last
 //! process.
 
 use std::{
@@ -19,11 +19,11 @@ use tempfile::TempDir;
 
 use crate::{Result, children};
 
-/// What starts a program in namespaces of its own.
+/// The command that starts a program in its own namespaces.
 const UNSHARE: [&str; 8] =
     ["--net", "--mount", "--uts", "--pid", "--ipc", "--fork", "--kill-child", "--mount-proc"];
 
-/// The networks between the hosts: the launcher's, and that of the ranks.
+/// The networks between the hosts: the launcher's and the ranks'.
 pub(super) const LAUNCHER: &str = "eth0";
 pub(super) const RANKS: &str = "eth1";
 
@@ -37,18 +37,18 @@ pub(super) struct TwoHosts {
     folder: TempDir,
 }
 
-/// A host, and the process that has made it.
+/// A host, and the process that made it.
 #[derive(Debug)]
 struct Host {
     made_by: Child,
     output: BufReader<ChildStdout>,
-    /// The first process of the host, as the machine counts.
+    /// The first process of the host, by its id on the machine.
     first: u32,
 }
 
 impl Drop for Host {
     fn drop(&mut self) {
-        // This closes the standard input of the first process, which ends then. The kernel ends all
+        // This closes the standard input of the first process, which then ends. The kernel ends all
         // others of the host before the call returns.
         let _ = self.made_by.wait();
     }
@@ -72,14 +72,14 @@ impl Host {
         Ok(host)
     }
 
-    /// Waits until the host says a word.
+    /// Waits until the host prints a word.
     fn says(&mut self, word: &str) -> Result {
         let mut line = String::new();
         self.output.read_line(&mut line)?;
         if line.trim_end() == word { Ok(()) } else { Err("a host could not be made".into()) }
     }
 
-    /// A program in namespaces of the host.
+    /// Returns a command that runs a program in the namespaces of the host.
     fn enter(&self, namespaces: &[&str], program: &str) -> Command {
         let mut command = Command::new("nsenter");
         command.arg("--target").arg(self.first.to_string()).args(namespaces).arg(program);
@@ -93,7 +93,7 @@ impl Host {
 }
 
 impl TwoHosts {
-    /// Makes two hosts; none where they cannot be made, which is printed.
+    /// Makes two hosts; returns none, and prints so, where they cannot be made.
     pub(super) fn make() -> Result<Option<Self>> {
         if !can_be_made() {
             return Ok(None);
@@ -148,17 +148,17 @@ impl TwoHosts {
         Ok(())
     }
 
-    /// The folder in which programs start. Both hosts have it.
+    /// Returns the folder in which programs start. Both hosts have it.
     pub(super) fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// The folder of runs, which is the first host's; the second one has an empty folder there.
+    /// Returns the folder of runs on the first host; the second one has an empty folder there.
     pub(super) fn runs(&self) -> PathBuf {
         self.folder.path().join("runs")
     }
 
-    /// A program on the first host, which reaches the other one by SSH.
+    /// Returns a command that runs a program on the first host, which reaches the other one by SSH.
     pub(super) fn program(&self, name: &str) -> Command {
         // A process that enters a host starts at the root of its files.
         let mut command = self.hosts[0].enter(&["--all"], "env");
@@ -179,14 +179,14 @@ impl TwoHosts {
         self.hosts[1].ip(&format!("link set {network} {state}"))
     }
 
-    /// Loses everything that the second host sends to the first one in the network of the ranks, as
-    /// a firewall would.
+    /// Drops everything that the second host sends to the first one in the ranks' network, as a
+    /// firewall would.
     pub(super) fn block_ranks(&self) -> Result {
         let nobody = "198.51.100.1 lladdr 02:00:00:00:00:01";
         self.hosts[1].ip(&format!("neighbour replace {nobody} nud permanent dev {RANKS}"))
     }
 
-    /// How many bytes the first host has sent in a network.
+    /// Returns how many bytes the first host has sent in a network.
     pub(super) fn sent_bytes(&self, network: &str) -> Result<u64> {
         let output = self.hosts[0].enter(&["--net"], "cat").arg("/proc/net/dev").output()?;
         let text = String::from_utf8(output.stdout)?;
@@ -198,7 +198,7 @@ impl TwoHosts {
             .parse()?)
     }
 
-    /// The names of the processes of a run that are left on the hosts.
+    /// Returns the names of the processes of a run that are left on the hosts.
     pub(super) fn processes(&self) -> Result<Vec<String>> {
         let namespace = |pid: &str| fs::metadata(format!("/proc/{pid}/ns/pid")).map(|of| of.ino());
         let ours: Vec<_> = self
@@ -220,14 +220,14 @@ impl TwoHosts {
         Ok(names)
     }
 
-    /// The first processes of the hosts, as the machine counts.
+    /// Returns the first processes of the hosts, by their ids on the machine.
     pub(super) fn first_processes(&self) -> [u32; 2] {
         [self.hosts[0].first, self.hosts[1].first]
     }
 }
 
-/// Whether two hosts can be made here. Where namespaces can, CI must have the programs; elsewhere a
-/// test that needs them prints that it is skipped.
+/// Whether two hosts can be made here. Where namespaces work, CI must have the programs; elsewhere,
+/// a test that needs them prints that it is skipped.
 fn can_be_made() -> bool {
     const PACKAGES: &str = "apt-get install iproute2 openssh-server openssh-client";
     let skipped = |why: &str| {
@@ -253,7 +253,7 @@ fn can_be_made() -> bool {
     has_links.is_ok_and(|it| it.status.success()) || skipped("the kernel has no links (veth)")
 }
 
-/// The folders of programs, also of those for root.
+/// Returns the folders of programs, including those for root.
 fn path() -> OsString {
     let mut path = env::var_os("PATH").unwrap_or_default();
     path.push(":/usr/sbin:/sbin");

@@ -1,4 +1,4 @@
-// Put before everything else: records errors.
+// Inserted before everything else: records errors.
 window.faults = [];
 window.addEventListener("error", (event) => window.faults.push(String(event.message)));
 console.error = (...parts) => window.faults.push(parts.join(" "));

@@ -1,4 +1,4 @@
-// Put after everything else: uses each playback as a visitor does, and looks at its pixels.
+// Inserted after everything else: uses each playback as a visitor does, and looks at its pixels.
 (async () => {
   const frames = (count) => new Promise((done) => {
     const next = () => (count-- > 0 ? requestAnimationFrame(next) : done());

@@ -16,7 +16,7 @@ pub(crate) fn lab(arguments: &str) -> Command {
     command
 }
 
-/// Standard output of a command that must succeed.
+/// Returns the standard output of a command that must succeed.
 pub(crate) fn output_of(command: &mut Command) -> Result<String> {
     let output = command.output()?;
     let text = String::from_utf8(output.stdout)?;

@@ -1,4 +1,4 @@
-//! The contenders: an environment, a bare loop of `mj_step`, many environments together.
+//! The contenders: one environment, a bare loop of `mj_step`, and many environments together.
 
 use std::{
     sync::Arc,
@@ -149,8 +149,8 @@ pub fn together(
     })
 }
 
-/// Returns as many environments, each for one episode, on threads that share nothing: the upper
-/// bound of what the machine's cores can do.
+/// Returns the same number of environments, each for one episode, on threads that share nothing:
+/// the upper bound of what the machine's cores can do.
 pub fn apart(
     episodes: &Arc<Episodes>,
     num_envs: usize,
@@ -199,7 +199,7 @@ pub fn bare_resets(episodes: &Arc<Episodes>) -> anyhow::Result<impl Contender + 
     })
 }
 
-// Both simulate the same if the bare loop ends where the environment does.
+// Both simulate the same physics if the bare loop ends where the environment does.
 #[cfg(test)]
 mod tests {
     use fetch_env::EnvId;

@@ -40,8 +40,8 @@ impl Episodes {
         Ok(FetchEnv::new(self.config.clone(), simulator)?.time_limited())
     }
 
-    /// Returns the seed of an episode's reset: only the first has one, the others continue its
-    /// stream.
+    /// Returns the seed of an episode's reset: only the first reset has one, the others continue
+    /// its stream.
     pub fn seed(&self, episode: usize) -> Option<u64> {
         episode.is_multiple_of(EPISODES).then_some(SEED)
     }
@@ -55,7 +55,7 @@ impl Episodes {
     }
 }
 
-/// Draws actions uniformly, the same as the peers' scripts draw with numpy.
+/// Draws uniform actions, the same as the peers' scripts draw with numpy.
 pub fn random_actions(count: usize) -> Vec<[f32; 4]> {
     let mut random = NpRandom::new(SEED);
     (0..count).map(|_| [(); 4].map(|()| random.uniform(-1.0, 1.0) as f32)).collect()

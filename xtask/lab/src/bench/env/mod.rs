@@ -60,8 +60,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// Makes the Python environment of the peers, if they are to be measured, and prints what they
-    /// are.
+    /// Makes the Python environment of the peers, if `--peers` is given, and prints what they are.
     pub fn start_peers(&self) -> anyhow::Result<Option<Peers>> {
         if !self.peers {
             return Ok(None);
@@ -91,7 +90,7 @@ impl<'a> Settings<'a> {
 fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
     let sensible = (0.0..=86_400.0).contains(&seconds);
-    sensible.then_some(seconds).ok_or_else(|| "give 0 to 86400 seconds".into())
+    sensible.then_some(seconds).ok_or_else(|| "choose from 0 to 86400 seconds".into())
 }
 
 pub fn run(args: &Args, peers: Option<&Peers>) -> anyhow::Result<Vec<(String, Metric)>> {
@@ -136,7 +135,7 @@ fn measure(
 /// Returns the seconds until many environments are made and reset, including the model's
 /// compilation, and the resident bytes of each environment beyond the first.
 fn footprint(config: &FetchConfig, envs: usize) -> anyhow::Result<[f64; 2]> {
-    // So many steps that every environment has touched all of its memory.
+    // Enough steps for every environment to touch all of its memory.
     const STEPS: usize = 10;
     let actions = random_actions(envs).into_flattened();
     let start = Instant::now();
@@ -235,7 +234,7 @@ fn ratios(steps: &Rounds, resets: &Rounds) -> impl Iterator<Item = (String, Metr
         ratio(&format!("python-{threads}-to-{threads}"), steps, Wall, &of_python, &threads),
         ratio("python-to-gymnasium-robotics", steps, Cpu, "python", "gymnasium-robotics"),
         ratio("python-to-envpool", steps, Wall, "python", "envpool"),
-        // A ratio of costs: the slower is the larger.
+        // A ratio of costs, which is larger where the environment is slower.
         ratio("reset-cost-to-bare", resets, Cpu, "reset-bare", "reset"),
     ]
     .into_iter()

@@ -12,7 +12,7 @@ use her_relabel::HerBuffer;
 use super::episodes::{Episodes, SEED, STEPS};
 use crate::bench::interleaved::Contender;
 
-/// The batches of an episode of one environment, which are recorded again and again.
+/// The batches of an episode of one environment, which are recorded repeatedly.
 pub struct Recording {
     batches: Vec<VecStep<FetchObservation>>,
     buffer: HerBuffer<f32>,

@@ -1,4 +1,4 @@
-//! The contenders: sampling, adding, and the copy that sampling needs at least.
+//! The contenders: sampling, adding, and the copying that sampling needs at least.
 
 use std::{cell::RefCell, hint::black_box, mem, rc::Rc};
 
@@ -11,8 +11,8 @@ use her_relabel::{
 use super::episodes::{DIMS, Episode, RecordedRows, STEPS, Stepper, full_buffer};
 use crate::bench::interleaved::Contender;
 
-/// About the number of rows drawn in a turn. The turn is as long as Stable-Baselines3's, and
-/// several times longer than it takes to fill the caches with its own memory.
+/// The approximate number of rows drawn in a turn. The turn is as long as Stable-Baselines3's, and
+/// several times longer than filling the caches with its own memory takes.
 const ROWS: usize = 1 << 19;
 const ADDED: usize = 1000 * STEPS;
 
@@ -40,7 +40,7 @@ impl<T: Scalar> Table<T> {
     }
 }
 
-/// The sampler of all draws: k = 4 and future goals.
+/// Returns the sampler of all draws: k = 4 and future goals.
 fn sampler(size: usize) -> Sampler {
     Sampler::new(size, GoalStrategy::Future, UnitInterval::from_k(4))
 }
@@ -87,8 +87,8 @@ fn drawing<T: Scalar, B: Scalar>(
     }
 }
 
-/// Draws batches in the forms that networks take, by name: what costs more than
-/// [plain batches](sampling) is due to the form.
+/// Draws batches in the forms that networks take, by name: the cost beyond
+/// [plain batches](sampling) is that of the form.
 pub fn forms<T: Scalar>(
     table: &Rc<RefCell<Table<T>>>,
     size: usize,
@@ -163,7 +163,7 @@ fn normalizers<T: Scalar>(episodes: &[Episode<T>]) -> anyhow::Result<[Normalizer
     Ok([observation, goal])
 }
 
-/// Copies observations and goals into joined rows, as a learner without joined batches has to.
+/// Copies observations and goals into joined rows, as a learner without joined batches must.
 fn join<T: Scalar>(batch: &Batch<T>, inputs: &mut [Vec<T>; 2]) {
     let observations = [batch.observation(), batch.next_observation()];
     join_columns(observations, batch.desired_goal(), inputs);
@@ -197,7 +197,7 @@ pub fn add_steps<T: Scalar>(
     }
 }
 
-/// Records the rows of several environments at once, whose episodes follow each other within the
+/// Records the rows of several environments at once; an episode ends and the next one begins in the
 /// same step.
 pub fn record<T: Scalar>(table: &Rc<RefCell<Table<T>>>) -> impl Contender + use<T> {
     let table = Rc::clone(table);
@@ -235,7 +235,7 @@ const WIDTH: usize = DIMS.observation + DIMS.goal + DIMS.action + 1;
 /// Number of rows whose cache lines are loaded together.
 const BLOCK: usize = 32;
 
-/// Only copies two neighboring rows and a goal near them from random places of a table as large as
+/// Copies only two neighboring rows and a goal near them from random places of a table as large as
 /// the buffer's: the time that memory alone takes.
 pub fn bare_gather<T: Scalar>(transitions: usize, batch_size: usize) -> impl Contender {
     let table = vec![T::from_f64(1.0); (transitions + STEPS) * WIDTH];

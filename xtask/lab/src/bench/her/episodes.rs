@@ -7,7 +7,7 @@ use her_relabel::{
 
 pub const DIMS: Dims = Dims { observation: 25, goal: 3, action: 4 };
 pub const STEPS: usize = 50;
-/// Few enough to stay in the cache, because the table is to be measured.
+/// Few enough to stay in the cache, because the benchmark measures the table.
 const EPISODES: usize = 64;
 
 /// An episode of [`STEPS`] steps.
@@ -26,7 +26,7 @@ impl<T: Scalar> Episode<T> {
         (0..EPISODES).map(|_| Self::new(&mut random)).collect()
     }
 
-    /// All values are small, and the achieved goal moves a few centimeters per step.
+    /// Returns an episode with small values, whose achieved goal moves a few centimeters per step.
     fn new(random: &mut NpRandom) -> Self {
         let mut take = |count: usize, scale: f64| -> Vec<T> {
             (0..count).map(|_| T::from_f64(random.uniform(-scale, scale))).collect()
@@ -94,7 +94,7 @@ pub fn full_buffer<T: Scalar>(
     Ok(buffer)
 }
 
-/// Adds single steps without end, to one environment after the other.
+/// Adds single steps endlessly, to one environment after another.
 pub struct Stepper {
     pub first_env: usize,
     pub num_envs: usize,
@@ -124,8 +124,8 @@ impl Stepper {
     }
 }
 
-/// The rows of environments that play an episode each, step by step, and start it again within the
-/// last step.
+/// The rows of environments that each play an episode, step by step, and restart it in the last
+/// step.
 pub struct RecordedRows<T> {
     /// The columns of each step: actions, rewards, next observations and next achieved goals.
     steps: Vec<[Vec<T>; 4]>,

@@ -35,7 +35,7 @@ const SB3: &str = "stable-baselines3";
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {
-    /// Measure this element type only
+    /// Measure only this element type
     #[arg(long, value_enum)]
     element: Option<Element>,
     /// Number of transitions in the buffer
@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     Ok(figures)
 }
 
-/// Starts a full buffer of Stable-Baselines3, with as many transitions, of `f64`.
+/// Starts a full buffer of Stable-Baselines3, with the same number of transitions, of `f64`.
 fn stable_baselines3(transitions: u32) -> anyhow::Result<Rc<RefCell<Peer>>> {
     let python = python::environment("python-sb3", &python::STABLE_BASELINES3)?;
     say!("filling the buffer of Stable-Baselines3 step by step")?;
@@ -118,7 +118,7 @@ fn measure<T: Scalar>(
         let bare = bare_gather::<T>(args.transitions as usize, size);
         entries.push(Entry::new(&format!("bare-gather-{size}"), ROWS, bare));
         if let Some(sb3) = sb3 {
-            // Turns of about the same length, whatever the size.
+            // Turns of about the same length for each size.
             let orders = Orders::new(sb3, format!("sample {size} {}", SIZES[2] / 256));
             entries.push(Entry::new(&format!("{SB3}-{size}"), ROWS, orders));
         }

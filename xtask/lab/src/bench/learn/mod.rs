@@ -114,7 +114,7 @@ struct Replay {
     dims: Dims,
     sampler: Sampler,
     observation: Normalizer,
-    /// Of relative goals.
+    /// The normalizer of relative goals.
     goal: Normalizer,
 }
 
@@ -188,7 +188,7 @@ fn ddpg(hidden: &[usize]) -> AlgorithmSettings {
     AlgorithmSettings::Ddpg(DdpgSettings { hidden: hidden.to_vec(), ..DdpgSettings::default() })
 }
 
-/// SAC of the preset `book`, whose networks have the sizes of DDPG's.
+/// Returns SAC of the preset `book`, with networks of the same size as DDPG's.
 fn sac() -> AlgorithmSettings {
     AlgorithmSettings::Sac(SacSettings { hidden: vec![SIZE; 2], ..SacSettings::book() })
 }
@@ -234,7 +234,7 @@ fn draw(replay: &Arc<Replay>) -> impl FnMut() -> anyhow::Result<usize> + use<> {
     }
 }
 
-/// The floating-point operations of the matrix products of an update.
+/// Returns the number of floating-point operations in the matrix products of an update.
 fn operations(dims: Dims, hidden: &[usize]) -> usize {
     let weights = |inputs: usize, outputs: usize| -> [usize; 2] {
         let sizes = [&[inputs], hidden, &[outputs]].concat();
@@ -244,7 +244,7 @@ fn operations(dims: Dims, hidden: &[usize]) -> usize {
     let Dims { observation, goal, action } = dims;
     let [actor, actor_first] = weights(observation + goal, action);
     let [critic, critic_first] = weights(observation + goal + action, 1);
-    // Targets; the critic forward and backward, but for the gradient of its inputs; the same of the
+    // Targets; the critic forward and backward, except the gradient of its inputs; the same for the
     // actor; and the critic once more, forward and backward to the actions.
     let targets = actor + critic;
     let learned = 3 * critic - critic_first + 3 * actor - actor_first;

@@ -15,7 +15,7 @@ use crate::{
 
 const SEED: u64 = 0;
 const THREADS: usize = 2;
-/// More than any run has needed.
+/// More steps than any run has needed.
 const MOST_STEPS: u64 = 10_000;
 
 pub fn measure(peers: bool) -> anyhow::Result<Vec<(String, Metric)>> {

@@ -25,10 +25,10 @@ use super::{
 pub struct Grid {
     env_id: String,
     preset: String,
-    /// As the flags `--steps` and `--target`.
+    /// As in the flags `--steps` and `--target`.
     pub steps: Option<u64>,
     pub target: Option<f64>,
-    /// The values of each setting that the preset does not decide.
+    /// The values of each setting that the grid sets.
     #[serde(rename = "set", default)]
     pub axes: Axes,
     pub seeds: Vec<u64>,
@@ -90,8 +90,8 @@ impl Grid {
         &self.preset
     }
 
-    /// Returns every choice of values, and the settings that it makes of the preset's. The last
-    /// value changes first.
+    /// Returns every choice of values, with the preset's settings changed by it. The last value
+    /// changes first.
     pub fn choices(&self, preset: &TrainSettings) -> Result<Vec<Choice<'_>>, GridError> {
         let mut choices = vec![(Vec::new(), preset.clone())];
         for (key, values) in &self.axes.0 {
@@ -120,7 +120,7 @@ impl Grid {
         Ok(choices.collect())
     }
 
-    /// Returns values as `--set` has them.
+    /// Returns values in the form of `--set`.
     fn assignments(&self, values: &[&Value]) -> Vec<String> {
         let keys = self.axes.0.iter().map(|(key, _)| key);
         keys.zip(values).map(|(key, value)| format!("{key}={value}")).collect()
@@ -130,15 +130,15 @@ impl Grid {
 /// A value for each setting.
 pub struct Choice<'a> {
     pub values: Vec<&'a Value>,
-    /// The same as `--set` has it.
+    /// The values in the form of `--set`.
     pub assignments: Vec<String>,
-    /// Those that differ between choices.
+    /// The assignments that differ between choices.
     pub parts: Vec<String>,
     pub settings: TrainSettings,
 }
 
 impl Choice<'_> {
-    /// Names the choice as a part of a path, in whichever order its settings are.
+    /// Returns the choice as part of a path, which does not depend on the order of its settings.
     pub fn file_name(&self) -> String {
         let mut parts: Vec<_> = self.parts.iter().map(|part| file_name(part)).collect();
         parts.sort();
@@ -158,7 +158,7 @@ impl<'de> Deserialize<'de> for Axes {
     }
 }
 
-/// Reads an object in its order, in which no key is repeated.
+/// Reads an object in its order, and refuses repeated keys.
 struct AxesVisitor;
 
 impl<'de> Visitor<'de> for AxesVisitor {
@@ -176,7 +176,7 @@ impl<'de> Visitor<'de> for AxesVisitor {
                 return Err(A::Error::custom(reason));
             };
             if axes.iter().any(|(other, _)| *other == key) {
-                return Err(A::Error::custom(format!("{key} is there twice")));
+                return Err(A::Error::custom(format!("{key} appears twice")));
             }
             axes.push((key, values));
         }

@@ -1,4 +1,4 @@
-//! What is wrong with a grid's file or folder.
+//! The errors of a grid's file or folder.
 
 use std::{fmt::Display, path::PathBuf};
 
@@ -6,7 +6,7 @@ use std::{fmt::Display, path::PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
-    #[error("the file is no grid")]
+    #[error("the file is not a grid")]
     Json(#[from] serde_json::Error),
     #[error("there is no key {key}; did you mean {nearest}?")]
     UnknownKey { key: String, nearest: &'static str },
@@ -14,18 +14,18 @@ pub enum GridError {
     Value { key: &'static str, reason: String },
     #[error("{key} is empty: give it at least one value, or leave it out")]
     Empty { key: String },
-    #[error("{what} is there twice: leave one out")]
+    #[error("{what} appears twice: leave one out")]
     Repeated { what: String },
     #[error("the grid has {num_runs} runs: choose at most {most}, or several grids")]
     TooMany { num_runs: usize, most: usize },
     #[error(
         "{} has the runs of another grid, which differs in {difference}: choose another folder \
-         with --out, or undo the change of the file",
+         with --out, or undo the change to the file",
         folder.display()
     )]
     Changed { folder: PathBuf, difference: String },
     #[error(
-        "{} is there, but no grid.json says whose it is: choose another folder with --out",
+        "{} exists, but no grid.json says whose it is: choose another folder with --out",
         path.display()
     )]
     Taken { path: PathBuf },

@@ -1,4 +1,4 @@
-//! The folder of a grid: what it is of, its runs, its table and its picture.
+//! The folder of a grid: its description, its runs, its table and its picture.
 
 use std::{
     fs,
@@ -13,13 +13,13 @@ use serde_json::Value;
 use super::{super::lock::RunLock, GridError, description::Grid};
 use crate::shared::json::{json_text, replace_file};
 
-/// The folder of a grid, in which no other process writes.
+/// The folder of a grid, to which no other process writes.
 pub struct GridFolder {
     pub path: PathBuf,
     _lock: RunLock,
 }
 
-/// What the runs of a folder are of: `grid.json`.
+/// The description of the runs in a folder: `grid.json`.
 #[derive(PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Begun {
@@ -31,13 +31,13 @@ pub struct Begun {
 const GRID: &str = "grid.json";
 const RUNS: &str = "runs";
 pub const TABLE: &str = "table.csv";
-/// The picture's name, without its ending.
+/// The picture's name, without its extension.
 pub const PICTURE: &str = "success";
 
 impl GridFolder {
-    /// Begins a grid in a folder, which it makes if there is none, or continues the same one.
+    /// Begins a grid in a folder, which is made if there is none, or continues the same grid.
     pub fn open(path: &Path, grid: &Begun) -> anyhow::Result<Self> {
-        // No lock is left in a folder of something else.
+        // This leaves no lock in a folder of something else.
         has_begun(path, grid)?;
         let folder = Self { path: path.to_owned(), _lock: RunLock::take(path)? };
         if !has_begun(path, grid)? {
@@ -56,7 +56,7 @@ impl GridFolder {
     }
 }
 
-/// Whether a folder has the runs of a grid. It is an error if they are of another one.
+/// Returns whether a folder has the runs of a grid, or an error if they are another grid's.
 fn has_begun(folder: &Path, grid: &Begun) -> anyhow::Result<bool> {
     let path = folder.join(GRID);
     if !path.exists() {
@@ -69,7 +69,7 @@ fn has_begun(folder: &Path, grid: &Begun) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let text = fs::read_to_string(&path);
-    let damaged = || format!("{} is not of a grid: choose another folder", path.display());
+    let damaged = || format!("{} does not describe a grid: choose another folder", path.display());
     let begun: Value = serde_json::from_str(&text.with_context(damaged)?).with_context(damaged)?;
     let grid = serde_json::from_str(&json_text(grid)?)?;
     match difference(&begun, &grid) {

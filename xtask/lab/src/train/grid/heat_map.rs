@@ -1,4 +1,4 @@
-//! The picture of a grid: the success rate of each choice of values, darker for higher ones.
+//! The picture of a grid: the success rate of each choice of values, darker where it is higher.
 
 use plotters::prelude::*;
 
@@ -27,7 +27,7 @@ const TOP: usize = 76;
 
 /// The largest number of columns.
 const MOST_COLUMNS: usize = 8;
-/// The largest number of letters of a label's line.
+/// The largest number of letters in a line of a label.
 const MOST_LETTERS: usize = 48;
 
 impl<'a> HeatMap<'a> {
@@ -39,7 +39,7 @@ impl<'a> HeatMap<'a> {
             .filter(|(_, values)| values.len() > 1)
             .map(|(key, values)| values.iter().map(|value| label(key, value)).collect())
             .collect();
-        // The last ones are columns, but for the first of all.
+        // The last axes are columns, except the first of all axes.
         let (mut at, mut num_columns) = (axes.len(), 1);
         while at > 1 && num_columns * axes[at - 1].len() <= MOST_COLUMNS {
             at -= 1;
@@ -63,7 +63,7 @@ impl<'a> HeatMap<'a> {
         CELL_HEIGHT.max(LINE * (self.row_labels[0].len() + 1))
     }
 
-    /// The place and the size of the cells together: x, y, width, height.
+    /// Returns the position and the size of all cells together: x, y, width, height.
     fn cells_at(&self) -> [usize; 4] {
         let x = MARGIN + LETTER * (longest(&self.row_labels) + 1);
         let y = TOP + LINE * (self.column_labels[0].len() + 1);
@@ -81,7 +81,7 @@ fn label(key: &str, value: &serde_json::Value) -> String {
     text.chars().take(MOST_LETTERS - 1).chain(['…']).collect()
 }
 
-/// Returns all combinations of a label of each axis; the last one changes first.
+/// Returns all combinations of one label of each axis; the last one changes first.
 fn combinations(axes: &[Vec<String>]) -> Vec<Vec<String>> {
     axes.iter().fold(vec![Vec::new()], |all, labels| {
         let longer = |one: &Vec<String>, label: &String| {

@@ -1,5 +1,5 @@
-//! `train --grid`: every choice of settings with every seed, a run a thread, one table and one
-//! picture. A grid that was stopped or killed goes on where it was.
+//! `train --grid`: every choice of settings with every seed, one run per thread, one table and one
+//! picture. A grid that was stopped or killed continues where it was.
 
 mod description;
 mod error;
@@ -79,8 +79,8 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let (num_ended, total) = (ended.iter().flatten().count(), planned.len());
     if let Some(stopped) = Stopped::by(signals.received()) {
         tell(format_args!(
-            "train: {stopped} after {num_ended} of {total} runs: the same command goes on from \
-             there"
+            "train: {stopped} after {num_ended} of {total} runs: the same command continues \
+             from there"
         ));
         return Err(stopped.into());
     }

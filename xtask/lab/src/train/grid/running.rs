@@ -1,4 +1,4 @@
-//! Running the runs of a grid, each on a thread of its own.
+//! Running the runs of a grid, each on its own thread.
 
 use std::{
     panic,
@@ -30,14 +30,14 @@ pub struct Planned {
     pub settings: TrainSettings,
     pub args: Args,
     pub folder: PathBuf,
-    /// The choice, with which lines about the run begin.
+    /// The choice, at the beginning of each line about the run.
     pub name: String,
 }
 
 /// How a run ended, if no signal has stopped it.
 pub enum Ended {
     Finished {
-        /// Of the final evaluation.
+        /// The success rate of the final evaluation.
         success_rate: f64,
         /// The second of two evaluations in a row that reached the target.
         reached: Option<CurveLine>,
@@ -46,7 +46,7 @@ pub enum Ended {
     Diverged,
 }
 
-/// What the threads share.
+/// The state that the threads share.
 struct Shared<'a> {
     planned: &'a [Planned],
     /// The number of the next run.
@@ -56,9 +56,9 @@ struct Shared<'a> {
     signals: &'a Signals,
 }
 
-/// Takes all runs to their ends, or to those of the cycles in which this process receives a signal.
-/// Returns them in the order of the plan, `None` for those that have not ended. A run that fails
-/// does not keep the others from their ends. `num_steps` are those of a run.
+/// Runs all runs to their ends, or to the end of the cycle in which this process receives a signal.
+/// Returns their results in the order of the plan, `None` for runs that have not ended. A run that
+/// fails does not stop the others. `num_steps` is the number of steps of a run.
 pub fn run_all(
     planned: &[Planned],
     num_steps: u64,
@@ -82,14 +82,14 @@ pub fn run_all(
     let ended = all.into_iter().map(|(_, ended)| ended).collect::<anyhow::Result<_>>();
     ended.map_err(|first| {
         first.context(format!(
-            "{num_failed} of {} runs failed, and the same command tries them again; the first",
+            "{num_failed} of {} runs failed, and the same command tries them again; first error",
             planned.len()
         ))
     })
 }
 
 impl Shared<'_> {
-    /// Takes runs to their ends while there are any.
+    /// Runs one run after another until none is left.
     fn run_some(&self) -> Vec<(usize, anyhow::Result<Option<Ended>>)> {
         let mut all = Vec::new();
         loop {
@@ -100,7 +100,7 @@ impl Shared<'_> {
         }
     }
 
-    /// Begins or continues a run, and takes it to its end.
+    /// Begins or continues a run, and runs it to its end.
     fn run(&self, planned: &Planned) -> anyhow::Result<Option<Ended>> {
         let folder = &planned.folder;
         if RunFiles::is_finished(folder) {
@@ -165,18 +165,18 @@ impl Planned {
         Ok((Trainer::resume(|| make(env_id, model), &self.folder, 1)?, files))
     }
 
-    /// Checks that a folder has this run.
+    /// Checks that the files are those of this run.
     fn checked(&self, files: RunFiles) -> anyhow::Result<RunFiles> {
         ensure!(
             files.run == Run::new(&self.args, self.args.seed),
-            "{} has another run: choose another folder with --out",
+            "{} has a different run: choose another folder with --out",
             files.folder.display()
         );
         Ok(files)
     }
 }
 
-/// Returns how a run ended that has a policy.
+/// Returns how a finished run ended.
 fn ended(files: &RunFiles) -> anyhow::Result<Ended> {
     let success = files.read_policy()?.header().success;
     let success = success.context("its policy has no success rate")?;
@@ -185,7 +185,7 @@ fn ended(files: &RunFiles) -> anyhow::Result<Ended> {
     Ok(Ended::Finished { success_rate: success.rate.value, reached: reached.copied() })
 }
 
-/// Whether a run ended because a number in it is not finite any more.
+/// Whether a run ended because one of its numbers was no longer finite.
 fn has_diverged(error: &anyhow::Error) -> bool {
     match error.downcast_ref() {
         Some(TrainError::Policy(_)) => true,

@@ -24,7 +24,7 @@ pub struct Row {
     /// The success rate at the end; 0 for a run that has diverged.
     pub success: Estimate,
     pub num_reached: usize,
-    /// Of the runs that reached the target; `None` if none did.
+    /// The mean over the runs that reached the target; `None` if none did.
     steps: Option<Estimate>,
     seconds: Option<Estimate>,
 }
@@ -45,7 +45,7 @@ impl Table {
         Ok(Self { keys, rows: rows.collect::<anyhow::Result<_>>()? })
     }
 
-    /// Returns the table as a file has it.
+    /// Returns the table as CSV.
     pub fn csv(&self) -> anyhow::Result<String> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let own = ["runs", "diverged", "success_rate", "success_low", "success_high", "reached"];
@@ -63,7 +63,7 @@ impl Table {
         Ok(String::from_utf8(writer.into_inner()?)?)
     }
 
-    /// Returns the table as a page in Markdown has it.
+    /// Returns the table as Markdown.
     pub fn text(&self) -> String {
         let own = ["success at the end", "reached the target", "steps to it", "seconds to it"];
         let header = self.keys.iter().cloned().chain(own.map(str::to_owned));
@@ -140,7 +140,7 @@ impl Row {
     }
 }
 
-/// Returns an estimate and the ends of its interval; nothing for none.
+/// Returns an estimate and the ends of its interval as text, which is empty without an estimate.
 fn numbers(estimate: Option<Estimate>, decimals: usize) -> [String; 3] {
     let number = |number: f64| format!("{number:.decimals$}");
     estimate.map_or_else(Default::default, |Estimate { value, low, high, .. }| {
