@@ -63,8 +63,8 @@ const OWN: [commands::Command; 11] = [
         usage: "[--seconds <N>] [--target <TARGET>]
 
   --seconds <N>      Run each target this long [default: 15]
-  --target <TARGET>  Run only this target: load, npz or operations of the buffer, values or
-                     calls of environments, settings or checkpoints of training",
+  --target <TARGET>  Run only this target: load, npz, ogbench or operations of the buffer, values or
+                     calls of environments, settings, checkpoints or minari of training",
         run: fuzz::run,
     },
     commands::Command {

@@ -42,7 +42,7 @@ enum Benchmark {
     Instructions(instructions::Args),
     /// Measure updates of a learner, compared with a plain matrix product
     Learn(learn::Args),
-    /// Measure exchanges between ranks through MPI: the constants of the model of their speed
+    /// Measure how long ranks take to average gradients, through MPI
     Ranks(ranks::Args),
     /// Measure pictures per second, compared with pictures of the sky alone
     Render(render::Args),

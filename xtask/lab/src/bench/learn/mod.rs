@@ -1,6 +1,5 @@
-//! `bench learn`: measures updates of DDPG, and of SAC beside them, against a plain matrix product
-//! of 256 x 256 by 256 x 256 and against PyTorch, the drawing of their batches, and how soon Reach is
-//! learned.
+//! `bench learn`: measures updates of DDPG and SAC, compared with a plain product of two 256 x 256
+//! matrices and with PyTorch, drawing their batches, and how soon Reach is learned.
 
 mod product;
 mod reach;
@@ -35,8 +34,8 @@ const LEARNERS: (&str, &str) = ("learners.py", include_str!("../../../scripts/le
 /// The length of a row and of a column of the matrices.
 const SIZE: usize = 256;
 const BATCH: usize = 256;
-/// The number of updates of a turn: those of a cycle of the preset `fast`. Short turns would measure
-/// how long the machine's second core takes to wake up.
+/// The number of updates in a turn: those of a cycle of the preset `fast`. Short turns would
+/// measure how long the machine's second core takes to wake up.
 const UPDATES: usize = 160;
 const DRAWS: usize = 200;
 
