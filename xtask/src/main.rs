@@ -190,7 +190,8 @@ fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
         );
         cargo.args(["--features", "mpi"]);
     }
-    if arguments.starts_with(&["bench".into(), "learn".into()]) {
+    // Flags of `bench` may stand between the two words.
+    if arguments[0] == "bench" && arguments.iter().any(|argument| argument == "learn") {
         cargo.args(["--features", "product"]);
     }
     replace_by(cargo.arg("--").args(arguments))
