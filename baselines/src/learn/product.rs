@@ -146,7 +146,7 @@ impl Work<'_> {
         if self.right.is_transposed {
             pack_transposed(self.right, first..first + used, panel, width);
         } else {
-            pack(self.right, first..first + used, panel, width);
+            pack::<S, V>(self.right, first..first + used, panel);
         }
         let panel = S::as_simd_f32s(panel).0.as_chunks::<V>().0;
         for start in (0..self.num_rows).step_by(R) {
@@ -159,9 +159,15 @@ impl Work<'_> {
                 let rows: [&[f32]; R] = from_fn(|i| &row(i)[..panel.len()]);
                 tile(simd, rows, panel)
             };
-            let rows = self.target.chunks_exact_mut(self.num_columns).skip(start);
-            for (row, sums) in rows.zip(&sums) {
+            let mut rows = self.target.chunks_exact_mut(self.num_columns).skip(start);
+            // Taken by value, the sums stay in registers.
+            for sums in sums {
+                let Some(row) = rows.next() else { break };
                 let (vectors, rest) = S::as_mut_simd_f32s(&mut row[first..first + used]);
+                if let Some(vectors) = vectors.first_chunk_mut() {
+                    *vectors = sums;
+                    continue;
+                }
                 let num_vectors = vectors.len();
                 vectors.copy_from_slice(&sums[..num_vectors]);
                 if !rest.is_empty() {
@@ -212,13 +218,18 @@ fn tile<S: Simd, const R: usize, const V: usize>(
     sums
 }
 
-/// Copies columns of a matrix to rows of length `width`.
+/// Copies columns of a matrix to rows of `V` vectors.
 #[inline(always)]
-fn pack(matrix: Matrix<'_>, columns: Range<usize>, panel: &mut [f32], width: usize) {
+fn pack<S: Simd, const V: usize>(matrix: Matrix<'_>, columns: Range<usize>, panel: &mut [f32]) {
     let rows = matrix.numbers.chunks_exact(matrix.row_len);
-    for (to, row) in panel.chunks_exact_mut(width).zip(rows) {
-        let (to, padding) = to.split_at_mut(columns.len());
-        to.copy_from_slice(&row[columns.clone()]);
+    for (to, row) in panel.chunks_exact_mut(V * S::F32_LANES).zip(rows) {
+        let row = &row[columns.clone()];
+        if let Some(whole) = S::as_simd_f32s(row).0.first_chunk::<V>() {
+            S::as_mut_simd_f32s(to).0.copy_from_slice(whole);
+            continue;
+        }
+        let (to, padding) = to.split_at_mut(row.len());
+        to.copy_from_slice(row);
         padding.fill(0.0);
     }
 }
