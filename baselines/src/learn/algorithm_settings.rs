@@ -40,8 +40,8 @@ settings! {
         pub target_interval: u64 => 1..=1_000_000,
         /// The fraction of the way that the actor that is evaluated moves towards the learning one
         /// after every update: 0.005, measured, because single updates make single states better
-        /// and others worse; 1 for Reach, and 0.0003 for Slide, where success rates vary by 0.1
-        /// with 0.005. The authors: 1, which is the learning actor.
+        /// and others worse; 1 for Reach, 0.001 for Push, and 0.0003 for Slide, where success rates
+        /// vary by 0.1 with 0.005. The authors: 1, which is the learning actor.
         pub average_fraction: f32 => 1e-6..=1.0,
         /// The weight of the mean square of the actions in the actor's loss: 0.05, measured, 0.5
         /// for Reach, and 0.01 for Slide, as in MRL (Pitis et al., 2020). The authors: 1.

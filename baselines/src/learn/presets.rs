@@ -53,6 +53,13 @@ impl TrainSettings {
                 replay.goal_noise_share = 0.5;
                 inputs.left_out = elements(task, &["grip_pos", "object_pos"]);
                 exploration.held_actions = 9;
+                if task == Task::Push {
+                    // Without noise the gripper strikes the object harder than with it, and off the
+                    // table: the learner has to see that, with goals that are on the table.
+                    ddpg.average_fraction = 0.001;
+                    replay.past_desired = 1.0;
+                    exploration.quiet_episodes = 0.5;
+                }
             }
             Task::Slide => {
                 ddpg.actor_learning_rate = 0.001;

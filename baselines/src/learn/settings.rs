@@ -194,7 +194,7 @@ settings! {
         /// own: 4, the authors'.
         pub future_k: f64 => 0.0..=1_000.0,
         /// The weight of goals pursued in other episodes; future goals have weight 1: 0, and 1
-        /// for Slide, as in MRL.
+        /// for Push and Slide, as in MRL.
         pub past_desired: f64 => 0.0..=1_000.0,
         /// The probability of keeping a transition whose goal was already achieved before the step:
         /// 0.2, measured, because they teach nothing. The authors: 1.
@@ -264,7 +264,8 @@ settings! {
         /// starts: 0, the authors', and 0.5 for Slide.
         pub far_starts: f64 => 0.0..=1.0,
         /// The share of the episodes in which all actions are the actor's, without noise: 0, the
-        /// authors', and 0.5 for Slide.
+        /// authors', and 0.5 for Push and Slide, where they show the learner how the actor's own
+        /// pushes and strikes end.
         pub quiet_episodes: f64 => 0.0..=1.0,
     }
 }

@@ -9,7 +9,8 @@ use crate::figures::{
 };
 
 pub struct Curves {
-    title: String,
+    name: String,
+    legend: String,
     target: f64,
     over_steps: Vec<Band>,
     over_seconds: Vec<Band>,
@@ -17,12 +18,13 @@ pub struct Curves {
 
 impl Curves {
     pub fn new(group: &Group) -> anyhow::Result<Self> {
-        let runs = match group.num_runs() {
+        let legend = match group.num_runs() {
             1 => "one run".to_owned(),
             runs => format!("interquartile mean of {runs} runs, with the 95 % bootstrap interval"),
         };
         Ok(Self {
-            title: format!("{}: {runs}", group.name),
+            name: group.name.clone(),
+            legend,
             target: group.target,
             over_steps: group.bands(|point| point.steps as f64 / 1e3)?,
             over_seconds: group.bands(|point| point.seconds)?,
@@ -32,12 +34,13 @@ impl Curves {
 
 impl Drawing for Curves {
     fn size(&self) -> (u32, u32) {
-        (1120, 420)
+        (1120, 440)
     }
 
     fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), DrawError> {
-        area.draw_text(&self.title, &bold(22), (20, 28))?;
-        let (_, charts) = area.split_vertically(48);
+        area.draw_text(&self.name, &bold(22), (20, 28))?;
+        area.draw_text(&self.legend, &text(15, INK), (20, 54))?;
+        let (_, charts) = area.split_vertically(68);
         let (left, right) = charts.split_horizontally(560);
         chart(&left, &self.over_steps, self.target, "environment steps (thousands)")?;
         chart(&right, &self.over_seconds, self.target, "seconds of training")
@@ -65,7 +68,7 @@ fn chart<B: Backend>(
         .bold_line_style(FAINT.mix(0.25))
         .axis_style(INK)
         .x_desc(label)
-        .y_desc("success rate of 100 greedy episodes")
+        .y_desc("success rate of greedy episodes")
         .axis_desc_style((FONT, 15).into_font().color(&INK))
         .label_style((FONT, 14).into_font().color(&INK))
         .x_labels(6)
