@@ -54,8 +54,8 @@ impl TrainSettings {
                 inputs.left_out = elements(task, &["grip_pos", "object_pos"]);
                 exploration.held_actions = 9;
                 if task == Task::Push {
-                    // Without noise the gripper strikes the object harder than with it, and off the
-                    // table: the learner has to see that, with goals that are on the table.
+                    // Without them, most failures are strikes that send the object off the table:
+                    // noise hides these, and goals in hindsight lie where the object fell.
                     ddpg.average_fraction = 0.001;
                     replay.past_desired = 1.0;
                     exploration.quiet_episodes = 0.5;
