@@ -1,8 +1,8 @@
 //! The settings of the algorithms.
 
-use super::range::settings;
+use super::range::ranged_settings;
 
-settings! {
+ranged_settings! {
     /// Settings of [`Ddpg`](super::Ddpg).
     ///
     /// The sources are the authors of Fetch (Plappert et al., *Multi-goal reinforcement learning*,
@@ -125,7 +125,7 @@ impl DdpgSettings {
     }
 }
 
-settings! {
+ranged_settings! {
     /// Settings of [`Sac`](super::Sac).
     ///
     /// The sources are Haarnoja et al., *Soft actor-critic algorithms and applications*, 2018 (the

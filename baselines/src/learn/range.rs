@@ -26,7 +26,7 @@ macro_rules! check_range {
 
 /// Defines settings. A number's type is followed by its range, which is documented, checked and
 /// named by errors.
-macro_rules! settings {
+macro_rules! ranged_settings {
     (
         $(#[$of_all:meta])*
         pub struct $settings:ident {$(
@@ -64,7 +64,7 @@ macro_rules! settings {
     };
 }
 
-pub(super) use {check_range, settings};
+pub(super) use {check_range, ranged_settings};
 
 /// Numbers that can be compared with a range.
 pub(super) trait Bounded<N> {

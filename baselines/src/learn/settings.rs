@@ -7,7 +7,7 @@ use super::algorithm::{AlgorithmInit, Built};
 use super::algorithm_settings::{DdpgSettings, SacSettings};
 use super::ddpg::Ddpg;
 use super::error::TrainError;
-use super::range::settings;
+use super::range::ranged_settings;
 use super::sac::Sac;
 
 /// The settings of a training run.
@@ -182,7 +182,7 @@ impl AlgorithmSettings {
     }
 }
 
-settings! {
+ranged_settings! {
     /// What is stored, and how it is drawn.
     pub struct ReplaySettings {
         /// The number of transitions that the buffer holds: 1,000,000, the authors'.
@@ -226,7 +226,7 @@ settings! {
     }
 }
 
-settings! {
+ranged_settings! {
     /// What the networks see.
     pub struct InputSettings {
         /// Whether the networks see the difference from the achieved to the desired goal instead of
@@ -245,7 +245,7 @@ settings! {
     }
 }
 
-settings! {
+ranged_settings! {
     /// How actions are chosen while collecting.
     pub struct ExplorationSettings {
         /// The number of wholly random episodes before the first update: 300, measured, and 4 for
@@ -270,7 +270,7 @@ settings! {
     }
 }
 
-settings! {
+ranged_settings! {
     /// How often to collect, update and evaluate.
     pub struct ScheduleSettings {
         /// The number of environments that are stepped together.
