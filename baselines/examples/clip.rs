@@ -1,19 +1,24 @@
-//! Writes one episode of the scripted policy as a clip:
-//! `clip FetchPickAndPlace-v4 episode.gif [SEED [SIDE]]`, where SIDE is in pixels.
+//! Writes one episode of the scripted or the trained policy as a clip:
+//! `clip FetchPickAndPlace-v4 trained episode.gif [SEED [SIDE]]`, where SIDE is in pixels.
 //!
 //! A file name that ends in `.png` gets a lossless APNG, any other a GIF.
 
 use std::{env, error::Error, fs::File, io::BufWriter};
 
-use baselines::{Policy, ScriptedPolicy};
+use baselines::{Policy, ScriptedPolicy, TrainedPolicy};
 use fetch_env::{Env, EnvId, RenderEnv, RenderOptions, clip::Clip, make};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = env::args().skip(1).collect();
-    let [id, path, rest @ ..] = arguments.as_slice() else {
-        return Err("pass an environment and a file".into());
+    let [id, policy, path, rest @ ..] = arguments.as_slice() else {
+        return Err("pass an environment, a policy and a file".into());
     };
     let id: EnvId = id.parse()?;
+    let mut policy: Box<dyn Policy> = match policy.as_str() {
+        "scripted" => Box::new(ScriptedPolicy::new(id.task)),
+        "trained" => Box::new(TrainedPolicy::shipped(id.task)?),
+        _ => return Err("the policy is `scripted` or `trained`".into()),
+    };
     let seed = rest.first().map_or(Ok(0), |seed| seed.parse())?;
 
     let mut env = make(id)?;
@@ -21,7 +26,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = RenderOptions::default().with_width(side).with_height(side);
     let mut clip = Clip::new(options.width(), options.height())?;
     let mut renderer = env.renderer(options)?;
-    let mut policy = ScriptedPolicy::new(id.task);
 
     let start = env.reset(Some(seed))?;
     let (mut observation, mut action) = (start.observation, [0.0; 4]);
