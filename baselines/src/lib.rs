@@ -24,7 +24,8 @@
 //! # Features
 //! - `mujoco`, `render` (default): the environments on MuJoCo, and their pictures.
 //! - `learn`: the module `learn`.
-//! - `lerobot`, `minari`, `ogbench`: the module `datasets`, with a writer of each format, and Minari's reader.
+//! - `lerobot`, `minari`, `ogbench`: the module `datasets`, with a writer of each format, and
+//!   Minari's reader.
 //! - `page`: the module `page`.
 //! - `mpi`: `workers::MpiWorkers`, the processes that `mpirun` starts.
 #![forbid(unsafe_code)]

@@ -3,7 +3,8 @@
 /// Returns the hyperbolic tangent, with the same bits on each processor and operating system: their
 /// C libraries differ in last bits.
 ///
-/// It is computed in double precision and rounded once, so that other exact code gets the same bits.
+/// It is computed in double precision and rounded once, so that other exact code gets the same
+/// bits.
 pub(crate) fn tanh(value: f32) -> f32 {
     libm::tanh(f64::from(value)) as f32
 }

@@ -165,7 +165,10 @@ proptest! {
     }
 
     #[test]
-    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), len in 0..300_u64) {
+    fn random_bytes_never_panic(
+        bytes in prop::collection::vec(any::<u8>(), 0..300),
+        len in 0..300_u64,
+    ) {
         prop_assert!(TrainedPolicy::from_bytes(&bytes).is_err());
         prop_assert!(TrainedPolicy::from_bytes(&[&len.to_le_bytes(), &*bytes].concat()).is_err());
     }

@@ -243,7 +243,11 @@ fn files_of_other_kinds_are_refused() -> Result {
 proptest! {
     /// A file that is cut off is refused, and one with a changed byte is refused or still a policy.
     #[test]
-    fn a_cut_file_is_refused_and_a_changed_one_too_or_it_fits(cut in 0.0..1.0_f64, at in 0.0..1.0_f64, byte in any::<u8>()) {
+    fn a_cut_file_is_refused_and_a_changed_one_too_or_it_fits(
+        cut in 0.0..1.0_f64,
+        at in 0.0..1.0_f64,
+        byte in any::<u8>(),
+    ) {
         let bytes = policy().to_bytes().expect("it can be written");
         let len = (cut * bytes.len() as f64) as usize;
         prop_assert!(TrainedPolicy::from_bytes(&bytes[..len]).is_err());

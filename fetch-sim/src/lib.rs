@@ -69,9 +69,9 @@
 //! # Ok::<(), fetch_sim::SimError>(())
 //! ```
 //! What an extension cannot change, such as the table or the robot, is in the files that
-//! `builtin_files` returns: edit them and simulate them as [`ModelSource::Files`], or bring your own
-//! scene. [`ModelSource`] lists the names that it needs. If a simulation on MuJoCo 2 runs out of
-//! room for contacts ([`SimError::BufferFull`]), add `<size njmax="1000" nconmax="300"/>`.
+//! `builtin_files` returns: edit them and simulate them as [`ModelSource::Files`], or bring your
+//! own scene. [`ModelSource`] lists the names that it needs. If a simulation on MuJoCo 2 runs out
+//! of room for contacts ([`SimError::BufferFull`]), add `<size njmax="1000" nconmax="300"/>`.
 //!
 //! # Features
 //! | feature | adds | needs |

@@ -92,7 +92,8 @@ impl Place {
     /// and does not know its platform.
     fn put_python(&self, script: &str) -> Result {
         let path = self.path("bin/python3");
-        let head = "#!/bin/sh\n[ \"$1\" != -c ] || exit 1\nwhile [ \"$1\" != --dest ]; do shift; done\ninto=$2\n";
+        let head = "#!/bin/sh\n[ \"$1\" != -c ] || exit 1\n\
+                    while [ \"$1\" != --dest ]; do shift; done\ninto=$2\n";
         let wheel = self.wheel();
         fs::write(&path, format!("{head}wheel={}\n{script}\n", wheel.display()))?;
         Ok(fs::set_permissions(&path, fs::Permissions::from_mode(0o755))?)

@@ -117,8 +117,8 @@ impl Mirror {
     /// Writes the mirror image of `vector` to `mirrored`.
     ///
     /// # Errors
-    /// [`SymmetryError::WrongLength`] if one of them does not have [`len`](Self::len) elements; then
-    /// nothing has been written.
+    /// [`SymmetryError::WrongLength`] if one of them does not have [`len`](Self::len) elements;
+    /// then nothing has been written.
     pub fn write(&self, vector: &[f64], mirrored: &mut [f64]) -> Result<(), SymmetryError> {
         let expected = self.len();
         for actual in [vector.len(), mirrored.len()] {

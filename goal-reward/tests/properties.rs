@@ -41,9 +41,8 @@ proptest! {
         for (row, (achieved, desired)) in pairs.iter().enumerate() {
             let single = reward.reward(achieved, desired);
             // NaN has many bit patterns and arithmetic may give any of them.
-            prop_assert!(
-                rewards[row].to_bits() == single.to_bits() || rewards[row].is_nan() && single.is_nan()
-            );
+            let same = rewards[row].to_bits() == single.to_bits();
+            prop_assert!(same || rewards[row].is_nan() && single.is_nan());
             prop_assert_eq!(successes[row], reward.is_success(achieved, desired));
         }
     }
@@ -74,7 +73,10 @@ proptest! {
     }
 
     #[test]
-    fn success_and_reward_agree_with_the_distance((dim, achieved, desired) in batch(), reward in reward()) {
+    fn success_and_reward_agree_with_the_distance(
+        (dim, achieved, desired) in batch(),
+        reward in reward(),
+    ) {
         let pairs = GoalPairs::new(&achieved, &desired, dim).unwrap();
         let sparse = DistanceReward::new(RewardKind::Sparse, reward.threshold());
         for (achieved, desired) in pairs.iter() {

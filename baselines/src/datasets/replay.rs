@@ -47,7 +47,8 @@ debug_as_display!(ReplayError);
 ///
 /// let make = || Ok(make("FetchPush-v4")?);
 /// let about = About::new("fetch/push/replay-v0", &make()?, "a run of DDPG", "")?;
-/// let mut writers: [Box<dyn DatasetWriter>; 1] = [Box::new(OgBenchWriter::create("data", about)?)];
+/// let writer = OgBenchWriter::create("data", about)?;
+/// let mut writers: [Box<dyn DatasetWriter>; 1] = [Box::new(writer)];
 /// let settings = TrainSettings::fast(Task::Push);
 /// write_replay(make, settings, 0, 2_000, &mut writers, |_| ())?;
 /// writers.into_iter().try_for_each(|writer| writer.finish())?;

@@ -26,8 +26,8 @@ impl Adam {
         Self { learning_rate, first_moment: zeros.clone(), second_moment: zeros }
     }
 
-    /// Moves parameters against a gradient, in step `number`, counted from 1, by `rate_factor` times
-    /// the learning rate.
+    /// Moves parameters against a gradient, in step `number`, counted from 1, by `rate_factor`
+    /// times the learning rate.
     pub(crate) fn step(
         &mut self,
         number: u64,

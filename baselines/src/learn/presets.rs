@@ -120,9 +120,9 @@ impl TrainSettings {
     /// book's chapter on the anatomy of these environments.
     ///
     /// Source: the book's chapter on sparse rewards, a comparison of 24 settings. Its other numbers
-    /// are those of Stable-Baselines3, which learn much later: learning rate 0.0003, target fraction
-    /// 0.005, batches of 256, an update for each step of eight environments, inputs that are not
-    /// normalized.
+    /// are those of Stable-Baselines3, which learn much later: learning rate 0.0003, target
+    /// fraction 0.005, batches of 256, an update for each step of eight environments, inputs that
+    /// are not normalized.
     #[must_use]
     pub fn book(task: Task) -> Self {
         Self { algorithm: AlgorithmSettings::Sac(SacSettings::book()), ..Self::fast(task) }

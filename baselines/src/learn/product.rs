@@ -329,7 +329,8 @@ mod tests {
                     let (row, column) = (index / num_columns, index % num_columns);
                     let (mut sum, mut exact) = (0.0_f32, 0.0_f64);
                     for term in 0..num_terms {
-                        let (left, right) = (element(left, row, term), element(right, term, column));
+                        let left = element(left, row, term);
+                        let right = element(right, term, column);
                         sum = left.mul_add(right, sum);
                         exact += f64::from(left) * f64::from(right);
                     }

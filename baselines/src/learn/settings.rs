@@ -210,8 +210,8 @@ ranged_settings! {
         ///
         /// 0.75 for Push and PickAndPlace, which have three, and 0.5 for Slide, which has one.
         /// Measured on Push, seeds 100 to 102, with the preset's other settings: the success rate
-        /// reaches 0.9 after 72,000 steps with three symmetries, and after 80,000 to 96,000 with 0.5
-        /// of left and right alone.
+        /// reaches 0.9 after 72,000 steps with three symmetries, and after 80,000 to 96,000 with
+        /// 0.5 of left and right alone.
         pub mirrored: f64 => 0.0..=1.0,
         /// The farthest that noise moves a relabeled goal, in the unit of the goals: 0, the
         /// authors', 0.04 m for Push and PickAndPlace, and 0.03 m for Slide.

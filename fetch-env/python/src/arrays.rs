@@ -1,6 +1,6 @@
 //! numpy arrays: actions and goals on their way in, observations on their way out.
 
-use fetch_env::{FetchObservation, GoalObservation};
+use fetch_env::{FetchObservation, GoalObservation, Info};
 use numpy::{
     PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods, dtype,
@@ -78,6 +78,18 @@ impl<'py> Numbers<'py> {
 fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     static NUMPY: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
     Ok(NUMPY.get_or_try_init(py, || py.import("numpy").map(Bound::unbind))?.bind(py))
+}
+
+/// Returns an info with the type of number that the reference has.
+pub(crate) fn info<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyDict>> {
+    static SUCCESS: PyOnceLock<[Py<PyAny>; 2]> = PyOnceLock::new();
+    let [failure, success] = SUCCESS.get_or_try_init(py, || {
+        let single = numpy(py)?.getattr("float32")?;
+        Ok::<_, PyErr>([single.call1((0.0,))?.unbind(), single.call1((1.0,))?.unbind()])
+    })?;
+    let dict = PyDict::new(py);
+    dict.set_item(intern!(py, "is_success"), if info.is_success { success } else { failure })?;
+    Ok(dict)
 }
 
 /// Returns an observation as a dictionary of new arrays.

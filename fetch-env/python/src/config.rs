@@ -209,7 +209,7 @@ impl Goals {
 fn flags<'py>(
     achieved_goal: &Bound<'py, PyAny>,
     desired_goal: &Bound<'py, PyAny>,
-    compute: impl FnOnce(GoalPairs<'_>, &mut [bool]) -> std::result::Result<(), goal_reward::GoalError>,
+    compute: impl FnOnce(GoalPairs<'_>, &mut [bool]) -> Result<(), goal_reward::GoalError>,
 ) -> Result<Bound<'py, PyAny>> {
     let py = achieved_goal.py();
     let goals = Goals::take(achieved_goal, desired_goal)?;

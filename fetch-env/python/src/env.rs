@@ -20,8 +20,8 @@ use crate::pictures::Pictures;
 use crate::warnings::simulate;
 
 type Simulated = FetchEnv<MujocoSimulator>;
-/// Observation, reward, whether the task has ended or was cut off, and success.
-type StepTuple<'py> = (Bound<'py, PyDict>, f64, bool, bool, bool);
+/// Observation, reward, whether the task has ended or was cut off, and info.
+type StepTuple<'py> = (Bound<'py, PyDict>, f64, bool, bool, Bound<'py, PyDict>);
 
 /// One environment, without a time limit. A call that simulates releases the interpreter.
 #[pyclass(module = "fetch_env._native")]
@@ -72,7 +72,7 @@ impl Env {
         }?;
         let Step { observation, reward, terminated, truncated, info } = step;
         let observation = arrays::observation(py, &observation)?;
-        Ok((observation, reward, terminated, truncated, info.is_success))
+        Ok((observation, reward, terminated, truncated, arrays::info(py, &info)?))
     }
 
     /// The current observation.
@@ -140,12 +140,16 @@ impl Env {
 
     /// The colors of the current state, height x width x 3, the top row first.
     fn render_rgb<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyArray3<u8>>> {
-        self.pictures.rgb(py, self.env.as_ref().ok_or_else(Error::closed)?)
+        let env = self.env.as_ref().ok_or_else(Error::closed)?;
+        env.observe()?; // fails before a reset
+        self.pictures.rgb(py, env)
     }
 
     /// Distances from the camera, height x width, in meters.
     fn render_depth<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
-        self.pictures.depth(py, self.env.as_ref().ok_or_else(Error::closed)?)
+        let env = self.env.as_ref().ok_or_else(Error::closed)?;
+        env.observe()?; // fails before a reset
+        self.pictures.depth(py, env)
     }
 
     /// Frees the simulation and the renderer. Later calls raise an error.

@@ -20,20 +20,12 @@ use crate::warnings::simulate;
 
 type Envs = vec_env::VecEnv<MujocoEnv>;
 type Flags<'py> = Bound<'py, PyArray1<bool>>;
-type Successes<'py> = Bound<'py, PyArray1<f32>>;
 type Steps = VecStep<FetchObservation, Info>;
 
 /// The results of a step, an element or a row for each environment: observations, rewards, whether
-/// the tasks have ended or were cut off, and infos. Then, if some environments have ended an episode
-/// and begun another, which ones, and the successes at those ends.
-type StepTuple<'py> = (
-    Bound<'py, PyDict>,
-    Bound<'py, PyArray1<f64>>,
-    Flags<'py>,
-    Flags<'py>,
-    Bound<'py, PyDict>,
-    Option<(Flags<'py>, Successes<'py>)>,
-);
+/// the tasks have ended or were cut off, and infos.
+type StepTuple<'py> =
+    (Bound<'py, PyDict>, Bound<'py, PyArray1<f64>>, Flags<'py>, Flags<'py>, Bound<'py, PyDict>);
 
 /// Many environments with a time limit. A call that simulates releases the interpreter.
 #[pyclass(module = "fetch_env._native")]
@@ -128,28 +120,6 @@ impl VecEnv {
         }
         simulate(py, || check(envs.recv_all()?))?;
         Ok(results(py, envs.last_step())?)
-    }
-
-    /// The last observation of the episode that the last step ended in this environment.
-    fn final_observation<'py>(
-        &mut self,
-        py: Python<'py>,
-        env_index: usize,
-    ) -> Result<Bound<'py, PyDict>> {
-        let step = self.envs()?.last_step();
-        if env_index >= step.len() {
-            return Err(Error::value(format!("there is no environment {env_index}")));
-        }
-        let dict = PyDict::new(py);
-        for (key, numbers) in [
-            (intern!(py, "observation"), step.next_observation()),
-            (intern!(py, "achieved_goal"), step.next_achieved_goal()),
-            (intern!(py, "desired_goal"), step.next_desired_goal()),
-        ] {
-            let len = numbers.len() / step.len();
-            dict.set_item(key, PyArray1::from_slice(py, &numbers[env_index * len..][..len]))?;
-        }
-        Ok(dict)
     }
 
     /// The goals of the episodes: number of environments x 3.
@@ -268,9 +238,13 @@ fn check(step: &Steps) -> Result<()> {
 /// displaces the interpreter from the processor's caches.
 fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
     let infos = PyDict::new(py);
-    if let Some((flags, successes)) = successes(py, step, |started| !started) {
-        infos.set_item(intern!(py, "is_success"), successes)?;
-        infos.set_item(intern!(py, "_is_success"), flags)?;
+    put_successes(py, &infos, step, |started| !started)?;
+    let final_info = PyDict::new(py);
+    if let Some(ended) = put_successes(py, &final_info, step, |started| started)? {
+        infos.set_item("final_obs", final_observations(py, step, &ended)?)?;
+        infos.set_item("_final_obs", PyArray1::from_slice(py, &ended))?;
+        infos.set_item("final_info", final_info)?;
+        infos.set_item("_final_info", PyArray1::from_vec(py, ended))?;
     }
     Ok((
         observations(py, step)?,
@@ -278,17 +252,18 @@ fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
         PyArray1::from_slice(py, step.terminated()),
         PyArray1::from_slice(py, step.truncated()),
         infos,
-        successes(py, step, |started| started),
     ))
 }
 
-/// Returns the environments that took a step and for which `chosen` is true, given whether they
-/// have begun an episode since; and their successes, 0 for the others. `None` if there are none.
-fn successes<'py>(
-    py: Python<'py>,
+/// Puts the successes of the environments that took a step and for which `chosen` is true, given
+/// whether they have begun an episode since; 0 for the others. Returns which ones these are, `None`
+/// if there are none.
+fn put_successes(
+    py: Python<'_>,
+    info: &Bound<'_, PyDict>,
     step: &Steps,
     chosen: impl Fn(bool) -> bool,
-) -> Option<(Flags<'py>, Successes<'py>)> {
+) -> PyResult<Option<Vec<bool>>> {
     let flags: Vec<bool> = step
         .stepped()
         .iter()
@@ -296,11 +271,39 @@ fn successes<'py>(
         .map(|(&stepped, &started)| stepped && chosen(started))
         .collect();
     if !flags.contains(&true) {
-        return None;
+        return Ok(None);
     }
     let of_chosen = step.success().zip(&flags).map(|(success, &flag)| success && flag);
     let successes = PyArray1::from_iter(py, of_chosen.map(|success| f32::from(u8::from(success))));
-    Some((PyArray1::from_vec(py, flags), successes))
+    info.set_item(intern!(py, "is_success"), successes)?;
+    info.set_item(intern!(py, "_is_success"), PyArray1::from_slice(py, &flags))?;
+    Ok(Some(flags))
+}
+
+/// Returns the last observations of the episodes that have ended, `None` for the others.
+fn final_observations<'py>(
+    py: Python<'py>,
+    step: &Steps,
+    ended: &[bool],
+) -> PyResult<Bound<'py, PyArray1<Py<PyAny>>>> {
+    let mut all = Vec::with_capacity(ended.len());
+    for (env_index, &ended) in ended.iter().enumerate() {
+        if !ended {
+            all.push(py.None());
+            continue;
+        }
+        let dict = PyDict::new(py);
+        for (key, numbers) in [
+            (intern!(py, "observation"), step.next_observation()),
+            (intern!(py, "achieved_goal"), step.next_achieved_goal()),
+            (intern!(py, "desired_goal"), step.next_desired_goal()),
+        ] {
+            let len = numbers.len() / step.len();
+            dict.set_item(key, PyArray1::from_slice(py, &numbers[env_index * len..][..len]))?;
+        }
+        all.push(dict.into_any().unbind());
+    }
+    Ok(PyArray1::from_vec(py, all))
 }
 
 /// Returns observations as a dictionary of new arrays, a row for each environment.

@@ -100,6 +100,14 @@ def test_the_random_numbers_are_not_replaced(push):
         push.np_random = np.random.default_rng(0)
 
 
+def test_what_gymnasium_makes_needs_a_reset_first():
+    env = gymnasium.make("fetch_env/FetchPush-v4", render_mode="rgb_array", width=32, height=32)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros(4, np.float32))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.render()
+
+
 def test_rendering_without_a_mode_warns(push):
     with pytest.warns(UserWarning, match="rgb_array"):
         assert push.render() is None

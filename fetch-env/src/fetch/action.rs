@@ -37,8 +37,8 @@ precisions!(f32, f64);
 
 /// Turns an action into the command of a control step.
 ///
-/// Source: `_set_action` of gymnasium-robotics 1.4.2, which clips and scales in the precision of the
-/// action and widens the result.
+/// Source: `_set_action` of gymnasium-robotics 1.4.2, which clips and scales in the precision of
+/// the action and widens the result.
 pub(super) fn control<P: Precision>(action: &[P]) -> Result<Control, EnvError> {
     check_numbers(ACTION_LEN, action)?;
     let &[dx, dy, dz, fingers] = action else {

@@ -37,9 +37,9 @@ impl Planes {
 }
 
 impl<S, R, T> FetchEnv<S, R, T> {
-    /// Sets the [symmetries](crate::GoalEnv::symmetries) of a reward, a task or a model of your own.
-    /// [`robot_symmetries`](Self::robot_symmetries) returns those of the robot, from which you can
-    /// start.
+    /// Sets the [symmetries](crate::GoalEnv::symmetries) of a reward, a task or a model of your
+    /// own. [`robot_symmetries`](Self::robot_symmetries) returns those of the robot, from which you
+    /// can start.
     ///
     /// ```
     /// use fetch_env::{GoalEnv, make_kinematic};

@@ -69,7 +69,9 @@ proptest! {
                 let mut bad = action.clone();
                 bad[index] = value;
                 let refusal = space.check_action(&bad);
-                let is_at = matches!(refusal, Err(EnvError::ActionOutside { index: at, .. }) if at == index);
+                let is_at = matches!(
+                    refusal, Err(EnvError::ActionOutside { index: at, .. }) if at == index
+                );
                 prop_assert!(is_at, "{:?}", refusal);
                 prop_assert!(!space.contains(&bad));
             }

@@ -78,10 +78,10 @@ fn an_episode_has_its_return_and_length() -> Result {
             assert_eq!(episode.episode_return, rewards.iter().sum::<f64>());
             assert_eq!(episode.episode_length, 50);
             let json = serde_json::to_value(episode)?;
-            assert_eq!(
-                json,
-                serde_json::json!({ "episode_return": episode.episode_return, "episode_length": 50 })
-            );
+            let episode_return = episode.episode_return;
+            let expected =
+                serde_json::json!({ "episode_return": episode_return, "episode_length": 50 });
+            assert_eq!(json, expected);
             break;
         }
         assert_eq!(rewards.len(), 50);

@@ -110,7 +110,8 @@ laws! {
         push()?.wrap(FilterObservation::new((3..6).chain(0..3).chain([24])));
     frozen_normalization: check_all_goal(options()),
         push()?.wrap(NormalizeObservation::frozen(RunningStatistics::new(25)));
-    time_aware_observations: check_all_goal(options()), push()?.wrap(TimeAwareObservation::new(STEPS));
+    time_aware_observations: check_all_goal(options()),
+        push()?.wrap(TimeAwareObservation::new(STEPS));
     stacked_observations: check_all_goal(options()), push()?.wrap(FrameStack::new(FRAMES));
     transformed_observations: check_all(options()), {
         let space = BoxSpace::<f64>::unbounded(3).expect("small").into();

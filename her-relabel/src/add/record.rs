@@ -70,8 +70,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// are not affected. In the steady state, nothing is allocated.
     ///
     /// # Errors
-    /// [`AddError::NoEpisode`] if a row has a step of an environment that has begun no episode since
-    /// the last one ended: the rows of its reset were not recorded. [`AddError::UnknownEnv`],
+    /// [`AddError::NoEpisode`] if a row has a step of an environment that has begun no episode
+    /// since the last one ended: the rows of its reset were not recorded. [`AddError::UnknownEnv`],
     /// [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error of the fields. Then nothing
     /// has changed.
     ///

@@ -203,7 +203,10 @@ impl LeRobotWriter {
         let pandas = json!({
             "index_columns": ["task"],
             "column_indexes": [],
-            "columns": [column("task_index", "int64", "int64"), column("task", "unicode", "object")],
+            "columns": [
+                column("task_index", "int64", "int64"),
+                column("task", "unicode", "object"),
+            ],
             "pandas_version": "2.0.0",
         });
         let metadata = HashMap::from([("pandas".to_owned(), pandas.to_string())]);

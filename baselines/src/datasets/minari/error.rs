@@ -10,7 +10,10 @@ use her_relabel::{AddError, ConfigError};
 #[non_exhaustive]
 pub enum MinariError {
     /// A file could not be read.
-    #[error("{} cannot be read: pass the folder of a data set, which contains the folder data", path.display())]
+    #[error(
+        "{} cannot be read: pass the folder of a data set, which contains the folder data",
+        path.display()
+    )]
     File {
         /// The file.
         path: PathBuf,
@@ -65,7 +68,10 @@ pub enum MinariError {
         expected: &'static str,
     },
     /// The rows of a column do not fit the buffer.
-    #[error("the rows of {column} of {} have {actual} elements, those of the buffer {expected}", path.display())]
+    #[error(
+        "the rows of {column} of {} have {actual} elements, those of the buffer {expected}",
+        path.display()
+    )]
     Width {
         /// The file.
         path: PathBuf,

@@ -1,7 +1,8 @@
 //! TD3 with hindsight, from scratch: environments from `VecEnv`, batches from `HerBuffer`, networks
 //! and their gradients from candle. It learns FetchReach within seconds.
 //!
-//! Source: Fujimoto et al., *Addressing function approximation error in actor-critic methods*, 2018.
+//! Source: Fujimoto et al., *Addressing function approximation error in actor-critic methods*,
+//! 2018.
 
 use std::error::Error;
 

@@ -15,8 +15,8 @@ use fetch_env::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A mocap body stays where it is placed. The contact is hard: MuJoCo's default lets the block, which
-/// the robot pushes with force, sink in.
+/// A mocap body stays where it is placed. The contact is hard: MuJoCo's default lets the block,
+/// which the robot pushes with force, sink in.
 const WALL: &str = r#"
     <worldbody>
       <body name="wall" mocap="true" pos="1.3 0.75 0.42">

@@ -67,5 +67,6 @@ for _env_id in ENV_IDS:
         entry_point="fetch_env:FetchEnv",
         vector_entry_point="fetch_env:FetchVectorEnv",
         max_episode_steps=50,
+        order_enforce=False,  # the environment does it
         kwargs={"env_id": _env_id},
     )

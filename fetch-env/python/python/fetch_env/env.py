@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 #: (x, y, z in meters), all ``float64``.
 Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
 
-#: The info's value, as the reference has it.
-IS_SUCCESS = (np.float32(0.0), np.float32(1.0))
-
 
 def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
     """Return numpy's generator after a number of draws since a seed."""
@@ -119,8 +116,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
             gymnasium.error.ResetNeeded: Before a reset, and after a failure.
             fetch_env.SimulationError: If the physics became unstable.
         """
-        observation, reward, terminated, truncated, success = self._native.step(action)
-        return observation, reward, terminated, truncated, {"is_success": IS_SUCCESS[success]}
+        return self._native.step(action)
 
     def render(self) -> NDArray[Any] | None:
         """Draw the current state, without changing it.
@@ -128,6 +124,9 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         Returns:
             Colors (height, width, 3) of ``uint8``, or distances from the camera (height, width) in
             meters of ``float32``, the top row first; ``None`` without a ``render_mode``.
+
+        Raises:
+            gymnasium.error.ResetNeeded: Before a reset.
         """
         if self.render_mode is not None:
             return self._draw()

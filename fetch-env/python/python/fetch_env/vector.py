@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -21,14 +21,6 @@ if TYPE_CHECKING:
 
     from ._native import Steps, VecEnv
     from .settings import Settings
-
-    Result: TypeAlias = tuple[
-        Observation,
-        NDArray[np.float64],
-        NDArray[np.bool_],
-        NDArray[np.bool_],
-        dict[str, Any],
-    ]
 
 
 class FetchVectorEnv(
@@ -139,7 +131,7 @@ class FetchVectorEnv(
         chosen: list[bool] = mask.tolist()
         return chosen
 
-    def step(self, actions: NDArray[np.float32]) -> Result:
+    def step(self, actions: NDArray[np.float32]) -> Steps:
         """Take an action in each environment: a row of ``actions``, of shape (num_envs, 4).
 
         Returns:
@@ -148,27 +140,15 @@ class FetchVectorEnv(
             ``infos["_is_success"]`` is true, and with ``AutoresetMode.SAME_STEP`` ``final_obs`` and
             ``final_info`` of the episodes that have ended.
         """
-        return self._result(self._native.step(actions))
+        return self._native.step(actions)
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
         """Start a :meth:`step`, for which :meth:`step_wait` waits."""
         self._native.step_async(actions)
 
-    def step_wait(self) -> Result:
+    def step_wait(self) -> Steps:
         """Wait for the step that was started, and return its results as :meth:`step` does."""
-        return self._result(self._native.step_wait())
-
-    def _result(self, steps: Steps) -> Result:
-        observations, rewards, terminated, truncated, infos, ended = steps
-        if ended is not None:
-            mask, success = ended
-            final = np.full(self.num_envs, None, dtype=object)
-            for env_index in np.flatnonzero(mask).tolist():
-                final[env_index] = self._native.final_observation(env_index)
-            infos["final_obs"], infos["_final_obs"] = final, mask
-            infos["final_info"] = {"is_success": success, "_is_success": mask.copy()}
-            infos["_final_info"] = mask.copy()
-        return observations, rewards, terminated, truncated, infos
+        return self._native.step_wait()
 
     def render(self) -> tuple[NDArray[Any], ...] | None:
         """Draw the state of each environment, as :meth:`fetch_env.FetchEnv.render` does."""

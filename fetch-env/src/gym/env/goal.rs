@@ -31,8 +31,8 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
     /// each one; none by default.
     ///
     /// They hold for the states, the actions and the reward, even if starts and goals are drawn on
-    /// one side only. If two of them combine into a third, that one is included. This allocates: call
-    /// it once.
+    /// one side only. If two of them combine into a third, that one is included. This allocates:
+    /// call it once.
     fn symmetries(&self) -> Vec<Symmetry> {
         Vec::new()
     }

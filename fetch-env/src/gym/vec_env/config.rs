@@ -51,8 +51,8 @@ impl VecConfig {
     settings! {
         /// Sets the number of worker threads. The default, 0, starts one per core. There are never
         /// more threads than environments. With one, [`VecEnv::step`](super::VecEnv::step) and
-        /// [`VecEnv::reset`](super::VecEnv::reset) run on the caller's thread, and only what is sent
-        /// runs on the worker.
+        /// [`VecEnv::reset`](super::VecEnv::reset) run on the caller's thread, and only what is
+        /// sent runs on the worker.
         with_num_threads(num_threads: usize);
         /// Sets when the next episode starts. The default, [`AutoresetMode::NextStep`], is
         /// Gymnasium's.
