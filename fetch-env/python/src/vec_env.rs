@@ -255,9 +255,8 @@ fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
     ))
 }
 
-/// Puts the successes of the environments that took a step and for which `chosen` is true, given
-/// whether they have begun an episode since; 0 for the others. Returns which ones these are, `None`
-/// if there are none.
+/// Adds the success of each environment that took a step and that is `chosen` by whether it has begun
+/// an episode since, and 0 for the others. Returns which ones are chosen, or `None` if none is.
 fn put_successes(
     py: Python<'_>,
     info: &Bound<'_, PyDict>,
