@@ -255,8 +255,9 @@ fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
     ))
 }
 
-/// Adds the success of each environment that took a step and that is `chosen` by whether it has begun
-/// an episode since, and 0 for the others. Returns which ones are chosen, or `None` if none is.
+/// Adds the success of each environment that took a step and that is `chosen` by whether it has
+/// begun an episode since, and 0 for the others. Returns which ones are chosen, or `None` if none
+/// is.
 fn put_successes(
     py: Python<'_>,
     info: &Bound<'_, PyDict>,
