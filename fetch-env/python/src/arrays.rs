@@ -97,11 +97,21 @@ pub(crate) fn observation<'py>(
     py: Python<'py>,
     observation: &FetchObservation,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let goals = [observation.achieved_goal(), observation.desired_goal()];
+    observation_of(py, observation.observation(), goals)
+}
+
+/// Returns an observation with its achieved and its desired goal as a dictionary of new arrays.
+pub(crate) fn observation_of<'py>(
+    py: Python<'py>,
+    observation: &[f64],
+    [achieved_goal, desired_goal]: [&[f64]; 2],
+) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for (key, numbers) in [
-        (intern!(py, "observation"), observation.observation()),
-        (intern!(py, "achieved_goal"), observation.achieved_goal()),
-        (intern!(py, "desired_goal"), observation.desired_goal()),
+        (intern!(py, "observation"), observation),
+        (intern!(py, "achieved_goal"), achieved_goal),
+        (intern!(py, "desired_goal"), desired_goal),
     ] {
         dict.set_item(key, PyArray1::from_slice(py, numbers))?;
     }

@@ -11,7 +11,7 @@ use pyo3::{
     types::{PyBytes, PyDict},
 };
 
-use crate::arrays::Numbers;
+use crate::arrays::{self, Numbers};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
@@ -197,7 +197,9 @@ impl VecEnv {
         draw: impl FnOnce(&MujocoEnv, &mut Pictures) -> Result<T>,
     ) -> Result<T> {
         let envs = self.envs.get().as_ref().ok_or_else(Error::closed)?;
-        draw(env(envs, env_index)?, &mut self.pictures)
+        let env = env(envs, env_index)?;
+        env.inner().observe()?; // fails before a reset
+        draw(env, &mut self.pictures)
     }
 }
 
@@ -292,18 +294,19 @@ fn final_observations<'py>(
             all.push(py.None());
             continue;
         }
-        let dict = PyDict::new(py);
-        for (key, numbers) in [
-            (intern!(py, "observation"), step.next_observation()),
-            (intern!(py, "achieved_goal"), step.next_achieved_goal()),
-            (intern!(py, "desired_goal"), step.next_desired_goal()),
-        ] {
-            let len = numbers.len() / step.len();
-            dict.set_item(key, PyArray1::from_slice(py, &numbers[env_index * len..][..len]))?;
-        }
+        let [observation, achieved_goal, desired_goal] =
+            [step.next_observation(), step.next_achieved_goal(), step.next_desired_goal()]
+                .map(|rows| row(rows, env_index, step.len()));
+        let dict = arrays::observation_of(py, observation, [achieved_goal, desired_goal])?;
         all.push(dict.into_any().unbind());
     }
     Ok(PyArray1::from_vec(py, all))
+}
+
+/// Returns one of `count` rows of equal lengths.
+fn row(rows: &[f64], index: usize, count: usize) -> &[f64] {
+    let len = rows.len() / count;
+    &rows[index * len..][..len]
 }
 
 /// Returns observations as a dictionary of new arrays, a row for each environment.

@@ -187,6 +187,8 @@ def test_vectors_at_the_wrong_time():
 
 def test_pictures_of_each_environment():
     envs = fetch_env.FetchVectorEnv("FetchPush-v4", 2, render_mode="rgb_array", width=40, height=30)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.render()
     envs.reset(seed=0)
     pictures = envs.render()
     assert [picture.shape for picture in pictures] == [(30, 40, 3)] * 2

@@ -151,7 +151,11 @@ class FetchVectorEnv(
         return self._native.step_wait()
 
     def render(self) -> tuple[NDArray[Any], ...] | None:
-        """Draw the state of each environment, as :meth:`fetch_env.FetchEnv.render` does."""
+        """Draw the state of each environment, as :meth:`fetch_env.FetchEnv.render` does.
+
+        Raises:
+            gymnasium.error.ResetNeeded: Before a reset.
+        """
         if self.render_mode is None:
             return None
         return tuple(self._draw(env_index) for env_index in range(self.num_envs))

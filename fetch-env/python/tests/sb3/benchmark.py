@@ -1,7 +1,7 @@
 """SAC on Reach with Stable-Baselines3's hindsight buffer and with ours: steps, and time of parts.
 
 The settings are those of RL Baselines3 Zoo for FetchReach. Both buffers get the same environment.
-A run ends when two evaluations in a row, of 20 episodes every 500 steps, succeed in all. Each run
+A run ends when two evaluations in a row, of 20 episodes every 250 steps, succeed in all. Each run
 prints its steps, the processor's time of one thread in milliseconds for each step that is
 followed by an update, and the successes of its evaluations.
 """
