@@ -99,15 +99,15 @@ pub enum RunError {
     Normalize(#[from] NormalizerError),
     /// A drawn reward is outside the bounds that the reward function gives.
     #[error(
-        "a reward is {value}, but GoalReward::bounds says {low} to {high}: widen the bounds, or \
-         correct the reward"
+        "a reward, or the sum of a window's rewards, is {value}, but with GoalReward::bounds it is \
+         {low} to {high}: widen the bounds, or correct the reward"
     )]
     RewardOutside {
-        /// The first such reward.
+        /// The first such reward, or sum of a window's rewards.
         value: f64,
-        /// The lowest reward according to [`GoalReward::bounds`](goal_reward::GoalReward::bounds).
+        /// The lowest that [`GoalReward::bounds`](goal_reward::GoalReward::bounds) allows.
         low: f64,
-        /// The highest one.
+        /// The highest that they allow.
         high: f64,
     },
     /// All environments failed in a whole cycle.

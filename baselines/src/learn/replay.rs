@@ -1,11 +1,13 @@
 //! The part of a run that holds transitions and draws them.
 
+use std::iter::repeat_n;
+use std::num::NonZeroUsize;
 use std::ops::RangeInclusive;
 
 use fetch_env::vec_env::VecEnvError;
 use goal_reward::{GoalReward, Symmetry};
 use her_relabel::{
-    Batch, ColumnsMut, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer, Sampler,
+    Batch, ColumnsMut, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer, NStep, Sampler,
     StateRows, StillEpisodes, Transforms, UnitInterval,
 };
 
@@ -26,11 +28,10 @@ pub(super) struct Replay<E: LearnEnv> {
     pub(super) buffer: HerBuffer<f32>,
     pub(super) inputs: Inputs,
     pub(super) demonstrated: Demonstrated,
-    /// The range of the rewards, in single precision as in the buffer.
-    reward_bounds: RangeInclusive<f32>,
     /// The symmetries by which some rows are mirrored; batches take them in turn.
     symmetries: Vec<Symmetry>,
     sampler: Sampler,
+    n_step_updates: Option<u64>,
     settings: InputSettings,
     strictness: f64,
     /// The seed of this process.
@@ -66,16 +67,15 @@ impl<E: LearnEnv> Replay<E> {
                 expected: "choose elements of the observation, counted from 0",
             });
         }
-        let (low, high) = template.goal_reward().bounds().into_inner();
         let sampler = sampler(replay)?;
         Ok(Self {
             demonstrated: Demonstrated::default(),
-            reward_bounds: low as f32..=high as f32,
             inputs: Inputs::new(inputs, dims)?,
             symmetries: symmetries(&template, replay)?,
             template,
             buffer: HerBuffer::new(config)?,
             sampler,
+            n_step_updates: replay.n_step_updates,
             settings: inputs.clone(),
             strictness: replay.strictness,
             seed,
@@ -125,11 +125,21 @@ impl<E: LearnEnv> Replay<E> {
         Stricter { reward: self.template.goal_reward(), strictness: self.strictness }
     }
 
+    /// Returns the sampler of update `number`, counted from 0.
+    fn sampler(&self, number: u64) -> Sampler {
+        if self.n_step_updates.is_none_or(|updates| number < updates) {
+            return self.sampler;
+        }
+        let discount = self.sampler.discount();
+        self.sampler.with_n_step(discount.map(|gamma| NStep::new(NonZeroUsize::MIN, gamma)))
+    }
+
     /// Draws the batch of update `number`, counted from 0.
     pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
+        let sampler = self.sampler(number);
         let Self { template, buffer, inputs, symmetries, strictness, .. } = self;
         let Self { batch, input, next_input, .. } = self;
-        let sampler = self.sampler.with_joined_goal(inputs.joined_goal());
+        let sampler = sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, Purpose::Batches, number);
         let len = sampler.batch_size() * inputs.dim();
         input.resize(len, 0.0);
@@ -141,9 +151,9 @@ impl<E: LearnEnv> Replay<E> {
         sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
         inputs.leave_out(input);
         inputs.leave_out(next_input);
-        let is_outside = |reward: &&f32| !self.reward_bounds.contains(*reward);
+        let (low, high) = sum_bounds(reward.bounds(), sampler.n_step());
+        let is_outside = |reward: &&f32| !(low as f32..=high as f32).contains(*reward);
         if let Some(value) = batch.reward().iter().find(is_outside) {
-            let (low, high) = reward.bounds().into_inner();
             return Err(RunError::RewardOutside { value: f64::from(*value), low, high });
         }
         self.is_demonstrated.clear();
@@ -161,7 +171,17 @@ impl<E: LearnEnv> Replay<E> {
     }
 }
 
-/// Returns the sampler of the settings.
+/// Returns the lowest and the highest sum of the rewards of a window, for rewards within `bounds`.
+fn sum_bounds(bounds: RangeInclusive<f64>, n_step: Option<NStep>) -> (f64, f64) {
+    let (low, high) = bounds.into_inner();
+    let sum = |reward: f64| {
+        n_step.map_or(reward, |n_step| n_step.sum(repeat_n(reward, n_step.steps().get())).0)
+    };
+    // A window can be as short as one step.
+    (low.min(sum(low)), high.max(sum(high)))
+}
+
+/// Returns the sampler of the settings, whose windows have no discount yet.
 fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
     let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
     let noise = share("goal_noise_share", settings.goal_noise_share)?;
@@ -176,7 +196,9 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
         expected: "choose a finite number of at least 0",
     })?;
     let ratio = share("future_k", future_k / (future_k + 1.0))?;
+    let n_step = NonZeroUsize::new(settings.n_step).unwrap_or(NonZeroUsize::MIN);
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
+        .with_n_step(NStep::new(n_step, UnitInterval::ONE))
         .with_goals(goals)
         .with_already_achieved(share("already_achieved", already_achieved)?)
         .with_recomputed_rewards(settings.strictness != 1.0)

@@ -45,6 +45,8 @@ impl Default for TrainSettings {
                 goal_noise: 0.0,
                 goal_noise_share: 0.0,
                 strictness: 1.0,
+                n_step: 1,
+                n_step_updates: None,
             },
             inputs: InputSettings {
                 relative_goal: false,
@@ -223,6 +225,15 @@ ranged_settings! {
         /// authors', and 1.43 for Slide, where the learner is then rewarded within 3.5 cm and an
         /// evaluation counts success within 5 cm.
         pub strictness: f64 => 1.0..=1_000.0,
+        /// The most steps of a window: the target of a value is the discounted sum of the rewards
+        /// of these steps and the value of the state after them. 1 is the authors'.
+        ///
+        /// Rewards spread through long windows in fewer updates. But their actions are those that
+        /// were taken, exploring ones included, and not the actor's.
+        pub n_step: usize => 1..=50,
+        /// The number of updates with such windows, after which all windows have one step: `None`
+        /// for all updates.
+        pub n_step_updates: Option<u64> => 0..=1_000_000_000,
     }
 }
 

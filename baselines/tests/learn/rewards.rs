@@ -33,20 +33,32 @@ impl GoalReward for Either {
 
 type EitherEnv = Wrapped<FetchEnv<KinematicSimulator, Either>, TimeLimit>;
 
-fn trainer(missed: f64, reached: f64, bounds: RangeInclusive<f64>) -> Result<Trainer<EitherEnv>> {
+fn trainer(
+    missed: f64,
+    reached: f64,
+    bounds: RangeInclusive<f64>,
+    n_step: usize,
+) -> Result<Trainer<EitherEnv>> {
     let reward = Either { missed, reached, bounds };
     let make = || -> Result<_, EnvError> {
         Ok(make()?.into_inner().with_goal_reward(reward.clone()).time_limited())
     };
-    Ok(Trainer::new(make, settings(ddpg()), 1, 2)?)
+    let mut settings = settings(ddpg());
+    settings.replay.n_step = n_step;
+    Ok(Trainer::new(make, settings, 1, 2)?)
 }
 
 #[test]
 fn rewards_of_any_range_are_learned() -> Result {
     let unbounded = f64::NEG_INFINITY..=f64::INFINITY;
-    let rewards = [(0.0, 1.0, 0.0..=1.0), (0.0, 1.0, unbounded), (-3.0, 2.0, -3.0..=2.0)];
-    for (missed, reached, bounds) in rewards {
-        let mut trainer = trainer(missed, reached, bounds.clone())?;
+    let rewards = [
+        (0.0, 1.0, 0.0..=1.0, 1),
+        (0.0, 1.0, unbounded, 3),
+        (-3.0, 2.0, -3.0..=2.0, 1),
+        (-3.0, 2.0, -3.0..=2.0, 2),
+    ];
+    for (missed, reached, bounds, n_step) in rewards {
+        let mut trainer = trainer(missed, reached, bounds.clone(), n_step)?;
         let target = Target { success_rate: 1.0, evaluations: 2 };
         trainer.run(12_000, Some(target), |_, _| ControlFlow::Continue(()))?;
         assert!(target.is_reached(trainer.rows()), "{bounds:?}: {:?}", trainer.rows().last());
@@ -56,12 +68,14 @@ fn rewards_of_any_range_are_learned() -> Result {
 
 #[test]
 fn the_first_reward_outside_the_bounds_is_named() -> Result {
-    // Rounding to the buffer's precision takes no reward out of its bounds.
-    let mut inside = trainer(0.1, 0.7, 0.1..=0.7)?;
-    inside.run(400, None, |_, _| ControlFlow::Continue(()))?;
+    // Rounding to the buffer's precision takes no reward out of its bounds, nor any sum of them.
+    for n_step in [1, 4] {
+        let mut inside = trainer(0.1, 0.7, 0.1..=0.7, n_step)?;
+        inside.run(400, None, |_, _| ControlFlow::Continue(()))?;
+    }
 
     for (bounds, outside) in [(0.0..=0.5, 1.0), (0.5..=2.0, 0.0), (f64::NAN..=1.0, f64::NAN)] {
-        let trained = trainer(0.0, 1.0, bounds.clone()).map_err(|error| error.to_string());
+        let trained = trainer(0.0, 1.0, bounds.clone(), 1).map_err(|error| error.to_string());
         if outside.is_nan() {
             let error = trained.map(drop).expect_err("there are no such rewards");
             assert!(error.contains("reward_bounds is NaN to 1"), "{error}");

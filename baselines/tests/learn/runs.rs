@@ -37,6 +37,8 @@ pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     settings.replay.goal_noise = 0.04;
     settings.replay.goal_noise_share = 0.5;
     settings.replay.strictness = 1.25;
+    settings.replay.n_step = 3;
+    settings.replay.n_step_updates = Some(60);
     settings.exploration.held_actions = 5;
     settings.exploration.far_starts = 0.5;
     settings.exploration.quiet_episodes = 0.25;

@@ -137,7 +137,7 @@ fn presets_are_in_range() -> Result {
 #[test]
 fn settings_out_of_range_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 37] = [
+    let wrong: [(&str, Change); 40] = [
         ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
         ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 0),
@@ -153,6 +153,9 @@ fn settings_out_of_range_are_named() {
         ("goal_noise", |all, _| all.replay.goal_noise = f64::INFINITY),
         ("goal_noise_share", |all, _| all.replay.goal_noise_share = -0.5),
         ("strictness", |all, _| all.replay.strictness = 0.5),
+        ("n_step", |all, _| all.replay.n_step = 0),
+        ("n_step", |all, _| all.replay.n_step = 51),
+        ("n_step_updates", |all, _| all.replay.n_step_updates = Some(u64::MAX)),
         ("held_actions", |all, _| all.exploration.held_actions = 0),
         ("far_starts", |all, _| all.exploration.far_starts = 1.5),
         ("quiet_episodes", |all, _| all.exploration.quiet_episodes = -0.5),

@@ -289,7 +289,7 @@ impl NStep {
     /// Returns the discounted sum of the rewards of consecutive steps, at least one, and the
     /// discount of what follows them.
     #[inline(always)]
-    pub(crate) fn sum(self, rewards: impl Iterator<Item = f64>) -> (f64, f64) {
+    pub fn sum(self, rewards: impl Iterator<Item = f64>) -> (f64, f64) {
         // -0.0 is the additive identity: a single reward keeps its bits.
         rewards.fold((-0.0, 1.0), |(sum, discount), reward| {
             (sum + discount * reward, discount * self.gamma.get())
