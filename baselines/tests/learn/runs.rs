@@ -104,6 +104,23 @@ fn results_do_not_depend_on_the_number_of_threads() -> Result {
 }
 
 #[test]
+fn windows_of_several_steps_end_after_their_updates() -> Result {
+    let learned = |n_step, n_step_updates| {
+        let mut settings = settings(ddpg());
+        settings.replay.n_step = n_step;
+        settings.replay.n_step_updates = n_step_updates;
+        // Policies contain these settings, so only the curves can be equal.
+        Ok::<_, Box<dyn std::error::Error>>(run(settings, 3, 1, 600)?.0)
+    };
+    let (one, three) = (learned(1, None)?, learned(3, None)?);
+    assert!(learned(3, Some(0))? == one, "no update has a window");
+    assert!(learned(3, Some(1_000))? == three, "all updates have one");
+    let some = learned(3, Some(40))?;
+    assert!(some != one && some != three, "the first 40 of 100 updates have one");
+    Ok(())
+}
+
+#[test]
 fn a_run_is_evaluated_as_often_as_its_settings_say_and_shows_what_it_has_led_to() -> Result {
     let mut settings = settings(ddpg());
     let mut steps_of_rows = |interval, steps| -> Result<Vec<u64>> {
