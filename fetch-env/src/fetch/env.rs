@@ -355,20 +355,3 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> GoalEnv for FetchEnv<S, R, T>
         self.symmetries.clone()
     }
 }
-
-#[cfg(feature = "render")]
-impl<R: GoalReward, T: FetchTask<fetch_sim::MujocoSimulator>> crate::pictures::render::RenderEnv
-    for FetchEnv<fetch_sim::MujocoSimulator, R, T>
-{
-    fn sim_config(&self) -> &fetch_sim::SimConfig {
-        self.config.sim()
-    }
-
-    fn update_scene(&self, renderer: &mut fetch_sim::Renderer) -> Result<(), EnvError> {
-        let goal = self.goal.as_deref().ok_or(EnvError::ResetNeeded)?;
-        let positions = self.task.goal_positions(goal);
-        let goals: smallvec::SmallVec<[_; 4]> =
-            positions.iter().copied().map(nalgebra::Vector3::from).collect();
-        Ok(renderer.update_scene(&self.simulator, &goals)?)
-    }
-}

@@ -1,7 +1,11 @@
 //! Environments that can be rendered.
 
-use fetch_sim::{RenderError, RenderOptions, Renderer, Segment, SimConfig};
+use fetch_sim::{MujocoSimulator, RenderError, RenderOptions, Renderer, Segment, SimConfig};
+use goal_reward::GoalReward;
+use nalgebra::Vector3;
+use smallvec::SmallVec;
 
+use crate::fetch::{env::FetchEnv, task::FetchTask};
 use crate::gym::wrappers::{wrapped::Wrapped, wrapper::Wrapper};
 use crate::gym::{env::Env, error::EnvError};
 
@@ -70,6 +74,21 @@ pub trait RenderEnv: Env {
     ) -> Result<&'a [Segment], EnvError> {
         self.update_scene(renderer)?;
         Ok(renderer.segmentation()?)
+    }
+}
+
+impl<R: GoalReward, T: FetchTask<MujocoSimulator>> RenderEnv for FetchEnv<MujocoSimulator, R, T> {
+    fn sim_config(&self) -> &SimConfig {
+        self.config().sim()
+    }
+
+    fn update_scene(&self, renderer: &mut Renderer) -> Result<(), EnvError> {
+        if self.desired_goal().is_none() {
+            return Err(EnvError::ResetNeeded);
+        }
+        let positions = self.goal_positions();
+        let goals: SmallVec<[_; 4]> = positions.iter().copied().map(Vector3::from).collect();
+        Ok(renderer.update_scene(self.simulator(), &goals)?)
     }
 }
 

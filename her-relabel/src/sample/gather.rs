@@ -9,7 +9,7 @@ use crate::sample::batch::{Relabeled, Rows};
 use crate::sample::copy::put_wide;
 use crate::sample::draws::{Purpose, Words};
 use crate::sample::form::{Form, State};
-use crate::sample::sampler::NStep;
+use crate::sample::n_step::NStep;
 use crate::scalar::Scalar;
 use crate::store::storage::Storage;
 use crate::store::transition_id::TransitionId;

@@ -13,6 +13,7 @@ pub(crate) mod goals;
 pub(crate) mod inputs;
 mod memory;
 mod mirror;
+pub(crate) mod n_step;
 pub(crate) mod noise;
 pub(crate) mod outcome;
 pub(crate) mod redraw;
