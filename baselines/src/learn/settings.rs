@@ -226,13 +226,16 @@ ranged_settings! {
         /// evaluation counts success within 5 cm.
         pub strictness: f64 => 1.0..=1_000.0,
         /// The most steps of a window: the target of a value is the discounted sum of the rewards
-        /// of these steps and the value of the state after them. 1 is the authors'.
+        /// of these steps and the value of the state after them. 1, the authors', and 2 for Push.
         ///
         /// Rewards spread through long windows in fewer updates. But their actions are those that
-        /// were taken, exploring ones included, and not the actor's.
+        /// were taken, exploring ones included, and not the actor's. Measured on Push, seeds 100 to
+        /// 107: the success rate reaches 0.9 after 64,000 steps in the median with windows of two
+        /// steps, and after 72,000 with windows of one. PickAndPlace learns much later with them
+        /// (seed 100), and Slide ends no better (five seeds).
         pub n_step: usize => 1..=50,
         /// The number of updates with such windows, after which all windows have one step: `None`
-        /// for all updates.
+        /// for all updates, and 16,000 for Push.
         pub n_step_updates: Option<u64> => 0..=1_000_000_000,
     }
 }
