@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 
 /// Writes a data set, and returns the summary of its episodes as JSON.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python function has as many")]
 pub(crate) fn write_dataset(
     py: Python<'_>,
     config: &Config,

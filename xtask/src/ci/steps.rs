@@ -52,6 +52,16 @@ const ON_SYSTEM: Stage = Stage {
             &[Clippy, Mpi],
         ),
         step(
+            "formatting of the Python package's Rust code",
+            "fmt --manifest-path fetch-env/python/Cargo.toml --check",
+            &[Rustfmt],
+        ),
+        step(
+            "lints of the Python package's Rust code",
+            "clippy --manifest-path fetch-env/python/Cargo.toml --target-dir target -- -D warnings",
+            &[Clippy, Python],
+        ),
+        step(
             "lints without MuJoCo",
             "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
              --features fetch-baselines/learn --all-targets -- -D warnings",
