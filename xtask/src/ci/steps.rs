@@ -44,17 +44,17 @@ const ON_SYSTEM: Stage = Stage {
     needs: &[Mujoco],
     steps: &[
         step("formatting", "fmt --all --check", &[Rustfmt]),
+        step(
+            "formatting of the Python package's Rust code",
+            "fmt --manifest-path fetch-env/python/Cargo.toml --check",
+            &[Rustfmt],
+        ),
         // What is built with MPI; "lints without MuJoCo's headers" has what is built without it.
         step(
             "lints",
             "clippy --workspace --features \
              fetch-sim/download,her-relabel/npz,lab/mpi,lab/product --all-targets -- -D warnings",
             &[Clippy, Mpi],
-        ),
-        step(
-            "formatting of the Python package's Rust code",
-            "fmt --manifest-path fetch-env/python/Cargo.toml --check",
-            &[Rustfmt],
         ),
         step(
             "lints of the Python package's Rust code",
