@@ -16,6 +16,7 @@ pub struct HeatMap<'a> {
     row_labels: Vec<Vec<String>>,
     column_labels: Vec<Vec<String>>,
     cells: &'a [Row],
+    target: f64,
 }
 
 /// Sizes in pixels.
@@ -31,7 +32,7 @@ const MOST_COLUMNS: usize = 8;
 const MOST_LETTERS: usize = 48;
 
 impl<'a> HeatMap<'a> {
-    pub fn new(grid: &Grid, table: &'a Table) -> anyhow::Result<Self> {
+    pub fn new(grid: &Grid, table: &'a Table, target: f64) -> anyhow::Result<Self> {
         let lists = grid.axes.0.iter();
         let fixed = lists.clone().filter(|(_, values)| values.len() == 1);
         let fixed: Vec<_> = fixed.map(|(key, values)| label(key, &values[0])).collect();
@@ -56,6 +57,7 @@ impl<'a> HeatMap<'a> {
             row_labels: combinations(&axes[..at]),
             column_labels: combinations(&axes[at..]),
             cells: &table.rows,
+            target,
         })
     }
 
@@ -138,7 +140,7 @@ impl Drawing for HeatMap<'_> {
                 let value =
                     format!("{:.2} ({:.2} to {:.2})", success.value, success.low, success.high);
                 area.draw_text(&value, &centered(14, ink), pixels(x, middle - LINE / 2))?;
-                let reached = format!("{num_reached} of {num_runs} reached");
+                let reached = format!("{num_reached} of {num_runs} reached {}", self.target);
                 area.draw_text(&reached, &centered(12, ink), pixels(x, middle + LINE / 2))?;
             }
         }

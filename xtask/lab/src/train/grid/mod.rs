@@ -50,6 +50,7 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let folder = GridFolder::open(&path, &Begun { grid: grid.clone(), preset })?;
     let (default_steps, default_target) = limits(env_id.task);
     let num_steps = grid.steps.unwrap_or(default_steps);
+    let target = grid.target.unwrap_or(default_target);
     let mut planned = Vec::new();
     for (number, choice) in choices.iter().enumerate() {
         for &seed in &grid.seeds {
@@ -63,7 +64,7 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
                     preset: preset_name,
                     seed,
                     steps: Some(num_steps),
-                    target: Some(grid.target.unwrap_or(default_target)),
+                    target: Some(target),
                     set: choice.assignments.clone(),
                     threads: NonZeroUsize::MIN,
                     out: Some(out.clone()),
@@ -89,7 +90,7 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     folder.write_table(&table.csv()?)?;
     say!("{}", table.text())?;
     say!("wrote {}", path.join(TABLE).display())?;
-    save(&HeatMap::new(&grid, &table)?, &path, PICTURE)?;
+    save(&HeatMap::new(&grid, &table, target)?, &path, PICTURE)?;
     write_results(args.json.as_ref(), &grid, table.figures())?;
     Ok(true)
 }
