@@ -12,18 +12,6 @@ use super::settings::ExplorationSettings;
 use crate::normal::standard_normal;
 use crate::policy::VecPolicy;
 
-/// How the actions of an episode are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum EpisodeKind {
-    /// They are random.
-    Random,
-    /// They are the actor's with noise, or random.
-    Noisy,
-    /// They are the actor's.
-    Quiet,
-}
-
 /// What the next decisions of an [`Explorer`] depend on, besides its seed and its actor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ExplorerState {
@@ -31,8 +19,11 @@ pub(crate) struct ExplorerState {
     decisions: u64,
     /// The number of episodes that have begun.
     episodes: u64,
-    /// The kind of each environment's episode.
-    kinds: Vec<EpisodeKind>,
+    /// For each environment, the number of random actions with which its episode goes on; larger
+    /// than any episode if all of its actions are.
+    random_steps: Vec<u64>,
+    /// For each environment, whether its episode has no noise.
+    quiet: Vec<bool>,
     /// For each environment, the number of steps for which its action in `held_actions` is still
     /// held.
     held: Vec<u64>,
@@ -102,7 +93,8 @@ impl Explorer {
         let state = ExplorerState {
             decisions: 0,
             episodes: 0,
-            kinds: vec![EpisodeKind::Noisy; num_envs],
+            random_steps: vec![0; num_envs],
+            quiet: vec![false; num_envs],
             held: vec![0; num_envs],
             held_actions: vec![0.0; num_envs * num_actions],
         };
@@ -125,8 +117,9 @@ impl Explorer {
     /// Restores a state and the batch that the next decision sees. Returns `false`, and restores
     /// nothing, if they do not fit the number of environments or `dims`.
     pub(crate) fn restore(&mut self, state: ExplorerState, last: LastBatch, dims: Dims) -> bool {
-        let num_envs = self.state.kinds.len();
-        let fits = state.kinds.len() == num_envs
+        let num_envs = self.state.random_steps.len();
+        let fits = state.random_steps.len() == num_envs
+            && state.quiet.len() == num_envs
             && state.held.len() == num_envs
             && state.held_actions.len() == num_envs * dims.action
             && last.started.len() == num_envs
@@ -147,26 +140,29 @@ impl Explorer {
         self.state.episodes = episodes;
     }
 
-    /// Decides the kinds of the episodes that begin.
+    /// Decides how the actions of the episodes that begin are chosen.
     fn begin_episodes(&mut self, started: &[bool]) {
-        let ExplorerState { episodes: begun, kinds, held, .. } = &mut self.state;
-        let episodes = kinds.iter_mut().zip(held).zip(started).filter(|(_, started)| **started);
-        for ((kind, held), _) in episodes {
-            *held = 0;
+        let ExplorationSettings {
+            random_episodes,
+            random_episode_share,
+            random_beginning,
+            quiet_episodes,
+            ..
+        } = self.settings;
+        for env in (0..started.len()).filter(|env| started[*env]) {
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-            rng.set_stream(u64::MAX - *begun);
+            rng.set_stream(u64::MAX - self.state.episodes);
             let chance: f64 = rng.random();
-            let ExplorationSettings {
-                random_episodes, random_episode_share, quiet_episodes, ..
-            } = self.settings;
-            *kind = if *begun < random_episodes || chance < random_episode_share {
-                EpisodeKind::Random
-            } else if chance < random_episode_share + quiet_episodes {
-                EpisodeKind::Quiet
-            } else {
-                EpisodeKind::Noisy
+            let random = self.state.episodes < random_episodes || chance < random_episode_share;
+            let quiet = !random && chance < random_episode_share + quiet_episodes;
+            self.state.held[env] = 0;
+            self.state.quiet[env] = quiet;
+            self.state.random_steps[env] = match (random, quiet) {
+                (true, _) => u64::MAX,
+                (false, true) => 0,
+                (false, false) => rng.random_range(0..=random_beginning),
             };
-            *begun += 1;
+            self.state.episodes += 1;
         }
     }
 }
@@ -189,33 +185,32 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
         rng.set_stream(state.decisions);
         state.decisions += 1;
         let mut noise: Vec<f32> = actions.iter().map(|_| standard_normal(&mut rng)).collect();
-        let len = actions.len() / state.kinds.len();
-        for (noise, kind) in noise.chunks_exact_mut(len).zip(&state.kinds) {
-            if *kind == EpisodeKind::Quiet {
-                noise.fill(0.0);
-            }
+        let len = actions.len() / state.quiet.len();
+        for (noise, _) in noise.chunks_exact_mut(len).zip(&state.quiet).filter(|(_, quiet)| **quiet)
+        {
+            noise.fill(0.0);
         }
         if let Some(actor) = actor
-            && state.kinds.iter().any(|kind| *kind != EpisodeKind::Random)
+            && state.random_steps.contains(&0)
             // Always true, because the numbers of a last batch are finite.
             && inputs.write(&last.states(), rows).is_ok()
         {
             actor.explore(rows, &noise, actions);
         }
-        let held_actions = state.held_actions.chunks_exact_mut(len);
-        let episodes = state.kinds.iter().zip(&mut state.held).zip(held_actions);
-        for (row, ((kind, held), held_action)) in actions.chunks_exact_mut(len).zip(episodes) {
+        for (env, row) in actions.chunks_exact_mut(len).enumerate() {
             let chance: f64 = rng.random();
             let random: Vec<f32> = row.iter().map(|_| rng.random_range(-1.0..=1.0)).collect();
-            if *kind == EpisodeKind::Random || actor.is_none() {
-                if *held == 0 {
+            if state.random_steps[env] > 0 || actor.is_none() {
+                let held_action = &mut state.held_actions[env * len..][..len];
+                if state.held[env] == 0 {
                     held_action.copy_from_slice(&random);
                     // Nothing else uses this chance here.
-                    *held = 1 + (chance * settings.held_actions as f64) as u64;
+                    state.held[env] = 1 + (chance * settings.held_actions as f64) as u64;
                 }
-                *held -= 1;
+                state.held[env] -= 1;
+                state.random_steps[env] = state.random_steps[env].saturating_sub(1);
                 row.copy_from_slice(held_action);
-            } else if *kind == EpisodeKind::Noisy && chance < settings.random_action {
+            } else if !state.quiet[env] && chance < settings.random_action {
                 row.copy_from_slice(&random);
             }
         }
@@ -256,5 +251,27 @@ mod tests {
             assert!(held.iter().all(|steps| *steps <= 4), "{held:?}");
         }
         assert_ne!(rows[0], rows[1]);
+    }
+
+    #[test]
+    fn only_an_episode_with_noise_begins_with_a_drawn_number_of_random_actions() {
+        let TrainSettings { mut exploration, .. } = TrainSettings::fast(Task::Slide);
+        exploration.random_episodes = 20;
+        exploration.random_episode_share = 0.0;
+        exploration.quiet_episodes = 0.5;
+        exploration.random_beginning = 3;
+        let mut explorer = Explorer::new(exploration, 7, 20, 4);
+        explorer.begin_episodes(&[true; 20]);
+        assert!(explorer.state.random_steps.iter().all(|steps| *steps > 1_000_000));
+        let mut drawn = [false; 4];
+        for _ in 0..10 {
+            explorer.begin_episodes(&[true; 20]);
+            let ExplorerState { random_steps, quiet, .. } = &explorer.state;
+            for (steps, quiet) in random_steps.iter().zip(quiet) {
+                assert!(*steps <= if *quiet { 0 } else { 3 });
+                drawn[*steps as usize] |= !quiet;
+            }
+        }
+        assert_eq!(drawn, [true; 4]);
     }
 }

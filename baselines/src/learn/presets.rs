@@ -80,8 +80,9 @@ impl TrainSettings {
                 replay.goal_noise_share = 0.5;
                 replay.strictness = 1.43;
                 inputs.left_out = elements(task, &["object_rot"]);
-                exploration.random_action = 0.2;
+                exploration.random_action = 0.0;
                 exploration.held_actions = 9;
+                exploration.random_beginning = 15;
                 exploration.far_starts = 0.5;
                 exploration.quiet_episodes = 0.5;
                 schedule.evaluation_interval = Some(20_000);

@@ -40,6 +40,7 @@ pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     settings.replay.n_step = 3;
     settings.replay.n_step_updates = Some(60);
     settings.exploration.held_actions = 5;
+    settings.exploration.random_beginning = 3;
     settings.exploration.far_starts = 0.5;
     settings.exploration.quiet_episodes = 0.25;
     settings.inputs.left_out = vec![1];

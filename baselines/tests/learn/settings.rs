@@ -137,7 +137,7 @@ fn presets_are_in_range() -> Result {
 #[test]
 fn settings_out_of_range_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 40] = [
+    let wrong: [(&str, Change); 41] = [
         ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
         ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
         ("num_envs", |all, _| all.schedule.num_envs = 0),
@@ -157,6 +157,7 @@ fn settings_out_of_range_are_named() {
         ("n_step", |all, _| all.replay.n_step = 51),
         ("n_step_updates", |all, _| all.replay.n_step_updates = Some(u64::MAX)),
         ("held_actions", |all, _| all.exploration.held_actions = 0),
+        ("random_beginning", |all, _| all.exploration.random_beginning = 1_001),
         ("far_starts", |all, _| all.exploration.far_starts = 1.5),
         ("quiet_episodes", |all, _| all.exploration.quiet_episodes = -0.5),
         ("halving_interval", |_, ddpg| ddpg.halving_interval = Some(0)),
