@@ -270,14 +270,14 @@ ranged_settings! {
         /// The authors: 0.
         pub random_episode_share: f64 => 0.0..=1.0,
         /// The probability of a random action in the other episodes: 0.3, the authors', and 0 for
-        /// Slide, where one such action ruins a strike.
+        /// Slide, where one can ruin a strike.
         pub random_action: f64 => 0.0..=1.0,
         /// The most steps for which a random action of a wholly random episode is held: 1, the
         /// authors', and 9 for tasks with an object. The number is drawn anew for each action.
         pub held_actions: u64 => 1..=1_000,
         /// The most random actions with which an episode with noise begins: 0, the authors', and 15
-        /// for Slide, where they take the gripper elsewhere, often to a longer run-up, before the
-        /// actor strikes. The number is drawn anew for each episode.
+        /// for Slide, so that the actor also strikes from where they have taken the gripper. The
+        /// number is drawn anew for each episode.
         pub random_beginning: u64 => 0..=1_000,
         /// The share of the episodes that begin far from their goal, at the farthest of four drawn
         /// starts: 0, the authors', and 0.5 for Slide.
