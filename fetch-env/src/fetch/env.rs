@@ -8,13 +8,13 @@ use goal_reward::{DistanceReward, GoalReward, Symmetry, goal_distance};
 use super::action::{ACTION_LEN, Precision, control};
 use super::config::FetchConfig;
 use super::error::MakeError;
-use super::observation::{FetchObservation, Goal};
+use super::observation::{FetchObservation, Goal, observation_space};
 use super::reset::{FetchResetOptions, draw_object_position};
 use super::task::FetchTask;
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{Env, Reset, Step};
-use crate::gym::spaces::{DictSpace, Space, box_space::BoxSpace};
+use crate::gym::spaces::{Space, box_space::BoxSpace};
 use crate::gym::{
     error::EnvError,
     np_random::NpRandom,
@@ -81,24 +81,6 @@ impl<S: Simulator> FetchEnv<S> {
         }
         .with_own_symmetries())
     }
-}
-
-/// Returns the observation space of a task.
-fn observation_space<S: Simulator>(
-    config: &FetchConfig,
-    task: &impl FetchTask<S>,
-) -> Result<Space, MakeError> {
-    if task.goal_len() == 0 {
-        return Err(MakeError::EmptyGoal);
-    }
-    let vector = |len| BoxSpace::<f64>::unbounded(len).map(Space::from);
-    let len = FetchObservation::len_of(config.task()) + task.extra_len();
-    let space = DictSpace::new([
-        ("achieved_goal", vector(task.goal_len())?),
-        ("desired_goal", vector(task.goal_len())?),
-        ("observation", vector(len)?),
-    ])?;
-    Ok(space.into())
 }
 
 impl<S, R, T> FetchEnv<S, R, T> {

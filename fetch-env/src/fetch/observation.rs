@@ -1,13 +1,16 @@
 //! Observations of a Fetch environment.
 
-use fetch_sim::{GripperState, ObjectState, Task};
+use fetch_sim::{GripperState, ObjectState, Simulator, Task};
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
+use super::config::FetchConfig;
+use super::error::MakeError;
 use super::euler::matrix_to_euler;
 use super::layout::{OBJECT, REACH, start};
-use crate::gym::env::observation::GoalObservation;
-use crate::gym::env::observation::{BatchObservation, GoalRows};
+use super::task::FetchTask;
+use crate::gym::env::observation::{BatchObservation, GoalObservation, GoalRows};
+use crate::gym::spaces::{DictSpace, Space, box_space::BoxSpace};
 
 /// Number of elements of an observation without an object.
 const REACH_LEN: usize = REACH[REACH.len() - 1].range.end;
@@ -168,6 +171,24 @@ impl FetchObservation {
     fn take_of_object(&self, start: usize) -> Option<[f64; 3]> {
         self.has_object.then(|| self.take([0, start]))
     }
+}
+
+/// Returns the observation space of a task.
+pub(super) fn observation_space<S: Simulator>(
+    config: &FetchConfig,
+    task: &impl FetchTask<S>,
+) -> Result<Space, MakeError> {
+    if task.goal_len() == 0 {
+        return Err(MakeError::EmptyGoal);
+    }
+    let vector = |len| BoxSpace::<f64>::unbounded(len).map(Space::from);
+    let len = FetchObservation::len_of(config.task()) + task.extra_len();
+    let space = DictSpace::new([
+        ("achieved_goal", vector(task.goal_len())?),
+        ("desired_goal", vector(task.goal_len())?),
+        ("observation", vector(len)?),
+    ])?;
+    Ok(space.into())
 }
 
 impl BatchObservation for FetchObservation {
