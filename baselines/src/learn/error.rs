@@ -5,7 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use fetch_env::{EnvError, vec_env::VecEnvError};
-use her_relabel::{ConfigError, NormalizerError, SampleError};
+use her_relabel::{AddError, ConfigError, NormalizerError, SampleError};
 
 use crate::collector::CollectorError;
 use crate::evaluate::EvaluationError;
@@ -41,6 +41,9 @@ pub enum TrainError {
     /// The buffer could not be made.
     #[error(transparent)]
     Buffer(#[from] ConfigError),
+    /// Demonstrations do not fit the environments.
+    #[error("the demonstrations do not fit the environments")]
+    Demonstrations(#[from] AddError),
     /// Observations could not be normalized.
     #[error(transparent)]
     Normalize(#[from] NormalizerError),
@@ -99,8 +102,8 @@ pub enum RunError {
     Normalize(#[from] NormalizerError),
     /// A drawn reward is outside the bounds that the reward function gives.
     #[error(
-        "a reward, or the sum of a window's rewards, is {value}, but with GoalReward::bounds it is \
-         {low} to {high}: widen the bounds, or correct the reward"
+        "a reward, or the sum of a window's rewards, is {value}, outside of {low} to {high}, which \
+         follows from GoalReward::bounds: widen the bounds, or correct the reward"
     )]
     RewardOutside {
         /// The first such reward, or sum of a window's rewards.
@@ -169,7 +172,7 @@ fn resume_hint(checkpoint: Option<&PathBuf>) -> String {
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The checkpoint cannot be written.
-    #[error("the checkpoint {} cannot be written; earlier ones are whole", path.display())]
+    #[error("the checkpoint {} cannot be written; earlier checkpoints are intact", path.display())]
     Write {
         /// The checkpoint.
         path: PathBuf,

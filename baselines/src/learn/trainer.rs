@@ -19,7 +19,7 @@ use super::replay::Replay;
 use super::seeds::{Purpose, seed_for, seed_of_rank};
 use super::settings::{AlgorithmSettings, TrainSettings};
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
-use crate::workers::{OneProcess, UnreadableMessage, Workers, agree, share, sum};
+use crate::workers::{OneProcess, Workers, agree, share, sum};
 
 /// Trains an actor on goal-conditioned environments with hindsight.
 ///
@@ -230,24 +230,31 @@ impl<E: LearnEnv> Trainer<E> {
         TrainedPolicy::new(header, &layers)
     }
 
-    /// Calls `add` to add episodes to the buffer: demonstrations of a script, or episodes from a
-    /// file. [`update`](Self::update) learns from them alone, and [`run`](Self::run) from them and
-    /// from what it collects. Algorithms can tell which transitions are
-    /// [demonstrated](super::Transitions::demonstrated).
+    /// Calls `add` with an empty buffer, and then adds the finished episodes that it has put there:
+    /// demonstrations of a script, or episodes from a file. [`update`](Self::update) learns from
+    /// them alone, and [`run`](Self::run) from them and from what it collects. Algorithms can tell
+    /// which transitions are [demonstrated](super::Transitions::demonstrated).
     ///
     /// # Errors
-    /// Those of `add`, and [`UnreadableMessage`].
-    pub fn add_demonstrations<T, X: From<UnreadableMessage>>(
+    /// Those of `add`, [`TrainError::Demonstrations`] and [`TrainError::Unreadable`]. If `add`
+    /// fails, no episode is added.
+    pub fn add_demonstrations<T, X: From<TrainError>>(
         &mut self,
         add: impl FnOnce(&mut HerBuffer<f32>) -> Result<T, X>,
     ) -> Result<T, X> {
         let Replay { buffer, demonstrated, .. } = &mut self.replay;
-        let before = buffer.num_episodes();
-        let newest = buffer.transition_ids().map(|(_, newest)| newest);
-        let added = add(buffer)?;
-        let own = buffer.num_episodes().saturating_sub(before) as u64;
-        demonstrated.add(buffer, newest);
-        self.counters.demonstrations += sum(&mut *self.workers, own)?;
-        Ok(added)
+        // The run's own buffer has episodes under way, which `add` could end.
+        let mut added = HerBuffer::new(buffer.config().clone()).map_err(TrainError::from)?;
+        let result = add(&mut added).and_then(|result| {
+            let newest = buffer.transition_ids().map(|(_, newest)| newest);
+            buffer.append(&added).map_err(TrainError::from)?;
+            demonstrated.add(buffer, newest);
+            Ok(result)
+        });
+        let own = if result.is_ok() { added.num_episodes() as u64 } else { 0 };
+        // The other processes wait for this number even if this one failed.
+        let all = sum(&mut *self.workers, own).map_err(TrainError::from)?;
+        self.counters.demonstrations += all;
+        result
     }
 }

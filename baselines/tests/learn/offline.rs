@@ -54,6 +54,29 @@ fn demonstrations_alone_are_learned_and_the_run_goes_on() -> Result {
     Ok(())
 }
 
+#[test]
+fn a_run_goes_on_after_demonstrations_in_its_middle() -> Result {
+    let mut settings = imitating();
+    settings.schedule.steps_per_cycle = 30;
+    let mut trainer = Trainer::new(make, settings, 0, 1)?;
+    // Each of the two environments is in its seventh episode.
+    trainer.run(660, None, |_, _| ControlFlow::Continue(()))?;
+    demonstrate(&mut trainer, 3)?;
+    let failed = trainer.add_demonstrations(|buffer| -> Result {
+        let mut script = ScriptedPolicy::new(Task::Reach);
+        collect(&mut make()?, &mut script, 2, FIRST_SEED, buffer, 0, |_| ())?;
+        Err("the next episode fails".into())
+    });
+    assert!(failed.is_err());
+    assert_eq!(trainer.counters().demonstrations, 3);
+
+    trainer.run(1_260, None, |_, _| ControlFlow::Continue(()))?;
+    let counters = trainer.counters();
+    assert_eq!((counters.steps, counters.episodes), (1_260, 2 * 12));
+    assert_eq!(counters.discarded_episodes, 0);
+    Ok(())
+}
+
 /// Goal-conditioned behavior cloning, and the same weighted by advantages.
 #[test]
 fn imitation_alone_is_enough_of_a_loss() -> Result {
