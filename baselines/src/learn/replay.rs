@@ -86,6 +86,11 @@ impl<E: LearnEnv> Replay<E> {
         })
     }
 
+    /// Returns the number of symmetries by which rows are mirrored.
+    pub(super) const fn num_symmetries(&self) -> usize {
+        self.symmetries.len()
+    }
+
     /// Sets the discount of a step, which the algorithm determines.
     pub(super) fn set_discount(&mut self, gamma: f64) -> Result<(), TrainError> {
         self.sampler = self.sampler.with_discount(share("gamma", gamma)?);
@@ -93,21 +98,22 @@ impl<E: LearnEnv> Replay<E> {
     }
 
     /// Returns the statistics of `num_rows` drawn transitions, as many as were added since the last
-    /// call, with relabeled goals, as the authors do; `None` if there are none. `purpose` and
-    /// `number` determine the draw.
+    /// call, with relabeled goals, as the authors do; `None` if there are none. `draw` determines
+    /// the draw, and the symmetries take turns by the number `turn`.
     pub(super) fn seen(
         &self,
         num_rows: usize,
-        purpose: Purpose,
-        number: u64,
+        draw: (Purpose, u64),
+        turn: u64,
     ) -> Result<Option<Inputs>, RunError> {
         if self.buffer.is_empty() || num_rows == 0 {
             return Ok(None);
         }
+        let (purpose, number) = draw;
         let seed = seed_for(self.seed, purpose, number);
         let sampler = self.sampler.with_batch_size(num_rows);
         let mut batch = Batch::<f32>::new();
-        let symmetry = turn(&self.symmetries, number);
+        let symmetry = symmetry_of(&self.symmetries, turn);
         let transforms = Transforms { symmetry, ..Transforms::default() };
         let (reward, columns) = (self.reward(), ColumnsMut::default());
         sampler.sample_into(&self.buffer, &reward, seed, &mut batch, transforms, columns)?;
@@ -146,8 +152,10 @@ impl<E: LearnEnv> Replay<E> {
         next_input.resize(len, 0.0);
         let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
         let reward = Stricter { reward: template.goal_reward(), strictness: *strictness };
-        let transforms =
-            Transforms { normalizers: inputs.normalizers(), symmetry: turn(symmetries, number) };
+        let transforms = Transforms {
+            normalizers: inputs.normalizers(),
+            symmetry: symmetry_of(symmetries, number),
+        };
         sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
         inputs.leave_out(input);
         inputs.leave_out(next_input);
@@ -174,11 +182,15 @@ impl<E: LearnEnv> Replay<E> {
 /// Returns the lowest and the highest sum of the rewards of a window, for rewards within `bounds`.
 fn sum_bounds(bounds: RangeInclusive<f64>, n_step: Option<NStep>) -> (f64, f64) {
     let (low, high) = bounds.into_inner();
-    let sum = |reward: f64| {
-        n_step.map_or(reward, |n_step| n_step.sum(repeat_n(reward, n_step.steps().get())).0)
+    let sums = |reward: f64| {
+        let of = |reward: f64| {
+            n_step.map_or(reward, |n_step| n_step.sum(repeat_n(reward, n_step.steps().get())).0)
+        };
+        // A window can be as short as one step, and stored rewards are rounded before the sum.
+        [reward, of(reward), of(f64::from(reward as f32))]
     };
-    // A window can be as short as one step.
-    (low.min(sum(low)), high.max(sum(high)))
+    let (lowest, highest) = (sums(low), sums(high));
+    (lowest.into_iter().fold(low, f64::min), highest.into_iter().fold(high, f64::max))
 }
 
 /// Returns the sampler of the settings, whose windows have no discount yet.
@@ -227,7 +239,7 @@ fn symmetries<E: LearnEnv>(
 }
 
 /// Returns the symmetry of batch `number`; they take turns.
-fn turn(symmetries: &[Symmetry], number: u64) -> Option<&Symmetry> {
+fn symmetry_of(symmetries: &[Symmetry], number: u64) -> Option<&Symmetry> {
     let count = symmetries.len() as u64;
     symmetries.get(usize::try_from(number.checked_rem(count)?).ok()?)
 }

@@ -18,9 +18,10 @@ use super::trainer::Trainer;
 use crate::evaluate::evaluate_range;
 use crate::policy::VecPolicy;
 use crate::spread::gather_episodes;
-use crate::workers::{agree, gather_values, share, sum};
+use crate::workers::{agree, gather_values, share, share_of, sum};
 
-/// The seed of the first evaluation's first episode. The seeds of training are below 2^40.
+/// The seed of the first evaluation's first episode. The seeds of training are below 2^40, except
+/// those of far starts.
 const EVALUATION_SEED: u64 = 1 << 41;
 
 /// The number of evaluations of a run whose settings do not say how often to evaluate.
@@ -115,7 +116,7 @@ impl<E: LearnEnv> Trainer<E> {
     ///
     /// ```
     /// use baselines::learn::{AlgorithmSettings, DdpgSettings, TrainSettings, Trainer};
-    /// use baselines::{CollectError, ScriptedPolicy, collect, workers::UnreadableMessage};
+    /// use baselines::{ScriptedPolicy, collect};
     /// use fetch_env::{Task, make_kinematic};
     ///
     /// let mut settings = TrainSettings::default();
@@ -154,11 +155,17 @@ impl<E: LearnEnv> Trainer<E> {
         let unseen = std::mem::take(&mut self.replay.demonstrated.unseen);
         // The buffer may have dropped some already.
         let num_rows = unseen.min(self.replay.buffer.len() as u64);
-        let (purpose, number) = (Purpose::DemonstratedNormalizers, self.counters.updates);
-        let seen = self.replay.seen(num_rows as usize, purpose, number);
-        let seen = seen.map_err(|error| self.failed(error))?;
-        for seen in gather_values(&mut *self.workers, &seen)?.iter().flatten() {
-            self.replay.inputs.merge(seen)?;
+        // Each symmetry gets its share of them.
+        let parts = self.replay.num_symmetries().max(1);
+        for part in 0..parts {
+            let rows = share_of(part, parts, num_rows as usize).len();
+            let number = self.counters.updates + part as u64;
+            let seen =
+                self.replay.seen(rows, (Purpose::DemonstratedNormalizers, number), part as u64);
+            let seen = seen.map_err(|error| self.failed(error))?;
+            for seen in gather_values(&mut *self.workers, &seen)?.iter().flatten() {
+                self.replay.inputs.merge(seen)?;
+            }
         }
         Ok(())
     }
@@ -180,7 +187,9 @@ impl<E: LearnEnv> Trainer<E> {
         let num_rows = own.collected.recorded_steps;
         let (first_failure, first_stuck) = (own.collected.first_failure, own.collected.first_stuck);
         let steps = self.counters.steps + num_rows as u64;
-        let seen = self.replay.seen(num_rows, Purpose::Normalizers, steps);
+        let steps_of_cycle = (num_steps * self.collecting.collector.envs().num_envs()) as u64;
+        let cycle = steps.div_ceil(steps_of_cycle * self.workers.size() as u64);
+        let seen = self.replay.seen(num_rows, (Purpose::Normalizers, steps), cycle);
         let own = CollectedShare {
             steps: num_rows as u64,
             episodes: own.collected.finished_episodes as u64,

@@ -101,7 +101,8 @@ pub fn share(workers: &dyn Workers, count: usize) -> Range<usize> {
     share_of(workers.rank(), workers.size(), count)
 }
 
-fn share_of(rank: usize, size: usize, count: usize) -> Range<usize> {
+/// Returns the share of `count` that falls to part `rank` of `size`.
+pub(crate) fn share_of(rank: usize, size: usize, count: usize) -> Range<usize> {
     let bound = |rank: usize| (count as u128 * rank as u128 / size as u128) as usize;
     bound(rank)..bound(rank + 1)
 }

@@ -69,8 +69,8 @@ fn rewards_of_any_range_are_learned() -> Result {
 #[test]
 fn the_first_reward_outside_the_bounds_is_named() -> Result {
     // Rounding to the buffer's precision takes no reward out of its bounds, nor any sum of them.
-    for n_step in [1, 4] {
-        let mut inside = trainer(0.1, 0.7, 0.1..=0.7, n_step)?;
+    for (low, high, n_step) in [(0.1, 0.7, 1), (0.1, 0.7, 4), (-0.1, 0.0, 2), (-0.3, 0.0, 2)] {
+        let mut inside = trainer(low, high, low..=high, n_step)?;
         inside.run(400, None, |_, _| ControlFlow::Continue(()))?;
     }
 
