@@ -156,6 +156,7 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "train --seeds 0",
         "train --envs 0",
         "train --threads 0",
+        "train --target inf",
         "parity",
         "parity live --episodes 0",
         "bench env --task grasp",

@@ -119,6 +119,24 @@ fn runs_end_at_the_target_and_are_those_of_train() -> Result {
 }
 
 #[test]
+fn a_grid_goes_on_after_a_run_has_diverged() -> Result {
+    let folder = tempdir()?;
+    let [file, out] = ["grid.json", "out"].map(|name| folder.path().join(name));
+    let diverging = r#""set": { "learning_rate": [1.0, 0.001], "initial_temperature": [1000],
+        "target_entropy": [0.69], "updates_per_cycle": [200], "batch_size": [8],"#;
+    let grid = GRID.replace("\"fast\"", "\"book\"").replace("\"set\": {", diverging);
+    fs::write(&file, grid.replace("[0.9, 0.95]", "[0.95]").replace("[[32, 32]]", "[[8]]"))?;
+    let output = train(&file, &out).output()?;
+    let errors = errors_of(&output);
+    assert!(output.status.success() && errors.contains("the losses diverged"), "{errors}");
+    let lines = table(&out)?;
+    assert_eq!(lines.len(), 3);
+    output_of(&mut train(&file, &out))?;
+    assert_eq!(table(&out)?, lines);
+    Ok(())
+}
+
+#[test]
 fn a_changed_grid_and_a_folder_of_something_else_are_refused() -> Result {
     let folder = tempdir()?;
     let [file, out, taken] = ["grid.json", "out", "taken"].map(|name| folder.path().join(name));

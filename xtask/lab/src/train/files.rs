@@ -164,15 +164,15 @@ impl RunFiles {
         }
         if let Some(path) = written.first() {
             bail!(
-                "{} exists, but no {RUN} says whose it is: choose another folder with --out",
+                "{} exists, but there is no {RUN} beside it, so it may not belong to a run: choose another folder with --out",
                 path.display()
             );
         }
         let others = || fs::read_dir(folder).into_iter().flatten().flatten();
         ensure!(
             !overwrite || others().all(|entry| entry.file_name() == LOCK),
-            "{shown} is not the folder of a run, and --overwrite replaces nothing else: leave it \
-             out, or choose another folder with --out"
+            "{shown} is not the folder of a run, and --overwrite replaces only runs: leave the \
+             flag out, or choose another folder with --out"
         );
         Ok(())
     }

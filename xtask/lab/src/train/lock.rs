@@ -55,7 +55,7 @@ impl RunLock {
                 let holder = holder.trim_end();
                 let holder = if holder.is_empty() { "another process" } else { holder };
                 bail!(
-                    "{holder} is using the folder: wait until it has ended, or choose another one"
+                    "{holder} is using the folder: wait until it has ended, or choose another folder"
                 );
             }
             ensure!(holder.is_empty() || holder.starts_with(MARK), "it is not the lock of a run");

@@ -50,7 +50,7 @@ pub struct Args {
     /// Seed of the run
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Number of runs, with the seeds that follow
+    /// Number of runs, with consecutive seeds from --seed
     #[arg(long, default_value = "1")]
     seeds: NonZeroU64,
     /// Number of environments stepped together
@@ -68,7 +68,7 @@ pub struct Args {
     #[arg(long, requires = "demos", conflicts_with = "steps")]
     updates: Option<NonZeroU64>,
     /// Success rate at which the run ends, if two evaluations in a row reach it; 2 for never
-    #[arg(long)]
+    #[arg(long, value_parser = options::target)]
     target: Option<f64>,
     /// Number of scripted episodes in the buffer before the run, at most 10000, or a file of
     /// episodes: an archive of numpy arrays (.npz), from `collect` or in OGBench's format, or a
@@ -162,8 +162,9 @@ fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::
         if let Resumed::OnOtherRanks { before } = resumed {
             say!(
                 "train: the checkpoint is from {before} ranks, and this run has {size}: networks, \
-                 optimizers, normalizers, counters and finished episodes are the same; unfinished \
-                 episodes are lost, and all later random numbers differ"
+                 optimizers, normalizers and counters are the same; each rank keeps the newest \
+                 finished episodes that fit into its buffer; unfinished episodes are lost, and \
+                 all later random numbers differ"
             )?;
         }
     }

@@ -164,6 +164,12 @@ pub fn demos(text: &str) -> Result<String, String> {
     }
 }
 
+/// Checks the value of `--target`; `run.json` has no other numbers.
+pub fn target(text: &str) -> Result<f64, String> {
+    let target: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    target.is_finite().then_some(target).ok_or_else(|| "choose a finite number".into())
+}
+
 /// Where data sets of OGBench's format have the goals.
 const GOALS: GoalColumns<'_> = GoalColumns {
     array: "achieved_goals",

@@ -128,7 +128,9 @@ impl Shared<'_> {
         let ended = match trained {
             Err(error) if has_diverged(&error) => {
                 self.count(Some(&format!("{}: {error:#}", planned.folder.display())));
-                Ended::Diverged
+                // Its checkpoints stay: if the grid goes on, the run diverges again from there.
+                show(num_steps);
+                return Ok(Some(Ended::Diverged));
             }
             Err(error) => return Err(error),
             Ok(()) if self.signals.received() != 0 => return Ok(None),
