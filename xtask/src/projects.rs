@@ -1,5 +1,5 @@
 //! `projects`: builds and tests the projects outside the workspace, as their users would, and the
-//! README's first program.
+//! program in the README's section on depending on the crates.
 
 use std::{
     fs,
@@ -45,7 +45,7 @@ pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
     for name in names {
         say!("projects: {name}")?;
         let passed = if name == FIRST_PROGRAM {
-            first_program(&root)?
+            program_of_readme(&root)?
         } else {
             let folder = root.join(FOLDER).join(&name);
             cargo(&root, &folder, &["fmt", "--check"])? && cargo(&root, &folder, &["test"])?
@@ -72,12 +72,12 @@ fn names(folder: &Path) -> anyhow::Result<Vec<String>> {
     Ok(names)
 }
 
-/// Creates the README's first program in a new project outside the repository and runs it, with the
+/// Creates the program of the README's [`SECTION`] in a new project outside the repository and runs it, with the
 /// workspace's versions of all dependencies.
-fn first_program(root: &Path) -> anyhow::Result<bool> {
+fn program_of_readme(root: &Path) -> anyhow::Result<bool> {
     let readme = fs::read_to_string(root.join("README.md"))?;
     let section =
-        readme.split_once(SECTION).context("the README has no section with the first program")?.1;
+        readme.split_once(SECTION).context("the README has no section with this program")?.1;
     let block = |language: &str| {
         let (_, rest) = section.split_once(&format!("```{language}\n"))?;
         Some(rest.split_once("```")?.0)
@@ -85,7 +85,7 @@ fn first_program(root: &Path) -> anyhow::Result<bool> {
     let (dependencies, program) =
         block("toml").zip(block("rust")).context("the README's section has no program")?;
     let lines = program.lines().count();
-    ensure!(lines <= 30, "the README's first program has {lines} lines: the limit is 30");
+    ensure!(lines <= 30, "the program in the README has {lines} lines: the limit is 30");
 
     let folder = tempfile::tempdir()?;
     let project = folder.path().join("push");

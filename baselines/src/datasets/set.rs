@@ -25,8 +25,8 @@ pub enum SetKind {
     Scripted,
     /// The [trained policy](TrainedPolicy::shipped) that comes with the crate.
     Expert,
-    /// The same, exploring as it did in training: noise with the standard deviation 0.2 is added to
-    /// each element of an action, and three actions in ten are random.
+    /// The same, exploring: an action is random with probability 0.3, and otherwise Gaussian noise
+    /// with the standard deviation 0.2 is added to each of its elements.
     ///
     /// Source of both numbers: Plappert et al., *Multi-goal reinforcement learning*, 2018.
     ExpertNoisy,

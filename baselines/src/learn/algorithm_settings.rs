@@ -7,7 +7,7 @@ ranged_settings! {
     ///
     /// The sources are the authors of Fetch (Plappert et al., *Multi-goal reinforcement learning*,
     /// 2018, and `her/experiment/config.py` of openai/baselines) and this project's own
-    /// measurements. The defaults are those of the preset `fast`.
+    /// measurements. The defaults are those of the preset `fast` for PickAndPlace.
     pub struct DdpgSettings {
         /// The lengths of the hidden layers of actor and critic: 256, 256. The authors: 256, 256,
         /// 256.
@@ -27,8 +27,9 @@ ranged_settings! {
         pub critic_learning_rate: f32 => 1e-9..=1.0,
         /// The number of updates before the learning rates begin to fall: 0, and 100,000 for Slide.
         pub halving_start: u64 => 0..=1_000_000_000,
-        /// The number of updates in which the learning rates fall by half, evenly: `None`, the
-        /// authors', for rates that never fall, and 60,000 for Slide.
+        /// The number of updates after which the learning rates have halved; each update lowers them
+        /// by the same factor. `None`, the authors', for rates that never fall, and 60,000 for
+        /// Slide.
         pub halving_interval: Option<u64> => 1..=1_000_000_000,
         /// The discount of a step: 0.95, measured. The authors, and for Slide: 0.98, which is 1 - 1
         /// / 50 steps.

@@ -19,8 +19,8 @@ pub(crate) struct ExplorerState {
     decisions: u64,
     /// The number of episodes that have begun.
     episodes: u64,
-    /// For each environment, the number of random actions with which its episode goes on; larger
-    /// than any episode if all of its actions are.
+    /// For each environment, the number of random steps left in its episode; `u64::MAX` at the start
+    /// of a wholly random one.
     random_steps: Vec<u64>,
     /// For each environment, whether its episode has no noise.
     quiet: Vec<bool>,

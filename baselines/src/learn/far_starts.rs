@@ -47,6 +47,7 @@ impl<E: CollectEnv> Wrapper<E> for FarStarts {
         if is_far {
             let mut farthest = f64::NEG_INFINITY;
             for _ in 0..NUM_STARTS {
+                // One of 2^64: it is practically never the seed of an evaluation.
                 let seed = rng.next_u64();
                 let observation = env.reset_with(Some(seed), options)?.observation;
                 let goals = (observation.achieved_goal(), observation.desired_goal());

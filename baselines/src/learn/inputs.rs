@@ -107,10 +107,15 @@ impl Inputs {
 
     /// Sets the weights of the elements that networks do not see to 0 in the first layer of one, so
     /// it computes the same from whole inputs.
+    ///
+    /// A layer of the wrong size stays as it is: [`TrainedPolicy::new`](crate::TrainedPolicy::new)
+    /// refuses it.
     pub(crate) fn leave_out_weights(&self, layer: &mut LayerWeights) {
-        let len = layer.weights.len() / layer.num_inputs;
+        let Some(len) = layer.weights.len().checked_div(layer.num_inputs) else { return };
         for element in &self.left_out {
-            layer.weights[element * len..][..len].fill(0.0);
+            if let Some(weights) = layer.weights.get_mut(element * len..(element + 1) * len) {
+                weights.fill(0.0);
+            }
         }
     }
 }

@@ -30,7 +30,8 @@ impl Learner {
         algorithm: Box<dyn Algorithm>,
         num_threads: usize,
     ) -> Result<Self, TrainError> {
-        let threads = ThreadPoolBuilder::new().num_threads(num_threads.min(MAX_THREADS)).build();
+        let threads =
+            ThreadPoolBuilder::new().num_threads(num_threads.clamp(1, MAX_THREADS)).build();
         Ok(Self {
             algorithm,
             threads: threads.map_err(TrainError::Threads)?,

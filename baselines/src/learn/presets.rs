@@ -13,11 +13,12 @@ impl TrainSettings {
     ///
     /// Source: this project's measurements, and for Slide MRL (Pitis et al., *Maximum entropy gain
     /// exploration for long horizon multi-goal reinforcement learning*, 2020). The settings that
-    /// leave out inputs, mirror, move goals, and change rewards and starts were chosen on the seeds
-    /// 100 to 104, and the windows of Push on 100 to 107. The presets use the observations and the
-    /// symmetries of the tasks, but no solution. Reach, which has no object, and Slide, whose object
-    /// keeps moving after the robot has left it, have different numbers than Push and PickAndPlace.
-    /// For your own environment, [`default`](Self::default) assumes nothing about the task.
+    /// leave out inputs, mirror, move goals, and change rewards, starts and noise were chosen on the
+    /// seeds 100 to 104, and the windows of Push on 100 to 107. The presets use the observations and
+    /// the symmetries of the tasks, but no solution. Reach, which has no object, and Slide, whose
+    /// object keeps moving after the robot has left it, have different numbers than Push and
+    /// PickAndPlace. For your own environment, [`default`](Self::default) assumes nothing about the
+    /// task.
     #[must_use]
     pub fn fast(task: Task) -> Self {
         let mut ddpg = DdpgSettings::default();

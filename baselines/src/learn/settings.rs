@@ -196,8 +196,8 @@ ranged_settings! {
         /// How many transitions get a goal achieved later in their episode, for each that keeps its
         /// own: 4, the authors'.
         pub future_k: f64 => 0.0..=1_000.0,
-        /// The weight of goals pursued in other episodes; future goals have weight 1: 0, and 1
-        /// for Push and Slide, as in MRL.
+        /// The weight, relative to future goals, of goals that other episodes pursued: 0, and 1 for
+        /// Push and Slide, as in MRL.
         pub past_desired: f64 => 0.0..=1_000.0,
         /// The probability of keeping a transition whose goal was already achieved before the step:
         /// 0.2, measured, because they teach nothing. The authors: 1.
@@ -222,9 +222,9 @@ ranged_settings! {
         /// The share of the relabeled goals that are moved: 0, the authors', and 0.5 for tasks with
         /// an object.
         pub goal_noise_share: f64 => 0.0..=1.0,
-        /// How many times as far from the desired goal an achieved goal counts in training: 1, the
-        /// authors', and 1.43 for Slide, where the learner is then rewarded within 3.5 cm and an
-        /// evaluation counts success within 5 cm.
+        /// The factor by which training overstates the distance to the goal: 1, the authors', and
+        /// 1.43 for Slide, which is then rewarded within 3.5 cm in training, and succeeds within
+        /// 5 cm in evaluations.
         pub strictness: f64 => 1.0..=1_000.0,
         /// The most steps of a window: the target of a value is the discounted sum of the rewards
         /// of these steps and the value of the state after them. 1, the authors', and 2 for Push.
@@ -269,22 +269,24 @@ ranged_settings! {
         /// The share of later episodes that are wholly random: 0.05, measured, and 0.25 for Reach.
         /// The authors: 0.
         pub random_episode_share: f64 => 0.0..=1.0,
-        /// The probability of a random action in the other episodes: 0.3, the authors', and 0 for
-        /// Slide, where one can ruin a strike.
+        /// The probability of a random action in an episode with noise: 0.3, the authors', and 0
+        /// for Slide, where one can ruin a strike.
         pub random_action: f64 => 0.0..=1.0,
-        /// The most steps for which a random action of a wholly random episode is held: 1, the
-        /// authors', and 9 for tasks with an object. The number is drawn anew for each action.
+        /// The most steps for which an action is held in wholly random episodes and in random
+        /// beginnings: 1, the authors', and 9 for tasks with an object. The number is drawn anew
+        /// for each action.
         pub held_actions: u64 => 1..=1_000,
-        /// The most random actions with which an episode with noise begins: 0, the authors', and 15
+        /// The most random steps with which an episode with noise begins: 0, the authors', and 15
         /// for Slide, so that the actor also strikes from where they have taken the gripper. The
         /// number is drawn anew for each episode.
         pub random_beginning: u64 => 0..=1_000,
         /// The share of the episodes that begin far from their goal, at the farthest of four drawn
         /// starts: 0, the authors', and 0.5 for Slide.
         pub far_starts: f64 => 0.0..=1.0,
-        /// The share of the episodes in which all actions are the actor's, without noise: 0, the
-        /// authors', and 0.5 for Push and Slide, where they show the learner how the actor's own
-        /// pushes and strikes end.
+        /// The share of the episodes after `random_episodes` in which all actions are the actor's,
+        /// without noise: 0, the authors', and 0.5 for Push and Slide, where they show the learner
+        /// how the actor's own pushes and strikes end. `random_episode_share` comes first: with 0.6
+        /// of both, 0.4 of the episodes are quiet.
         pub quiet_episodes: f64 => 0.0..=1.0,
     }
 }
@@ -298,15 +300,14 @@ ranged_settings! {
         pub steps_per_cycle: usize => 1..=1_000,
         /// The number of updates that follow.
         pub updates_per_cycle: usize => 1..=10_000,
-        /// The number of steps of all environments between two evaluations; `None` for a twentieth
-        /// of the steps that [`run`](super::Trainer::run) is asked for, and one at their end.
+        /// The number of steps of all environments between two evaluations; `None`: a twentieth of
+        /// the steps passed to [`run`](super::Trainer::run), with an evaluation at their end.
         pub evaluation_interval: Option<u64> => 1..=1_000_000_000,
         /// The number of greedy episodes of an evaluation: 100.
         pub evaluation_episodes: usize => 1..=10_000,
-        /// Whether each process has the numbers of environments, transitions of a batch and of a
-        /// buffer, and random episodes that these settings say, instead of its share of them:
-        /// false, so that a run learns the same from the same number of steps on any number of
-        /// processes. The authors: true.
+        /// Whether `num_envs`, `batch_size`, `capacity` and `random_episodes` are those of each
+        /// process, and not totals that the processes share: false, so that a run learns the same
+        /// from the same number of steps on any number of processes. The authors: true.
         pub per_rank: bool,
     }
 }

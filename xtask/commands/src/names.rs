@@ -65,7 +65,7 @@ commands! {
         "mutants": "Change the code in small ways, and check that a test fails",
         "packages": "Check that the crates are ready to be published",
         "platforms": "Build and test the crates for other systems and processors",
-        "projects": "Test projects that depend on the crates, and the README's first program",
+        "projects": "Test projects that depend on the crates, one of them made from the README",
         "python": "Build the Python package, and test it beside the reference",
         "test": "Run all tests that need only Rust and MuJoCo, and list what was left out",
         "ci": "Run what continuous integration runs: `test`, then everything that needs more",

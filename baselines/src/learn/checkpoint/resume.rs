@@ -26,9 +26,10 @@ use crate::workers::{OneProcess, Workers};
 pub enum Resumed {
     /// With the same bits as a run that was never stopped.
     Exactly,
-    /// On a different number of processes. Networks, optimizers, normalizers, counters and finished
-    /// episodes are those of the checkpoint. Unfinished episodes are lost: the environments begin
-    /// new ones, and all later random numbers differ.
+    /// On a different number of processes. Networks, optimizers, normalizers and counters are those
+    /// of the checkpoint. Each process continues with one or more of the checkpoint's buffers, and
+    /// keeps as many of their newest finished episodes as fit into its own. Unfinished episodes are
+    /// lost: the environments begin new ones, and all later random numbers differ.
     OnOtherRanks {
         /// The number of processes that wrote the checkpoint.
         before: usize,
