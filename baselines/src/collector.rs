@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::evaluate::{Episode, MAX_COUNT, check_vec_policy};
 use crate::policy::{PolicyError, VecPolicy};
+use crate::spread::{Message, from_message, to_message};
 
 /// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
 /// buffer can store: its observations and actions are `f32` or `f64`.
@@ -89,7 +90,7 @@ pub struct Collector<E: CollectEnv> {
 pub struct CollectorSnapshot<S> {
     envs: Vec<WrappedSnapshot<S, u64>>,
     /// `None` for episodes without steps.
-    episodes: Vec<Option<Episode>>,
+    episodes: Vec<Option<Message>>,
 }
 
 /// The result of a call of [`Collector::collect`].
@@ -208,7 +209,7 @@ impl<E: CollectEnv> Collector<E> {
         Ok(CollectorSnapshot {
             envs: self.envs.snapshot()?,
             episodes: episodes
-                .map(|episode| (episode.episode_length > 0).then_some(*episode))
+                .map(|episode| (episode.episode_length > 0).then(|| to_message(episode)))
                 .collect(),
         })
     }
@@ -226,8 +227,10 @@ impl<E: CollectEnv> Collector<E> {
         if actual != num_envs {
             return Err(VecEnvError::Count { what: "snapshot", actual, num_envs });
         }
-        let lengths =
-            snapshot.episodes.iter().map(|episode| episode.map_or(0, |e| e.episode_length));
+        let episodes = snapshot.episodes.iter();
+        let episodes: Vec<_> =
+            episodes.map(|episode| episode.map_or(Episode::new(None), from_message)).collect();
+        let lengths = episodes.iter().map(|episode| episode.episode_length);
         if let Some((env_index, length)) =
             lengths.enumerate().find(|(_, len)| *len as u64 > MAX_COUNT)
         {
@@ -235,8 +238,7 @@ impl<E: CollectEnv> Collector<E> {
             return Err(VecEnvError::ForeignSnapshot { env_index, reason });
         }
         self.envs.restore(&snapshot.envs)?;
-        let episodes = snapshot.episodes.iter();
-        self.episodes = episodes.map(|episode| episode.unwrap_or(Episode::new(None))).collect();
+        self.episodes = episodes;
         self.has_started = true;
         Ok(())
     }
@@ -272,7 +274,8 @@ impl<E: CollectEnv> Collector<E> {
             collected.recorded_steps += recorded.recorded_steps;
             collected.finished_episodes += recorded.finished_episodes;
             collected.discarded_episodes += recorded.discarded_episodes;
-            recorded.check()?;
+            // Other environments' rows are in the buffer even if one was refused.
+            let checked = recorded.check();
             if collected.first_failure.is_none() {
                 let failure = batch.errors().next();
                 collected.first_failure =
@@ -295,6 +298,7 @@ impl<E: CollectEnv> Collector<E> {
             if self.envs.autoreset_mode() == AutoresetMode::Disabled {
                 self.reset_ended(buffer)?;
             }
+            checked?;
         }
         let mut errors = self.envs.last_step().errors().filter(|(env_index, _)| still[*env_index]);
         collected.first_stuck = errors.next().map(|(env_index, error)| (env_index, error.clone()));
@@ -312,5 +316,23 @@ impl<E: CollectEnv> Collector<E> {
             buffer.record(&self.envs.reset_with(&reset)?.into())?.check()?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_snapshot_survives_json_whatever_its_numbers() {
+        let numbers = [f64::NAN, f64::INFINITY, -0.0];
+        let episodes = numbers.map(|number| {
+            let episode =
+                Episode { episode_return: number, final_distance: number, ..Episode::new(Some(1)) };
+            Some(to_message(&episode))
+        });
+        let snapshot = CollectorSnapshot::<()> { envs: Vec::new(), episodes: episodes.into() };
+        let json = serde_json::to_string(&snapshot).unwrap();
+        assert_eq!(serde_json::from_str::<CollectorSnapshot<()>>(&json).unwrap(), snapshot);
     }
 }

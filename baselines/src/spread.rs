@@ -39,18 +39,18 @@ pub fn gather_episodes(
     Ok(Evaluation { episodes: all.into_iter().flatten().map(from_message).collect() })
 }
 
-/// An episode as it is sent. Its return and its final distance are sent as bits, because they may
+/// An episode as it is sent and saved. Its return and its final distance are bits, because they may
 /// be infinite or NaN, which JSON lacks.
-type Message = (Option<u64>, [u64; 2], usize, [bool; 2]);
+pub(crate) type Message = (Option<u64>, [u64; 2], usize, [bool; 2]);
 
-fn to_message(episode: &Episode) -> Message {
+pub(crate) fn to_message(episode: &Episode) -> Message {
     let &Episode { seed, episode_return, episode_length, final_distance, success, success_any } =
         episode;
     let numbers = [episode_return, final_distance].map(f64::to_bits);
     (seed, numbers, episode_length, [success, success_any])
 }
 
-fn from_message((seed, numbers, episode_length, successes): Message) -> Episode {
+pub(crate) fn from_message((seed, numbers, episode_length, successes): Message) -> Episode {
     let [episode_return, final_distance] = numbers.map(f64::from_bits);
     let [success, success_any] = successes;
     Episode { seed, episode_return, episode_length, final_distance, success, success_any }

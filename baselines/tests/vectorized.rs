@@ -4,10 +4,10 @@ use baselines::{
     Collector, CollectorError, Episode, Evaluation, EvaluationError, Policy, RandomPolicy,
     VecPolicy, ZeroPolicy, buffer_config, evaluate, evaluate_vec,
 };
-use fetch_env::wrappers::{KeepsGoals, Resetting, Stateless, Wrapped, Wrapper};
+use fetch_env::wrappers::{KeepsGoals, Resetting, Stateless, TransformReward, Wrapped, Wrapper};
 use fetch_env::{
-    ActionElement, Env, EnvError, EnvExt, FetchObservation, GoalObservation, KinematicEnv, Reset,
-    Space, Step, VecEnv, make_kinematic,
+    ActionElement, Env, EnvError, EnvExt, FetchObservation, GoalEnv, GoalObservation, KinematicEnv,
+    Reset, Space, Step, VecEnv, make_kinematic,
     vec_env::{AutoresetMode, VecConfig, VecStep, VecStepOf},
 };
 use her_relabel::{AddError, HerBuffer};
@@ -85,6 +85,41 @@ fn every_step_is_collected_in_every_autoreset_mode() -> Result {
         assert_eq!(collected, first, "the first episodes have the seeds of the reset");
         assert!(episodes[3..].iter().all(|(_, episode)| episode.seed.is_none()));
         assert_eq!(episodes.len(), buffer.num_episodes());
+    }
+    Ok(())
+}
+
+#[test]
+fn a_refused_environment_keeps_no_other_episode_from_being_reported() -> Result {
+    let make = |is_wrong: bool| {
+        let env = make_kinematic("FetchReach-v4")?;
+        let reward = *env.goal_reward();
+        let transform = move |reward: f64| if is_wrong { f64::NAN } else { reward };
+        env.wrap(TransformReward::with_goal_reward(reward, transform))
+    };
+    for mode in MODES {
+        let config = VecConfig::default().with_autoreset(mode);
+        let envs = VecEnv::new([make(true)?, make(false)?], config)?;
+        let config = buffer_config(1_000, &make(false)?)?.with_num_envs(2);
+        let mut buffer = HerBuffer::<f32>::new(config)?;
+        let mut policy = RandomPolicy::new(envs.single_action_space(), 0);
+        let mut collector = Collector::new(envs);
+        let (mut lengths, mut refusals) = (Vec::new(), 0);
+        for _ in 0..110 {
+            let collected = collector.collect(1, &mut policy, &mut buffer, |env_index, episode| {
+                if env_index == 1 {
+                    lengths.push(episode.episode_length);
+                }
+            });
+            match collected {
+                Ok(_) => {}
+                Err(CollectorError::NotFinite { env_index: 0, .. }) => refusals += 1,
+                Err(error) => return Err(error.into()),
+            }
+        }
+        assert_eq!(lengths, [50, 50], "{mode:?}");
+        assert_eq!(buffer.num_episodes(), 2);
+        assert!(refusals > 0);
     }
     Ok(())
 }

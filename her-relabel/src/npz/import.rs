@@ -44,16 +44,17 @@ impl<T: Scalar> HerBuffer<T> {
         read: impl FnOnce(&mut Self) -> Result<u64, NpzError>,
     ) -> Result<u64, NpzError> {
         let config = self.config.clone().with_num_envs(1).with_priorities(None);
-        // The buffer itself decides what it keeps.
-        let config = config.with_still_episodes(None);
         // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
+        // It leaves out the still episodes that this buffer would leave out.
+        staged.storage.ended = self.storage.ended;
         let count = read(&mut staged)?;
         let mut rows = Vec::new();
         for episode in staged.storage.episodes.iter() {
             staged.storage.copy_episode(&episode, self.config.capacity(), &mut rows);
-            self.storage.push_episode(&rows, episode.ending);
+            self.storage.store_episode(&rows, episode.ending);
         }
+        self.storage.ended = staged.storage.ended;
         Ok(count)
     }
 }
@@ -90,8 +91,9 @@ fn read<T: Scalar>(buffer: &mut HerBuffer<T>, bytes: &[u8]) -> Result<u64, NpzEr
             return Err(NpzError::Lengths { episode, found, expected: num_steps });
         }
         let [states, achieved, desired, acts, rews] = &mut parts;
-        observations.take(len + 1, capacity + 1, states)?;
-        achieved_goals.take(len + 1, capacity + 1, achieved)?;
+        let num_rows = len.saturating_add(1);
+        observations.take(num_rows, capacity + 1, states)?;
+        achieved_goals.take(num_rows, capacity + 1, achieved)?;
         desired_goals.take(1, 1, desired)?;
         actions.take(len, capacity, acts)?;
         rewards.take(len, capacity, rews)?;

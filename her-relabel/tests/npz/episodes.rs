@@ -1,6 +1,8 @@
 //! Imported episodes are the exported ones.
 
-use her_relabel::{EpisodeData, HerBuffer, Priorities, PriorityUnit, TransitionId};
+use her_relabel::{
+    EpisodeData, HerBuffer, Priorities, PriorityUnit, StillEpisodes, TransitionId, UnitInterval,
+};
 
 use crate::common::{Result, add, config, drawn, exported, filled};
 
@@ -35,6 +37,28 @@ fn episodes_are_added_to_what_is_there_and_the_newest_are_kept() -> Result {
         imported.import_npz_bytes(&archive)?;
         (0..9).for_each(|episode| add(&mut added, episode));
         assert_eq!(drawn(&imported), drawn(&added));
+    }
+    Ok(())
+}
+
+#[test]
+fn still_episodes_are_left_out_as_if_they_were_added_one_by_one() -> Result {
+    // Episodes from the fifth on move farther. The last ones fill the buffer, before they are left
+    // out.
+    let episodes = [5, 6, 7, 0, 1, 2, 3, 0, 1, 2, 3];
+    let mut all = HerBuffer::<f64>::new(config(1000))?;
+    episodes.iter().for_each(|episode| add(&mut all, *episode));
+    for kept in [0.0, 0.5] {
+        let still = StillEpisodes::new(0.3, UnitInterval::new(kept)?).with_seed(3);
+        let config = config(25).with_still_episodes(Some(still));
+        let mut imported = HerBuffer::<f64>::new(config.clone())?;
+        let mut added = HerBuffer::<f64>::new(config)?;
+        for _ in 0..3 {
+            assert_eq!(imported.import_npz_bytes(&exported(&all))?, 11);
+            episodes.iter().for_each(|episode| add(&mut added, *episode));
+            assert_eq!(imported.num_episodes(), added.num_episodes());
+            assert_eq!(drawn(&imported), drawn(&added));
+        }
     }
     Ok(())
 }
