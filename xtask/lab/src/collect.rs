@@ -7,7 +7,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::ensure;
 use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
     datasets::{About, EpisodeRecord},
@@ -24,6 +23,7 @@ use crate::shared::{
     json::{Metric, write_results},
     progress,
     ranks::{RankArgs, share_run},
+    usage::usage,
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -115,10 +115,9 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
 /// Writes the episodes as a data set, one after another.
 fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bool> {
     let Args { env_id, policy: name, episodes, seed, model, snapshots, .. } = args;
-    ensure!(
-        !snapshots || format == Format::Minari,
-        "--snapshots: only Minari's format has them, so use --format minari"
-    );
+    if *snapshots && format != Format::Minari {
+        return Err(usage("--snapshots: only Minari's format has them, so use --format minari"));
+    }
     let mut env = make(env_id.config().with_model(model.source()))?;
     let mut policy = policy_of(name, &env, *seed)?;
     let stem = Path::new(name).file_stem().and_then(OsStr::to_str).unwrap_or_default();

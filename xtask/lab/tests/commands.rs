@@ -168,6 +168,10 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "parity --fixtures tests/recordings/mujoco-2.2.2 live",
         "soak --steps 0",
         "plan --starts 0",
+        "play --policy nothing",
+        "collect --format lerobot --out nothing --snapshots",
+        "datasets --out nothing --only nothing",
+        "datasets --out nothing --only FetchReach-v4/random --steps 50",
     ] {
         assert_eq!(lab(arguments).output()?.status.code(), Some(2), "{arguments}");
     }

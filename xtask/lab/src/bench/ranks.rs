@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::shared::{
     json::{Metric, write_results},
     ranks::{RankArgs, share_run},
+    usage::usage,
 };
 
 #[derive(clap::Args)]
@@ -36,7 +37,8 @@ pub fn run(args: &Args, json: Option<&PathBuf>) -> anyhow::Result<bool> {
     let facts = [("command", "bench ranks".to_owned()), ("--seconds", args.seconds.to_string())];
     share_run(&args.ranks, &facts, |workers| {
         let workers = &mut *workers();
-        let limit = Duration::try_from_secs_f64(args.seconds)?;
+        let limit = Duration::try_from_secs_f64(args.seconds)
+            .map_err(|error| usage(format_args!("--seconds {}: {error}", args.seconds)))?;
         let mut figures = Vec::new();
         for len in LENS {
             let seconds = average(workers, len, limit)?;

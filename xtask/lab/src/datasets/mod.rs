@@ -5,7 +5,6 @@ mod set;
 
 use std::{num::NonZeroUsize, path::PathBuf};
 
-use anyhow::ensure;
 use fetch_env::{EnvId, make};
 use rayon::prelude::*;
 use serde_json::json;
@@ -16,6 +15,7 @@ use crate::shared::{
     choice::{ModelChoice, flag_name},
     json::{Metric, write_results},
     progress,
+    usage::usage,
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -51,15 +51,21 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    ensure!(
-        !args.snapshots || args.format == [Format::Minari],
-        "--snapshots: only Minari's format has them, so add --format minari"
-    );
+    if args.snapshots && args.format != [Format::Minari] {
+        return Err(usage("--snapshots: only Minari's format has them, so add --format minari"));
+    }
     let formats = if args.format.is_empty() { &Format::ALL[..] } else { &args.format };
     let mut sets = Vec::new();
     for (env_id, kind) in chosen(&args.only)? {
         let steps = make(env_id)?.max_episode_steps().get() as usize;
         let episodes = args.steps.get().div_ceil(steps);
+        if episodes < 2 && formats.contains(&Format::Ogbench) {
+            let least = steps + 1;
+            return Err(usage(format_args!(
+                "--steps: OGBench's format needs two episodes, so choose at least {least}, or \
+                 another --format"
+            )));
+        }
         let first_seed = args.seed;
         let Args { model, snapshots, .. } = *args;
         sets.push(Set { env_id, kind, model, episodes, first_seed, snapshots });
@@ -81,11 +87,12 @@ fn chosen(only: &[String]) -> anyhow::Result<Vec<(EnvId, Kind)>> {
         [id.to_string(), kind.to_owned(), format!("{id}/{kind}")]
     };
     for name in only {
-        ensure!(
-            all.clone().any(|set| names(set).contains(name)),
-            "--only {name}: name an environment (FetchPush-v4), a set (random, scripted, expert, \
-             expert-noisy, mixed, replay), or both (FetchPush-v4/expert)"
-        );
+        if !all.clone().any(|set| names(set).contains(name)) {
+            return Err(usage(format_args!(
+                "--only {name}: name an environment (FetchPush-v4), a set (random, scripted, \
+                 expert, expert-noisy, mixed, replay), or both (FetchPush-v4/expert)"
+            )));
+        }
     }
     let is_chosen = |set: &_| only.is_empty() || names(*set).iter().any(|name| only.contains(name));
     Ok(all.filter(is_chosen).collect())

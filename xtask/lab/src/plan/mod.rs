@@ -86,21 +86,24 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     bar.finish_and_clear();
     signals.end_at_once();
     let rows = table::rows(task, &starts);
-    say!("{}", table::HEAD)?;
-    for row in &rows {
-        say!("{}", row.line())?;
-    }
     let title = format!("plan/{}", args.env_id);
     let figures = rows.iter().flat_map(|row| row.figures(&title));
     let figures = figures.chain(starts.iter().flat_map(|start| start.figures(&title)));
     write_results(args.json.as_ref(), args, figures)?;
+    // Ctrl-C may also have ended the program that reads the table.
+    let printed = print(&rows);
     match Stopped::by(signals.received()) {
         Some(stopped) => {
             commands::tell(format_args!("plan: {stopped} after {} starts", starts.len()));
             Err(stopped.into())
         }
-        None => Ok(true),
+        None => printed.map(|()| true),
     }
+}
+
+fn print(rows: &[table::Row]) -> anyhow::Result<()> {
+    say!("{}", table::HEAD)?;
+    rows.iter().try_for_each(|row| say!("{}", row.line()))
 }
 
 impl Players {

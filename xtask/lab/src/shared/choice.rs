@@ -1,11 +1,12 @@
 //! The flags `--model` and `--policy`.
 
-use anyhow::ensure;
 use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy};
 use clap::ValueEnum;
 use fetch_env::{Env, MujocoEnv};
 use fetch_sim::{ModelSource, Task};
 use serde::{Deserialize, Serialize};
+
+use super::usage::usage;
 
 /// Returns the name of a task in the names of files and arrays, which is the name of its scene.
 pub fn task_name(task: Task) -> &'static str {
@@ -64,10 +65,11 @@ pub fn policy_of(text: &str, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<d
     if let Ok(choice) = PolicyChoice::from_str(text, false) {
         return choice.policy(env, seed);
     }
-    ensure!(
-        text.contains(['.', '/']),
-        "there is no policy {text}: choose random, scripted, trained, zero or the file of a \
-         trained one"
-    );
+    if !text.contains(['.', '/']) {
+        return Err(usage(format_args!(
+            "there is no policy {text}: choose random, scripted, trained, zero or the file of a \
+             trained one"
+        )));
+    }
     Ok(Box::new(TrainedPolicy::load(text)?))
 }

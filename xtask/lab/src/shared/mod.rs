@@ -8,3 +8,4 @@ pub mod progress;
 pub mod python;
 pub mod ranks;
 pub mod signals;
+pub mod usage;

@@ -61,10 +61,10 @@ fn with_mpi(
 ) -> anyhow::Result<bool> {
     use baselines::workers::MpiWorkers;
 
-    use super::signals::Stopped;
+    use super::{signals::Stopped, usage::usage};
 
     let limit = std::time::Duration::try_from_secs_f64(wait_seconds)
-        .with_context(|| format!("--wait-seconds {wait_seconds}"))?;
+        .map_err(|error| usage(format_args!("--wait-seconds {wait_seconds}: {error}")))?;
     let workers = MpiWorkers::start(limit, |late| {
         tell(late.by, &late.to_string());
         std::process::exit(1);

@@ -8,7 +8,6 @@ use baselines::{
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
     workers::share,
 };
-use clap::error::ErrorKind;
 use fetch_env::{FetchObservation, GoalEnv, MujocoEnv};
 use goal_reward::GoalReward;
 use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError};
@@ -18,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::{Args, make, preset};
-use crate::shared::choice::flag_name;
+use crate::shared::{choice::flag_name, usage::usage};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -72,7 +71,7 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
         settings.schedule.num_envs = num_envs.get();
     }
     for assignment in &args.set {
-        let wrong = |reason: String| usage(&format!("--set {assignment}: {reason}"));
+        let wrong = |reason: String| usage(format_args!("--set {assignment}: {reason}"));
         let Some((key, text)) = assignment.split_once('=') else {
             return Err(wrong("write KEY=VALUE, such as gamma=0.98".to_owned()));
         };
@@ -80,7 +79,7 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
             .map_err(|_| wrong(format!("{text} is not a number, a list or true")))?;
         settings = change(&settings, key, value).map_err(|error| wrong(error.to_string()))?;
     }
-    settings.check().map_err(|error| usage(&error.to_string()))?;
+    settings.check().map_err(|error| usage(error))?;
     Ok(settings)
 }
 
@@ -94,11 +93,6 @@ pub fn change(settings: &TrainSettings, key: &str, to: Value) -> anyhow::Result<
         .map_err(|error| anyhow!("{text} is not a value of {key}: {error}"))?;
     settings.check()?;
     Ok(settings)
-}
-
-/// Returns the error of a wrong flag, which ends a command as clap's own errors do.
-fn usage(message: &str) -> anyhow::Error {
-    clap::Error::raw(ErrorKind::ValueValidation, format!("{message}\n")).into()
 }
 
 /// Returns the place of a setting in the tree of all.
