@@ -213,7 +213,8 @@ impl Vector {
             self.was_reset[env_index] |= batch.started()[row];
             let observation = &batch.observation()[25 * row..][..25];
             let is_finite = observation.iter().all(|number| number.is_finite());
-            assert_eq!(is_finite, self.was_reset[env_index]);
+            // A state that was restored after a failure has no observation until the next reset.
+            assert!(is_finite == self.was_reset[env_index] || batch.error(row).is_some());
             assert!(batch.error(row).is_some() || batch.reward()[row].is_finite());
             assert!(!batch.stepped()[row] || batch.info()[row].is_some());
         }

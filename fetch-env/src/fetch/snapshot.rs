@@ -4,7 +4,8 @@ use fetch_sim::{LARGEST_NUMBER, SimConfig, Simulator, Substeps};
 use goal_reward::GoalReward;
 use serde::{Deserialize, Serialize};
 
-use super::{env::FetchEnv, observation::Goal, task::FetchTask};
+use super::observation::{FetchObservation, Goal};
+use super::{env::FetchEnv, task::FetchTask};
 use crate::gym::{env::SnapshotEnv, error::EnvError, np_random::NpRandom};
 
 /// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
@@ -61,5 +62,9 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
         self.random.clone_from(&snapshot.random);
         self.goal.clone_from(&snapshot.goal);
         Ok(())
+    }
+
+    fn last_observation(&self) -> Option<FetchObservation> {
+        self.observe().ok()
     }
 }

@@ -200,6 +200,28 @@ fn a_step_whose_reset_fails_is_recorded() -> Result {
     Ok(())
 }
 
+#[test]
+fn a_restored_state_is_not_joined_to_the_steps_before() -> Result {
+    for mode in MODES {
+        let mut envs = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
+        let mut buffer = buffer()?;
+        let actions = [0.1; 4 * COUNT];
+        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+        buffer.record(&envs.step(&actions)?.into())?.check()?;
+        let snapshot = envs.snapshot()?;
+        for _ in 0..2 {
+            buffer.record(&envs.step(&actions)?.into())?.check()?;
+        }
+        envs.restore(&snapshot)?;
+        let recorded = buffer.record(&envs.last_step().into())?;
+        assert_eq!((recorded.recorded_steps, recorded.finished_episodes), (0, COUNT));
+        assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (3 * COUNT, Some(0)));
+        buffer.record(&envs.step(&actions)?.into())?.check()?;
+        assert_eq!(buffer.unfinished_steps(0)?, Some(1));
+    }
+    Ok(())
+}
+
 /// An environment whose second reset fails.
 struct ResetsOnce(TestEnv<KinematicSimulator>, bool);
 

@@ -47,6 +47,45 @@ fn a_restored_vector_continues_with_the_same_bits() -> Result {
 }
 
 #[test]
+fn a_restored_vector_shows_the_restored_states() -> Result {
+    for mode in MODES {
+        // The end of some episodes at step 5 shows the state at that end, or the next start.
+        for steps in [0, 3, 5] {
+            let mut envs = vec_env(COUNT, config(mode))?;
+            let fresh = envs.snapshot()?;
+            envs.reset(Some(3))?;
+            for step in 0..steps {
+                envs.step(&actions(COUNT, step))?;
+            }
+            let snapshot = envs.snapshot()?;
+            let expected = envs.last_step().clone();
+            let reset = VecReset { mask: Some(&[true, false, true, true]), ..VecReset::default() };
+            let after_reset = envs.reset_with(&reset)?.clone();
+            for step in 10..13 {
+                envs.step(&actions(COUNT, step))?;
+            }
+            let other = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
+            for mut envs in [envs, other] {
+                envs.restore(&snapshot)?;
+                let shown = envs.last_step();
+                assert_eq!(shown.env_index(), [0, 1, 2, 3]);
+                assert_eq!(shown.observation_rows(), expected.observation_rows());
+                assert_eq!(shown.next_observation_rows(), expected.observation_rows());
+                assert_eq!((shown.started(), shown.stepped()), (&[true; 4][..], &[false; 4][..]));
+                let again = envs.reset_with(&reset)?;
+                assert_eq!(again.observation_rows(), after_reset.observation_rows());
+                assert_eq!(again.started(), [true, false, true, true]);
+                // Nothing is known of environments that have begun no episode.
+                envs.restore(&fresh)?;
+                assert!(envs.last_step().observation().iter().all(|number| number.is_nan()));
+                assert_eq!(envs.last_step().started(), [false; 4]);
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
 fn a_foreign_snapshot_changes_no_environment() -> Result {
     let mut envs = vec_env(COUNT, config(AutoresetMode::NextStep))?;
     envs.reset(Some(0))?;

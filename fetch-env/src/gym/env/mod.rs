@@ -191,6 +191,12 @@ pub trait SnapshotEnv: Env {
     /// [`EnvError::ForeignSnapshot`] if the snapshot is from another environment; this one is then
     /// unchanged.
     fn restore(&mut self, snapshot: &Self::Snapshot) -> Result<(), EnvError>;
+
+    /// Returns the observation of the last reset or step, or of the restored snapshot; `None`
+    /// before a reset, after a failure, and, by default, always.
+    fn last_observation(&self) -> Option<Self::Observation> {
+        None
+    }
 }
 
 /// Snapshot of an environment and of what contains it: a wrapper with the state `T`, or a

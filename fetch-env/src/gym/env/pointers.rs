@@ -60,6 +60,10 @@ macro_rules! forward {
             fn restore(&mut self, snapshot: &E::Snapshot) -> Result<(), EnvError> {
                 (**self).restore(snapshot)
             }
+
+            fn last_observation(&self) -> Option<E::Observation> {
+                (**self).last_observation()
+            }
         }
     )*};
 }

@@ -21,9 +21,9 @@ pub struct VecEnv<E: Env<Observation: BatchObservation>> {
     pool: Pool<Slot<E>>,
     in_flight: usize,
     step: VecStepOf<E>,
-    autoreset: AutoresetMode,
-    action_space: E::ActionSpace,
-    observation_space: Space,
+    pub(super) autoreset: AutoresetMode,
+    pub(super) action_space: E::ActionSpace,
+    pub(super) observation_space: Space,
     /// The last call that named each id, to detect an id named twice in one call.
     named_in: Vec<u64>,
     calls: u64,
@@ -156,7 +156,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     }
 
     /// Returns the results of the last call of [`step`](Self::step), [`reset`](Self::reset) or
-    /// [`recv`](Self::recv).
+    /// [`recv`](Self::recv), or the states that were [restored](Self::restore) since.
     #[must_use]
     pub const fn last_step(&self) -> &VecStepOf<E> {
         &self.step
@@ -286,7 +286,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.receive_all()
     }
 
-    fn receive_all(&mut self) -> Result<&VecStepOf<E>, VecEnvError> {
+    pub(super) fn receive_all(&mut self) -> Result<&VecStepOf<E>, VecEnvError> {
         self.pool.wait(self.in_flight)?;
         while let Some(slot) = self.pool.take() {
             self.take_back(slot);

@@ -120,7 +120,7 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
 
     fn begin_episode(&mut self, reset: Reset<E::Observation, E::Info>) -> Result<(), EnvError> {
         self.num_episodes += 1;
-        let shown = self.row.set_start(&reset.observation, reset.info);
+        let shown = self.row.set_start(&reset.observation, Some(reset.info));
         self.reset_is_due = shown.is_err();
         shown
     }

@@ -1,7 +1,10 @@
 //! Snapshots of environments that are stepped together.
 
+use super::config::AutoresetMode;
 use super::env::VecEnv;
 use super::error::VecEnvError;
+use super::step::VecStepOf;
+use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::{SnapshotEnv, WrappedSnapshot, observation::BatchObservation};
 use crate::gym::np_random::MAX_COUNT;
 
@@ -26,8 +29,12 @@ impl<E: SnapshotEnv<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     }
 
     /// Restores a snapshot of these environments or of ones made the same way. Afterwards the same
-    /// actions give the same results, bit for bit. [`last_step`](Self::last_step) stays as it is
-    /// until the next call.
+    /// actions give the same results, bit for bit.
+    ///
+    /// [`last_step`](Self::last_step) then has the restored observations, as rows in which episodes
+    /// start: a replay buffer that records them does not join what was before to what comes next.
+    /// They are NaN where the environment does not know its
+    /// [last one](SnapshotEnv::last_observation).
     ///
     /// # Errors
     /// [`VecEnvError::InFlight`], [`VecEnvError::OutOfUse`], [`VecEnvError::Count`] if the snapshot
@@ -45,7 +52,24 @@ impl<E: SnapshotEnv<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.restore_each(snapshot).inspect_err(|_| {
             // Each environment takes back its own state.
             let _ = self.restore_each(&before);
-        })
+        })?;
+        self.show_restored()
+    }
+
+    /// Replaces the rows, which are those of the time before.
+    fn show_restored(&mut self) -> Result<(), VecEnvError> {
+        let (space, action_len) = (&self.observation_space, self.action_space.action_len());
+        let keeps_last = self.autoreset == AutoresetMode::SameStep;
+        for slot in self.idle.iter_mut().flatten() {
+            slot.row = VecStepOf::<E>::new(space, action_len, keeps_last, 1)?;
+            slot.row.begin();
+            if let Some(observation) = slot.env.as_ref().and_then(E::last_observation)
+                && let Err(error) = slot.row.set_start(&observation, None)
+            {
+                slot.row.set_error(error, false);
+            }
+        }
+        self.receive_all().map(|_| ())
     }
 
     fn restore_each(

@@ -1,5 +1,7 @@
 //! The results of many environments, row after row.
 
+use std::mem;
+
 use crate::gym::env::goal::Info;
 use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalObservation, Rows};
 use crate::gym::env::{ActionElement, Env};
@@ -117,7 +119,8 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
     }
 
     /// Returns the error of this row. Its observation is then the environment's last one (NaN
-    /// before the first), unless the environment was reset in the same step.
+    /// before the first, and after a failed one was [restored](super::VecEnv::restore)), unless the
+    /// environment was reset in the same step.
     ///
     /// An invalid action changes nothing. A failure ends the episode: `truncated` is true, and the
     /// environment is reset as its [`AutoresetMode`](super::AutoresetMode) says; one that
@@ -279,8 +282,8 @@ impl<O: BatchObservation, I, A: Copy> VecStep<O, I, A> {
         self.action.copy_from_slice(action);
     }
 
-    /// Writes the first observation of an episode.
-    pub(super) fn set_start(&mut self, observation: &O, info: I) -> Result<(), EnvError> {
+    /// Writes the first observation of an episode, or that of a restored state, which has no info.
+    pub(super) fn set_start(&mut self, observation: &O, info: Option<I>) -> Result<(), EnvError> {
         self.observation.write_row(0, observation)?;
         if !self.stepped[0]
             && let Some(next) = &mut self.next_observation
@@ -288,7 +291,7 @@ impl<O: BatchObservation, I, A: Copy> VecStep<O, I, A> {
             next.write_row(0, observation)?;
         }
         self.started[0] = true;
-        self.final_info[0] = self.info[0].replace(info);
+        self.final_info[0] = mem::replace(&mut self.info[0], info);
         Ok(())
     }
 

@@ -16,6 +16,10 @@ macro_rules! keep {
         fn observation_space<'a>(&'a self, env: &'a E) -> &'a crate::gym::spaces::Space {
             env.observation_space()
         }
+
+        fn last_observation(&self, inner: E::Observation) -> Option<E::Observation> {
+            Some(inner)
+        }
     };
     (@Info) => {
         type Info = E::Info;

@@ -142,4 +142,8 @@ impl<E: SnapshotEnv, W: Wrapper<E> + SnapshotWrapper> SnapshotEnv for Wrapped<E,
         self.reset_needed = snapshot.reset_needed;
         Ok(())
     }
+
+    fn last_observation(&self) -> Option<W::Observation> {
+        self.wrapper.last_observation(self.env.last_observation()?)
+    }
 }

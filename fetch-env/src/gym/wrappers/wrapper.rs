@@ -127,6 +127,13 @@ pub trait Wrapper<E: Env> {
 
     /// Returns the space of all observations.
     fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space;
+
+    /// Returns the wrapper's last observation again, given that of the inner environment: `None` by
+    /// default. A wrapper that keeps observations as they are returns `Some(inner)`.
+    fn last_observation(&self, inner: E::Observation) -> Option<Self::Observation> {
+        let _ = inner;
+        None
+    }
 }
 
 /// The environment that a [`Wrapper`] resets.
