@@ -9,6 +9,9 @@ use pyo3::{intern, prelude::*, sync::PyOnceLock, types::PyDict};
 
 use crate::error::{Error, Result};
 
+/// The most dimensions that the crate numpy takes; numpy 2 itself takes 64.
+const MAX_DIMENSIONS: usize = 32;
+
 /// Numbers in the precision that they have in Python.
 pub(crate) enum Numbers<'py> {
     Single(PyReadonlyArrayDyn<'py, f32>),
@@ -26,17 +29,19 @@ impl<'py> Numbers<'py> {
         let numpy = numpy(py)?;
         let array = numpy.call_method1(intern!(py, "asarray"), (numbers,))?;
         let kind = numpy.call_method1(intern!(py, "result_type"), (&array, dtype::<f32>(py)))?;
-        let contiguous = PyDict::new(py);
-        contiguous.set_item("dtype", kind)?;
-        contiguous.set_item("order", "C")?;
-        let array = numpy.call_method(intern!(py, "asarray"), (array,), Some(&contiguous))?;
-        Self::of_array(&array).ok_or_else(|| Error::value("pass an array of numbers"))
+        // Contiguous, aligned, and of no subclass.
+        let array = numpy.call_method1(intern!(py, "require"), (array, kind, "CAE"))?;
+        Self::of_array(&array).ok_or_else(|| {
+            Error::value(format!(
+                "pass an array of numbers, with at most {MAX_DIMENSIONS} dimensions"
+            ))
+        })
     }
 
-    /// Takes a contiguous array of one of the two types.
+    /// Takes a contiguous and aligned array of one of the two types.
     fn of_array(numbers: &Bound<'py, PyAny>) -> Option<Self> {
         let array = numbers.cast::<PyUntypedArray>().ok()?;
-        if !array.is_c_contiguous() {
+        if !array.is_c_contiguous() || !array.is_aligned() || array.ndim() > MAX_DIMENSIONS {
             return None;
         }
         if let Ok(single) = numbers.cast::<PyArrayDyn<f32>>() {

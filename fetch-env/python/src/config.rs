@@ -13,6 +13,7 @@ use pyo3::{
 
 use crate::arrays::Numbers;
 use crate::error::{Error, Result};
+use crate::integer::Integer;
 
 /// The settings of an environment, always valid.
 #[pyclass(frozen, module = "fetch_env._native")]
@@ -28,6 +29,7 @@ impl Config {
         env_id,
         *,
         model = PathBuf::from("builtin"),
+        reward_type = None,
         distance_threshold = None,
         n_substeps = None,
         object_range = None,
@@ -40,15 +42,26 @@ impl Config {
     fn new(
         env_id: &str,
         model: PathBuf,
+        reward_type: Option<&str>,
         distance_threshold: Option<f64>,
-        n_substeps: Option<u32>,
+        n_substeps: Option<Integer<u32>>,
         object_range: Option<f64>,
         target_range: Option<f64>,
         target_offset: Option<[f64; 3]>,
         target_in_the_air: Option<bool>,
-        max_episode_steps: Option<u32>,
+        max_episode_steps: Option<Integer<u32>>,
     ) -> Result<Self> {
-        let id: EnvId = env_id.strip_prefix("fetch_env/").unwrap_or(env_id).parse()?;
+        let mut id: EnvId = env_id.strip_prefix("fetch_env/").unwrap_or(env_id).parse()?;
+        match reward_type {
+            None => {}
+            Some("sparse") => id.reward = RewardKind::Sparse,
+            Some("dense") => id.reward = RewardKind::Dense,
+            Some(other) => {
+                return Err(Error::value(format!(
+                    "there is no reward type {other:?}: pass \"sparse\" or \"dense\""
+                )));
+            }
+        }
         let mut config = id.config().with_model(match model.to_str() {
             Some("builtin") => ModelSource::Builtin,
             Some("reference") => ModelSource::Reference,
@@ -57,7 +70,7 @@ impl Config {
         if let Some(meters) = distance_threshold {
             config = config.with_distance_threshold(meters)?;
         }
-        if let Some(count) = n_substeps {
+        if let Some(Integer(count)) = n_substeps {
             config = config.with_n_substeps(count)?;
         }
         if let Some(meters) = object_range {
@@ -72,7 +85,7 @@ impl Config {
         if let Some(in_the_air) = target_in_the_air {
             config = config.with_target_in_the_air(in_the_air)?;
         }
-        if let Some(steps) = max_episode_steps {
+        if let Some(Integer(steps)) = max_episode_steps {
             config = config.with_max_episode_steps(steps)?;
         }
         Ok(Self { config, id })

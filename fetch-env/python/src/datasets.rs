@@ -2,14 +2,17 @@
 
 use std::path::PathBuf;
 
-use baselines::datasets::{
-    About, DatasetError, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set,
+use baselines::{
+    Evaluation,
+    datasets::{About, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set},
 };
 use fetch_env::{EnvId, make};
 use pyo3::prelude::*;
 
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::integer::Integer;
+use crate::warnings::simulate;
 
 /// Writes a data set, and returns the summary of its episodes as JSON.
 #[pyfunction]
@@ -20,8 +23,8 @@ pub(crate) fn write_dataset(
     set: &str,
     format: &str,
     folder: PathBuf,
-    episodes: usize,
-    seed: u64,
+    episodes: Integer<usize>,
+    seed: Integer<u64>,
     snapshots: bool,
 ) -> Result<String> {
     let kind = SetKind::ALL.into_iter().find(|kind| kind.name() == set);
@@ -30,15 +33,22 @@ pub(crate) fn write_dataset(
         Error::value(format!("there is no set {set}: choose from {names}"))
     })?;
     let config = config.config.clone();
-    let written = py.detach(|| -> Result<_> {
+    let (Integer(episodes), Integer(seed)) = (episodes, seed);
+    let written = simulate(py, || -> Result<_> {
         let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
         let mut env = make(config)?;
         let mut policy = SetPolicy::new(kind, &env).map_err(Error::chain)?;
         let name = About::name_of(env_id, kind.name());
         let about = About::new(&name, &env, policy.describe(), "").map_err(Error::chain)?;
         let mut writers = [writer(format, folder, about, snapshots)?];
-        let evaluation = write_set(&mut env, &mut policy, episodes, seed, &mut writers, |_| ());
-        let evaluation = evaluation.map_err(of_writing)?;
+        let mut evaluation = Evaluation { episodes: Vec::new() };
+        for episode in 0..episodes as u64 {
+            // Ctrl-C is an error like others: the writers remove what they have written.
+            Python::attach(|py| py.check_signals())?;
+            let seed = seed.wrapping_add(episode);
+            let written = write_set(&mut env, &mut policy, 1, seed, &mut writers, |_| ());
+            evaluation.episodes.extend(written.map_err(Error::chain)?.episodes);
+        }
         writers.into_iter().try_for_each(DatasetWriter::finish).map_err(Error::chain)?;
         evaluation.summary().map_err(Error::chain)
     })?;
@@ -62,12 +72,5 @@ fn writer(
         other => {
             Err(Error::value(format!("there is no format {other}: choose from minari, ogbench")))
         }
-    }
-}
-
-fn of_writing(error: DatasetError) -> Error {
-    match error {
-        DatasetError::Environment { source, .. } => source.into(),
-        error => Error::chain(error),
     }
 }

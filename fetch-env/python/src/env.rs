@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fetch_env::{
-    Env as _, FetchEnv, FetchObservation, Info, MujocoSimulator, RenderOptions, SnapshotEnv, Step,
-};
+use fetch_env::{Env as _, FetchEnv, FetchObservation, Info, MujocoSimulator, SnapshotEnv, Step};
 use fetch_sim::builtin_files;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::{
@@ -16,6 +14,7 @@ use pyo3::{
 use crate::arrays::{self, Numbers};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
+use crate::integer::Integer;
 use crate::pictures::Pictures;
 use crate::warnings::simulate;
 
@@ -34,11 +33,16 @@ pub(crate) struct Env {
 #[pymethods]
 impl Env {
     #[new]
-    fn new(py: Python<'_>, config: &Config, width: u32, height: u32) -> Result<Self> {
+    fn new(
+        py: Python<'_>,
+        config: &Config,
+        width: Integer<u32>,
+        height: Integer<u32>,
+    ) -> Result<Self> {
+        let pictures = Pictures::new(width.0, height.0)?;
         let config = config.config.clone();
         let env = simulate(py, || FetchEnv::on_mujoco(config))?;
-        let render = RenderOptions::default().with_width(width).with_height(height);
-        Ok(Self { env: Some(env), pictures: Pictures::new(render) })
+        Ok(Self { env: Some(env), pictures })
     }
 
     /// Begins an episode, and returns its first observation.

@@ -1,6 +1,6 @@
 //! The crates' errors as Python exceptions, with remedies for Python.
 
-use std::fmt::Display;
+use std::{fmt::Display, io, iter::successors};
 
 use fetch_env::{EnvError, MakeError, RenderError, SimError, vec_env::VecEnvError};
 use pyo3::{
@@ -48,11 +48,23 @@ impl Error {
         Self(PyValueError::new_err(message.to_string()))
     }
 
-    /// Returns an error of arguments or files with all its causes.
-    pub(crate) fn chain(error: impl std::error::Error) -> Self {
-        let causes = std::iter::successors(error.source(), |cause| cause.source());
-        let causes: Vec<_> = causes.map(ToString::to_string).collect();
-        Self::value([vec![error.to_string()], causes].concat().join(": "))
+    /// Returns an error with all its causes: the environment's own if that has failed, the file
+    /// system's if that has, and otherwise the error of an argument.
+    pub(crate) fn chain(error: impl std::error::Error + 'static) -> Self {
+        let error: &(dyn std::error::Error + 'static) = &error;
+        let causes: Vec<_> = successors(Some(error), |cause| cause.source()).collect();
+        if let Some(error) = causes.iter().find_map(|cause| cause.downcast_ref::<EnvError>()) {
+            return error.clone().into();
+        }
+        let message = causes.iter().map(ToString::to_string).collect::<Vec<_>>().join(": ");
+        match causes.iter().find_map(|cause| cause.downcast_ref::<io::Error>()) {
+            Some(error) => Self(Python::attach(|py| {
+                // Such as FileNotFoundError.
+                let kind = PyErr::from(io::Error::from(error.kind())).get_type(py);
+                PyErr::from_type(kind, message)
+            })),
+            None => Self::value(message),
+        }
     }
 
     /// Returns the error of a call at the wrong time, or in the wrong process.
@@ -99,7 +111,7 @@ impl From<EnvError> for Error {
             return error.clone().into();
         }
         if let Some(error) = error.downcast_ref::<RenderError>() {
-            return Self::runtime(error);
+            return error.clone().into();
         }
         match error {
             EnvError::ResetNeeded | EnvError::EpisodeOver => {
@@ -146,6 +158,12 @@ impl From<SimError> for Error {
                 "there is no model at {path}: call fetch_env.download_reference_model() once, or \
                  pass the folder of its scenes as `model`"
             ))),
+            SimError::NoObject { task } => {
+                Self::value(format!("{task} has no object: leave out \"object_position\""))
+            }
+            SimError::MissingName { kind, name } => Self::value(format!(
+                "the model has no {kind} named {name}: add it, or correct the name"
+            )),
             SimError::BuiltWithoutMujoco => Self(MujocoError::new_err(
                 "fetch_env was built without MuJoCo's headers: install it again from a wheel",
             )),
@@ -169,7 +187,14 @@ impl From<SimError> for Error {
 
 impl From<RenderError> for Error {
     fn from(error: RenderError) -> Self {
-        Self::runtime(error)
+        match error {
+            RenderError::Size { .. } => Self::value(error),
+            RenderError::Sim(error) => error.into(),
+            RenderError::Failed { message } => {
+                Self::runtime(format!("rendering failed ({message}): try it again"))
+            }
+            error => Self::runtime(error),
+        }
     }
 }
 

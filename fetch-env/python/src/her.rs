@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use goal_reward::DistanceReward;
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, StartData, StepData,
-    UnitInterval,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, LoadError, Sampler, StartData,
+    StepData, UnitInterval,
 };
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::{
-    exceptions::PyOSError,
     prelude::*,
     types::{PyBytes, PyDict},
 };
@@ -17,6 +16,7 @@ use pyo3::{
 use crate::arrays::Numbers;
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::integer::Integer;
 use crate::vec_env::VecEnv;
 
 /// A hindsight replay buffer of `f32`, with the rewards of an environment.
@@ -30,9 +30,9 @@ pub(crate) struct Buffer {
 #[pymethods]
 impl Buffer {
     #[new]
-    fn new(config: &Config, capacity: usize, num_envs: usize) -> Result<Self> {
+    fn new(config: &Config, capacity: Integer<usize>, num_envs: Integer<usize>) -> Result<Self> {
         let dims = Dims { observation: config.observation_len(), goal: 3, action: 4 };
-        let buffer = BufferConfig::new(capacity, dims).with_num_envs(num_envs);
+        let buffer = BufferConfig::new(capacity.0, dims).with_num_envs(num_envs.0);
         let buffer = HerBuffer::new(buffer).map_err(Error::value)?;
         Ok(Self { buffer, reward: config.config.distance_reward(), batch: Batch::new() })
     }
@@ -92,7 +92,7 @@ impl Buffer {
     /// Begins an episode of an environment.
     fn begin_episode(
         &mut self,
-        env_index: usize,
+        env_index: Integer<usize>,
         observation: &Bound<'_, PyAny>,
         achieved_goal: &Bound<'_, PyAny>,
         desired_goal: &Bound<'_, PyAny>,
@@ -102,14 +102,14 @@ impl Buffer {
             achieved_goal: &Numbers::take(achieved_goal)?.to_double(),
             desired_goal: &Numbers::take(desired_goal)?.to_double(),
         };
-        self.buffer.begin_episode(env_index, &start).map_err(Error::value)
+        self.buffer.begin_episode(env_index.0, &start).map_err(Error::value)
     }
 
     /// Adds a step to the episode of an environment.
     #[expect(clippy::too_many_arguments, reason = "they are keywords")]
     fn add_step(
         &mut self,
-        env_index: usize,
+        env_index: Integer<usize>,
         action: &Bound<'_, PyAny>,
         next_observation: &Bound<'_, PyAny>,
         next_achieved_goal: &Bound<'_, PyAny>,
@@ -126,28 +126,34 @@ impl Buffer {
             truncated,
             fields: &[],
         };
-        self.buffer.add_step(env_index, &step).map_err(Error::value)
+        self.buffer.add_step(env_index.0, &step).map_err(Error::value)
     }
 
     /// The number of steps of the episode that is under way; None if there is none.
-    fn unfinished_steps(&self, env_index: usize) -> Result<Option<usize>> {
-        self.buffer.unfinished_steps(env_index).map_err(Error::value)
+    fn unfinished_steps(&self, env_index: Integer<usize>) -> Result<Option<usize>> {
+        self.buffer.unfinished_steps(env_index.0).map_err(Error::value)
     }
 
     /// Ends the episode that is under way, as if it were truncated.
-    fn end_episode(&mut self, env_index: usize) -> Result<()> {
-        self.buffer.end_episode(env_index).map_err(Error::value)
+    fn end_episode(&mut self, env_index: Integer<usize>) -> Result<()> {
+        self.buffer.end_episode(env_index.0).map_err(Error::value)
+    }
+
+    /// Forgets the episode that is under way.
+    fn discard_episode(&mut self, env_index: Integer<usize>) -> Result<()> {
+        self.buffer.discard_episode(env_index.0).map_err(Error::value)
     }
 
     /// Draws a batch: arrays with a row for each transition.
     fn sample<'py>(
         &mut self,
         py: Python<'py>,
-        batch_size: usize,
+        batch_size: Integer<usize>,
         strategy: &str,
         ratio: f64,
-        seed: u64,
+        seed: Integer<u64>,
     ) -> Result<Bound<'py, PyDict>> {
+        let (Integer(batch_size), Integer(seed)) = (batch_size, seed);
         let strategy = match strategy {
             "future" => GoalStrategy::Future,
             "final" => GoalStrategy::Final,
@@ -194,7 +200,7 @@ impl Buffer {
         self.buffer.clear();
     }
 
-    /// Writes all finished episodes to a file.
+    /// Writes all episodes to a file.
     fn save(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
         Ok(py.detach(|| self.buffer.save(path)).map_err(PyErr::from)?)
     }
@@ -202,10 +208,13 @@ impl Buffer {
     /// Reads a file that `save` wrote.
     fn load(&mut self, py: Python<'_>, path: PathBuf) -> Result<()> {
         let read = py.detach(|| HerBuffer::load(path));
-        self.take(read.map_err(|error| PyOSError::new_err(error.to_string()))?)
+        self.take(read.map_err(|error| match error {
+            LoadError::Io(error) => PyErr::from(error).into(),
+            error => Error::value(error),
+        })?)
     }
 
-    /// All finished episodes, as bytes.
+    /// All episodes, as bytes.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         let mut bytes = Vec::new();
         self.buffer.write_to(&mut bytes).map_err(PyErr::from)?;

@@ -1,7 +1,7 @@
 //! Learning and evaluating.
 
 use baselines::{
-    evaluate_vec,
+    Evaluation, evaluate_vec,
     learn::{TrainSettings, Trainer as Run},
 };
 use fetch_env::{FetchConfig, MujocoEnv, make, make_vec, vec_env::VecConfig};
@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
+use crate::integer::Integer;
 use crate::policy::Policy;
 use crate::warnings::simulate;
 
@@ -28,14 +29,22 @@ impl Trainer {
         py: Python<'_>,
         config: &Config,
         settings: &str,
-        seed: u64,
-        num_threads: usize,
+        seed: Integer<u64>,
+        num_threads: Integer<usize>,
     ) -> Result<Self> {
+        let (Integer(seed), Integer(num_threads)) = (seed, num_threads);
         let env: FetchConfig = config.config.clone();
         let settings = match settings {
             "fast" => TrainSettings::fast(env.task()),
             "authors" => TrainSettings::authors(),
-            json => serde_json::from_str(json)?,
+            json if json.starts_with('{') => serde_json::from_str(json).map_err(|error| {
+                Error::value(format!("these are not settings of the learner: {error}"))
+            })?,
+            name => {
+                return Err(Error::value(format!(
+                    "there is no preset {name:?}: pass \"fast\", \"authors\" or settings"
+                )));
+            }
         };
         let run = simulate(py, || {
             Run::new(|| Ok(make(env.clone())?), settings, seed, num_threads).map_err(Error::chain)
@@ -80,16 +89,26 @@ pub(crate) fn evaluate(
     py: Python<'_>,
     config: &Config,
     policy: &Policy,
-    episodes: usize,
-    seed: u64,
-    num_threads: usize,
+    episodes: Integer<usize>,
+    seed: Integer<u64>,
+    num_threads: Integer<usize>,
 ) -> Result<String> {
+    let (Integer(episodes), Integer(seed)) = (episodes, seed);
     let (env, mut policy) = (config.config.clone(), policy.policy.clone());
     let num_envs = episodes.clamp(1, 16);
-    let threads = VecConfig::default().with_num_threads(num_threads);
-    let mut envs = make_vec(env, num_envs, threads)?;
-    let evaluation = simulate(py, || {
-        evaluate_vec(&mut envs, &mut policy, episodes, seed, |_| ()).map_err(Error::chain)
+    let threads = VecConfig::default().with_num_threads(num_threads.0);
+    let summary = simulate(py, || -> Result<_> {
+        let mut envs = make_vec(env, num_envs, threads)?;
+        let mut evaluation = Evaluation { episodes: Vec::new() };
+        // One episode in each environment at a time, with a look for Ctrl-C in between.
+        while evaluation.episodes.len() < episodes {
+            Python::attach(|py| py.check_signals())?;
+            let done = evaluation.episodes.len();
+            let (count, seed) = (num_envs.min(episodes - done), seed.wrapping_add(done as u64));
+            let next = evaluate_vec(&mut envs, &mut policy, count, seed, |_| ());
+            evaluation.episodes.extend(next.map_err(Error::chain)?.episodes);
+        }
+        evaluation.summary().map_err(Error::chain)
     })?;
-    Ok(serde_json::to_string(&evaluation.summary().map_err(Error::chain)?)?)
+    Ok(serde_json::to_string(&summary)?)
 }

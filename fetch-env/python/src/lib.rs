@@ -8,6 +8,7 @@ mod env;
 mod error;
 mod exclusive;
 mod her;
+mod integer;
 mod learn;
 mod model;
 mod pictures;

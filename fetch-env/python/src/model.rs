@@ -26,7 +26,7 @@ pub(crate) fn use_library(path: PathBuf) -> Result<()> {
     Ok(fetch_sim::use_library(path)?)
 }
 
-/// The path of MuJoCo's library, which this call loads if nothing has yet.
+/// The path of MuJoCo's library, loading the library first if necessary.
 #[pyfunction]
 pub(crate) fn library_path() -> Result<PathBuf> {
     Ok(fetch_sim::library_path()?)

@@ -14,8 +14,11 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    pub(crate) const fn new(options: RenderOptions) -> Self {
-        Self { options, renderer: Exclusive::new(None) }
+    /// Prepares to draw pictures of this size.
+    pub(crate) fn new(width: u32, height: u32) -> Result<Self> {
+        let options = RenderOptions::default().with_width(width).with_height(height);
+        options.check()?;
+        Ok(Self { options, renderer: Exclusive::new(None) })
     }
 
     pub(crate) fn close(&mut self) {
@@ -29,9 +32,10 @@ impl Pictures {
         env: &(impl RenderEnv + Sync),
     ) -> Result<Bound<'py, PyArray3<u8>>> {
         let [height, width] = self.shape();
-        let renderer = self.renderer(py, env)?;
-        let picture = py.detach(|| env.render(renderer))?;
-        Ok(PyArray1::from_slice(py, picture).reshape([height, width, 3])?)
+        self.draw(py, env, |renderer| {
+            let picture = py.detach(|| env.render(renderer))?;
+            Ok(PyArray1::from_slice(py, picture).reshape([height, width, 3])?)
+        })
     }
 
     /// Draws distances from the camera in meters: height x width.
@@ -41,21 +45,29 @@ impl Pictures {
         env: &(impl RenderEnv + Sync),
     ) -> Result<Bound<'py, PyArray2<f32>>> {
         let shape = self.shape();
-        let renderer = self.renderer(py, env)?;
-        let picture = py.detach(|| env.render_depth(renderer))?;
-        Ok(PyArray1::from_slice(py, picture).reshape(shape)?)
+        self.draw(py, env, |renderer| {
+            let picture = py.detach(|| env.render_depth(renderer))?;
+            Ok(PyArray1::from_slice(py, picture).reshape(shape)?)
+        })
     }
 
     const fn shape(&self) -> [usize; 2] {
         [self.options.height() as usize, self.options.width() as usize]
     }
 
-    fn renderer(&mut self, py: Python<'_>, env: &(impl RenderEnv + Sync)) -> Result<&mut Renderer> {
-        let renderer = self.renderer.get();
-        let made = match renderer.take() {
+    /// Draws with the renderer, which is made anew after a failure.
+    fn draw<T>(
+        &mut self,
+        py: Python<'_>,
+        env: &(impl RenderEnv + Sync),
+        draw: impl FnOnce(&mut Renderer) -> Result<T>,
+    ) -> Result<T> {
+        let mut renderer = match self.renderer.get().take() {
             Some(made) => made,
             None => py.detach(|| env.renderer(self.options.clone()))?,
         };
-        Ok(renderer.insert(made))
+        let drawn = draw(&mut renderer)?;
+        *self.renderer.get() = Some(renderer);
+        Ok(drawn)
     }
 }

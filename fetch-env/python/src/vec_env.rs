@@ -1,7 +1,7 @@
 //! Many environments, stepped together.
 
 use fetch_env::{
-    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MujocoEnv, RenderOptions, make_vec,
+    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MujocoEnv, make_vec,
     vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
 };
 use numpy::{PyArray1, PyArray3, ToPyArray, ndarray::ArrayView2};
@@ -15,6 +15,7 @@ use crate::arrays::{self, Numbers};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
+use crate::integer::Integer;
 use crate::pictures::Pictures;
 use crate::warnings::simulate;
 
@@ -41,12 +42,13 @@ impl VecEnv {
     fn new(
         py: Python<'_>,
         config: &Config,
-        num_envs: usize,
-        num_threads: usize,
+        num_envs: Integer<usize>,
+        num_threads: Integer<usize>,
         autoreset: &str,
-        width: u32,
-        height: u32,
+        width: Integer<u32>,
+        height: Integer<u32>,
     ) -> Result<Self> {
+        let pictures = Pictures::new(width.0, height.0)?;
         let autoreset = match autoreset {
             "NextStep" => AutoresetMode::NextStep,
             "SameStep" => AutoresetMode::SameStep,
@@ -54,11 +56,10 @@ impl VecEnv {
             _ => return Err(Error::value(format!("there is no autoreset mode {autoreset:?}"))),
         };
         let vec_config =
-            VecConfig::default().with_num_threads(num_threads).with_autoreset(autoreset);
+            VecConfig::default().with_num_threads(num_threads.0).with_autoreset(autoreset);
         let config = config.config.clone();
-        let envs = simulate(py, || make_vec(config, num_envs, vec_config))?;
-        let render = RenderOptions::default().with_width(width).with_height(height);
-        Ok(Self { envs: Exclusive::new(Some(envs)), pictures: Pictures::new(render) })
+        let envs = simulate(py, || make_vec(config, num_envs.0, vec_config))?;
+        Ok(Self { envs: Exclusive::new(Some(envs)), pictures })
     }
 
     #[getter]
@@ -144,11 +145,12 @@ impl VecEnv {
     }
 
     /// Restores a state that `get_state` of the same number of environments with equal settings
-    /// returned.
-    fn set_state(&mut self, py: Python<'_>, state: &[u8]) -> Result<()> {
+    /// returned, and returns its observations.
+    fn set_state<'py>(&mut self, py: Python<'py>, state: &[u8]) -> Result<Bound<'py, PyDict>> {
         let state: Vec<_> = serde_json::from_slice(state)?;
         let envs = self.envs()?;
-        simulate(py, || envs.restore(&state))
+        simulate(py, || envs.restore(&state))?;
+        Ok(observations(py, envs.last_step())?)
     }
 
     /// The colors of an environment's state, height x width x 3, the top row first.

@@ -1,5 +1,8 @@
 """Fixtures that the tests share."""
 
+import signal
+import threading
+
 import fetch_env
 import gymnasium
 import numpy as np
@@ -32,6 +35,12 @@ def push():
 def actions():
     """Return random actions for an episode and a few steps more."""
     return np.random.default_rng(1).uniform(-1.2, 1.2, (60, 4)).astype(np.float32)
+
+
+@pytest.fixture
+def ctrl_c():
+    """Return a timer that presses Ctrl-C soon after it has been started."""
+    return threading.Timer(0.5, signal.raise_signal, (signal.SIGINT,))
 
 
 @pytest.fixture(scope="session")

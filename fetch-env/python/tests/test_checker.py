@@ -57,6 +57,21 @@ def test_the_reward_is_that_of_the_goals(env_id, actions):
     assert env.compute_terminated(batch[0][0], batch[1][0]) is False
 
 
+def test_the_reward_type_replaces_that_of_the_name():
+    for made in (
+        gymnasium.make("fetch_env/FetchPush-v4", reward_type="dense"),
+        gymnasium.make_vec("fetch_env/FetchPush-v4", num_envs=2, reward_type="dense"),
+    ):
+        env = made.unwrapped
+        assert env.reward_type == "dense"
+        assert env.config_arguments()["reward_type"] == "dense"
+        observation, _ = env.reset(seed=0)
+        goals = observation["achieved_goal"], observation["desired_goal"]
+        np.testing.assert_allclose(
+            env.compute_reward(*goals), -np.linalg.norm(goals[0] - goals[1], axis=-1)
+        )
+
+
 def test_what_is_returned_is_not_reused(push, actions):
     first = push.step(actions[0])[0]
     copy = {key: numbers.copy() for key, numbers in first.items()}

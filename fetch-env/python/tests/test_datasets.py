@@ -142,5 +142,19 @@ def test_what_cannot_be_written_is_an_error(tmp_path):
         write("random", tmp_path / "other", distance_threshold=0.01)
     with pytest.raises(ValueError, match="needs at least 2"):
         write("random", tmp_path, "ogbench", episodes=1)
+    (tmp_path / "fetch" / "file").touch()
+    with pytest.raises(OSError, match="cannot be written"):
+        write("random", tmp_path / "fetch" / "file", episodes=2)
+    (tmp_path / "fetch" / "file").unlink()
+    with pytest.raises(ValueError, match="from 0 to"):
+        write("random", tmp_path, episodes=-1)
     # What failed has left nothing.
     assert [path.name for path in tmp_path.iterdir()] == ["fetch"]
+
+
+def test_ctrl_c_leaves_nothing_of_the_data_set(tmp_path, ctrl_c):
+    (tmp_path / "mine").touch()
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        fetch_env.write_dataset("FetchPush-v4", "expert", tmp_path)
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == [tmp_path / "mine"]

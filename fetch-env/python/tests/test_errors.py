@@ -15,11 +15,22 @@ import pytest
         ({"env_id": "FetchPush-v4", "distance_threshold": -1.0}, "-1"),
         ({"env_id": "FetchPush-v4", "target_range": float("nan")}, "target_range is NaN"),
         ({"env_id": "FetchPush-v4", "render_mode": "ascii"}, "rgb_array"),
+        ({"env_id": "FetchPush-v4", "reward_type": "shaped"}, 'pass "sparse" or "dense"'),
+        ({"env_id": "FetchPush-v4", "n_substeps": -1}, r"-1 is out of range: .* 0 to 2\*\*32 - 1"),
+        ({"env_id": "FetchPush-v4", "width": 5000}, "5000 x 480 pixels"),
+        ({"env_id": "FetchPush-v4", "height": -1}, "from 0 to"),
     ],
 )
 def test_settings_that_mean_nothing(settings, message):
-    with pytest.raises(ValueError, match=message):
-        fetch_env.FetchEnv(**settings)
+    for make in (fetch_env.FetchEnv, fetch_env.FetchVectorEnv):
+        with pytest.raises(ValueError, match=message):
+            make(**settings)
+
+
+@pytest.mark.parametrize("name", ["num_envs", "num_threads", "max_episode_steps"])
+def test_negative_numbers_mean_nothing(name):
+    with pytest.raises(ValueError, match="from 0 to"):
+        fetch_env.FetchVectorEnv("FetchPush-v4", **{name: -1})
 
 
 def test_a_model_that_is_missing(tmp_path):
@@ -80,7 +91,25 @@ def test_options_that_mean_nothing(push, options, message):
     assert push.get_state() == before
 
 
+def test_reach_has_no_object_to_place():
+    env = fetch_env.FetchEnv("FetchReach-v4")
+    with pytest.raises(ValueError, match='Reach has no object: leave out "object_position"'):
+        env.reset(options={"object_position": [1.3, 0.7]})
+
+
+def test_arrays_that_are_not_aligned_are_copied(push):
+    state = push.get_state()
+    expected = push.step(np.full(4, 0.5, np.float32))[0]
+    push.set_state(state)
+    action = np.zeros(17, np.uint8)[1:].view(np.float32)
+    action[:] = 0.5
+    assert not action.flags.aligned
+    np.testing.assert_array_equal(push.step(action)[0]["observation"], expected["observation"])
+
+
 def test_goals_that_do_not_fit(push):
+    with pytest.raises(ValueError, match="at most 32 dimensions"):
+        push.compute_reward(*np.zeros((2, *[1] * 32, 3)))
     with pytest.raises(ValueError, match="same shape"):
         push.compute_reward(np.zeros((2, 3)), np.zeros(3))
     with pytest.raises(ValueError, match="NaN"):

@@ -31,13 +31,16 @@ def write_dataset(  # noqa: PLR0913
     With ``data_format="minari"`` it is what ``minari.load_dataset("fetch/push/expert-v0")`` loads
     from the folder that ``MINARI_DATASETS_PATH`` names; with ``"ogbench"``,
     ``fetch-push-expert-v0/fetch-push-expert-v0.npz`` is what ``ogbench.utils.load_dataset`` loads.
-    It appears only once it is complete. Both formats have dictionary observations, actions, both
-    rewards, the seed of each episode, and ``qpos`` and ``qvel`` of each state.
+    It appears only once it is complete; Ctrl-C ends the writing and leaves nothing. Both formats
+    have dictionary observations, actions, both rewards, the seed of each episode, and ``qpos`` and
+    ``qvel`` of each state.
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
-        policy: Who acts: uniformly random actions, a script, the trained policy that comes with the
-            package, the same with noise of 0.2 and three random actions in ten, or these in turn.
+        policy: Who acts. ``"random"``: uniformly random actions; ``"scripted"``: a script;
+            ``"expert"``: the trained policy that comes with the package; ``"expert-noisy"``: each
+            action of the trained policy is random with probability 0.3 and otherwise gets Gaussian
+            noise of standard deviation 0.2; ``"mixed"``: these four, one episode each in turn.
         folder: The folder of data sets.
         data_format: ``"minari"`` or ``"ogbench"``.
         episodes: Number of episodes.
@@ -50,7 +53,10 @@ def write_dataset(  # noqa: PLR0913
         ``success_rate`` and ``episode_return_mean`` (value and 95 % interval) and more.
 
     Raises:
-        ValueError: If the data set exists or cannot be written, or an argument is invalid.
+        ValueError: If the data set exists, or an argument is invalid.
+        OSError: If it cannot be written.
+        FileNotFoundError: If there is no such model.
+        fetch_env.SimulationError: If the physics became unstable.
     """
     config = _native.Config(env_id, **settings)
     summary = _native.write_dataset(config, policy, data_format, folder, episodes, seed, snapshots)

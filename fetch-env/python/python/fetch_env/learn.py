@@ -65,6 +65,8 @@ def train(  # noqa: PLR0913
 
     Raises:
         ValueError: If a setting is out of its range, or the training diverges.
+        FileNotFoundError: If there is no such model.
+        fetch_env.SimulationError: If the physics became unstable.
     """
     preset = preset if isinstance(preset, str) else json.dumps(preset)
     config = _native.Config(env_id, **settings)
@@ -106,7 +108,7 @@ def evaluate(
     num_threads: int = 0,
     **settings: Unpack[Settings],
 ) -> dict[str, Any]:
-    """Run episodes of a policy.
+    """Run episodes of a policy. Ctrl-C ends it.
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
@@ -119,6 +121,11 @@ def evaluate(
     Returns:
         ``success_rate``, ``success_any_rate``, ``episode_return_mean``, ``episode_length_mean`` and
         ``final_distance_mean`` (in meters), each with its 95 % interval.
+
+    Raises:
+        ValueError: If there is no episode, or the policy does not fit the environment.
+        FileNotFoundError: If there is no such model.
+        fetch_env.SimulationError: If the physics became unstable.
     """
     config = _native.Config(env_id, **settings)
     native = policy._native  # noqa: SLF001

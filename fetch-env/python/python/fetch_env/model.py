@@ -20,12 +20,12 @@ def download_reference_model() -> Path:
         package = f"gymnasium-robotics=={_native.REFERENCE_VERSION}"
         subprocess.run([*download, "--dest", folder, package], check=True)  # noqa: S603
         (wheel,) = Path(folder).glob("*.whl")
-        return Path(_native.unpack_reference_model(wheel))
+        return _native.unpack_reference_model(wheel)
 
 
 def library_path() -> Path:
-    """Return the path of MuJoCo's library, which this loads if nothing has yet."""
-    return Path(_native.library_path())
+    """Return the path of MuJoCo's library, loading the library first if necessary."""
+    return _native.library_path()
 
 
 def has_reference_model() -> bool:

@@ -34,7 +34,12 @@ class Policy:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
-        """Load a file that :meth:`save` or ``cargo xtask train`` wrote."""
+        """Load a file that :meth:`save` or ``cargo xtask train`` wrote.
+
+        Raises:
+            OSError: If the file cannot be read.
+            ValueError: If it holds no policy.
+        """
         return cls(_native.Policy.load(path))
 
     @classmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 if TYPE_CHECKING:
     import os
@@ -16,6 +16,8 @@ class Settings(TypedDict, total=False):
     model: str | os.PathLike[str]
     """``"builtin"`` (the default), ``"reference"`` (see
     :func:`fetch_env.download_reference_model`), or a folder with scenes of your own."""
+    reward_type: Literal["sparse", "dense"]
+    """Instead of the one that the environment's name says."""
     distance_threshold: float
     """Distance within which a goal counts as reached, in meters."""
     n_substeps: int

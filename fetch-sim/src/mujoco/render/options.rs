@@ -64,8 +64,12 @@ impl RenderOptions {
         &self.camera
     }
 
-    /// Checks everything that does not depend on a model.
-    pub(super) fn check(&self) -> Result<(), RenderError> {
+    /// Checks everything that does not depend on a model, as [`Renderer::new`](crate::Renderer::new)
+    /// does.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`] or [`RenderError::FreeCamera`].
+    pub fn check(&self) -> Result<(), RenderError> {
         let Self { width, height, .. } = *self;
         if ![width, height].iter().all(|side| (1..=MAX_SIZE).contains(side)) {
             return Err(RenderError::Size { width, height });
