@@ -3,8 +3,10 @@
 import copy
 import json
 import pickle
+import time
 
 import fetch_env
+import gymnasium
 import numpy as np
 import pytest
 
@@ -98,6 +100,61 @@ def test_a_buffer_is_kept(recorded, tmp_path, again):
         np.testing.assert_array_equal(numbers, other.sample(32, seed=5)[key])
 
 
+def test_a_restored_state_is_not_joined_to_the_steps_before(actions):
+    envs = fetch_env.FetchVectorEnv("FetchReach-v4", 2)
+    buffer = fetch_env.HerBuffer(envs, 100)
+    envs.reset(seed=0)
+    buffer.record(envs)
+    state = envs.get_state()
+    for again in (False, True):
+        if again:
+            envs.set_state(state)
+            buffer.record(envs)
+        envs.step(actions[:2])
+        buffer.record(envs)
+    assert (len(buffer), buffer.num_episodes, buffer.unfinished_steps()) == (2, 2, 1)
+
+
+def test_an_episode_under_way_is_kept_and_can_be_discarded(push, actions, tmp_path):
+    buffer = fetch_env.HerBuffer(push, 100)
+    start, _ = push.reset()
+    buffer.begin_episode(start)
+    observation, reward, *_ = push.step(actions[0])
+    buffer.add_step(actions[0], observation, reward, terminated=False, truncated=False)
+    buffer.save(tmp_path / "buffer")
+    other = fetch_env.HerBuffer(push, 100)
+    other.load(tmp_path / "buffer")
+    for each in (other, pickle.loads(pickle.dumps(buffer))):
+        assert each.unfinished_steps() == 1
+        with pytest.raises(ValueError, match="discard_episode"):
+            each.begin_episode(start)
+        each.discard_episode()
+        assert each.unfinished_steps() is None
+        each.begin_episode(start)
+        assert len(each) == 0
+
+
+class Halved(gymnasium.Wrapper):
+    """Halves the rewards."""
+
+    def compute_reward(self, achieved_goal, desired_goal, info):
+        return self.unwrapped.compute_reward(achieved_goal, desired_goal, info) / 2
+
+
+def test_a_buffer_takes_wrapped_environments_with_the_same_rewards(actions):
+    made = gymnasium.make("fetch_env/FetchPush-v4")
+    assert fetch_env.HerBuffer(made, 10).capacity == 10
+    envs = gymnasium.make_vec("fetch_env/FetchPush-v4", num_envs=2)
+    buffer = fetch_env.HerBuffer(gymnasium.wrappers.vector.RecordEpisodeStatistics(envs), 10)
+    envs.reset(seed=0)
+    buffer.record(envs)
+    envs.step(actions[:2])
+    buffer.record(envs)
+    assert buffer.unfinished_steps(env_index=1) == 1
+    with pytest.raises(ValueError, match="compute_reward"):
+        fetch_env.HerBuffer(Halved(made), 10)
+
+
 def test_what_a_buffer_refuses(recorded, tmp_path):
     _, buffer = recorded
     reach = fetch_env.FetchVectorEnv("FetchReach-v4", 2)
@@ -110,8 +167,22 @@ def test_what_a_buffer_refuses(recorded, tmp_path):
         buffer.sample(0)
     with pytest.raises(ValueError, match="episode"):
         fetch_env.HerBuffer(reach, 100).sample(8)
-    with pytest.raises(OSError, match="No such file"):
+    with pytest.raises(FileNotFoundError, match="No such file"):
         buffer.load(tmp_path / "missing")
+    (tmp_path / "damaged").write_bytes(b"nothing")
+    with pytest.raises(ValueError, match="the file ends"):
+        buffer.load(tmp_path / "damaged")
+    for k in (-1.0, float("nan"), float("inf")):
+        with pytest.raises(ValueError, match="from 0 on"):
+            buffer.sample(8, k=k)
+    for call in (
+        lambda: buffer.sample(-1),
+        lambda: buffer.sample(8, seed=-1),
+        lambda: buffer.unfinished_steps(env_index=-1),
+        lambda: fetch_env.HerBuffer(reach, -1),
+    ):
+        with pytest.raises(ValueError, match="from 0 to"):
+            call()
     buffer.clear()
     assert len(buffer) == 0
 
@@ -146,6 +217,8 @@ def test_what_is_no_policy_is_refused(tmp_path):
     (tmp_path / "policy").write_bytes(b"nothing")
     with pytest.raises(ValueError, match="not a policy"):
         fetch_env.Policy.load(tmp_path / "policy")
+    with pytest.raises(FileNotFoundError, match="missing cannot be read"):
+        fetch_env.Policy.load(tmp_path / "missing")
     policy = fetch_env.Policy.shipped("FetchReach-v4")
     env = fetch_env.FetchEnv("FetchPush-v4")
     with pytest.raises(ValueError, match="observations"):
@@ -173,8 +246,28 @@ def test_reach_is_learned(capsys):
     assert json.dumps(again.settings) == json.dumps(training.settings)
 
 
-def test_what_the_learner_refuses():
-    with pytest.raises(ValueError, match=r"not a state|settings|expected"):
-        fetch_env.train("FetchReach-v4", "slow", progress=False)
+def test_what_the_learner_refuses(tmp_path):
+    def train(*arguments, **settings):
+        fetch_env.train("FetchReach-v4", *arguments, progress=False, **settings)
+
+    policy = fetch_env.Policy.shipped("FetchReach-v4")
+    with pytest.raises(ValueError, match='there is no preset "slow": pass "fast", "authors" or'):
+        train("slow")
+    with pytest.raises(ValueError, match=r"these are not settings of the learner: .*rate"):
+        train({"rate": 1.0})
     with pytest.raises(ValueError, match="at least one"):
-        fetch_env.evaluate("FetchReach-v4", fetch_env.Policy.shipped("FetchReach-v4"), 0)
+        fetch_env.evaluate("FetchReach-v4", policy, 0)
+    for call in (train, lambda **settings: fetch_env.evaluate("FetchReach-v4", policy, **settings)):
+        with pytest.raises(ValueError, match="from 0 to"):
+            call(seed=-1)
+        with pytest.raises(FileNotFoundError, match="download_reference_model"):
+            call(model=tmp_path)
+
+
+def test_ctrl_c_ends_an_evaluation(ctrl_c):
+    policy = fetch_env.Policy.shipped("FetchReach-v4")
+    start = time.monotonic()
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        fetch_env.evaluate("FetchReach-v4", policy, 20_000)
+    assert time.monotonic() - start < 10.0

@@ -108,6 +108,23 @@ def test_copies_go_on_exactly(actions, again):
         assert_same_step(envs.step(actions[step : step + 2]), other.step(actions[step : step + 2]))
 
 
+def test_rows_that_a_reset_leaves_out_show_the_restored_state(actions):
+    envs = fetch_env.FetchVectorEnv("FetchPush-v4", 2, autoreset_mode="Disabled")
+    fresh = envs.get_state()
+    envs.reset(seed=0)
+    observation = envs.step(actions[:2])[0]
+    other = copy.deepcopy(envs)
+    state = envs.get_state()
+    envs.step(actions[2:4])
+    assert_same_observation(envs.set_state(state), observation)
+    reset = {"options": {"reset_mask": np.array([True, False])}}
+    rows = [each.reset(**reset)[0] for each in (envs, other)]
+    assert_same_observation(*rows)
+    for key, numbers in observation.items():
+        np.testing.assert_array_equal(rows[0][key][1], numbers[1])
+    assert all(np.isnan(numbers).all() for numbers in envs.set_state(fresh).values())
+
+
 def test_a_state_is_restored(actions):
     envs = fetch_env.FetchVectorEnv("FetchPickAndPlace-v4", 2)
     envs.reset(seed=0)
@@ -130,8 +147,10 @@ def test_what_is_called_by_name():
     assert envs.get_attr("distance_threshold") == (0.05, 0.05)
     rewards = envs.call("compute_reward", observations["achieved_goal"], np.stack(goals), {})
     assert [reward.tolist() for reward in rewards] == [[-1.0, -1.0]] * 2
-    with pytest.raises(AttributeError, match="nonsense"):
-        envs.call("nonsense")
+    assert envs.get_attr("action_space") == (envs.single_action_space,) * 2
+    for name in ("nonsense", "reset", "step", "close", "get_state", "call", "_native"):
+        with pytest.raises(AttributeError, match=name):
+            envs.call(name)
     with pytest.raises(AttributeError, match="make the environments with it"):
         envs.set_attr("distance_threshold", 0.1)
 
@@ -183,6 +202,8 @@ def test_vectors_at_the_wrong_time():
         fetch_env.FetchVectorEnv("FetchPush-v4", 0)
     with pytest.raises(ValueError, match="Mode"):
         fetch_env.FetchVectorEnv("FetchPush-v4", 1, autoreset_mode="Never")
+    # Some versions of Gymnasium close what could not be made.
+    fetch_env.FetchVectorEnv.__new__(fetch_env.FetchVectorEnv).close()
 
 
 def test_pictures_of_each_environment():
@@ -193,7 +214,10 @@ def test_pictures_of_each_environment():
     pictures = envs.render()
     assert [picture.shape for picture in pictures] == [(30, 40, 3)] * 2
     assert not np.array_equal(*pictures)
-    assert fetch_env.FetchVectorEnv("FetchPush-v4", 2).render() is None
+    assert np.array_equal(envs.call("render"), pictures)
+    without = fetch_env.FetchVectorEnv("FetchPush-v4", 2)
+    assert without.render() is None
+    assert without.call("render") == (None, None)
 
 
 def step_in_child(queue, env, envs):

@@ -31,6 +31,11 @@ def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
     return np.random.Generator(np.random.PCG64(seed).advance(draws))
 
 
+def seed_of(random: tuple[int, int] | None) -> int | None:
+    """Return the seed of random numbers."""
+    return None if random is None else random[0]
+
+
 class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]"]):
     """A Fetch environment, as in gymnasium-robotics 1.4.2.
 
@@ -96,7 +101,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
             seed: Restarts the random numbers as numpy's ``PCG64(SeedSequence(seed))``: 0 to
                 2**64 - 1. Without a seed, they continue.
             options: ``desired_goal`` (x, y, z in meters) and ``object_position`` (x, y in meters)
-                replace what is drawn. The random numbers are the same with and without them.
+                replace what is drawn. The options do not change the sequence of random numbers.
 
         Returns:
             The first observation, and an empty info, like the reference's.
@@ -176,7 +181,8 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     def data(self) -> Any:
         """The current state as a new ``mujoco.MjData``, separate from the environment.
 
-        The positions and velocities are exact; what follows from them is recomputed.
+        The positions and velocities are exact; derived quantities are recomputed with
+        ``mj_forward``.
         """
         return simulation.data_of(self._native, self.model)
 
@@ -198,7 +204,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     def np_random(self) -> np.random.Generator:
         """The random numbers in the state in which the last reset left them.
 
-        A new generator each time: what is drawn from it changes no later reset, unlike in the
+        A copy of the generator: drawing from it does not affect later resets, unlike in the
         reference.
         """
         return self._np_random or seeding.np_random()[0]
@@ -212,5 +218,4 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     @property
     def np_random_seed(self) -> int | None:  # type: ignore[override]
         """The seed of the random numbers; ``None`` before the first reset."""
-        random = self._native.random()
-        return None if random is None else random[0]
+        return seed_of(self._native.random())

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+import gymnasium
+
 from . import _native
-from .vector import FetchVectorEnv
+from .rewards import check_rewards
 
 if TYPE_CHECKING:
     import os
 
+    from gymnasium.vector import VectorEnv
     from numpy.typing import ArrayLike, NDArray
 
-    from .env import FetchEnv, Observation
+    from .env import Observation
+    from .settings import ConfigArguments
+    from .vector import FetchVectorEnv
 
 GoalStrategy: TypeAlias = Literal["future", "final", "episode", "random"]
 
@@ -33,16 +39,28 @@ class HerBuffer:
         batch = buffer.sample(256)
 
     Args:
-        env: The environment, one or many, that determines lengths and rewards. Later changes to it
-            do not matter.
+        env: The environment, one or many, that determines lengths and rewards; wrappers may be
+            around it.
         capacity: Number of transitions; the oldest episodes make room for new ones.
+
+    Raises:
+        ValueError: If a wrapper or a subclass has a ``compute_reward`` of its own, or the capacity
+            is too small.
     """
 
-    def __init__(self, env: FetchEnv | FetchVectorEnv, capacity: int) -> None:
+    def __init__(
+        self, env: gymnasium.Env[Any, Any] | VectorEnv[Any, Any, Any], capacity: int
+    ) -> None:
         """Create an empty buffer; see the class."""
-        num_envs = env.num_envs if isinstance(env, FetchVectorEnv) else 1
-        self._make = env.config_arguments()
-        self._native = _native.Buffer(_native.Config(**self._make), capacity, num_envs)
+        inner: Any = env.unwrapped
+        if isinstance(env, gymnasium.Env):
+            num_envs, compute_reward = 1, env.get_wrapper_attr("compute_reward")
+        else:
+            num_envs, compute_reward = inner.num_envs, inner.compute_reward
+        self._make: ConfigArguments = inner.config_arguments()
+        config = _native.Config(**self._make)
+        check_rewards(config, compute_reward)
+        self._native = _native.Buffer(config, capacity, num_envs)
         self._draws = 0
 
     def __len__(self) -> int:
@@ -60,11 +78,11 @@ class HerBuffer:
         return self._native.capacity
 
     def record(self, envs: FetchVectorEnv) -> None:
-        """Store what the last ``reset``, ``step`` or ``step_wait`` of a vector returned.
+        """Store what a vector's last ``reset``, ``step``, ``step_wait`` or ``set_state`` returned.
 
         Call it after each of them, including the first reset. It works in every autoreset mode.
         """
-        self._native.record(envs._native)  # noqa: SLF001
+        self._native.record(envs.unwrapped._native)  # noqa: SLF001
 
     def begin_episode(self, observation: Observation, *, env_index: int = 0) -> None:
         """Begin an episode of one environment with its first observation."""
@@ -102,6 +120,10 @@ class HerBuffer:
     def end_episode(self, *, env_index: int = 0) -> None:
         """End the episode that is under way, as if it were truncated."""
         self._native.end_episode(env_index)
+
+    def discard_episode(self, *, env_index: int = 0) -> None:
+        """Forget the episode that is under way."""
+        self._native.discard_episode(env_index)
 
     def unfinished_steps(self, *, env_index: int = 0) -> int | None:
         """Return the number of steps of the episode under way; ``None`` if there is none."""
@@ -147,7 +169,8 @@ class HerBuffer:
             batch_size: Number of transitions.
             strategy: Where the new goals come from: from later in the episode, its end, anywhere in
                 it, or any episode.
-            k: For each transition with its own goal, ``k`` get a new one.
+            k: Ratio of relabelled to original transitions: on average, ``k`` of every ``k + 1`` get
+                a new goal.
             seed: Draws the same batch from the same contents. Without a seed, each call draws anew.
 
         Returns:
@@ -156,6 +179,9 @@ class HerBuffer:
             ``next_observation``, ``next_achieved_goal`` and ``reward`` of ``float32``;
             ``terminated``, ``truncated`` and ``relabeled`` (whether the goal is new) of ``bool``.
         """
+        if not 0.0 <= k < math.inf:
+            message = f"k is {k}: pass a number from 0 on"
+            raise ValueError(message)
         if seed is None:
             seed, self._draws = self._draws, self._draws + 1
         return self._native.sample(batch_size, strategy, k / (k + 1.0), seed)
@@ -165,15 +191,22 @@ class HerBuffer:
         self._native.clear()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write all finished episodes to a file."""
+        """Write all episodes to a file, those under way included."""
         self._native.save(path)
 
     def load(self, path: str | os.PathLike[str]) -> None:
-        """Replace the contents and the capacity with those that :meth:`save` wrote."""
+        """Replace the contents and the capacity with those that :meth:`save` wrote.
+
+        End or discard the episodes that were under way, unless their environments go on as well.
+
+        Raises:
+            OSError: If the file cannot be read.
+            ValueError: If it holds no buffer for such environments.
+        """
         self._native.load(path)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what pickling and copying keep: all finished episodes."""
+        """Return what pickling and copying keep: all episodes, those under way included."""
         state = self.__dict__.copy()
         shape = self._native.capacity, self._native.num_envs
         state["_native"] = (*shape, self._native.to_bytes())

@@ -4,12 +4,36 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from .spaces import GOAL_LEN
+
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
     from . import _native
     from .settings import ConfigArguments, Settings
+
+
+def check_rewards(config: _native.Config, compute_reward: Callable[..., Any]) -> None:
+    """Raise an error if an environment's own function gives other rewards than its settings.
+
+    Relabeling computes the rewards of the settings, and would not notice.
+    """
+    threshold = config.distance_threshold
+    desired = np.zeros((4, GOAL_LEN))
+    achieved = desired.copy()
+    achieved[:, 0] = 0.0, 0.9 * threshold, 1.1 * threshold, threshold + 1.0
+    expected = config.compute_reward(achieved, desired)
+    rewards = compute_reward(achieved, desired, [{}] * len(desired))
+    if not np.allclose(rewards, expected):
+        message = (
+            f"compute_reward of the environment returns {rewards}, and the buffer would relabel "
+            f"with {expected}, the rewards of its settings: use a buffer that calls compute_reward"
+        )
+        raise ValueError(message)
 
 
 class GoalRewards:

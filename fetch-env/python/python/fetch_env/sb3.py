@@ -23,6 +23,7 @@ from stable_baselines3.her import GoalSelectionStrategy
 from stable_baselines3.her import HerReplayBuffer as TheirHerReplayBuffer
 
 from . import _native
+from .rewards import check_rewards
 from .vector import FetchVectorEnv
 
 if TYPE_CHECKING:
@@ -83,14 +84,19 @@ class FetchVecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
-        """Start a step."""
-        self.envs.step_async(actions)
+        """Start a step; with a single thread, :meth:`step_wait` takes it on the caller's."""
+        if self.envs.num_threads > 1:
+            self.envs.step_async(actions)
+        else:
+            self._actions = actions
 
     def step_wait(
         self,
     ) -> tuple[Observation, NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
         """Wait for the step, and return its results."""
-        observations, rewards, terminated, truncated, infos = self.envs.step_wait()
+        many = self.envs.num_threads > 1
+        steps = self.envs.step_wait() if many else self.envs.step(self._actions)
+        observations, rewards, terminated, truncated, infos = steps
         dones = terminated | truncated
         final = infos.get("final_info", {}).get("is_success")
         each: list[dict[str, Any]] = []
@@ -112,9 +118,11 @@ class FetchVecEnv(VecEnv):
         return self.envs.render() or (None,) * self.num_envs
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Get an attribute of environments."""
-        values = self.envs.get_attr(attr_name)
-        return [values[env_index] for env_index in self._get_indices(indices)]
+        """Get an attribute of environments; see :meth:`fetch_env.FetchVectorEnv.call`."""
+        return [
+            self.envs._attribute(env_index, attr_name)  # noqa: SLF001
+            for env_index in self._get_indices(indices)
+        ]
 
     def set_attr(self, attr_name: str, value: object, indices: Any = None) -> None:
         """Refuse: settings are passed when environments are made."""
@@ -124,9 +132,9 @@ class FetchVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of environments."""
-        values = self.envs.call(method_name, *method_args, **method_kwargs)
-        return [values[env_index] for env_index in self._get_indices(indices)]
+        """Call a method of environments; see :meth:`fetch_env.FetchVectorEnv.call`."""
+        methods = self.get_attr(method_name, indices)
+        return [method(*method_args, **method_kwargs) for method in methods]
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """Tell that no environment is wrapped."""
@@ -139,7 +147,12 @@ class HerReplayBuffer(TheirHerReplayBuffer):
 
     Pass it as ``replay_buffer_class``. It takes the same arguments and draws from the same
     distribution, from numpy's global random numbers, which ``set_random_seed`` seeds. Episodes are
-    stored when they end; saving leaves out those that are under way.
+    drawn from once they end. Saving keeps those that are under way, and ``load_replay_buffer`` ends
+    them.
+
+    Raises:
+        ValueError: If a wrapper or a subclass has a ``compute_reward`` of its own: relabeling
+            computes the rewards of the environment's settings.
     """
 
     def __init__(  # noqa: PLR0913, PLR0917
@@ -167,6 +180,11 @@ class HerReplayBuffer(TheirHerReplayBuffer):
             goal_selection_strategy = goal_selection_strategy.name
         self._strategy = goal_selection_strategy.lower()
         self._make = env.env_method("config_arguments", indices=[0])[0]
+
+        def compute_reward(*goals: object) -> Any:
+            return env.env_method("compute_reward", *goals, indices=[0])[0]
+
+        check_rewards(_native.Config(**self._make), compute_reward)
         self._native = self._empty()
 
     def _empty(self) -> _native.Buffer:
@@ -244,7 +262,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
                 self._native.end_episode(env_index)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what pickling keeps: everything but the environment and episodes under way."""
+        """Return what pickling keeps: everything but the environment."""
         return {**super().__getstate__(), "_native": self._native.to_bytes()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from . import _native, spaces
-from .env import FetchEnv, Observation, generator
+from .env import FetchEnv, Observation, generator, seed_of
 from .made import MadeFromSettings
 
 if TYPE_CHECKING:
@@ -21,6 +22,22 @@ if TYPE_CHECKING:
 
     from ._native import Steps, VecEnv
     from .settings import Settings
+
+#: What the environments have in common, and its name in the vector.
+COMMON = {
+    "action_space": "single_action_space",
+    "compute_reward": "compute_reward",
+    "compute_terminated": "compute_terminated",
+    "compute_truncated": "compute_truncated",
+    "config_arguments": "config_arguments",
+    "distance_threshold": "distance_threshold",
+    "dt": "dt",
+    "metadata": "metadata",
+    "observation_space": "single_observation_space",
+    "render_mode": "render_mode",
+    "reward_type": "reward_type",
+    "spec": "spec",
+}
 
 
 class FetchVectorEnv(
@@ -37,8 +54,8 @@ class FetchVectorEnv(
         env_id: The name, such as ``"FetchPush-v4"``.
         num_envs: Number of environments, 1 to 65,536.
         autoreset_mode: When the next episode begins: ``gymnasium.vector.AutoresetMode``.
-        num_threads: Number of threads; by default one for each core. With one, everything runs on
-            the caller's thread.
+        num_threads: Number of threads; by default one for each core. With one, :meth:`step` and
+            :meth:`reset` run on the caller's thread, and only :meth:`step_async` uses another.
         max_episode_steps: Steps after which an episode is cut off.
         render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`.
         width: Width of pictures in pixels, 1 to 4096.
@@ -48,8 +65,9 @@ class FetchVectorEnv(
     Raises:
         ValueError: If a name, a setting, an action or an option is invalid.
         RuntimeError: If a forked process uses environments that its parent made.
-        fetch_env.SimulationError: If the physics became unstable. The others have taken their step,
-            and the next step resets the one that failed.
+        fetch_env.SimulationError: If the physics became unstable. The others have taken their step.
+            The one that failed is reset as the autoreset mode says: by the next step, in the same
+            step, or, with ``DISABLED``, by a :meth:`reset` that selects it.
     """
 
     _native: VecEnv
@@ -160,22 +178,39 @@ class FetchVectorEnv(
             return None
         return tuple(self._draw(env_index) for env_index in range(self.num_envs))
 
+    def _draw_if_asked(self, env_index: int) -> NDArray[Any] | None:
+        return None if self.render_mode is None else self._draw(env_index)
+
+    def _attribute(self, env_index: int, name: str) -> Any:
+        """Return an attribute of an environment; a method is not yet called."""
+        if name == "goal":
+            return self._native.goal(env_index)
+        if name == "np_random":
+            return generator(self._native.random(env_index))
+        if name == "np_random_seed":
+            return seed_of(self._native.random(env_index))
+        if name == "render":
+            return partial(self._draw_if_asked, env_index)
+        if name not in COMMON:
+            message = (
+                f"the environments are not Python objects, and have no {name!r}: use the vector, "
+                "or make it with vectorization_mode='sync'"
+            )
+            raise AttributeError(message)
+        return getattr(self, COMMON[name])
+
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Call a method of each environment, or get an attribute of each.
 
-        The environments are not Python objects, so there are only ``goal``, ``np_random``,
-        ``np_random_seed`` and what all have in common, such as ``compute_reward``.
+        The environments are not Python objects. They have ``goal``, ``np_random``,
+        ``np_random_seed``, ``render`` and what they share: the spaces, the settings and functions
+        of goals such as ``compute_reward``.
+
+        Raises:
+            AttributeError: If they have no such attribute.
         """
-        if name == "goal":
-            return tuple(self._native.goal(env_index) for env_index in range(self.num_envs))
-        if name in ("np_random", "np_random_seed"):
-            return getattr(self, name)  # type: ignore[no-any-return]
-        common = {"action_space": "single_action_space"}
-        common |= {"observation_space": "single_observation_space"}
-        value = getattr(self, common.get(name, name))
-        return tuple(
-            value(*args, **kwargs) if callable(value) else value for _ in range(self.num_envs)
-        )
+        values = [self._attribute(env_index, name) for env_index in range(self.num_envs)]
+        return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """Get an attribute of each environment; see :meth:`call`."""
@@ -191,25 +226,28 @@ class FetchVectorEnv(
         """Return all that determines the future of all environments."""
         return self._native.get_state()
 
-    def set_state(self, state: bytes) -> None:
+    def set_state(self, state: bytes) -> Observation:
         """Restore what :meth:`get_state` of as many environments with equal settings returned.
 
         Afterwards the same actions give the same results, bit for bit.
+
+        Returns:
+            The observations of the restored states: NaN where no episode has begun.
         """
-        self._native.set_state(state)
+        return self._native.set_state(state)
 
     def close_extras(self) -> None:
         """End the threads, and free the simulations."""
-        self._native.close()
+        # Gymnasium 1.1 and 1.2 also close what could not be made.
+        if hasattr(self, "_native"):
+            self._native.close()
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator | None, ...]:  # type: ignore[override]
         """The random numbers of each environment, as the last reset left them."""
-        randoms = [self._native.random(env_index) for env_index in range(self.num_envs)]
-        return tuple(generator(random) for random in randoms)
+        return self.get_attr("np_random")
 
     @property
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
         """The seed of each environment's random numbers; ``None`` before the first reset."""
-        randoms = [self._native.random(env_index) for env_index in range(self.num_envs)]
-        return tuple(None if random is None else random[0] for random in randoms)
+        return self.get_attr("np_random_seed")

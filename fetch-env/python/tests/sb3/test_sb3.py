@@ -57,6 +57,62 @@ def test_the_vector_is_as_theirs(actions):
     assert starts[0].keys() == starts[1].keys()
 
 
+def test_attributes_and_methods_are_those_of_the_chosen_environments(monkeypatch):
+    env = sb3.FetchVecEnv("FetchPush-v4", 3, render_mode="rgb_array")
+    observations = env.reset()
+    goals = observations["achieved_goal"], observations["desired_goal"]
+    calls = []
+    compute_reward = env.envs.compute_reward
+    counted = lambda *goals: calls.append(goals) or compute_reward(*goals)  # noqa: E731
+    monkeypatch.setattr(env.envs, "compute_reward", counted)
+    (rewards,) = env.env_method("compute_reward", *goals, [{}] * 3, indices=[0])
+    assert rewards.tolist() == [-1.0] * 3
+    assert len(calls) == 1
+    (compute_reward,) = env.get_attr("compute_reward", indices=1)
+    assert callable(compute_reward)
+    assert env.has_attr("compute_reward")
+    assert np.array_equal(env.get_attr("goal", indices=[2])[0], observations["desired_goal"][2])
+    (picture,) = env.env_method("render", indices=[1])
+    assert picture.shape == (480, 480, 3)
+    state = env.envs.get_state()
+    for name in ("reset", "step", "close"):
+        assert not env.has_attr(name)
+        with pytest.raises(AttributeError, match=name):
+            env.env_method(name)
+    assert env.envs.get_state() == state
+
+
+def test_a_single_thread_is_the_callers(monkeypatch, actions):
+    ours = VecNormalize(sb3.FetchVecEnv("FetchPush-v4", 2, num_threads=1), norm_reward=False)
+    theirs = VecNormalize(sb3.FetchVecEnv("FetchPush-v4", 2, num_threads=2), norm_reward=False)
+    monkeypatch.setattr(ours.venv.envs, "step_async", None)
+    for envs in (ours, theirs):
+        envs.seed(5)
+        envs.reset()
+    for step in range(3):
+        results = [envs.step(actions[step : step + 2]) for envs in (ours, theirs)]
+        for key, numbers in results[0][0].items():
+            np.testing.assert_array_equal(numbers, results[1][0][key])
+
+
+class Halved(gymnasium.Wrapper):
+    """Halves the rewards."""
+
+    def step(self, action):
+        observation, reward, *rest = self.env.step(action)
+        return observation, reward / 2, *rest
+
+    def compute_reward(self, achieved_goal, desired_goal, info):
+        return self.unwrapped.compute_reward(achieved_goal, desired_goal, info) / 2
+
+
+def test_other_rewards_are_refused():
+    env = Halved(gymnasium.make("fetch_env/FetchReach-v4"))
+    with pytest.raises(ValueError, match="use a buffer that calls compute_reward"):
+        model(env)
+    model(env, HerReplayBuffer)
+
+
 @pytest.mark.parametrize("kind", ["ours", "theirs", "normalized"])
 def test_a_model_learns_and_is_saved(tmp_path, kind):
     env = sb3.FetchVecEnv("FetchReach-v4", 2)
