@@ -59,9 +59,21 @@ def patch(*arguments):
     subprocess.run(["patchelf", *map(str, arguments)], check=True)
 
 
+def library_of(mujoco):
+    """Return the library of an installation, which must have the decoders, too."""
+    libraries = [*mujoco.glob("libmujoco.so.*"), *mujoco.glob("lib/libmujoco.so.*")]
+    if len(libraries) == 1 and all((mujoco / "plugin" / name).exists() for name in DECODERS):
+        return libraries[0]
+    message = (
+        f"{mujoco} does not have one libmujoco.so.*, in it or in its lib, and the decoders "
+        f"{', '.join(DECODERS)} in its plugin: unset MUJOCO_DIR to use the build requirement mujoco"
+    )
+    raise RuntimeError(message)
+
+
 def bundle(mujoco):
     """Put MuJoCo's library, its decoders and its licenses into the package."""
-    (library,) = mujoco.glob("libmujoco.so.*")
+    library = library_of(mujoco)
     shutil.rmtree(BUNDLE, ignore_errors=True)
     (BUNDLE / "plugin").mkdir(parents=True)
     own_name = library.name.replace("libmujoco.", "libmujoco_fetch_env.")
