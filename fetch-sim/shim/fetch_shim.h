@@ -41,7 +41,8 @@
   X(FS_MOCAP_POS, mocap_pos, 3 * m->nmocap) X(FS_MOCAP_QUAT, mocap_quat, 4 * m->nmocap)            \
   X(FS_QACC_WARMSTART, qacc_warmstart, m->nv) X(FS_XPOS, xpos, 3 * m->nbody)                       \
   X(FS_XQUAT, xquat, 4 * m->nbody) X(FS_XMAT, xmat, 9 * m->nbody)                                  \
-  X(FS_SITE_XPOS, site_xpos, 3 * m->nsite) X(FS_SITE_XMAT, site_xmat, 9 * m->nsite)
+  X(FS_SITE_XPOS, site_xpos, 3 * m->nsite) X(FS_SITE_XMAT, site_xmat, 9 * m->nsite)    \
+  X(FS_ACT, act, m->na)
 
 // Warnings that MuJoCo counts and that make a simulation useless.
 #define FS_FAULTS(X)                                                                               \

@@ -49,8 +49,9 @@ impl Extension {
     /// reset; a mocap body stays where it is placed. Physics lacks the shapes that collide with
     /// nothing, and may lack their mass: give their body an `<inertial>`. The materials `table`,
     /// `object`, `white`, `blue`, `gray`, `dark` and `red` are available. Sections that apply to
-    /// the whole model (`<compiler>`, `<option>`, `<default>`) change the robot as well. An added
-    /// actuator must drive a slide or a hinge, and is commanded as the fingers are.
+    /// the whole model (`<compiler>`, `<option>`, `<default>`) change the robot as well; the
+    /// environments of fetch-env need the time step of 0.002 s. An added actuator must drive a
+    /// slide or a hinge, and is commanded as the fingers are.
     pub fn with_xml(mut self, sections: &str) -> Self {
         self.xml = [&self.xml, sections].concat().into();
         self

@@ -110,6 +110,36 @@ proptest! {
 }
 
 #[test]
+fn a_restored_snapshot_has_the_activations_of_actuators() -> Result {
+    let extension = Extension::default().with_xml(
+        r#"<worldbody>
+             <body name="lid" pos="1.5 0.6 0.6">
+               <joint name="hinge" axis="0 1 0"/>
+               <geom type="box" size="0.02 0.02 0.005" mass="0.1"/>
+             </body>
+           </worldbody>
+           <actuator>
+             <general joint="hinge" dyntype="filter" dynprm="0.5" gainprm="0.1"/>
+           </actuator>"#,
+    );
+    let config = SimConfig::new(Task::Push).with_model(ModelSource::Extended(extension));
+    let mut simulator = MujocoSimulator::new(&config)?;
+    simulator.reset(None)?;
+    // It is commanded as the fingers are.
+    let turn = |simulator: &mut MujocoSimulator| -> Result<_> {
+        (0..5).try_for_each(|step| simulator.step(&control(step)))?;
+        Ok(simulator.object_state("lid")?)
+    };
+    turn(&mut simulator)?;
+    let snapshot = serde_json::from_str(&serde_json::to_string(&simulator.snapshot())?)?;
+    let expected = turn(&mut simulator)?;
+    assert_ne!(simulator.object_state("lid")?.angular_velocity, Vector3::zeros());
+    simulator.restore(&snapshot)?;
+    assert_eq!(turn(&mut simulator)?, expected);
+    Ok(())
+}
+
+#[test]
 fn a_body_is_shown_as_the_object_is() -> Result {
     for task in [Task::Push, Task::PickAndPlace] {
         let mut simulator = simulator(task)?;

@@ -1,8 +1,6 @@
 //! The systems and processors for which MuJoCo has wheels.
 
-use std::process::Command;
-
-use super::{error::DownloadError, wheel::PYTHON};
+use super::{error::DownloadError, wheel::python};
 
 /// A system and processor.
 #[derive(Debug)]
@@ -55,7 +53,7 @@ impl Platform {
     /// itself is of this platform: pip then also knows which wheels this machine can use.
     pub(super) fn pip_arguments(&self) -> Vec<String> {
         let script = "import platform, sys; print(sys.platform, platform.machine())";
-        let output = Command::new(PYTHON).args(["-c", script]).output();
+        let output = python().args(["-c", script]).output();
         if output.is_ok_and(|output| output.stdout.trim_ascii() == self.python.as_bytes()) {
             return Vec::new();
         }

@@ -12,7 +12,15 @@ use zip::ZipArchive;
 use super::{checksums, error::DownloadError};
 
 /// The command that starts Python.
-pub(super) const PYTHON: &str = if cfg!(windows) { "python" } else { "python3" };
+const PYTHON: &str = if cfg!(windows) { "python" } else { "python3" };
+
+/// Returns a command that starts Python. It does not look for modules in the current directory,
+/// where anybody may have put a `pip.py`; Pythons before 3.11 do.
+pub(super) fn python() -> Command {
+    let mut python = Command::new(PYTHON);
+    python.env("PYTHONSAFEPATH", "1");
+    python
+}
 
 pub(super) struct Wheel {
     path: PathBuf,
@@ -29,7 +37,7 @@ impl Wheel {
         into: &Path,
     ) -> Result<Self, DownloadError> {
         let error = |reason: String| DownloadError::Pip { requirement: requirement.into(), reason };
-        let output = Command::new(PYTHON)
+        let output = python()
             .args(["-m", "pip", "download", "--quiet", "--disable-pip-version-check"])
             .args(["--no-deps", "--only-binary=:all:", "--dest"])
             .arg(into)

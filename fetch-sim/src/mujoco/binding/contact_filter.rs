@@ -28,7 +28,8 @@ impl ContactFilter {
         // SAFETY: the shapes and the data are alive.
         let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };
         // SAFETY: the filter was just made. The shapes outlive it because it holds the model that
-        // owns them, and the data because it drops its filter first.
+        // owns them, and the data because it drops its filter first and lends it to nobody who could
+        // take it.
         let raw = unsafe { Owned::new(raw, "the contact filter") }?;
         Ok(Self { raw, _model: Arc::clone(model) })
     }
@@ -46,9 +47,8 @@ impl ContactFilter {
         counts
     }
 
-    /// Sets whether to check every rejection from now on: MuJoCo's own routine, called with a
-    /// margin as wide as the assumed gap, must find nothing. Slower than no filter; off by default.
-    pub fn check_rejections(&mut self, check: bool) {
+    /// Sets whether to check every rejection from now on.
+    pub(super) fn check_rejections(&mut self, check: bool) {
         // SAFETY: the filter is alive and borrowed mutably.
         unsafe { ffi::fs_check_filter(self.raw.as_ptr(), c_int::from(check)) };
     }

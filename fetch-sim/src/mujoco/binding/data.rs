@@ -65,9 +65,13 @@ impl Data {
         self.filter.as_ref()
     }
 
-    /// Returns the contact filter mutably, to turn its checks on or off.
-    pub const fn contact_filter_mut(&mut self) -> Option<&mut ContactFilter> {
-        self.filter.as_mut()
+    /// Sets whether the contact filter, if there is one, checks every rejection from now on:
+    /// MuJoCo's own routine, called with a margin as wide as the assumed gap, must find nothing.
+    /// Slower than no filter; off by default.
+    pub fn check_rejections(&mut self, check: bool) {
+        if let Some(filter) = &mut self.filter {
+            filter.check_rejections(check);
+        }
     }
 
     fn filter_ptr(&self) -> *mut RawFilter {
@@ -206,6 +210,7 @@ arrays! {
     pub qpos, qpos_mut: Qpos, "joint positions (`nq` numbers)";
     pub qvel, qvel_mut: Qvel, "joint velocities (`nv` numbers)";
     pub ctrl, ctrl_mut: Ctrl, "actuator controls (`nu` numbers)";
+    pub(crate) act, act_mut: Act, "activations of actuators (`na` numbers)";
     pub(crate) qacc_warmstart, qacc_warmstart_mut: QaccWarmstart,
         "accelerations from which the constraint solver starts (`nv` numbers)";
 }

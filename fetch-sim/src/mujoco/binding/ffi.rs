@@ -58,7 +58,7 @@ contract! {
     numbers {
         FS_OK = 0, FS_FAILED = 1, FS_WARNED = 2,
 
-        FS_NUM_DATA_ARRAYS = 11,
+        FS_NUM_DATA_ARRAYS = 12,
 
         FS_PLANE = 0, FS_SPHERE = 1, FS_CAPSULE = 2, FS_ELLIPSOID = 3, FS_CYLINDER = 4, FS_BOX = 5,
         FS_MESH = 6, FS_OTHER_SHAPE = 7,
@@ -83,6 +83,7 @@ contract! {
             Qpos = FS_QPOS, Qvel = FS_QVEL, Ctrl = FS_CTRL, MocapPos = FS_MOCAP_POS,
             MocapQuat = FS_MOCAP_QUAT, QaccWarmstart = FS_QACC_WARMSTART, Xpos = FS_XPOS,
             Xquat = FS_XQUAT, Xmat = FS_XMAT, SiteXpos = FS_SITE_XPOS, SiteXmat = FS_SITE_XMAT,
+            Act = FS_ACT,
         }
 
         /// Warnings that make a simulation useless.

@@ -221,17 +221,21 @@ pub(crate) fn check(status: c_int) -> Result<(), SimError> {
 
 /// Like [`check`], with the error that `error` makes from MuJoCo's message.
 pub(crate) fn check_as<E>(status: c_int, error: impl FnOnce(String) -> E) -> Result<(), E> {
-    if status & ffi::FS_WARNED != 0 {
+    // Both texts are copied first: the host's subscriber may call MuJoCo itself.
+    let warning = (status & ffi::FS_WARNED != 0).then(|| {
         // SAFETY: the shim's buffer holds a terminated string, and only this thread writes to it.
         let text = unsafe { CStr::from_ptr(ffi::fs_warning_text()) };
-        tracing::warn!(target: "mujoco", "{}", text.to_string_lossy());
-    }
-    if status & ffi::FS_FAILED != 0 {
+        text.to_string_lossy().into_owned()
+    });
+    let failure = (status & ffi::FS_FAILED != 0).then(|| {
         // SAFETY: as above.
         let text = unsafe { CStr::from_ptr(ffi::fs_error_text()) };
-        return Err(error(text.to_string_lossy().into_owned()));
+        text.to_string_lossy().into_owned()
+    });
+    if let Some(warning) = warning {
+        tracing::warn!(target: "mujoco", "{warning}");
     }
-    Ok(())
+    failure.map_or(Ok(()), |message| Err(error(message)))
 }
 
 /// An object that the shim made. It is deleted together with this value.

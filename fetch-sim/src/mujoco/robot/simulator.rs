@@ -231,6 +231,7 @@ impl MujocoSimulator {
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
         self.data.qvel_mut().copy_from_slice(&snapshot.qvel);
         self.data.ctrl_mut().copy_from_slice(&snapshot.ctrl);
+        self.data.act_mut().copy_from_slice(&snapshot.act);
         self.set_mocap_poses(&snapshot.mocap_poses)?;
         self.data.forward()?;
         // `forward` has recomputed what the next step starts from: overwrite it with the
@@ -302,6 +303,7 @@ impl Simulator for MujocoSimulator {
             qpos: self.data.qpos().to_vec(),
             qvel: self.data.qvel().to_vec(),
             ctrl: self.data.ctrl().to_vec(),
+            act: self.data.act().to_vec(),
             qacc_warmstart: self.data.qacc_warmstart().to_vec(),
             mocap_poses: (0..self.data.model().nmocap()).map(mocap_pose).collect(),
             gripper_link_pose: self.data.body_pose(ids.gripper_link).expect("an id of this model"),

@@ -23,6 +23,9 @@ pub struct MujocoSnapshot {
     pub(super) qpos: Vec<f64>,
     pub(super) qvel: Vec<f64>,
     pub(super) ctrl: Vec<f64>,
+    /// The activations of actuators that have one.
+    #[serde(default)]
+    pub(super) act: Vec<f64>,
     pub(super) qacc_warmstart: Vec<f64>,
     /// The pose of each mocap body.
     pub(super) mocap_poses: Vec<Pose>,
@@ -54,6 +57,7 @@ impl MujocoSnapshot {
             && self.qvel.len() == data.qvel().len()
             && self.qacc_warmstart.len() == data.qacc_warmstart().len()
             && self.ctrl.len() == data.ctrl().len()
+            && self.act.len() == data.act().len()
             && self.mocap_poses.len() == data.model().nmocap()
             && self.object.is_some() == config.task().has_object()
             && self.moving.len() == num_moving;
@@ -68,7 +72,7 @@ impl MujocoSnapshot {
 
     fn numbers(&self) -> impl Iterator<Item = &f64> {
         let poses = self.mocap_poses.iter().chain([&self.gripper_link_pose]);
-        [&self.qpos, &self.qvel, &self.ctrl, &self.qacc_warmstart]
+        [&self.qpos, &self.qvel, &self.ctrl, &self.act, &self.qacc_warmstart]
             .into_iter()
             .flatten()
             .chain([&self.time])
