@@ -152,6 +152,11 @@ fn a_restored_environment_records_from_the_next_reset_on() -> Result {
     assert!(files(folder.path())?.is_empty());
     episode(&mut env)?;
     assert_eq!(files(folder.path())?, ["rl-video-episode-1.png"]);
+    // No program counts so far.
+    let mut damaged = serde_json::to_value(&snapshot)?;
+    damaged["wrapper"] = u64::MAX.into();
+    let refused = env.restore(&serde_json::from_value(damaged)?);
+    assert!(matches!(refused, Err(EnvError::ForeignSnapshot { .. })), "{refused:?}");
     Ok(())
 }
 

@@ -63,7 +63,10 @@ impl<S: Simulator> FetchEnv<S> {
         }
         let (period, theirs) = (config.control_period(), simulator.control_period());
         if theirs != period {
-            return mismatch(format!("its steps last {theirs} s, they should last {period} s"));
+            return mismatch(format!(
+                "its steps last {theirs} s, they should last {period} s, with the model's time step \
+                 at 0.002 s"
+            ));
         }
         if settled.object_height.is_some() != task.has_object() {
             return mismatch(format!("the object's settled height is {:?}", settled.object_height));

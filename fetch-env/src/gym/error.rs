@@ -2,6 +2,8 @@
 
 use std::{error::Error, sync::Arc};
 
+use fetch_sim::SimError;
+
 /// Error returned when an environment cannot be reset, stepped, restored or wrapped.
 #[derive(Clone, thiserror::Error)]
 #[non_exhaustive]
@@ -168,5 +170,11 @@ impl EnvError {
                 | Self::ResetNeeded
                 | Self::EpisodeOver
         )
+    }
+
+    /// Whether a reset was refused with this error because of its options, and has changed nothing.
+    pub(crate) fn refuses_options(&self) -> bool {
+        matches!(self, Self::OptionLength { .. } | Self::OptionOutside { .. })
+            || matches!(self.downcast_ref(), Some(SimError::NoObject { .. }))
     }
 }

@@ -1,14 +1,14 @@
 //! Recording every batch in a hindsight buffer stores what each environment does alone.
 
 use fetch_env::{
-    Env, EnvError, GoalObservation,
+    Env, EnvError, FetchResetOptions, GoalObservation,
     vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset},
 };
 use fetch_sim::{KinematicSimulator, SimError};
 use her_relabel::{BufferConfig, Dims, HerBuffer, StartData, StepData};
 use testing::Faulty;
 
-use crate::common::{MODES, Result, TestEnv, action, envs, kinematic, vec_env};
+use crate::common::{MODES, Result, TestEnv, action, actions, envs, kinematic, vec_env};
 
 const COUNT: usize = 5;
 const STEPS: usize = 40;
@@ -218,6 +218,55 @@ fn a_restored_state_is_not_joined_to_the_steps_before() -> Result {
         assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (3 * COUNT, Some(0)));
         buffer.record(&envs.step(&actions)?.into())?.check()?;
         assert_eq!(buffer.unfinished_steps(0)?, Some(1));
+    }
+    Ok(())
+}
+
+#[test]
+fn an_episode_goes_on_in_an_environment_that_a_call_leaves_out() -> Result {
+    let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
+    let (mut envs, mut buffer) = (vec_env(COUNT, config)?, buffer()?);
+    buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+    // The first episode of environment 0 ends, and its next one begins.
+    for step in 0..5 {
+        buffer.record(&envs.step(&actions(COUNT, step))?.into())?.check()?;
+    }
+    assert_eq!(buffer.unfinished_steps(0)?, Some(0));
+    let reset = VecReset { mask: Some(&[false, true, false, false, false]), ..VecReset::default() };
+    let recorded = buffer.record(&envs.reset_with(&reset)?.into())?;
+    assert_eq!((recorded.finished_episodes, recorded.discarded_episodes), (1, 0));
+    envs.send(&action(3, 5), &[3])?;
+    assert_eq!(buffer.record(&envs.recv_all()?.into())?.discarded_episodes, 0);
+    buffer.record(&envs.step(&actions(COUNT, 6))?.into())?.check()?;
+    assert_eq!(buffer.unfinished_steps(0)?, Some(1));
+    Ok(())
+}
+
+#[test]
+fn a_reset_with_refused_options_changes_nothing() -> Result {
+    let wrong = FetchResetOptions::default().with_desired_goal([f64::NAN; 3]);
+    let mut options = vec![FetchResetOptions::default(); COUNT];
+    options[0] = wrong;
+    let mask = [true, false, false, false, false];
+    let reset = VecReset { mask: Some(&mask), options: Some(&options), ..VecReset::default() };
+    for mode in MODES {
+        let mut envs = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
+        let mut buffer = buffer()?;
+        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+        for step in 0..5 {
+            if step > 0 {
+                let batch = envs.reset_with(&reset)?;
+                assert!(matches!(batch.error(0), Some(EnvError::OptionOutside { .. })));
+                assert_eq!(buffer.record(&batch.into())?.discarded_episodes, 0);
+                assert_eq!(buffer.unfinished_steps(0)?, Some(step));
+            }
+            buffer.record(&envs.step(&actions(COUNT, step))?.into())?.check()?;
+        }
+        // The episode is over, and the next one is still to begin.
+        buffer.record(&envs.reset_with(&reset)?.into())?;
+        let batch = envs.step(&actions(COUNT, 5))?;
+        assert_eq!(batch.started()[0], mode == AutoresetMode::NextStep);
+        assert_eq!(batch.stepped()[0], mode == AutoresetMode::SameStep);
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Spaces: the actions that an environment takes and the observations that it returns.
 //!
-//! No array has more than 2^28 elements (255 stacked pictures of 640 x 480, or 2 GiB of `f64`), so
-//! sampling a space that was read from a file allocates no more than that.
+//! No array has more than 2^28 elements (255 stacked pictures of 640 x 480, or 2 GiB of `f64`).
+//! Sampling a dictionary that was read from a file can allocate that much for each of its spaces.
 //!
 //! Samples come from any generator of `rand_core`; [`NpRandom`](crate::NpRandom) is one that
 //! needs no further crate. A seed determines the sample. The distributions are Gymnasium's; the

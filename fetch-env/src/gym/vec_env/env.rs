@@ -172,7 +172,8 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.receive_all()
     }
 
-    /// Resets the environments that the mask selects. The rows of the others stay unchanged.
+    /// Resets the environments that the mask selects. The rows of the others have their last results
+    /// again, but no step, and no end of an episode.
     ///
     /// # Errors
     /// [`VecEnvError::InFlight`], and as [`send_reset_with`](Self::send_reset_with).
@@ -277,7 +278,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
 
     /// Waits for all environments in flight. Row `i` of the result is environment `i`, as after
     /// [`step`](Self::step); the row of one that was not in flight has its last results again, but
-    /// no step.
+    /// no step, and no end of an episode.
     ///
     /// # Errors
     /// [`VecEnvError::WorkerLost`] or [`VecEnvError::Forked`].

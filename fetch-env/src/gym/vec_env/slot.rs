@@ -68,9 +68,10 @@ impl<E: Env<Observation: BatchObservation>> Slot<E> {
         let env = self.env.as_mut().ok_or_else(out_of_use)?;
         match &self.command {
             Command::Reset { seed, options } => {
-                // If a requested reset fails, repeating it is up to the caller.
-                self.reset_is_due = false;
-                let reset = env.reset_with(*seed, options)?;
+                let reset = env.reset_with(*seed, options).inspect_err(|error| {
+                    // If a requested reset fails, repeating it is up to the caller.
+                    self.reset_is_due &= error.refuses_options();
+                })?;
                 self.begin_episode(reset)
             }
             Command::Step if self.reset_is_due && self.mode == AutoresetMode::Disabled => {
@@ -140,7 +141,7 @@ impl<E: Env<Observation: BatchObservation> + Send> Job for Slot<E> {
             Err(EnvError::Panicked { message })
         });
         if let Err(error) = result {
-            let ends_episode = !error.leaves_unchanged();
+            let ends_episode = !error.leaves_unchanged() && !error.refuses_options();
             self.row.set_error(error, ends_episode);
         }
     }

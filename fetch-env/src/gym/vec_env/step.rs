@@ -122,7 +122,7 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
     /// before the first, and after a failed one was [restored](super::VecEnv::restore)), unless the
     /// environment was reset in the same step.
     ///
-    /// An invalid action changes nothing. A failure ends the episode: `truncated` is true, and the
+    /// An invalid action or reset option changes nothing. A failure ends the episode: `truncated` is true, and the
     /// environment is reset as its [`AutoresetMode`](super::AutoresetMode) says; one that
     /// [panicked](EnvError::Panicked) is out of use.
     #[must_use]
@@ -320,9 +320,13 @@ impl<O: BatchObservation, I, A: Copy> VecStep<O, I, A> {
         self.error[0] = Some(error);
     }
 
-    /// Notes that the row has been collected, so that a later call does not report its step again.
+    /// Notes that the row has been collected, so that a later call does not report its step, or the
+    /// end of its episode, again.
     pub(super) fn collected(&mut self) {
-        self.stepped[0] = false;
-        self.started[0] = false;
+        for flag in
+            [&mut self.stepped, &mut self.started, &mut self.terminated, &mut self.truncated]
+        {
+            flag[0] = false;
+        }
     }
 }

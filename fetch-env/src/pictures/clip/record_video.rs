@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::{Clip, error::ClipError};
 use crate::gym::env::{ActionElement, Reset, Step};
 use crate::gym::error::EnvError;
+use crate::gym::np_random::MAX_COUNT;
 use crate::gym::wrappers::{
     macros::keep,
     wrapped::Wrapped,
@@ -320,7 +321,11 @@ impl SnapshotWrapper for RecordVideo {
         self.num_episodes
     }
 
-    fn check_state(&self, _state: &u64) -> Result<(), EnvError> {
+    fn check_state(&self, state: &u64) -> Result<(), EnvError> {
+        if *state > MAX_COUNT {
+            let reason = format!("{state} episodes have been counted");
+            return Err(EnvError::ForeignSnapshot { reason });
+        }
         Ok(())
     }
 

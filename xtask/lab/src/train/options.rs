@@ -79,7 +79,7 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
             .map_err(|_| wrong(format!("{text} is not a number, a list or true")))?;
         settings = change(&settings, key, value).map_err(|error| wrong(error.to_string()))?;
     }
-    settings.check().map_err(|error| usage(error))?;
+    settings.check().map_err(usage)?;
     Ok(settings)
 }
 
