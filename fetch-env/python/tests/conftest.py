@@ -40,7 +40,10 @@ def actions():
 @pytest.fixture
 def ctrl_c():
     """Return a timer that presses Ctrl-C soon after it has been started."""
-    return threading.Timer(0.5, signal.raise_signal, (signal.SIGINT,))
+    # Processes in the background of a shell ignore it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield threading.Timer(0.5, signal.raise_signal, (signal.SIGINT,))
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="session")

@@ -58,7 +58,7 @@ def test_the_vector_is_as_theirs(actions):
 
 
 def test_attributes_and_methods_are_those_of_the_chosen_environments(monkeypatch):
-    env = sb3.FetchVecEnv("FetchPush-v4", 3, render_mode="rgb_array")
+    env = sb3.FetchVecEnv("FetchPush-v4", 3)
     observations = env.reset()
     goals = observations["achieved_goal"], observations["desired_goal"]
     calls = []
@@ -72,8 +72,7 @@ def test_attributes_and_methods_are_those_of_the_chosen_environments(monkeypatch
     assert callable(compute_reward)
     assert env.has_attr("compute_reward")
     assert np.array_equal(env.get_attr("goal", indices=[2])[0], observations["desired_goal"][2])
-    (picture,) = env.env_method("render", indices=[1])
-    assert picture.shape == (480, 480, 3)
+    assert env.env_method("render", indices=[1]) == [None]
     state = env.envs.get_state()
     for name in ("reset", "step", "close"):
         assert not env.has_attr(name)
