@@ -215,7 +215,7 @@ impl<E: CollectEnv> Collector<E> {
     }
 
     /// Restores a snapshot: collecting continues where it was taken. The first batch that the
-    /// policy sees is not the snapshot's; see [`VecEnv::restore`].
+    /// policy then sees has the restored observations, as [`VecEnv::restore`] shows them.
     ///
     /// # Errors
     /// As [`VecEnv::restore`]; nothing has changed then.
