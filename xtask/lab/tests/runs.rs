@@ -204,8 +204,8 @@ fn a_folder_of_something_else_is_not_overwritten() -> Result {
         ("thesis.txt", "a thesis", "--overwrite", "is not the folder of a run"),
         ("run.json", "{\"of\": \"another program\"}", "--overwrite", "run.json is damaged"),
         ("run.json", "{\"of\": \"another program\"}", "", "run.json is damaged"),
-        ("policy.safetensors", "a policy", "", "no run.json says whose it is"),
-        ("checkpoint-000000000000.zip", "", "--overwrite", "no run.json says whose it is"),
+        ("policy.safetensors", "a policy", "", "there is no run.json beside it"),
+        ("checkpoint-000000000000.zip", "", "--overwrite", "there is no run.json beside it"),
     ] {
         let out = tempdir()?;
         fs::write(out.path().join(file), text)?;

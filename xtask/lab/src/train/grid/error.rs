@@ -25,7 +25,8 @@ pub enum GridError {
     )]
     Changed { folder: PathBuf, difference: String },
     #[error(
-        "{} exists, but no grid.json says whose it is: choose another folder with --out",
+        "{} exists, but there is no grid.json beside it, so it may not belong to a grid: choose \
+         another folder with --out",
         path.display()
     )]
     Taken { path: PathBuf },
