@@ -263,7 +263,7 @@ fn a_reset_with_refused_options_changes_nothing() -> Result {
             buffer.record(&envs.step(&actions(COUNT, step))?.into())?.check()?;
         }
         // The episode is over, and the next one is still to begin.
-        buffer.record(&envs.reset_with(&reset)?.into())?;
+        assert_eq!(buffer.record(&envs.reset_with(&reset)?.into())?.discarded_episodes, 0);
         let batch = envs.step(&actions(COUNT, 5))?;
         assert_eq!(batch.started()[0], mode == AutoresetMode::NextStep);
         assert_eq!(batch.stepped()[0], mode == AutoresetMode::SameStep);
