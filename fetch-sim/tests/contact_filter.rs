@@ -82,6 +82,7 @@ proptest! {
         let mut plain = Data::new(Arc::clone(&model))?;
         let mut filtered = Data::new(model)?;
         filtered.set_contact_filter(true)?;
+        assert!(filtered.contact_filter().is_some());
         filtered.check_rejections(true);
         for scene in &scenes {
             for data in [&mut plain, &mut filtered] {
@@ -154,6 +155,7 @@ fn contacts_of_negative_margins_are_found_as_without_a_filter() -> Result {
 fn a_filter_changes_no_bit_of_the_built_in_model() -> Result {
     for task in Task::ALL {
         let mut filtered = MujocoSimulator::new(&SimConfig::new(task))?;
+        assert!(filtered.data().contact_filter().is_some());
         filtered.data_mut().check_rejections(true);
         let off = SimConfig::new(task).with_contact_filter(false);
         let mut plain = MujocoSimulator::new(&off)?;

@@ -43,8 +43,8 @@ fn episodes_are_added_to_what_is_there_and_the_newest_are_kept() -> Result {
 
 #[test]
 fn still_episodes_are_left_out_as_if_they_were_added_one_by_one() -> Result {
-    // Episodes from the fifth on move farther. The last ones fill the buffer, before they are left
-    // out.
+    // The first three move far. If the still ones after them were stored first, and left out only
+    // then, they would push those out.
     let episodes = [5, 6, 7, 0, 1, 2, 3, 0, 1, 2, 3];
     let mut all = HerBuffer::<f64>::new(config(1000))?;
     episodes.iter().for_each(|episode| add(&mut all, *episode));

@@ -122,9 +122,9 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
     /// before the first, and after a failed one was [restored](super::VecEnv::restore)), unless the
     /// environment was reset in the same step.
     ///
-    /// An invalid action or reset option changes nothing. A failure ends the episode: `truncated` is true, and the
-    /// environment is reset as its [`AutoresetMode`](super::AutoresetMode) says; one that
-    /// [panicked](EnvError::Panicked) is out of use.
+    /// An invalid action or reset option changes nothing. A failure ends the episode: `truncated`
+    /// is true, and the environment is reset as its [`AutoresetMode`](super::AutoresetMode) says;
+    /// one that [panicked](EnvError::Panicked) is out of use.
     #[must_use]
     pub fn error(&self, row: usize) -> Option<&EnvError> {
         self.error[..self.len].get(row)?.as_ref()
