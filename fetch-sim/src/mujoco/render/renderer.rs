@@ -6,7 +6,7 @@ use std::{
     mem::{self, ManuallyDrop},
     process, ptr,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, OnceLock, PoisonError,
         atomic::{AtomicU32, Ordering::SeqCst},
     },
 };
@@ -93,6 +93,9 @@ static PROCESS: AtomicU32 = AtomicU32::new(NONE);
 /// The id of no process.
 const NONE: u32 = 0;
 
+/// Why this process has no OpenGL. A forked child reads it without a lock.
+static ABSENT: OnceLock<String> = OnceLock::new();
+
 impl Renderer {
     /// Checks that this process was not forked from one that had renderers. It takes no lock, which
     /// a thread of the parent could have held.
@@ -115,6 +118,9 @@ impl Renderer {
     /// [`FetchModel::load`](crate::FetchModel::load).
     pub fn new(config: &SimConfig, options: RenderOptions) -> Result<Self, RenderError> {
         options.check()?;
+        if let Some(reason) = ABSENT.get() {
+            return Err(RenderError::NoOpenGl { reason: reason.clone() });
+        }
         Self::check_process()?;
         let (width, height) = (options.width(), options.height());
         let is_small = width.max(height) <= SMALL_SIDE;
@@ -277,6 +283,10 @@ fn make(model: &Model) -> Result<Owned<RawRenderer>, RenderError> {
     // results are valid for writes.
     let status = unsafe { ffi::fs_make_renderer(model.as_ptr(), &raw mut raw, &raw mut has_gl) };
     check_as(status, |message| match has_gl {
+        // The search for a library is not repeated.
+        0 if ffi::fs_gl_backend().is_null() => {
+            RenderError::NoOpenGl { reason: ABSENT.get_or_init(|| message).clone() }
+        }
         0 => RenderError::NoOpenGl { reason: message },
         _ => failed(message),
     })?;
