@@ -36,13 +36,15 @@ impl Trainer {
         let env: FetchConfig = config.config.clone();
         let settings = match settings {
             "fast" => TrainSettings::fast(env.task()),
+            "book" => TrainSettings::book(env.task()),
             "authors" => TrainSettings::authors(),
             json if json.starts_with('{') => serde_json::from_str(json).map_err(|error| {
                 Error::value(format!("these are not settings of the learner: {error}"))
             })?,
             name => {
                 return Err(Error::value(format!(
-                    "there is no preset {name:?}: pass \"fast\", \"authors\" or settings"
+                    "there is no preset {name:?}: pass \"fast\", \"book\", \"authors\" or \
+                     settings"
                 )));
             }
         };

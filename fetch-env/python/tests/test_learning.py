@@ -246,12 +246,22 @@ def test_reach_is_learned(capsys):
     assert json.dumps(again.settings) == json.dumps(training.settings)
 
 
+@pytest.mark.parametrize(
+    ("preset", "algorithm"), [("fast", "ddpg"), ("book", "sac"), ("authors", "ddpg")]
+)
+def test_a_policy_of_each_preset_acts(preset, algorithm):
+    training = fetch_env.train("FetchReach-v4", preset, steps=1_000, progress=False)
+    assert list(training.settings["algorithm"]) == [algorithm]
+    summary = fetch_env.evaluate("FetchReach-v4", training.policy, 1)
+    assert summary["episode_length_mean"]["value"] == 50.0
+
+
 def test_what_the_learner_refuses(tmp_path):
     def train(*arguments, **settings):
         fetch_env.train("FetchReach-v4", *arguments, progress=False, **settings)
 
     policy = fetch_env.Policy.shipped("FetchReach-v4")
-    with pytest.raises(ValueError, match='there is no preset "slow": pass "fast", "authors" or'):
+    with pytest.raises(ValueError, match='no preset "slow": pass "fast", "book", "authors" or'):
         train("slow")
     with pytest.raises(ValueError, match=r"these are not settings of the learner: .*rate"):
         train({"rate": 1.0})
