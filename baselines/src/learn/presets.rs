@@ -72,8 +72,8 @@ impl TrainSettings {
                 ddpg.average_fraction = 0.0003;
                 ddpg.noise = 0.1;
                 ddpg.layer_norm = true;
-                ddpg.halving_start = 100_000;
-                ddpg.halving_interval = Some(60_000);
+                ddpg.halving_start = 125_000;
+                ddpg.halving_interval = Some(75_000);
                 replay.batch_size = 256;
                 replay.past_desired = 1.0;
                 replay.mirrored = 0.5;
@@ -86,6 +86,7 @@ impl TrainSettings {
                 exploration.random_beginning = 15;
                 exploration.far_starts = 0.5;
                 exploration.quiet_episodes = 0.5;
+                schedule.updates_per_cycle = 200;
                 schedule.evaluation_interval = Some(20_000);
             }
         }
