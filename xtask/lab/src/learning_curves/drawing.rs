@@ -8,6 +8,9 @@ use crate::figures::{
     picture::{Area, Backend, DrawError, Drawing, FONT},
 };
 
+/// Width of the title, in pixels.
+const ROOM: u32 = 1080;
+
 pub struct Curves {
     name: String,
     legend: String,
@@ -38,7 +41,10 @@ impl Drawing for Curves {
     }
 
     fn draw<B: Backend>(&self, area: &Area<B>) -> Result<(), DrawError> {
-        area.draw_text(&self.name, &bold(22), (20, 28))?;
+        // A long name is set smaller.
+        let (width, _) = area.estimate_text_size(&self.name, &bold(22))?;
+        let size = (22 * ROOM / width.max(1)).min(22);
+        area.draw_text(&self.name, &bold(size), (20, 28))?;
         area.draw_text(&self.legend, &text(15, INK), (20, 54))?;
         let (_, charts) = area.split_vertically(68);
         let (left, right) = charts.split_horizontally(560);
