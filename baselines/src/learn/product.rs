@@ -208,7 +208,7 @@ fn tile<S: Simd, const R: usize, const V: usize>(
 ) -> [[S::f32s; V]; R] {
     let mut sums = [[simd.splat_f32s(0.0); V]; R];
     for (term, right) in panel.iter().enumerate() {
-        // Zipped instead of indexed, the sums may leave the registers, which halves the speed.
+        // Indexed, since the compiler may keep zipped sums in memory, which halves the speed.
         let column = rows.column(term);
         for (i, sums) in sums.iter_mut().enumerate() {
             let left = simd.splat_f32s(column[i]);
