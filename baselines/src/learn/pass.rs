@@ -3,8 +3,9 @@
 //! All matrices are row-major, with a row for each input of the batch. Loops over their elements
 //! are compiled for the vectors of the processor, with the same bits on each.
 
+use super::matrix::Matrix;
 use super::network::{Layer, Network, Parameters, ParametersMut};
-use super::product::{Matrix, Product};
+use super::product::Product;
 use super::vectors::vectorize;
 
 /// Added to a variance before its root is taken: PyTorch's default for layer normalization.

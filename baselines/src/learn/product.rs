@@ -10,45 +10,17 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// A row-major matrix, read as it is or transposed.
-#[derive(Clone, Copy)]
-pub(super) struct Matrix<'a> {
-    numbers: &'a [f32],
-    /// The length of a row in `numbers`.
-    row_len: usize,
-    is_transposed: bool,
-}
-
-impl<'a> Matrix<'a> {
-    /// Creates a matrix of rows of length `row_len`, at least 1.
-    pub(super) const fn new(numbers: &'a [f32], row_len: usize) -> Self {
-        Self { numbers, row_len, is_transposed: false }
-    }
-
-    /// Returns the same numbers with rows for columns.
-    pub(super) const fn transposed(self) -> Self {
-        Self { is_transposed: !self.is_transposed, ..self }
-    }
-
-    /// Returns the numbers of rows and of columns.
-    const fn size(self) -> (usize, usize) {
-        let (stored, row_len) = (self.numbers.len() / self.row_len, self.row_len);
-        if self.is_transposed { (row_len, stored) } else { (stored, row_len) }
-    }
-
-    /// Returns a row of `numbers`.
-    #[inline(always)]
-    fn stored_row(self, number: usize) -> &'a [f32] {
-        &self.numbers[number * self.row_len..][..self.row_len]
-    }
-}
+use super::matrix::Matrix;
+use super::packing::{
+    PackLeft, PackRight, ROWS, ROWS_OF_FEW_REGISTERS, has_many_registers, resized,
+};
 
 /// Multiplies matrices; its memory is reused.
 #[derive(Clone, Default)]
 pub(super) struct Product {
-    /// Some columns of the right matrix, row after row, padded with zeros.
+    /// Some columns of the right matrix.
     panel: Vec<f32>,
-    /// The left matrix if it is transposed, in tiles of some of its rows, column after column.
+    /// The left matrix if it is transposed.
     tiles: Vec<f32>,
 }
 
@@ -66,37 +38,61 @@ impl Product {
         let ((num_rows, num_terms), (right_rows, num_columns)) = (left.size(), right.size());
         assert_eq!((num_terms, num_rows * num_columns), (right_rows, target.len()));
         let Self { panel, tiles } = self;
-        let work = Work { left, right, target, num_rows, num_terms, num_columns, panel, tiles };
-        arch.dispatch(work);
+        if left.is_transposed {
+            arch.dispatch(PackLeft { matrix: left, tiles });
+        }
+        let lanes = arch.dispatch(Lanes);
+        for first in (0..num_columns).step_by(2 * lanes) {
+            let columns = first..num_columns.min(first + 2 * lanes);
+            let is_wide = columns.len() > lanes;
+            let width = if is_wide { 2 * lanes } else { lanes };
+            let panel = resized(panel, num_terms * width);
+            arch.dispatch(PackRight { matrix: right, columns: columns.clone(), width, panel });
+            let work = Work { panel, target, num_rows, num_columns, columns };
+            // Each is a function of its own, in which the compiler keeps the sums in registers.
+            match (left.is_transposed, is_wide) {
+                (false, false) => arch.dispatch(Multiply::<_, 1> { left, work }),
+                (false, true) => arch.dispatch(Multiply::<_, 2> { left, work }),
+                (true, false) => arch.dispatch(Multiply::<_, 1> { left: &**tiles, work }),
+                (true, true) => arch.dispatch(Multiply::<_, 2> { left: &**tiles, work }),
+            }
+        }
     }
 }
 
-/// A product to compute.
-struct Work<'a> {
-    left: Matrix<'a>,
-    right: Matrix<'a>,
-    target: &'a mut [f32],
-    num_rows: usize,
-    num_terms: usize,
-    num_columns: usize,
-    panel: &'a mut Vec<f32>,
-    tiles: &'a mut Vec<f32>,
+/// Returns the number of elements of a vector.
+struct Lanes;
+
+impl WithSimd for Lanes {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        S::F32_LANES
+    }
 }
 
-/// The rows of a tile of the result. With two vectors of each row, sums fill 16 registers of 32, or
-/// 12 of 16.
-const ROWS: usize = 8;
-const ROWS_OF_FEW_REGISTERS: usize = 6;
+/// Some columns of a product to compute.
+struct Work<'a> {
+    panel: &'a [f32],
+    target: &'a mut [f32],
+    num_rows: usize,
+    num_columns: usize,
+    columns: Range<usize>,
+}
 
-/// The number of registers of processors that have many.
-const MANY_REGISTERS: usize = 32;
+/// Writes `V` vectors of each row of the result, or what is left of them.
+struct Multiply<'a, L, const V: usize> {
+    left: L,
+    work: Work<'a>,
+}
 
-impl WithSimd for Work<'_> {
+impl<L: Left, const V: usize> WithSimd for Multiply<'_, L, V> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        if S::REGISTER_COUNT >= MANY_REGISTERS {
+        if has_many_registers::<S>() {
             self.write::<S, ROWS>(simd);
         } else {
             self.write::<S, ROWS_OF_FEW_REGISTERS>(simd);
@@ -104,66 +100,18 @@ impl WithSimd for Work<'_> {
     }
 }
 
-impl Work<'_> {
+impl<L: Left, const V: usize> Multiply<'_, L, V> {
     #[inline(always)]
-    fn write<S: Simd, const R: usize>(mut self, simd: S) {
-        if self.left.is_transposed {
-            self.pack_left::<R>();
-        }
-        for first in (0..self.num_columns).step_by(2 * S::F32_LANES) {
-            if self.num_columns - first > S::F32_LANES {
-                self.write_columns::<S, R, 2>(simd, first);
-            } else {
-                self.write_columns::<S, R, 1>(simd, first);
-            }
-        }
-    }
-
-    /// Copies the left matrix to tiles.
-    #[inline(always)]
-    fn pack_left<const R: usize>(&mut self) {
-        let tile_len = R * self.num_terms;
-        let tiles = resized(self.tiles, self.num_rows.div_ceil(R) * tile_len);
-        for (number, tile) in tiles.chunks_exact_mut(tile_len).enumerate() {
-            let rows = self.left.numbers.chunks_exact(self.num_rows);
-            for (to, row) in tile.as_chunks_mut::<R>().0.iter_mut().zip(rows) {
-                let from = &row[number * R..];
-                if let Some(whole) = from.first_chunk() {
-                    *to = *whole;
-                } else {
-                    to[..from.len()].copy_from_slice(from);
-                }
-            }
-        }
-    }
-
-    /// Writes `V` vectors of each row of the result, or what is left of them.
-    #[inline(always)]
-    fn write_columns<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, first: usize) {
-        let width = V * S::F32_LANES;
-        let used = width.min(self.num_columns - first);
-        let panel = resized(self.panel, self.num_terms * width);
-        if self.right.is_transposed {
-            pack_transposed(self.right, first..first + used, panel, width);
-        } else {
-            pack::<S, V>(self.right, first..first + used, panel);
-        }
+    fn write<S: Simd, const R: usize>(self, simd: S) {
+        let Self { left, work: Work { panel, target, num_rows, num_columns, columns } } = self;
         let panel = S::as_simd_f32s(panel).0.as_chunks::<V>().0;
-        for start in (0..self.num_rows).step_by(R) {
-            let sums = if self.left.is_transposed {
-                let tiles = self.tiles.as_chunks::<R>().0;
-                tile(simd, &tiles[start / R * panel.len()..][..panel.len()], panel)
-            } else {
-                // The last row stands in for those that would follow it.
-                let row = |i: usize| self.left.stored_row((start + i).min(self.num_rows - 1));
-                let rows: [&[f32]; R] = from_fn(|i| &row(i)[..panel.len()]);
-                tile(simd, rows, panel)
-            };
-            let mut rows = self.target.chunks_exact_mut(self.num_columns).skip(start);
+        for start in (0..num_rows).step_by(R) {
+            let sums: [_; R] = left.tile(simd, start, panel);
+            let mut rows = target.chunks_exact_mut(num_columns).skip(start);
             // Taken by value, the sums stay in registers.
             for sums in sums {
                 let Some(row) = rows.next() else { break };
-                let (vectors, rest) = S::as_mut_simd_f32s(&mut row[first..first + used]);
+                let (vectors, rest) = S::as_mut_simd_f32s(&mut row[columns.clone()]);
                 if let Some(vectors) = vectors.first_chunk_mut() {
                     *vectors = sums;
                     continue;
@@ -175,6 +123,46 @@ impl Work<'_> {
                 }
             }
         }
+    }
+}
+
+/// A left matrix: as it is, or in tiles.
+trait Left {
+    /// Returns the products of the `R` rows from `start` and of the columns in a panel.
+    fn tile<S: Simd, const R: usize, const V: usize>(
+        &self,
+        simd: S,
+        start: usize,
+        panel: &[[S::f32s; V]],
+    ) -> [[S::f32s; V]; R];
+}
+
+impl Left for Matrix<'_> {
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize>(
+        &self,
+        simd: S,
+        start: usize,
+        panel: &[[S::f32s; V]],
+    ) -> [[S::f32s; V]; R] {
+        // The last row stands in for those that would follow it.
+        let last = self.size().0 - 1;
+        let row = |i: usize| self.stored_row((start + i).min(last));
+        let rows: [&[f32]; R] = from_fn(|i| &row(i)[..panel.len()]);
+        tile(simd, rows, panel)
+    }
+}
+
+impl Left for &[f32] {
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize>(
+        &self,
+        simd: S,
+        start: usize,
+        panel: &[[S::f32s; V]],
+    ) -> [[S::f32s; V]; R] {
+        let tiles = self.as_chunks::<R>().0;
+        tile(simd, &tiles[start / R * panel.len()..][..panel.len()], panel)
     }
 }
 
@@ -220,64 +208,6 @@ fn tile<S: Simd, const R: usize, const V: usize>(
     sums
 }
 
-/// Copies columns of a matrix to rows of `V` vectors.
-#[inline(always)]
-fn pack<S: Simd, const V: usize>(matrix: Matrix<'_>, columns: Range<usize>, panel: &mut [f32]) {
-    let rows = matrix.numbers.chunks_exact(matrix.row_len);
-    for (to, row) in panel.chunks_exact_mut(V * S::F32_LANES).zip(rows) {
-        let row = &row[columns.clone()];
-        if let Some(whole) = S::as_simd_f32s(row).0.first_chunk::<V>() {
-            S::as_mut_simd_f32s(to).0.copy_from_slice(whole);
-            continue;
-        }
-        let (to, padding) = to.split_at_mut(row.len());
-        to.copy_from_slice(row);
-        padding.fill(0.0);
-    }
-}
-
-/// The number of rows and columns of a block that is transposed in registers.
-const BLOCK: usize = 4;
-
-/// Copies columns of a transposed matrix to rows of length `width`.
-#[inline(always)]
-fn pack_transposed(matrix: Matrix<'_>, columns: Range<usize>, panel: &mut [f32], width: usize) {
-    for to in panel.chunks_exact_mut(width) {
-        to[columns.len()..].fill(0.0);
-    }
-    let whole = columns.len() / BLOCK * BLOCK;
-    for at in (0..whole).step_by(BLOCK) {
-        let stored: [_; BLOCK] =
-            from_fn(|i| matrix.stored_row(columns.start + at + i).as_chunks::<BLOCK>());
-        let blocks = stored[0].0.len();
-        for (block, to) in panel.chunks_exact_mut(BLOCK * width).enumerate() {
-            for (term, to) in to.chunks_exact_mut(width).enumerate() {
-                let numbers: [f32; BLOCK] = from_fn(|i| stored[i].0[block][term]);
-                to[at..at + BLOCK].copy_from_slice(&numbers);
-            }
-        }
-        let rest = panel.chunks_exact_mut(width).skip(BLOCK * blocks);
-        for (term, to) in rest.enumerate() {
-            let numbers: [f32; BLOCK] = from_fn(|i| stored[i].1[term]);
-            to[at..at + BLOCK].copy_from_slice(&numbers);
-        }
-    }
-    for at in whole..columns.len() {
-        for (to, number) in panel.chunks_exact_mut(width).zip(matrix.stored_row(columns.start + at))
-        {
-            to[at] = *number;
-        }
-    }
-}
-
-/// Returns the first `len` numbers of memory, whatever their values, and makes it longer if needed.
-fn resized(memory: &mut Vec<f32>, len: usize) -> &mut [f32] {
-    if memory.len() < len {
-        memory.resize(len, 0.0);
-    }
-    &mut memory[..len]
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -285,7 +215,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::{Matrix, Product};
+    use super::super::matrix::Matrix;
+    use super::Product;
 
     /// The instructions of this machine's processor, and those of lesser ones.
     fn archs() -> Vec<Arch> {
