@@ -40,6 +40,18 @@ impl Contender for Single {
     }
 }
 
+/// A contender that works several times in a turn.
+pub struct Repeated<C> {
+    pub contender: C,
+    pub times: usize,
+}
+
+impl<C: Contender> Contender for Repeated<C> {
+    fn work(&mut self) -> anyhow::Result<usize> {
+        (0..self.times).map(|_| self.contender.work()).sum()
+    }
+}
+
 /// The least that a step needs of MuJoCo: the targets of gripper and fingers, and 20 x `mj_step`.
 pub struct BareLoop {
     episodes: Arc<Episodes>,

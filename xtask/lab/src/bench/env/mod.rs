@@ -16,14 +16,14 @@ use goal_reward::RewardKind;
 use serde::Serialize;
 
 use self::{
-    contenders::{BareLoop, Single, apart, bare_resets, resets, together},
+    contenders::{BareLoop, Repeated, Single, apart, bare_resets, resets, together},
     episodes::{Episodes, SEED, STEPS, random_actions},
 };
 use super::{
     Subject, Subjects,
     interleaved::{
         Clock::{Cpu, Wall},
-        Entry, Rounds, interleave,
+        Contender, Entry, Rounds, interleave,
     },
     measure_in_new_process,
     peer::{Orders, Peer, note_other_mujoco},
@@ -162,20 +162,19 @@ fn steppers(
     episodes: &Arc<Episodes>,
     peers: Option<&Peers>,
 ) -> anyhow::Result<Vec<Entry>> {
-    const UNIT: &str = "steps/s";
     let num_envs = usize::from(args.num_envs);
     let all = threads();
     let mut entries = vec![
-        Entry::new("bare-loop", UNIT, BareLoop::new(episodes)?),
-        Entry::new("physics", UNIT, BareLoop::with_forward(episodes)?),
-        Entry::new("single", UNIT, Single::new(episodes)?),
-        Entry::new("threads-1", UNIT, together(episodes, num_envs, 1)?),
+        entry("bare-loop", BareLoop::new(episodes)?, 1),
+        entry("physics", BareLoop::with_forward(episodes)?, 1),
+        entry("single", Single::new(episodes)?, 1),
+        entry("threads-1", together(episodes, num_envs, 1)?, num_envs),
     ];
     if all > 1 {
         entries.extend([
-            Entry::new(&format!("threads-{all}"), UNIT, together(episodes, num_envs, all)?),
-            Entry::new("apart-1", UNIT, apart(episodes, num_envs, 1)?),
-            Entry::new(&format!("apart-{all}"), UNIT, apart(episodes, num_envs, all)?),
+            entry(&format!("threads-{all}"), together(episodes, num_envs, all)?, num_envs),
+            entry("apart-1", apart(episodes, num_envs, 1)?, num_envs),
+            entry(&format!("apart-{all}"), apart(episodes, num_envs, all)?, num_envs),
         ]);
     }
     if let Some(peers) = peers {
@@ -199,7 +198,24 @@ fn steppers(
     Ok(entries)
 }
 
-/// Starts environments of a peer, which step one episode each in a turn.
+/// The unit of all speeds.
+const UNIT: &str = "steps/s";
+/// The least number of episodes in a turn.
+const LEAST_EPISODES: usize = 5;
+
+/// Returns a contender that steps `num_envs` environments for one episode each, and does so as
+/// often as [`episodes_each`] says in a turn.
+fn entry(name: &str, contender: impl Contender + 'static, num_envs: usize) -> Entry {
+    Entry::new(name, UNIT, Repeated { contender, times: episodes_each(num_envs) })
+}
+
+/// Returns the number of episodes that each of `num_envs` environments plays in a turn. Short turns
+/// would measure how long it takes until the caches hold a contender's code and data.
+fn episodes_each(num_envs: usize) -> usize {
+    LEAST_EPISODES.div_ceil(num_envs)
+}
+
+/// Starts environments of a peer.
 fn peer(
     peers: &Peers,
     name: &str,
@@ -212,7 +228,7 @@ fn peer(
         format!("{name} {id} --num-envs {num_envs} --threads {threads} --model {model}");
     let arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
     let peer = Peer::start(&peers.python, ("peers.py", SCRIPT), &arguments, "disable")?;
-    Ok(Orders::new(&peer, (num_envs * STEPS).to_string()))
+    Ok(Orders::new(&peer, (episodes_each(num_envs) * num_envs * STEPS).to_string()))
 }
 
 /// Returns the ratios of figures to one another.
