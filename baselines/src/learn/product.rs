@@ -60,7 +60,7 @@ impl Product {
     }
 }
 
-/// Returns the number of elements of a vector.
+/// Asks a processor for the number of elements of its vectors.
 struct Lanes;
 
 impl WithSimd for Lanes {
@@ -74,6 +74,7 @@ impl WithSimd for Lanes {
 
 /// Some columns of a product to compute.
 struct Work<'a> {
+    /// These columns of the right matrix.
     panel: &'a [f32],
     target: &'a mut [f32],
     num_rows: usize,
