@@ -129,7 +129,8 @@ impl<L: Left, const V: usize> Multiply<'_, L, V> {
 
 /// A left matrix: as it is, or in tiles.
 trait Left {
-    /// Returns the products of the `R` rows from `start` and of the columns in a panel.
+    /// Returns the products of the `R` rows from `start` and of the columns in a panel. Returning
+    /// the rows, for one call of [`tile`], made updates 6 % slower.
     fn tile<S: Simd, const R: usize, const V: usize>(
         &self,
         simd: S,
