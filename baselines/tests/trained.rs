@@ -2,6 +2,8 @@
 
 use std::error::Error as _;
 use std::fs;
+#[cfg(unix)]
+use std::process::Command;
 
 use allocation_counter::measure;
 use baselines::{
@@ -237,6 +239,37 @@ fn files_of_other_kinds_are_refused() -> Result {
     let huge = folder.path().join("huge");
     fs::File::create(&huge)?.set_len(65 << 20)?;
     assert!(matches!(TrainedPolicy::load(huge), Err(TrainedPolicyError::TooLarge { .. })));
+    Ok(())
+}
+
+#[test]
+fn a_saved_policy_is_whole_or_the_previous_one() -> Result {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("policy.safetensors");
+    for _ in 0..2 {
+        policy().save(&path)?;
+        assert!(TrainedPolicy::load(&path)? == policy());
+    }
+    assert_eq!(fs::read_dir(folder.path())?.count(), 1, "nothing is left over");
+    for path in [folder.path().to_owned(), path.join("in a file")] {
+        let error = policy().save(&path).expect_err("it is no place for a file");
+        assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+        assert!(matches!(error, TrainedPolicyError::Write { .. }), "{error}");
+    }
+    Ok(())
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_a_device_is_no_policy() -> Result {
+    let folder = tempfile::tempdir()?;
+    let (pipe, zero) = (folder.path().join("pipe"), folder.path().join("zero"));
+    assert!(Command::new("mkfifo").arg(&pipe).status()?.success());
+    std::os::unix::fs::symlink("/dev/zero", &zero)?;
+    for path in [&pipe, &zero] {
+        let error = TrainedPolicy::load(path).expect_err("no regular file");
+        assert!(format!("{error:?}").contains("regular file"), "{error:?}");
+    }
     Ok(())
 }
 

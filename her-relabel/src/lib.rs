@@ -91,6 +91,7 @@ mod debug;
 mod settings;
 
 mod add;
+pub mod files;
 mod normalize;
 mod normalizer;
 #[cfg(feature = "npz")]

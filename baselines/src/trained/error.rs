@@ -15,6 +15,14 @@ pub enum TrainedPolicyError {
         /// The error of the file system.
         source: io::Error,
     },
+    /// The file cannot be written.
+    #[error("{} cannot be written", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The error of the file system.
+        source: io::Error,
+    },
     /// The file is too large for a policy.
     #[error("{} has more than {limit} bytes: it is not a policy", path.display())]
     TooLarge {

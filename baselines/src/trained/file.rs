@@ -1,10 +1,10 @@
 //! The file format of trained policies.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::Read;
+use std::io::ErrorKind;
 use std::path::Path;
 
+use her_relabel::files;
 use safetensors::{Dtype, SafeTensorError, SafeTensors, tensor::TensorView};
 
 use super::{LayerWeights, PolicyHeader, TrainedPolicy, TrainedPolicyError as Error};
@@ -16,14 +16,10 @@ const LIMIT: u64 = 64 << 20;
 const KEY: &str = "policy";
 
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    let failed = |source| Error::Io { path: path.to_owned(), source };
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(failed)?;
-    file.take(LIMIT + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > LIMIT {
-        return Err(Error::TooLarge { path: path.to_owned(), limit: LIMIT });
-    }
-    Ok(bytes)
+    files::read(path, LIMIT).map_err(|source| match source.kind() {
+        ErrorKind::FileTooLarge => Error::TooLarge { path: path.to_owned(), limit: LIMIT },
+        _ => Error::Io { path: path.to_owned(), source },
+    })
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {

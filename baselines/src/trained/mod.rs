@@ -5,11 +5,12 @@ pub(crate) mod file;
 mod header;
 mod shipped;
 
+use std::io::Write;
 use std::mem;
 use std::path::Path;
 
 use fetch_env::{GoalObservation, Space, vec_env::VecStep};
-use her_relabel::{Normalizer, Scalar, StateRows};
+use her_relabel::{Normalizer, Scalar, StateRows, files};
 
 pub use error::TrainedPolicyError;
 pub use header::{InputPart, PolicyHeader, SuccessRate};
@@ -112,6 +113,17 @@ impl TrainedPolicy {
     /// [`TrainedPolicyError::Format`] if the header does not fit into a file.
     pub fn to_bytes(&self) -> Result<Vec<u8>, TrainedPolicyError> {
         file::encode(self)
+    }
+
+    /// Saves the policy to a file, which appears whole or not at all: a previous file stays as it
+    /// was if anything fails. A symbolic link is followed.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::Write`], and those of [`to_bytes`](Self::to_bytes).
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), TrainedPolicyError> {
+        let (path, bytes) = (path.as_ref(), self.to_bytes()?);
+        files::replace(path, |file| file.write_all(&bytes))
+            .map_err(|source| TrainedPolicyError::Write { path: path.to_owned(), source })
     }
 
     /// Returns how the policy was trained, and for what.

@@ -7,13 +7,13 @@ use std::path::Path;
 use rawzip::time::UtcDateTime;
 use rawzip::{ZipArchiveWriter, ZipDataWriter, ZipEntryWriter};
 
+use crate::files::replace;
 use crate::npz::array::{
     ACHIEVED_GOALS, ACTIONS, DESIRED_GOALS, EPISODE_LENGTHS, OBSERVATIONS, REWARDS, TERMINATED,
     TRUNCATED, field_array,
 };
 use crate::npz::header::Header;
 use crate::npz::io_error;
-use crate::save::replace::replace;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;

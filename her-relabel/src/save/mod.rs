@@ -1,5 +1,4 @@
 //! Saving buffers and loading them.
 
 pub(crate) mod persist;
-pub(crate) mod replace;
 pub(crate) mod stream;

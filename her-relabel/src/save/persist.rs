@@ -16,12 +16,11 @@
 //! 10. with priorities, the highest one, the number of places of their tree, and all priorities;
 //! 11. the CRC-32 of everything before it (32 bits).
 
-use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use crate::add::check::is_reward;
-use crate::save::replace::replace;
+use crate::files::{open, replace};
 use crate::save::stream::{LoadError, Source, Target, VERSION};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -67,7 +66,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// Errors of the file system, and [`io::ErrorKind::InvalidInput`] if the path is a directory, a
     /// device or the like.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
-        replace(path.as_ref(), |file| self.write_to(BufWriter::new(file)))
+        replace(path, |file| self.write_to(BufWriter::new(file)))
     }
 
     /// Loads a buffer that [`save`](Self::save) saved. Memory is allocated only as contents are
@@ -76,7 +75,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// [`LoadError`].
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
-        Self::read_from(BufReader::new(File::open(path)?))
+        Self::read_from(BufReader::new(open(path)?))
     }
 
     /// Writes the contents of a [saved](Self::save) file to a writer.

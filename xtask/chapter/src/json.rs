@@ -2,13 +2,13 @@
 
 use std::{
     fmt, fs,
-    io::{self, Write as _},
+    io::Write as _,
     path::{Path, PathBuf},
 };
 
 use anyhow::Context;
-use atomic_write_file::AtomicWriteFile;
 use fetch_sim::MujocoVersion;
+use her_relabel::files;
 use serde::Serialize;
 
 /// The object: versions, machine, settings and results of one command.
@@ -136,20 +136,16 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     if is_special {
         return fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()));
     }
-    // The file that a symbolic link leads to.
-    replace_file(&fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()), bytes)
+    files::replace(path, |file| file.write_all(bytes))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Writes a file, which appears whole or not at all. It replaces an existing file, and also a
-/// symbolic link.
+/// Writes a file of a folder, which appears whole or not at all. It replaces an existing file, and
+/// also a symbolic link.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let replace = || -> io::Result<()> {
-        let mut file = AtomicWriteFile::open(path)?;
-        file.write_all(bytes)?;
-        file.commit()
-    };
-    replace().with_context(|| format!("cannot write {}", path.display()))
+    files::replace_entry(path, |file| file.write_all(bytes))
+        .with_context(|| format!("cannot write {}", path.display()))
 }

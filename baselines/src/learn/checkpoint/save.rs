@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use atomic_write_file::AtomicWriteFile;
 use fetch_env::SnapshotEnv;
+use her_relabel::files;
 
 use super::environment::EnvMark;
 use super::load::header;
@@ -143,19 +143,19 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         };
         let environment =
             EnvMark::of(&self.replay.template, self.replay.buffer.config().dims().goal);
-        let mut file = AtomicWriteFile::open(path)?;
-        let mut archive = Archive::new(file.as_file_mut());
-        archive.part(STATE)?.write_all(&serde_json::to_vec(&saved)?)?;
-        archive.part(NETWORKS)?.write_all(&networks)?;
-        archive.part(ENVIRONMENT)?.write_all(&serde_json::to_vec(&environment)?)?;
-        archive.part(&own_name(0))?.write_all(own)?;
-        self.replay.buffer.write_to(archive.part(&buffer_name(0))?)?;
-        for (rank, [state, buffer]) in (1..).zip(others) {
-            archive.part(&own_name(rank))?.write_all(state)?;
-            archive.part(&buffer_name(rank))?.write_all(buffer)?;
-        }
-        archive.finish()?;
-        file.commit()
+        files::replace_entry(path, |file| {
+            let mut archive = Archive::new(file);
+            archive.part(STATE)?.write_all(&serde_json::to_vec(&saved)?)?;
+            archive.part(NETWORKS)?.write_all(&networks)?;
+            archive.part(ENVIRONMENT)?.write_all(&serde_json::to_vec(&environment)?)?;
+            archive.part(&own_name(0))?.write_all(own)?;
+            self.replay.buffer.write_to(archive.part(&buffer_name(0))?)?;
+            for (rank, [state, buffer]) in (1..).zip(others) {
+                archive.part(&own_name(rank))?.write_all(state)?;
+                archive.part(&buffer_name(rank))?.write_all(buffer)?;
+            }
+            archive.finish()
+        })
     }
 
     /// Returns the number of updates, and the vectors of the algorithm's state as a file.

@@ -9,29 +9,69 @@ use atomic_write_file::AtomicWriteFile;
 /// The maximal number of symbolic links that lead to a file, as on Linux.
 const MAX_LINKS: usize = 40;
 
-/// Writes a file without a name in the same directory, and then gives it the name of the file that
-/// it replaces, with its permissions. If anything fails, a previous file is unchanged, and nothing
-/// else is left over. A symbolic link is kept: the file that it leads to is replaced.
+/// Replaces a file that a user named, or creates it. `write` gets a file without a name in the same
+/// directory, which then gets the name and the permissions of the file that it replaces. If
+/// anything fails, a previous file is unchanged, and nothing else is left over. A symbolic link is
+/// kept: the file that it leads to is replaced.
 ///
 /// At the end the file gets the name `.NAME.xxxxxx`, and is then renamed. A process that is killed
 /// in between leaves that file, and so does one that is killed while it writes to a file system
 /// without unnamed files (`O_TMPFILE`). Nothing proves later whose file it is, so it is left for
 /// the user.
-pub(crate) fn replace<E: From<io::Error>>(
+///
+/// # Errors
+/// Those of `write` and of the file system, and [`io::ErrorKind::InvalidInput`] if the path is a
+/// directory, a device or the like.
+pub fn replace<E: From<io::Error>>(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut File) -> Result<(), E>,
+) -> Result<(), E> {
+    commit(&target_of(path.as_ref())?, write)
+}
+
+/// Replaces an entry of a directory, or creates it, otherwise like [`replace()`]: a symbolic link
+/// is replaced, and what it leads to stays as it is. It is for the names that a program chooses in
+/// a directory that a user named, where a link can have been planted.
+///
+/// # Errors
+/// As [`replace()`].
+pub fn replace_entry<E: From<io::Error>>(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut File) -> Result<(), E>,
+) -> Result<(), E> {
+    commit(path.as_ref(), write)
+}
+
+/// Writes a new file and renames it to `path`, which is no link that is to be followed.
+fn commit<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
 ) -> Result<(), E> {
-    let path = target_of(path)?;
     // Without metadata there is no file yet, or opening it below fails.
-    if fs::metadata(&path).is_ok_and(|metadata| !metadata.is_file()) {
+    let kind = fs::symlink_metadata(path).ok().map(|metadata| metadata.file_type());
+    let is_link = kind.is_some_and(|kind| kind.is_symlink());
+    if kind.is_some_and(|kind| !kind.is_file() && !is_link) {
         let message = format!("{} is not a regular file: choose another path", path.display());
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message).into());
     }
-    let mut file = AtomicWriteFile::open(&path)?;
+    let mut file = if is_link { open_as_new(path)? } else { AtomicWriteFile::open(path)? };
     write(file.as_file_mut())?;
     let written = file.as_file().try_clone()?;
-    file.commit().inspect_err(|_| remove_other_names(&written, &path))?;
+    file.commit().inspect_err(|_| remove_other_names(&written, path))?;
     Ok(())
+}
+
+/// Opens the file that replaces a link. It gets the permissions of a new file: a link's own allow
+/// everybody to write, and its owner can be another user.
+fn open_as_new(path: &Path) -> io::Result<AtomicWriteFile> {
+    let mut options = AtomicWriteFile::options();
+    #[cfg(unix)]
+    {
+        use atomic_write_file::unix::OpenOptionsExt;
+
+        options.preserve_mode(false).preserve_owner(false);
+    }
+    options.open(path)
 }
 
 /// Removes the names other than `path` that a file has in its directory, if possible: a failed
@@ -145,6 +185,30 @@ mod tests {
     #[cfg(unix)]
     #[test]
     #[cfg_attr(miri, ignore = "Miri has no such calls of the file system")]
+    fn an_entry_replaces_a_link_whose_target_and_permissions_are_not_taken() -> io::Result<()> {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+
+        let directory = tempfile::tempdir()?;
+        let [victim, link, nowhere, fresh] =
+            ["victim", "link", "nowhere", "fresh"].map(|name| directory.path().join(name));
+        fs::write(&victim, "the user's")?;
+        symlink(&victim, &link)?;
+        symlink("missing", &nowhere)?;
+        for path in [&link, &nowhere, &fresh] {
+            replace_entry(path, |file| file.write_all(b"new"))?;
+            let metadata = fs::symlink_metadata(path)?;
+            assert!(metadata.is_file() && fs::read(path)? == b"new", "{}", path.display());
+        }
+        let mode = fs::metadata(&link)?.permissions().mode();
+        assert_eq!(mode, fs::metadata(&fresh)?.permissions().mode());
+        assert_eq!(fs::read(&victim)?, b"the user's");
+        assert!(!directory.path().join("missing").exists());
+        Ok(())
+    }
+
+    #[cfg(unix)]
+    #[test]
+    #[cfg_attr(miri, ignore = "Miri has no such calls of the file system")]
     fn what_is_no_regular_file_is_refused_and_stays() -> io::Result<()> {
         use std::os::unix::fs::FileTypeExt;
         use std::process::Command;
@@ -153,8 +217,11 @@ mod tests {
         let pipe = directory.path().join("pipe");
         assert!(Command::new("mkfifo").arg(&pipe).status()?.success());
         for path in [&pipe, Path::new("/dev/null"), directory.path()] {
-            let error = written(path, "text").expect_err("no regular file");
-            assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{error}");
+            let entry = replace_entry(path, |file| file.write_all(b"text"));
+            for outcome in [written(path, "text"), entry] {
+                let error = outcome.expect_err("no regular file");
+                assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{error}");
+            }
         }
         assert!(fs::metadata(&pipe)?.file_type().is_fifo());
         assert!(fs::metadata("/dev/null")?.file_type().is_char_device());
