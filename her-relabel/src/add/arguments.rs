@@ -32,7 +32,7 @@ pub struct StartData<'a, O, G = O> {
 pub struct StepData<'a, O, G = O, A = O> {
     /// The action taken, `dims.action` elements.
     pub action: &'a [A],
-    /// The reward for the episode's own goal, at most 1e20 in magnitude.
+    /// The reward for the episode's own goal: in `f32`, at most 1e20 in magnitude.
     pub reward: G,
     /// The observation after the step, `dims.observation` elements: at an episode's end its
     /// terminal observation, never the first one of the next episode.
@@ -61,8 +61,8 @@ pub struct EpisodeData<'a, O, G = O, A = O> {
     pub desired_goal: &'a [G],
     /// The actions, `T * dims.action` elements.
     pub action: &'a [A],
-    /// The rewards for the episode's own goal, `T` elements of at most 1e20 in magnitude. Their
-    /// number determines `T`.
+    /// The rewards for the episode's own goal, `T` elements: in `f32`, at most 1e20 in magnitude.
+    /// Their number determines `T`.
     pub reward: &'a [G],
     /// Whether the last step ended the task.
     pub terminated: bool,
@@ -98,7 +98,7 @@ pub struct StepRows<'a, O, G = O, A = O> {
     pub started: &'a [bool],
     /// The actions taken, `n * dims.action` elements.
     pub action: &'a [A],
-    /// The rewards for the episodes' own goals, `n` elements of at most 1e20 in magnitude.
+    /// The rewards for the episodes' own goals, `n` elements: in `f32`, at most 1e20 in magnitude.
     pub reward: &'a [G],
     /// The observations after the step, `n * dims.observation` elements: at an episode's end its
     /// terminal observation, never the first one of the next episode.

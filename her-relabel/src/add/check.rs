@@ -238,11 +238,12 @@ fn check_finite<T: Scalar, S: Scalar>(field: &str, values: &[S]) -> Result<(), A
 
 /// The largest magnitude of a reward. An episode has fewer than 2^58 steps, because the row of a
 /// step takes at least 16 bytes, so no sum of its rewards is infinite in `f32`.
-const MAX_REWARD: f64 = 1e20;
+const MAX_REWARD: f32 = 1e20;
 
-/// Returns whether a reward can be stored.
+/// Returns whether a reward can be stored. It is compared in `f32`, whatever the buffer's type, so
+/// a reward that is rounded when it is stored, saved or exported stays one.
 pub(crate) fn is_reward(reward: f64) -> bool {
-    (-MAX_REWARD..=MAX_REWARD).contains(&reward)
+    (reward as f32).abs() <= MAX_REWARD
 }
 
 /// Checks that each reward can be stored.

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod arrays;
+mod bounds;
 mod common;
 mod episodes;
 mod files;
