@@ -14,6 +14,7 @@ use pyo3::{
 use crate::arrays::{self, Numbers};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
+use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::pictures::Pictures;
 use crate::warnings::simulate;
@@ -23,8 +24,11 @@ type Simulated = FetchEnv<MujocoSimulator>;
 type StepTuple<'py> = (Bound<'py, PyDict>, f64, bool, bool, Bound<'py, PyDict>);
 
 /// One environment, without a time limit. A call that simulates releases the interpreter.
-#[pyclass(module = "fetch_env._native")]
-pub(crate) struct Env {
+#[pyclass(frozen, module = "fetch_env._native")]
+pub(crate) struct Env(Exclusive<Parts>);
+
+/// The environment and its renderer.
+struct Parts {
     /// `None` when it is closed.
     env: Option<Simulated>,
     pictures: Pictures,
@@ -42,31 +46,33 @@ impl Env {
         let pictures = Pictures::new(width.0, height.0)?;
         let config = config.config.clone();
         let env = simulate(py, || FetchEnv::on_mujoco(config))?;
-        Ok(Self { env: Some(env), pictures })
+        Ok(Self(Exclusive::new(Parts { env: Some(env), pictures })))
     }
 
     /// Begins an episode, and returns its first observation.
     #[pyo3(signature = (seed = None, options = None))]
     fn reset<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         seed: Option<&Bound<'py, PyAny>>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyDict>> {
-        let env = self.env.as_mut().ok_or_else(Error::closed)?;
         let (seed, options) = (self::seed(seed)?, reset_options(options)?);
+        let mut parts = self.0.lock(py)?;
+        let env = parts.env()?;
         let reset = simulate(py, || env.reset_with(seed, &options))?;
         Ok(arrays::observation(py, &reset.observation)?)
     }
 
     /// Takes an action, in the precision that it has.
-    fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> Result<StepTuple<'py>> {
-        let env = self.env.as_mut().ok_or_else(Error::closed)?;
+    fn step<'py>(&self, py: Python<'py>, action: &Bound<'py, PyAny>) -> Result<StepTuple<'py>> {
         let action = Numbers::take(action)?;
         if action.shape().len() != 1 {
             let shape = action.shape();
             return Err(Error::value(format!("the action has the shape {shape:?}: pass (4,)")));
         }
+        let mut parts = self.0.lock(py)?;
+        let env = parts.env()?;
         let step: Step<FetchObservation, Info> = if action.are_single() {
             let action = action.to_single();
             simulate(py, || env.step(&action))
@@ -81,31 +87,34 @@ impl Env {
 
     /// The current observation.
     fn observe<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
-        Ok(arrays::observation(py, &self.env()?.observe()?)?)
+        Ok(arrays::observation(py, &self.0.lock(py)?.env()?.observe()?)?)
     }
 
     /// The seed of the random numbers, and how many 64-bit numbers were drawn; None before a reset.
-    fn random(&self) -> Result<Option<(u64, u64)>> {
-        let random = self.env()?.np_random();
+    fn random(&self, py: Python<'_>) -> Result<Option<(u64, u64)>> {
+        let mut parts = self.0.lock(py)?;
+        let random = parts.env()?.np_random();
         Ok(random.map(|random| (random.initial_seed(), random.draws())))
     }
 
     /// Everything that determines the future, as bytes.
     fn get_state<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
-        let snapshot = self.env()?.snapshot();
+        let snapshot = self.0.lock(py)?.env()?.snapshot();
         Ok(PyBytes::new(py, &serde_json::to_vec(&snapshot)?))
     }
 
     /// Restores a state that `get_state` of an environment with equal settings returned.
-    fn set_state(&mut self, py: Python<'_>, state: &[u8]) -> Result<()> {
-        let env = self.env.as_mut().ok_or_else(Error::closed)?;
+    fn set_state(&self, py: Python<'_>, state: &[u8]) -> Result<()> {
         let state = serde_json::from_slice(state)?;
+        let mut parts = self.0.lock(py)?;
+        let env = parts.env()?;
         simulate(py, || env.restore(&state))
     }
 
     /// The scene: the path of a file, or the name of the main file and the contents of all files.
     fn scene<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
-        let sim = self.env()?.config().sim();
+        let mut parts = self.0.lock(py)?;
+        let sim = parts.env()?.config().sim();
         if let Some(path) = sim.model().scene_path(sim.task())? {
             return Ok(path.to_string_lossy().into_bound_py_any(py)?);
         }
@@ -117,7 +126,8 @@ impl Env {
 
     /// The state of the simulation, and the positions and velocities of the settled scene.
     fn simulation<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
-        let simulator = self.env()?.simulator();
+        let mut parts = self.0.lock(py)?;
+        let simulator = parts.env()?.simulator();
         let (data, (qpos, qvel)) = (simulator.data(), simulator.fetch_model().start());
         let dict = PyDict::new(py);
         dict.set_item("time", data.time())?;
@@ -143,28 +153,38 @@ impl Env {
     }
 
     /// The colors of the current state, height x width x 3, the top row first.
-    fn render_rgb<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyArray3<u8>>> {
-        let env = self.env.as_ref().ok_or_else(Error::closed)?;
-        env.observe()?; // fails before a reset
-        self.pictures.rgb(py, env)
+    fn render_rgb<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray3<u8>>> {
+        let mut parts = self.0.lock(py)?;
+        let (env, pictures) = parts.drawn()?;
+        pictures.rgb(py, env)
     }
 
     /// Distances from the camera, height x width, in meters.
-    fn render_depth<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
-        let env = self.env.as_ref().ok_or_else(Error::closed)?;
-        env.observe()?; // fails before a reset
-        self.pictures.depth(py, env)
+    fn render_depth<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
+        let mut parts = self.0.lock(py)?;
+        let (env, pictures) = parts.drawn()?;
+        pictures.depth(py, env)
     }
 
-    /// Frees the simulation and the renderer. Later calls raise an error.
-    fn close(&mut self) {
-        self.env = None;
-        self.pictures.close();
+    /// Frees the simulation and the renderer, after a call that is under way. Later calls raise an
+    /// error.
+    fn close(&self, py: Python<'_>) -> Result<()> {
+        let mut parts = self.0.lock(py)?;
+        parts.env = None;
+        parts.pictures.close();
+        Ok(())
     }
 }
 
-impl Env {
-    fn env(&self) -> Result<&Simulated> {
-        self.env.as_ref().ok_or_else(Error::closed)
+impl Parts {
+    fn env(&mut self) -> Result<&mut Simulated> {
+        self.env.as_mut().ok_or_else(Error::closed)
+    }
+
+    /// Returns the environment, in which an episode has begun, and the renderer.
+    fn drawn(&mut self) -> Result<(&Simulated, &mut Pictures)> {
+        let env = self.env.as_ref().ok_or_else(Error::closed)?;
+        env.observe()?;
+        Ok((env, &mut self.pictures))
     }
 }

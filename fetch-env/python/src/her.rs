@@ -16,14 +16,20 @@ use pyo3::{
 use crate::arrays::Numbers;
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::vec_env::VecEnv;
 
 /// A hindsight replay buffer of `f32`, with the rewards of an environment.
-#[pyclass(module = "fetch_env._native")]
+#[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Buffer {
-    buffer: HerBuffer<f32>,
+    contents: Exclusive<Contents>,
     reward: DistanceReward,
+}
+
+/// The transitions, and the memory of the batches.
+struct Contents {
+    buffer: HerBuffer<f32>,
     batch: Batch<f32>,
 }
 
@@ -34,31 +40,34 @@ impl Buffer {
         let dims = Dims { observation: config.observation_len(), goal: 3, action: 4 };
         let buffer = BufferConfig::new(capacity.0, dims).with_num_envs(num_envs.0);
         let buffer = HerBuffer::new(buffer).map_err(Error::value)?;
-        Ok(Self { buffer, reward: config.config.distance_reward(), batch: Batch::new() })
+        let contents = Exclusive::new(Contents { buffer, batch: Batch::new() });
+        Ok(Self { contents, reward: config.config.distance_reward() })
     }
 
-    fn __len__(&self) -> usize {
-        self.buffer.len()
-    }
-
-    #[getter]
-    fn num_episodes(&self) -> usize {
-        self.buffer.num_episodes()
+    fn __len__(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.len())
     }
 
     #[getter]
-    fn capacity(&self) -> usize {
-        self.buffer.config().capacity()
+    fn num_episodes(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.num_episodes())
     }
 
     #[getter]
-    fn num_envs(&self) -> usize {
-        self.buffer.config().num_envs()
+    fn capacity(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.config().capacity())
+    }
+
+    #[getter]
+    fn num_envs(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.config().num_envs())
     }
 
     /// Stores what the last call of a vector returned.
-    fn record(&mut self, mut envs: PyRefMut<'_, VecEnv>) -> Result<()> {
-        let recorded = self.buffer.record(&envs.last_step()?.into()).map_err(Error::value)?;
+    fn record(&self, py: Python<'_>, envs: &VecEnv) -> Result<()> {
+        let mut envs = envs.lock(py)?;
+        let mut contents = self.contents.lock(py)?;
+        let recorded = contents.buffer.record(&envs.last_step()?.into()).map_err(Error::value)?;
         recorded.check().map_err(Error::value)
     }
 
@@ -66,7 +75,8 @@ impl Buffer {
     /// desired goal (3), actions (T, 4) and rewards (T).
     #[expect(clippy::too_many_arguments, reason = "they are keywords")]
     fn add_episode(
-        &mut self,
+        &self,
+        py: Python<'_>,
         observation: &Bound<'_, PyAny>,
         achieved_goal: &Bound<'_, PyAny>,
         desired_goal: &Bound<'_, PyAny>,
@@ -86,12 +96,13 @@ impl Buffer {
             truncated,
             fields: &[],
         };
-        self.buffer.add_episode(&episode).map_err(Error::value)
+        self.contents.lock(py)?.buffer.add_episode(&episode).map_err(Error::value)
     }
 
     /// Begins an episode of an environment.
     fn begin_episode(
-        &mut self,
+        &self,
+        py: Python<'_>,
         env_index: Integer<usize>,
         observation: &Bound<'_, PyAny>,
         achieved_goal: &Bound<'_, PyAny>,
@@ -102,13 +113,14 @@ impl Buffer {
             achieved_goal: &Numbers::take(achieved_goal)?.to_double(),
             desired_goal: &Numbers::take(desired_goal)?.to_double(),
         };
-        self.buffer.begin_episode(env_index.0, &start).map_err(Error::value)
+        self.contents.lock(py)?.buffer.begin_episode(env_index.0, &start).map_err(Error::value)
     }
 
     /// Adds a step to the episode of an environment.
     #[expect(clippy::too_many_arguments, reason = "they are keywords")]
     fn add_step(
-        &mut self,
+        &self,
+        py: Python<'_>,
         env_index: Integer<usize>,
         action: &Bound<'_, PyAny>,
         next_observation: &Bound<'_, PyAny>,
@@ -126,27 +138,27 @@ impl Buffer {
             truncated,
             fields: &[],
         };
-        self.buffer.add_step(env_index.0, &step).map_err(Error::value)
+        self.contents.lock(py)?.buffer.add_step(env_index.0, &step).map_err(Error::value)
     }
 
     /// The number of steps of the episode that is under way; None if there is none.
-    fn unfinished_steps(&self, env_index: Integer<usize>) -> Result<Option<usize>> {
-        self.buffer.unfinished_steps(env_index.0).map_err(Error::value)
+    fn unfinished_steps(&self, py: Python<'_>, env_index: Integer<usize>) -> Result<Option<usize>> {
+        self.contents.lock(py)?.buffer.unfinished_steps(env_index.0).map_err(Error::value)
     }
 
     /// Ends the episode that is under way, as if it were truncated.
-    fn end_episode(&mut self, env_index: Integer<usize>) -> Result<()> {
-        self.buffer.end_episode(env_index.0).map_err(Error::value)
+    fn end_episode(&self, py: Python<'_>, env_index: Integer<usize>) -> Result<()> {
+        self.contents.lock(py)?.buffer.end_episode(env_index.0).map_err(Error::value)
     }
 
     /// Forgets the episode that is under way.
-    fn discard_episode(&mut self, env_index: Integer<usize>) -> Result<()> {
-        self.buffer.discard_episode(env_index.0).map_err(Error::value)
+    fn discard_episode(&self, py: Python<'_>, env_index: Integer<usize>) -> Result<()> {
+        self.contents.lock(py)?.buffer.discard_episode(env_index.0).map_err(Error::value)
     }
 
     /// Draws a batch: arrays with a row for each transition.
     fn sample<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         batch_size: Integer<usize>,
         strategy: &str,
@@ -168,10 +180,12 @@ impl Buffer {
         };
         let ratio = UnitInterval::new(ratio).map_err(Error::value)?;
         let sampler = Sampler::new(batch_size, strategy, ratio);
-        let Self { buffer, reward, batch } = self;
-        py.detach(|| sampler.sample(buffer, reward, seed, batch)).map_err(Error::value)?;
+        let mut contents = self.contents.lock(py)?;
+        let Contents { buffer, batch } = &mut *contents;
+        py.detach(|| sampler.sample(buffer, &self.reward, seed, batch)).map_err(Error::value)?;
         let relabeled: Vec<bool> = batch.relabeled().collect();
         let columns = batch.take_columns();
+        drop(contents);
         let dict = PyDict::new(py);
         for (key, numbers) in [
             ("observation", columns.observation),
@@ -196,46 +210,55 @@ impl Buffer {
     }
 
     /// Removes all transitions.
-    fn clear(&mut self) {
-        self.buffer.clear();
+    fn clear(&self, py: Python<'_>) -> Result<()> {
+        self.contents.lock(py)?.buffer.clear();
+        Ok(())
     }
 
     /// Writes all episodes to a file.
     fn save(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
-        Ok(py.detach(|| self.buffer.save(path)).map_err(PyErr::from)?)
+        let contents = self.contents.lock(py)?;
+        let buffer = &contents.buffer;
+        Ok(py.detach(|| buffer.save(path)).map_err(PyErr::from)?)
     }
 
     /// Reads a file that `save` wrote.
-    fn load(&mut self, py: Python<'_>, path: PathBuf) -> Result<()> {
+    fn load(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
         let read = py.detach(|| HerBuffer::load(path));
-        self.take(read.map_err(|error| match error {
-            LoadError::Io(error) => PyErr::from(error).into(),
-            error => Error::value(error),
-        })?)
+        self.take(
+            py,
+            read.map_err(|error| match error {
+                LoadError::Io(error) => PyErr::from(error).into(),
+                error => Error::value(error),
+            })?,
+        )
     }
 
     /// All episodes, as bytes.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         let mut bytes = Vec::new();
-        self.buffer.write_to(&mut bytes).map_err(PyErr::from)?;
+        let contents = self.contents.lock(py)?;
+        let buffer = &contents.buffer;
+        py.detach(|| buffer.write_to(&mut bytes)).map_err(PyErr::from)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// Reads bytes that `to_bytes` returned.
-    fn set_bytes(&mut self, bytes: &[u8]) -> Result<()> {
-        let read = HerBuffer::read_from(bytes).map_err(Error::value)?;
-        self.take(read)
+    fn set_bytes(&self, py: Python<'_>, bytes: &[u8]) -> Result<()> {
+        let read = py.detach(|| HerBuffer::read_from(bytes)).map_err(Error::value)?;
+        self.take(py, read)
     }
 }
 
 impl Buffer {
     /// Takes the contents of a buffer that was read.
-    fn take(&mut self, read: HerBuffer<f32>) -> Result<()> {
-        let (theirs, ours) = (read.config().dims(), self.buffer.config().dims());
+    fn take(&self, py: Python<'_>, read: HerBuffer<f32>) -> Result<()> {
+        let mut contents = self.contents.lock(py)?;
+        let (theirs, ours) = (read.config().dims(), contents.buffer.config().dims());
         if theirs != ours {
             return Err(Error::value(format!("the buffer has {theirs:?}, this one has {ours:?}")));
         }
-        self.buffer = read;
+        contents.buffer = read;
         Ok(())
     }
 }

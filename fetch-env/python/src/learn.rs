@@ -15,7 +15,7 @@ use crate::policy::Policy;
 use crate::warnings::simulate;
 
 /// A run of the learner.
-#[pyclass(module = "fetch_env._native")]
+#[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Trainer {
     run: Exclusive<Run<MujocoEnv>>,
     env_id: String,
@@ -56,32 +56,26 @@ impl Trainer {
 
     /// Takes the next cycle of a run of this many steps, and returns a row of the learning curve as
     /// JSON if an evaluation was due.
-    fn cycle(&mut self, py: Python<'_>, num_steps: u64) -> Result<Option<String>> {
-        let run = self.run();
+    fn cycle(&self, py: Python<'_>, num_steps: u64) -> Result<Option<String>> {
+        let run = &mut *self.run.lock(py)?;
         let row = simulate(py, || run.run_cycle(num_steps).map_err(Error::chain))?;
         Ok(row.map(|row| serde_json::to_string(&row)).transpose()?)
     }
 
     /// The number of steps so far.
-    fn steps(&mut self) -> u64 {
-        self.run().counters().steps
+    fn steps(&self, py: Python<'_>) -> Result<u64> {
+        Ok(self.run.lock(py)?.counters().steps)
     }
 
     /// The settings as JSON.
-    fn settings(&mut self) -> Result<String> {
-        Ok(serde_json::to_string(self.run().settings())?)
+    fn settings(&self, py: Python<'_>) -> Result<String> {
+        Ok(serde_json::to_string(self.run.lock(py)?.settings())?)
     }
 
     /// The policy that the run has learned.
-    fn policy(&mut self) -> Result<Policy> {
-        let env_id = self.env_id.clone();
-        Ok(Policy { policy: self.run().policy(&env_id).map_err(Error::chain)? })
-    }
-}
-
-impl Trainer {
-    fn run(&mut self) -> &mut Run<MujocoEnv> {
-        self.run.get()
+    fn policy(&self, py: Python<'_>) -> Result<Policy> {
+        let policy = self.run.lock(py)?.policy(&self.env_id).map_err(Error::chain)?;
+        Ok(policy.into())
     }
 }
 
@@ -96,7 +90,7 @@ pub(crate) fn evaluate(
     num_threads: Integer<usize>,
 ) -> Result<String> {
     let (Integer(episodes), Integer(seed)) = (episodes, seed);
-    let (env, mut policy) = (config.config.clone(), policy.policy.clone());
+    let (env, mut policy) = (config.config.clone(), policy.copy(py)?);
     let num_envs = episodes.clamp(1, 16);
     let threads = VecConfig::default().with_num_threads(num_threads.0);
     let summary = simulate(py, || -> Result<_> {

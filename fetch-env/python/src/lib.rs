@@ -48,9 +48,8 @@ mod _native {
     const REFERENCE_VERSION: &str = "1.4.2";
 
     #[pymodule_init]
-    #[expect(clippy::unnecessary_wraps, reason = "PyO3 asks for it")]
-    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::warnings::collect();
-        Ok(())
+        crate::exclusive::count_forks(module.py())
     }
 }

@@ -5,12 +5,11 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::error::Result;
-use crate::exclusive::Exclusive;
 
 /// The renderer of one or many environments, made with the first picture.
 pub(crate) struct Pictures {
     options: RenderOptions,
-    renderer: Exclusive<Option<Renderer>>,
+    renderer: Option<Renderer>,
 }
 
 impl Pictures {
@@ -18,11 +17,11 @@ impl Pictures {
     pub(crate) fn new(width: u32, height: u32) -> Result<Self> {
         let options = RenderOptions::default().with_width(width).with_height(height);
         options.check()?;
-        Ok(Self { options, renderer: Exclusive::new(None) })
+        Ok(Self { options, renderer: None })
     }
 
     pub(crate) fn close(&mut self) {
-        *self.renderer.get() = None;
+        self.renderer = None;
     }
 
     /// Draws colors: height x width x 3.
@@ -62,12 +61,12 @@ impl Pictures {
         env: &(impl RenderEnv + Sync),
         draw: impl FnOnce(&mut Renderer) -> Result<T>,
     ) -> Result<T> {
-        let mut renderer = match self.renderer.get().take() {
+        let mut renderer = match self.renderer.take() {
             Some(made) => made,
             None => py.detach(|| env.renderer(self.options.clone()))?,
         };
         let drawn = draw(&mut renderer)?;
-        *self.renderer.get() = Some(renderer);
+        self.renderer = Some(renderer);
         Ok(drawn)
     }
 }

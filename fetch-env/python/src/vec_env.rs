@@ -14,7 +14,7 @@ use pyo3::{
 use crate::arrays::{self, Numbers};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
-use crate::exclusive::Exclusive;
+use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
 use crate::pictures::Pictures;
 use crate::warnings::simulate;
@@ -29,10 +29,13 @@ type StepTuple<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyArray1<f64>>, Flags<'py>, Flags<'py>, Bound<'py, PyDict>);
 
 /// Many environments with a time limit. A call that simulates releases the interpreter.
-#[pyclass(module = "fetch_env._native")]
-pub(crate) struct VecEnv {
+#[pyclass(frozen, module = "fetch_env._native")]
+pub(crate) struct VecEnv(Exclusive<Parts>);
+
+/// The environments and their renderer.
+pub(crate) struct Parts {
     /// `None` when they are closed.
-    envs: Exclusive<Option<Envs>>,
+    envs: Option<Envs>,
     pictures: Pictures,
 }
 
@@ -59,29 +62,31 @@ impl VecEnv {
             VecConfig::default().with_num_threads(num_threads.0).with_autoreset(autoreset);
         let config = config.config.clone();
         let envs = simulate(py, || make_vec(config, num_envs.0, vec_config))?;
-        Ok(Self { envs: Exclusive::new(Some(envs)), pictures })
+        Ok(Self(Exclusive::new(Parts { envs: Some(envs), pictures })))
     }
 
     #[getter]
-    fn num_threads(&mut self) -> Result<usize> {
-        Ok(self.envs()?.num_threads())
+    fn num_threads(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.lock(py)?.envs()?.num_threads())
     }
 
     /// Begins episodes where the mask is true, and returns all observations.
     #[pyo3(signature = (seeds = None, mask = None, options = None))]
     fn reset<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         seeds: Option<Vec<Option<Bound<'py, PyAny>>>>,
         mask: Option<Vec<bool>>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyDict>> {
-        let envs = self.envs()?;
         let read = |seeds: Vec<Option<Bound<'py, PyAny>>>| {
             seeds.iter().map(|each| seed(each.as_ref())).collect::<Result<Vec<_>>>()
         };
         let seeds = seeds.map(read).transpose()?;
-        let options = vec![reset_options(options)?; envs.num_envs()];
+        let options = reset_options(options)?;
+        let mut parts = self.lock(py)?;
+        let envs = parts.envs()?;
+        let options = vec![options; envs.num_envs()];
         simulate(py, || {
             let (seeds, mask) = (seeds.as_deref(), mask.as_deref());
             check(envs.reset_with(&VecReset { seeds, mask, options: Some(&options) })?)
@@ -90,21 +95,21 @@ impl VecEnv {
     }
 
     /// Takes an action, a row of `actions`, in each environment.
-    fn step<'py>(
-        &mut self,
-        py: Python<'py>,
-        actions: &Bound<'py, PyAny>,
-    ) -> Result<StepTuple<'py>> {
-        let envs = self.envs()?;
-        let actions = read_actions(envs, actions)?;
+    fn step<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>) -> Result<StepTuple<'py>> {
+        let actions = Numbers::take(actions)?;
+        let mut parts = self.lock(py)?;
+        let envs = parts.envs()?;
+        let actions = read_actions(envs, &actions)?;
         simulate(py, || check(envs.step(&actions)?))?;
         Ok(results(py, envs.last_step())?)
     }
 
     /// Starts a step.
-    fn step_async<'py>(&mut self, actions: &Bound<'py, PyAny>) -> Result<()> {
-        let envs = self.envs()?;
-        let actions = read_actions(envs, actions)?;
+    fn step_async<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>) -> Result<()> {
+        let actions = Numbers::take(actions)?;
+        let mut parts = self.lock(py)?;
+        let envs = parts.envs()?;
+        let actions = read_actions(envs, &actions)?;
         if envs.in_flight() > 0 {
             let count = envs.in_flight();
             return Err(vec_env::VecEnvError::InFlight { count }.into());
@@ -114,8 +119,9 @@ impl VecEnv {
     }
 
     /// Waits for the step that was started, and returns its results.
-    fn step_wait<'py>(&mut self, py: Python<'py>) -> Result<StepTuple<'py>> {
-        let envs = self.envs()?;
+    fn step_wait<'py>(&self, py: Python<'py>) -> Result<StepTuple<'py>> {
+        let mut parts = self.lock(py)?;
+        let envs = parts.envs()?;
         if envs.in_flight() == 0 {
             return Err(Error::runtime("no step is under way: call step_async() first"));
         }
@@ -124,84 +130,94 @@ impl VecEnv {
     }
 
     /// The goals of the episodes: number of environments x 3.
-    fn goal<'py>(
-        &mut self,
-        py: Python<'py>,
-        env_index: usize,
-    ) -> Result<Bound<'py, PyArray1<f64>>> {
-        let goal = self.env(env_index)?.inner().desired_goal();
+    fn goal<'py>(&self, py: Python<'py>, env_index: usize) -> Result<Bound<'py, PyArray1<f64>>> {
+        let mut parts = self.lock(py)?;
+        let goal = parts.env(env_index)?.inner().desired_goal();
         Ok(PyArray1::from_slice(py, goal.ok_or(EnvError::ResetNeeded)?))
     }
 
     /// The seed of an environment's random numbers, and how many 64-bit numbers were drawn.
-    fn random(&mut self, env_index: usize) -> Result<Option<(u64, u64)>> {
-        let random = self.env(env_index)?.inner().np_random();
+    fn random(&self, py: Python<'_>, env_index: usize) -> Result<Option<(u64, u64)>> {
+        let mut parts = self.lock(py)?;
+        let random = parts.env(env_index)?.inner().np_random();
         Ok(random.map(|random| (random.initial_seed(), random.draws())))
     }
 
     /// Everything that determines the future, as bytes.
-    fn get_state<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
-        Ok(PyBytes::new(py, &serde_json::to_vec(&self.envs()?.snapshot()?)?))
+    fn get_state<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
+        let snapshot = self.lock(py)?.envs()?.snapshot()?;
+        Ok(PyBytes::new(py, &serde_json::to_vec(&snapshot)?))
     }
 
     /// Restores a state that `get_state` of the same number of environments with equal settings
     /// returned, and returns its observations.
-    fn set_state<'py>(&mut self, py: Python<'py>, state: &[u8]) -> Result<Bound<'py, PyDict>> {
+    fn set_state<'py>(&self, py: Python<'py>, state: &[u8]) -> Result<Bound<'py, PyDict>> {
         let state: Vec<_> = serde_json::from_slice(state)?;
-        let envs = self.envs()?;
+        let mut parts = self.lock(py)?;
+        let envs = parts.envs()?;
         simulate(py, || envs.restore(&state))?;
         Ok(observations(py, envs.last_step())?)
     }
 
     /// The colors of an environment's state, height x width x 3, the top row first.
     fn render_rgb<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         env_index: usize,
     ) -> Result<Bound<'py, PyArray3<u8>>> {
-        self.draw(env_index, |env, pictures| pictures.rgb(py, env))
+        let mut parts = self.lock(py)?;
+        let (env, pictures) = parts.drawn(env_index)?;
+        pictures.rgb(py, env)
     }
 
     /// Distances from the camera, height x width, in meters.
     fn render_depth<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         env_index: usize,
     ) -> Result<Bound<'py, numpy::PyArray2<f32>>> {
-        self.draw(env_index, |env, pictures| pictures.depth(py, env))
+        let mut parts = self.lock(py)?;
+        let (env, pictures) = parts.drawn(env_index)?;
+        pictures.depth(py, env)
     }
 
-    /// Ends the threads and frees the simulations. Later calls raise an error.
-    fn close(&mut self, py: Python<'_>) {
-        let envs = self.envs.get().take();
+    /// Ends the threads and frees the simulations, after a call that is under way. Later calls
+    /// raise an error.
+    fn close(&self, py: Python<'_>) -> Result<()> {
+        let mut parts = self.lock(py)?;
+        let envs = parts.envs.take();
         py.detach(|| drop(envs));
-        self.pictures.close();
+        parts.pictures.close();
+        Ok(())
     }
 }
 
 impl VecEnv {
+    /// Waits until no other thread uses the environments.
+    pub(crate) fn lock(&self, py: Python<'_>) -> Result<Guard<'_, Parts>> {
+        self.0.lock(py)
+    }
+}
+
+impl Parts {
     /// Returns the results of the last call.
     pub(crate) fn last_step(&mut self) -> Result<&Steps> {
         Ok(self.envs()?.last_step())
     }
 
     fn envs(&mut self) -> Result<&mut Envs> {
-        self.envs.get().as_mut().ok_or_else(Error::closed)
+        self.envs.as_mut().ok_or_else(Error::closed)
     }
 
     fn env(&mut self, env_index: usize) -> Result<&MujocoEnv> {
         env(self.envs()?, env_index)
     }
 
-    fn draw<T>(
-        &mut self,
-        env_index: usize,
-        draw: impl FnOnce(&MujocoEnv, &mut Pictures) -> Result<T>,
-    ) -> Result<T> {
-        let envs = self.envs.get().as_ref().ok_or_else(Error::closed)?;
-        let env = env(envs, env_index)?;
-        env.inner().observe()?; // fails before a reset
-        draw(env, &mut self.pictures)
+    /// Returns an environment in which an episode has begun, and the renderer.
+    fn drawn(&mut self, env_index: usize) -> Result<(&MujocoEnv, &mut Pictures)> {
+        let env = env(self.envs.as_ref().ok_or_else(Error::closed)?, env_index)?;
+        env.inner().observe()?;
+        Ok((env, &mut self.pictures))
     }
 }
 
@@ -212,8 +228,7 @@ fn env(envs: &Envs, env_index: usize) -> Result<&MujocoEnv> {
 }
 
 /// Reads one action for each environment, so that a wrong one changes nothing.
-fn read_actions(envs: &Envs, actions: &Bound<'_, PyAny>) -> Result<Vec<f32>> {
-    let actions = Numbers::take(actions)?;
+fn read_actions(envs: &Envs, actions: &Numbers<'_>) -> Result<Vec<f32>> {
     let space: &BoxSpace<f32> = envs.single_action_space();
     let expected = [envs.num_envs(), space.action_len()];
     if actions.shape() != expected {
