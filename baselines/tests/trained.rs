@@ -7,16 +7,15 @@ use std::process::Command;
 
 use allocation_counter::measure;
 use baselines::{
-    InputPart, LayerWeights, Policy, PolicyHeader, TrainedPolicy, TrainedPolicyError, evaluate,
-    evaluate_vec,
+    InputPart, LayerWeights, Policy, PolicyHeader, ScriptedPolicy, TrainedPolicy,
+    TrainedPolicyError, evaluate, evaluate_vec,
 };
-use fetch_env::{Env, GoalObservation, Reset, Task, VecEnv, make_kinematic, vec_env::VecConfig};
 #[cfg(feature = "mujoco")]
-use fetch_env::{EnvId, make_vec};
+use fetch_env::make_vec;
+use fetch_env::vec_env::{BatchObservation, GoalRows, VecConfig};
+use fetch_env::{Env, EnvId, GoalObservation, Reset, RewardKind, Task, VecEnv, make_kinematic};
 #[cfg(feature = "mujoco")]
 use fetch_sim::MujocoVersion;
-#[cfg(feature = "mujoco")]
-use goal_reward::RewardKind;
 use her_relabel::{Normalizer, NormalizerConfig, StateRows};
 use proptest::prelude::*;
 
@@ -141,6 +140,88 @@ fn rows_have_the_actions_of_each_and_their_lengths_are_checked() -> Result {
     Ok(())
 }
 
+/// An observation whose numbers a test chooses.
+#[derive(Clone, Debug, PartialEq)]
+struct Chosen {
+    observation: Vec<f64>,
+    goals: [[f64; 3]; 2],
+}
+
+impl BatchObservation for Chosen {
+    type Rows = GoalRows<f64>;
+}
+
+impl GoalObservation for Chosen {
+    type Element = f64;
+
+    fn observation(&self) -> &[f64] {
+        &self.observation
+    }
+
+    fn achieved_goal(&self) -> &[f64] {
+        &self.goals[0]
+    }
+
+    fn desired_goal(&self) -> &[f64] {
+        &self.goals[1]
+    }
+}
+
+#[test]
+fn no_policy_acts_on_numbers_that_are_not_finite() -> Result {
+    for task in Task::ALL {
+        let id = EnvId { task, reward: RewardKind::Sparse }.to_string();
+        let start = make_kinematic(&id)?.reset(Some(0))?.observation;
+        let seen = Chosen {
+            observation: start.observation().to_vec(),
+            goals: [start.achieved_goal().try_into()?, start.desired_goal().try_into()?],
+        };
+        let mut trained = TrainedPolicy::shipped(task)?;
+        let mut scripted = ScriptedPolicy::new(task);
+        let mut action = [0.0_f32; 4];
+        for act in [&mut trained as &mut dyn Policy<Chosen>, &mut scripted] {
+            act.act(&seen, &mut action);
+            assert!(action.iter().all(|element| element.is_finite()), "{task}");
+        }
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for at in 0..seen.observation.len() + 6 {
+                let mut seen = seen.clone();
+                let len = seen.observation.len();
+                match at.checked_sub(len) {
+                    None => seen.observation[at] = bad,
+                    Some(at) => seen.goals[at / 3][at % 3] = bad,
+                }
+                trained.act(&seen, &mut action);
+                assert!(action.iter().all(|element| element.is_nan()), "{task} {at} {bad}");
+                // The scripts do not read the achieved goal, which the observation repeats.
+                if !(len..len + 3).contains(&at) {
+                    scripted.act(&seen, &mut action);
+                    assert!(action.iter().all(|element| element.is_nan()), "{task} {at} {bad}");
+                }
+                let states = StateRows {
+                    observation: &[start.observation(), &seen.observation].concat(),
+                    achieved_goal: &[start.achieved_goal(), &seen.goals[0]].concat(),
+                    desired_goal: &[start.desired_goal(), &seen.goals[1]].concat(),
+                };
+                let mut actions = [0.5; 8];
+                let refused = trained.act_rows(&states, &mut actions);
+                let (part, index) = match at.checked_sub(len) {
+                    None => ("observation", at),
+                    Some(at) if at < 3 => ("achieved_goal", at),
+                    Some(at) => ("desired_goal", at - 3),
+                };
+                let expected = format!("{part}[{index}] of row 1 is {bad:?}: pass numbers");
+                assert!(refused.is_err_and(|error| error.to_string().starts_with(&expected)));
+                assert_eq!(actions, [0.5; 8]);
+            }
+        }
+        let huge = Chosen { observation: vec![1e300; seen.observation.len()], ..seen };
+        trained.act(&huge, &mut action);
+        assert!(action.iter().all(|element| element.is_nan()));
+    }
+    Ok(())
+}
+
 #[test]
 fn an_action_takes_no_memory_after_the_first() -> Result {
     for task in Task::ALL {
@@ -180,7 +261,7 @@ fn normalizers_and_the_order_of_inputs_count() -> Result {
 }
 
 #[test]
-fn observations_of_another_task_count_as_the_mean() -> Result {
+fn there_is_no_action_for_observations_of_another_task() -> Result {
     let Reset { observation, .. } = make_kinematic("FetchPush-v4")?.reset(Some(0))?;
     let mut header = header();
     header.inputs = vec![InputPart::Observation];
@@ -190,7 +271,7 @@ fn observations_of_another_task_count_as_the_mean() -> Result {
         let mut action = [0.0_f32; 4];
         TrainedPolicy::new(header.clone(), std::slice::from_ref(&layer))?
             .act(&observation, &mut action);
-        assert_eq!(action, [0.5_f32.tanh(); 4]);
+        assert!(action.iter().all(|element| element.is_nan()));
     }
     Ok(())
 }

@@ -15,7 +15,7 @@ use super::error::{RunError, TrainError};
 use super::inputs::Inputs;
 use super::seeds::Purpose;
 use super::trainer::Trainer;
-use crate::evaluate::evaluate_range;
+use crate::evaluate::{Episode, evaluate_range};
 use crate::policy::VecPolicy;
 use crate::spread::gather_episodes;
 use crate::workers::{agree, gather_values, share, share_of, sum};
@@ -269,14 +269,16 @@ impl<E: LearnEnv> Trainer<E> {
         };
         let own = share(&*self.workers, count);
         let envs = &mut self.evaluation_envs;
-        let evaluation = evaluate_range(envs, &mut greedy, own, seed, |_| ())?;
-        let bad_reward = || {
-            let row =
-                evaluation.episodes.iter().position(|episode| !episode.episode_return.is_finite());
-            row.map(|row| (row % self.evaluation_envs.num_envs(), "a reward"))
-        };
-        let bad = first_bad.map(|row| (row, "an observation")).or_else(bad_reward);
-        if let Some((env_index, what)) = bad {
+        let evaluation = evaluate_range(envs, &mut greedy, own, seed, |_| ());
+        // The cause of what may follow: the policy cannot act on such an observation.
+        if let Some(env_index) = first_bad {
+            let what = "an observation";
+            return Err(self.failed(RunError::EvaluationNotFinite { env_index, what }));
+        }
+        let evaluation = evaluation?;
+        let is_bad = |episode: &Episode| !episode.episode_return.is_finite();
+        if let Some(row) = evaluation.episodes.iter().position(is_bad) {
+            let (env_index, what) = (row % self.evaluation_envs.num_envs(), "a reward");
             return Err(self.failed(RunError::EvaluationNotFinite { env_index, what }));
         }
         self.counters.evaluations += 1;

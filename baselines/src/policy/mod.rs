@@ -53,6 +53,9 @@ pub trait Policy<O = FetchObservation, A = f32> {
 
     /// Writes the action for an observation to `action`, which has as many elements as the action
     /// space.
+    ///
+    /// A policy that cannot act on an observation, such as one with NaN, writes NaN, which
+    /// environments refuse ([`EnvError::ActionNotFinite`](fetch_env::EnvError::ActionNotFinite)).
     fn act(&mut self, observation: &O, action: &mut [A]);
 }
 
@@ -106,7 +109,8 @@ pub trait VecPolicy<O: BatchObservation = FetchObservation, I = Info, A = f32> {
     /// an episode by themselves, see [`VecStep::started`].
     fn reset_all(&mut self) {}
 
-    /// Writes the actions for the rows of a batch to `actions`, a row for each.
+    /// Writes the actions for the rows of a batch to `actions`, a row for each: NaN where the policy
+    /// cannot act, as [`Policy::act`] does.
     fn act_all(&mut self, batch: &VecStep<O, I, A>, actions: &mut [A]);
 }
 

@@ -68,13 +68,15 @@ pub(super) struct ObjectView {
 
 impl View {
     /// Returns what a controller sees of an observation; `None` if the observation does not have
-    /// its columns.
+    /// its columns, or one of their numbers or of the goal's is not finite.
     pub(super) fn new<O: GoalObservation<Element: Scalar>>(
         columns: &Columns,
         observation: &O,
     ) -> Option<Self> {
         let elements = observation.observation();
-        if elements.len() < columns.len {
+        let read = elements.get(..columns.len)?;
+        let goal = vector(observation.desired_goal(), 0)?;
+        if !goal.iter().copied().chain(read.iter().map(|e| e.to_f64())).all(f64::is_finite) {
             return None;
         }
         let gripper_velocity = vector(elements, columns.gripper_velocity)?;
@@ -88,7 +90,7 @@ impl View {
         };
         Some(Self {
             gripper: vector(elements, columns.gripper)?,
-            goal: vector(observation.desired_goal(), 0)?,
+            goal,
             object: columns.object.as_ref().and_then(object),
         })
     }
@@ -122,10 +124,13 @@ impl Command {
         Self { displacement: GAIN * distance, fingers }
     }
 
-    /// Writes the action, clipped.
-    pub(super) fn write(self, action: &mut [f32]) {
-        let [x, y, z] = self.displacement.into();
-        for (element, value) in action.iter_mut().zip([x, y, z, self.fingers]) {
+    /// Writes the action, clipped; NaN if there is none, because the controller cannot see.
+    pub(super) fn write(command: Option<Self>, action: &mut [f32]) {
+        let Some(Self { displacement, fingers }) = command else {
+            return action.fill(f32::NAN);
+        };
+        let [x, y, z] = displacement.into();
+        for (element, value) in action.iter_mut().zip([x, y, z, fingers]) {
             *element = value.clamp(-1.0, 1.0) as f32;
         }
     }

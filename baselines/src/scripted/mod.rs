@@ -72,7 +72,6 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for ScriptedPolicy {
             Task::PickAndPlace => Some(self.phase.act(&view, &view.object?)),
             Task::Slide => Some(slide::act(&view, &view.object?)),
         });
-        // The check of spaces rejects an observation without the columns.
-        command.unwrap_or(Command::HOLD).write(action);
+        Command::write(command, action);
     }
 }

@@ -120,13 +120,12 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for Strike {
     fn act(&mut self, observation: &O, action: &mut [f32]) {
         let view = View::new(&self.columns, observation);
         let seen = view.and_then(|view| Some((view, view.object?)));
-        // The planner has checked the columns.
-        let command = seen.map_or(Command::HOLD, |(view, object)| {
+        let command = seen.map(|(view, object)| {
             let mut line = self.line.unwrap_or_else(|| self.line(&view, object));
             let command = self.command(&mut line, &view, &object);
             self.line = Some(line);
             command
         });
-        command.write(action);
+        Command::write(command, action);
     }
 }

@@ -91,6 +91,18 @@ pub enum TrainedPolicyError {
         /// The length of a row.
         len: usize,
     },
+    /// A number of a state is NaN, infinite, or too large for `f32`.
+    #[error("{part}[{index}] of row {row} is {value:?}: pass numbers that are finite in `f32`")]
+    StateNotFinite {
+        /// `observation`, `achieved_goal` or `desired_goal`.
+        part: &'static str,
+        /// The row.
+        row: usize,
+        /// The index in the row.
+        index: usize,
+        /// The number.
+        value: f64,
+    },
     /// The policy was trained for an environment with other lengths.
     #[error(
         "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not \

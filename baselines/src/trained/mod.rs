@@ -174,8 +174,8 @@ impl TrainedPolicy {
     /// ```
     ///
     /// # Errors
-    /// [`TrainedPolicyError::Rows`] if the lengths are not those of the same number of rows;
-    /// nothing is written then.
+    /// [`TrainedPolicyError::Rows`] if the lengths are not those of the same number of rows, and
+    /// [`TrainedPolicyError::StateNotFinite`]; nothing is written then.
     pub fn act_rows<S: Scalar>(
         &mut self,
         states: &StateRows<'_, S, f64>,
@@ -194,6 +194,9 @@ impl TrainedPolicy {
                 return Err(TrainedPolicyError::Rows { what, actual, rows, len });
             }
         }
+        check_finite("observation", observation, observation_len)?;
+        check_finite("achieved_goal", achieved_goal, goal_len)?;
+        check_finite("desired_goal", desired_goal, goal_len)?;
         let goals = achieved_goal.chunks_exact(goal_len).zip(desired_goal.chunks_exact(goal_len));
         let states = observation.chunks_exact(observation_len).zip(goals);
         for ((observation, (achieved, desired)), action) in
@@ -209,7 +212,25 @@ impl TrainedPolicy {
         Ok(self.check_lengths(observation, goal, action)?)
     }
 
-    /// Writes the greedy action for one observation and its goals.
+    /// Writes the greedy action for one observation and its goals, or NaN if [`act_rows`] refuses
+    /// them.
+    ///
+    /// [`act_rows`]: Self::act_rows
+    fn act_on<S: Scalar>(
+        &mut self,
+        observation: &[S],
+        achieved_goal: &[f64],
+        desired_goal: &[f64],
+        action: &mut [f32],
+    ) {
+        let states = StateRows { observation, achieved_goal, desired_goal };
+        if self.act_rows(&states, action).is_err() {
+            action.fill(f32::NAN);
+        }
+    }
+
+    /// Writes the greedy action for one observation and its goals, whose lengths and numbers were
+    /// checked.
     fn write_action<S: Scalar>(
         &mut self,
         observation: &[S],
@@ -219,12 +240,11 @@ impl TrainedPolicy {
     ) {
         let Self { header, layers, work: Work { way, inputs, outputs } } = self;
         inputs.clear();
-        let goal_scale = (header.goal_normalizer.as_ref(), header.goal_len);
+        let goal_scale = header.goal_normalizer.as_ref();
         for part in &header.inputs {
             match part {
                 InputPart::Observation => {
-                    let scale = header.observation_normalizer.as_ref();
-                    push_normalized((scale, header.observation_len), observation, inputs);
+                    push_normalized(header.observation_normalizer.as_ref(), observation, inputs);
                 }
                 InputPart::AchievedGoal => push_normalized(goal_scale, achieved_goal, inputs),
                 InputPart::DesiredGoal => push_normalized(goal_scale, desired_goal, inputs),
@@ -285,26 +305,29 @@ impl LayerWeights {
     }
 }
 
-/// Appends `len` numbers to an input, normalized if the policy has a normalizer for them.
-fn push_normalized<S: Scalar>(
-    (scale, len): (Option<&Normalizer>, usize),
+/// Checks that each number of rows of `len` is finite in `f32`, in which networks compute.
+fn check_finite<S: Scalar>(
+    part: &'static str,
     numbers: &[S],
-    input: &mut Vec<f32>,
-) {
+    len: usize,
+) -> Result<(), TrainedPolicyError> {
+    let is_bad = |number: &S| !(number.to_f64() as f32).is_finite();
+    match numbers.iter().position(is_bad) {
+        None => Ok(()),
+        Some(at) => {
+            let (row, index, value) = (at / len, at % len, numbers[at].to_f64());
+            Err(TrainedPolicyError::StateNotFinite { part, row, index, value })
+        }
+    }
+}
+
+/// Appends numbers to an input, normalized if the policy has a normalizer for them.
+fn push_normalized<S: Scalar>(scale: Option<&Normalizer>, numbers: &[S], input: &mut Vec<f32>) {
     let start = input.len();
-    // Numbers that are not finite, or not of the task, count as the mean.
-    input.resize(start + len, 0.0);
-    let target = &mut input[start..];
-    match scale {
-        Some(scale) => {
-            let _ = scale.normalize_into(numbers, target);
-        }
-        None if numbers.len() == len => {
-            for (target, number) in target.iter_mut().zip(numbers) {
-                *target = number.to_f64() as f32;
-            }
-        }
-        None => {}
+    input.extend(numbers.iter().map(|number| number.to_f64() as f32));
+    if let Some(scale) = scale {
+        // Lengths and numbers were checked.
+        let _ = scale.normalize_into(numbers, &mut input[start..]);
     }
 }
 
@@ -318,7 +341,7 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for TrainedPolicy {
     }
 
     fn act(&mut self, observation: &O, action: &mut [f32]) {
-        self.write_action(
+        self.act_on(
             observation.observation(),
             observation.achieved_goal(),
             observation.desired_goal(),
@@ -338,7 +361,22 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for TrainedPolicy {
     }
 
     fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
-        // The spaces were checked.
-        let _ = self.act_rows(&batch.into(), actions);
+        let states = StateRows::from(batch);
+        match self.act_rows(&states, actions) {
+            Ok(()) => {}
+            // The other rows still act.
+            Err(TrainedPolicyError::StateNotFinite { .. }) => {
+                let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
+                for (row, action) in actions.chunks_exact_mut(action_len).enumerate() {
+                    self.act_on(
+                        &states.observation[row * observation_len..][..observation_len],
+                        &states.achieved_goal[row * goal_len..][..goal_len],
+                        &states.desired_goal[row * goal_len..][..goal_len],
+                        action,
+                    );
+                }
+            }
+            Err(_) => actions.fill(f32::NAN),
+        }
     }
 }

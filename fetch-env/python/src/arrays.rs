@@ -19,23 +19,29 @@ pub(crate) enum Numbers<'py> {
 }
 
 impl<'py> Numbers<'py> {
-    /// Takes an array, or anything that numpy can make into one. Like numpy's own arithmetic with
-    /// numbers of single precision, it widens other types to double precision, except short ones.
-    pub(crate) fn take(numbers: &Bound<'py, PyAny>) -> Result<Self> {
+    /// Takes the argument of this name: an array, or anything that numpy can make into one. Like
+    /// numpy's own arithmetic with numbers of single precision, it widens other types to double
+    /// precision, except short ones.
+    pub(crate) fn take(name: &str, numbers: &Bound<'py, PyAny>) -> Result<Self> {
         if let Some(taken) = Self::of_array(numbers) {
             return Ok(taken);
         }
         let py = numbers.py();
+        let array = Self::convert(py, numbers).map_err(|error| Error::argument(name, error))?;
+        Self::of_array(&array).ok_or_else(|| {
+            Error::value(format!(
+                "{name}: pass an array of real numbers with at most {MAX_DIMENSIONS} dimensions"
+            ))
+        })
+    }
+
+    /// Lets numpy make an array of single or double precision, if that is possible.
+    fn convert(py: Python<'py>, numbers: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = numpy(py)?;
         let array = numpy.call_method1(intern!(py, "asarray"), (numbers,))?;
         let kind = numpy.call_method1(intern!(py, "result_type"), (&array, dtype::<f32>(py)))?;
         // Contiguous, aligned, and of no subclass.
-        let array = numpy.call_method1(intern!(py, "require"), (array, kind, "CAE"))?;
-        Self::of_array(&array).ok_or_else(|| {
-            Error::value(format!(
-                "pass an array of numbers, with at most {MAX_DIMENSIONS} dimensions"
-            ))
-        })
+        numpy.call_method1(intern!(py, "require"), (array, kind, "CAE"))
     }
 
     /// Takes a contiguous and aligned array of one of the two types.

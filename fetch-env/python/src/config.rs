@@ -190,7 +190,8 @@ struct Goals {
 
 impl Goals {
     fn take(achieved_goal: &Bound<'_, PyAny>, desired_goal: &Bound<'_, PyAny>) -> Result<Self> {
-        let (achieved, desired) = (Numbers::take(achieved_goal)?, Numbers::take(desired_goal)?);
+        let achieved = Numbers::take("achieved_goal", achieved_goal)?;
+        let desired = Numbers::take("desired_goal", desired_goal)?;
         if achieved.shape() != desired.shape() {
             return Err(Error::value(format!(
                 "achieved_goal has the shape {:?}, desired_goal {:?}: pass goals of the same shape",
@@ -239,7 +240,7 @@ pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<Fetch
     let mut read = FetchResetOptions::default();
     for (key, value) in options.into_iter().flatten() {
         let key: String = key.extract()?;
-        let numbers = || Ok::<_, Error>(Numbers::take(&value)?.to_double());
+        let numbers = || Ok::<_, Error>(Numbers::take(&key, &value)?.to_double());
         match key.as_str() {
             "desired_goal" => read = read.with_desired_goal(numbers()?),
             "object_position" => {

@@ -66,7 +66,7 @@ impl Env {
 
     /// Takes an action, in the precision that it has.
     fn step<'py>(&self, py: Python<'py>, action: &Bound<'py, PyAny>) -> Result<StepTuple<'py>> {
-        let action = Numbers::take(action)?;
+        let action = Numbers::take("action", action)?;
         if action.shape().len() != 1 {
             let shape = action.shape();
             return Err(Error::value(format!("the action has the shape {shape:?}: pass (4,)")));

@@ -5,7 +5,7 @@ use std::{fmt::Display, io, iter::successors};
 use fetch_env::{EnvError, MakeError, RenderError, SimError, vec_env::VecEnvError};
 use pyo3::{
     create_exception,
-    exceptions::{PyFileNotFoundError, PyOSError, PyRuntimeError, PyValueError},
+    exceptions::{PyFileNotFoundError, PyOSError, PyRuntimeError, PyTypeError, PyValueError},
     prelude::*,
     sync::PyOnceLock,
     types::PyType,
@@ -72,7 +72,22 @@ impl Error {
         Self(PyRuntimeError::new_err(message.to_string()))
     }
 
-    /// Adds the environment to the message.
+    /// Names the argument that numpy cannot convert. Errors of Python code that numpy calls stay
+    /// as they are.
+    pub(crate) fn argument(name: &str, error: PyErr) -> Self {
+        Python::attach(|py| {
+            let message = format!("{name}: {}", error.value(py));
+            if error.is_instance_of::<PyTypeError>(py) {
+                Self(PyTypeError::new_err(message))
+            } else if error.is_instance_of::<PyValueError>(py) {
+                Self::value(message)
+            } else {
+                Self(error)
+            }
+        })
+    }
+
+    /// Says in the message which environment has failed.
     pub(crate) fn of_env(self, env_index: usize) -> Self {
         Self(Python::attach(|py| {
             let message = format!("environment {env_index}: {}", self.0.value(py));

@@ -85,13 +85,13 @@ impl Buffer {
         terminated: bool,
         truncated: bool,
     ) -> Result<()> {
-        let numbers = |array| Ok::<_, Error>(Numbers::take(array)?.to_double());
+        let numbers = |name, array| Ok::<_, Error>(Numbers::take(name, array)?.to_double());
         let episode = EpisodeData {
-            observation: &numbers(observation)?,
-            achieved_goal: &numbers(achieved_goal)?,
-            desired_goal: &numbers(desired_goal)?,
-            action: &numbers(action)?,
-            reward: &numbers(reward)?,
+            observation: &numbers("observation", observation)?,
+            achieved_goal: &numbers("achieved_goal", achieved_goal)?,
+            desired_goal: &numbers("desired_goal", desired_goal)?,
+            action: &numbers("action", action)?,
+            reward: &numbers("reward", reward)?,
             terminated,
             truncated,
             fields: &[],
@@ -109,9 +109,9 @@ impl Buffer {
         desired_goal: &Bound<'_, PyAny>,
     ) -> Result<()> {
         let start = StartData {
-            observation: &Numbers::take(observation)?.to_double(),
-            achieved_goal: &Numbers::take(achieved_goal)?.to_double(),
-            desired_goal: &Numbers::take(desired_goal)?.to_double(),
+            observation: &Numbers::take("observation", observation)?.to_double(),
+            achieved_goal: &Numbers::take("achieved_goal", achieved_goal)?.to_double(),
+            desired_goal: &Numbers::take("desired_goal", desired_goal)?.to_double(),
         };
         self.contents.lock(py)?.buffer.begin_episode(env_index.0, &start).map_err(Error::value)
     }
@@ -130,9 +130,9 @@ impl Buffer {
         truncated: bool,
     ) -> Result<()> {
         let step = StepData {
-            action: &Numbers::take(action)?.to_double(),
-            next_observation: &Numbers::take(next_observation)?.to_double(),
-            next_achieved_goal: &Numbers::take(next_achieved_goal)?.to_double(),
+            action: &Numbers::take("action", action)?.to_double(),
+            next_observation: &Numbers::take("observation", next_observation)?.to_double(),
+            next_achieved_goal: &Numbers::take("achieved_goal", next_achieved_goal)?.to_double(),
             reward,
             terminated,
             truncated,

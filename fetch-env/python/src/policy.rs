@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use baselines::TrainedPolicy;
+use baselines::{PolicyHeader, TrainedPolicy};
 use fetch_env::EnvId;
 use her_relabel::StateRows;
-use numpy::{PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::{prelude::*, types::PyBytes};
 
 use crate::arrays::Numbers;
@@ -47,31 +47,37 @@ impl Policy {
         Ok(serde_json::to_string(self.0.lock(py)?.header())?)
     }
 
-    /// The greedy actions for states, one in each row.
+    /// The greedy actions for states of any batch shape: an array of that shape and the length of
+    /// an action.
     fn act<'py>(
         &self,
         py: Python<'py>,
         observation: &Bound<'py, PyAny>,
         achieved_goal: &Bound<'py, PyAny>,
         desired_goal: &Bound<'py, PyAny>,
-    ) -> Result<Bound<'py, PyArray2<f32>>> {
-        let observation = Numbers::take(observation)?;
-        let rows = observation.shape().iter().rev().skip(1).product();
-        let (observation, achieved_goal, desired_goal) = (
-            observation.to_double(),
-            Numbers::take(achieved_goal)?.to_double(),
-            Numbers::take(desired_goal)?.to_double(),
-        );
+    ) -> Result<Bound<'py, PyArrayDyn<f32>>> {
+        let PolicyHeader { observation_len, goal_len, action_len, .. } = *self.0.lock(py)?.header();
+        let observation = Numbers::take("observation", observation)?;
+        let batch = observation.shape().split_last().map_or(&[][..], |(_, batch)| batch);
         let states = StateRows {
-            observation: &observation,
-            achieved_goal: &achieved_goal,
-            desired_goal: &desired_goal,
+            observation: &rows("observation", &observation, batch, observation_len)?,
+            achieved_goal: &rows(
+                "achieved_goal",
+                &Numbers::take("achieved_goal", achieved_goal)?,
+                batch,
+                goal_len,
+            )?,
+            desired_goal: &rows(
+                "desired_goal",
+                &Numbers::take("desired_goal", desired_goal)?,
+                batch,
+                goal_len,
+            )?,
         };
-        let mut policy = self.0.lock(py)?;
-        let action_len = policy.header().action_len;
-        let mut actions = vec![0.0; rows * action_len];
-        policy.act_rows(&states, &mut actions).map_err(Error::value)?;
-        Ok(numpy::PyArray1::from_vec(py, actions).reshape([rows, action_len])?)
+        let shape = [batch, &[action_len]].concat();
+        let mut actions = vec![0.0; shape.iter().product()];
+        self.0.lock(py)?.act_rows(&states, &mut actions).map_err(Error::value)?;
+        Ok(PyArray1::from_vec(py, actions).reshape(shape)?)
     }
 }
 
@@ -86,4 +92,14 @@ impl Policy {
     pub(crate) fn copy(&self, py: Python<'_>) -> Result<TrainedPolicy> {
         Ok(self.0.lock(py)?.clone())
     }
+}
+
+/// Returns the numbers of a part of an observation, which must have the shape of the batch and
+/// `len` numbers in each row.
+fn rows(name: &str, numbers: &Numbers<'_>, batch: &[usize], len: usize) -> Result<Vec<f64>> {
+    let expected = [batch, &[len]].concat();
+    if numbers.shape() == expected {
+        return Ok(numbers.to_double());
+    }
+    Err(Error::value(format!("{name} has the shape {:?}: pass {expected:?}", numbers.shape())))
 }

@@ -96,7 +96,7 @@ impl VecEnv {
 
     /// Takes an action, a row of `actions`, in each environment.
     fn step<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>) -> Result<StepTuple<'py>> {
-        let actions = Numbers::take(actions)?;
+        let actions = Numbers::take("actions", actions)?;
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
         let actions = read_actions(envs, &actions)?;
@@ -106,7 +106,7 @@ impl VecEnv {
 
     /// Starts a step.
     fn step_async<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>) -> Result<()> {
-        let actions = Numbers::take(actions)?;
+        let actions = Numbers::take("actions", actions)?;
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
         let actions = read_actions(envs, &actions)?;

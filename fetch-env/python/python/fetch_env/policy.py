@@ -6,23 +6,25 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from . import _native
 
 if TYPE_CHECKING:
     import os
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from .env import Observation
+
+#: The parts of an observation.
+PARTS = ("observation", "achieved_goal", "desired_goal")
 
 
 class Policy:
     """A trained policy: a small network that returns the greedy action for an observation.
 
-    ``policy(observation)`` returns an action of shape (4,), or (N, 4) for observations of N
-    environments, of ``float32`` from -1 to 1::
+    ``policy(observation)`` returns an action of ``float32`` from -1 to 1, of shape (4,), or of
+    shape (..., 4) for a batch of observations of any shape::
 
         policy = fetch_env.Policy.shipped("FetchPush-v4")
         action = policy(observation)
@@ -58,10 +60,22 @@ class Policy:
         return header
 
     def __call__(self, observation: Observation) -> NDArray[np.float32]:
-        """Return the greedy action; see the class."""
-        parts = observation["observation"], observation["achieved_goal"]
-        actions = self._native.act(*parts, observation["desired_goal"])
-        return actions if np.ndim(parts[0]) > 1 else actions[0]
+        """Return the greedy action; see the class.
+
+        Raises:
+            TypeError: If the observation is not a dictionary of ``observation``,
+                ``achieved_goal`` and ``desired_goal``.
+            ValueError: If their shapes do not fit the policy or each other, or a number is NaN or
+                infinite.
+        """
+        try:
+            parts = [observation[part] for part in PARTS]
+        except (KeyError, IndexError, TypeError):
+            message = (
+                "an observation is a dictionary of observation, achieved_goal and desired_goal"
+            )
+            raise TypeError(message) from None
+        return self._native.act(*parts)
 
     def predict(
         self,
