@@ -35,7 +35,7 @@ use crate::gym::{
 #[derive(Clone, Debug)]
 pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     pub(super) config: FetchConfig,
-    reward: R,
+    pub(super) reward: R,
     pub(super) task: T,
     pub(super) simulator: S,
     /// Empty for a reward, a task or a model of the user's own, unless the user has set them.

@@ -1,6 +1,7 @@
 //! The Fetch environments.
 
 mod action;
+mod change;
 pub(crate) mod config;
 pub(crate) mod env;
 pub(crate) mod env_id;

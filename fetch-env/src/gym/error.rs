@@ -65,9 +65,7 @@ pub enum EnvError {
         actual: usize,
     },
     /// A number in the reset options is NaN or too large.
-    #[error(
-        "the reset option {option} is {value} at index {index}: pass numbers from -{most} to {most}"
-    )]
+    #[error("the option {option} is {value} at index {index}: pass numbers from -{most} to {most}")]
     OptionOutside {
         /// Name of the option.
         option: &'static str,
@@ -79,7 +77,7 @@ pub enum EnvError {
         most: f64,
     },
     /// A reset option of the wrong length.
-    #[error("the reset option {option} has {actual} elements: pass {expected}")]
+    #[error("the option {option} has {actual} elements: pass {expected}")]
     OptionLength {
         /// Name of the option.
         option: &'static str,

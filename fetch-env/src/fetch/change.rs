@@ -1,0 +1,63 @@
+//! Changes of an environment after it was made: its settings, and the goal of its episode.
+
+use fetch_sim::Simulator;
+
+use super::observation::Goal;
+use super::{
+    config::FetchConfig, env::FetchEnv, error::MakeError, reset::FetchResetOptions, task::FetchTask,
+};
+use crate::gym::error::EnvError;
+
+impl<S: Simulator> FetchEnv<S> {
+    /// Replaces the settings. The reward's apply from now on, to the episode under way as well, and
+    /// those of what is drawn from the next reset on; a [time limit](Self::time_limited) that was
+    /// added stays as it is.
+    ///
+    /// ```
+    /// use fetch_env::{Env, GoalEnvExt, make_kinematic};
+    ///
+    /// let mut env = make_kinematic("FetchReach-v4")?.into_inner();
+    /// let stricter = env.config().clone().with_distance_threshold(0.01)?;
+    /// env.set_config(stricter)?;
+    /// assert_eq!(env.compute_reward(&[0.0; 3], &[0.0, 0.0, 0.02])?, -1.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MakeError::SimulatorMismatch`] if the settings of the [simulator](FetchConfig::sim) are
+    /// others; then nothing has changed.
+    pub fn set_config(&mut self, config: FetchConfig) -> Result<(), MakeError> {
+        if config.sim() != self.config.sim() {
+            let reason = "it was made with another task, model or number of substeps".into();
+            return Err(MakeError::SimulatorMismatch { reason });
+        }
+        self.reward = config.distance_reward();
+        self.config = config;
+        Ok(())
+    }
+}
+
+impl<S: Simulator, R, T: FetchTask<S>> FetchEnv<S, R, T> {
+    /// Replaces the goal of the episode, in meters in the built-in tasks: observations, rewards and
+    /// pictures have it until the next reset. The random numbers stay as they are.
+    ///
+    /// ```
+    /// use fetch_env::{Env, GoalObservation, make_kinematic};
+    ///
+    /// let mut env = make_kinematic("FetchReach-v4")?.into_inner();
+    /// env.reset(Some(0))?;
+    /// env.set_desired_goal(&[1.3, 0.7, 0.5])?;
+    /// assert_eq!(env.step(&[0.0; 4])?.observation.desired_goal(), [1.3, 0.7, 0.5]);
+    /// # Ok::<(), fetch_env::EnvError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`EnvError::ResetNeeded`] without an episode, and [`EnvError::OptionLength`] and
+    /// [`EnvError::OptionOutside`] as in a reset; then nothing has changed.
+    pub fn set_desired_goal(&mut self, meters: &[f64]) -> Result<(), EnvError> {
+        let options = FetchResetOptions::default().with_desired_goal(meters);
+        options.check(self.config.task(), self.task.goal_len())?;
+        *self.goal.as_mut().ok_or(EnvError::ResetNeeded)? = Goal::from_slice(meters);
+        Ok(())
+    }
+}
