@@ -130,7 +130,7 @@ pub enum CollectorError {
     /// The buffer does not fit these environments.
     #[error(
         "the buffer does not fit the environments: make it with buffer_config() of one of them, \
-         and pass it to reset() before collecting into it"
+         and pass it to reset(), or resume it after a restore(), before collecting into it"
     )]
     Buffer(#[from] AddError),
     /// An environment returned numbers that the buffer cannot store.
@@ -216,6 +216,10 @@ impl<E: CollectEnv> Collector<E> {
 
     /// Restores a snapshot: collecting continues where it was taken. The first batch that the
     /// policy then sees has the restored observations, as [`VecEnv::restore`] shows them.
+    ///
+    /// A buffer goes on only after it was told of these states, with which its unfinished episodes
+    /// go on or end:
+    /// `buffer.resume(&collector.envs().last_step().into())` (see [`HerBuffer::resume`]).
     ///
     /// # Errors
     /// As [`VecEnv::restore`]; nothing has changed then.

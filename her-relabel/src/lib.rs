@@ -28,7 +28,7 @@
 //! |---|---|
 //! | store episodes | [`HerBuffer`], created from a [`BufferConfig`] |
 //! | add the steps of one environment | [`StartData`], then [`StepData`] |
-//! | add the steps of many environments | [`StepRows`] |
+//! | add the steps of many environments | [`StepRows`], with [`RowNumbers`] |
 //! | add a finished episode | [`EpisodeData`] |
 //! | draw transitions | [`Sampler`] into a [`Batch`] |
 //! | draw into your own memory | [`Sampler::sample_into`] with [`ColumnsMut`] |
@@ -106,7 +106,7 @@ mod unit_interval;
 /// Crates whose types are part of this crate's interface.
 pub use {::goal_reward, ::rand_core};
 
-pub use add::arguments::{EpisodeData, FieldRows, StartData, StepData, StepRows};
+pub use add::arguments::{EpisodeData, FieldRows, RowNumbers, StartData, StepData, StepRows};
 pub use add::check::AddError;
 pub use add::record::{Recorded, RefusedRow};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};

@@ -2,11 +2,11 @@
 
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{ActionSpace, VecEnv};
-use her_relabel::HerBuffer;
+use her_relabel::{AddError, HerBuffer, RowNumbers, StepRows};
 
 use super::algorithm::Algorithm;
 use super::env::LearnEnv;
-use super::explorer::{Explorer, Exploring};
+use super::explorer::{Explorer, Exploring, LastBatch};
 use super::far_starts::FarStarts;
 use super::inputs::Inputs;
 use super::seeds::{Purpose, seed_for};
@@ -54,6 +54,35 @@ impl<E: LearnEnv> Collecting<E> {
         self.collector.reset(Some(first_seed), buffer)
     }
 
+    /// Goes on recording in a buffer that was loaded: its unfinished episodes are in the states of
+    /// the last batch, and so are the environments, which were restored.
+    pub(crate) fn resume_recording(
+        &self,
+        last: &LastBatch,
+        buffer: &mut HerBuffer<f32>,
+    ) -> Result<(), AddError> {
+        let (batch, states, dims) =
+            (self.collector.envs().last_step(), last.states(), buffer.config().dims());
+        for (at, env_index) in batch.env_index().iter().enumerate() {
+            // The others begin an episode in their next row, or have failed.
+            if buffer.unfinished_steps(*env_index)?.is_some() {
+                let rows: StepRows<'_, f64> = StepRows {
+                    env_index: &[*env_index],
+                    observation: row(states.observation, dims.observation, at),
+                    achieved_goal: row(states.achieved_goal, dims.goal, at),
+                    desired_goal: row(states.desired_goal, dims.goal, at),
+                    numbers: Some(RowNumbers {
+                        source: batch.source(),
+                        number: &batch.number()[at..=at],
+                    }),
+                    ..StepRows::default()
+                };
+                let _ = buffer.resume(&rows)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Takes steps in each environment with the actor's actions, or with random ones if there is no
     /// actor.
     pub(super) fn collect(
@@ -72,4 +101,9 @@ impl<E: LearnEnv> Collecting<E> {
         let collected = self.collector.collect(num_steps, &mut policy, buffer, count)?;
         Ok(Steps { collected, ended, successes })
     }
+}
+
+/// Returns a row of a matrix; nothing where it has none.
+fn row(all: &[f64], len: usize, at: usize) -> &[f64] {
+    all.chunks_exact(len).nth(at).unwrap_or_default()
 }

@@ -60,7 +60,7 @@ impl LastBatch {
         }
     }
 
-    fn states(&self) -> StateRows<'_, f64> {
+    pub(super) fn states(&self) -> StateRows<'_, f64> {
         StateRows {
             observation: &self.observations,
             achieved_goal: &self.achieved_goals,

@@ -52,15 +52,19 @@ fn a_resumed_run_ends_with_the_same_bits() -> Result {
 fn a_run_that_is_saved_again_before_it_goes_on_has_the_same_checkpoint() -> Result {
     for algorithm in [ddpg(), sac()] {
         let folder = tempdir()?;
-        let mut trainer = Trainer::new(make, settings(algorithm), 5, 1)?;
-        trainer.cycle()?;
-        trainer.cycle()?;
-        let before = entries(&trainer.save(folder.path())?)?;
-        let after = entries(&Trainer::resume(make, folder.path(), 1)?.save(folder.path())?)?;
-        for (before, after) in before.iter().zip(&after) {
-            assert!(before == after, "{}", before.0);
+        let mut settings = settings(algorithm);
+        // Checkpoints are saved in the middle of episodes, at their ends, and after the next reset.
+        settings.schedule.steps_per_cycle = 25;
+        let mut trainer = Trainer::new(make, settings, 5, 1)?;
+        for _ in 0..4 {
+            trainer.cycle()?;
+            let before = entries(&trainer.save(folder.path())?)?;
+            let after = entries(&Trainer::resume(make, folder.path(), 1)?.save(folder.path())?)?;
+            for (before, after) in before.iter().zip(&after) {
+                assert!(before == after, "{}", before.0);
+            }
+            assert_eq!(before.len(), after.len());
         }
-        assert_eq!(before.len(), after.len());
     }
     Ok(())
 }

@@ -4,6 +4,8 @@
 mod asynchronous;
 mod common;
 mod failures;
+#[cfg(feature = "her-relabel")]
+mod forgotten;
 mod order;
 mod plain;
 #[cfg(feature = "her-relabel")]

@@ -35,5 +35,6 @@ pub fn record<T: Scalar>(buffer: &mut HerBuffer<T>, rows: &[Row]) -> Result<Reco
         achieved_goal: &vec![0.0; rows.len()],
         desired_goal: &column(&|row| vec![start(row)]),
         fields: &fields(buffer, &t),
+        numbers: None,
     })
 }

@@ -4,6 +4,7 @@
 //! `f32` or `f64`, independent of each other and of the type that the buffer stores.
 
 use crate::store::config::Dims;
+use crate::store::storage::RowNumber;
 
 /// The name of a field and its numbers: `len` of them for one step, or a row-major matrix with
 /// `len` columns for several.
@@ -118,6 +119,26 @@ pub struct StepRows<'a, O, G = O, A = O> {
     pub desired_goal: &'a [G],
     /// The fields of the configuration, by name, in any order; `n * len` elements each.
     pub fields: &'a [FieldRows<'a, G>],
+    /// The numbers by which a row that is missing, or recorded twice, is noticed. Without them the
+    /// caller answers for the order.
+    pub numbers: Option<RowNumbers<'a>>,
+}
+
+/// The numbers of rows: where each stands among all rows of its environment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowNumbers<'a> {
+    /// The vectorized environments that returned the rows: a number that no others have.
+    pub source: u64,
+    /// The numbers, `n` elements. Those of an environment count its steps, starts and failures: a
+    /// row with one of them has the next number. The numbers of other rows are not read.
+    pub number: &'a [u64],
+}
+
+impl RowNumbers<'_> {
+    /// Returns the number of the row at `at`.
+    pub(crate) fn row(&self, at: usize) -> RowNumber {
+        RowNumber { source: self.source, number: self.number[at] }
+    }
 }
 
 impl<'a, O, G: Copy, A> StepRows<'a, O, G, A> {

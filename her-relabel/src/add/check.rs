@@ -47,6 +47,38 @@ pub enum AddError {
         /// The environment.
         env_index: usize,
     },
+    /// A row was recorded before: the same one, or a later one of its environment.
+    #[error(
+        "the row of environment {env_index} was recorded before: record what each call returned \
+         once, in order"
+    )]
+    RecordedBefore {
+        /// The environment.
+        env_index: usize,
+    },
+    /// Rows before this one were not recorded, so that its step did not begin where the episode in
+    /// the buffer stands.
+    #[error(
+        "{missing} rows of environment {env_index} before this one were not recorded: record what \
+         each call returned, resets included; to go on, reset the environments and record that, \
+         or pass this row to resume"
+    )]
+    RowsMissing {
+        /// The environment.
+        env_index: usize,
+        /// The number of its steps, starts and failures that were not recorded.
+        missing: u64,
+    },
+    /// A step does not belong to the episode that is under way in the buffer.
+    #[error(
+        "the step of environment {env_index} belongs to another episode than the one under way, \
+         which was begun by hand, loaded from a file, or recorded from other environments: to go \
+         on, reset these environments and record that, or pass this row to resume"
+    )]
+    OtherEpisode {
+        /// The environment.
+        env_index: usize,
+    },
     /// A whole episode has no step.
     #[error("the episode has no steps: pass at least one reward")]
     EmptyEpisode,
@@ -175,6 +207,7 @@ impl<O, G, A> StepRows<'_, O, G, A> {
         check_len("stepped", self.stepped.len(), n)?;
         check_len("started", self.started.len(), n)?;
         check_len("truncated", self.truncated.len(), n)?;
+        self.check_numbers_len()?;
         let check = |any_reads: bool, columns: &[(&str, usize, usize)]| {
             columns.iter().try_for_each(|&(name, len, width)| {
                 let may_be_empty = !any_reads && len == 0;
@@ -195,6 +228,22 @@ impl<O, G, A> StepRows<'_, O, G, A> {
         ];
         check(self.stepped.contains(&true), &steps)?;
         check(self.started.contains(&true), &starts)
+    }
+
+    /// Checks the lengths of the states that the rows show.
+    pub(crate) fn check_state_lens(&self, dims: Dims) -> Result<(), AddError> {
+        let n = self.env_index.len();
+        check_len("observation", self.observation.len(), n.saturating_mul(dims.observation))?;
+        check_len("achieved_goal", self.achieved_goal.len(), n.saturating_mul(dims.goal))?;
+        check_len("desired_goal", self.desired_goal.len(), n.saturating_mul(dims.goal))?;
+        self.check_numbers_len()
+    }
+
+    fn check_numbers_len(&self) -> Result<(), AddError> {
+        match self.numbers {
+            Some(numbers) => check_len("numbers", numbers.number.len(), self.env_index.len()),
+            None => Ok(()),
+        }
     }
 }
 

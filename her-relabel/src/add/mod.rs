@@ -3,6 +3,8 @@
 mod append;
 pub(crate) mod arguments;
 pub(crate) mod check;
+mod order;
 pub(crate) mod record;
 pub(crate) mod recorder;
+mod resume;
 pub(crate) mod steps;

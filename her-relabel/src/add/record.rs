@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::add::arguments::StepRows;
+use crate::add::arguments::{StartData, StepRows};
 use crate::add::check::{AddError, check_fields};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -69,11 +69,18 @@ impl<T: Scalar> HerBuffer<T> {
     /// and its steps are skipped until the next start; the call succeeds, and other environments
     /// are not affected. In the steady state, nothing is allocated.
     ///
+    /// Rows with [numbers](StepRows::numbers) are recorded once, in order: a step is added only to
+    /// the episode that the previous row of its environment began or continued. Rows may be left
+    /// out before one that starts an episode: the episode before ends with the steps that it has.
+    /// To go on in the middle of an episode, [`resume`](Self::resume) with its rows.
+    ///
     /// # Errors
     /// [`AddError::NoEpisode`] if a row has a step of an environment that has begun no episode
-    /// since the last one ended: the rows of its reset were not recorded. [`AddError::UnknownEnv`],
-    /// [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error of the fields. Then nothing
-    /// has changed.
+    /// since the last one ended: the rows of its reset were not recorded. For rows with numbers,
+    /// [`AddError::RecordedBefore`], [`AddError::RowsMissing`], and [`AddError::OtherEpisode`] if
+    /// the episode under way was begun by hand, loaded, or recorded from another source.
+    /// [`AddError::UnknownEnv`], [`AddError::RepeatedEnv`], [`AddError::WrongLength`] or an error
+    /// of the fields. Then nothing has changed.
     ///
     /// # Example
     /// The first of two environments ends its episode and starts another in the same step.
@@ -121,7 +128,7 @@ impl<T: Scalar> HerBuffer<T> {
             check_fields(&self.storage.fields, rows.fields, rows.env_index.len())?;
         }
         self.check_envs(rows.env_index)?;
-        self.check_begun(rows.env_index, rows.stepped)?;
+        self.check_order(rows)?;
         let mut recorded = Recorded::default();
         for (at, &env_index) in rows.env_index.iter().enumerate() {
             if let Err(error) = self.record_row(rows, at, env_index, &mut recorded) {
@@ -132,7 +139,7 @@ impl<T: Scalar> HerBuffer<T> {
     }
 
     /// Checks that all environments exist, and that none occurs twice.
-    fn check_envs(&mut self, rows: &[usize]) -> Result<(), AddError> {
+    pub(crate) fn check_envs(&mut self, rows: &[usize]) -> Result<(), AddError> {
         self.has_row.fill(false);
         for &env_index in rows {
             let num_envs = self.config.num_envs();
@@ -147,19 +154,6 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(())
     }
 
-    /// Checks that every environment with a step is in an episode, or in one that was discarded.
-    fn check_begun(&self, rows: &[usize], stepped: &[bool]) -> Result<(), AddError> {
-        let mut steps = rows.iter().zip(stepped).filter(|(_, stepped)| **stepped);
-        let has_begun = |env_index: usize| {
-            let episode = &self.unfinished[env_index];
-            episode.is_under_way() || episode.is_discarded
-        };
-        match steps.find(|(env_index, _)| !has_begun(**env_index)) {
-            Some((&env_index, _)) => Err(AddError::NoEpisode { env_index }),
-            None => Ok(()),
-        }
-    }
-
     /// Records the row at `at`, of environment `env_index`. An error is the first refusal of its
     /// numbers.
     fn record_row<O: Scalar, G: Scalar, A: Scalar>(
@@ -172,6 +166,9 @@ impl<T: Scalar> HerBuffer<T> {
         let dims = self.config.dims();
         let mut refusal = Ok(());
         let is_under_way = self.unfinished[env_index].is_under_way();
+        if rows.stepped[at] || rows.started[at] || rows.truncated[at] {
+            self.unfinished[env_index].newest = rows.numbers.map(|numbers| numbers.row(at));
+        }
         if rows.stepped[at] && is_under_way {
             let step = rows.step(at, dims);
             refusal = step.check_numbers::<T>(&self.storage.fields, at);
@@ -189,20 +186,30 @@ impl<T: Scalar> HerBuffer<T> {
             recorded.discarded_episodes += usize::from(is_under_way);
             self.unfinished[env_index].discard();
         }
-        if !rows.started[at] {
-            return refusal;
+        if rows.started[at] {
+            refusal.and(self.start_row(env_index, &rows.start(at, dims), recorded))
+        } else {
+            refusal
         }
+    }
+
+    /// Ends the episode that is under way as truncated, and begins one.
+    pub(crate) fn start_row<O: Scalar, G: Scalar>(
+        &mut self,
+        env_index: usize,
+        start: &StartData<'_, O, G>,
+        recorded: &mut Recorded,
+    ) -> Result<(), AddError> {
         if self.unfinished[env_index].is_under_way() {
             recorded.finished_episodes += usize::from(self.cut_off(env_index));
         }
-        let start = rows.start(at, dims);
-        let refused_start = start.check_numbers::<T>();
+        let checked = start.check_numbers::<T>();
         let unfinished = &mut self.unfinished[env_index];
-        if refused_start.is_ok() {
-            unfinished.begin(&self.storage.layout, &start);
+        if checked.is_ok() {
+            unfinished.begin(&self.storage.layout, start);
         } else {
             unfinished.discard();
         }
-        refusal.and(refused_start)
+        checked
     }
 }

@@ -34,6 +34,7 @@ impl<T: Scalar> HerBuffer<T> {
         start.check_lens(self.config.dims())?;
         start.check_numbers::<T>()?;
         self.unfinished[env_index].begin(&self.storage.layout, start);
+        self.unfinished[env_index].newest = None;
         Ok(())
     }
 
@@ -53,6 +54,7 @@ impl<T: Scalar> HerBuffer<T> {
         check_fields(&self.storage.fields, step.fields, 1)?;
         step.check_numbers::<T>(&self.storage.fields, 0)?;
         self.push_step(env_index, step, 0);
+        self.unfinished[env_index].newest = None;
         Ok(())
     }
 

@@ -52,7 +52,8 @@ const LAST: u64 = 1 << 60;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Saves everything, including unfinished episodes, to a file. A buffer loaded from it gives
-    /// the same batches as this one, seed by seed.
+    /// the same batches as this one, seed by seed. To go on recording numbered rows in its
+    /// unfinished episodes, call [`resume`](Self::resume).
     ///
     /// The file appears whole or not at all: a crash or a full disk leaves a previous file as it
     /// was. A previous file's permissions stay, and a symbolic link is followed. No other file is
@@ -105,7 +106,7 @@ impl<T: Scalar> HerBuffer<T> {
         target.numbers([live.start, live.end, kept.start, kept.end])?;
         episodes.records().try_for_each(|record| target.number(record))?;
         tape.rows().try_for_each(|row| target.elements(row))?;
-        for Unfinished { rows, desired_goal, is_discarded } in &self.unfinished {
+        for Unfinished { rows, desired_goal, is_discarded, .. } in &self.unfinished {
             let num_rows = (rows.len() / layout.row()) as u64;
             target.number(if *is_discarded { DISCARDED } else { num_rows })?;
             if !rows.is_empty() {

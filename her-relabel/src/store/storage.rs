@@ -110,6 +110,15 @@ pub(crate) struct Unfinished<T> {
     pub(crate) desired_goal: Vec<T>,
     /// Whether the episode was discarded, so that more of its steps may arrive.
     pub(crate) is_discarded: bool,
+    /// The newest row of the environment; `None` if it has no number. It is not saved.
+    pub(crate) newest: Option<RowNumber>,
+}
+
+/// The number of a row among all rows of its environment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RowNumber {
+    pub(crate) source: u64,
+    pub(crate) number: u64,
 }
 
 impl<T: Scalar> Unfinished<T> {

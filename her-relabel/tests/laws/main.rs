@@ -21,7 +21,8 @@
 //! 13. Readers beside a writer see no torn row: `determinism`.
 //! 14. A step without a start is refused where it is recorded: `refused_rows`.
 //! 15. Mirrored rows and moved goals change what they say they change, and nothing else: `changed`.
-//! 16. A network that acts sees the bits that it learns from: `acting`.
+//! 16. A row that has a number is recorded once, after the one before it: `numbered_rows`.
+//! 17. A network that acts sees the bits that it learns from: `acting`.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod acting;
@@ -38,6 +39,7 @@ mod format;
 mod forms;
 mod goals;
 mod limits;
+mod numbered_rows;
 mod outcomes;
 mod priorities;
 mod refused_rows;

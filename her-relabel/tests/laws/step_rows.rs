@@ -80,6 +80,7 @@ impl Columns {
             achieved_goal: &self.achieved_goals,
             desired_goal: &self.desired_goals,
             fields: &[],
+            numbers: None,
         }
     }
 }

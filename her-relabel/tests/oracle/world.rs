@@ -269,6 +269,7 @@ impl World {
             achieved_goal: &column(started, &|(.., start)| start.states[0].achieved_goal.clone()),
             desired_goal: &column(started, &|(.., start)| start.desired_goal.clone()),
             fields: &self.named(&fields),
+            numbers: None,
         };
         buffer.record(&columns)?.check().unwrap();
         for &env in env_ids {

@@ -129,10 +129,12 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             trainer.replay.buffer = buffer;
             trainer.replay.demonstrated = demonstrated;
             trainer.collecting.collector.restore(&own.collector).map_err(Error::Envs)?;
-            if let Some(last_batch) = own.last_batch
-                && !trainer.collecting.explorer.restore(own.explorer, last_batch, dims)
-            {
-                return Err(foreign("the last batch does not fit"));
+            if let Some(last_batch) = own.last_batch {
+                let (collecting, buffer) = (&mut trainer.collecting, &mut trainer.replay.buffer);
+                let is_recorded = collecting.resume_recording(&last_batch, buffer).is_ok();
+                if !is_recorded || !collecting.explorer.restore(own.explorer, last_batch, dims) {
+                    return Err(foreign("the last batch does not fit"));
+                }
             }
             Resumed::Exactly
         } else {

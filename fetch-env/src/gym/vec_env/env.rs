@@ -7,6 +7,7 @@ use std::{fmt, sync::Arc};
 use super::config::{AutoresetMode, MAX_ENVS, VecConfig, VecReset, check_num_envs};
 use super::pool::{Place, Pool};
 use super::slot::Slot;
+use super::source::unique_number;
 use super::step::VecStepOf;
 use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::observation::BatchObservation;
@@ -62,7 +63,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
             idle: envs.into_iter().enumerate().map(slot).collect::<Result<_, VecEnvError>>()?,
             pool: Pool::new(threads, num_envs, config.pin_threads())?,
             in_flight: 0,
-            step: rows(num_envs)?,
+            step: rows(num_envs)?.with_source(unique_number()),
             autoreset,
             action_space,
             observation_space,
@@ -149,7 +150,8 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     /// Returns an environment for changing it; `None` where [`env`](Self::env) returns `None`.
     ///
     /// The vector does not notice resets and steps made here: its next step has the results of the
-    /// next call, an autoreset that is due stays due, and the first reset is still needed.
+    /// next call, an autoreset that is due stays due, and the first reset is still needed. A replay
+    /// buffer does not notice them either, so reset the vector before recording on.
     #[must_use]
     pub fn env_mut(&mut self, env_index: usize) -> Option<&mut E> {
         self.idle.get_mut(env_index)?.as_mut()?.env.as_mut()

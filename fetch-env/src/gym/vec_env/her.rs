@@ -1,6 +1,6 @@
 //! The results of many environments as rows of a hindsight replay buffer, and of a network's input.
 
-use her_relabel::{StateRows, StepRows};
+use her_relabel::{RowNumbers, StateRows, StepRows};
 
 use super::step::VecStep;
 use crate::gym::env::observation::GoalObservation;
@@ -9,7 +9,10 @@ use crate::gym::env::observation::GoalObservation;
 ///
 /// Recording every call, including the first reset, stores every step, in every
 /// [`AutoresetMode`](super::AutoresetMode), from both [`step`](super::VecEnv::step) and
-/// [`recv`](super::VecEnv::recv).
+/// [`recv`](super::VecEnv::recv). The rows have numbers: a buffer refuses those that were recorded
+/// before, and those that do not follow the ones recorded before, from this vector or another.
+/// [`resume`](her_relabel::HerBuffer::resume) with [`last_step`](super::VecEnv::last_step) goes on
+/// after that, and in a vector that was [restored](super::VecEnv::restore).
 ///
 /// ```
 /// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};
@@ -44,6 +47,7 @@ where
             achieved_goal: step.achieved_goal(),
             desired_goal: step.desired_goal(),
             fields: &[],
+            numbers: Some(RowNumbers { source: step.source(), number: step.number() }),
         }
     }
 }

@@ -56,6 +56,7 @@ mod her;
 pub(crate) mod pool;
 mod slot;
 mod snapshot;
+mod source;
 pub(crate) mod step;
 
 pub use self::{

@@ -144,6 +144,7 @@ impl<E: Env<Observation: BatchObservation> + Send> Job for Slot<E> {
             let ends_episode = !error.leaves_unchanged() && !error.refuses_options();
             self.row.set_error(error, ends_episode);
         }
+        self.row.count();
     }
 }
 

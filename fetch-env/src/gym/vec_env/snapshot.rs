@@ -61,8 +61,10 @@ impl<E: SnapshotEnv<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         let (space, action_len) = (&self.observation_space, self.action_space.action_len());
         let keeps_last = self.autoreset == AutoresetMode::SameStep;
         for slot in self.idle.iter_mut().flatten() {
-            slot.row = VecStepOf::<E>::new(space, action_len, keeps_last, 1)?;
-            slot.row.begin();
+            let mut row = VecStepOf::<E>::new(space, action_len, keeps_last, 1)?;
+            row.begin();
+            row.count_after(&slot.row);
+            slot.row = row;
             if let Some(observation) = slot.env.as_ref().and_then(E::last_observation)
                 && let Err(error) = slot.row.set_start(&observation, None)
             {

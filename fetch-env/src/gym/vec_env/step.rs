@@ -18,8 +18,12 @@ use crate::gym::{error::EnvError, vec_env::error::VecEnvError};
 /// `O` is the observation of an environment, `I` its info and `A` an element of its actions.
 #[derive(Clone, Debug)]
 pub struct VecStep<O: BatchObservation, I = Info, A = f32> {
+    /// The vector: a number that no other has.
+    source: u64,
     len: usize,
     env_index: Vec<usize>,
+    /// The number of steps, starts and failures of each environment.
+    number: Vec<u64>,
     action_len: usize,
     action: Vec<A>,
     observation: O::Rows,
@@ -67,6 +71,9 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
         env_index: [usize],
         /// Returns the rewards; NaN where the step failed.
         reward: [f64],
+        /// Returns how many steps, starts and failures each environment has had in this vector,
+        /// restored states included. A row without any has the number of the row before it.
+        number: [u64],
         /// Whether each task has ended.
         terminated: [bool],
         /// Whether each episode was cut off, by a time limit or by a failure of its environment.
@@ -116,6 +123,12 @@ impl<O: BatchObservation, I, A> VecStep<O, I, A> {
     #[must_use]
     pub fn next_observation_rows(&self) -> &O::Rows {
         self.next_observation.as_ref().unwrap_or(&self.observation)
+    }
+
+    /// Returns a number that no other vector of environments has, in no process.
+    #[must_use]
+    pub const fn source(&self) -> u64 {
+        self.source
     }
 
     /// Returns the error of this row. Its observation is then the environment's last one (NaN
@@ -224,8 +237,10 @@ impl<O: BatchObservation, I: Clone, A: Copy + Default> VecStep<O, I, A> {
     ) -> Result<Self, VecEnvError> {
         let rows = || O::Rows::new(space, capacity);
         Ok(Self {
+            source: 0,
             len: capacity,
             env_index: (0..capacity).collect(),
+            number: vec![0; capacity],
             action_len,
             action: vec![A::default(); capacity * action_len],
             observation: rows()?,
@@ -241,6 +256,11 @@ impl<O: BatchObservation, I: Clone, A: Copy + Default> VecStep<O, I, A> {
         })
     }
 
+    /// Sets the vector to which the rows belong.
+    pub(super) fn with_source(self, source: u64) -> Self {
+        Self { source, ..self }
+    }
+
     pub(super) const fn clear(&mut self) {
         self.len = 0;
     }
@@ -250,6 +270,7 @@ impl<O: BatchObservation, I: Clone, A: Copy + Default> VecStep<O, I, A> {
         let row = self.len;
         self.len += 1;
         self.env_index[row] = env_index;
+        self.number[row] = from.number[0];
         self.action[row * self.action_len..][..self.action_len].copy_from_slice(&from.action);
         self.observation.copy_row(row, &from.observation, 0);
         if let (Some(next), Some(from)) = (&mut self.next_observation, &from.next_observation) {
@@ -318,6 +339,16 @@ impl<O: BatchObservation, I, A: Copy> VecStep<O, I, A> {
             self.set_outcome(f64::NAN, false, ends_episode);
         }
         self.error[0] = Some(error);
+    }
+
+    /// Counts the row if it has a step, a start or a failure.
+    pub(super) fn count(&mut self) {
+        self.number[0] += u64::from(self.stepped[0] || self.started[0] || self.truncated[0]);
+    }
+
+    /// Counts the state with which a restored one replaced that of `before`.
+    pub(super) fn count_after(&mut self, before: &Self) {
+        self.number[0] = before.number[0] + 1;
     }
 
     /// Notes that the row has been collected, so that a later call does not report its step, or the

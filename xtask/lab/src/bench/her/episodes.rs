@@ -177,6 +177,7 @@ impl<T: Scalar> RecordedRows<T> {
             achieved_goal: achieved_goals,
             desired_goal: desired_goals,
             fields: &[],
+            numbers: None,
         }
     }
 }
