@@ -144,7 +144,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 /// also a symbolic link.
 ///
 /// # Errors
-/// The file cannot be written.
+/// The file cannot be written, or a folder, a pipe or the like has its name.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     files::replace_entry(path, |file| file.write_all(bytes))
         .with_context(|| format!("cannot write {}", path.display()))

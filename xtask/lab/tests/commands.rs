@@ -157,6 +157,10 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "train --envs 0",
         "train --threads 0",
         "train --target inf",
+        "train --checkpoint-seconds nan",
+        "train --checkpoint-seconds inf",
+        "train --checkpoint-seconds=-1",
+        "train --set left_out=[999] --out nothing",
         "parity",
         "parity live --episodes 0",
         "bench env --task grasp",
@@ -193,8 +197,8 @@ fn planned_starts_are_counted_by_the_distance_of_the_goal() -> Result {
     assert_eq!(value("plan/FetchReach-v4/all/planned/success_rate")?, 1.0);
     assert!(value("plan/FetchReach-v4/seed-1/planned/final_distance")? < 0.05);
 
-    // Its goal is 0.22 m away.
-    let text = output_of(&mut lab("plan --starts 1 --seed 3 --threads 2"))?;
+    // Its goal is 0.22 m away. There are no more environments than candidates.
+    let text = output_of(&mut lab("plan --starts 1 --seed 3 --threads 40000"))?;
     assert!(text.contains("| 0 to 0.3 m | 1 | 1.000 |"), "{text}");
     assert!(text.contains("| from 0.7 m | 0 | - | - | - | 0 | 0 | 0 | - |"), "{text}");
     Ok(())
@@ -233,27 +237,6 @@ fn demonstrations_are_scripted_archived_or_saved() -> Result {
         lab("train --demos missing.buffer --out").arg(folder.path().join("4")).output()?;
     assert!(errors_of(&missing).contains("--demos missing.buffer"), "{}", errors_of(&missing));
     assert_eq!(missing.status.code(), Some(1));
-    Ok(())
-}
-
-#[test]
-fn learning_curves_gather_runs() -> Result {
-    let folder = tempfile::tempdir()?;
-    let (runs, curves) = (folder.path().join("runs"), folder.path().join("curves"));
-    let mut train = lab("train --seeds 2 --steps 400 --target 2 --set evaluation_episodes=5 --out");
-    output_of(train.arg(&runs))?;
-    let text = output_of(lab("learning-curves --folder").args([&curves, &runs]))?;
-    assert!(text.contains("FetchReach-v4-fast-evaluation_episodes=5: 0 of 2 runs"), "{text}");
-    let csv = fs::read_to_string(curves.join("FetchReach-v4-fast-evaluation_episodes=5.csv"))?;
-    assert!(csv.starts_with("seed,steps,updates,seconds,success_rate"), "{csv}");
-    assert!(csv.lines().any(|line| line.starts_with("1,400,")), "{csv}");
-    // The file alone gives the same pictures.
-    let picture = || fs::read(curves.join("FetchReach-v4-fast-evaluation_episodes=5.svg"));
-    let first = picture()?;
-    assert!(output_of(lab("learning-curves --folder").arg(&curves))?.contains("0 of 2 runs"));
-    assert!(picture()? == first, "the pictures differ");
-    let nothing = lab("learning-curves --folder").arg(folder.path().join("nothing")).output()?;
-    assert!(errors_of(&nothing).contains("has no curves"), "{}", errors_of(&nothing));
     Ok(())
 }
 

@@ -8,7 +8,7 @@ use plotters::{
 };
 
 use super::picture::{Drawing, FONT, Picture};
-use crate::shared::json::write_file;
+use crate::shared::json::replace_file;
 
 pub const INK: RGBColor = RGBColor(33, 37, 41);
 pub const FAINT: RGBColor = RGBColor(108, 117, 125);
@@ -34,9 +34,9 @@ pub fn bold(size: u32) -> TextStyle<'static> {
 /// Writes `NAME.svg` and `NAME.png` into a folder.
 pub fn save(figure: &impl Drawing, folder: &Path, name: &str) -> anyhow::Result<()> {
     let picture = Picture::new(figure)?;
-    for (ending, bytes) in [("svg", picture.svg.as_bytes()), ("png", &picture.png)] {
+    for (ending, bytes) in picture.files() {
         let path = folder.join(format!("{name}.{ending}"));
-        write_file(&path, bytes)?;
+        replace_file(&path, bytes)?;
         say!("wrote {}", path.display())?;
     }
     Ok(())

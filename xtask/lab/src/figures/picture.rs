@@ -60,6 +60,11 @@ impl Picture {
     pub fn new(drawing: &impl Drawing) -> anyhow::Result<Self> {
         make(drawing).map_err(|error| anyhow!(error).context("the drawing failed"))
     }
+
+    /// Returns the endings and the contents of the files.
+    pub fn files(&self) -> [(&'static str, &[u8]); 2] {
+        [("svg", self.svg.as_bytes()), ("png", &self.png)]
+    }
 }
 
 fn make(drawing: &impl Drawing) -> Result<Picture, DrawError> {

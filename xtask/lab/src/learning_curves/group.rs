@@ -7,9 +7,9 @@ use fetch_env::EnvId;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    shared::json::write_text,
+    shared::json::replace_file,
     train::{
-        curve_line::{CurveLine, csv_text, reached, read_csv},
+        curve_line::{CurveLine, csv_text, rate, reached, read_csv, seconds},
         limits,
     },
 };
@@ -26,11 +26,14 @@ pub struct Group {
 
 /// A point of a curve, and a line of the file.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Point {
     pub seed: u64,
     pub steps: u64,
     pub updates: u64,
+    #[serde(deserialize_with = "seconds")]
     pub seconds: f64,
+    #[serde(deserialize_with = "rate")]
     pub success_rate: f64,
     pub episode_return_mean: f64,
     pub final_distance_mean: f64,
@@ -40,6 +43,7 @@ pub struct Point {
 pub type Band = (f64, Estimate);
 
 impl Group {
+    /// Creates a group without runs; an error if the name does not begin with an environment.
     pub fn new(name: &str) -> anyhow::Result<Self> {
         let mut parts = name.splitn(3, '-');
         let env_id = [parts.next(), parts.next()].into_iter().flatten().collect::<Vec<_>>();
@@ -48,13 +52,12 @@ impl Group {
         Ok(Self { name: name.to_owned(), target, runs: BTreeMap::new() })
     }
 
-    /// Reads the file of a group.
-    pub fn read(path: &Path, name: &str) -> anyhow::Result<Self> {
-        let mut group = Self::new(name)?;
+    /// Reads the file of the group.
+    pub fn read(mut self, path: &Path) -> anyhow::Result<Self> {
         for point in read_csv::<Point>(path)? {
-            group.runs.entry(point.seed).or_default().push(point);
+            self.runs.entry(point.seed).or_default().push(point);
         }
-        Ok(group)
+        Ok(self)
     }
 
     /// Adds or replaces the run of a seed.
@@ -77,7 +80,7 @@ impl Group {
     }
 
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        write_text(path, &csv_text(self.runs.values().flatten())?)
+        replace_file(path, csv_text(self.runs.values().flatten())?.as_bytes())
     }
 
     pub fn num_runs(&self) -> usize {

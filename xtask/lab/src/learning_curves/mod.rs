@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 
 use self::{drawing::Curves, group::Group};
 use crate::{
@@ -30,10 +30,12 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (mut groups, mut runs) = (BTreeMap::new(), BTreeMap::<String, Run>::new());
     if args.folder.is_dir() {
         for path in entries(&args.folder)? {
-            if let Some(name) =
-                path.file_name().and_then(|name| name.to_str()?.strip_suffix(".csv"))
+            let name = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".csv"));
+            // Other names are those of other files.
+            if let Some(name) = name
+                && let Ok(group) = Group::new(name)
             {
-                groups.insert(name.to_owned(), Group::read(&path, name)?);
+                groups.insert(name.to_owned(), group.read(&path)?);
             }
         }
     }
@@ -52,7 +54,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             }
             let group = match groups.remove(&name) {
                 Some(group) => group,
-                None => Group::new(&name)?,
+                None => begin(&args.folder, &name)?,
             };
             groups.insert(name, group.with_run(files.run.seed, &lines));
         }
@@ -65,11 +67,26 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     fs::create_dir_all(&args.folder)
         .with_context(|| format!("cannot make the folder {}", args.folder.display()))?;
     for (name, group) in &groups {
-        group.write(&args.folder.join(format!("{name}.csv")))?;
+        if runs.contains_key(name) {
+            group.write(&args.folder.join(format!("{name}.csv")))?;
+        }
         say!("{}", group.summary()?)?;
         save(&Curves::new(group)?, &args.folder, name)?;
     }
     Ok(true)
+}
+
+/// Begins a group whose file is not in the folder yet.
+fn begin(folder: &Path, name: &str) -> anyhow::Result<Group> {
+    let pictures = ["svg", "png"].map(|ending| folder.join(format!("{name}.{ending}")));
+    if let Some(picture) = pictures.iter().find(|path| path.symlink_metadata().is_ok()) {
+        bail!(
+            "{} exists, but there is no {name}.csv beside it, so it may not be the picture of a \
+             curve: choose another folder with --folder",
+            picture.display()
+        );
+    }
+    Group::new(name)
 }
 
 /// Returns the entries of a folder, sorted by name.

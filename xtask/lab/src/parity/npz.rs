@@ -3,6 +3,7 @@
 use std::{fs::File, io::Read, path::Path};
 
 use anyhow::{Context, bail, ensure};
+use her_relabel::files;
 use zip::ZipArchive;
 
 /// Rows of equal length, one for each episode and step.
@@ -34,7 +35,7 @@ pub struct Npz(ZipArchive<File>);
 
 impl Npz {
     pub fn open(path: &Path) -> anyhow::Result<Self> {
-        Ok(Self(ZipArchive::new(File::open(path)?)?))
+        Ok(Self(ZipArchive::new(files::open(path)?)?))
     }
 
     fn bytes(&mut self, name: &str) -> anyhow::Result<Vec<u8>> {

@@ -63,12 +63,14 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let fewest_steps = args.fewest_steps;
     let settings = PlannerSettings { fewest_steps, ..PlannerSettings::default() };
     let mut players = Players {
-        planner: Planner::new(settings)?,
+        planner: Planner::new(settings.clone())?,
         scripted: ScriptedPolicy::new(task),
         trained: TrainedPolicy::shipped(task)?,
     };
     let config = args.env_id.config().with_model(args.model.source());
-    let envs = (0..args.threads.get()).map(|_| make(config.clone()));
+    // An environment simulates at least one candidate.
+    let num_envs = args.threads.get().min(settings.population);
+    let envs = (0..num_envs).map(|_| make(config.clone()));
     let mut envs = envs.collect::<Result<Vec<_>, _>>()?;
     let signals = Signals::listen()?;
     signals.put_off();

@@ -1,10 +1,14 @@
 //! The lines of a learning curve's file, `curve.csv`.
 
-use std::path::Path;
+use std::{ops::RangeInclusive, path::Path};
 
 use anyhow::Context;
 use baselines::learn::{Counters, CurveRow, Losses};
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use her_relabel::files::read;
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{DeserializeOwned, Error as _},
+};
 
 /// A line: the state of a run at an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,7 +17,9 @@ pub struct CurveLine {
     pub episodes: u64,
     pub discarded_episodes: u64,
     pub updates: u64,
+    #[serde(deserialize_with = "seconds")]
     pub seconds: f64,
+    #[serde(deserialize_with = "rate")]
     pub success_rate: f64,
     pub success_low: f64,
     pub success_high: f64,
@@ -61,9 +67,35 @@ pub fn csv_text(lines: impl IntoIterator<Item = impl Serialize>) -> anyhow::Resu
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
+/// Reads the seconds of a run, which charts and means must be able to take.
+pub fn seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    number(deserializer, 0.0..=1e12)
+}
+
+/// Reads a success rate.
+pub fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    number(deserializer, 0.0..=1.0)
+}
+
+fn number<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    range: RangeInclusive<f64>,
+) -> Result<f64, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    if range.contains(&number) {
+        return Ok(number);
+    }
+    let (least, most) = range.into_inner();
+    Err(D::Error::custom(format_args!("{number} is not a number from {least} to {most}")))
+}
+
+/// The largest size of a file of lines, in bytes.
+const LIMIT: u64 = 64 << 20;
+
 /// Reads lines.
 pub fn read_csv<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
     let broken = || format!("cannot read {}", path.display());
-    let lines = csv::Reader::from_path(path).with_context(broken)?.into_deserialize();
+    let bytes = read(path, LIMIT).with_context(broken)?;
+    let lines = csv::Reader::from_reader(bytes.as_slice()).into_deserialize();
     lines.collect::<Result<_, _>>().with_context(broken)
 }

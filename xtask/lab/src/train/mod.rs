@@ -16,7 +16,7 @@ use std::{
 
 use baselines::{
     Estimate,
-    learn::{CurveRow, Resumed, Target, TrainSettings, Trainer, UpdateSeconds},
+    learn::{CurveRow, Resumed, Target, TrainError, TrainSettings, Trainer, UpdateSeconds},
     workers::Workers,
 };
 use commands::tell;
@@ -34,6 +34,7 @@ use crate::shared::{
     progress,
     ranks::{MakeWorkers, RankArgs, of_first, share_run},
     signals::{Signals, Stopped},
+    usage::usage,
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -100,7 +101,7 @@ pub struct Args {
     #[arg(conflicts_with_all = ["overwrite", "resume", "mpi"])]
     grid: Option<PathBuf>,
     /// Minimum number of seconds between two checkpoints
-    #[arg(long, default_value_t = 30.0)]
+    #[arg(long, default_value_t = 30.0, value_parser = options::checkpoint_seconds)]
     checkpoint_seconds: f64,
     /// Also write the results as JSON
     #[arg(long)]
@@ -191,7 +192,12 @@ fn start(
     };
     let make = || make(args.env_id, args.model);
     let (is_first, threads) = (workers.rank() == 0, args.threads.get());
-    let mut trainer = Trainer::with_workers(make, settings.clone(), seed, threads, workers)?;
+    let mut trainer = Trainer::with_workers(make, settings.clone(), seed, threads, workers)
+        .map_err(|error| match error {
+            // One that only some environments can have.
+            TrainError::Setting { .. } => usage(error),
+            error => error.into(),
+        })?;
     if is_first {
         RunFiles::check_free(&folder, args.overwrite)?;
     }

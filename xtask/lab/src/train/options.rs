@@ -1,6 +1,6 @@
 //! The settings that the flags describe, and demonstrations.
 
-use std::{fs, io::Cursor};
+use std::io::Cursor;
 
 use anyhow::{Context, anyhow, bail};
 use baselines::{
@@ -10,7 +10,7 @@ use baselines::{
 };
 use fetch_env::{FetchObservation, GoalEnv, MujocoEnv};
 use goal_reward::GoalReward;
-use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError};
+use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -145,6 +145,9 @@ fn archive_of(saved: &str) -> anyhow::Result<Vec<u8>> {
     Ok(archive.into_inner())
 }
 
+/// The largest size of an archive of demonstrations, in bytes.
+const MOST_BYTES: u64 = 16 << 30;
+
 /// The largest number of scripted demonstrations, which take about 30 s.
 const MOST_DEMOS: usize = 10_000;
 
@@ -162,6 +165,13 @@ pub fn demos(text: &str) -> Result<String, String> {
 pub fn target(text: &str) -> Result<f64, String> {
     let target: f64 = text.parse().map_err(|error| format!("{error}"))?;
     target.is_finite().then_some(target).ok_or_else(|| "choose a finite number".into())
+}
+
+/// Checks the value of `--checkpoint-seconds`.
+pub fn checkpoint_seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let is_time = seconds.is_finite() && seconds >= 0.0;
+    is_time.then_some(seconds).ok_or_else(|| "choose a number from 0 on".into())
 }
 
 /// Where data sets of OGBench's format have the goals.
@@ -199,7 +209,8 @@ pub fn add_demos(
 ) -> anyhow::Result<()> {
     let Ok(count) = demos.parse::<usize>() else {
         let archive = if demos.ends_with(".npz") {
-            fs::read(demos).with_context(|| format!("--demos {demos}: cannot read the archive"))?
+            read(demos, MOST_BYTES)
+                .with_context(|| format!("--demos {demos}: cannot read the archive"))?
         } else {
             archive_of(demos).with_context(|| {
                 format!("--demos {demos}: pass a number, an archive .npz or a saved buffer")
