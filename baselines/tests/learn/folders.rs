@@ -178,3 +178,32 @@ fn a_full_disk_is_an_error_that_prints_nothing_and_leaves_nothing() -> Result {
     }
     Ok(())
 }
+
+#[test]
+fn unfinished_checkpoints_of_the_run_are_removed_and_no_others() -> Result {
+    let folder = tempdir()?;
+    let mut run = trainer(1)?;
+    let path = run.save(folder.path())?;
+    let mut archive = zip::ZipArchive::new(fs::File::open(path)?)?;
+    let state: serde_json::Value = serde_json::from_reader(archive.by_name("state.json")?)?;
+    let run_id = state["run_id"].as_u64().ok_or("no run_id")?;
+    let mark = format!("{run_id:016x}");
+    let left = [
+        format!(".checkpoint-000000000100.zip.{mark}"),
+        format!("..checkpoint-000000000100.zip.{mark}.AbCdEf"),
+    ];
+    let others = [
+        ".checkpoint-000000000100.zip.backup".to_owned(),
+        format!(".checkpoint-000000000100.zip.{:016x}", run_id.wrapping_add(1)),
+    ];
+    for name in left.iter().chain(&others) {
+        fs::write(folder.path().join(name), "half")?;
+    }
+    run.cycle()?;
+    run.save(folder.path())?;
+    let names = contents(folder.path())?;
+    assert!(left.iter().all(|name| !names.contains_key(name.as_ref() as &std::ffi::OsStr)));
+    assert!(others.iter().all(|name| names.contains_key(name.as_ref() as &std::ffi::OsStr)));
+    assert_eq!(names.len(), 4, "{:?}", names.keys());
+    Ok(())
+}

@@ -1,6 +1,6 @@
 //! Writing files so that they appear whole or not at all.
 
-use std::fs::{self, File};
+use std::fs::{self, File, FileType};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -47,18 +47,23 @@ fn commit<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
 ) -> Result<(), E> {
-    // Without metadata there is no file yet, or opening it below fails.
-    let kind = fs::symlink_metadata(path).ok().map(|metadata| metadata.file_type());
-    let is_link = kind.is_some_and(|kind| kind.is_symlink());
-    if kind.is_some_and(|kind| !kind.is_file() && !is_link) {
-        let message = format!("{} is not a regular file: choose another path", path.display());
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, message).into());
-    }
+    let is_link = kind_of_entry(path)?.is_some_and(|kind| kind.is_symlink());
     let mut file = if is_link { open_as_new(path)? } else { AtomicWriteFile::open(path)? };
     write(file.as_file_mut())?;
     let written = file.as_file().try_clone()?;
     file.commit().inspect_err(|_| remove_other_names(&written, path))?;
     Ok(())
+}
+
+/// Returns what is to be replaced: a regular file, a link, or `None` for nothing.
+pub(super) fn kind_of_entry(path: &Path) -> io::Result<Option<FileType>> {
+    // Without metadata there is no file yet, or opening it fails.
+    let kind = fs::symlink_metadata(path).ok().map(|metadata| metadata.file_type());
+    if kind.is_some_and(|kind| !kind.is_file() && !kind.is_symlink()) {
+        let message = format!("{} is not a regular file: choose another path", path.display());
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
+    Ok(kind)
 }
 
 /// Opens the file that replaces a link. It gets the permissions of a new file: a link's own allow

@@ -4,6 +4,7 @@ mod program;
 
 use std::{
     fs,
+    os::unix::fs::symlink,
     path::Path,
     process::{Command, Stdio},
     thread,
@@ -45,6 +46,91 @@ fn num_policies(out: &Path) -> usize {
     let folders = |path: &Path| fs::read_dir(path).into_iter().flatten().flatten();
     let runs = folders(&out.join("runs")).flat_map(|choice| folders(&choice.path()));
     runs.filter(|run| run.path().join("policy.safetensors").exists()).count()
+}
+
+/// Returns the number of hidden files below a folder.
+fn hidden(folder: &Path) -> Result<usize> {
+    let mut count = 0;
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        count += usize::from(entry.file_name().as_encoded_bytes().starts_with(b"."));
+        if entry.file_type()?.is_dir() {
+            count += hidden(&entry.path())?;
+        }
+    }
+    Ok(count)
+}
+
+#[test]
+fn a_grid_completes_what_is_missing_and_removes_its_unfinished_files_alone() -> Result {
+    let folder = tempdir()?;
+    let [file, out] = ["grid.json", "out"].map(|name| folder.path().join(name));
+    fs::write(&file, GRID.replace("[0.9, 0.95]", "[0.95]"))?;
+    output_of(&mut train(&file, &out))?;
+    let lines = table(&out)?;
+    let [first, second] = [1, 3].map(|seed| out.join(format!("runs/preset/seed-{seed}")));
+    let policy = fs::read(second.join("policy.safetensors"))?;
+    // The first run has its results, but the second must begin again.
+    fs::remove_file(first.join("page.html"))?;
+    for name in ["page.html", "policy.safetensors"] {
+        fs::remove_file(second.join(name))?;
+    }
+    // What a process leaves that is killed while it writes, beside files of the user.
+    let mut own = Vec::new();
+    for (folder, name) in [(&out, "table.csv"), (&second, "curve.csv")] {
+        let lock = fs::read_to_string(folder.join("run.lock"))?;
+        let mark = lock.trim_end().rsplit(' ').next().ok_or("no mark")?;
+        for left in [format!(".{name}.{mark}"), format!("..{name}.{mark}.AbCdEf")] {
+            fs::write(folder.join(left), "half of it")?;
+        }
+        for kept in [format!(".{name}.backup"), format!("{name}.{mark}")] {
+            own.push(folder.join(kept));
+        }
+    }
+    for path in &own {
+        fs::write(path, "the user's")?;
+    }
+    output_of(&mut train(&file, &out))?;
+    assert_eq!(table(&out)?, lines);
+    assert!(fs::read(second.join("policy.safetensors"))? == policy);
+    assert!(second.join("page.html").exists() && !first.join("page.html").exists());
+    assert_eq!(hidden(&out)?, 2);
+    for path in own {
+        assert_eq!(fs::read_to_string(path)?, "the user's");
+    }
+    Ok(())
+}
+
+#[test]
+fn planted_links_and_pipes_in_the_folder_of_a_grid_lead_to_no_victim() -> Result {
+    let folder = tempdir()?;
+    let [file, out, victim] = ["grid.json", "out", "victim"].map(|name| folder.path().join(name));
+    fs::write(&file, GRID.replace("[0.9, 0.95]", "[0.95]").replace("[3, 1]", "[3]"))?;
+    output_of(&mut train(&file, &out))?;
+    fs::write(&victim, "the user's")?;
+    for name in ["success.svg", "success.png", "table.csv"] {
+        fs::remove_file(out.join(name))?;
+        symlink("../victim", out.join(name))?;
+    }
+    output_of(&mut train(&file, &out))?;
+    assert_eq!(fs::read_to_string(&victim)?, "the user's");
+    for name in ["success.svg", "success.png", "table.csv"] {
+        assert!(out.join(name).symlink_metadata()?.is_file(), "{name}");
+    }
+    // Neither a description nor a curve that never ends is waited for.
+    for name in ["grid.json", "runs/preset/seed-3/run.json", "runs/preset/seed-3/curve.csv"] {
+        let text = fs::read(out.join(name))?;
+        fs::remove_file(out.join(name))?;
+        symlink("/dev/zero", out.join(name))?;
+        let output = train(&file, &out).output()?;
+        let errors = errors_of(&output);
+        assert!(!output.status.success() || name.ends_with(".csv"), "{name}: {errors}");
+        fs::remove_file(out.join(name))?;
+        fs::write(out.join(name), text)?;
+    }
+    let output = train(Path::new("/dev/zero"), &out).output()?;
+    assert!(errors_of(&output).contains("not a regular file"), "{}", errors_of(&output));
+    Ok(())
 }
 
 #[test]
@@ -92,6 +178,7 @@ fn a_killed_or_stopped_grid_goes_on_to_the_same_table() -> Result {
         assert!((1..4).contains(&kept), "{kept}");
         output_of(&mut train(&file, &out))?;
         assert_eq!(table(&out)?, lines);
+        assert_eq!(hidden(&out)?, 0);
         assert_eq!(fs::read_to_string(out.join("thesis.txt"))?, "a thesis");
         // It has nothing left to run.
         output_of(&mut train(&file, &out))?;

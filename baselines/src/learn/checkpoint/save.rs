@@ -89,6 +89,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let failed = |source| Error::Write { path: path.to_owned(), source };
         fs::create_dir_all(folder).map_err(failed)?;
         let older = self.older_checkpoints(folder, path)?;
+        // What a killed process of this run has left.
+        files::remove_unfinished(folder, &self.mark()).map_err(failed)?;
         self.write_archive(path, demonstrated, own, others).map_err(failed)?;
         let stale = older.len().saturating_sub(KEPT - 1);
         for path in &older[..stale] {
@@ -98,6 +100,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the mark of unfinished checkpoints, which only this run's have.
+    fn mark(&self) -> String {
+        format!("{:016x}", self.run_id)
     }
 
     /// Returns the checkpoints of this run in a folder that are older than the one at `path`,
@@ -143,7 +150,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         };
         let environment =
             EnvMark::of(&self.replay.template, self.replay.buffer.config().dims().goal);
-        files::replace_entry(path, |file| {
+        files::replace_marked(path, &self.mark(), |file| {
             let mut archive = Archive::new(file);
             archive.part(STATE)?.write_all(&serde_json::to_vec(&saved)?)?;
             archive.part(NETWORKS)?.write_all(&networks)?;

@@ -12,6 +12,7 @@ use baselines::{
     learn::{Counters, CurveRow, checkpoints},
 };
 use fetch_env::EnvId;
+use her_relabel::files::read_text;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -22,7 +23,7 @@ use super::{
 };
 use crate::shared::{
     choice::{ModelChoice, flag_name},
-    json::{json_text, replace_file},
+    json::json_text,
 };
 
 /// The folder of a run.
@@ -30,7 +31,7 @@ pub struct RunFiles {
     pub folder: PathBuf,
     pub run: Run,
     /// Held where files are written: in the first rank.
-    _lock: Option<RunLock>,
+    lock: Option<RunLock>,
 }
 
 /// What a resumed run needs besides its checkpoint: `run.json`.
@@ -72,7 +73,7 @@ impl Run {
     /// Reads the description of the run in a folder.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(RUN);
-        let text = fs::read_to_string(&path)
+        let text = read_text(&path, LIMIT)
             .with_context(|| format!("{} is not the folder of a run", folder.display()))?;
         serde_json::from_str(&text).with_context(|| format!("{} is damaged", path.display()))
     }
@@ -120,6 +121,9 @@ fn changes(args: &Args) -> Vec<String> {
     let model = (args.model != ModelChoice::Builtin).then(|| flag_name(args.model));
     [algorithm, num_envs, model].into_iter().flatten().chain(args.set.iter().cloned()).collect()
 }
+
+/// The largest size of a run's description, in bytes.
+const LIMIT: u64 = 1 << 20;
 
 const RUN: &str = "run.json";
 const CURVE: &str = "curve.csv";
@@ -187,7 +191,7 @@ impl RunFiles {
             fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
         let run = Run::new(args, seed);
-        let files = Self { folder: folder.to_owned(), run, _lock: Some(lock) };
+        let files = Self { folder: folder.to_owned(), run, lock: Some(lock) };
         files.write(RUN, json_text(&files.run)?.as_bytes())?;
         Ok(files)
     }
@@ -197,7 +201,7 @@ impl RunFiles {
         // This leaves no lock in a folder without a run.
         Run::read(folder)?;
         let lock = RunLock::take(folder)?;
-        let files = Self { _lock: Some(lock), ..Self::open(folder)? };
+        let files = Self { lock: Some(lock), ..Self::open(folder)? };
         ensure!(
             !checkpoints(folder)?.is_empty(),
             "{} has no checkpoint: start the run again, without --resume",
@@ -213,7 +217,7 @@ impl RunFiles {
 
     /// Returns the folder of a run whose files another rank writes.
     pub fn of_rank(folder: &Path, run: Run) -> Self {
-        Self { folder: folder.to_owned(), run, _lock: None }
+        Self { folder: folder.to_owned(), run, lock: None }
     }
 
     /// Whether a folder is the folder of a run.
@@ -221,9 +225,11 @@ impl RunFiles {
         folder.join(RUN).is_file()
     }
 
-    /// Whether the run in a folder has ended: its page is written last.
-    pub fn is_finished(folder: &Path) -> bool {
-        Self::is_run(folder) && folder.join(PAGE).is_file()
+    /// Whether the run in a folder has ended and [has no checkpoints](Self::remove_checkpoints):
+    /// one with checkpoints can be continued, which ends it again in the same way.
+    pub fn is_finished(folder: &Path) -> anyhow::Result<bool> {
+        let has = |name| folder.join(name).is_file();
+        Ok(has(RUN) && has(POLICY) && has(CURVE) && checkpoints(folder)?.is_empty())
     }
 
     /// Whether the run in a folder can be resumed.
@@ -240,7 +246,8 @@ impl RunFiles {
     }
 
     fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
-        replace_file(&self.folder.join(name), bytes)
+        let lock = self.lock.as_ref().context("another process writes the files of the run")?;
+        lock.replace(name, bytes)
     }
 
     /// Writes the curve so far.

@@ -1,15 +1,16 @@
-//! The lock of a run's folder: one process at a time writes there.
+//! The lock of the folder of a run or a grid: one process at a time writes there.
 
 use std::{
     fs::{self, File, TryLockError},
     io::{self, Read as _, Seek as _, Write as _},
     os::unix::fs::OpenOptionsExt,
-    path::Path,
+    path::{Path, PathBuf},
     process,
 };
 
 use anyhow::{Context, bail, ensure};
 use commands::tell;
+use her_relabel::files;
 use rustix::{fs::OFlags, system::uname};
 
 /// The name of the lock's file. The file stays when the lock is free: removing it could remove the
@@ -17,18 +18,29 @@ use rustix::{fs::OFlags, system::uname};
 pub const LOCK: &str = "run.lock";
 
 /// The beginning of the file, so that no file of the user is taken for it.
-const MARK: &str = "process ";
+const START: &str = "process ";
+
+/// The beginning of its second line, before the mark of unfinished files.
+const UNFINISHED: &str = "mark of unfinished files: ";
+
+/// The largest size of the file, in bytes.
+const LIMIT: u64 = 4096;
 
 /// A lock that its process holds until it is dropped or the process ends, in whatever way.
 pub struct RunLock {
+    folder: PathBuf,
+    /// The mark of unfinished files. The next process reads it in the lock's file.
+    mark: String,
     _file: File,
 }
 
 impl RunLock {
-    /// Takes the lock of a folder, which is made if there is none.
+    /// Takes the lock of a folder, which is made if there is none, and removes the unfinished files
+    /// of a killed process.
     pub fn take(folder: &Path) -> anyhow::Result<Self> {
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
         let path = folder.join(LOCK);
+        let mark = format!("{:016x}", rand::random::<u64>());
         let take = || -> anyhow::Result<File> {
             let mut options = File::options();
             options.read(true).write(true).create(true).truncate(false);
@@ -36,6 +48,7 @@ impl RunLock {
             let mut file =
                 options.custom_flags(OFlags::NOFOLLOW.bits().cast_signed()).open(&path)?;
             ensure!(file.metadata()?.is_file(), "it is not a regular file");
+            let mut has_locks = true;
             let is_busy = match file.try_lock() {
                 Ok(()) => false,
                 Err(TryLockError::WouldBlock) => true,
@@ -45,28 +58,47 @@ impl RunLock {
                          there",
                         folder.display()
                     ));
+                    has_locks = false;
                     false
                 }
                 Err(TryLockError::Error(error)) => return Err(error.into()),
             };
             let mut holder = String::new();
-            file.read_to_string(&mut holder)?;
+            (&file).take(LIMIT).read_to_string(&mut holder)?;
             if is_busy {
-                let holder = holder.trim_end();
+                let holder = holder.lines().next().unwrap_or_default();
                 let holder = if holder.is_empty() { "another process" } else { holder };
                 bail!(
                     "{holder} is using the folder: wait until it has ended, or choose another folder"
                 );
             }
-            ensure!(holder.is_empty() || holder.starts_with(MARK), "it is not the lock of a run");
+            ensure!(holder.is_empty() || holder.starts_with(START), "it is not the lock of a run");
+            if has_locks && let Some(mark) = mark_in(&holder) {
+                files::remove_unfinished(folder, mark)?;
+            }
             let host = uname();
             let host = host.nodename().to_string_lossy();
             file.set_len(0)?;
             file.rewind()?;
-            writeln!(file, "{MARK}{} on {host}", process::id())?;
+            writeln!(file, "{START}{} on {host}\n{UNFINISHED}{mark}", process::id())?;
             Ok(file)
         };
         let file = take().with_context(|| format!("cannot lock {}", path.display()))?;
-        Ok(Self { _file: file })
+        Ok(Self { folder: folder.to_owned(), mark, _file: file })
     }
+
+    /// Replaces a file of the folder, or creates it. It appears whole or not at all. A symbolic link
+    /// is replaced.
+    pub fn replace(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        let path = self.folder.join(name);
+        files::replace_marked(&path, &self.mark, |file| file.write_all(bytes))
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+/// Returns the mark of unfinished files from the text of a lock.
+fn mark_in(text: &str) -> Option<&str> {
+    let mark = text.lines().nth(1)?.strip_prefix(UNFINISHED)?;
+    let is_random = mark.len() == 16 && mark.bytes().all(|byte| byte.is_ascii_hexdigit());
+    is_random.then_some(mark)
 }

@@ -1,22 +1,20 @@
 //! The folder of a grid: its description, its runs, its table and its picture.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use baselines::learn::TrainSettings;
+use her_relabel::files::read_text;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{super::lock::RunLock, GridError, description::Grid};
-use crate::shared::json::{json_text, replace_file};
+use super::{super::lock::RunLock, GridError, LIMIT, description::Grid};
+use crate::{figures::picture::Picture, shared::json::json_text};
 
 /// The folder of a grid, to which no other process writes.
 pub struct GridFolder {
     pub path: PathBuf,
-    _lock: RunLock,
+    lock: RunLock,
 }
 
 /// The description of the runs in a folder: `grid.json`.
@@ -32,16 +30,16 @@ const GRID: &str = "grid.json";
 const RUNS: &str = "runs";
 pub const TABLE: &str = "table.csv";
 /// The picture's name, without its extension.
-pub const PICTURE: &str = "success";
+const PICTURE: &str = "success";
 
 impl GridFolder {
     /// Begins a grid in a folder, which is made if there is none, or continues the same grid.
     pub fn open(path: &Path, grid: &Begun) -> anyhow::Result<Self> {
         // This leaves no lock in a folder of something else.
         has_begun(path, grid)?;
-        let folder = Self { path: path.to_owned(), _lock: RunLock::take(path)? };
+        let folder = Self { path: path.to_owned(), lock: RunLock::take(path)? };
         if !has_begun(path, grid)? {
-            replace_file(&path.join(GRID), json_text(grid)?.as_bytes())?;
+            folder.lock.replace(GRID, json_text(grid)?.as_bytes())?;
         }
         Ok(folder)
     }
@@ -52,7 +50,16 @@ impl GridFolder {
     }
 
     pub fn write_table(&self, csv: &str) -> anyhow::Result<()> {
-        replace_file(&self.path.join(TABLE), csv.as_bytes())
+        self.lock.replace(TABLE, csv.as_bytes())
+    }
+
+    pub fn write_picture(&self, picture: &Picture) -> anyhow::Result<()> {
+        for (ending, bytes) in picture.files() {
+            let name = format!("{PICTURE}.{ending}");
+            self.lock.replace(&name, bytes)?;
+            say!("wrote {}", self.path.join(name).display())?;
+        }
+        Ok(())
     }
 }
 
@@ -68,7 +75,7 @@ fn has_begun(folder: &Path, grid: &Begun) -> anyhow::Result<bool> {
         }
         return Ok(false);
     }
-    let text = fs::read_to_string(&path);
+    let text = read_text(&path, LIMIT);
     let damaged = || format!("{} does not describe a grid: choose another folder", path.display());
     let begun: Value = serde_json::from_str(&text.with_context(damaged)?).with_context(damaged)?;
     let grid = serde_json::from_str(&json_text(grid)?)?;

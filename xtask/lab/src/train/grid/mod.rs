@@ -9,24 +9,24 @@ mod running;
 mod table;
 
 use std::{
-    fs,
     num::NonZeroUsize,
     path::{Path, PathBuf},
 };
 
 use anyhow::Context;
 use commands::tell;
+use her_relabel::files::read_text;
 
 use self::{
     description::Grid,
-    folder::{Begun, GridFolder, PICTURE, TABLE},
+    folder::{Begun, GridFolder, TABLE},
     heat_map::HeatMap,
     running::{Planned, run_all},
     table::Table,
 };
 use super::{Args, limits, preset};
 use crate::{
-    figures::save,
+    figures::picture::Picture,
     shared::{
         json::write_results,
         signals::{Signals, Stopped},
@@ -35,9 +35,12 @@ use crate::{
 
 pub use self::error::GridError;
 
+/// The largest size of a grid's file, in bytes.
+const LIMIT: u64 = 1 << 20;
+
 pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let of_file = || format!("--grid {}", file.display());
-    let text = fs::read_to_string(file).with_context(of_file)?;
+    let text = read_text(file, LIMIT).with_context(of_file)?;
     let grid = Grid::parse(&text).with_context(of_file)?;
     let env_id = grid.env_id().with_context(of_file)?;
     let preset_name = grid.preset().with_context(of_file)?;
@@ -90,7 +93,7 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     folder.write_table(&table.csv()?)?;
     say!("{}", table.text())?;
     say!("wrote {}", path.join(TABLE).display())?;
-    save(&HeatMap::new(&grid, &table, target)?, &path, PICTURE)?;
+    folder.write_picture(&Picture::new(&HeatMap::new(&grid, &table, target)?)?)?;
     write_results(args.json.as_ref(), &grid, table.figures())?;
     Ok(true)
 }

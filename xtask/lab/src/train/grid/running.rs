@@ -103,7 +103,7 @@ impl Shared<'_> {
     /// Begins or continues a run, and runs it to its end.
     fn run(&self, planned: &Planned) -> anyhow::Result<Option<Ended>> {
         let folder = &planned.folder;
-        if RunFiles::is_finished(folder) {
+        if RunFiles::is_finished(folder)? {
             let files = planned.checked(RunFiles::open(folder)?)?;
             self.bar.inc(files.run.steps);
             let ended = ended(&files)?;
@@ -157,11 +157,17 @@ impl Shared<'_> {
 }
 
 impl Planned {
-    /// Begins the run, or continues it from its last checkpoint.
+    /// Begins the run, or continues it from its last checkpoint. If it has neither a checkpoint nor
+    /// all of its results, it begins again.
     fn ready(&self) -> anyhow::Result<Ready> {
         let Args { env_id, model, seed, .. } = self.args;
         if !RunFiles::has_checkpoint(&self.folder)? {
-            return start(&self.args, &self.settings, seed, Box::new(OneProcess));
+            let overwrite = RunFiles::is_run(&self.folder);
+            if overwrite {
+                self.checked(RunFiles::open(&self.folder)?)?;
+            }
+            let args = Args { overwrite, ..self.args.clone() };
+            return start(&args, &self.settings, seed, Box::new(OneProcess));
         }
         let files = self.checked(RunFiles::resume(&self.folder)?)?;
         Ok((Trainer::resume(|| make(env_id, model), &self.folder, 1)?, files))
