@@ -59,7 +59,9 @@ pub use set::{SetKind, SetPolicy, write_set};
 
 /// Writes the episodes of a data set.
 ///
-/// A writer that is dropped before it has finished removes what it has written.
+/// A writer that is dropped before it has finished removes what it has written, and the folders that
+/// it made. A killed process leaves them, and the next writer in the same folder of data sets removes
+/// them.
 pub trait DatasetWriter {
     /// Writes the next episode.
     ///

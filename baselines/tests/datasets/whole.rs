@@ -2,15 +2,17 @@
 
 use std::fs;
 use std::io::{self, Read};
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::iter;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use baselines::datasets::DatasetError;
+use baselines::datasets::{About, DatasetError, LeRobotWriter, MinariWriter, OgBenchWriter};
+use fetch_env::make;
 use serde_json::Value;
 
-use crate::{NAME, Result, records, write, writers};
+use crate::{NAME, Result, about, records, write, writers};
 
 const EPISODES: usize = 20;
 
@@ -56,17 +58,111 @@ fn a_writer_that_does_not_finish_leaves_nothing() -> Result {
     for mut writer in writers(folder.path())? {
         writer.write(&records[0])?;
     }
-    for place in ["minari/fetch/push", "ogbench", "lerobot/fetch"] {
-        assert_eq!(fs::read_dir(folder.path().join(place))?.count(), 0, "{place}");
-    }
-    let [_, ogbench, lerobot] = writers(folder.path())?;
-    for (writer, least, place) in [(ogbench, 2, "ogbench"), (lerobot, 1, "lerobot/fetch")] {
+    assert_eq!(fs::read_dir(folder.path())?.count(), 0);
+    // Folders that were there stay, and the new ones with something of the user.
+    fs::create_dir_all(folder.path().join("minari/fetch"))?;
+    let [minari, ogbench, lerobot] = writers(folder.path())?;
+    fs::write(folder.path().join("ogbench/notes.txt"), "a thesis")?;
+    for (writer, least) in [(ogbench, 2), (lerobot, 1)] {
         match writer.finish() {
             Err(DatasetError::TooFew { episodes: 0, least: found }) => assert_eq!(found, least),
             other => return Err(format!("{other:?}").into()),
         }
-        assert_eq!(fs::read_dir(folder.path().join(place))?.count(), 0);
     }
+    drop(minari);
+    let mut left = names(folder.path())?;
+    left.sort();
+    assert_eq!(left, ["minari", "ogbench"]);
+    assert_eq!(fs::read_dir(folder.path().join("minari/fetch"))?.count(), 0);
+    assert_eq!(names(&folder.path().join("ogbench"))?, ["notes.txt"]);
+    Ok(())
+}
+
+/// Returns all hidden folders and files below a folder.
+fn hidden(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if name.starts_with('.') {
+            found.push(path);
+        } else if path.is_dir() {
+            found.extend(hidden(&path)?);
+        }
+    }
+    Ok(found)
+}
+
+#[test]
+fn the_next_writer_removes_what_a_killed_process_left_and_nothing_else() -> Result {
+    let folder = tempfile::tempdir()?;
+    let out = folder.path().join("out");
+    let mut child = forever(&out)?;
+    while !out.join("0/minari").exists() || hidden(&out)?.is_empty() {
+        assert!(child.try_wait()?.is_none(), "it writes until it is killed");
+    }
+    let writing = writers(&folder.path().join("writing"))?;
+    child.kill()?;
+    child.wait()?;
+    // The user's own folders, which look alike.
+    let place = out.join("0/minari");
+    let own = [".thesis", ".mixed-v0.backup", ".mixed-v0.AbCdEf", ".mixed-v0.aBcDeF"];
+    for name in own {
+        fs::create_dir(place.join(name))?;
+    }
+    fs::write(place.join(".mixed-v0.AbCdEf/unfinished"), "a thesis")?;
+    let copied = hidden(&folder.path().join("writing"))?.pop().ok_or("none")?.join("unfinished");
+    fs::copy(copied, place.join(".mixed-v0.aBcDeF/unfinished"))?;
+    fs::write(place.join(".mixed-v0.aBcDeF/thesis.txt"), "a thesis")?;
+    let sets = names(&out)?;
+    for set in &sets {
+        let about = About::new("fetch/push/other-v0", &make("FetchPush-v4")?, "", "")?;
+        drop(MinariWriter::create(out.join(set).join("minari"), about.clone())?);
+        drop(OgBenchWriter::create(out.join(set).join("ogbench"), about.clone())?);
+        drop(LeRobotWriter::create(out.join(set).join("lerobot"), about)?);
+    }
+    let mut kept = hidden(&out)?;
+    kept.sort();
+    let mut expected = own.map(|name| place.join(name));
+    expected.sort();
+    assert_eq!(kept, expected);
+    // A process that still writes is not disturbed.
+    let before = hidden(&folder.path().join("writing"))?.len();
+    drop(writers(&folder.path().join("writing"))?);
+    assert_eq!(hidden(&folder.path().join("writing"))?.len(), before);
+    for (mut writer, record) in writing.into_iter().zip(iter::repeat(&records(2)?)) {
+        record.iter().try_for_each(|record| writer.write(record))?;
+        writer.finish()?;
+    }
+    kept = hidden(folder.path())?;
+    kept.sort();
+    assert_eq!(kept, expected);
+    Ok(())
+}
+
+#[test]
+fn folders_that_a_killed_process_made_are_removed_if_nothing_is_in_them() -> Result {
+    let folder = tempfile::tempdir()?;
+    let out = folder.path().join("out");
+    let mut child = forever(&out)?;
+    // It is killed before the first data set has a name.
+    while !out.join("0/minari").exists() || hidden(&out)?.is_empty() {
+        assert!(child.try_wait()?.is_none(), "it writes until it is killed");
+    }
+    child.kill()?;
+    child.wait()?;
+    for entry in fs::read_dir(out.join("0"))? {
+        let path = entry?.path();
+        if !path.ends_with("minari") {
+            fs::remove_dir_all(path)?;
+        }
+    }
+    if hidden(&out)?.is_empty() || out.join("0/minari").join(NAME).exists() {
+        // It was killed a moment too early or too late.
+        return Ok(());
+    }
+    drop(MinariWriter::create(out.join("0/minari"), about()?)?);
+    assert_eq!(fs::read_dir(folder.path())?.count(), 0);
     Ok(())
 }
 
@@ -85,17 +181,22 @@ fn writes_forever() {
     }
 }
 
+/// Starts that process.
+fn forever(folder: &Path) -> io::Result<Child> {
+    Command::new(std::env::current_exe()?)
+        .args(["--exact", "whole::writes_forever", "--ignored"])
+        .env("BASELINES_WRITES_TO", folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+}
+
 #[test]
 fn a_crash_while_writing_leaves_whole_sets() -> Result {
     let (mut whole, mut broken_off) = (0, 0);
     for wait in 0..12 {
         let folder = tempfile::tempdir()?;
-        let mut child = Command::new(std::env::current_exe()?)
-            .args(["--exact", "whole::writes_forever", "--ignored"])
-            .env("BASELINES_WRITES_TO", folder.path())
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .spawn()?;
+        let mut child = forever(folder.path())?;
         // When the second folder is there, the first one is done.
         while names(folder.path())?.len() <= wait % 2 {
             assert!(child.try_wait()?.is_none(), "it writes until it is killed");

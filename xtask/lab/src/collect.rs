@@ -1,4 +1,5 @@
 //! `collect`: runs a policy and saves its episodes, as data for learning without an environment.
+//! Ctrl-C and SIGTERM end it without a file or a data set.
 
 use std::{
     ffi::OsStr,
@@ -7,6 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use anyhow::Context;
 use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
     datasets::{About, EpisodeRecord},
@@ -23,6 +25,7 @@ use crate::shared::{
     json::{Metric, write_results},
     progress,
     ranks::{RankArgs, share_run},
+    signals::{Signals, Stopped},
     usage::usage,
 };
 
@@ -107,7 +110,8 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
     }
     if let Some(out) = &args.out {
         let is_archive = out.extension().is_some_and(|extension| extension == "npz");
-        if is_archive { buffer.export_npz(out)? } else { buffer.save(out)? }
+        let saved = if is_archive { buffer.export_npz(out) } else { buffer.save(out) };
+        saved.with_context(|| format!("cannot write {}", out.display()))?;
     }
     report(args, &evaluation)
 }
@@ -129,6 +133,8 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
         if *snapshots { " --snapshots" } else { "" }
     );
     let about = About::new(&About::name_of(*env_id, stem), &env, name, command)?;
+    let signals = Signals::listen()?;
+    signals.put_off();
     let mut writer = format.create(out, about, *snapshots)?;
     let bar = progress::bar(episodes.get(), "episodes");
     let mut record = EpisodeRecord::default();
@@ -137,6 +143,10 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
     }
     let mut evaluation = Evaluation { episodes: Vec::new() };
     for seed in (0..episodes.get() as u64).map(|episode| seed.wrapping_add(episode)) {
+        if let Some(stopped) = Stopped::by(signals.received()) {
+            commands::tell(format_args!("collect: {stopped}: removed the unfinished data set"));
+            return Err(stopped.into());
+        }
         let mut random = RandomPolicy::new(env.action_space(), seed);
         let policy = acting(name, &mut random, &mut *policy);
         evaluation.episodes.push(record.record(&mut env, policy, seed)?);
@@ -145,6 +155,7 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
     }
     bar.finish_and_clear();
     writer.finish()?;
+    signals.end_at_once();
     report(args, &evaluation)
 }
 

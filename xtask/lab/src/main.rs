@@ -2,7 +2,7 @@
 //! them on to this program.
 //!
 //! Exit codes: 0 if everything passed, 1 if a check failed or could not run, 2 for wrong usage,
-//! 130 and 143 for training or planning that SIGINT or SIGTERM stopped.
+//! 130 and 143 if SIGINT or SIGTERM stopped it in good order.
 #![forbid(unsafe_code)]
 #![allow(unreachable_pub, reason = "a binary's items are public to its own modules only")]
 

@@ -2,7 +2,7 @@
 
 mod program;
 
-use std::{fs, path::Path};
+use std::{fs, path::Path, process::Command};
 
 use baselines::{ScriptedPolicy, buffer_config, collect};
 use commands::Program;
@@ -237,6 +237,35 @@ fn demonstrations_are_scripted_archived_or_saved() -> Result {
         lab("train --demos missing.buffer --out").arg(folder.path().join("4")).output()?;
     assert!(errors_of(&missing).contains("--demos missing.buffer"), "{}", errors_of(&missing));
     assert_eq!(missing.status.code(), Some(1));
+    Ok(())
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_named_and_leaves_nothing() -> Result {
+    // No file can have more than 4 KiB, as if the disk was full.
+    let full = "trap '' XFSZ; ulimit -f 8; exec \"$0\" \"$@\"";
+    for (name, format) in [
+        ("episodes.npz", None),
+        ("episodes.buffer", None),
+        ("data", Some("minari")),
+        ("data", Some("ogbench")),
+        ("data", Some("lerobot")),
+    ] {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join(name);
+        let mut collect = lab("collect --episodes 30 --out");
+        collect.arg(&path).args(format.map(|format| format!("--format={format}")));
+        let output = Command::new("sh")
+            .args(["-c", full])
+            .arg(collect.get_program())
+            .args(collect.get_args())
+            .output()?;
+        let errors = errors_of(&output);
+        assert_eq!(output.status.code(), Some(1), "{name}: {errors}");
+        let is_named = errors.contains(&path.display().to_string());
+        assert!(is_named && errors.contains("File too large"), "{name}: {errors}");
+        assert!(fs::read_dir(folder.path())?.next().is_none(), "{name} leaves nothing");
+    }
     Ok(())
 }
 

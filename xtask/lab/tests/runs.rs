@@ -143,6 +143,34 @@ fn a_second_signal_ends_a_run_at_once_and_one_alone_other_commands() -> Result {
 }
 
 #[test]
+fn a_signal_to_the_writer_of_data_sets_leaves_nothing() -> Result {
+    let folder = tempdir()?;
+    fs::write(folder.path().join("thesis.txt"), "a thesis")?;
+    for (arguments, place) in [
+        ("datasets --only FetchReach-v4,FetchPush-v4/replay --out", "minari"),
+        ("collect --format ogbench --episodes 1000000 --out", "."),
+    ] {
+        for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+            let out = folder.path().join("data");
+            let mut command = lab(arguments);
+            let mut run = command.arg(&out).stderr(Stdio::piped()).spawn()?;
+            let hidden = |path: &Path| {
+                let entries = fs::read_dir(path).into_iter().flatten().flatten();
+                entries.filter(|entry| entry.file_name().as_encoded_bytes()[0] == b'.').count()
+            };
+            wait_for(&mut run, || hidden(&out.join(place)) > 0)?;
+            send(signal, &run)?;
+            let output = run.wait_with_output()?;
+            let errors = errors_of(&output);
+            assert_eq!(output.status.code(), Some(code), "{arguments} {signal}: {errors}");
+            assert!(errors.contains("removed the unfinished"), "{errors}");
+            assert_eq!(fs::read_dir(folder.path())?.count(), 1, "{arguments} {signal}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
 fn overwriting_removes_what_a_run_wrote_and_nothing_else() -> Result {
     let folder = tempdir()?;
     let [target, out] = ["target", "link"].map(|name| folder.path().join(name));

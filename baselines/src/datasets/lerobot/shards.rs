@@ -1,10 +1,12 @@
 //! A table in Parquet files.
 
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::PathBuf;
 
 use arrow_array::RecordBatch;
 use parquet::arrow::ArrowWriter;
+use parquet::errors::ParquetError;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 
 use crate::datasets::error::DatasetError;
@@ -28,7 +30,14 @@ pub(super) struct Shards {
     /// The size from which a file is full, in bytes.
     file_size: usize,
     shard: Shard,
-    writer: Option<ArrowWriter<File>>,
+    writer: Option<Table>,
+}
+
+/// A file to which rows are added.
+#[derive(Debug)]
+pub(super) struct Table {
+    path: PathBuf,
+    writer: ArrowWriter<File>,
 }
 
 impl Shards {
@@ -38,8 +47,7 @@ impl Shards {
 
     /// Returns where the next rows will be.
     pub(super) fn next(&mut self) -> Result<Shard, DatasetError> {
-        let size = |writer: &ArrowWriter<_>| writer.bytes_written() + writer.in_progress_size();
-        if self.writer.as_ref().is_some_and(|writer| size(writer) >= self.file_size) {
+        if self.writer.as_ref().is_some_and(|table| table.size() >= self.file_size) {
             self.close()?;
             let Shard { chunk, file } = self.shard;
             self.shard = match file + 1 {
@@ -58,10 +66,10 @@ impl Shards {
                 let Shard { chunk, file } = self.shard;
                 let folder = self.folder.join(format!("chunk-{chunk:03}"));
                 fs::create_dir_all(&folder).map_err(DatasetError::file(&folder))?;
-                none.insert(create(&folder.join(format!("file-{file:03}.parquet")), table)?)
+                none.insert(Table::create(folder.join(format!("file-{file:03}.parquet")), table)?)
             }
         };
-        Ok(writer.write(table)?)
+        writer.write(table)
     }
 
     pub(super) fn close(&mut self) -> Result<(), DatasetError> {
@@ -72,14 +80,43 @@ impl Shards {
     }
 }
 
-/// Creates a file for tables with the schema of `table`.
-pub(super) fn create(path: &Path, table: &RecordBatch) -> Result<ArrowWriter<File>, DatasetError> {
-    let file = File::create_new(path).map_err(DatasetError::file(path))?;
-    let properties = WriterProperties::builder()
-        .set_max_row_group_row_count(None)
-        .set_max_row_group_bytes(Some(ROW_GROUP))
-        .set_statistics_enabled(EnabledStatistics::Chunk);
-    Ok(ArrowWriter::try_new(file, table.schema(), Some(properties.build()))?)
+impl Table {
+    /// Creates a file for rows with the schema of `table`.
+    pub(super) fn create(path: PathBuf, table: &RecordBatch) -> Result<Self, DatasetError> {
+        let file = File::create_new(&path).map_err(DatasetError::file(&path))?;
+        let properties = WriterProperties::builder()
+            .set_max_row_group_row_count(None)
+            .set_max_row_group_bytes(Some(ROW_GROUP))
+            .set_statistics_enabled(EnabledStatistics::Chunk);
+        let writer = ArrowWriter::try_new(file, table.schema(), Some(properties.build()))?;
+        Ok(Self { path, writer })
+    }
+
+    /// Returns the size that the file will have at least, in bytes.
+    fn size(&self) -> usize {
+        self.writer.bytes_written() + self.writer.in_progress_size()
+    }
+
+    /// Adds rows.
+    pub(super) fn write(&mut self, table: &RecordBatch) -> Result<(), DatasetError> {
+        self.writer.write(table).map_err(|error| DatasetError::file(&self.path)(io_error(error)))
+    }
+
+    /// Writes the rows that are still in memory, and the end of the file.
+    pub(super) fn close(self) -> Result<(), DatasetError> {
+        let closed = self.writer.close();
+        closed.map(drop).map_err(|error| DatasetError::file(&self.path)(io_error(error)))
+    }
+}
+
+/// Returns the error of the file system that an error of Parquet wraps, or the error itself.
+fn io_error(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(source) => {
+            source.downcast().map_or_else(io::Error::other, |source| *source)
+        }
+        error => error.into(),
+    }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use fetch_env::Task;
 use serde_json::{Map, Value, json};
 
 use super::frames::{Feature, features, table};
-use super::shards::{FILES_OF_CHUNK, Shard, Shards, create};
+use super::shards::{FILES_OF_CHUNK, Shard, Shards, Table};
 use super::statistics::Statistics;
 use crate::datasets::DatasetWriter;
 use crate::datasets::about::About;
@@ -67,7 +67,7 @@ impl LeRobotWriter {
             Some((first, rest)) => format!("{first}/{}", rest.replace('/', "-")),
             None => about.name.clone(),
         };
-        let folder = StagedFolder::create(root.as_ref().join(name))?;
+        let folder = StagedFolder::create(root.as_ref(), &name)?;
         let frames = Shards::new(folder.path().join("data"), FILE_SIZE << 20);
         let meta = folder.path().join("meta");
         fs::create_dir(&meta).map_err(DatasetError::file(&meta))?;
@@ -212,10 +212,9 @@ impl LeRobotWriter {
         let metadata = HashMap::from([("pandas".to_owned(), pandas.to_string())]);
         let schema = Schema::clone(&tasks.schema()).with_metadata(metadata);
         let tasks = tasks.with_schema(Arc::new(schema))?;
-        let mut writer = create(&self.folder.path().join("meta/tasks.parquet"), &tasks)?;
-        writer.write(&tasks)?;
-        writer.close()?;
-        Ok(())
+        let mut table = Table::create(self.folder.path().join("meta/tasks.parquet"), &tasks)?;
+        table.write(&tasks)?;
+        table.close()
     }
 }
 

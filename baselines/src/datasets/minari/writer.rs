@@ -56,7 +56,7 @@ impl MinariWriter {
     /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if a
     /// folder cannot be made.
     pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
-        let folder = StagedFolder::create(root.as_ref().join(&about.name))?;
+        let folder = StagedFolder::create(root.as_ref(), &about.name)?;
         let data = folder.path().join("data");
         fs::create_dir(&data).map_err(DatasetError::file(&data))?;
         Ok(Self { about, folder, data, episodes: 0, steps: 0, bytes: 0, has_snapshots: false })

@@ -54,7 +54,7 @@ impl OgBenchWriter {
     /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if files
     /// cannot be made.
     pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
-        let folder = StagedFolder::create(root.as_ref().join(file_name(&about)))?;
+        let folder = StagedFolder::create(root.as_ref(), &file_name(&about))?;
         let [observation, goal, action] =
             lengths_of(&about.observation_space, &about.action_space).map_err(PolicyError::from)?;
         let part = || {

@@ -1,9 +1,11 @@
-//! `datasets`: writes data sets of the eight environments, in the formats of other projects.
+//! `datasets`: writes data sets of the eight environments, in the formats of other projects. Ctrl-C
+//! and SIGTERM end it after the current episodes and remove the unfinished sets, a second signal ends
+//! it at once.
 
 pub mod format;
 mod set;
 
-use std::{num::NonZeroUsize, path::PathBuf};
+use std::{fs, num::NonZeroUsize, path::PathBuf};
 
 use fetch_env::{EnvId, make};
 use rayon::prelude::*;
@@ -15,6 +17,7 @@ use crate::shared::{
     choice::{ModelChoice, flag_name},
     json::{Metric, write_results},
     progress,
+    signals::{Signals, Stopped},
     usage::usage,
 };
 
@@ -70,12 +73,26 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         let Args { model, snapshots, .. } = *args;
         sets.push(Set { env_id, kind, model, episodes, first_seed, snapshots });
     }
-    let bar = progress::bar(sets.len() * args.steps.get(), "steps");
-    let write = |set: &Set| set.write(&args.out, formats, &command(args, set), &bar);
+    // Several sets share the folders: none of them knows when the last one leaves them empty.
+    let folders = formats.iter().map(|format| format.root(&args.out)).collect::<Vec<_>>();
+    let folders = folders.iter().map(PathBuf::as_path).chain(args.out.ancestors());
+    let new: Vec<_> = folders.filter(|folder| !folder.exists()).collect();
+    let signals = Signals::listen()?;
+    signals.put_off();
+    let bar = progress::bar(sets.len().saturating_mul(args.steps.get()), "steps");
+    let write = |set: &Set| set.write(&args.out, formats, &command(args, set), &bar, &signals);
     // One thread writes a set, so the number of threads changes no bit.
-    let written: Vec<_> = sets.par_iter().map(write).collect::<anyhow::Result<_>>()?;
+    let written = sets.par_iter().map(write).collect::<anyhow::Result<Vec<_>>>();
     bar.finish_and_clear();
-    report(args, &written)?;
+    signals.end_at_once();
+    if written.is_err() {
+        new.iter().for_each(|folder| drop(fs::remove_dir(folder)));
+    }
+    if let Some(stopped) = Stopped::by(signals.received()) {
+        commands::tell(format_args!("datasets: {stopped}: removed the unfinished sets"));
+        return Err(stopped.into());
+    }
+    report(args, &written?)?;
     Ok(true)
 }
 

@@ -1,17 +1,23 @@
 //! Writing one data set in all chosen formats.
 
-use std::path::Path;
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use baselines::{
     Episode, Evaluation,
-    datasets::{About, SetKind, SetPolicy, write_replay, write_set},
+    datasets::{
+        About, DatasetError, DatasetWriter, EpisodeRecord, SetKind, SetPolicy, write_replay,
+        write_set,
+    },
     learn::TrainSettings,
 };
 use fetch_env::{EnvId, MujocoEnv, make};
 use indicatif::ProgressBar;
 
 use super::format::{Contents, Format};
-use crate::shared::choice::ModelChoice;
+use crate::shared::{choice::ModelChoice, signals::Signals};
 
 /// The source of the episodes of a data set.
 #[derive(Clone, Copy, Debug)]
@@ -58,13 +64,15 @@ pub struct Written {
 }
 
 impl Set {
-    /// Writes the set below a folder, which has a folder for each format.
+    /// Writes the set below a folder, which has a folder for each format, or removes it if this
+    /// process receives a signal.
     pub fn write(
         self,
         out: &Path,
         formats: &[Format],
         command: &str,
         bar: &ProgressBar,
+        signals: &Signals,
     ) -> anyhow::Result<Written> {
         let Self { env_id, kind, model, episodes: count, first_seed, snapshots } = self;
         let make = || Ok(make(env_id.config().with_model(model.source()))?);
@@ -74,7 +82,9 @@ impl Set {
             let about = About::new(&name, env, policy, command)?;
             let create =
                 |format: &Format| format.create(&format.root(out), about.clone(), snapshots);
-            formats.iter().map(create).collect::<Result<Vec<_>, _>>()
+            let mut writers = formats.iter().map(create).collect::<Result<Vec<_>, _>>()?;
+            writers.push(Box::new(UntilSignal { signals: signals.clone(), out: out.to_owned() }));
+            Ok::<_, DatasetError>(writers)
         };
         let progress = |episode: &Episode| bar.inc(episode.episode_length as u64);
         let (evaluation, writers) = match kind {
@@ -98,5 +108,28 @@ impl Set {
         }
         let steps = evaluation.episodes.iter().map(|episode| episode.episode_length).sum();
         Ok(Written { set: self, steps, evaluation, contents })
+    }
+}
+
+/// Fails at the end of the episode in which this process receives a signal, and writes nothing.
+struct UntilSignal {
+    signals: Signals,
+    /// The folder that the other writers write to.
+    out: PathBuf,
+}
+
+impl DatasetWriter for UntilSignal {
+    fn write(&mut self, _episode: &EpisodeRecord) -> Result<(), DatasetError> {
+        match self.signals.received() {
+            0 => Ok(()),
+            _ => Err(DatasetError::File {
+                path: self.out.clone(),
+                source: io::ErrorKind::Interrupted.into(),
+            }),
+        }
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), DatasetError> {
+        Ok(())
     }
 }

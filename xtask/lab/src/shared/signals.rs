@@ -15,7 +15,8 @@ use signal_hook::{
     low_level::signal_name,
 };
 
-/// Signals to this process. The first one can be put off; the next one ends the process at once.
+/// Signals to this process, in all clones of one value. The first one can be put off; the next one ends the process at once.
+#[derive(Clone)]
 pub struct Signals {
     end_at_once: Arc<AtomicBool>,
     /// The last signal; 0 for none.
