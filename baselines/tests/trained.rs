@@ -7,8 +7,8 @@ use std::process::Command;
 
 use allocation_counter::measure;
 use baselines::{
-    InputPart, LayerWeights, Policy, PolicyHeader, ScriptedPolicy, TrainedPolicy,
-    TrainedPolicyError, evaluate, evaluate_vec,
+    Estimate, InputPart, LayerWeights, Policy, PolicyHeader, ScriptedPolicy, SuccessRate,
+    TrainedPolicy, TrainedPolicyError, evaluate, evaluate_vec,
 };
 #[cfg(feature = "mujoco")]
 use fetch_env::make_vec;
@@ -18,6 +18,7 @@ use fetch_env::{Env, EnvId, GoalObservation, Reset, RewardKind, Task, VecEnv, ma
 use fetch_sim::MujocoVersion;
 use her_relabel::{Normalizer, NormalizerConfig, StateRows};
 use proptest::prelude::*;
+use serde_json::Value;
 
 type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
@@ -32,7 +33,7 @@ fn header() -> PolicyHeader {
         observation_normalizer: None,
         goal_normalizer: None,
         algorithm: "by hand".into(),
-        settings: serde_json::Value::Null,
+        settings: Value::Null,
         seed: 0,
         steps: 0,
         demonstrations: 0,
@@ -337,6 +338,43 @@ fn a_saved_policy_is_whole_or_the_previous_one() -> Result {
         assert!(error.to_string().contains(&path.display().to_string()), "{error}");
         assert!(matches!(error, TrainedPolicyError::Write { .. }), "{error}");
     }
+    Ok(())
+}
+
+/// A value in as many lists.
+fn nested(depth: usize) -> Value {
+    (0..depth).fold(Value::Null, |value, _| Value::Array(vec![value]))
+}
+
+#[test]
+fn what_is_written_can_be_loaded_and_the_rest_is_refused() -> Result {
+    let file = |header: PolicyHeader| TrainedPolicy::new(header, &[straight()])?.to_bytes();
+    for depth in [0, 100, 125, 126, 127, 128, 200] {
+        let header = PolicyHeader { settings: nested(depth), ..header() };
+        match file(header.clone()) {
+            Ok(bytes) => assert_eq!(TrainedPolicy::from_bytes(&bytes)?.header(), &header),
+            Err(TrainedPolicyError::Header { .. }) => assert!(depth > 120, "{depth}"),
+            Err(error) => panic!("{depth}: {error}"),
+        }
+    }
+    let estimate = Estimate { value: 0.5, low: f64::NEG_INFINITY, high: f64::INFINITY };
+    let nan = f64::NAN;
+    for (rate, fits) in [
+        (estimate, true),
+        (Estimate { value: nan, ..estimate }, false),
+        (Estimate { value: f64::INFINITY, ..estimate }, false),
+        (Estimate { low: nan, ..estimate }, false),
+        (Estimate { high: nan, ..estimate }, false),
+    ] {
+        let policy = policy().with_success(SuccessRate { rate, episodes: 1, first_seed: 0 });
+        match policy.to_bytes() {
+            Ok(bytes) => assert!(fits && TrainedPolicy::from_bytes(&bytes)? == policy),
+            Err(error) => assert!(!fits && error.to_string().contains("success rate"), "{error}"),
+        }
+    }
+    let settings = Value::String(" ".repeat(65 << 20));
+    let refused = file(PolicyHeader { settings, ..header() });
+    assert!(matches!(refused, Err(TrainedPolicyError::Size { .. })), "{refused:?}");
     Ok(())
 }
 

@@ -31,6 +31,17 @@ pub enum TrainedPolicyError {
         /// The largest size that is read.
         limit: u64,
     },
+    /// The policy is too large to be loaded again.
+    #[error(
+        "the policy takes {actual} bytes, and at most {limit} are loaded: use smaller layers, or \
+         shorter settings"
+    )]
+    Size {
+        /// The size of its file.
+        actual: u64,
+        /// The largest size that is read.
+        limit: u64,
+    },
     /// The file's contents are not those of a policy.
     #[error("{} is not a policy that can be loaded", path.display())]
     Contents {

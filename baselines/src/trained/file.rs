@@ -48,7 +48,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
     TrainedPolicy::new(header, &layers)
 }
 
+/// Returns the contents of a file, which can be loaded.
 pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
+    policy.header.check()?;
     let failed = |reason: String| Error::Format { reason };
     let header =
         serde_json::to_string(&policy.header).map_err(|error| failed(error.to_string()))?;
@@ -60,7 +62,13 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
         tensors.push((name(number, "bias"), vec![biases.len()], biases));
     }
     let metadata = HashMap::from([(KEY.to_owned(), header)]);
-    to_bytes(tensors, Some(metadata)).map_err(|error| failed(error.to_string()))
+    let bytes = to_bytes(tensors, Some(metadata)).map_err(|error| failed(error.to_string()))?;
+    if bytes.len() as u64 > LIMIT {
+        return Err(Error::Size { actual: bytes.len() as u64, limit: LIMIT });
+    }
+    // JSON can be written that is not read, such as settings that are nested deeply.
+    decode(&bytes)?;
+    Ok(bytes)
 }
 
 /// Returns a safetensors file of tensors, each with its name and its shape.

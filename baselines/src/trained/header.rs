@@ -92,6 +92,11 @@ impl PolicyHeader {
                 return wrong(format!("a normalizer has {} numbers instead of {len}", scale.dim()));
             }
         }
+        if let Some(SuccessRate { rate: Estimate { value, low, high }, .. }) = self.success
+            && (!value.is_finite() || low.is_nan() || high.is_nan())
+        {
+            return wrong(format!("the success rate is {value}, between {low} and {high}"));
+        }
         Ok(())
     }
 

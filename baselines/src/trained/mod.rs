@@ -110,7 +110,8 @@ impl TrainedPolicy {
     /// Returns the contents of a file with this policy.
     ///
     /// # Errors
-    /// [`TrainedPolicyError::Format`] if the header does not fit into a file.
+    /// [`TrainedPolicyError`] if the file could not be loaded: its success rate is not a number,
+    /// its settings are nested more than about 120 deep, or it takes more than 64 MiB.
     pub fn to_bytes(&self) -> Result<Vec<u8>, TrainedPolicyError> {
         file::encode(self)
     }
