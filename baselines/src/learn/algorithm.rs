@@ -226,10 +226,11 @@ impl Transitions<'_> {
 /// The state of an [`Algorithm`]: everything that its later updates depend on.
 #[derive(Debug)]
 pub struct StateMut<'a> {
-    /// The number of updates so far.
+    /// The number of updates so far: it begins with 0, and each update adds 1.
     pub num_updates: &'a mut u64,
-    /// Parameters and moments, each under a unique name. Their lengths never change, and all
-    /// numbers are finite; one whose name ends in `.second_moment` has none below 0.
+    /// Parameters and moments, each under a unique name, which is not `__metadata__`. Names and
+    /// lengths never change, and all numbers are finite; a vector whose name ends in
+    /// `.second_moment` has none below 0. A trainer saves no checkpoint of another state.
     pub vectors: Vec<(String, &'a mut Vec<f32>)>,
 }
 

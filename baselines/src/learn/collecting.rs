@@ -14,9 +14,12 @@ use super::settings::ExplorationSettings;
 use crate::collector::{Collected, Collector, CollectorError};
 use crate::evaluate::Episode;
 
+/// An environment in which steps are collected.
+pub(super) type CollectedEnv<E> = Wrapped<E, FarStarts>;
+
 /// The environments of a run, and how actions are chosen in them.
 pub(super) struct Collecting<E: LearnEnv> {
-    pub(super) collector: Collector<Wrapped<E, FarStarts>>,
+    pub(super) collector: Collector<CollectedEnv<E>>,
     pub(super) explorer: Explorer,
     /// The seed of this process.
     seed: u64,
@@ -33,7 +36,7 @@ pub(super) struct Steps {
 
 impl<E: LearnEnv> Collecting<E> {
     pub(super) fn new(
-        envs: VecEnv<Wrapped<E, FarStarts>>,
+        envs: VecEnv<CollectedEnv<E>>,
         settings: ExplorationSettings,
         seed: u64,
     ) -> Self {

@@ -35,6 +35,14 @@ pub enum TrainError {
     /// Your algorithm could not be built.
     #[error("the algorithm could not be built")]
     Algorithm(#[source] Box<dyn Error + Send + Sync>),
+    /// The state of your algorithm cannot be saved.
+    #[error("the state of the algorithm {algorithm} cannot be saved: {reason}")]
+    State {
+        /// The name of the algorithm.
+        algorithm: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// The environments could not be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),
@@ -178,6 +186,18 @@ pub enum CheckpointError {
         path: PathBuf,
         /// The error of the file system.
         source: io::Error,
+    },
+    /// No run could be resumed from the checkpoint, so it is not written.
+    #[error(
+        "the checkpoint {} is not written, because no run could be resumed from it: {reason}; \
+         earlier checkpoints are intact",
+        path.display()
+    )]
+    Unreadable {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
     },
     /// The checkpoint cannot be read.
     #[error("{} cannot be read", path.display())]

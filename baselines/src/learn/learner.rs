@@ -11,6 +11,7 @@ use super::curve::UpdateSeconds;
 use super::env::LearnEnv;
 use super::error::{RunError, TrainError};
 use super::replay::Replay;
+use super::state_file::StateForm;
 use crate::workers::Workers;
 
 /// The number of threads that can share the work of an update.
@@ -19,6 +20,8 @@ const MAX_THREADS: usize = 2;
 /// An algorithm, and the threads that compute its updates.
 pub(super) struct Learner {
     pub(super) algorithm: Box<dyn Algorithm>,
+    /// The form of its state when it was built.
+    pub(super) form: StateForm,
     threads: ThreadPool,
     /// The process that has the threads.
     process: u32,
@@ -27,13 +30,18 @@ pub(super) struct Learner {
 
 impl Learner {
     pub(super) fn new(
-        algorithm: Box<dyn Algorithm>,
+        mut algorithm: Box<dyn Algorithm>,
         num_threads: usize,
     ) -> Result<Self, TrainError> {
+        let form = StateForm::of(&mut *algorithm).map_err(|reason| TrainError::State {
+            algorithm: algorithm.name().to_owned(),
+            reason,
+        })?;
         let threads =
             ThreadPoolBuilder::new().num_threads(num_threads.clamp(1, MAX_THREADS)).build();
         Ok(Self {
             algorithm,
+            form,
             threads: threads.map_err(TrainError::Threads)?,
             process: std::process::id(),
             seconds: UpdateSeconds::default(),

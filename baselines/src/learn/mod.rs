@@ -64,6 +64,7 @@ mod sac;
 mod sampled;
 pub(crate) mod seeds;
 mod settings;
+mod state_file;
 mod stricter;
 mod trainer;
 mod vectors;

@@ -130,12 +130,34 @@ impl TrainSettings {
         match algorithm {
             AlgorithmSettings::Ddpg(settings) => settings.check(),
             AlgorithmSettings::Sac(settings) => settings.check(),
+            AlgorithmSettings::Other(settings) if is_deeper(settings, MOST_NESTED) => {
+                Err(TrainError::Setting {
+                    name: "algorithm",
+                    value: format!("nested more than {MOST_NESTED} deep"),
+                    expected: "put its settings into fewer lists and objects",
+                })
+            }
             AlgorithmSettings::Other(_) => Ok(()),
         }?;
         replay.check()?;
         inputs.check()?;
         exploration.check()?;
         schedule.check()
+    }
+}
+
+/// How deep the settings of your own algorithm may be nested: files that are nested more than 128
+/// deep are not read.
+const MOST_NESTED: usize = 100;
+
+/// Whether lists and objects are nested more than `most` deep.
+fn is_deeper(value: &Value, most: usize) -> bool {
+    match value {
+        Value::Array(values) => most == 0 || values.iter().any(|value| is_deeper(value, most - 1)),
+        Value::Object(entries) => {
+            most == 0 || entries.values().any(|value| is_deeper(value, most - 1))
+        }
+        _ => false,
     }
 }
 
@@ -149,7 +171,7 @@ pub enum AlgorithmSettings {
     /// [`Sac`](super::Sac).
     Sac(SacSettings),
     /// Your own algorithm, which [`Trainer::with_algorithm`](super::Trainer::with_algorithm)
-    /// builds: its settings, which checkpoints and policies record.
+    /// builds: its settings, which checkpoints and policies record, nested at most 100 deep.
     Other(Value),
 }
 

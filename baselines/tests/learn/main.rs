@@ -12,3 +12,4 @@ mod runs;
 mod same_bits;
 mod settings;
 mod temperature;
+mod unreadable_states;

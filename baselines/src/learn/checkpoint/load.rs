@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use her_relabel::files;
 use zip::read::ZipFile;
 use zip::{CompressionMethod, ZipArchive};
 
@@ -78,7 +79,7 @@ impl Loaded {
 
 /// Reads the fields by which a checkpoint is recognized.
 pub(super) fn header(path: &Path) -> io::Result<Header> {
-    let mut archive = ZipArchive::new(BufReader::new(File::open(path)?))?;
+    let mut archive = ZipArchive::new(BufReader::new(files::open(path)?))?;
     Ok(serde_json::from_reader(BufReader::new(entry(&mut archive, STATE)?))?)
 }
 
@@ -111,7 +112,7 @@ impl CheckpointFile {
         let path = all.pop().ok_or_else(|| Error::None { folder: folder.to_owned() })?;
         let before = all.pop();
         let read = |source| Error::Read { path: path.clone(), source };
-        let file = File::open(&path).map_err(read)?;
+        let file = files::open(&path).map_err(read)?;
         // Each process reads each entry at most once.
         let left = file.metadata().map_err(read)?.len().saturating_mul(num_ranks as u64);
         match ZipArchive::new(BufReader::new(file)) {

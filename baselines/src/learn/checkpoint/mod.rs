@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::curve::{Counters, CurveRow, Recent};
 use super::demonstrated::Demonstrated;
@@ -149,27 +149,18 @@ impl Saved {
     }
 }
 
-impl<S> Own<S> {
-    /// Checks the counts; environments check their snapshots themselves.
-    fn check(&self) -> Result<(), String> {
-        check_counts(self.explorer.counts())
+impl<S: DeserializeOwned> Own<S> {
+    /// Reads the state of a process; environments check their snapshots themselves.
+    fn read(bytes: &[u8]) -> Result<Self, String> {
+        let own: Self = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+        check_counts(own.explorer.counts())?;
+        Ok(own)
     }
 }
 
 fn check_counts<const N: usize>(counts: [(&str, u64); N]) -> Result<(), String> {
     match counts.iter().find(|(_, count)| *count > MAX_COUNT) {
         Some((what, count)) => Err(format!("it counts {count} {what}")),
-        None => Ok(()),
-    }
-}
-
-/// Checks the numbers of a tensor of the networks or of their optimizers.
-fn check_numbers(tensor: &str, numbers: &[f32]) -> Result<(), String> {
-    // Means of squares.
-    let is_square = tensor.ends_with(".second_moment");
-    let is_bad = |number: &f32| !number.is_finite() || (is_square && *number < 0.0);
-    match numbers.iter().position(is_bad) {
-        Some(index) => Err(format!("the tensor {tensor} has {} at {index}", numbers[index])),
         None => Ok(()),
     }
 }

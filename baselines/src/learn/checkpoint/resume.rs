@@ -1,23 +1,21 @@
 //! Continuing the run of a checkpoint.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use fetch_env::{EnvError, SnapshotEnv};
 use her_relabel::HerBuffer;
-use safetensors::{Dtype, SafeTensors};
 
+use super::Own;
 use super::environment::EnvMark;
 use super::load::Loaded;
-use super::{Own, check_numbers};
 use crate::learn::algorithm::{AlgorithmInit, Built};
 use crate::learn::curve::Counters;
 use crate::learn::env::LearnEnv;
 use crate::learn::error::CheckpointError as Error;
 use crate::learn::inputs::Inputs;
 use crate::learn::settings::AlgorithmSettings;
+use crate::learn::state_file::StateFault;
 use crate::learn::trainer::Trainer;
-use crate::trained::file::from_bytes;
 use crate::workers::{OneProcess, Workers};
 
 /// How a run continues.
@@ -104,8 +102,14 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             let buffer = buffer.map_err(|error| damaged(error.to_string()))?;
             replayed.push((buffer, saved.demonstrated.get(number).cloned().unwrap_or_default()));
         }
-        if !trainer.decode_networks(saved.num_updates, &networks).map_err(damaged)? {
-            return Err(foreign("a network does not fit"));
+        let mut vectors = trainer.learner.form.read(&networks).map_err(|fault| match fault {
+            StateFault::Damaged(reason) => damaged(reason),
+            StateFault::Foreign(reason) => foreign(&reason),
+        })?;
+        let state = trainer.learner.algorithm.state_mut();
+        *state.num_updates = saved.num_updates;
+        for (name, vector) in state.vectors {
+            vectors.remove(&name).into_iter().for_each(|saved| *vector = saved);
         }
         let Inputs { observation, goal, .. } = &saved.inputs;
         if (observation.dim(), goal.dim()) != (dims.observation, dims.goal) {
@@ -118,9 +122,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         trainer.rows = saved.rows;
         trainer.last_checkpoint = Some(path.clone());
         let resumed = if saved.num_ranks == size {
-            let own: Own<_> =
-                serde_json::from_slice(&own).map_err(|error| damaged(error.to_string()))?;
-            own.check().map_err(damaged)?;
+            let own = Own::read(&own).map_err(damaged)?;
             let (buffer, demonstrated) =
                 replayed.pop().ok_or_else(|| damaged("it has no buffer".to_owned()))?;
             if buffer.config() != trainer.replay.buffer.config() {
@@ -152,28 +154,5 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             Resumed::OnOtherRanks { before: saved.num_ranks }
         };
         Ok((trainer, resumed))
-    }
-
-    /// Replaces the vectors of the algorithm's state. Returns `false` if they do not fit.
-    fn decode_networks(&mut self, num_updates: u64, file: &[u8]) -> Result<bool, String> {
-        let tensors = SafeTensors::deserialize(file).map_err(|error| error.to_string())?;
-        let saved: BTreeMap<_, _> = tensors.iter().collect();
-        let state = self.learner.algorithm.state_mut();
-        if saved.len() != state.vectors.len() {
-            return Ok(false);
-        }
-        for (name, vector) in state.vectors {
-            let Some(view) = saved
-                .get(name.as_str())
-                .filter(|view| view.dtype() == Dtype::F32 && view.data().len() == 4 * vector.len())
-            else {
-                return Ok(false);
-            };
-            vector.clear();
-            vector.extend(from_bytes(view.data()));
-            check_numbers(&name, vector)?;
-        }
-        *state.num_updates = num_updates;
-        Ok(true)
     }
 }

@@ -6,19 +6,21 @@ use std::path::{Path, PathBuf};
 
 use fetch_env::SnapshotEnv;
 use her_relabel::files;
+use serde::Serialize;
 
 use super::environment::EnvMark;
 use super::load::header;
 use super::{
     ENVIRONMENT, Header, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
-    checkpoints_by_steps, own_name,
+    checkpoints_by_steps, own_name, parse,
 };
 use crate::archive::Archive;
+use crate::learn::collecting::CollectedEnv;
 use crate::learn::demonstrated::Demonstrated;
 use crate::learn::env::LearnEnv;
 use crate::learn::error::{CheckpointError as Error, TrainError};
+use crate::learn::learner::Learner;
 use crate::learn::trainer::Trainer;
-use crate::trained::file::to_bytes;
 use crate::workers::{gather_values, sum};
 
 /// The number of checkpoints that are kept in a folder.
@@ -35,8 +37,10 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     ///
     /// # Errors
     /// [`CheckpointError::OtherRun`](Error::OtherRun) if the folder has checkpoints of another run,
-    /// or an unreadable file in the place of this one; otherwise another
-    /// [`CheckpointError`](Error). Earlier checkpoints stay whole.
+    /// or an unreadable file in the place of this one;
+    /// [`CheckpointError::Unreadable`](Error::Unreadable) if no run could be resumed from this one,
+    /// because your algorithm or environment has a state that cannot be read again; otherwise
+    /// another [`CheckpointError`](Error). Earlier checkpoints stay whole, and none is removed.
     pub fn save(&mut self, folder: impl AsRef<Path>) -> Result<PathBuf, Error> {
         let folder = folder.as_ref();
         let path = checkpoint_path(folder, self.counters.steps);
@@ -89,9 +93,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let failed = |source| Error::Write { path: path.to_owned(), source };
         fs::create_dir_all(folder).map_err(failed)?;
         let older = self.older_checkpoints(folder, path)?;
+        let unreadable = |reason| Error::Unreadable { path: path.to_owned(), reason };
+        let parts = self.parts(demonstrated, own, others).map_err(unreadable)?;
         // What a killed process of this run has left.
         files::remove_unfinished(folder, &self.mark()).map_err(failed)?;
-        self.write_archive(path, demonstrated, own, others).map_err(failed)?;
+        self.write_archive(path, &parts).map_err(failed)?;
         let stale = older.len().saturating_sub(KEPT - 1);
         for path in &older[..stale] {
             match fs::remove_file(path) {
@@ -127,14 +133,32 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         Ok(older)
     }
 
-    fn write_archive(
+    fn write_archive(&mut self, path: &Path, parts: &Parts<'_>) -> io::Result<()> {
+        files::replace_marked(path, &self.mark(), |file| {
+            let mut archive = Archive::new(file);
+            archive.part(STATE)?.write_all(&parts.state)?;
+            archive.part(NETWORKS)?.write_all(&parts.networks)?;
+            archive.part(ENVIRONMENT)?.write_all(&parts.environment)?;
+            archive.part(&own_name(0))?.write_all(parts.own)?;
+            self.replay.buffer.write_to(archive.part(&buffer_name(0))?)?;
+            for (rank, [state, buffer]) in (1..).zip(parts.others) {
+                archive.part(&own_name(rank))?.write_all(state)?;
+                archive.part(&buffer_name(rank))?.write_all(buffer)?;
+            }
+            archive.finish()
+        })
+    }
+
+    /// Returns the parts of a checkpoint except the buffer, or why no run could be resumed from
+    /// them: they are read as a resumed run reads them. A buffer takes nothing that it cannot read.
+    fn parts<'a>(
         &mut self,
-        path: &Path,
         demonstrated: Vec<Demonstrated>,
-        own: &[u8],
-        others: &[[Vec<u8>; 2]],
-    ) -> io::Result<()> {
-        let (num_updates, networks) = self.encode_networks()?;
+        own: &'a [u8],
+        others: &'a [[Vec<u8>; 2]],
+    ) -> Result<Parts<'a>, String> {
+        let Learner { algorithm, form, .. } = &mut self.learner;
+        let (num_updates, networks) = form.write(&mut **algorithm)?;
         let saved = Saved {
             version: VERSION,
             run_id: self.run_id,
@@ -148,29 +172,27 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             num_updates,
             demonstrated,
         };
-        let environment =
-            EnvMark::of(&self.replay.template, self.replay.buffer.config().dims().goal);
-        files::replace_marked(path, &self.mark(), |file| {
-            let mut archive = Archive::new(file);
-            archive.part(STATE)?.write_all(&serde_json::to_vec(&saved)?)?;
-            archive.part(NETWORKS)?.write_all(&networks)?;
-            archive.part(ENVIRONMENT)?.write_all(&serde_json::to_vec(&environment)?)?;
-            archive.part(&own_name(0))?.write_all(own)?;
-            self.replay.buffer.write_to(archive.part(&buffer_name(0))?)?;
-            for (rank, [state, buffer]) in (1..).zip(others) {
-                archive.part(&own_name(rank))?.write_all(state)?;
-                archive.part(&buffer_name(rank))?.write_all(buffer)?;
-            }
-            archive.finish()
-        })
+        let state = json(&saved)?;
+        parse(&state)?;
+        let goal_len = self.replay.buffer.config().dims().goal;
+        let environment = json(&EnvMark::of(&self.replay.template, goal_len))?;
+        EnvMark::read(&environment)?.check(&mut self.replay.template, goal_len)?;
+        for own in std::iter::once(own).chain(others.iter().map(|[state, _]| &state[..])) {
+            Own::<<CollectedEnv<E> as SnapshotEnv>::Snapshot>::read(own)?;
+        }
+        Ok(Parts { state, networks, environment, own, others })
     }
+}
 
-    /// Returns the number of updates, and the vectors of the algorithm's state as a file.
-    fn encode_networks(&mut self) -> io::Result<(u64, Vec<u8>)> {
-        let state = self.learner.algorithm.state_mut();
-        let vectors = state.vectors.into_iter();
-        let tensors = vectors.map(|(name, vector)| (name, vec![vector.len()], vector.as_slice()));
-        let file = to_bytes(tensors.collect(), None).map_err(io::Error::other)?;
-        Ok((*state.num_updates, file))
-    }
+/// The parts of a checkpoint except the buffer of the first process.
+struct Parts<'a> {
+    state: Vec<u8>,
+    networks: Vec<u8>,
+    environment: Vec<u8>,
+    own: &'a [u8],
+    others: &'a [[Vec<u8>; 2]],
+}
+
+fn json(value: &impl Serialize) -> Result<Vec<u8>, String> {
+    serde_json::to_vec(value).map_err(|error| error.to_string())
 }
