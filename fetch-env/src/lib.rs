@@ -78,6 +78,8 @@ mod fetch;
 mod gym;
 #[cfg(any(feature = "clip", feature = "render"))]
 mod pictures;
+#[cfg(feature = "mujoco")]
+mod shared;
 
 #[doc = include_str!("../FIDELITY.md")]
 pub mod fidelity {}

@@ -1,8 +1,12 @@
 //! MuJoCo's warnings as Python's.
 
-use std::ffi::CString;
+use std::{
+    ffi::CString,
+    mem,
+    sync::{Mutex, MutexGuard},
+    thread,
+};
 
-use crossbeam_queue::SegQueue;
 use pyo3::{create_exception, exceptions::PyUserWarning, prelude::*};
 use tracing::{
     Event, Metadata, Subscriber,
@@ -21,9 +25,16 @@ create_exception!(
 );
 
 /// Warnings of all threads that were not yet passed on to Python.
-static PENDING: SegQueue<String> = SegQueue::new();
+static PENDING: Mutex<Vec<String>> = Mutex::new(Vec::new());
 /// The largest number of warnings that wait; later ones are dropped.
 const MOST_PENDING: usize = 64;
+
+/// Locks the warnings, but not at any price: in a forked process, a thread that only its parent has
+/// may have locked them for ever, and they are given up.
+fn pending() -> Option<MutexGuard<'static, Vec<String>>> {
+    const ATTEMPTS: usize = 1000;
+    (0..ATTEMPTS).find_map(|_| PENDING.try_lock().map_err(|_| thread::yield_now()).ok())
+}
 
 /// Runs a simulation without holding the interpreter, and passes on MuJoCo's warnings. An error of
 /// the call takes precedence over a warning that Python's filters turn into an error.
@@ -44,7 +55,8 @@ where
 
 fn pass_on(py: Python<'_>) -> Result<()> {
     let mut passed_on = Ok(());
-    while let Some(text) = PENDING.pop() {
+    let texts = pending().map(|mut texts| mem::take(&mut *texts));
+    for text in texts.into_iter().flatten() {
         let text = CString::new(text).map_err(Error::value)?;
         // Level 1 is the package's own line.
         let warned = PyErr::warn(py, &py.get_type::<MujocoWarning>(), &text, 2);
@@ -66,10 +78,10 @@ impl Subscriber for Collector {
     }
 
     fn event(&self, event: &Event<'_>) {
-        if PENDING.len() < MOST_PENDING {
-            let mut message = Message(String::new());
-            event.record(&mut message);
-            PENDING.push(message.0);
+        let mut message = Message(String::new());
+        event.record(&mut message);
+        if let Some(mut texts) = pending().filter(|texts| texts.len() < MOST_PENDING) {
+            texts.push(message.0);
         }
     }
 

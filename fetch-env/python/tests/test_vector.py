@@ -3,6 +3,7 @@
 import copy
 import multiprocessing
 import pickle
+import threading
 
 import fetch_env
 import gymnasium
@@ -243,6 +244,42 @@ def test_a_forked_process_makes_its_own_vector(push):
     np.testing.assert_array_equal(observation, push.step(np.zeros(4, np.float32))[0]["observation"])
     assert len(errors) == 2
     assert all("make new environments in this process" in error for error in errors)
+
+
+def make_in_child(sender):
+    """Report the shapes of what a forked process makes."""
+    env = fetch_env.FetchEnv("FetchReach-v4")
+    envs = fetch_env.FetchVectorEnv("FetchReach-v4", 2)
+    made = [env.reset(seed=0)[0], envs.reset(seed=0)[0]]
+    sender.send([observation["observation"].shape for observation in made])
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_process_is_forked_while_other_threads_make_environments():
+    context = multiprocessing.get_context("fork")
+    done = threading.Event()
+
+    def make_others(substeps):
+        # Each is the only environment of its substeps, and so compiles a model.
+        while not done.is_set():
+            fetch_env.FetchEnv("FetchReach-v4", n_substeps=substeps).close()
+
+    others = [threading.Thread(target=make_others, args=(substeps,)) for substeps in (1, 2)]
+    for other in others:
+        other.start()
+    try:
+        for _ in range(10):
+            receiver, sender = context.Pipe(duplex=False)
+            child = context.Process(target=make_in_child, args=(sender,))
+            child.start()
+            answers = receiver.poll(60)
+            child.kill()
+            assert answers
+            assert receiver.recv() == [(10,), (2, 10)]
+    finally:
+        done.set()
+        for other in others:
+            other.join()
 
 
 def test_gymnasiums_processes_step_the_environments(actions):

@@ -1,10 +1,6 @@
 //! Environments on MuJoCo, single or vectorized.
 
-use std::{
-    panic,
-    sync::{Arc, Mutex, PoisonError, Weak},
-    thread,
-};
+use std::{panic, sync::Arc, thread};
 
 use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError, Task};
 use goal_reward::DistanceReward;
@@ -18,6 +14,7 @@ use crate::gym::vec_env::{
     pool::STACK_SIZE,
 };
 use crate::gym::wrappers::{TimeLimit, Wrapped};
+use crate::shared::Shared;
 
 /// An environment as [`make`] makes it, or one with your own reward and task.
 pub type MujocoEnv<R = DistanceReward, T = Task> =
@@ -40,7 +37,8 @@ pub type MujocoEnv<R = DistanceReward, T = Task> =
 /// ```
 ///
 /// Living environments of this process with equal [`FetchConfig::sim`] share one model, which the
-/// first of them compiles and lets settle.
+/// first of them compiles and lets settle. A `fork` waits while another thread compiles a model, and
+/// a child that was forked meanwhile makes environments as its parent does.
 ///
 /// The calling thread needs a stack of 256 KiB: MuJoCo compiles the model on it, and a smaller
 /// stack may end the process. (Measured: 96 KiB are enough, with the built-in model and with the
@@ -125,21 +123,9 @@ impl Registry<MujocoEnv> {
     }
 }
 
-/// The models of the living environments of this process.
-static MODELS: Mutex<Vec<Weak<FetchModel>>> = Mutex::new(Vec::new());
-
 /// Returns the model of a configuration, compiled and settled once for all living environments.
 /// They can share it because a model never changes.
 fn shared_model(config: &SimConfig) -> Result<Arc<FetchModel>, SimError> {
-    // A panic while the lock is held leaves a valid list.
-    let mut models = MODELS.lock().unwrap_or_else(PoisonError::into_inner);
-    models.retain(|model| model.strong_count() > 0);
-    let mut alive = models.iter().filter_map(Weak::upgrade);
-    if let Some(model) = alive.find(|model| model.config() == config) {
-        return Ok(model);
-    }
-    drop(alive);
-    let model = FetchModel::load(config)?;
-    models.push(Arc::downgrade(&model));
-    Ok(model)
+    static MODELS: Shared<FetchModel> = Shared::new();
+    MODELS.get_or_make(|model| model.config() == config, || FetchModel::load(config))
 }

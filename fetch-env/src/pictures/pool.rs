@@ -3,7 +3,7 @@
 use std::{
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicUsize, Ordering::Relaxed},
     },
 };
@@ -12,6 +12,7 @@ use fetch_sim::{RenderError, RenderOptions, Renderer, SimConfig};
 
 use super::render::RenderEnv;
 use crate::gym::error::EnvError;
+use crate::shared::Shared;
 
 /// The renderers of all living environments that are drawn with one model and these options.
 ///
@@ -25,9 +26,6 @@ pub(crate) struct RendererPool {
     /// The number of renderers made so far.
     made: AtomicUsize,
 }
-
-/// The pools of this process. The environments own them, so that the last one frees the renderers.
-static POOLS: Mutex<Vec<Weak<RendererPool>>> = Mutex::new(Vec::new());
 
 /// Locks a list. A panic while it was locked has left it valid.
 fn lock<T>(list: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -43,21 +41,16 @@ impl RendererPool {
         env: &E,
         options: RenderOptions,
     ) -> Result<Arc<Self>, EnvError> {
-        // Before a lock, because threads that a forked process does not have may hold it.
+        /// The environments own the pools, so that the last one frees the renderers.
+        static POOLS: Shared<RendererPool> = Shared::new();
         Renderer::check_process()?;
         let config = env.sim_config();
-        let mut pools = lock(&POOLS);
-        pools.retain(|pool| pool.strong_count() > 0);
-        let mut alive = pools.iter().filter_map(Weak::upgrade);
-        if let Some(pool) = alive.find(|pool| pool.config == *config && pool.options == options) {
-            return Ok(pool);
-        }
-        drop(alive);
-        let idle = Mutex::new(vec![env.renderer(options.clone())?]);
-        let made = AtomicUsize::new(1);
-        let pool = Arc::new(Self { config: config.clone(), options, idle, made });
-        pools.push(Arc::downgrade(&pool));
-        Ok(pool)
+        let fits = |pool: &Self| pool.config == *config && pool.options == options;
+        POOLS.get_or_make(fits, || {
+            let idle = Mutex::new(vec![env.renderer(options.clone())?]);
+            let (config, options, made) = (config.clone(), options.clone(), AtomicUsize::new(1));
+            Ok(Arc::new(Self { config, options, idle, made }))
+        })
     }
 
     /// Renders the colors of the environment's state, as [`RenderEnv::render`] does, and calls

@@ -45,8 +45,8 @@
 //! # After a `fork`
 //! A child that a process forks has none of its threads. There each call of a vector that the
 //! parent made returns [`VecEnvError::Forked`], and dropping it does not wait, so make a new vector
-//! in the child. A single environment continues in both processes. Fork only while no other thread
-//! is making an environment: a lock that it holds would stay locked in the child.
+//! in the child. A single environment continues in both processes, and the child can make others,
+//! whatever the threads of its parent were doing.
 
 pub(crate) mod config;
 pub(crate) mod env;

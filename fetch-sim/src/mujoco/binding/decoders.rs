@@ -13,6 +13,7 @@ use super::{
     ffi,
     library::{c_path, check_as, library_path, look_at},
     system::{DECODER_FILES, library_name},
+    unforked::unforked,
     version::MujocoVersion,
 };
 
@@ -35,7 +36,7 @@ impl Decoders {
 
     /// Loads the decoders of the library that is loaded; later calls return the same result.
     pub(crate) fn load() -> &'static Self {
-        DECODERS.get_or_init(|| {
+        let load = || {
             let mut decoders = Self::default();
             for file in files() {
                 match load_plugin(&file) {
@@ -46,7 +47,8 @@ impl Decoders {
                 }
             }
             decoders
-        })
+        };
+        DECODERS.get().unwrap_or_else(|| unforked(|| DECODERS.get_or_init(load)))
     }
 }
 
@@ -72,5 +74,6 @@ fn load_plugin(file: &Path) -> Result<(), String> {
     let (file, library) = (c_path(&plugin.path)?, c_path(library.as_ref())?);
     // SAFETY: the library is loaded, and both are C strings.
     let status = unsafe { ffi::fs_load_plugin(file.as_ptr(), library.as_ptr()) };
-    check_as(status, |reason| reason)
+    // A warning would be passed on to the host, for which a fork must not wait.
+    check_as(status & ffi::FS_FAILED, |reason| reason)
 }

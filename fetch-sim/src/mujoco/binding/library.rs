@@ -12,6 +12,7 @@ use super::{
     library_file::LibraryFile,
     search::{Place, Search},
     system::{library_name, resolve},
+    unforked::unforked,
     version::MujocoVersion,
 };
 use crate::{
@@ -73,7 +74,7 @@ pub fn use_library(path: impl AsRef<Path>) -> Result<(), SimError> {
         Some(Err(error)) => return Err(error.clone()),
         _ => {}
     }
-    let chosen = CHOSEN.get_or_init(|| path.to_path_buf());
+    let chosen = unforked(|| CHOSEN.get_or_init(|| path.to_path_buf()));
     if chosen == path { Ok(()) } else { Err(SimError::LibraryInUse { path: chosen.clone() }) }
 }
 
@@ -98,7 +99,8 @@ pub(crate) fn load_once() -> Result<&'static PathBuf, SimError> {
             ..Search::of_process(version, global, others)
         })
     };
-    LOADED.get_or_init(load).as_ref().map_err(SimError::clone)
+    let loaded = LOADED.get().unwrap_or_else(|| unforked(|| LOADED.get_or_init(load)));
+    loaded.as_ref().map_err(SimError::clone)
 }
 
 /// Loads the first library of a search that fits the headers, and returns its path. Only one call

@@ -11,4 +11,5 @@ pub(crate) mod model;
 pub(crate) mod poses;
 mod search;
 mod system;
+mod unforked;
 pub(crate) mod version;

@@ -12,6 +12,7 @@ use super::{
     decoders::Decoders,
     ffi::{self, RawModel, RawShapes, Sizes},
     library::{Owned, c_path, check_as, load_once},
+    unforked::unforked,
 };
 use crate::error::SimError;
 
@@ -111,7 +112,8 @@ impl Model {
         load_once()?;
         let attempt = || {
             let mut raw = ptr::null_mut();
-            check_as(compile(&raw mut raw), explained).map(|()| raw)
+            let status = unforked(|| compile(&raw mut raw));
+            check_as(status, explained).map(|()| raw)
         };
         let had_decoders = Decoders::are_settled();
         let raw = attempt().or_else(|reason| {
@@ -158,7 +160,9 @@ impl Model {
             // SAFETY: the shapes were just made, and the model, which owns them, drops them first.
             unsafe { Owned::new(shapes, "the contact filter") }
         };
-        self.shapes.get_or_init(make).as_ref().map_err(SimError::clone)
+        let shapes = self.shapes.get();
+        let shapes = shapes.unwrap_or_else(|| unforked(|| self.shapes.get_or_init(make)));
+        shapes.as_ref().map_err(SimError::clone)
     }
 
     /// Lowers the number of constraints, and of numbers on the stack, for which each

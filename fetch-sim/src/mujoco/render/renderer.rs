@@ -156,7 +156,9 @@ impl Renderer {
     /// the first renderer, if there is no OpenGL, or after a `fork`.
     #[must_use]
     pub fn backend() -> Option<&'static str> {
-        Self::check_process().ok()?;
+        if PROCESS.load(SeqCst) != process::id() {
+            return None;
+        }
         let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
         let name = ffi::fs_gl_backend();
         // SAFETY: null, or a C string that lives as long as the program.
@@ -276,8 +278,9 @@ impl fmt::Debug for Renderer {
 }
 
 fn make(model: &Model) -> Result<Owned<RawRenderer>, RenderError> {
-    let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
+    // First, so that no child waits for the lock.
     PROCESS.store(process::id(), SeqCst);
+    let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let (mut raw, mut has_gl) = (ptr::null_mut(), 0);
     // SAFETY: the library is loaded because a model is; the model is alive and prepared, and both
     // results are valid for writes.
