@@ -75,6 +75,9 @@ pub enum EvaluationError {
     /// A return or a distance is not a finite number.
     #[error("no mean can be taken over the episodes")]
     Statistics(#[from] StatisticsError),
+    /// The caller stopped it.
+    #[error("the evaluation was stopped before its end")]
+    Stopped,
     /// Another process sent episodes that cannot be read.
     #[error(transparent)]
     Unreadable(#[from] UnreadableMessage),
@@ -202,17 +205,33 @@ pub fn evaluate_vec<E: GoalEnv + Send + 'static>(
     first_seed: u64,
     progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError> {
-    evaluate_range(envs, policy, 0..count, first_seed, progress)
+    evaluate_range(envs, policy, 0..count, first_seed, progress, &mut || true)
 }
 
-/// Runs the episodes of a range as [`evaluate_vec`] does: a part of an evaluation whose first
-/// episode has the seed `first_seed`.
+/// Runs episodes as [`evaluate_vec`] does while `go_on`, called before each step of all
+/// environments, returns true.
+///
+/// # Errors
+/// Those of [`evaluate_vec`], and [`EvaluationError::Stopped`] when `go_on` returns false.
+pub fn evaluate_vec_while<E: GoalEnv + Send + 'static>(
+    envs: &mut VecEnv<E>,
+    policy: &mut (impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
+    count: usize,
+    first_seed: u64,
+    mut go_on: impl FnMut() -> bool,
+) -> Result<Evaluation, EvaluationError> {
+    evaluate_range(envs, policy, 0..count, first_seed, |_| (), &mut go_on)
+}
+
+/// Runs the episodes of a range as [`evaluate_vec`] does while `go_on` returns true: a part of an
+/// evaluation whose first episode has the seed `first_seed`.
 pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
     envs: &mut VecEnv<E>,
     policy: &mut (impl VecPolicy<E::Observation, E::Info, ActionElement<E>> + ?Sized),
     range: Range<usize>,
     first_seed: u64,
     mut progress: impl FnMut(&Episode),
+    go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Evaluation, EvaluationError> {
     check_vec_policy(envs, policy)?;
     let num_envs = envs.num_envs();
@@ -239,6 +258,9 @@ pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
         episodes.extend(seeds[..size].iter().map(|seed| Episode::new(*seed)));
         let mut running = vec![true; size];
         while running.contains(&true) {
+            if !go_on() {
+                return Err(EvaluationError::Stopped);
+            }
             policy.act_all(envs.last_step(), &mut actions);
             let batch = envs.step(&actions)?;
             for (row, is_running) in running.iter_mut().enumerate().filter(|(_, running)| **running)

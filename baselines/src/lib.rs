@@ -59,7 +59,9 @@ pub mod workers;
 
 pub use collect::{CollectError, buffer_config, collect};
 pub use collector::{CollectEnv, Collected, Collector, CollectorError, CollectorSnapshot};
-pub use evaluate::{Episode, Evaluation, EvaluationError, Summary, evaluate, evaluate_vec};
+pub use evaluate::{
+    Episode, Evaluation, EvaluationError, Summary, evaluate, evaluate_vec, evaluate_vec_while,
+};
 pub use planned::{Plan, PlanEnv, PlannedPolicy, Planner, PlannerError, PlannerSettings};
 pub use policy::{Action, Policy, PolicyError, RandomPolicy, VecPolicy, ZeroPolicy};
 pub use scripted::ScriptedPolicy;

@@ -22,7 +22,7 @@ pub fn evaluate_spread<E: GoalEnv + Send + 'static>(
     progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, EvaluationError> {
     let own = share(workers, count);
-    let evaluation = evaluate_range(envs, policy, own, first_seed, progress)?;
+    let evaluation = evaluate_range(envs, policy, own, first_seed, progress, &mut || true)?;
     Ok(gather_episodes(workers, &evaluation)?)
 }
 

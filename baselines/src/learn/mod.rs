@@ -43,6 +43,7 @@ mod checkpoint;
 mod collecting;
 mod critic;
 mod curve;
+mod cycle;
 mod ddpg;
 mod demonstrated;
 mod env;

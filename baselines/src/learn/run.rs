@@ -1,6 +1,5 @@
-//! The loop of a run: collect, update, evaluate.
+//! The parts of a run: collect, update, evaluate.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use fetch_env::GoalObservation;
@@ -9,7 +8,7 @@ use her_relabel::Scalar;
 use serde::{Deserialize, Serialize};
 
 use super::algorithm::Losses;
-use super::curve::{CurveRow, Target};
+use super::curve::CurveRow;
 use super::env::LearnEnv;
 use super::error::{RunError, TrainError};
 use super::inputs::Inputs;
@@ -24,8 +23,8 @@ use crate::workers::{agree, gather_values, share, share_of, sum};
 /// those of far starts.
 const EVALUATION_SEED: u64 = 1 << 41;
 
-/// The number of evaluations of a run whose settings do not say how often to evaluate.
-const DEFAULT_EVALUATIONS: u64 = 20;
+/// The number of updates between two questions whether to go on.
+const UPDATES_AT_ONCE: u64 = 10;
 
 /// What a process has collected in a cycle.
 #[derive(Serialize, Deserialize)]
@@ -43,68 +42,6 @@ struct CollectedShare {
 }
 
 impl<E: LearnEnv> Trainer<E> {
-    /// Runs until `num_steps` steps have been collected in total, the target is reached, or `watch`
-    /// breaks, in any process; `watch` gets this trainer and each row of the learning curve. It
-    /// evaluates as often as [`evaluation_interval`](super::ScheduleSettings::evaluation_interval)
-    /// says, and at the end of all steps if there is no row yet.
-    ///
-    /// # Errors
-    /// [`TrainError`].
-    pub fn run(
-        &mut self,
-        num_steps: u64,
-        target: Option<Target>,
-        mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
-    ) -> Result<(), TrainError> {
-        let is_reached = |rows: &[CurveRow]| target.is_some_and(|target| target.is_reached(rows));
-        while self.counters.steps < num_steps && !is_reached(&self.rows) {
-            if let Some(row) = self.run_cycle(num_steps)? {
-                let is_over = watch(self, &row).is_break();
-                if sum(&mut *self.workers, u64::from(is_over))? > 0 {
-                    break;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Runs the next cycle of a run of `num_steps` steps, as [`run`](Self::run) does, for callers
-    /// that inspect each cycle. Returns a row of the learning curve if an evaluation was due.
-    ///
-    /// # Errors
-    /// [`TrainError`].
-    pub fn run_cycle(&mut self, num_steps: u64) -> Result<Option<CurveRow>, TrainError> {
-        let interval = self.settings.schedule.evaluation_interval;
-        let steps = interval.unwrap_or(num_steps.div_ceil(DEFAULT_EVALUATIONS)).max(1);
-        let before = self.counters.steps / steps;
-        self.cycle()?;
-        let is_due = self.counters.updates > 0 && self.counters.steps / steps > before;
-        // The last row shows the result of the run.
-        let is_over = self.counters.steps >= num_steps;
-        if !is_due && !(is_over && (interval.is_none() || self.rows.is_empty())) {
-            return Ok(None);
-        }
-        let row = self.evaluate()?;
-        self.check_weights()?;
-        Ok(Some(row))
-    }
-
-    /// Collects steps of all environments, and then updates the actor.
-    ///
-    /// # Errors
-    /// [`TrainError`].
-    pub fn cycle(&mut self) -> Result<(), TrainError> {
-        self.learner.check_process()?;
-        let start = Instant::now();
-        let can_draw = self.collect()?;
-        let random_episodes = self.settings.random_episodes_of_all(self.workers.size());
-        if can_draw && self.counters.episodes >= random_episodes {
-            self.learn(self.settings.schedule.updates_per_cycle as u64)?;
-        }
-        self.counters.seconds += start.elapsed().as_secs_f64();
-        Ok(())
-    }
-
     /// Updates the actor `num_updates` times from the contents of the buffer, and collects nothing.
     /// With [demonstrations](Self::add_demonstrations), this is offline learning, which
     /// [`imitation_weight`](super::DdpgSettings::imitation_weight) is meant for. [`run`](Self::run)
@@ -145,7 +82,7 @@ impl<E: LearnEnv> Trainer<E> {
             return Err(TrainError::NothingToDraw);
         }
         self.see_demonstrations()?;
-        self.learn(num_updates)?;
+        self.learn(num_updates, &mut || true)?;
         self.counters.seconds += start.elapsed().as_secs_f64();
         Ok(())
     }
@@ -172,7 +109,7 @@ impl<E: LearnEnv> Trainer<E> {
 
     /// Collects this process's share of steps, and exchanges what all have collected. Returns
     /// whether all have transitions to draw.
-    fn collect(&mut self) -> Result<bool, TrainError> {
+    pub(super) fn collect(&mut self) -> Result<bool, TrainError> {
         if self.counters.steps == 0 {
             self.begin_episodes()?;
         }
@@ -233,21 +170,34 @@ impl<E: LearnEnv> Trainer<E> {
         TrainError::Run { steps, checkpoint, source: Box::new(error) }
     }
 
-    /// Draws and updates.
-    fn learn(&mut self, num_updates: u64) -> Result<(), TrainError> {
+    /// Draws and updates, up to `num_updates` times while `go_on` returns true. Returns the number
+    /// of updates that are left.
+    pub(super) fn learn(
+        &mut self,
+        num_updates: u64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<u64, TrainError> {
         let Self { replay, learner, workers, counters, recent, .. } = self;
-        let first = counters.updates;
-        let numbers = first..first.saturating_add(num_updates);
-        let learned = learner.update(numbers, replay, &mut **workers, |losses: Losses| {
-            counters.updates += 1;
-            if !losses.are_finite() {
-                let (update, Losses { critic, actor, .. }) = (counters.updates, losses);
-                return Err(RunError::Diverged { update, critic, actor });
+        let end = counters.updates.saturating_add(num_updates);
+        let mut goes_on = true;
+        while goes_on && counters.updates < end {
+            let first = counters.updates;
+            let numbers = first..end.min(first.saturating_add(UPDATES_AT_ONCE));
+            let learned = learner.update(numbers, replay, &mut **workers, |losses: Losses| {
+                counters.updates += 1;
+                if !losses.are_finite() {
+                    let (update, Losses { critic, actor, .. }) = (counters.updates, losses);
+                    return Err(RunError::Diverged { update, critic, actor });
+                }
+                recent.add(losses);
+                Ok(())
+            });
+            if let Err(error) = learned {
+                return Err(self.failed(error));
             }
-            recent.add(losses);
-            Ok(())
-        });
-        learned.map_err(|error| self.failed(error))
+            goes_on = go_on();
+        }
+        Ok(end - counters.updates)
     }
 
     /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no
@@ -257,6 +207,15 @@ impl<E: LearnEnv> Trainer<E> {
     /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::Forked`], and
     /// [`TrainError::Run`] with [`RunError::EvaluationNotFinite`].
     pub fn evaluate(&mut self) -> Result<CurveRow, TrainError> {
+        self.evaluate_while(&mut || true)
+    }
+
+    /// Evaluates as [`evaluate`](Self::evaluate) does while `go_on` returns true, and otherwise
+    /// fails with [`EvaluationError::Stopped`](crate::EvaluationError::Stopped).
+    pub(super) fn evaluate_while(
+        &mut self,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<CurveRow, TrainError> {
         self.learner.check_process()?;
         let count = self.settings.schedule.evaluation_episodes;
         let seed = EVALUATION_SEED + self.counters.evaluations * count as u64;
@@ -269,7 +228,7 @@ impl<E: LearnEnv> Trainer<E> {
         };
         let own = share(&*self.workers, count);
         let envs = &mut self.evaluation_envs;
-        let evaluation = evaluate_range(envs, &mut greedy, own, seed, |_| ());
+        let evaluation = evaluate_range(envs, &mut greedy, own, seed, |_| (), go_on);
         // The cause of what may follow: the policy cannot act on such an observation.
         if let Some(env_index) = first_bad {
             let what = "an observation";
@@ -297,7 +256,7 @@ impl<E: LearnEnv> Trainer<E> {
     }
 
     /// Checks that all processes have the same weights.
-    fn check_weights(&mut self) -> Result<(), TrainError> {
+    pub(super) fn check_weights(&mut self) -> Result<(), TrainError> {
         if self.workers.size() == 1 {
             return Ok(());
         }

@@ -11,6 +11,7 @@ use her_relabel::{Dims, HerBuffer};
 use super::algorithm::{AlgorithmInit, Built};
 use super::collecting::Collecting;
 use super::curve::{Counters, CurveRow, Recent, UpdateSeconds};
+use super::cycle::Rest;
 use super::env::LearnEnv;
 use super::error::TrainError;
 use super::far_starts::FarStarts;
@@ -38,6 +39,8 @@ pub struct Trainer<E: LearnEnv> {
     pub(super) counters: Counters,
     pub(super) recent: Recent,
     pub(super) rows: Vec<CurveRow>,
+    /// What is left of a cycle that was stopped.
+    pub(super) rest: Option<Rest>,
     pub(super) last_checkpoint: Option<PathBuf>,
 }
 
@@ -160,6 +163,7 @@ impl<E: LearnEnv> Trainer<E> {
             counters: Counters::default(),
             recent: Recent::default(),
             rows: Vec::new(),
+            rest: None,
             last_checkpoint: None,
             settings,
             seed,

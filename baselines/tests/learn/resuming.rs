@@ -49,6 +49,41 @@ fn a_resumed_run_ends_with_the_same_bits() -> Result {
 }
 
 #[test]
+fn a_run_that_is_stopped_in_the_middle_of_its_cycles_ends_with_the_same_bits() -> Result {
+    for algorithm in [ddpg(), sac()] {
+        let folder = tempdir()?;
+        let settings = all_on(algorithm);
+        let mut whole = Trainer::new(make, settings.clone(), 5, 1)?;
+        whole.run(STEPS / 2, None, |_, _| ControlFlow::Continue(()))?;
+
+        let mut trainer = Trainer::new(make, settings, 5, 1)?;
+        let (mut in_updates, mut in_evaluations) = (0, 0);
+        // The question at which a call stops: a cycle has two questions for its 20 updates, and
+        // then those of an evaluation if one is due.
+        for last in [1, 3, 20, u32::MAX].into_iter().cycle() {
+            if trainer.is_over(STEPS / 2, None) {
+                break;
+            }
+            let mut questions = 0;
+            let row = trainer.run_cycle_while(STEPS / 2, || {
+                questions += 1;
+                questions < last
+            })?;
+            if questions == last {
+                assert!(row.is_none());
+                in_updates += u32::from(last == 1);
+                in_evaluations += u32::from(last > 1);
+                trainer.save(folder.path())?;
+                trainer = Trainer::resume(make, folder.path(), 1)?;
+            }
+        }
+        assert!(in_updates > 0 && in_evaluations > 0, "{in_updates}, {in_evaluations}");
+        assert!(outcome(&trainer)? == outcome(&whole)?);
+    }
+    Ok(())
+}
+
+#[test]
 fn a_run_that_is_saved_again_before_it_goes_on_has_the_same_checkpoint() -> Result {
     for algorithm in [ddpg(), sac()] {
         let folder = tempdir()?;

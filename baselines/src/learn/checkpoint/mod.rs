@@ -17,6 +17,7 @@ use std::{fs, io};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::curve::{Counters, CurveRow, Recent};
+use super::cycle::Rest;
 use super::demonstrated::Demonstrated;
 use super::explorer::{ExplorerState, LastBatch};
 use super::inputs::Inputs;
@@ -47,6 +48,8 @@ struct Saved {
     counters: Counters,
     recent: Recent,
     rows: Vec<CurveRow>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    rest: Option<Rest>,
     inputs: Inputs,
     num_updates: u64,
     /// The demonstrated transitions in the buffer of each process.
@@ -138,6 +141,10 @@ impl Saved {
         }
         check_counts(self.counters.counts())?;
         check_counts(self.recent.counts())?;
+        let left = self.rest.map_or(0, |rest| rest.updates);
+        if left > self.settings.schedule.updates_per_cycle as u64 {
+            return Err(format!("{left} updates of its cycle are left, more than a cycle has"));
+        }
         if self.num_updates != self.counters.updates {
             let (networks, run) = (self.num_updates, self.counters.updates);
             return Err(format!("its networks have had {networks} updates, but its run {run}"));

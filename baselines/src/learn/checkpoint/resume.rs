@@ -120,6 +120,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         trainer.counters = saved.counters;
         trainer.recent = saved.recent;
         trainer.rows = saved.rows;
+        trainer.rest = saved.rest;
         trainer.last_checkpoint = Some(path.clone());
         let resumed = if saved.num_ranks == size {
             let own = Own::read(&own).map_err(damaged)?;

@@ -168,6 +168,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             counters: self.counters,
             recent: self.recent,
             rows: self.rows.clone(),
+            rest: self.rest,
             inputs: self.replay.inputs.clone(),
             num_updates,
             demonstrated,
