@@ -1,6 +1,7 @@
 """Data sets, as Minari and OGBench read them."""
 
 import fetch_env
+import gymnasium
 import pytest
 
 minari = pytest.importorskip("minari")
@@ -84,6 +85,19 @@ def test_sets_are_sampled_filtered_and_combined(dataset):
     assert combined.total_episodes == 2 * EPISODES
     for left, right in zip(combined, episodes + episodes, strict=True):
         assert_same_episode(left, right)
+
+
+def test_a_set_is_combined_with_a_users_own(dataset, actions):
+    env_id = ENV_IDS[dataset.id]
+    collector = minari.DataCollector(gymnasium.make(f"fetch_env/{env_id}"))
+    collector.reset(seed=0)
+    for action in actions[:50]:
+        collector.step(action)
+    name = f"{dataset.id[:-3]}-own-v0"
+    own = collector.create_dataset(name, description="mine", author="me", author_email="mine")
+    assert dataset.env_spec == own.env_spec == gymnasium.spec(f"fetch_env/{env_id}")
+    combined = minari.combine_datasets([dataset, own], f"{name[:-3]}-both-v0")
+    assert combined.total_episodes == EPISODES + 1
 
 
 def test_an_episode_goes_on_from_each_of_its_snapshots(tmp_path, monkeypatch):

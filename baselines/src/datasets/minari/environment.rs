@@ -13,7 +13,9 @@ pub(super) fn own_spec(about: &About) -> Value {
         model => json!({ "env_id": env_id, "model": model }),
     };
     let classes = ["fetch_env:FetchEnv", "fetch_env:FetchVectorEnv"].map(Value::from);
-    spec(about, &format!("fetch_env/{env_id}"), classes, kwargs)
+    // Registered without, because the environment itself demands a reset first.
+    let order_enforce = false;
+    spec(about, &format!("fetch_env/{env_id}"), classes, order_enforce, kwargs)
 }
 
 /// Returns the environment of gymnasium-robotics, which `recover_environment(eval_env=True)` makes.
@@ -31,10 +33,10 @@ pub(super) fn robotics_spec(about: &About) -> Value {
         RewardKind::Sparse => "sparse",
         RewardKind::Dense => "dense",
     };
-    spec(about, &about.env_id.to_string(), classes, json!({ "reward_type": reward }))
+    spec(about, &about.env_id.to_string(), classes, true, json!({ "reward_type": reward }))
 }
 
-fn spec(about: &About, id: &str, classes: [Value; 2], kwargs: Value) -> Value {
+fn spec(about: &About, id: &str, classes: [Value; 2], order_enforce: bool, kwargs: Value) -> Value {
     let [entry_point, vector_entry_point] = classes;
     json!({
         "id": id,
@@ -42,7 +44,7 @@ fn spec(about: &About, id: &str, classes: [Value; 2], kwargs: Value) -> Value {
         "reward_threshold": null,
         "nondeterministic": false,
         "max_episode_steps": about.max_episode_steps,
-        "order_enforce": true,
+        "order_enforce": order_enforce,
         "disable_env_checker": false,
         "kwargs": kwargs,
         "additional_wrappers": [],

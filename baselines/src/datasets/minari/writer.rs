@@ -34,7 +34,7 @@ const VERSION: &str = "0.5.0";
 ///
 /// The metadata of an episode contain its seed. `recover_environment()` makes the environment of
 /// the Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
-/// gymnasium-robotics.
+/// gymnasium-robotics, which must be installed.
 #[derive(Debug)]
 pub struct MinariWriter {
     about: About,

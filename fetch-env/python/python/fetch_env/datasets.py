@@ -29,7 +29,9 @@ def write_dataset(  # noqa: PLR0913
     """Write a data set, the same bytes for the same seed.
 
     With ``data_format="minari"`` it is what ``minari.load_dataset("fetch/push/expert-v0")`` loads
-    from the folder that ``MINARI_DATASETS_PATH`` names; with ``"ogbench"``,
+    from the folder that ``MINARI_DATASETS_PATH`` names, whose ``recover_environment()`` makes the
+    environment of this package, and ``recover_environment(eval_env=True)`` that of
+    gymnasium-robotics, which must be installed; with ``"ogbench"``,
     ``fetch-push-expert-v0/fetch-push-expert-v0.npz`` is what ``ogbench.utils.load_dataset`` loads.
     It appears only once it is complete; Ctrl-C ends the writing and leaves nothing. Both formats
     have dictionary observations, actions, both rewards, the seed of each episode, and ``qpos`` and
