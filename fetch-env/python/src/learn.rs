@@ -1,38 +1,81 @@
 //! Learning and evaluating.
 
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::thread::available_parallelism;
+
 use baselines::{
-    Evaluation, evaluate_vec,
-    learn::{TrainSettings, Trainer as Run},
+    evaluate_vec_while,
+    learn::{self, Target, TrainSettings},
 };
-use fetch_env::{FetchConfig, MujocoEnv, make, make_vec, vec_env::VecConfig};
-use pyo3::prelude::*;
+use fetch_env::{EnvError, FetchConfig, MujocoEnv, make, make_vec, vec_env::VecConfig};
+use pyo3::{Borrowed, exceptions::PyTypeError, prelude::*, types::PyBool};
 
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::policy::Policy;
+use crate::signals::Signals;
 use crate::warnings::simulate;
+
+/// The number of evaluations in a row that must reach a target.
+const EVALUATIONS: usize = 2;
+
+/// A success rate, from 0 to 1.
+pub(crate) struct Rate(f64);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Rate {
+    type Error = PyErr;
+
+    fn extract(number: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if number.is_instance_of::<PyBool>() {
+            return Err(PyTypeError::new_err("a success rate is a number from 0 to 1"));
+        }
+        match number.extract() {
+            Ok(rate @ 0.0..=1.0) => Ok(Self(rate)),
+            Ok(rate) => Err(Error::value(format!(
+                "{rate} is no success rate: pass a number from 0 to 1, or None to use all steps"
+            ))
+            .into()),
+            Err(error) => Err(error),
+        }
+    }
+}
 
 /// A run of the learner.
 #[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Trainer {
-    run: Exclusive<Run<MujocoEnv>>,
+    run: Exclusive<learn::Trainer<MujocoEnv>>,
     env_id: String,
+    num_steps: u64,
+    target: Option<Target>,
+    /// Whether a cycle has failed: the run cannot go on, and is not saved.
+    failed: AtomicBool,
 }
 
 #[pymethods]
 impl Trainer {
-    /// `settings` is JSON, or the name of a preset.
+    /// `settings` is JSON, or the name of a preset. With `resumed`, it continues the run whose
+    /// checkpoints are in that folder.
     #[new]
+    #[expect(clippy::too_many_arguments, reason = "the Python function has as many")]
     fn new(
         py: Python<'_>,
         config: &Config,
         settings: &str,
         seed: Integer<u64>,
+        steps: Integer<u64>,
+        target: Option<Rate>,
         num_threads: Integer<usize>,
+        resumed: Option<PathBuf>,
     ) -> Result<Self> {
-        let (Integer(seed), Integer(num_threads)) = (seed, num_threads);
+        let (Integer(seed), Integer(num_steps)) = (seed, steps);
+        let num_threads = match num_threads.0 {
+            0 => available_parallelism().map_or(1, NonZero::get),
+            number => number,
+        };
         let env: FetchConfig = config.config.clone();
         let settings = match settings {
             "fast" => TrainSettings::fast(env.task()),
@@ -48,23 +91,76 @@ impl Trainer {
                 )));
             }
         };
-        let run = simulate(py, || {
-            Run::new(|| Ok(make(env.clone())?), settings, seed, num_threads).map_err(Error::chain)
+        let make = || -> Result<_, EnvError> { Ok(make(env.clone())?) };
+        let run = simulate(py, || match resumed {
+            None => learn::Trainer::new(make, settings, seed, num_threads).map_err(Error::chain),
+            Some(folder) => {
+                let run = learn::Trainer::resume(make, &folder, num_threads);
+                let run = run.map_err(Error::chain)?;
+                let differs = |what: String| {
+                    Err(Error::value(format!(
+                        "the run in {} has {what}: pass the same, or choose another folder",
+                        folder.display()
+                    )))
+                };
+                match run.seed() {
+                    other if other != seed => differs(format!("the seed {other}")),
+                    _ if *run.settings() != settings => differs("other settings".to_owned()),
+                    _ => Ok(run),
+                }
+            }
         })?;
-        Ok(Self { run: Exclusive::new(run), env_id: config.env_id() })
+        let target =
+            target.map(|Rate(success_rate)| Target { success_rate, evaluations: EVALUATIONS });
+        let env_id = config.env_id();
+        Ok(Self {
+            run: Exclusive::new(run),
+            env_id,
+            num_steps,
+            target,
+            failed: AtomicBool::new(false),
+        })
     }
 
-    /// Takes the next cycle of a run of this many steps, and returns a row of the learning curve as
-    /// JSON if an evaluation was due.
-    fn cycle(&self, py: Python<'_>, num_steps: u64) -> Result<Option<String>> {
+    /// Whether the run has reached its steps or its target.
+    fn is_over(&self, py: Python<'_>) -> Result<bool> {
+        Ok(self.run.lock(py)?.is_over(self.num_steps, self.target))
+    }
+
+    /// Takes the next cycle, and returns a row of the learning curve as JSON if an evaluation was
+    /// due. An exception of a signal handler stops the cycle, which the next call finishes.
+    fn cycle(&self, py: Python<'_>) -> Result<Option<String>> {
         let run = &mut *self.run.lock(py)?;
-        let row = simulate(py, || run.run_cycle(num_steps).map_err(Error::chain))?;
-        Ok(row.map(|row| serde_json::to_string(&row)).transpose()?)
+        let mut signals = Signals::new();
+        let row = simulate(py, || {
+            run.run_cycle_while(self.num_steps, || signals.go_on()).map_err(Error::chain)
+        });
+        if row.is_err() {
+            self.failed.store(true, Relaxed);
+        }
+        signals.finish()?;
+        Ok(row?.map(|row| serde_json::to_string(&row)).transpose()?)
+    }
+
+    /// Whether a cycle has failed.
+    fn has_failed(&self) -> bool {
+        self.failed.load(Relaxed)
+    }
+
+    /// Saves a checkpoint in a folder.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> Result<()> {
+        let run = &mut *self.run.lock(py)?;
+        simulate(py, || run.save(folder).map(drop).map_err(Error::chain))
     }
 
     /// The number of steps so far.
     fn steps(&self, py: Python<'_>) -> Result<u64> {
         Ok(self.run.lock(py)?.counters().steps)
+    }
+
+    /// The rows of the learning curve as JSON.
+    fn curve(&self, py: Python<'_>) -> Result<String> {
+        Ok(serde_json::to_string(self.run.lock(py)?.rows())?)
     }
 
     /// The settings as JSON.
@@ -76,6 +172,15 @@ impl Trainer {
     fn policy(&self, py: Python<'_>) -> Result<Policy> {
         let policy = self.run.lock(py)?.policy(&self.env_id).map_err(Error::chain)?;
         Ok(policy.into())
+    }
+}
+
+/// Whether a folder has checkpoints of a run.
+#[pyfunction]
+pub(crate) fn has_checkpoints(folder: PathBuf) -> PyResult<bool> {
+    match learn::checkpoints(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(false),
+        checkpoints => Ok(!checkpoints?.is_empty()),
     }
 }
 
@@ -91,20 +196,14 @@ pub(crate) fn evaluate(
 ) -> Result<String> {
     let (Integer(episodes), Integer(seed)) = (episodes, seed);
     let (env, mut policy) = (config.config.clone(), policy.copy(py)?);
-    let num_envs = episodes.clamp(1, 16);
     let threads = VecConfig::default().with_num_threads(num_threads.0);
+    let mut signals = Signals::new();
     let summary = simulate(py, || -> Result<_> {
-        let mut envs = make_vec(env, num_envs, threads)?;
-        let mut evaluation = Evaluation { episodes: Vec::new() };
-        // One episode in each environment at a time, with a look for Ctrl-C in between.
-        while evaluation.episodes.len() < episodes {
-            Python::attach(|py| py.check_signals())?;
-            let done = evaluation.episodes.len();
-            let (count, seed) = (num_envs.min(episodes - done), seed.wrapping_add(done as u64));
-            let next = evaluate_vec(&mut envs, &mut policy, count, seed, |_| ());
-            evaluation.episodes.extend(next.map_err(Error::chain)?.episodes);
-        }
-        evaluation.summary().map_err(Error::chain)
-    })?;
-    Ok(serde_json::to_string(&summary)?)
+        let mut envs = make_vec(env, episodes.clamp(1, 16), threads)?;
+        evaluate_vec_while(&mut envs, &mut policy, episodes, seed, || signals.go_on())
+            .and_then(|evaluation| evaluation.summary())
+            .map_err(Error::chain)
+    });
+    signals.finish()?;
+    Ok(serde_json::to_string(&summary?)?)
 }

@@ -13,6 +13,7 @@ mod learn;
 mod model;
 mod pictures;
 mod policy;
+mod signals;
 mod vec_env;
 mod warnings;
 
@@ -33,7 +34,7 @@ mod _native {
     #[pymodule_export]
     use crate::her::Buffer;
     #[pymodule_export]
-    use crate::learn::{Trainer, evaluate};
+    use crate::learn::{Trainer, evaluate, has_checkpoints};
     #[pymodule_export]
     use crate::model::{has_reference_model, library_path, unpack_reference_model, use_library};
     #[pymodule_export]

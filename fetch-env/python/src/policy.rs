@@ -37,6 +37,11 @@ impl Policy {
         Ok(Self::from(TrainedPolicy::shipped(id.task).map_err(Error::value)?))
     }
 
+    /// Replaces a file, whole or not at all.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
+        self.0.lock(py)?.save(path).map_err(Error::chain)
+    }
+
     /// The contents of a file with this policy.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &self.0.lock(py)?.to_bytes().map_err(Error::value)?))

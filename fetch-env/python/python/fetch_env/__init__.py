@@ -17,14 +17,14 @@ actions::
 from importlib.metadata import version
 from pathlib import Path
 
-from gymnasium.envs.registration import register
+from gymnasium.envs.registration import register, registry
 
 from . import _native
 from ._native import MujocoError, MujocoWarning, SimulationError
 from .datasets import write_dataset
 from .env import FetchEnv
 from .her import HerBuffer
-from .learn import Training, evaluate, train
+from .learn import CurveRow, Training, evaluate, train
 from .model import download_reference_model, has_reference_model, library_path
 from .policy import Policy
 from .settings import Settings
@@ -32,6 +32,7 @@ from .vector import FetchVectorEnv
 
 __all__ = [
     "ENV_IDS",
+    "CurveRow",
     "FetchEnv",
     "FetchVectorEnv",
     "HerBuffer",
@@ -62,11 +63,13 @@ ENV_IDS = tuple(
 )
 
 for _env_id in ENV_IDS:
-    register(
-        id=f"fetch_env/{_env_id}",
-        entry_point="fetch_env:FetchEnv",
-        vector_entry_point="fetch_env:FetchVectorEnv",
-        max_episode_steps=50,
-        order_enforce=False,  # the environment does it
-        kwargs={"env_id": _env_id},
-    )
+    # It is registered already when the module is reloaded.
+    if f"fetch_env/{_env_id}" not in registry:
+        register(
+            id=f"fetch_env/{_env_id}",
+            entry_point="fetch_env:FetchEnv",
+            vector_entry_point="fetch_env:FetchVectorEnv",
+            max_episode_steps=50,
+            order_enforce=False,  # the environment does it
+            kwargs={"env_id": _env_id},
+        )

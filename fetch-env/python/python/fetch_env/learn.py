@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import sys
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from . import _native
 from .policy import Policy
+from .progress import Progress
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Callable, Mapping
 
     from typing_extensions import Unpack
 
     from .settings import Settings
 
-#: Evaluations in a row that must reach the target.
-EVALUATIONS = 2
+#: Seconds between two checkpoints.
+CHECKPOINT_SECONDS = 30.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Training:
     """The result of :func:`train`."""
 
@@ -33,6 +38,39 @@ class Training:
     meters) and more."""
     settings: dict[str, Any]
     """The settings of the learner."""
+    interrupted: bool = False
+    """Whether Ctrl-C ended it."""
+
+    def __repr__(self) -> str:
+        """Return the environment, and how far the run has come."""
+        header = self.policy.header
+        text = f"{header['env_id']}, seed {header['seed']}: {header['steps']:,} steps"
+        if self.curve:
+            text += f", success rate {self.curve[-1]['success_rate']['value']:.2f}"
+        return f"<Training on {text}{', interrupted' if self.interrupted else ''}>"
+
+
+class CurveRow(dict[str, Any]):
+    """A row of :attr:`Training.curve`, as a progress function gets it."""
+
+    def __init__(self, row: Mapping[str, Any], trainer: _native.Trainer) -> None:
+        """Make the row of an evaluation that was just made."""
+        super().__init__(row)
+        self._trainer: _native.Trainer | None = trainer
+
+    def policy(self) -> Policy:
+        """Return the policy that was evaluated.
+
+        Raises:
+            RuntimeError: If the function that got the row has returned.
+        """
+        if self._trainer is None:
+            message = "the run has gone on: ask for the policy in the progress function"
+            raise RuntimeError(message)
+        return Policy(self._trainer.policy())
+
+    def _close(self) -> None:
+        self._trainer = None
 
 
 def train(  # noqa: PLR0913
@@ -43,13 +81,31 @@ def train(  # noqa: PLR0913
     steps: int = 2_000_000,
     target: float | None = 0.9,
     num_threads: int = 2,
-    progress: bool | Callable[[dict[str, Any]], object] = True,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: bool | Callable[[CurveRow], object] = True,
     **settings: Unpack[Settings],
 ) -> Training:
     """Learn a task with hindsight, from rewards alone.
 
     ``train("FetchReach-v4", target=1.0)`` takes about a second on two cores, Push about a minute.
-    The settings and the seed determine everything, on any number of threads. Ctrl-C ends it.
+    The settings and the seed determine everything, on any number of threads.
+
+    Ctrl-C ends it and returns what it has reached. So does a progress function that returns
+    ``False``::
+
+        def keep(row):
+            row.policy().save("policy.safetensors")
+            return row["counters"]["seconds"] < 600
+
+        training = fetch_env.train("FetchPush-v4", progress=keep)
+
+    An exception, such as one of that function, has what was reached in its attribute ``training``,
+    unless the policy is no longer finite.
+
+    With ``out``, checkpoints are saved every half minute and at the end, whatever ends it. If the
+    program or the machine stops, call it again with ``resume=True``: it continues with the same
+    bits as if it had not been stopped.
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
@@ -59,45 +115,95 @@ def train(  # noqa: PLR0913
         steps: Environment steps after which it ends.
         target: Success rate at which it ends, reached in two evaluations in a row; ``None`` to use
             all steps.
-        num_threads: Number of threads.
-        progress: Whether to show a line of progress on standard error, or a function that takes
-            each row of the curve.
+        num_threads: Number of threads; 0 for one for each core.
+        out: Folder of checkpoints, which one run at a time uses.
+        resume: Whether to continue the run whose checkpoints are in ``out``, if there are any.
+        progress: Whether to show progress on standard error, or a function that takes each row of
+            the curve as a :class:`CurveRow`.
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
-        ValueError: If a setting is out of its range, or the training diverges.
+        ValueError: If an argument or a setting is out of its range, ``out`` has the checkpoints of
+            another run, or the training diverges.
+        OSError: If a checkpoint cannot be written or read.
         FileNotFoundError: If there is no such model.
         fetch_env.SimulationError: If the physics became unstable.
     """
-    preset = preset if isinstance(preset, str) else json.dumps(preset)
+    if not (isinstance(progress, bool) or callable(progress)):
+        message = f"progress is {progress!r}: pass True, False or a function"
+        raise TypeError(message)
+    if not isinstance(resume, bool):
+        message = f"resume is {resume!r}: pass True or False"
+        raise TypeError(message)
+    learner = preset if isinstance(preset, str) else json.dumps(preset)
     config = _native.Config(env_id, **settings)
-    trainer = _native.Trainer(config, preset, seed, num_threads)
-    curve: list[dict[str, Any]] = []
-    while trainer.steps() < steps and not _is_reached(curve, target):
-        row = trainer.cycle(steps)
-        if row is not None:
-            curve.append(json.loads(row))
-            if callable(progress):
-                progress(curve[-1])
-        if progress is True:
-            _show(trainer.steps(), steps, curve)
-    if progress is True:
-        sys.stderr.write("\n")
-    return Training(Policy(trainer.policy()), curve, json.loads(trainer.settings()))
+    resumed = _resumed(out, resume=resume)
+    trainer = _native.Trainer(config, learner, seed, steps, target, num_threads, resumed)
+    if out is not None and resumed is None:
+        # What prevents it is known before the run.
+        trainer.save(out)
+    shown = Progress(f"{config.env_id}, seed {seed}", steps) if progress is True else None
+    interrupted = False
+    try:
+        try:
+            _run(trainer, out, progress if callable(progress) else None, shown)
+        except KeyboardInterrupt:
+            interrupted = True
+        finally:
+            if shown is not None:
+                shown.close()
+            if out is not None and not trainer.has_failed():
+                trainer.save(out)
+        return _training(trainer, interrupted=interrupted)
+    except BaseException as error:
+        with contextlib.suppress(Exception):
+            error.__dict__["training"] = _training(trainer, interrupted=interrupted)
+        raise
 
 
-def _is_reached(curve: list[dict[str, Any]], target: float | None) -> bool:
-    last = [row["success_rate"]["value"] for row in curve[-EVALUATIONS:]]
-    return target is not None and len(last) == EVALUATIONS and min(last) >= target
+def _resumed(out: str | os.PathLike[str] | None, *, resume: bool) -> str | os.PathLike[str] | None:
+    """Return the folder whose run goes on, if any."""
+    if out is None:
+        if resume:
+            message = "there is nothing to resume: pass the folder of the checkpoints as out"
+            raise ValueError(message)
+        return None
+    if not _native.has_checkpoints(out):
+        return None
+    if not resume:
+        message = f"{out} has checkpoints of a run: pass resume=True, or choose another folder"
+        raise ValueError(message)
+    return out
 
 
-def _show(done: int, steps: int, curve: list[dict[str, Any]]) -> None:
-    """Replace the line of progress."""
-    width = 30
-    bar = "#" * (width * min(done, steps) // steps)
-    success = f", success rate {curve[-1]['success_rate']['value']:.2f}" if curve else ""
-    sys.stderr.write(f"\r[{bar:<{width}}] {done:,} of at most {steps:,} steps{success}")
-    sys.stderr.flush()
+def _run(
+    trainer: _native.Trainer,
+    out: str | os.PathLike[str] | None,
+    watch: Callable[[CurveRow], object] | None,
+    shown: Progress | None,
+) -> None:
+    """Train to the end, or until ``watch`` returns ``False``."""
+    saved = time.monotonic()
+    while not trainer.is_over():
+        json_row = trainer.cycle()
+        row = None if json_row is None else CurveRow(json.loads(json_row), trainer)
+        if shown is not None:
+            shown.show(trainer.steps(), row)
+        if row is not None and watch is not None:
+            try:
+                answer = watch(row)
+            finally:
+                row._close()  # noqa: SLF001
+            if isinstance(answer, (bool, np.bool_)) and not answer:
+                return
+        if out is not None and time.monotonic() - saved >= CHECKPOINT_SECONDS:
+            trainer.save(out)
+            saved = time.monotonic()
+
+
+def _training(trainer: _native.Trainer, *, interrupted: bool) -> Training:
+    curve, settings = json.loads(trainer.curve()), json.loads(trainer.settings())
+    return Training(Policy(trainer.policy()), curve, settings, interrupted)
 
 
 def evaluate(

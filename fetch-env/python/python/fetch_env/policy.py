@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _native
@@ -50,8 +49,14 @@ class Policy:
         return cls(_native.Policy.shipped(env_id))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the policy to a safetensors file."""
-        Path(path).write_bytes(self._native.to_bytes())
+        """Write the policy to a safetensors file.
+
+        A file that is there is replaced whole, or stays as it is.
+
+        Raises:
+            OSError: If the file cannot be written.
+        """
+        self._native.save(path)
 
     @property
     def header(self) -> dict[str, Any]:

@@ -1,0 +1,307 @@
+"""Trainings: how they end, and what of them is kept."""
+
+import contextlib
+import importlib
+import io
+import json
+import pickle
+import signal
+import sys
+import threading
+import warnings
+
+import fetch_env
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def short():
+    """Return settings with short cycles, updates and evaluations."""
+    settings = fetch_env.train("FetchReach-v4", steps=0, progress=False).settings
+    settings["schedule"].update(evaluation_episodes=10, evaluation_interval=200)
+    settings["algorithm"]["ddpg"]["hidden"] = [32, 32]
+    settings["replay"]["batch_size"] = 64
+    return settings
+
+
+def outcome(training):
+    """Return the bits of a training, without the time that it took."""
+    rows = json.loads(json.dumps(training.curve))
+    for row in rows:
+        del row["counters"]["seconds"]
+    return rows, training.policy.__getstate__()
+
+
+@pytest.mark.parametrize("env_id", ["FetchPush-v4", "FetchSlide-v4"])
+def test_ctrl_c_returns_what_was_reached(env_id, ctrl_c):
+    ctrl_c.start()
+    training = fetch_env.train(env_id, target=None, progress=False)
+    assert training.interrupted
+    assert training.policy.header["steps"] < 2_000_000
+    observation, _ = fetch_env.FetchEnv(env_id).reset(seed=0)
+    assert training.policy(observation).shape == (4,)
+    assert "interrupted" in repr(training)
+
+
+def test_ctrl_c_ends_long_evaluations(ctrl_c):
+    policy = fetch_env.Policy.shipped("FetchReach-v4")
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        fetch_env.evaluate("FetchReach-v4", policy, 16, max_episode_steps=100_000)
+
+
+def test_ctrl_c_in_the_middle_of_updates_returns_what_was_reached(short, ctrl_c):
+    settings = json.loads(json.dumps(short))
+    settings["schedule"]["updates_per_cycle"] = 10_000
+    settings["algorithm"]["ddpg"]["hidden"] = [256, 256]
+    ctrl_c.start()
+    training = fetch_env.train("FetchReach-v4", settings, progress=False)
+    assert training.interrupted
+    assert training.policy.header["steps"] <= 400
+
+
+def test_a_progress_function_stops_the_run(short):
+    rows = []
+
+    def stop(row):
+        rows.append(row)
+        return np.bool_(len(rows) < 2)
+
+    training = fetch_env.train("FetchReach-v4", short, target=None, progress=stop)
+    assert training.curve == rows
+    assert len(rows) == 2
+    assert not training.interrupted
+
+
+def test_a_progress_function_sees_the_policy(short):
+    policies = []
+
+    def watch(row):
+        policies.append(row.policy())
+        kept.append(row)
+        return len(policies) < 2
+
+    kept = []
+    training = fetch_env.train("FetchReach-v4", short, target=None, progress=watch)
+    first, last = (policy.header["steps"] for policy in policies)
+    assert first < last == training.policy.header["steps"]
+    assert policies[1].__getstate__() == training.policy.__getstate__()
+    assert pickle.loads(pickle.dumps(kept)) == training.curve
+    with pytest.raises(RuntimeError, match="in the progress function"):
+        kept[0].policy()
+
+
+def test_an_exception_of_a_progress_function_keeps_what_was_reached(short, tmp_path):
+    def fail(row):
+        del row["success_rate"]
+        message = "no"
+        raise LookupError(message)
+
+    with pytest.raises(LookupError, match="no") as caught:
+        fetch_env.train("FetchReach-v4", short, target=None, progress=fail, out=tmp_path)
+    training = caught.value.training
+    assert "success_rate" in training.curve[0]
+    assert training.policy.header["steps"] == training.curve[0]["counters"]["steps"]
+    resumed = fetch_env.train(
+        "FetchReach-v4", short, target=None, steps=0, out=tmp_path, resume=True
+    )
+    assert outcome(resumed) == outcome(training)
+
+
+def test_a_resumed_run_ends_with_the_same_bits(short, tmp_path, ctrl_c):
+    run = {"preset": short, "target": None, "steps": 4_000}
+    whole = fetch_env.train("FetchReach-v4", **run, progress=False)
+    run = {**run, "out": tmp_path / "new" / "run", "resume": True}
+    stopped = fetch_env.train("FetchReach-v4", **run, progress=lambda _: False)
+    assert len(stopped.curve) == 1
+    ctrl_c.start()
+    fetch_env.train("FetchReach-v4", **run, progress=False)
+    ctrl_c.cancel()
+    resumed = fetch_env.train("FetchReach-v4", **run, progress=False)
+    assert outcome(resumed) == outcome(whole)
+    names = [path.name for path in run["out"].iterdir()]
+    assert all(name.startswith("checkpoint-") for name in names)
+    assert len(names) == 2
+
+
+def test_a_folder_belongs_to_one_run(short, tmp_path):
+    def train(settings=short, seed=1, **arguments):
+        arguments = {"steps": 200, "out": tmp_path, "progress": False, **arguments}
+        return fetch_env.train("FetchReach-v4", settings, seed=seed, **arguments)
+
+    train()
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(ValueError, match="pass resume=True, or choose another folder"):
+        train()
+    with pytest.raises(ValueError, match="has the seed 1"):
+        train(seed=2, resume=True)
+    with pytest.raises(ValueError, match="has other settings"):
+        train("fast", resume=True)
+    with pytest.raises(ValueError, match="pass the folder of the checkpoints"):
+        train(out=None, resume=True)
+    with pytest.raises(OSError, match="cannot be written"):
+        train(out=__file__ + "/folder")
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"target": 90},
+        {"target": -0.1},
+        {"target": float("nan")},
+        {"target": True},
+        {"target": "0.9"},
+        {"steps": -5},
+        {"steps": 1e6},
+        {"steps": True},
+        {"steps": 2**64},
+        {"seed": -1},
+        {"seed": False},
+        {"num_threads": -1},
+        {"num_threads": True},
+        {"progress": "yes"},
+        {"progress": 1},
+        {"progress": None},
+        {"resume": "yes"},
+        {"out": 3},
+    ],
+)
+def test_wrong_arguments_are_refused_before_anything_runs(arguments):
+    with pytest.raises((TypeError, ValueError)):
+        fetch_env.train("FetchReach-v4", **arguments)
+
+
+class Terminal(io.StringIO):
+    """Keeps what is written to a terminal."""
+
+    def isatty(self):
+        return True
+
+    def screen(self):
+        """Return its lines."""
+        lines = self.getvalue().split("\n")
+        return [line.split("\r")[-1].rstrip() for line in lines]
+
+
+def in_threads(*calls):
+    threads = [threading.Thread(target=call) for call in calls]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def test_progress_in_a_file_is_a_line_for_each_evaluation(short, monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+
+    def train(seed):
+        return fetch_env.train("FetchReach-v4", short, seed=seed, steps=1_000, target=None)
+
+    curves = [train(1).curve, train(2).curve]
+    in_threads(lambda: train(1), lambda: train(2))
+    text = sys.stderr.getvalue()
+    assert "\r" not in text
+    lines = text.splitlines()
+    assert len(lines) == 2 * sum(map(len, curves))
+    assert sorted(lines[: len(lines) // 2]) == sorted(lines[len(lines) // 2 :])
+    success = curves[0][-1]["success_rate"]["value"]
+    assert f"seed 1 [{'#' * 30}] 1,000 of at most 1,000 steps, success rate {success:.2f}" in text
+
+
+def test_one_of_two_trainings_has_the_line_of_the_terminal(short, monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setenv("COLUMNS", "120")
+    inner = []
+
+    def train(**arguments):
+        return fetch_env.train("FetchReach-v4", short, steps=1_000, target=None, **arguments)
+
+    outer = train(seed=1)
+    assert len(sys.stderr.screen()) == 2
+    assert "seed 1 [" in sys.stderr.screen()[0]
+    # One begins after the other has, and ends before it.
+    line = fetch_env.learn.Progress("other", 10)
+    line.show(5, None)
+    inner = train(seed=2)
+    line.show(10, outer.curve[-1])
+    line.close()
+    lines = sys.stderr.screen()[1:]
+    assert len(lines) == len(inner.curve) + 2
+    assert all("seed 2 [" in text for text in lines[:-2])
+    assert lines[-2].startswith("other [####")
+    assert all(len(text) < 120 for text in lines)
+
+
+@pytest.mark.parametrize("stream", ["none", "closed", "full", "bare"])
+def test_progress_needs_no_standard_error(stream, short, monkeypatch):
+    class Full(io.StringIO):
+        def write(self, _):
+            raise BrokenPipeError
+
+    closed = io.StringIO()
+    closed.close()
+    streams = {"none": None, "closed": closed, "full": Full(), "bare": object()}
+    monkeypatch.setattr(sys, "stderr", streams[stream])
+    assert fetch_env.train("FetchReach-v4", short, steps=400).curve
+
+
+def test_a_training_without_progress_is_silent(short, capfd):
+    fetch_env.train("FetchReach-v4", short, steps=400, progress=False)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_training_says_briefly_how_far_it_came(short):
+    training = fetch_env.train("FetchReach-v4", short, seed=3, steps=400, progress=False)
+    success = training.curve[-1]["success_rate"]["value"]
+    text = f"<Training on FetchReach-v4, seed 3: 400 steps, success rate {success:.2f}>"
+    assert repr(training) == text
+    assert len(repr(fetch_env.train("FetchReach-v4", short, steps=0, progress=False))) < 60
+
+
+def test_a_policy_that_cannot_be_saved_leaves_the_file_before(tmp_path):
+    resource = pytest.importorskip("resource")
+    path = tmp_path / "policy"
+    policy = fetch_env.Policy.shipped("FetchReach-v4")
+    policy.save(path)
+    before = path.read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, limits[1]))
+    try:
+        with pytest.raises(OSError, match="policy"):
+            fetch_env.Policy.shipped("FetchPush-v4").save(path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_signals_stay_the_callers(short):
+    class Stopped(Exception):  # noqa: N818
+        pass
+
+    def handler(*_):
+        raise Stopped
+
+    before = signal.signal(signal.SIGTERM, handler)
+    timer = threading.Timer(0.5, signal.raise_signal, (signal.SIGTERM,))
+    timer.start()
+    try:
+        with pytest.raises(Stopped) as caught:
+            fetch_env.train("FetchPush-v4", target=None, progress=False)
+        assert signal.getsignal(signal.SIGTERM) is handler
+        assert caught.value.training.policy.header["env_id"] == "FetchPush-v4"
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    trained = []
+    in_threads(lambda: trained.append(fetch_env.train("FetchReach-v4", short, steps=200)))
+    assert not trained[0].interrupted
+
+
+def test_the_package_is_reloaded_without_a_warning():
+    error = io.StringIO()
+    with warnings.catch_warnings(), contextlib.redirect_stderr(error):
+        warnings.simplefilter("error")
+        importlib.reload(fetch_env)
+    assert error.getvalue() == ""
