@@ -1,5 +1,10 @@
 """Data sets, as Minari and OGBench read them."""
 
+import signal
+import subprocess
+import sys
+import time
+
 import fetch_env
 import gymnasium
 import pytest
@@ -164,6 +169,7 @@ def test_what_cannot_be_written_is_an_error(tmp_path):
         write("random", tmp_path, episodes=-1)
     # What failed has left nothing.
     assert [path.name for path in tmp_path.iterdir()] == ["fetch"]
+    assert [path.name for path in tmp_path.rglob("*-v0")] == ["random-v0"]
 
 
 def test_ctrl_c_leaves_nothing_of_the_data_set(tmp_path, ctrl_c):
@@ -171,4 +177,33 @@ def test_ctrl_c_leaves_nothing_of_the_data_set(tmp_path, ctrl_c):
     ctrl_c.start()
     with pytest.raises(KeyboardInterrupt):
         fetch_env.write_dataset("FetchPush-v4", "expert", tmp_path)
-    assert [path for path in tmp_path.rglob("*") if path.is_file()] == [tmp_path / "mine"]
+    assert list(tmp_path.rglob("*")) == [tmp_path / "mine"]
+
+
+@pytest.mark.parametrize("data_format", ["minari", "ogbench"])
+def test_a_full_disk_leaves_nothing_of_the_data_set(data_format, tmp_path):
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4_000, limits[1]))
+    try:
+        with pytest.raises(OSError, match="cannot be written"):
+            fetch_env.write_dataset(
+                "FetchPush-v4", "random", tmp_path / "sets", data_format, episodes=20
+            )
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_process_leaves_is_removed(tmp_path):
+    program = "import fetch_env, sys; fetch_env.write_dataset('FetchReach-v4', *sys.argv[1:])"
+    child = subprocess.Popen([sys.executable, "-c", program, "random", tmp_path])  # noqa: S603
+    while not any(tmp_path.rglob("part-0.arrow")):
+        assert child.poll() is None
+        time.sleep(0.01)
+    child.terminate()
+    assert child.wait() == -signal.SIGTERM
+    assert [path.name[:10] for path in tmp_path.iterdir()] == [".random-v0"]
+    (tmp_path / ".random-v0.mine").mkdir()
+    fetch_env.write_dataset("FetchReach-v4", "random", tmp_path, episodes=1)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".random-v0.mine", "fetch"]

@@ -58,6 +58,13 @@ def test_mujoco_comes_with_it(contents):
     assert Path(WHEEL).stat().st_size <= 5_000_000
 
 
+def test_the_licenses_come_with_it(contents):
+    root = Path(__file__).resolve().parents[3]
+    for name in ("LICENSE-MIT", "LICENSE-APACHE"):
+        terms = [path for path in contents if path.endswith(f".dist-info/licenses/{name}")]
+        assert [contents[path] for path in terms] == [(root / name).read_bytes()]
+
+
 def test_it_knows_no_path_of_the_builder(contents):
     root = Path(__file__).resolve().parents[3]
     module = contents["fetch_env/_native.abi3.so"]
