@@ -1,5 +1,6 @@
 //! Learning and evaluating.
 
+use std::io;
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -7,7 +8,7 @@ use std::thread::available_parallelism;
 
 use baselines::{
     evaluate_vec_while,
-    learn::{self, Target, TrainSettings},
+    learn::{self, CheckpointError, Target, TrainSettings},
 };
 use fetch_env::{EnvError, FetchConfig, MujocoEnv, make, make_vec, vec_env::VecConfig};
 use pyo3::{Borrowed, exceptions::PyTypeError, prelude::*, types::PyBool};
@@ -177,10 +178,11 @@ impl Trainer {
 
 /// Whether a folder has checkpoints of a run.
 #[pyfunction]
-pub(crate) fn has_checkpoints(folder: PathBuf) -> PyResult<bool> {
-    match learn::checkpoints(folder) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(false),
-        checkpoints => Ok(!checkpoints?.is_empty()),
+pub(crate) fn has_checkpoints(folder: PathBuf) -> Result<bool> {
+    match learn::checkpoints(&folder) {
+        Ok(checkpoints) => Ok(!checkpoints.is_empty()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(source) => Err(Error::chain(CheckpointError::Read { path: folder, source })),
     }
 }
 

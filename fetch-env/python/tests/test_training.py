@@ -110,17 +110,21 @@ def test_an_exception_of_a_progress_function_keeps_what_was_reached(short, tmp_p
 
 
 def test_a_resumed_run_ends_with_the_same_bits(short, tmp_path, ctrl_c):
-    run = {"preset": short, "target": None, "steps": 4_000}
-    whole = fetch_env.train("FetchReach-v4", **run, progress=False)
-    run = {**run, "out": tmp_path / "new" / "run", "resume": True}
-    stopped = fetch_env.train("FetchReach-v4", **run, progress=lambda _: False)
+    out = tmp_path / "new" / "run"
+
+    def train(steps, progress=False, **arguments):  # noqa: FBT002
+        return fetch_env.train(
+            "FetchReach-v4", short, target=None, steps=steps, progress=progress, **arguments
+        )
+
+    stopped = train(10**9, lambda _: False, out=out)
     assert len(stopped.curve) == 1
     ctrl_c.start()
-    fetch_env.train("FetchReach-v4", **run, progress=False)
-    ctrl_c.cancel()
-    resumed = fetch_env.train("FetchReach-v4", **run, progress=False)
-    assert outcome(resumed) == outcome(whole)
-    names = [path.name for path in run["out"].iterdir()]
+    interrupted = train(10**9, out=out, resume=True)
+    assert interrupted.interrupted
+    steps = interrupted.policy.header["steps"] + 400
+    assert outcome(train(steps, out=out, resume=True)) == outcome(train(steps))
+    names = [path.name for path in out.iterdir()]
     assert all(name.startswith("checkpoint-") for name in names)
     assert len(names) == 2
 
@@ -140,7 +144,7 @@ def test_a_folder_belongs_to_one_run(short, tmp_path):
         train("fast", resume=True)
     with pytest.raises(ValueError, match="pass the folder of the checkpoints"):
         train(out=None, resume=True)
-    with pytest.raises(OSError, match="cannot be written"):
+    with pytest.raises(OSError, match=r"test_training\.py/folder cannot be read"):
         train(out=__file__ + "/folder")
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
