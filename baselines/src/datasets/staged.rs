@@ -42,8 +42,7 @@ impl StagedFolder {
             return Err(DatasetError::Exists { path: target });
         }
         let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
-        let made = NewFolders::create(root).and_then(|made| made.with_left(root));
-        let made = made.map_err(DatasetError::file(root))?;
+        let made = NewFolders::create(root).map_err(DatasetError::file(root))?.with_left(root);
         let name = target.file_name().unwrap_or_default().to_string_lossy();
         let prefix = format!(".{name}.");
         let mut builder = Builder::new();
@@ -121,12 +120,14 @@ impl NewFolders {
 
     /// Removes what killed processes have left in a root. The folders that lead to it are also new
     /// if they were new to one of those, or to a process that still writes there.
-    fn with_left(mut self, root: &Path) -> io::Result<Self> {
-        let counts = fs::read_dir(root)?.flatten().filter_map(|entry| remove_left(&entry));
+    fn with_left(mut self, root: &Path) -> Self {
+        // Nothing is removed from a root that cannot be listed.
+        let entries = fs::read_dir(root).into_iter().flatten().flatten();
+        let counts = entries.filter_map(|entry| remove_left(&entry));
         if let Some(count) = counts.max().filter(|count| *count > self.0.len()) {
             self.0 = ancestors(root).take(count).map(Path::to_owned).collect();
         }
-        Ok(self)
+        self
     }
 }
 

@@ -154,3 +154,23 @@ fn other_files_in_the_folder_stay() -> Result {
     assert_eq!(fs::read_to_string(&curve)?, kept);
     Ok(())
 }
+
+#[test]
+fn long_curves_are_drawn_and_endless_ones_refused() -> Result {
+    let folder = tempdir()?;
+    let curve = folder.path().join(NAME).with_extension("csv");
+    let lines = |count: usize| {
+        let line = |step| format!("{},{step},{step},{step}.5,0.5,-4.0,0.125\n", step % 2);
+        format!("{HEADER}\n") + &(0..count).map(line).collect::<String>()
+    };
+    fs::write(&curve, lines(500))?;
+    output_of(&mut learning_curves(folder.path()))?;
+    fs::write(&curve, lines(200_000))?;
+    let errors = errors_of(&learning_curves(folder.path()).output()?);
+    assert!(errors.contains(&format!("{NAME}.csv has more than")), "{errors}");
+    fs::remove_file(&curve)?;
+    symlink("/dev/zero", &curve)?;
+    let errors = errors_of(&learning_curves(folder.path()).output()?);
+    assert!(errors.contains(&format!("{NAME}.csv is not a regular file")), "{errors}");
+    Ok(())
+}

@@ -123,12 +123,16 @@ impl Group {
         let mut places: Vec<f64> = self.runs.values().flatten().map(place).collect();
         places.sort_by(f64::total_cmp);
         places.dedup();
+        let mut rests: Vec<&[Point]> = self.runs.values().map(Vec::as_slice).collect();
+        let mut rates = vec![0.0; rests.len()];
         let bands = places.into_iter().map(|x| {
-            let rate = |run: &Vec<Point>| {
-                let before = run.iter().take_while(|point| place(point) <= x);
-                before.last().map_or(0.0, |point| point.success_rate)
-            };
-            let rates: Vec<f64> = self.runs.values().map(rate).collect();
+            for (rest, rate) in rests.iter_mut().zip(&mut rates) {
+                while let Some((point, later)) = rest.split_first()
+                    && place(point) <= x
+                {
+                    (*rate, *rest) = (point.success_rate, later);
+                }
+            }
             Ok((x, Estimate::interquartile_mean(&rates, 0)?))
         });
         bands.collect()

@@ -90,7 +90,7 @@ fn number<'de, D: Deserializer<'de>>(
 }
 
 /// The largest size of a file of lines, in bytes.
-const LIMIT: u64 = 64 << 20;
+const LIMIT: u64 = 4 << 20;
 
 /// Reads lines.
 pub fn read_csv<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
