@@ -1,6 +1,6 @@
 //! numpy arrays: actions and goals on their way in, observations on their way out.
 
-use fetch_env::{FetchObservation, GoalObservation, Info};
+use fetch_env::{FetchEnv, FetchObservation, GoalObservation, Info, MujocoSimulator, Simulator};
 use numpy::{
     PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods, dtype,
@@ -101,6 +101,15 @@ pub(crate) fn info<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyD
     let dict = PyDict::new(py);
     dict.set_item(intern!(py, "is_success"), if info.is_success { success } else { failure })?;
     Ok(dict)
+}
+
+/// Where the gripper starts, and the height of the object, if there is one.
+pub(crate) type Settled<'py> = (Bound<'py, PyArray1<f64>>, Option<f64>);
+
+/// Returns what the settled scene of an environment shows.
+pub(crate) fn settled<'py>(py: Python<'py>, env: &FetchEnv<MujocoSimulator>) -> Settled<'py> {
+    let settled = env.simulator().settled();
+    (PyArray1::from_slice(py, settled.gripper_position.as_slice()), settled.object_height)
 }
 
 /// Returns an observation as a dictionary of new arrays.

@@ -47,7 +47,7 @@ impl Config {
         n_substeps: Option<Integer<u32>>,
         object_range: Option<f64>,
         target_range: Option<f64>,
-        target_offset: Option<[f64; 3]>,
+        target_offset: Option<Bound<'_, PyAny>>,
         target_in_the_air: Option<bool>,
         max_episode_steps: Option<Integer<u32>>,
     ) -> Result<Self> {
@@ -80,7 +80,7 @@ impl Config {
             config = config.with_target_range(meters)?;
         }
         if let Some(meters) = target_offset {
-            config = config.with_target_offset(meters)?;
+            config = config.with_target_offset(offset(&meters)?)?;
         }
         if let Some(in_the_air) = target_in_the_air {
             config = config.with_target_in_the_air(in_the_air)?;
@@ -122,6 +122,49 @@ impl Config {
             RewardKind::Sparse => "sparse",
             RewardKind::Dense => "dense",
         }
+    }
+
+    #[getter]
+    fn n_substeps(&self) -> u32 {
+        self.config.sim().n_substeps().get()
+    }
+
+    /// Largest distance of the object's start in x and y, in meters; None without an object.
+    #[getter]
+    fn object_range(&self) -> Option<f64> {
+        self.config.object_range()
+    }
+
+    #[getter]
+    fn target_range(&self) -> f64 {
+        self.config.target_range()
+    }
+
+    #[getter]
+    fn target_offset(&self) -> [f64; 3] {
+        self.config.target_offset()
+    }
+
+    #[getter]
+    fn target_in_the_air(&self) -> bool {
+        self.config.target_in_the_air()
+    }
+
+    #[getter]
+    fn has_object(&self) -> bool {
+        self.config.task().has_object()
+    }
+
+    /// Whether the fingers are held closed.
+    #[getter]
+    fn block_gripper(&self) -> bool {
+        self.config.task().block_gripper()
+    }
+
+    /// Height that is added to the gripper's start, in meters.
+    #[getter]
+    fn gripper_extra_height(&self) -> f64 {
+        self.config.task().spec().gripper_extra_height
     }
 
     /// Rewards of pairs of goals: a float for one pair, and otherwise an array of their batch
@@ -233,6 +276,18 @@ fn flags<'py>(
         return Ok(PyBool::new(py, flags[0]).into_bound_py_any(py)?);
     }
     Ok(PyArray1::from_vec(py, flags).reshape(goals.batch_shape)?.into_any())
+}
+
+/// Reads an offset: x, y and z, or one number for all three.
+fn offset(meters: &Bound<'_, PyAny>) -> Result<[f64; 3]> {
+    let meters = Numbers::take("target_offset", meters)?;
+    match (meters.shape(), &*meters.to_double()) {
+        ([], &[all]) => Ok([all; 3]),
+        ([_], &[x, y, z]) => Ok([x, y, z]),
+        (shape, _) => Err(Error::value(format!(
+            "target_offset has the shape {shape:?}: pass x, y and z, or one number for all three"
+        ))),
+    }
 }
 
 /// Reads the options of a reset.

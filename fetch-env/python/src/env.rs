@@ -11,7 +11,7 @@ use pyo3::{
     types::{PyBytes, PyDict},
 };
 
-use crate::arrays::{self, Numbers};
+use crate::arrays::{self, Numbers, Settled};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
@@ -83,6 +83,32 @@ impl Env {
         let Step { observation, reward, terminated, truncated, info } = step;
         let observation = arrays::observation(py, &observation)?;
         Ok((observation, reward, terminated, truncated, arrays::info(py, &info)?))
+    }
+
+    /// Replaces the settings of rewards and of what is drawn.
+    fn set_config(&self, py: Python<'_>, config: &Config) -> Result<()> {
+        Ok(self.0.lock(py)?.env()?.set_config(config.config.clone())?)
+    }
+
+    /// The goal of the episode; None before a reset.
+    fn goal<'py>(&self, py: Python<'py>) -> Result<Option<Bound<'py, PyArray1<f64>>>> {
+        let mut parts = self.0.lock(py)?;
+        Ok(parts.env()?.desired_goal().map(|goal| PyArray1::from_slice(py, goal)))
+    }
+
+    /// Replaces the goal of the episode.
+    fn set_goal(&self, py: Python<'_>, goal: &Bound<'_, PyAny>) -> Result<()> {
+        let goal = Numbers::take("goal", goal)?;
+        if goal.shape().len() != 1 {
+            let shape = goal.shape();
+            return Err(Error::value(format!("the goal has the shape {shape:?}: pass (3,)")));
+        }
+        Ok(self.0.lock(py)?.env()?.set_desired_goal(&goal.to_double())?)
+    }
+
+    /// Where the gripper starts, and the height of the object, in meters.
+    fn settled<'py>(&self, py: Python<'py>) -> Result<Settled<'py>> {
+        Ok(arrays::settled(py, self.0.lock(py)?.env()?))
     }
 
     /// The current observation.

@@ -11,7 +11,7 @@ use pyo3::{
     types::{PyBytes, PyDict},
 };
 
-use crate::arrays::{self, Numbers};
+use crate::arrays::{self, Numbers, Settled};
 use crate::config::{Config, reset_options, seed};
 use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
@@ -129,11 +129,21 @@ impl VecEnv {
         Ok(results(py, envs.last_step())?)
     }
 
-    /// The goals of the episodes: number of environments x 3.
-    fn goal<'py>(&self, py: Python<'py>, env_index: usize) -> Result<Bound<'py, PyArray1<f64>>> {
+    /// The goal of an environment's episode; None before a reset.
+    fn goal<'py>(
+        &self,
+        py: Python<'py>,
+        env_index: usize,
+    ) -> Result<Option<Bound<'py, PyArray1<f64>>>> {
         let mut parts = self.lock(py)?;
         let goal = parts.env(env_index)?.inner().desired_goal();
-        Ok(PyArray1::from_slice(py, goal.ok_or(EnvError::ResetNeeded)?))
+        Ok(goal.map(|goal| PyArray1::from_slice(py, goal)))
+    }
+
+    /// Where the gripper starts in all environments, and the height of the object, in meters.
+    fn settled<'py>(&self, py: Python<'py>) -> Result<Settled<'py>> {
+        let mut parts = self.lock(py)?;
+        Ok(arrays::settled(py, parts.env(0)?.inner()))
     }
 
     /// The seed of an environment's random numbers, and how many 64-bit numbers were drawn.

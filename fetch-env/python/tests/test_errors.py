@@ -33,6 +33,34 @@ def test_negative_numbers_mean_nothing(name):
         fetch_env.FetchVectorEnv("FetchPush-v4", **{name: -1})
 
 
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"distance_treshold": 0.1}, "no setting distance_treshold: did you mean distance_thresh"),
+        ({"obj_range": 0.1}, "did you mean object_range"),
+        ({"frame_skip": 3}, "The settings are model, reward_type"),
+    ],
+)
+def test_settings_that_do_not_exist(settings, message):
+    policy = fetch_env.Policy.shipped("FetchPush-v4")
+    for call in (
+        lambda: fetch_env.FetchEnv("FetchPush-v4", **settings),
+        lambda: fetch_env.FetchVectorEnv("FetchPush-v4", **settings),
+        lambda: fetch_env.train("FetchPush-v4", **settings),
+        lambda: fetch_env.evaluate("FetchPush-v4", policy, **settings),
+        lambda: fetch_env.write_dataset("FetchPush-v4", "random", "nowhere", **settings),
+        lambda: gymnasium.make("fetch_env/FetchPush-v4", **settings),
+    ):
+        with pytest.raises(TypeError, match=message):
+            call()
+
+
+def test_one_environment_has_no_time_limit():
+    with pytest.raises(TypeError, match=r"gymnasium.make, or use gymnasium.wrappers.TimeLimit"):
+        fetch_env.FetchEnv("FetchPush-v4", max_episode_steps=3)
+    assert gymnasium.make("fetch_env/FetchPush-v4", max_episode_steps=3).spec.max_episode_steps == 3
+
+
 def test_a_model_that_is_missing(tmp_path):
     with pytest.raises(FileNotFoundError, match="download_reference_model"):
         fetch_env.FetchEnv("FetchPush-v4", model=tmp_path)

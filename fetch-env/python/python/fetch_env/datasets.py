@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import _native
+from .settings import make_config
 
 if TYPE_CHECKING:
     import os
@@ -60,7 +61,7 @@ def write_dataset(  # noqa: PLR0913
         FileNotFoundError: If there is no such model.
         fetch_env.SimulationError: If the physics became unstable.
     """
-    config = _native.Config(env_id, **settings)
+    config = make_config(env_id, **settings)
     summary = _native.write_dataset(config, policy, data_format, folder, episodes, seed, snapshots)
     result: dict[str, Any] = json.loads(summary)
     return result

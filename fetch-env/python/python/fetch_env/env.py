@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
 from . import _native, simulation, spaces
+from .attributes import IS_OF_THE_SCENE, attribute, constant, setting
 from .made import RENDER_MODES, MadeFromSettings
+from .settings import make_config
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,6 +23,24 @@ if TYPE_CHECKING:
 #: ``observation`` (10 numbers in Reach, 25 elsewhere), ``achieved_goal`` and ``desired_goal``
 #: (x, y, z in meters), all ``float64``.
 Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
+
+
+#: Settings without an effect in Reach.
+NEED_AN_OBJECT = ("obj_range", "target_offset", "target_in_the_air")
+#: Methods that the reference calls on itself, and that programs override there.
+HOOKS = (
+    "_env_setup",
+    "_get_obs",
+    "_initialize_simulation",
+    "_is_success",
+    "_mujoco_step",
+    "_render_callback",
+    "_reset_sim",
+    "_sample_goal",
+    "_set_action",
+    "_step_callback",
+)
+IS_A_COPY = "it is a copy of the simulation: use reset() with options, set_state and settings"
 
 
 def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
@@ -73,6 +93,17 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
 
     _native: Env
 
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        """Refuse methods of a subclass that only the reference calls."""
+        super().__init_subclass__(**keywords)
+        for name in HOOKS:
+            if name in cls.__dict__:
+                message = (
+                    f"{cls.__name__} defines {name}, which the reference calls, and FetchEnv never "
+                    "does: pass settings, options to reset(), or wrap the environment"
+                )
+                raise TypeError(message)
+
     def __init__(
         self,
         env_id: str,
@@ -83,14 +114,35 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         **settings: Unpack[Settings],
     ) -> None:
         """Create the environment; see the class."""
+        if "max_episode_steps" in settings:
+            message = (
+                "one environment has no time limit: pass max_episode_steps to gymnasium.make, or "
+                "use gymnasium.wrappers.TimeLimit"
+            )
+            raise TypeError(message)
         self._make_from(env_id, settings, render_mode, (width, height))
         self.action_space = spaces.action_space()  # type: ignore[assignment]
         self.observation_space = spaces.observation_space(self._config)  # type: ignore[assignment]
 
     def _make(self) -> None:
-        self._config = _native.Config(self._env_id, **self._settings)
+        self._config = make_config(self._env_id, **self._settings)
         self._native = _native.Env(self._config, *self._size)
         self._model: Any = None
+
+    def _change(self, name: str, value: Any) -> None:
+        if name == "goal":
+            self._native.set_goal(value)
+            return
+        if not self.has_object and name in NEED_AN_OBJECT:
+            message = f"{name} has no effect in a task without an object: leave it out"
+            raise ValueError(message)
+        name = {"obj_range": "object_range"}.get(name, name)
+        settings: dict[str, Any] = {**self._settings, name: value}
+        config = make_config(self._env_id, **settings)
+        self._native.set_config(config)
+        # The value that was checked, which nobody can change.
+        settings[name] = getattr(config, name)
+        self._config, self._settings = config, cast("Settings", settings)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -162,39 +214,45 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         """Free the simulation. Later calls raise ``gymnasium.error.ClosedEnvironmentError``."""
         self._native.close()
 
-    @property
+    @setting
     def goal(self) -> NDArray[np.float64]:
-        """The goal of the episode: x, y, z in meters."""
-        return self._native.observe()["desired_goal"]
+        """The goal of the episode: x, y, z in meters; empty before a reset.
 
-    @property
+        An assigned goal counts until the next reset. The array cannot be written to.
+        """
+        goal = self._native.goal()
+        return constant([] if goal is None else goal)
+
+    @attribute(IS_A_COPY)
     def model(self) -> Any:
         """The model as a ``mujoco.MjModel``, if the package ``mujoco`` is installed.
 
-        It is compiled from the same scene; changing it does not change the environment.
+        It is compiled from the same scene. Its arrays cannot be written to, because that would not
+        change the environment: write to a copy (``copy.copy``), and pass settings when you make it.
         """
         if self._model is None:
             self._model = simulation.model_of(self._native)
         return self._model
 
-    @property
+    @attribute(IS_A_COPY)
     def data(self) -> Any:
         """The current state as a new ``mujoco.MjData``, separate from the environment.
 
         The positions and velocities are exact; derived quantities are recomputed with
-        ``mj_forward``.
+        ``mj_forward``. Nothing in it can be assigned, because that would not change the
+        environment: write to a copy (``copy.copy``), or use :meth:`reset` with options.
         """
         return simulation.data_of(self._native, self.model)
 
-    @property
+    @attribute(IS_OF_THE_SCENE)
     def initial_qpos(self) -> NDArray[np.float64]:
         """Positions of all joints in the settled scene."""
-        return simulation.start_of(self._native)[0]
+        return constant(simulation.start_of(self._native)[0])
 
-    @property
+    @attribute(IS_OF_THE_SCENE)
     def initial_qvel(self) -> NDArray[np.float64]:
         """Velocities of all joints in the settled scene."""
-        return simulation.start_of(self._native)[1]
+        return constant(simulation.start_of(self._native)[1])
 
     @property
     def _np_random(self) -> np.random.Generator | None:  # type: ignore[override]

@@ -13,6 +13,7 @@ import numpy as np
 from . import _native
 from .policy import Policy
 from .progress import Progress
+from .settings import make_config
 
 if TYPE_CHECKING:
     import os
@@ -136,7 +137,7 @@ def train(  # noqa: PLR0913
         message = f"resume is {resume!r}: pass True or False"
         raise TypeError(message)
     learner = preset if isinstance(preset, str) else json.dumps(preset)
-    config = _native.Config(env_id, **settings)
+    config = make_config(env_id, **settings)
     resumed = _resumed(out, resume=resume)
     trainer = _native.Trainer(config, learner, seed, steps, target, num_threads, resumed)
     if out is not None and resumed is None:
@@ -234,7 +235,7 @@ def evaluate(
         FileNotFoundError: If there is no such model.
         fetch_env.SimulationError: If the physics became unstable.
     """
-    config = _native.Config(env_id, **settings)
+    config = make_config(env_id, **settings)
     native = policy._native  # noqa: SLF001
     summary: dict[str, Any] = json.loads(
         _native.evaluate(config, native, episodes, seed, num_threads)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .rewards import GoalRewards
+from .attributes import Attributes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 RENDER_MODES = ("rgb_array", "depth_array")
 
 
-class MadeFromSettings(GoalRewards):
+class MadeFromSettings(Attributes):
     """A native part that can be recreated from its settings, and continued from its state."""
 
     render_mode: str | None

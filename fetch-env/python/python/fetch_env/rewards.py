@@ -48,7 +48,12 @@ class GoalRewards:
         return {"env_id": self._env_id, **self._settings}
 
     def compute_reward(
-        self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: object = None
+        self,
+        achieved_goal: ArrayLike,
+        desired_goal: ArrayLike | None = None,
+        info: object = None,
+        *,
+        goal: ArrayLike | None = None,
     ) -> float | NDArray[np.floating[Any]]:
         """Compute the reward of a step with these goals, as hindsight relabeling needs it.
 
@@ -56,12 +61,18 @@ class GoalRewards:
             achieved_goal: Goals of shape (..., 3), in meters.
             desired_goal: Goals of the same shape.
             info: Not used.
+            goal: The reference's keyword for ``desired_goal``: pass one of the two.
 
         Returns:
             A float for one pair, and an array of shape (...) for several: of ``float32`` if rewards
             are sparse or both goals are ``float32``, and otherwise of ``float64``.
         """
         del info
+        if desired_goal is None:
+            desired_goal, goal = goal, None
+        if desired_goal is None or goal is not None:
+            message = "pass either desired_goal or, as in the reference, goal"
+            raise TypeError(message)
         return self._config.compute_reward(achieved_goal, desired_goal)
 
     def compute_terminated(
@@ -77,18 +88,3 @@ class GoalRewards:
         """Tell whether steps with these goals would cut the episode off: never."""
         del info
         return self._config.compute_truncated(achieved_goal, desired_goal)
-
-    @property
-    def dt(self) -> float:
-        """Duration of a control step, in seconds."""
-        return self._config.control_period
-
-    @property
-    def distance_threshold(self) -> float:
-        """Distance within which a goal counts as reached, in meters."""
-        return self._config.distance_threshold
-
-    @property
-    def reward_type(self) -> str:
-        """``"sparse"`` or ``"dense"``."""
-        return self._config.reward_type

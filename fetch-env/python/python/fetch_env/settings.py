@@ -1,8 +1,11 @@
-"""The keywords that change an environment's settings."""
+"""The keywords that change an environment's settings, and their check."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, TypedDict
+import difflib
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
+
+from . import _native
 
 if TYPE_CHECKING:
     import os
@@ -26,8 +29,8 @@ class Settings(TypedDict, total=False):
     """Largest distance of the object's start from the gripper in x and y, in meters."""
     target_range: float
     """Largest distance of a goal along each axis, in meters."""
-    target_offset: tuple[float, float, float]
-    """Offset of every goal: x, y, z in meters."""
+    target_offset: tuple[float, float, float] | float
+    """Offset of every goal: x, y, z in meters, or one number for all three."""
     target_in_the_air: bool
     """Whether half of the goals are raised by up to 45 cm."""
 
@@ -37,3 +40,23 @@ class ConfigArguments(Settings, total=False):
 
     env_id: Required[str]
     """The name, such as ``"FetchPush-v4"``."""
+
+
+#: The names of the settings, and of what time limits take.
+NAMES = (*Settings.__annotations__, "max_episode_steps")
+
+
+def make_config(env_id: str, **settings: Any) -> _native.Config:
+    """Return checked settings.
+
+    Raises:
+        TypeError: If there is no setting of a name.
+        ValueError: If a setting is out of its range.
+    """
+    for name in settings:
+        if name not in NAMES:
+            nearest = difflib.get_close_matches(name, NAMES, 1)
+            hint = f"did you mean {nearest[0]}? " if nearest else ""
+            message = f"there is no setting {name}: {hint}The settings are {', '.join(NAMES)}"
+            raise TypeError(message)
+    return _native.Config(env_id, **settings)

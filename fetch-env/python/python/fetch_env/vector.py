@@ -11,8 +11,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from . import _native, spaces
+from .attributes import Attribute, Attributes, constant
 from .env import FetchEnv, Observation, generator, seed_of
 from .made import MadeFromSettings
+from .settings import make_config
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,13 +32,11 @@ COMMON = {
     "compute_terminated": "compute_terminated",
     "compute_truncated": "compute_truncated",
     "config_arguments": "config_arguments",
-    "distance_threshold": "distance_threshold",
-    "dt": "dt",
     "metadata": "metadata",
     "observation_space": "single_observation_space",
     "render_mode": "render_mode",
-    "reward_type": "reward_type",
     "spec": "spec",
+    **{name: name for name, value in vars(Attributes).items() if isinstance(value, Attribute)},
 }
 
 
@@ -97,13 +97,21 @@ class FetchVectorEnv(
         self.observation_space = batch_space(self.single_observation_space, num_envs)
 
     def _make(self) -> None:
-        self._config = _native.Config(
+        self._config = make_config(
             self._env_id, max_episode_steps=self._max_episode_steps, **self._settings
         )
         mode: AutoresetMode = self.metadata["autoreset_mode"]
         self._native = _native.VecEnv(
             self._config, self.num_envs, self._num_threads or 0, mode.value, *self._size
         )
+
+    def _change(self, name: str, value: Any) -> None:
+        del value
+        message = (
+            f"{name} cannot be set in a vector: make the environments with it, pass options to "
+            "reset(), or make the vector with vectorization_mode='sync'"
+        )
+        raise AttributeError(message)
 
     @property
     def num_threads(self) -> int:
@@ -184,7 +192,8 @@ class FetchVectorEnv(
     def _attribute(self, env_index: int, name: str) -> Any:
         """Return an attribute of an environment; a method is not yet called."""
         if name == "goal":
-            return self._native.goal(env_index)
+            goal = self._native.goal(env_index)
+            return constant([] if goal is None else goal)
         if name == "np_random":
             return generator(self._native.random(env_index))
         if name == "np_random_seed":
@@ -218,9 +227,7 @@ class FetchVectorEnv(
 
     def set_attr(self, name: str, values: object) -> None:
         """Refuse: settings are passed when environments are made."""
-        del values
-        message = f"{name} cannot be set: make the environments with it"
-        raise AttributeError(message)
+        self._change(name, values)
 
     def get_state(self) -> bytes:
         """Return all that determines the future of all environments."""
