@@ -129,6 +129,11 @@ fn wrong_usage_is_a_typed_error() -> Result {
     let start = reach.reset(Some(0))?.observation;
     let error = planner.plan(&mut [] as &mut [fetch_env::KinematicEnv], &start, &mut ZeroPolicy);
     assert!(matches!(error, Err(PlannerError::NoEnvironment)));
+    let mut many = vec![Plane::make()?; 1_025];
+    let place = many[0].reset(Some(0))?.observation;
+    let error = planner.plan(&mut many, &place, &mut ZeroPolicy);
+    assert!(matches!(error, Err(PlannerError::TooManyEnvironments { actual: 1_025, most: 1_024 })));
+    planner.plan(&mut many[..1_024], &place, &mut ZeroPolicy)?;
     let error = planner.plan_task(slice::from_mut(&mut reach), &start, Task::Slide);
     assert!(matches!(error, Err(PlannerError::Policy(PolicyError::Scripted { .. }))));
     let mut other = PlannedPolicy::new(vec![vec![0.0; 4], vec![0.0; 3]]);

@@ -21,6 +21,14 @@ pub enum PlannerError {
     /// There is no environment to simulate in.
     #[error("there is no environment to simulate in: pass one for each thread")]
     NoEnvironment,
+    /// There are more environments than threads.
+    #[error("there are {actual} environments, each with its thread: pass at most {most}")]
+    TooManyEnvironments {
+        /// The number of environments.
+        actual: usize,
+        /// The largest number.
+        most: usize,
+    },
     /// An element of the action has no finite bounds for the search to draw it between.
     #[error(
         "element {index} of an action lies between {low} and {high}: give the environment's \

@@ -19,6 +19,10 @@ pub use plan::{Plan, PlannedPolicy};
 pub use rollouts::PlanEnv;
 pub use settings::PlannerSettings;
 
+/// The largest number of environments: the operating system may end a process with tens of
+/// thousands of threads.
+const MOST_ENVS: usize = 1_024;
+
 /// A planner that searches for the actions that achieve the goal of one episode, by simulating many
 /// candidates from its start.
 ///
@@ -30,7 +34,7 @@ pub use settings::PlannerSettings;
 ///
 /// A search ends at the first iteration with a success, or after a number of iterations. The plan
 /// depends on the start and on the settings, not on the number of environments. Each environment
-/// has its own thread.
+/// has its own thread; those beyond the number of candidates simulate nothing.
 ///
 /// ```
 /// use baselines::{PlannedPolicy, Planner, PlannerSettings, evaluate};
@@ -75,7 +79,8 @@ impl Planner {
     /// lasts longer than that of `first`, the actions after that are 0.
     ///
     /// # Errors
-    /// [`PlannerError::NoEnvironment`]; [`PlannerError::Unbounded`];
+    /// [`PlannerError::NoEnvironment`]; [`PlannerError::TooManyEnvironments`] if there are more than
+    /// 1,024; [`PlannerError::Unbounded`];
     /// [`PlannerError::Policy`] if `first` does not fit the environment;
     /// [`PlannerError::Environment`] if one cannot be restored or stepped, after which all must be
     /// reset.
@@ -180,6 +185,9 @@ fn check<E: PlanEnv>(
     policy: &(impl Policy<E::Observation> + ?Sized),
 ) -> Result<BoxSpace<f32>, PlannerError> {
     let env = envs.first().ok_or(PlannerError::NoEnvironment)?;
+    if envs.len() > MOST_ENVS {
+        return Err(PlannerError::TooManyEnvironments { actual: envs.len(), most: MOST_ENVS });
+    }
     check_policy(env, policy)?;
     let space = env.action_space();
     let bounds = space.low().iter().zip(space.high()).enumerate();

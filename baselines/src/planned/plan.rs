@@ -75,10 +75,14 @@ impl Plan {
     }
 
     /// Orders plans from the best to the worst: first those that end in success, by the step at
-    /// which they achieve the goal for good, then the others; ties by their final distance.
+    /// which they achieve the goal for good, then the others; ties by their final distance. One
+    /// that is no number is the farthest.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         let steps = |plan: &Self| plan.steps_to_goal.unwrap_or(usize::MAX);
-        let distance = |plan: &Self| plan.episode.final_distance;
+        let distance = |plan: &Self| match plan.episode.final_distance {
+            distance if distance.is_nan() => f64::INFINITY,
+            distance => distance,
+        };
         steps(self).cmp(&steps(other)).then(distance(self).total_cmp(&distance(other)))
     }
 }
@@ -128,6 +132,30 @@ impl<O> Policy<O> for PlannedPolicy {
                 *element = *planned;
             }
             self.played += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_distance_that_is_no_number_is_the_farthest() {
+        let plan = |final_distance| Plan {
+            actions: Vec::new(),
+            episode: Episode { final_distance, ..Episode::new(None) },
+            steps_to_goal: None,
+            achieved_goal: Vec::new(),
+            rollouts: 1,
+        };
+        // 0 / 0 has either sign, depending on the processor.
+        for nan in [f64::NAN, -f64::NAN] {
+            for distance in [0.0, 1.0, f64::MAX] {
+                assert_eq!(plan(distance).order(&plan(nan)), Ordering::Less, "{distance}");
+                assert_eq!(plan(nan).order(&plan(distance)), Ordering::Greater, "{distance}");
+            }
+            assert_eq!(plan(nan).order(&plan(-nan)), Ordering::Equal);
         }
     }
 }
