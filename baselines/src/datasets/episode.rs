@@ -161,7 +161,8 @@ impl EpisodeRecord {
         }
     }
 
-    /// Checks that all columns have the lengths of one episode in the environment of a data set.
+    /// Checks that all columns have the lengths of one episode in the environment of a data set, and
+    /// that their numbers can be learned from.
     pub(super) fn check(&self, about: &About) -> Result<(), DatasetError> {
         let steps = self.rewards.len();
         let states = steps + 1;
@@ -182,11 +183,37 @@ impl EpisodeRecord {
             ("qpos", self.qpos.len(), states * qpos),
             ("qvel", self.qvel.len(), states * qvel),
         ];
-        match columns.into_iter().find(|(_, actual, expected)| actual != expected) {
-            Some((column, actual, expected)) => {
-                Err(DatasetError::Length { column, actual, expected })
-            }
-            None => Ok(()),
+        if let Some((column, actual, expected)) =
+            columns.into_iter().find(|(_, actual, expected)| actual != expected)
+        {
+            return Err(DatasetError::Length { column, actual, expected });
         }
+        self.check_numbers()
+    }
+
+    /// Checks that all numbers are finite, also for readers that convert them to `f32`.
+    fn check_numbers(&self) -> Result<(), DatasetError> {
+        let check = |column, value: f64, index| match (value as f32).is_finite() {
+            true => Ok(()),
+            false => Err(DatasetError::NotFinite { column, index, value }),
+        };
+        for (index, action) in self.actions.iter().enumerate() {
+            check("actions", f64::from(*action), index)?;
+        }
+        let columns = [
+            ("observations", &self.observations),
+            ("achieved_goals", &self.achieved_goals),
+            ("desired_goals", &self.desired_goals),
+            ("rewards", &self.rewards),
+            ("distances", &self.distances),
+            ("sparse_rewards", &self.sparse_rewards),
+            ("dense_rewards", &self.dense_rewards),
+            ("qpos", &self.qpos),
+            ("qvel", &self.qvel),
+        ];
+        columns.into_iter().try_for_each(|(column, values)| {
+            let mut values = values.iter().enumerate();
+            values.try_for_each(|(index, value)| check(column, *value, index))
+        })
     }
 }

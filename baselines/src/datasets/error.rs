@@ -53,6 +53,16 @@ pub enum DatasetError {
         /// The number that fits the episode's rewards and the environment's spaces.
         expected: usize,
     },
+    /// A number of the episode is NaN, or infinite in `f32`.
+    #[error("{column}[{index}] is {value}: leave the episode out, or find the step it comes from")]
+    NotFinite {
+        /// The column.
+        column: &'static str,
+        /// The element.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
     /// There are fewer episodes than the format's own loader needs.
     #[error("there are {episodes} episodes, and this format needs at least {least}: write more")]
     TooFew {

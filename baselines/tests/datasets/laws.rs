@@ -75,6 +75,44 @@ fn only_names_and_environments_that_others_know_are_described() -> Result {
 }
 
 #[test]
+fn a_number_that_cannot_be_learned_from_is_refused_by_each_writer() -> Result {
+    let folder = tempfile::tempdir()?;
+    type Column = fn(&mut EpisodeRecord) -> &mut Vec<f64>;
+    let columns: [(&str, Column); 9] = [
+        ("observations", |record| &mut record.observations),
+        ("achieved_goals", |record| &mut record.achieved_goals),
+        ("desired_goals", |record| &mut record.desired_goals),
+        ("rewards", |record| &mut record.rewards),
+        ("distances", |record| &mut record.distances),
+        ("sparse_rewards", |record| &mut record.sparse_rewards),
+        ("dense_rewards", |record| &mut record.dense_rewards),
+        ("qpos", |record| &mut record.qpos),
+        ("qvel", |record| &mut record.qvel),
+    ];
+    let whole = records(1)?.remove(0);
+    for mut writer in writers(folder.path())? {
+        for number in [f64::NAN, f64::INFINITY, -1e300] {
+            for (name, column) in columns {
+                let mut record = whole.clone();
+                column(&mut record)[2] = number;
+                match writer.write(&record) {
+                    Err(DatasetError::NotFinite { column, index: 2, .. }) => {
+                        assert_eq!(column, name);
+                    }
+                    written => panic!("{name}: {written:?}"),
+                }
+            }
+            let mut record = whole.clone();
+            record.actions[2] = number as f32;
+            let error = writer.write(&record).err().ok_or("written")?;
+            assert!(error.to_string().starts_with("actions[2] is "), "{error}");
+        }
+        writer.write(&whole)?;
+    }
+    Ok(())
+}
+
+#[test]
 fn an_episode_of_another_task_is_refused() -> Result {
     let folder = tempfile::tempdir()?;
     let mut env = make("FetchReach-v4")?;
