@@ -1,5 +1,6 @@
 //! The part of a run that holds transitions and draws them.
 
+use std::collections::BTreeSet;
 use std::iter::repeat_n;
 use std::num::NonZeroUsize;
 use std::ops::RangeInclusive;
@@ -60,11 +61,14 @@ impl<E: LearnEnv> Replay<E> {
             config = config.with_still_episodes(still.with_seed(seed));
         }
         let dims = config.dims();
-        if inputs.left_out.iter().any(|element| *element >= dims.observation) {
+        let left_out: BTreeSet<_> = inputs.left_out.iter().collect();
+        if left_out.len() < inputs.left_out.len()
+            || left_out.last().is_some_and(|last| **last >= dims.observation)
+        {
             return Err(TrainError::Setting {
                 name: "left_out",
                 value: format!("{:?}", inputs.left_out),
-                expected: "choose elements of the observation, counted from 0",
+                expected: "choose elements of the observation, counted from 0, each once",
             });
         }
         let sampler = sampler(replay)?;

@@ -277,7 +277,7 @@ ranged_settings! {
         /// The elements of an observation that the networks do not see, counted from 0: none, the
         /// authors', the positions of gripper and object for Push and PickAndPlace, and the
         /// object's angles for Slide. [`Trainer::new`](super::Trainer::new) refuses one that the
-        /// observation does not have.
+        /// observation does not have, or that is named twice.
         pub left_out: Vec<usize>,
     }
 }

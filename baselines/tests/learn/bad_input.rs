@@ -126,6 +126,9 @@ fn an_element_that_the_observation_does_not_have_cannot_be_left_out() -> Result 
     let mut settings = settings(ddpg());
     settings.inputs.left_out = vec![0, 9];
     Trainer::new(make, settings.clone(), 0, 1)?;
+    settings.inputs.left_out = vec![3, 0, 3];
+    let twice = Trainer::new(make, settings.clone(), 0, 1);
+    assert!(matches!(twice, Err(TrainError::Setting { name: "left_out", .. })), "{twice:?}");
     settings.inputs.left_out = vec![0, 10];
     match Trainer::new(make, settings, 0, 1) {
         Err(TrainError::Setting { name: "left_out", value, .. }) => assert_eq!(value, "[0, 10]"),
