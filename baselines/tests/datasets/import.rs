@@ -2,6 +2,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::process::Command;
 
 use baselines::datasets::{MinariError, import_minari};
 use her_relabel::{BufferConfig, Dims, EpisodeData, HerBuffer};
@@ -138,6 +140,25 @@ fn what_is_no_set_with_goals_is_refused() -> Result {
     let wider = Dims { observation: 3, ..DIMS };
     let error = refusal(&by_minari(), wider)?.ok_or("imported")?;
     assert!(matches!(error, MinariError::Width { actual: 2, expected: 3, .. }), "{error}");
+    Ok(())
+}
+
+#[cfg(unix)]
+#[test]
+fn neither_a_pipe_nor_a_device_is_read() -> Result {
+    for name in ["data/metadata.json", "data/1/part-0.arrow"] {
+        let folder = changed(name, |_| ())?;
+        let path = folder.path().join(name);
+        fs::remove_file(&path)?;
+        std::os::unix::fs::symlink("/dev/zero", &path)?;
+        let device = refusal(folder.path(), DIMS)?.ok_or("imported")?;
+        fs::remove_file(&path)?;
+        assert!(Command::new("mkfifo").arg(&path).status()?.success());
+        let pipe = refusal(folder.path(), DIMS)?.ok_or("imported")?;
+        for error in [device, pipe] {
+            assert!(format!("{error:?}").contains("is not a regular file"), "{error:?}");
+        }
+    }
     Ok(())
 }
 

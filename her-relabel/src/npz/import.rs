@@ -1,6 +1,5 @@
 //! Importing episodes from numpy.
 
-use std::fs;
 use std::path::Path;
 
 use rawzip::ZipArchive;
@@ -10,7 +9,7 @@ use crate::npz::array::{
     ACHIEVED_GOALS, ACTIONS, Array, COUNTS, DESIRED_GOALS, EPISODE_LENGTHS, FLAGS, FLOATS,
     NpzError, OBSERVATIONS, REWARDS, TERMINATED, TRUNCATED, field_array,
 };
-use crate::npz::io_error;
+use crate::npz::{contents, io_error};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
@@ -22,12 +21,12 @@ impl<T: Scalar> HerBuffer<T> {
     /// leaves out as [still](crate::StillEpisodes) are counted too.
     ///
     /// An import takes no more memory than the file and this buffer's capacity, whatever sizes the
-    /// archive claims.
+    /// archive claims. The file is a regular one of at most 64 GiB.
     ///
     /// # Errors
     /// [`NpzError`]; then no episode has been added.
     pub fn import_npz(&mut self, path: impl AsRef<Path>) -> Result<u64, NpzError> {
-        self.import_npz_bytes(&fs::read(path)?)
+        self.import_npz_bytes(&contents(path.as_ref())?)
     }
 
     /// Adds all episodes of an archive in memory, as [`import_npz`](Self::import_npz) does.

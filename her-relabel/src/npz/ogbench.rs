@@ -1,6 +1,5 @@
 //! Importing trajectories of OGBench.
 
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
@@ -9,7 +8,7 @@ use rawzip::ZipArchive;
 
 use crate::add::arguments::EpisodeData;
 use crate::npz::array::{ACTIONS, Array, FLAGS, FLOATS, NpzError, OBSERVATIONS};
-use crate::npz::io_error;
+use crate::npz::{contents, io_error};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::config::Dims;
@@ -55,7 +54,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// left out.
     ///
     /// An import takes no more memory than the file and this buffer's capacity, whatever sizes the
-    /// archive claims.
+    /// archive claims. The file is a regular one of at most 64 GiB.
     ///
     /// # Errors
     /// [`NpzError`]; then no trajectory has been added.
@@ -65,7 +64,7 @@ impl<T: Scalar> HerBuffer<T> {
         goals: &GoalColumns<'_>,
         reward: &impl GoalReward,
     ) -> Result<u64, NpzError> {
-        self.import_ogbench_bytes(&fs::read(path)?, goals, reward)
+        self.import_ogbench_bytes(&contents(path.as_ref())?, goals, reward)
     }
 
     /// Adds all trajectories of an archive in memory, as [`import_ogbench`](Self::import_ogbench)

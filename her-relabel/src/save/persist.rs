@@ -71,7 +71,8 @@ impl<T: Scalar> HerBuffer<T> {
     }
 
     /// Loads a buffer that [`save`](Self::save) saved. Memory is allocated only as contents are
-    /// read, so no file can claim much more than its own size.
+    /// read, so no file can claim much more than its own size. The file is a regular one, and no pipe
+    /// or device.
     ///
     /// # Errors
     /// [`LoadError`].

@@ -6,7 +6,8 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use her_relabel::{HerBuffer, NpzError};
+use goal_reward::DistanceReward;
+use her_relabel::{GoalColumns, HerBuffer, NpzError};
 
 use crate::common::{Result, config, drawn, exported, filled};
 
@@ -97,6 +98,28 @@ fn a_file_is_written_whole_and_read_again() -> Result {
     let missing = same.import_npz(directory.path().join("none.npz"));
     assert!(matches!(missing, Err(NpzError::Archive(_))));
     assert_eq!(same.len(), buffer.len());
+    Ok(())
+}
+
+#[cfg(unix)]
+#[test]
+fn neither_a_pipe_nor_a_device_is_read() -> Result {
+    let directory = tempfile::tempdir()?;
+    let (pipe, zero) = (directory.path().join("pipe"), directory.path().join("zero"));
+    assert!(Command::new("mkfifo").arg(&pipe).status()?.success());
+    std::os::unix::fs::symlink("/dev/zero", &zero)?;
+    let mut buffer = HerBuffer::<f32>::new(config(50))?;
+    let goals = GoalColumns { array: "achieved_goals", width: 1, columns: 0..1, desired: None };
+    for path in [&pipe, &zero] {
+        let errors = [
+            buffer.import_npz(path).unwrap_err().to_string(),
+            buffer.import_ogbench(path, &goals, &DistanceReward::sparse()).unwrap_err().to_string(),
+            HerBuffer::<f32>::load(path).unwrap_err().to_string(),
+        ];
+        for error in errors {
+            assert!(error.contains("is not a regular file"), "{error}");
+        }
+    }
     Ok(())
 }
 

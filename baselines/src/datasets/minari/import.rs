@@ -1,9 +1,8 @@
 //! Reads a Minari data set into a replay buffer.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use her_relabel::{Dims, EpisodeData, HerBuffer, Scalar};
+use her_relabel::{Dims, EpisodeData, HerBuffer, Scalar, files};
 use serde::Deserialize;
 
 use super::arrow::{ArrowFile, Fault};
@@ -15,6 +14,9 @@ struct Metadata {
     total_episodes: u64,
     data_format: String,
 }
+
+/// The largest file of an episode that is read into memory.
+const MOST_BYTES: u64 = 1 << 32;
 
 /// Adds all episodes of a Minari data set, in order, to a buffer without fields, and returns how
 /// many were added.
@@ -30,7 +32,7 @@ struct Metadata {
 /// that just stops counts as truncated.
 ///
 /// An import takes no more memory than another buffer like this one and a few times the file of an
-/// episode, whatever sizes that file claims.
+/// episode, whatever sizes that file claims. The files are regular ones of at most 4 GiB.
 ///
 /// # Errors
 /// [`MinariError`]; then no episode has been added.
@@ -72,7 +74,8 @@ pub fn import_minari<T: Scalar>(
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, MinariError> {
-    fs::read(path).map_err(|source| MinariError::File { path: path.to_owned(), source })
+    files::read(path, MOST_BYTES)
+        .map_err(|source| MinariError::File { path: path.to_owned(), source })
 }
 
 /// An episode of a data set: a row for each state, where the step of the last row is ignored.
