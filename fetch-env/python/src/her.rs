@@ -71,6 +71,14 @@ impl Buffer {
         recorded.check().map_err(Error::value)
     }
 
+    /// Goes on recording from the states in which a vector is.
+    fn resume(&self, py: Python<'_>, envs: &VecEnv) -> Result<()> {
+        let mut envs = envs.lock(py)?;
+        let mut contents = self.contents.lock(py)?;
+        let resumed = contents.buffer.resume(&envs.last_step()?.into()).map_err(Error::value)?;
+        resumed.check().map_err(Error::value)
+    }
+
     /// Stores a whole episode of T steps: observations (T + 1, n), achieved goals (T + 1, 3), one
     /// desired goal (3), actions (T, 4) and rewards (T).
     #[expect(clippy::too_many_arguments, reason = "they are keywords")]

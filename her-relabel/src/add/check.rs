@@ -61,7 +61,7 @@ pub enum AddError {
     #[error(
         "{missing} rows of environment {env_index} before this one were not recorded: record what \
          each call returned, resets included; to go on, reset the environments and record that, \
-         or pass this row to resume"
+         or call resume"
     )]
     RowsMissing {
         /// The environment.
@@ -73,7 +73,7 @@ pub enum AddError {
     #[error(
         "the step of environment {env_index} belongs to another episode than the one under way, \
          which was begun by hand, loaded from a file, or recorded from other environments: to go \
-         on, reset these environments and record that, or pass this row to resume"
+         on, reset these environments and record that, or call resume"
     )]
     OtherEpisode {
         /// The environment.

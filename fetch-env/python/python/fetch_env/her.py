@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import gymnasium
 
 from . import _native
+from .recorded import recorded_vector
 from .rewards import check_rewards
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     from .env import Observation
     from .settings import ConfigArguments
-    from .vector import FetchVectorEnv
 
 GoalStrategy: TypeAlias = Literal["future", "final", "episode", "random"]
 
@@ -77,12 +77,36 @@ class HerBuffer:
         """Largest number of transitions."""
         return self._native.capacity
 
-    def record(self, envs: FetchVectorEnv) -> None:
+    def record(self, envs: VectorEnv[Any, Any, Any]) -> None:
         """Store what a vector's last ``reset``, ``step``, ``step_wait`` or ``set_state`` returned.
 
         Call it after each of them, including the first reset. It works in every autoreset mode.
+        Steps before a reset need not be recorded: the episode before ends with the steps it has.
+
+        Args:
+            envs: A :class:`fetch_env.FetchVectorEnv`. Wrappers of Gymnasium that only look may be
+                around it: ``RecordEpisodeStatistics``, ``RecordVideo``, ``HumanRendering`` and
+                ``DictInfoToList``.
+
+        Raises:
+            ValueError: If this was recorded before, if results before it were not recorded, or if
+                it belongs to another episode than the one under way: that of other environments, of
+                a copy, or one that was loaded or begun by hand. Nothing is stored then; go on with
+                :meth:`resume`, or with a reset that is recorded.
+            TypeError: If a wrapper may change what the vector takes and returns, or a vector is
+                another one, such as Gymnasium's ``SyncVectorEnv``.
         """
-        self._native.record(envs.unwrapped._native)  # noqa: SLF001
+        self._native.record(recorded_vector(envs)._native)  # noqa: SLF001
+
+    def resume(self, envs: VectorEnv[Any, Any, Any]) -> None:
+        """Go on recording from the states in which a vector is, in the middle of episodes as well.
+
+        Call it in place of :meth:`record` where that raises an error, after :meth:`load`, and for a
+        vector that was copied or whose state was set. Where an episode under way is in the state
+        that the vector shows, it goes on; any other ends with the steps it has, and one begins in
+        this state.
+        """
+        self._native.resume(recorded_vector(envs)._native)  # noqa: SLF001
 
     def begin_episode(self, observation: Observation, *, env_index: int = 0) -> None:
         """Begin an episode of one environment with its first observation."""
@@ -197,7 +221,7 @@ class HerBuffer:
     def load(self, path: str | os.PathLike[str]) -> None:
         """Replace the contents and the capacity with those that :meth:`save` wrote.
 
-        End or discard the episodes that were under way, unless their environments go on as well.
+        Call :meth:`resume` before recording on, or end or discard the episodes under way.
 
         Raises:
             OSError: If the file cannot be read.
