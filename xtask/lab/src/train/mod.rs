@@ -135,7 +135,12 @@ fn run_shared(
     } else {
         for run in 0..args.seeds.get() {
             let seed = args.seed.wrapping_add(run);
-            let (trainer, files) = start(args, settings, seed, workers())?;
+            let started = start(args, settings, seed, workers());
+            let (trainer, files) = started.map_err(|error| match error.downcast_ref() {
+                // One that not every environment can have.
+                Some(TrainError::Setting { .. }) => usage(error),
+                _ => error,
+            })?;
             results.push(finish(args, trainer, &files, signals)?);
         }
     }
@@ -192,12 +197,7 @@ fn start(
     };
     let make = || make(args.env_id, args.model);
     let (is_first, threads) = (workers.rank() == 0, args.threads.get());
-    let mut trainer = Trainer::with_workers(make, settings.clone(), seed, threads, workers)
-        .map_err(|error| match error {
-            // One that only some environments can have.
-            TrainError::Setting { .. } => usage(error),
-            error => error.into(),
-        })?;
+    let mut trainer = Trainer::with_workers(make, settings.clone(), seed, threads, workers)?;
     if is_first {
         RunFiles::check_free(&folder, args.overwrite)?;
     }
