@@ -172,10 +172,16 @@ class Named(fetch_env.FetchVectorEnv):
     name = "mine"
 
 
+def rescaled(envs):
+    limits = np.full(4, 2.0, np.float32)
+    return wrappers.RescaleAction(envs, -limits, limits)
+
+
 @pytest.mark.parametrize(
     "wrap",
     [
-        lambda envs: wrappers.RescaleAction(envs, -2.0, 2.0),
+        wrappers.ClipAction,
+        rescaled,
         lambda envs: wrappers.TransformReward(envs, lambda reward: reward * 2.0),
         lambda envs: wrappers.ClipReward(envs, -0.5, 0.5),
         lambda envs: wrappers.FilterObservation(envs, ["observation"]),
