@@ -156,6 +156,9 @@ mod model_files;
 mod mujoco;
 mod object;
 mod privileges;
+#[cfg(any(feature = "mujoco", feature = "download"))]
+#[cfg_attr(not(feature = "download"), allow(dead_code, reason = "only downloads are read"))]
+mod regular_file;
 mod simulator;
 mod task;
 

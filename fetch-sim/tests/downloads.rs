@@ -251,6 +251,12 @@ fn a_damaged_file_is_fetched_again_and_the_users_stay() -> Result {
             assert_eq!(fs::read_to_string(place.mujoco().join(name))?, text);
         }
     }
+    #[cfg(unix)]
+    for name in [FILES[0].0, "SHA256SUMS"] {
+        fs::remove_file(place.mujoco().join(name))?;
+        std::os::unix::fs::symlink("/dev/zero", place.mujoco().join(name))?;
+        assert!(place.run("mujoco")?.status.success(), "{name} has no end");
+    }
     fs::write(place.mujoco().join("SHA256SUMS"), "")?;
     assert!(place.run("mujoco")?.status.success());
     assert_eq!(fs::read_to_string(place.mujoco().join("notes.txt"))?, "the user's");

@@ -237,6 +237,22 @@ fn a_folder_need_not_be_utf_8() -> Result {
     Ok(())
 }
 
+#[test]
+fn a_pipe_or_a_device_is_an_error() -> Result {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("push.xml");
+    let load = || Model::from_path(&path).map(drop);
+    std::os::unix::fs::symlink("/dev/zero", &path)?;
+    let device = load().expect_err("no regular file");
+    fs::remove_file(&path)?;
+    assert!(Command::new("mkfifo").arg(&path).status()?.success());
+    let pipe = load().expect_err("no regular file");
+    for error in [device, pipe] {
+        assert!(error.to_string().contains("is not a regular file"), "{error}");
+    }
+    Ok(())
+}
+
 /// The table of pairs of a filter takes 1.6 GB at 20,000 geoms, and outgrows 32 bits soon after.
 #[test]
 fn a_model_of_many_geoms_is_simulated_without_a_filter() -> Result {

@@ -25,6 +25,8 @@ mod packages;
 mod platforms;
 mod projects;
 mod python;
+#[path = "../../fetch-sim/src/regular_file.rs"]
+mod regular_file;
 mod sanitize;
 mod tools;
 

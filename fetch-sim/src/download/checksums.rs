@@ -1,8 +1,10 @@
 //! SHA-256 checksums of files, and lists of them as `sha256sum` writes them.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use hmac_sha256::Hash;
+
+use crate::regular_file;
 
 /// The name of a file and its SHA-256, in hexadecimal.
 pub(super) type Listed<'a> = (&'a str, &'a str);
@@ -15,7 +17,8 @@ pub(super) fn parse(list: &str) -> Option<Vec<Listed<'_>>> {
 /// Returns whether all files of a list are in a folder, with the listed checksums.
 pub(super) fn are_there(folder: &Path, files: &[Listed<'_>]) -> bool {
     files.iter().all(|(name, sha256)| {
-        fs::read(folder.join(name)).is_ok_and(|bytes| check(name, &bytes, sha256).is_ok())
+        regular_file::read(&folder.join(name))
+            .is_ok_and(|bytes| check(name, &bytes, sha256).is_ok())
     })
 }
 

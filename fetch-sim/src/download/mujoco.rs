@@ -1,9 +1,6 @@
 //! A version of MuJoCo, from its wheel.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 
@@ -17,6 +14,7 @@ use super::{
 use crate::{
     cache,
     installation::{name_in_cache, own_platform, version_in_name},
+    regular_file,
 };
 
 /// The list of the files that were unpacked, which is written last.
@@ -98,7 +96,8 @@ fn put(wheel: &mut Wheel, version: &str, unpacking: &Unpacking<'_>) -> Result<()
 }
 
 fn is_complete(folder: &Path, version: &str) -> bool {
-    let list = fs::read_to_string(folder.join(LIST)).unwrap_or_default();
+    let list = regular_file::read(&folder.join(LIST)).unwrap_or_default();
+    let list = String::from_utf8_lossy(&list);
     checksums::parse(&list).is_some_and(|files| {
         let names = files.iter().map(|(name, _)| *name);
         missing(names, version).is_none() && checksums::are_there(folder, &files)

@@ -8,6 +8,7 @@ use std::{
 };
 
 use super::{error::DownloadError, lock_file::LockFile};
+use crate::regular_file;
 
 /// Name of the folder for everything unfinished, inside the folder to fill: the file that is being
 /// written, and pip's downloads. A file in it is locked while it is in use; if that file is
@@ -63,7 +64,7 @@ impl<'a> Unpacking<'a> {
     /// Puts a file below the folder, and replaces one with different contents.
     pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<(), DownloadError> {
         let path = self.folder.join(name);
-        if fs::read(&path).is_ok_and(|there| there == bytes) {
+        if regular_file::read(&path).is_ok_and(|there| there == bytes) {
             return Ok(());
         }
         let unfinished = self.staging.join(UNFINISHED);

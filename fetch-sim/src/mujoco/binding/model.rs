@@ -14,7 +14,7 @@ use super::{
     library::{Owned, c_path, check_as, load_once},
     unforked::unforked,
 };
-use crate::error::SimError;
+use crate::{error::SimError, regular_file};
 
 /// A compiled MuJoCo model.
 ///
@@ -67,6 +67,7 @@ impl Model {
     /// [`SimError::ShimMismatch`] if MuJoCo cannot be used.
     pub fn from_path(path: &Path) -> Result<Self, SimError> {
         let name = path.display().to_string();
+        regular_file::check(path).map_err(|reason| model_error(&name, reason))?;
         let c_path = c_path(path).map_err(|reason| model_error(&name, reason))?;
         // SAFETY: the library is loaded, `c_path` is a C string and `raw` is valid for writes.
         Self::compile(&name, |raw| unsafe { ffi::fs_load_path(c_path.as_ptr(), raw) })

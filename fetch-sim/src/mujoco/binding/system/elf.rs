@@ -10,7 +10,7 @@ use std::{
 use elf::{ElfStream, ParseError, abi::DT_SONAME, endian::AnyEndian};
 
 use super::super::version::MujocoVersion;
-use crate::privileges;
+use crate::{privileges, regular_file};
 
 /// The plain name of MuJoCo's library.
 pub(in super::super) const LIBRARY: &str = "libmujoco.so";
@@ -38,7 +38,10 @@ pub(in super::super) fn folders() -> Vec<PathBuf> {
 /// Returns the name that an ELF library gives itself, after a check that it is complete: loading a
 /// truncated file would end the process.
 pub(in super::super) fn own_name(path: &Path) -> Result<Option<String>, String> {
-    let length = || File::open(path)?.metadata().map(|metadata| metadata.len());
+    let length = || {
+        regular_file::check(path)?;
+        File::open(path)?.metadata().map(|metadata| metadata.len())
+    };
     let length = length().map_err(|error| error.to_string())?;
     parse(path, length).map_err(|error| match error {
         ParseError::BadMagic(_) => "it is not a library".into(),
