@@ -3,7 +3,8 @@
 //! The file format, with little-endian numbers, of 64 bits unless stated otherwise:
 //! 1. eight bytes of magic, the version (32 bits), the bytes of an element (32 bits);
 //! 2. capacity, lengths of observation, goal and action, number of environments, number of fields;
-//! 3. for each field the length of its name in bytes, the name, and the field's length;
+//! 3. for each field the length of its name in bytes, the name, and the field's length; in version 3,
+//!    which has a description of the task, its length in bytes and the description;
 //! 4. 0 without priorities, 1 or 2 for priorities of transitions or of episodes, and the new
 //!    priority (a double, negative for the highest);
 //! 5. for still episodes the distance (a double, negative if all episodes are kept), the kept share
@@ -21,12 +22,12 @@ use std::path::Path;
 
 use crate::add::check::is_reward;
 use crate::files::{open, replace};
-use crate::save::stream::{LoadError, Source, Target, VERSION};
+use crate::save::stream::{LoadError, Source, Target, VERSIONS};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
-use crate::store::config::{BufferConfig, Dims};
+use crate::store::config::{BufferConfig, Dims, MAX_TASK};
 use crate::store::episodes::Episodes;
-use crate::store::fields::{Field, Fields};
+use crate::store::fields::{Field, Fields, MAX_NAME};
 use crate::store::layout::Layout;
 use crate::store::priorities::{NewPriority, Priorities, PriorityUnit, is_priority};
 use crate::store::priority_table::PriorityTable;
@@ -89,7 +90,8 @@ impl<T: Scalar> HerBuffer<T> {
         let config = &self.config;
         let mut target = Target::new(writer);
         target.bytes(&MAGIC)?;
-        target.bytes(&VERSION.to_le_bytes())?;
+        let task = config.task();
+        target.bytes(&VERSIONS[usize::from(!task.is_empty())].to_le_bytes())?;
         target.bytes(&(size_of::<T>() as u32).to_le_bytes())?;
         let (num_envs, num_fields) = (config.num_envs(), config.fields().len());
         let Dims { observation, goal, action } = config.dims();
@@ -99,6 +101,10 @@ impl<T: Scalar> HerBuffer<T> {
             target.number(name.len() as u64)?;
             target.bytes(name.as_bytes())?;
             target.number(*len as u64)?;
+        }
+        if !task.is_empty() {
+            target.number(task.len() as u64)?;
+            target.bytes(task.as_bytes())?;
         }
         target.numbers(priorities_code(config.priorities()))?;
         target.numbers(still_code(*still))?;
@@ -132,14 +138,15 @@ impl<T: Scalar> HerBuffer<T> {
             return Err(LoadError::Foreign);
         }
         let version = u32::from_le_bytes(source.bytes()?);
-        if version != VERSION {
+        let [plain, with_task] = VERSIONS;
+        if version != plain && version != with_task {
             return Err(LoadError::Version { version });
         }
         let actual = u32::from_le_bytes(source.bytes()?);
         if actual as usize != size_of::<T>() {
             return Err(LoadError::ElementSize { expected: size_of::<T>(), actual });
         }
-        let config = read_config(&mut source)?;
+        let config = read_config(&mut source, version == with_task)?;
         let ended = source.number()?;
         let (layout, fields) = (Layout::new::<T>(&config)?, Fields::new(config.fields()));
         let capacity = config.capacity();
@@ -187,14 +194,21 @@ impl<T: Scalar> HerBuffer<T> {
     }
 }
 
-fn read_config<R: Read>(source: &mut Source<R>) -> Result<BufferConfig, LoadError> {
+fn read_config<R: Read>(source: &mut Source<R>, has_task: bool) -> Result<BufferConfig, LoadError> {
     let [capacity, observation, goal, action, num_envs, num_fields] = source.sizes()?;
     let dims = Dims { observation, goal, action };
     let mut config = BufferConfig::new(capacity, dims).with_num_envs(num_envs);
     for _ in 0..num_fields {
-        let name = source.text()?;
+        let name = source.text(MAX_NAME)?;
         let [len] = source.sizes()?;
         config = config.with_field(name, len);
+    }
+    if has_task {
+        let task = source.text(MAX_TASK)?;
+        if task.is_empty() {
+            return Err(LoadError::Damaged);
+        }
+        config = config.with_task(task);
     }
     let unit = match source.number()? {
         0 => None,

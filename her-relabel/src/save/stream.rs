@@ -6,10 +6,9 @@ use thiserror::Error;
 
 use crate::scalar::Scalar;
 use crate::store::config::ConfigError;
-use crate::store::fields::MAX_NAME;
 
-/// The version of the file format.
-pub(crate) const VERSION: u32 = 2;
+/// The versions of the file format: without and with a description of the task.
+pub(crate) const VERSIONS: [u32; 2] = [2, 3];
 
 /// The number of elements converted at a time, which bounds the memory that a wrong length can
 /// claim.
@@ -88,10 +87,10 @@ impl<R: Read> Source<R> {
         Ok(u64::from_le_bytes(self.bytes()?))
     }
 
-    /// Reads the length of a name, and the name.
-    pub(crate) fn text(&mut self) -> Result<String, LoadError> {
+    /// Reads the length of a text, at most `most` bytes, and the text.
+    pub(crate) fn text(&mut self, most: usize) -> Result<String, LoadError> {
         let [len] = self.sizes()?;
-        if len > MAX_NAME {
+        if len > most {
             return Err(LoadError::Damaged);
         }
         let mut bytes = vec![0; len];
@@ -154,8 +153,10 @@ pub enum LoadError {
     Foreign,
     /// The file was written by another version of this crate.
     #[error(
-        "the buffer was saved in format {version} instead of {VERSION}: load it with the version of \
-         her-relabel that saved it"
+        "the buffer was saved in format {version} instead of {} or {}: load it with the version of \
+         her-relabel that saved it",
+        VERSIONS[0],
+        VERSIONS[1]
     )]
     Version {
         /// The version of the file's format.

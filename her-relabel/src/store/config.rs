@@ -39,7 +39,12 @@ pub struct BufferConfig {
     fields: Vec<Field>,
     priorities: Option<Priorities>,
     still_episodes: Option<StillEpisodes>,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    task: String,
 }
+
+/// The maximal length of a task's description, in bytes.
+pub(crate) const MAX_TASK: usize = 8192;
 
 impl BufferConfig {
     /// Creates settings of a buffer that keeps up to `capacity` transitions, at least 1, with
@@ -53,6 +58,7 @@ impl BufferConfig {
             fields: Vec::new(),
             priorities: None,
             still_episodes: None,
+            task: String::new(),
         }
     }
 
@@ -78,6 +84,23 @@ impl BufferConfig {
     pub fn with_still_episodes(mut self, still_episodes: impl Into<Option<StillEpisodes>>) -> Self {
         self.still_episodes = still_episodes.into();
         self
+    }
+
+    /// Describes the task whose transitions the buffer holds, in up to 8,192 bytes: its name, its
+    /// reward, and whatever else makes transitions of another kind. Nothing by default.
+    ///
+    /// A file keeps the description, so that the program that [loads](crate::HerBuffer::load) it can
+    /// compare [`task`](Self::task) with its own. The buffer itself does not read it.
+    #[must_use]
+    pub fn with_task(mut self, task: impl Into<String>) -> Self {
+        self.task = task.into();
+        self
+    }
+
+    /// Returns the description of the task; empty if there is none.
+    #[must_use]
+    pub fn task(&self) -> &str {
+        &self.task
     }
 
     settings! {
@@ -117,6 +140,9 @@ impl BufferConfig {
         if let Some((name, _)) = sizes.into_iter().chain(lens).find(|(_, size)| *size == 0) {
             return Err(ConfigError::Zero { name });
         }
+        if self.task.len() > MAX_TASK {
+            return Err(ConfigError::TaskTooLong { len: self.task.len() });
+        }
         let mut names = BTreeSet::new();
         for name in self.fields.iter().map(|field| &field.name) {
             let is_plain = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
@@ -154,6 +180,12 @@ pub enum ConfigError {
     FieldName {
         /// The name.
         name: String,
+    },
+    /// The description of the task is too long.
+    #[error("the description of the task has {len} bytes: use at most {MAX_TASK}")]
+    TaskTooLong {
+        /// Its length in bytes.
+        len: usize,
     },
     /// The priority of new transitions is negative, NaN, infinite or enormous.
     #[error("the new priority is {priority}: use a finite number from 0 to 1e200")]

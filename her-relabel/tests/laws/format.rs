@@ -6,8 +6,8 @@ use crate::common::{DIMS, Result, Telling, begin, buffer, step};
 use crate::damaged::sealed;
 use crate::saving::{load, saved};
 use her_relabel::{
-    Batch, BufferConfig, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep, Priorities,
-    PriorityUnit, Sampler, StartData, StepData, StillEpisodes, UnitInterval,
+    Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep,
+    Priorities, PriorityUnit, Sampler, StartData, StepData, StillEpisodes, UnitInterval,
 };
 
 /// A buffer with all that a file can hold: fields, priorities, a ring that has wrapped, and an
@@ -245,5 +245,36 @@ fn names_of_fields_have_a_greatest_length() -> Result {
     let mut longer = with_numbers(&file, &[(field, 65)]);
     longer.insert(field + 8, b'n');
     assert!(is_damaged(&sealed(longer)));
+    Ok(())
+}
+
+#[test]
+fn a_file_keeps_the_description_of_the_task() -> Result {
+    for task in ["FetchPush, sparse", "\u{e4}\u{1F916}", &"t".repeat(8192)] {
+        let described = HerBuffer::<f64>::new(BufferConfig::new(8, DIMS).with_task(task))?;
+        let file = saved(&described);
+        let loaded = load(&file)?;
+        assert_eq!((loaded.config(), loaded.config().task()), (described.config(), task));
+        assert_eq!(saved(&loaded), file);
+        // Apart from the version and the description, it is the file of a buffer without one.
+        let plain = saved(&HerBuffer::<f64>::new(BufferConfig::new(8, DIMS))?);
+        let (at, len) = (16 + 6 * 8, task.len());
+        assert_eq!((file[8], plain[8]), (3, 2));
+        assert_eq!(file[at..at + 8], (len as u64).to_le_bytes());
+        assert_eq!(&file[at + 8..at + 8 + len], task.as_bytes());
+        assert_eq!(file[at + 8 + len..file.len() - 4], plain[at..plain.len() - 4]);
+        // No description, one that is too long, and one that is not UTF-8.
+        let mut none = with_numbers(&file, &[(at, 0)]);
+        none.drain(at + 8..at + 8 + len);
+        assert!(is_damaged(&sealed(none)));
+        let mut longer = with_numbers(&file, &[(at, 8193)]);
+        longer.splice(at + 8..at + 8, vec![b't'; 8193 - len]);
+        assert!(is_damaged(&sealed(longer)));
+        let mut wrong = file;
+        wrong[at + 8] = 0xff;
+        assert!(is_damaged(&sealed(wrong)));
+    }
+    let error = HerBuffer::<f64>::new(BufferConfig::new(8, DIMS).with_task("t".repeat(8193)));
+    assert_eq!(error.err(), Some(ConfigError::TaskTooLong { len: 8193 }));
     Ok(())
 }
