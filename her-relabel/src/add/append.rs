@@ -12,6 +12,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// [still episodes](crate::StillEpisodes) to keep, so all of its episodes are added.
     ///
     /// # Errors
+    /// [`AddError::OtherTask`] if both buffers describe their task, and not the same one,
     /// [`AddError::WrongLength`] if observations, goals, actions or fields have different lengths,
     /// [`AddError::MissingField`] and [`AddError::UnknownField`] if the other buffer has different
     /// fields, or the same in a different order; then nothing has been added.
@@ -37,6 +38,10 @@ impl<T: Scalar> HerBuffer<T> {
     }
 
     fn check_same_rows(&self, other: &Self) -> Result<(), AddError> {
+        let (own, others) = (self.config.task(), other.config.task());
+        if own != others && !own.is_empty() && !others.is_empty() {
+            return Err(AddError::OtherTask { own: own.to_owned(), other: others.to_owned() });
+        }
         let (own, others) = (self.config.dims(), other.config.dims());
         check_len("observation", others.observation, own.observation)?;
         check_len("goals", others.goal, own.goal)?;

@@ -79,6 +79,14 @@ pub enum AddError {
         /// The environment.
         env_index: usize,
     },
+    /// Another buffer has transitions of another task.
+    #[error("the other buffer is of {other:?}, this one of {own:?}: keep them apart")]
+    OtherTask {
+        /// The description of this buffer's task.
+        own: String,
+        /// The description of the other buffer's task.
+        other: String,
+    },
     /// A whole episode has no step.
     #[error("the episode has no steps: pass at least one reward")]
     EmptyEpisode,

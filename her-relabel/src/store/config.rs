@@ -90,7 +90,7 @@ impl BufferConfig {
     /// reward, and whatever else makes transitions of another kind. Nothing by default.
     ///
     /// A file keeps the description, so that the program that [loads](crate::HerBuffer::load) it can
-    /// compare [`task`](Self::task) with its own. The buffer itself does not read it.
+    /// compare [`task`](Self::task) with its own; [`append`](crate::HerBuffer::append) does.
     #[must_use]
     pub fn with_task(mut self, task: impl Into<String>) -> Self {
         self.task = task.into();

@@ -100,3 +100,21 @@ fn buffers_with_other_rows_are_refused_and_nothing_changes() -> Result {
     assert!(saved(&plain) == before && two.is_empty());
     Ok(())
 }
+
+#[test]
+fn episodes_of_another_task_are_refused() -> Result {
+    let of = |task: &str| HerBuffer::<f64>::new(BufferConfig::new(20, DIMS).with_task(task));
+    let (mut push, mut slide, mut unknown) = (of("push")?, of("slide")?, of("")?);
+    for buffer in [&mut push, &mut slide, &mut unknown] {
+        add(buffer, 1, 3, (false, true));
+    }
+    let before = saved(&push);
+    let error = AddError::OtherTask { own: "push".into(), other: "slide".into() };
+    assert_eq!(push.append(&slide), Err(error));
+    assert_eq!(saved(&push), before);
+    push.append(&push.clone())?;
+    push.append(&unknown)?;
+    unknown.append(&slide)?;
+    assert_eq!((push.len(), unknown.len()), (9, 6));
+    Ok(())
+}
